@@ -1,0 +1,90 @@
+//! The session's clock: the only place that reads the machine's time.
+#![expect(clippy::disallowed_methods, reason = "this is the one reader of the machine's time")]
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use crate::time::Time;
+
+/// What the time is, for a whole session; clones read the same clock.
+#[derive(Clone, Debug)]
+pub struct Clock(Arc<Kind>);
+
+#[derive(Debug)]
+enum Kind {
+    Host { wall_at_start: Time, started: Instant },
+    Told(AtomicI64),
+}
+
+impl Clock {
+    /// The host's clock: its wall clock now, and its monotonic clock from here on. A later step of
+    /// the wall clock does not move it; see [`Clock::wall_offset_nanos`].
+    pub fn host() -> Clock {
+        Clock(Arc::new(Kind::Host { wall_at_start: wall(), started: Instant::now() }))
+    }
+
+    /// A clock that shows what it was last told: simulated time, a recording's, or a test's. Before
+    /// the first telling it shows [`Time::EPOCH`].
+    pub fn told() -> Clock {
+        Clock(Arc::new(Kind::Told(AtomicI64::new(0))))
+    }
+
+    /// The time of the session.
+    pub fn now(&self) -> Time {
+        match &*self.0 {
+            Kind::Host { wall_at_start, started } => *wall_at_start + started.elapsed(),
+            Kind::Told(nanos) => Time::from_nanos(nanos.load(Ordering::Acquire)),
+        }
+    }
+
+    /// Tells a told clock the time; says whether it moved. It never goes back, and a host's clock
+    /// can't be told.
+    pub fn tell(&self, now: Time) -> bool {
+        match &*self.0 {
+            Kind::Host { .. } => false,
+            Kind::Told(nanos) => nanos.fetch_max(now.nanos(), Ordering::AcqRel) < now.nanos(),
+        }
+    }
+
+    /// Whether the time is told (simulated) rather than the host's.
+    pub fn is_told(&self) -> bool {
+        matches!(*self.0, Kind::Told(_))
+    }
+
+    /// How far the machine's wall clock is ahead of this clock [ns]: the steps and slews of the
+    /// wall clock since the session began. Zero for a told clock.
+    pub fn wall_offset_nanos(&self) -> i64 {
+        if self.is_told() { 0 } else { wall().nanos_since(self.now()) }
+    }
+}
+
+/// The machine's wall clock, for what lies outside any session: names of files, ages of files.
+pub fn wall() -> Time {
+    let nanos = match SystemTime::now().duration_since(UNIX_EPOCH) {
+        Ok(after) => i64::try_from(after.as_nanos()).unwrap_or(i64::MAX),
+        Err(before) => -i64::try_from(before.duration().as_nanos()).unwrap_or(i64::MAX),
+    };
+    Time::from_nanos(nanos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_told_clock_never_goes_back() {
+        let clock = Clock::told();
+        assert!(clock.tell(Time::from_nanos(5)));
+        assert!(!clock.tell(Time::from_nanos(3)));
+        assert_eq!(clock.now(), Time::from_nanos(5));
+    }
+
+    #[test]
+    fn a_host_clock_starts_at_the_wall_clock_and_runs() {
+        let clock = Clock::host();
+        let before = clock.now();
+        assert!(before.secs_since(wall()).abs() < 1.0);
+        assert!(clock.now() >= before);
+    }
+}

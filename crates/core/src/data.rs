@@ -1,0 +1,129 @@
+//! Data: the closed set of shapes in which samples come.
+
+use std::fmt;
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::status::StreamStatus;
+use crate::stream::{Stream, words};
+
+/// What a sample holds: a closed set of shapes, not of sensors. A new sensor needs no new shape.
+#[derive(Clone, Debug)]
+pub enum Data {
+    /// One reading, a number for each channel.
+    Sample(Arc<[f64]>),
+    /// A run of samples.
+    Wave(Wave),
+    /// The named values of one window.
+    Feature(Arc<FeatureValues>),
+    /// Something that happened.
+    Event(Arc<Event>),
+    /// The health of a stream.
+    Status(Arc<StreamStatus>),
+    /// A stream that was declared.
+    Description(Arc<Stream>),
+    /// A ROS message from elsewhere, byte for byte: CDR with its four-byte header.
+    Message(Bytes),
+}
+
+/// A run of samples with one period: what a device gives in one notification.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wave {
+    /// Time from one sample to the next [ns].
+    pub period_ns: f64,
+    /// How many numbers a sample has.
+    pub channels: u32,
+    /// Sample by sample, each with its channels; a whole number of samples.
+    pub samples: Arc<[f64]>,
+}
+
+/// The values of a feature over one window, in the order of its stream's channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeatureValues {
+    /// Length of the window [s].
+    pub window_secs: f64,
+    /// How much of the window had data [0..1].
+    pub coverage: f32,
+    /// How good the data were [0..1].
+    pub quality: f32,
+    /// A value for each channel; NaN exactly where `reasons` is not [`Reason::Ok`].
+    pub values: Vec<f64>,
+    /// The standard uncertainty of each value, in its unit; empty when none can be stated.
+    pub sigmas: Vec<f64>,
+    /// Why a value is missing, for each channel.
+    pub reasons: Vec<Reason>,
+}
+
+/// Why a feature has no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Reason {
+    /// It has one.
+    Ok = 0,
+    /// The window is not yet full enough.
+    Short = 1,
+    /// Data are missing inside the window.
+    Gap = 2,
+    /// The data are too poor.
+    Quality = 3,
+    /// The input does not have this quantity at all.
+    Missing = 4,
+    /// The formula has no answer for these data.
+    Undefined = 5,
+}
+
+impl Reason {
+    /// The reason of a code on the wire; `None` for any other.
+    pub fn from_code(code: u8) -> Option<Reason> {
+        [Self::Ok, Self::Short, Self::Gap, Self::Quality, Self::Missing, Self::Undefined]
+            .get(usize::from(code))
+            .copied()
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Reason::Ok => "ok",
+            Reason::Short => "window too short",
+            Reason::Gap => "data missing in the window",
+            Reason::Quality => "data too poor",
+            Reason::Missing => "not measured by this device",
+            Reason::Undefined => "undefined for these data",
+        })
+    }
+}
+
+/// Something that happened at a moment, or over a while.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// What kind of thing.
+    pub kind: EventKind,
+    /// Which one: the name of the phase, the text of the marker, the stream with the fault.
+    pub label: String,
+    /// A number that belongs to it; NaN where there is none.
+    pub value: f64,
+    /// How long it lasted or will last [s]; 0 for a moment, NaN where unknown.
+    pub duration_secs: f64,
+}
+
+words! {
+    /// The kinds of events.
+    EventKind {
+        /// A phase of the study begins; the phase named `baseline` is the reference.
+        Phase = "phase",
+        /// A mark set by a person or a program.
+        Marker = "marker",
+        /// A self-report.
+        Report = "report",
+        /// A heart beat.
+        Beat = "beat",
+        /// A response of the body.
+        Response = "response",
+        /// Something went wrong.
+        Fault = "fault",
+        /// A clock stepped or began anew, or the session ended.
+        Clock = "clock",
+    }
+}

@@ -1,0 +1,108 @@
+//! Features: pure functions from streams to streams.
+
+use crate::data::Data;
+use crate::sample::Sample;
+use crate::stream::{Stream, StreamId};
+use crate::time::Time;
+
+/// A family of features as a study configures it: which streams it accepts, and how it begins.
+///
+/// Configuration is separate from state: one `Feature` starts an [`Extractor`] for each stream (or
+/// each subject) that it accepts.
+pub trait Feature: Send + Sync {
+    /// Whether it runs on this stream.
+    fn accepts(&self, stream: &Stream) -> bool;
+
+    /// Whether each stream has an extractor of its own, or all streams about a subject share one.
+    fn scope(&self) -> Scope {
+        Scope::Stream
+    }
+
+    /// Begins on the first accepted stream of its scope.
+    fn start(&self, stream: &Stream) -> Box<dyn Extractor>;
+}
+
+/// What shares an extractor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Each stream has its own.
+    Stream,
+    /// All accepted streams about one subject share one.
+    Subject,
+    /// All accepted streams of the session share one.
+    Session,
+}
+
+/// A feature at work on its input: a pure state machine, told the time by ticks of 100 ms.
+///
+/// No I/O, no clock, no blocking. The same input gives the same output, bit for bit.
+pub trait Extractor: Send {
+    /// Another stream joins, or a known one is declared again with more known about it; called also
+    /// for the first one, before its first sample. Declare outputs here.
+    fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs);
+
+    /// A sample that came in its turn.
+    fn push(&mut self, sample: &Sample, out: &mut Outputs);
+
+    /// A sample that came late; its `measured` is its true place in time.
+    fn push_late(&mut self, _sample: &Sample, _out: &mut Outputs) {}
+
+    /// Time passes. Called every 100 ms of the session, after all samples taken before it.
+    fn tick(&mut self, _now: Time, _out: &mut Outputs) {}
+}
+
+/// What an extractor gives.
+#[derive(Debug, Default)]
+pub struct Outputs {
+    pub(crate) declared: Vec<Stream>,
+    pub(crate) emitted: Vec<Emitted>,
+}
+
+/// One derived sample before it is numbered.
+#[derive(Debug)]
+pub(crate) struct Emitted {
+    pub(crate) stream: OutputId,
+    pub(crate) measured: Time,
+    pub(crate) data: Data,
+}
+
+/// An output of an extractor, by the order in which it declared them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OutputId(pub(crate) usize);
+
+impl Outputs {
+    /// An empty set: what a test hands to an extractor.
+    pub fn new() -> Outputs {
+        Outputs::default()
+    }
+
+    /// Declares a stream that this extractor gives; the same name again keeps its id and replaces
+    /// what was declared.
+    pub fn declare(&mut self, stream: Stream) -> OutputId {
+        match self.declared.iter().position(|known| known.name == stream.name) {
+            Some(index) => {
+                self.declared[index] = stream;
+                OutputId(index)
+            }
+            None => {
+                self.declared.push(stream);
+                OutputId(self.declared.len() - 1)
+            }
+        }
+    }
+
+    /// Emits a sample of a declared output, measured at `measured`.
+    pub fn emit(&mut self, stream: OutputId, measured: Time, data: Data) {
+        self.emitted.push(Emitted { stream, measured, data });
+    }
+
+    /// What was emitted so far, in order; for tests.
+    pub fn samples(&self) -> impl Iterator<Item = (OutputId, Time, &Data)> {
+        self.emitted.iter().map(|each| (each.stream, each.measured, &each.data))
+    }
+
+    /// The streams that were declared so far, in order; for tests.
+    pub fn streams(&self) -> &[Stream] {
+        &self.declared
+    }
+}

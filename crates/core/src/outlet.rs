@@ -1,0 +1,305 @@
+//! The way from a source to the pump: bounded, counted, in hand-over order.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::Notify;
+
+use crate::clock::Clock;
+use crate::data::Data;
+use crate::loss::Loss;
+use crate::source::Reading;
+use crate::stream::{Stream, StreamId};
+use crate::streams::Streams;
+use crate::time::Time;
+
+/// What one source may have waiting in front of the pump [bytes].
+const BUDGET_BYTES: usize = 256 << 20;
+/// The same for a recording, which waits instead of dropping [bytes].
+const RECORDED_BYTES: usize = 4 << 20;
+/// What a waiting reading costs beside its payload [bytes].
+const OVERHEAD_BYTES: usize = 128;
+
+/// The queue in front of the pump: all sources' readings, in the order of their hand-over.
+#[derive(Clone, Debug)]
+pub struct Queue(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    state: Mutex<Waiting>,
+    filled: Condvar,
+    drained: Notify,
+    closed: AtomicBool,
+    closing: Notify,
+    budgets: Mutex<Vec<Arc<Budget>>>,
+}
+
+#[derive(Debug, Default)]
+struct Waiting {
+    items: VecDeque<Item>,
+    pump_sleeps: bool,
+}
+
+/// What comes out of the queue.
+#[derive(Debug)]
+pub(crate) enum Item {
+    /// A stream was declared, or more is known about it.
+    Declared(StreamId, Arc<Stream>),
+    /// A reading, with the time of its arrival and its source's budget.
+    Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
+    /// So many readings of a stream did not fit in their source's budget.
+    Dropped { stream: StreamId, count: u64 },
+}
+
+/// What one source has waiting.
+#[derive(Debug, Default)]
+pub(crate) struct Budget {
+    bytes: AtomicUsize,
+    dropped: Mutex<BTreeMap<StreamId, u64>>,
+}
+
+impl Queue {
+    /// An empty, open queue.
+    pub fn new() -> Queue {
+        Queue(Arc::new(Shared {
+            state: Mutex::default(),
+            filled: Condvar::new(),
+            drained: Notify::new(),
+            closed: AtomicBool::new(false),
+            closing: Notify::new(),
+            budgets: Mutex::default(),
+        }))
+    }
+
+    /// An outlet into this queue, with a budget of its own.
+    pub fn outlet(&self, clock: Clock, streams: Streams) -> Outlet {
+        let budget = Arc::<Budget>::default();
+        self.budgets().push(Arc::clone(&budget));
+        Outlet { queue: self.clone(), budget, clock, streams }
+    }
+
+    /// Closes the queue: sources stop, and what waits is still taken.
+    pub fn close(&self) {
+        self.0.closed.store(true, Ordering::Release);
+        self.0.closing.notify_waiters();
+        self.0.drained.notify_waiters();
+        self.0.filled.notify_all();
+    }
+
+    pub(crate) fn is_closed(&self) -> bool {
+        self.0.closed.load(Ordering::Acquire)
+    }
+
+    /// Moves all that waits into `taken`; when nothing does, waits for it, at most for `patience`.
+    /// What was dropped meanwhile is told behind what was kept.
+    pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
+        let mut state = self.lock();
+        if state.items.is_empty() && !self.is_closed() {
+            state.pump_sleeps = true;
+            let waited = self.0.filled.wait_timeout(state, patience);
+            (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+            state.pump_sleeps = false;
+        }
+        std::mem::swap(&mut state.items, taken);
+        drop(state);
+        for item in &*taken {
+            if let Item::Arrived { reading, budget, .. } = item {
+                budget.bytes.fetch_sub(cost(reading), Ordering::AcqRel);
+            }
+        }
+        for budget in self.budgets().iter() {
+            let mut dropped = budget.dropped.lock().unwrap_or_else(PoisonError::into_inner);
+            let dropped = std::mem::take(&mut *dropped).into_iter();
+            taken.extend(dropped.map(|(stream, count)| Item::Dropped { stream, count }));
+        }
+        self.0.drained.notify_waiters();
+    }
+
+    fn budgets(&self) -> MutexGuard<'_, Vec<Arc<Budget>>> {
+        self.0.budgets.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Appends an item, and wakes the pump only if it sleeps.
+    fn push(&self, make: impl FnOnce() -> Item) {
+        let mut state = self.lock();
+        state.items.push_back(make());
+        if std::mem::take(&mut state.pump_sleeps) {
+            self.0.filled.notify_one();
+        }
+    }
+}
+
+impl Default for Queue {
+    fn default() -> Queue {
+        Queue::new()
+    }
+}
+
+/// A source's way to the pump; clones share one budget.
+#[derive(Clone, Debug)]
+pub struct Outlet {
+    queue: Queue,
+    budget: Arc<Budget>,
+    clock: Clock,
+    streams: Streams,
+}
+
+/// The outlet was closed: the session is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Closed;
+
+impl Outlet {
+    /// Declares a stream, before its first sample; again when more is known about it.
+    pub fn declare(&self, stream: Stream) -> StreamId {
+        let id = self.streams.declare(stream);
+        let stream = self.streams.get(id);
+        self.queue.push(|| Item::Declared(id, stream));
+        id
+    }
+
+    /// Hands a reading over without ever waiting. When this source has too much waiting the reading
+    /// is dropped and counted.
+    pub fn offer(&self, reading: Reading) {
+        let cost = cost(&reading);
+        if self.budget.bytes.load(Ordering::Acquire) + cost > BUDGET_BYTES {
+            let mut dropped = self.budget.dropped.lock().unwrap_or_else(PoisonError::into_inner);
+            *dropped.entry(reading.stream).or_default() += 1;
+            return;
+        }
+        self.push(reading, cost, None);
+    }
+
+    /// Hands a reading over, waiting while this source has too much waiting: for recordings, which
+    /// can wait. `arrival` is the time at which it first arrived.
+    pub async fn send(&self, reading: Reading, arrival: Time) -> Result<(), Closed> {
+        let cost = cost(&reading);
+        loop {
+            let drained = self.queue.0.drained.notified();
+            if self.queue.is_closed() {
+                return Err(Closed);
+            }
+            let waiting = self.budget.bytes.load(Ordering::Acquire);
+            if waiting == 0 || waiting + cost <= RECORDED_BYTES {
+                break;
+            }
+            drained.await;
+        }
+        self.push(reading, cost, Some(arrival));
+        Ok(())
+    }
+
+    /// Reports that `count` samples of a stream were lost on the way here; NaN says that losses of
+    /// this stream can't be known, and 0 that from now on they are. Sum up: one report a burst.
+    pub fn lost(&self, stream: StreamId, count: f64) {
+        let event = Loss::OnTheWay.event(&self.streams.get(stream).name, count);
+        let stream = self.streams.declare(Loss::OnTheWay.stream());
+        let reading = Reading { stream, device_time: None, source_time: None, data: event };
+        let cost = cost(&reading);
+        self.push(reading, cost, None);
+    }
+
+    /// Resolves when the session is over.
+    pub async fn closed(&self) {
+        loop {
+            let closing = self.queue.0.closing.notified();
+            if self.queue.is_closed() {
+                return;
+            }
+            closing.await;
+        }
+    }
+
+    /// Whether the session is over.
+    pub fn is_closed(&self) -> bool {
+        self.queue.is_closed()
+    }
+
+    /// The session's clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The streams of the session.
+    pub fn streams(&self) -> &Streams {
+        &self.streams
+    }
+
+    fn push(&self, reading: Reading, cost: usize, arrival: Option<Time>) {
+        self.budget.bytes.fetch_add(cost, Ordering::AcqRel);
+        let budget = Arc::clone(&self.budget);
+        // The arrival is read inside the queue's lock, so that it never goes back along the queue.
+        self.queue.push(|| {
+            let arrival = arrival.unwrap_or_else(|| self.clock.now());
+            Item::Arrived { reading, arrival, budget }
+        });
+    }
+}
+
+/// What a reading costs while it waits [bytes].
+fn cost(reading: &Reading) -> usize {
+    OVERHEAD_BYTES
+        + match &reading.data {
+            Data::Message(bytes) => bytes.len(),
+            Data::Wave(wave) => wave.samples.len() * size_of::<f64>(),
+            _ => 0,
+        }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::{Shape, Subject};
+    use bytes::Bytes;
+
+    fn reading(stream: StreamId, bytes: usize) -> Reading {
+        let data = Data::Message(Bytes::from(vec![0; bytes]));
+        Reading { stream, device_time: None, source_time: None, data }
+    }
+
+    fn outlet(queue: &Queue) -> (Outlet, StreamId) {
+        let outlet = queue.outlet(Clock::told(), Streams::default());
+        let id = outlet.declare(Stream::raw("/r1/x", Subject::robot("r1"), Shape::Sample));
+        (outlet, id)
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_and_counted() {
+        let queue = Queue::new();
+        let (outlet, id) = outlet(&queue);
+        for _ in 0..5 {
+            outlet.offer(reading(id, BUDGET_BYTES / 3));
+        }
+        let mut taken = VecDeque::new();
+        queue.take(&mut taken, Duration::ZERO);
+        let arrived = taken.iter().filter(|item| matches!(item, Item::Arrived { .. })).count();
+        assert_eq!(arrived, 2);
+        assert!(matches!(taken.back(), Some(Item::Dropped { count: 3, .. })));
+
+        outlet.offer(reading(id, 1));
+        taken.clear();
+        queue.take(&mut taken, Duration::ZERO);
+        assert_eq!(taken.len(), 1, "a drained budget is whole again, and its losses are told once");
+    }
+
+    #[tokio::test]
+    async fn a_recording_waits_until_the_pump_has_room() {
+        let queue = Queue::new();
+        let (outlet, id) = outlet(&queue);
+        let first = outlet.send(reading(id, RECORDED_BYTES), Time::from_nanos(1)).await;
+        assert_eq!(first, Ok(()));
+        let waiting = outlet.send(reading(id, 1), Time::from_nanos(2));
+        let drain = async {
+            tokio::task::yield_now().await;
+            queue.take(&mut VecDeque::new(), Duration::ZERO);
+        };
+        assert_eq!(tokio::join!(waiting, drain).0, Ok(()));
+        queue.close();
+        assert_eq!(outlet.send(reading(id, 1), Time::from_nanos(3)).await, Err(Closed));
+    }
+}

@@ -1,0 +1,83 @@
+//! Quality of service: what a publisher offers and a subscriber asks for.
+
+use std::time::Duration;
+
+/// How a stream is delivered, in the terms of ROS 2 and DDS.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Qos {
+    /// Whether lost messages are sent again.
+    pub reliability: Reliability,
+    /// Whether a late joiner is given what was sent before.
+    pub durability: Durability,
+    /// How many messages are kept.
+    pub history: History,
+    /// The longest time between two messages that is promised; `None` promises nothing.
+    pub deadline: Option<Duration>,
+    /// How long a message stays valid; `None` is for ever.
+    pub lifespan: Option<Duration>,
+    /// Who asserts that a publisher is alive.
+    pub liveliness: Liveliness,
+    /// The longest time between two assertions; `None` asks for none.
+    pub liveliness_lease: Option<Duration>,
+}
+
+/// Whether lost messages are sent again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reliability {
+    /// Sent once.
+    BestEffort,
+    /// Sent again until acknowledged.
+    Reliable,
+}
+
+/// Whether a late joiner is given what was sent before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Durability {
+    /// Only what is sent from now on.
+    Volatile,
+    /// What the publisher still keeps.
+    TransientLocal,
+}
+
+/// How many messages a publisher or subscriber keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum History {
+    /// The last so many.
+    KeepLast(u32),
+    /// All, within resource limits.
+    KeepAll,
+}
+
+/// Who asserts that a publisher is alive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Liveliness {
+    /// The middleware.
+    Automatic,
+    /// The program, for each topic.
+    ManualByTopic,
+}
+
+impl Qos {
+    /// Reliable, volatile, the last `depth` messages: ROS 2's default for topics.
+    pub const fn reliable(depth: u32) -> Qos {
+        Qos {
+            reliability: Reliability::Reliable,
+            durability: Durability::Volatile,
+            history: History::KeepLast(depth),
+            deadline: None,
+            lifespan: None,
+            liveliness: Liveliness::Automatic,
+            liveliness_lease: None,
+        }
+    }
+
+    /// Best effort, volatile, the last `depth` messages: ROS 2's "sensor data".
+    pub const fn best_effort(depth: u32) -> Qos {
+        Qos { reliability: Reliability::BestEffort, ..Qos::reliable(depth) }
+    }
+
+    /// Reliable, and a late joiner is given the last `depth` messages: for states and descriptions.
+    pub const fn latched(depth: u32) -> Qos {
+        Qos { durability: Durability::TransientLocal, ..Qos::reliable(depth) }
+    }
+}

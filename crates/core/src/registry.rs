@@ -1,0 +1,96 @@
+//! The registry: components by name, each built from its settings in a study.
+
+use std::ops::Range;
+
+use schemars::{JsonSchema, Schema};
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// A row of one of the three tables: a kind of source, feature or sink.
+pub struct Entry<T: ?Sized, C> {
+    /// The word that a study uses: `type = "robots"`.
+    pub kind: &'static str,
+    /// A setting that works, as it stands in a study; shown in the documentation and tested.
+    pub example: &'static str,
+    /// Builds the component from its settings.
+    pub build: fn(Settings<'_>, &C) -> Result<Box<T>, SettingsError>,
+    /// The JSON schema of its settings, with their documentation.
+    pub schema: fn() -> Schema,
+}
+
+/// The settings of a kind of component: how they are read and what they build.
+pub trait Component<T: ?Sized, C>: DeserializeOwned + JsonSchema {
+    /// A setting that works, without its `type`.
+    const EXAMPLE: &'static str;
+
+    /// Builds the component.
+    fn build(self, context: &C) -> Result<Box<T>, SettingsError>;
+}
+
+impl<T: ?Sized, C> Entry<T, C> {
+    /// The row of the component with settings `S`.
+    pub const fn new<S: Component<T, C>>(kind: &'static str) -> Entry<T, C> {
+        Entry {
+            kind,
+            example: S::EXAMPLE,
+            build: |settings, context| settings.read::<S>()?.build(context),
+            schema: || schemars::schema_for!(S),
+        }
+    }
+
+    /// The first sentence of the component's documentation.
+    pub fn summary(&self) -> String {
+        let schema = (self.schema)();
+        let text = schema.get("description").and_then(|text| text.as_str()).unwrap_or_default();
+        text.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// The settings of one component as they stand in a study, with their place in it.
+#[derive(Clone, Debug)]
+pub struct Settings<'a>(Spanned<DeValue<'a>>);
+
+impl<'a> Settings<'a> {
+    /// The table of a component, without its `type`.
+    pub fn new(table: Spanned<DeValue<'a>>) -> Settings<'a> {
+        Settings(table)
+    }
+
+    /// Reads the settings; an unknown or mistyped key is told with its exact place.
+    pub fn read<S: DeserializeOwned>(self) -> Result<S, SettingsError> {
+        let table = self.0.span();
+        S::deserialize(toml::de::ValueDeserializer::from(self.0)).map_err(|error| SettingsError {
+            message: error.message().to_owned(),
+            hint: String::new(),
+            span: Some(error.span().unwrap_or(table)),
+        })
+    }
+}
+
+/// What is wrong with settings, and where in the study.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{message}")]
+pub struct SettingsError {
+    /// What is wrong: the value, and what was expected.
+    pub message: String,
+    /// What the user can do; may be empty.
+    pub hint: String,
+    /// The bytes of the study that are wrong; `None` for the whole component.
+    pub span: Option<Range<usize>>,
+}
+
+impl SettingsError {
+    /// An error about the component as a whole.
+    pub fn new(message: impl Into<String>) -> SettingsError {
+        SettingsError { message: message.into(), hint: String::new(), span: None }
+    }
+
+    /// The same error with a hint.
+    #[must_use]
+    pub fn with_hint(mut self, hint: impl Into<String>) -> SettingsError {
+        self.hint = hint.into();
+        self
+    }
+}

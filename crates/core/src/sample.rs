@@ -1,0 +1,53 @@
+//! Samples: what travels from the pump to features and sinks.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::data::Data;
+use crate::stream::{Stream, StreamId};
+use crate::time::Time;
+
+/// A sample with its place in time and in its stream.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// The stream that it belongs to.
+    pub stream: StreamId,
+    /// When it was measured, by the session's clock, as the time filter has it: of the first
+    /// sample of a wave, of the end of a feature's window.
+    pub measured: Time,
+    /// When the pump took it; never goes back. A derived sample has that of what caused it.
+    pub log_time: Time,
+    /// The device's own clock [ns]; `None` when it has none.
+    pub device_time: Option<i64>,
+    /// The stamp that its source put on it, by the clock of the source's host.
+    pub source_time: Option<Time>,
+    /// Its number in the stream; a jump is a gap.
+    pub index: u64,
+    /// Whether it came in its turn.
+    pub turn: Turn,
+    /// What it holds.
+    pub data: Data,
+}
+
+/// Whether a sample came in its turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// After all that were measured before it.
+    OnTime,
+    /// After one that was measured later; it keeps its true place in time.
+    Late,
+    /// A second time; recorded, not fed to features.
+    Duplicate,
+}
+
+/// A sample as sinks are given it: with its stream, and encoded once for all of them.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The stream, as it was declared when the sample was taken.
+    pub stream: Arc<Stream>,
+    /// The sample.
+    pub sample: Sample,
+    /// The sample as a ROS message: CDR with its four-byte header.
+    pub cdr: Bytes,
+}

@@ -1,0 +1,79 @@
+//! The health of a stream, as it is told once a second.
+
+use std::fmt;
+
+/// How a stream is doing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamStatus {
+    /// The stream's name.
+    pub name: String,
+    /// Its place in the life cycle.
+    pub state: State,
+    /// Why it is not OK; empty when it is.
+    pub reason: String,
+    /// Its rate over the last seconds [Hz].
+    pub rate_hz: f64,
+    /// Time since its last sample arrived [s]; NaN before the first.
+    pub age_secs: f64,
+    /// How many samples were taken, duplicates included.
+    pub received: u64,
+    /// How many were lost on the way here; `None` where that can't be known.
+    pub lost_source: Option<u64>,
+    /// How many were lost in our own queue.
+    pub lost_queue: u64,
+    /// How many came out of their turn.
+    pub late: u64,
+    /// How many came twice.
+    pub duplicates: u64,
+    /// How its clock is modelled: 0 = by the host's.
+    pub clock: u8,
+    /// How often its clock has begun anew.
+    pub epoch: u32,
+    /// How far its clock is ahead of the session's [s]; NaN where unknown.
+    pub offset_secs: f64,
+    /// How much faster its clock runs [ppm]; NaN where unknown.
+    pub skew_ppm: f64,
+    /// The jitter of its delays [s]; NaN where unknown.
+    pub jitter_secs: f64,
+    /// The uncertainty of `measured` [s]; NaN where unknown.
+    pub sigma_secs: f64,
+    /// The median time from measuring to arrival over the last seconds [s]; NaN where unknown.
+    pub latency_secs: f64,
+}
+
+/// The life cycle of a stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum State {
+    /// Declared, and never seen.
+    Never = 0,
+    /// As declared or learned.
+    Ok = 1,
+    /// It comes, but not as it should.
+    Degraded = 2,
+    /// It should have come by now.
+    Stale = 3,
+    /// It has not come for long.
+    Dead = 4,
+}
+
+impl State {
+    /// The state of a code on the wire; `None` for any other.
+    pub fn from_code(code: u8) -> Option<State> {
+        [Self::Never, Self::Ok, Self::Degraded, Self::Stale, Self::Dead]
+            .get(usize::from(code))
+            .copied()
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            State::Never => "never seen",
+            State::Ok => "ok",
+            State::Degraded => "degraded",
+            State::Stale => "stale",
+            State::Dead => "dead",
+        })
+    }
+}

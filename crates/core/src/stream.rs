@@ -1,0 +1,240 @@
+//! Streams: what there is to watch, declared before its first sample.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::qos::Qos;
+
+/// A stream of a session, by its place in the session's [`Streams`](crate::streams::Streams).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StreamId(pub u32);
+
+/// A stream: what it is called, what it measures, about whom, and how to read it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stream {
+    /// The ROS topic name, with its leading slash: `/robot1/battery_state`.
+    pub name: String,
+    /// What is measured.
+    pub signal: Signal,
+    /// What kind of subject it is about.
+    pub about: About,
+    /// The subject: `robot1`, `p001`; empty for the team and the session.
+    pub id: String,
+    /// The device that measures: `battery_state`, `polar_h10`; may be empty.
+    pub device: String,
+    /// Whether it came from outside or was computed here.
+    pub origin: Origin,
+    /// The shape of its samples.
+    pub shape: Shape,
+    /// What the numbers of a sample are called. For a [`Shape::Message`] these are paths of fields
+    /// (`pose.pose.position.x`): the numbers that are read out of the message.
+    pub channels: Vec<String>,
+    /// The unit of each channel, in SI (`V`, `m/s`, `1` for a fraction); as many as `channels`.
+    pub units: Vec<String>,
+    /// Factor from the message's own numbers to `units`.
+    pub scale: f64,
+    /// The rate that is declared [Hz]; 0 where none is or it is irregular.
+    pub rate_hz: f64,
+    /// The streams it was computed from, by name.
+    pub inputs: Vec<String>,
+    /// How it was computed: the recipe, with its window and its reference.
+    pub method: String,
+    /// One sentence for people.
+    pub doc: String,
+    /// What its publishers offer, or with what it is to be published.
+    pub qos: Vec<Qos>,
+}
+
+impl Stream {
+    /// A raw stream of the given name, subject and shape, with everything else empty.
+    pub fn raw(name: impl Into<String>, subject: Subject, shape: Shape) -> Stream {
+        Stream {
+            name: name.into(),
+            signal: Signal::Other,
+            about: subject.about,
+            id: subject.id,
+            device: String::new(),
+            origin: Origin::Raw,
+            shape,
+            channels: Vec::new(),
+            units: Vec::new(),
+            scale: 1.0,
+            rate_hz: 0.0,
+            inputs: Vec::new(),
+            method: String::new(),
+            doc: String::new(),
+            qos: Vec::new(),
+        }
+    }
+
+    /// A stream derived from `input`, named below it (`<input>/<leaf>`), about the same subject.
+    pub fn derived(input: &Stream, leaf: &str, shape: Shape) -> Stream {
+        let mut stream = Stream::raw(format!("{}/{leaf}", input.name), input.subject(), shape);
+        stream.origin = Origin::Derived;
+        stream.inputs = vec![input.name.clone()];
+        stream
+    }
+
+    /// Whom the stream is about.
+    pub fn subject(&self) -> Subject {
+        Subject { about: self.about, id: self.id.clone() }
+    }
+
+    /// The same stream with these channels, each a name and a unit.
+    #[must_use]
+    pub fn with_channels(mut self, channels: &[(&str, &str)]) -> Stream {
+        self.channels = channels.iter().map(|(name, _)| (*name).to_owned()).collect();
+        self.units = channels.iter().map(|(_, unit)| (*unit).to_owned()).collect();
+        self
+    }
+}
+
+/// Whom a stream is about.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Subject {
+    /// The kind of subject.
+    pub about: About,
+    /// Its id; empty for the team and the session.
+    pub id: String,
+}
+
+impl Subject {
+    /// The robot of the given id.
+    pub fn robot(id: impl Into<String>) -> Subject {
+        Subject { about: About::Robot, id: id.into() }
+    }
+
+    /// The session itself.
+    pub fn session() -> Subject {
+        Subject { about: About::Session, id: String::new() }
+    }
+}
+
+/// What kind of subject a stream is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum About {
+    /// A person, by pseudonym.
+    Person,
+    /// A robot.
+    Robot,
+    /// The team as a whole.
+    Team,
+    /// The session: its phases, its losses, its own health.
+    Session,
+}
+
+/// Whether a stream came from outside or was computed here. Raw streams are what a replay reads;
+/// derived ones are what it computes again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Origin {
+    /// From outside, kept as it came.
+    Raw,
+    /// Computed here from raw streams.
+    Derived,
+}
+
+/// The shape of a stream's samples; see [`Data`](crate::data::Data).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// One reading, scalar or vector.
+    Sample,
+    /// Runs of samples.
+    Wave,
+    /// The named values of one window.
+    Feature,
+    /// Things that happen.
+    Event,
+    /// The health of streams.
+    Status,
+    /// The streams themselves.
+    Description,
+    /// ROS messages from elsewhere, of this type.
+    Message(Arc<Schema>),
+}
+
+/// The type of a ROS message.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Schema {
+    /// The full name: `sensor_msgs/msg/BatteryState`.
+    pub name: String,
+    /// How `text` is written: `ros2msg` or `ros2idl`.
+    pub encoding: String,
+    /// The definition with all that it depends on, as rosbag2 stores it in a bag; empty while
+    /// unknown.
+    pub text: String,
+    /// The type hash, `RIHS01_` and 64 hexadecimal digits; empty where unknown.
+    pub hash: String,
+}
+
+macro_rules! words {
+    ($(#[$doc:meta])* $name:ident { $($(#[$each:meta])* $variant:ident = $word:literal),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum $name { $($(#[$each])* $variant),* }
+
+        impl $name {
+            /// Every word, in the order of the documentation.
+            pub const ALL: &'static [$name] = &[$($name::$variant),*];
+
+            /// The word itself, as it stands on the wire and in a bag.
+            pub fn word(self) -> &'static str {
+                match self { $($name::$variant => $word),* }
+            }
+
+            /// The value of a word; `None` for any other.
+            pub fn from_word(word: &str) -> Option<$name> {
+                match word { $($word => Some($name::$variant),)* _ => None }
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.pad(self.word())
+            }
+        }
+    };
+}
+pub(crate) use words;
+
+words! {
+    /// What a stream measures: a closed list. A feature runs on every stream whose signal it
+    /// accepts.
+    Signal {
+        /// Electrocardiogram.
+        Ecg = "ecg",
+        /// Photoplethysmogram (pulse wave).
+        Ppg = "ppg",
+        /// Electrodermal activity (skin conductance).
+        Eda = "eda",
+        /// Electromyogram.
+        Emg = "emg",
+        /// Electroencephalogram.
+        Eeg = "eeg",
+        /// Breathing.
+        Respiration = "respiration",
+        /// Temperature of a person or a device.
+        Temperature = "temperature",
+        /// Acceleration.
+        Acceleration = "acceleration",
+        /// Intervals between beats.
+        Interval = "interval",
+        /// Camera images.
+        Image = "image",
+        /// Sound.
+        Audio = "audio",
+        /// Keyboard, mouse and other input of a person.
+        Input = "input",
+        /// State of a battery.
+        Battery = "battery",
+        /// Quality of a radio link.
+        Link = "link",
+        /// Pose and speed of a robot.
+        Odometry = "odometry",
+        /// Diagnostics of a robot.
+        Diagnostics = "diagnostics",
+        /// Things that happen.
+        Event = "event",
+        /// Anything else.
+        Other = "other",
+    }
+}

@@ -1,0 +1,83 @@
+//! The streams of a session, shared by all who need to look one up.
+
+use std::sync::{Arc, PoisonError, RwLock};
+
+use crate::stream::{Shape, Stream, StreamId};
+
+/// The streams of a session. Ids are given in the order of declaration and never reused, so a
+/// robot that comes back is the same robot.
+#[derive(Clone, Debug, Default)]
+pub struct Streams(Arc<RwLock<Vec<Arc<Stream>>>>);
+
+impl Streams {
+    /// Declares a stream. One of the same name, origin and type keeps its id, and what is newly
+    /// known about it replaces what was; another type on the same topic is another stream.
+    pub fn declare(&self, stream: Stream) -> StreamId {
+        let mut streams = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        let known = streams.iter().position(|known| is_same(known, &stream));
+        let index = known.unwrap_or(streams.len());
+        if known.is_none() {
+            streams.push(Arc::new(stream));
+        } else if *streams[index] != stream {
+            streams[index] = Arc::new(stream);
+        }
+        StreamId(u32::try_from(index).expect("a session has fewer than four billion streams"))
+    }
+
+    /// The stream of an id that was declared here.
+    pub fn get(&self, id: StreamId) -> Arc<Stream> {
+        let streams = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(&streams[id.0 as usize])
+    }
+
+    /// The first declared stream of a name.
+    pub fn find(&self, name: &str) -> Option<(StreamId, Arc<Stream>)> {
+        self.all().into_iter().find(|(_, stream)| stream.name == name)
+    }
+
+    /// All streams, in the order in which they were declared.
+    pub fn all(&self) -> Vec<(StreamId, Arc<Stream>)> {
+        let streams = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        streams.iter().enumerate().map(|(k, each)| (StreamId(k as u32), Arc::clone(each))).collect()
+    }
+}
+
+fn is_same(known: &Stream, stream: &Stream) -> bool {
+    let same_shape = match (&known.shape, &stream.shape) {
+        (Shape::Message(known), Shape::Message(new)) => known.name == new.name,
+        (known, new) => known == new,
+    };
+    known.name == stream.name && known.origin == stream.origin && same_shape
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::{Schema, Subject};
+
+    fn message(name: &str, ty: &str, text: &str) -> Stream {
+        let schema = Schema {
+            name: ty.into(),
+            encoding: "ros2msg".into(),
+            text: text.into(),
+            hash: String::new(),
+        };
+        Stream::raw(name, Subject::robot("r1"), Shape::Message(Arc::new(schema)))
+    }
+
+    #[test]
+    fn a_stream_that_comes_back_is_the_same_and_may_know_more() {
+        let streams = Streams::default();
+        let first = streams.declare(message("/r1/x", "a/msg/X", ""));
+        let again = streams.declare(message("/r1/x", "a/msg/X", "uint8 x"));
+        assert_eq!(first, again);
+        assert_eq!(streams.get(first).shape, message("", "a/msg/X", "uint8 x").shape);
+    }
+
+    #[test]
+    fn two_types_on_one_topic_are_two_streams() {
+        let streams = Streams::default();
+        let first = streams.declare(message("/r1/x", "a/msg/X", ""));
+        assert_ne!(first, streams.declare(message("/r1/x", "a/msg/Y", "")));
+    }
+}

@@ -1,0 +1,4 @@
+//! The ROS buses.
+
+pub mod bus;
+pub mod graph;
