@@ -16,7 +16,8 @@ pub struct Graph {
 impl Graph {
     /// The publishers of a topic.
     pub fn publishers<'a>(&'a self, topic: &'a str) -> impl Iterator<Item = &'a Endpoint> {
-        let writes = |each: &&Endpoint| each.kind == EndpointKind::Publisher && each.topic == topic;
+        let writes =
+            move |each: &&Endpoint| each.kind == EndpointKind::Publisher && each.topic == topic;
         self.endpoints.iter().filter(writes)
     }
 }

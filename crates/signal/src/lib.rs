@@ -1,0 +1,1 @@
+//! Maths on slices and streaming filters: no samples, no I/O, no async. Useful alone.
