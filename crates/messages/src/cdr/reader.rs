@@ -1,0 +1,89 @@
+use super::{Cdr, CdrError};
+
+/// Reads values from a message, one after the other.
+#[derive(Clone, Debug)]
+pub struct Reader<'a> {
+    body: &'a [u8],
+    at: usize,
+    big_endian: bool,
+    widest_alignment: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// Begins at the first value of a message with its four-byte header.
+    pub fn new(cdr: &'a [u8]) -> Result<Reader<'a>, CdrError> {
+        let (header, body) = cdr.split_first_chunk::<4>().ok_or(CdrError::NoHeader(cdr.len()))?;
+        let (big_endian, widest_alignment) = match u16::from_be_bytes([header[0], header[1]]) {
+            0 => (true, 8),
+            1 => (false, 8),
+            6 => (true, 4),
+            7 => (false, 4),
+            other => return Err(CdrError::Representation(other)),
+        };
+        Ok(Reader { body, at: 0, big_endian, widest_alignment })
+    }
+
+    /// The next value.
+    pub fn read<T: Cdr>(&mut self) -> Result<T, CdrError> {
+        T::read(self)
+    }
+
+    /// How many bytes are left, padding included.
+    pub fn left(&self) -> usize {
+        self.body.len() - self.at
+    }
+
+    /// Whether numbers come with their highest byte first.
+    pub fn is_big_endian(&self) -> bool {
+        self.big_endian
+    }
+
+    /// The next bytes, as they are.
+    pub fn bytes(&mut self, count: usize) -> Result<&'a [u8], CdrError> {
+        self.expect(count, 1)?;
+        let bytes = &self.body[self.at..self.at + count];
+        self.at += count;
+        Ok(bytes)
+    }
+
+    /// The next `count` numbers of `width` bytes each, behind their padding.
+    pub fn numbers(&mut self, count: usize, width: usize) -> Result<&'a [u8], CdrError> {
+        if count == 0 {
+            return Ok(&[]);
+        }
+        self.align(width)?;
+        self.expect(count, width)?;
+        self.bytes(count * width)
+    }
+
+    /// The next number of `N` bytes, behind its padding.
+    pub fn number<const N: usize>(&mut self) -> Result<[u8; N], CdrError> {
+        let bytes = self.numbers(1, N)?;
+        Ok(bytes.try_into().expect("as many bytes as were asked for"))
+    }
+
+    /// The count of a sequence whose items take `item_bytes` at least; it fits into what is left.
+    pub fn count(&mut self, item_bytes: usize) -> Result<usize, CdrError> {
+        let count = self.read::<u32>()? as usize;
+        self.expect(count, item_bytes)?;
+        Ok(count)
+    }
+
+    /// The bytes of the next string, without its closing zero.
+    pub fn text(&mut self) -> Result<&'a [u8], CdrError> {
+        let count = self.count(1)?;
+        let bytes = self.bytes(count)?;
+        Ok(bytes.strip_suffix(b"\0").unwrap_or(bytes))
+    }
+
+    fn align(&mut self, width: usize) -> Result<(), CdrError> {
+        let padding = self.at.next_multiple_of(width.min(self.widest_alignment)) - self.at;
+        self.bytes(padding).map(|_| ())
+    }
+
+    fn expect(&self, count: usize, item_bytes: usize) -> Result<(), CdrError> {
+        let needed = count as u64 * item_bytes as u64;
+        let (at, left) = (self.at, self.left());
+        if needed > left as u64 { Err(CdrError::Short { needed, at, left }) } else { Ok(()) }
+    }
+}

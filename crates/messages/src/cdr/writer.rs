@@ -1,0 +1,66 @@
+use bytes::Bytes;
+
+use super::Cdr;
+
+const HEADER: [u8; 4] = [0, 1, 0, 0];
+
+/// Writes values into a message, one after the other.
+#[derive(Clone, Debug)]
+pub struct Writer(Vec<u8>);
+
+impl Writer {
+    /// A message with nothing but its header.
+    pub fn new() -> Writer {
+        Writer(HEADER.to_vec())
+    }
+
+    /// Appends a value.
+    pub fn write<T: Cdr>(&mut self, value: &T) {
+        value.write(self);
+    }
+
+    /// Appends a string.
+    pub fn text(&mut self, text: &str) {
+        self.count(text.len() + 1);
+        self.bytes(text.as_bytes());
+        self.bytes(&[0]);
+    }
+
+    /// Appends a sequence.
+    pub fn sequence<T: Cdr>(&mut self, items: &[T]) {
+        self.count(items.len());
+        T::write_all(items, self);
+    }
+
+    /// Appends bytes as they are.
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.0.extend_from_slice(bytes);
+    }
+
+    /// Pads to a multiple of `width` bytes, counted from the end of the header.
+    pub fn align(&mut self, width: usize) {
+        let body = self.0.len() - HEADER.len();
+        self.0.resize(HEADER.len() + body.next_multiple_of(width), 0);
+    }
+
+    /// Appends the count of a sequence, which is at most that of `u32`.
+    fn count(&mut self, count: usize) {
+        self.write(&u32::try_from(count).expect("a message is shorter than 4 GiB"));
+    }
+
+    /// Makes room for so many bytes more.
+    pub fn reserve(&mut self, bytes: usize) {
+        self.0.reserve(bytes);
+    }
+
+    /// The message.
+    pub fn finish(self) -> Bytes {
+        Bytes::from(self.0)
+    }
+}
+
+impl Default for Writer {
+    fn default() -> Writer {
+        Writer::new()
+    }
+}

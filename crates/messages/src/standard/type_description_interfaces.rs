@@ -1,0 +1,130 @@
+//! `type_description_interfaces`: how a node tells the definition of a type that it uses.
+
+use super::message;
+
+/// Asks a node for a type.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GetTypeDescriptionRequest {
+    /// The full name: `sensor_msgs/msg/BatteryState`.
+    pub type_name: String,
+    /// The type hash: `RIHS01_…`.
+    pub type_hash: String,
+    /// Whether the text of the definition is wanted.
+    pub include_type_sources: bool,
+}
+
+message!(
+    GetTypeDescriptionRequest { type_name, type_hash, include_type_sources } =
+        "type_description_interfaces/srv/GetTypeDescription_Request"
+);
+
+/// A node's answer about a type.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GetTypeDescriptionResponse {
+    /// Whether it knows the type.
+    pub successful: bool,
+    /// Why not.
+    pub failure_reason: String,
+    /// The type.
+    pub type_description: TypeDescription,
+    /// The text of the type and of all that it refers to.
+    pub type_sources: Vec<TypeSource>,
+    /// Anything else.
+    pub extra_information: Vec<KeyValue>,
+}
+
+message!(
+    GetTypeDescriptionResponse {
+        successful,
+        failure_reason,
+        type_description,
+        type_sources,
+        extra_information,
+    } = "type_description_interfaces/srv/GetTypeDescription_Response"
+);
+
+/// A type with all that it refers to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TypeDescription {
+    /// The type itself.
+    pub type_description: IndividualTypeDescription,
+    /// The types that it refers to, directly or not, by name.
+    pub referenced_type_descriptions: Vec<IndividualTypeDescription>,
+}
+
+message!(
+    TypeDescription { type_description, referenced_type_descriptions } =
+        "type_description_interfaces/msg/TypeDescription"
+);
+
+/// One type.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IndividualTypeDescription {
+    /// The full name.
+    pub type_name: String,
+    /// Its fields, in order.
+    pub fields: Vec<Field>,
+}
+
+message!(
+    IndividualTypeDescription { type_name, fields } =
+        "type_description_interfaces/msg/IndividualTypeDescription"
+);
+
+/// One field of a type.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub r#type: FieldType,
+    /// Its default value as text; empty for none.
+    pub default_value: String,
+}
+
+message!(Field { name, r#type, default_value } = "type_description_interfaces/msg/Field");
+
+/// The type of a field.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FieldType {
+    /// Which kind of type.
+    pub type_id: u8,
+    /// The length of an array, the bound of a sequence; 0 for none.
+    pub capacity: u64,
+    /// The bound of a string; 0 for none.
+    pub string_capacity: u64,
+    /// The full name of a type that is itself a message; empty for any other.
+    pub nested_type_name: String,
+}
+
+message!(
+    FieldType { type_id, capacity, string_capacity, nested_type_name } =
+        "type_description_interfaces/msg/FieldType"
+);
+
+/// The text of a definition.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TypeSource {
+    /// The full name of the type.
+    pub type_name: String,
+    /// How the text is written: `msg`, `idl`.
+    pub encoding: String,
+    /// The text.
+    pub raw_file_contents: String,
+}
+
+message!(
+    TypeSource { type_name, encoding, raw_file_contents } =
+        "type_description_interfaces/msg/TypeSource"
+);
+
+/// A named value, as text.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KeyValue {
+    /// The name.
+    pub key: String,
+    /// The value.
+    pub value: String,
+}
+
+message!(KeyValue { key, value } = "type_description_interfaces/msg/KeyValue");
