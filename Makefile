@@ -1,0 +1,88 @@
+# `make` prints what can be asked for. Whatever a target needs is installed once, and said.
+
+CARGO_TARGET_DIR ?= $(CURDIR)/target
+export CARGO_TARGET_DIR
+export TEAMPULSE := $(CARGO_TARGET_DIR)/release/teampulse
+
+ready := $(CARGO_TARGET_DIR)/ready
+python := .venv/bin/python
+nextest := $(shell command -v cargo-nextest 2>/dev/null)
+fuzz_secs ?= 60
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+# --- using it
+
+demo: build ## five simulated robots on ROS 2, watched and recorded, until Ctrl-C (ARGS="--duration 60")
+	$(TEAMPULSE) demo $(ARGS)
+
+build: $(ready)-build ## the binary, in target/release
+	cargo build --release --locked --package teampulse
+
+# --- testing it
+
+test: build peers test-rust test-peers ## every test: of the crates, and of the binary with independent peers
+
+test-rust: $(ready)-build ## the tests of the crates
+	cargo test --no-run --workspace --locked --quiet
+ifdef nextest
+	tests/isolated cargo nextest run --workspace --offline
+	tests/isolated cargo test --workspace --offline --doc --quiet
+else
+	tests/isolated cargo test --workspace --offline
+endif
+
+test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
+	tests/isolated $(python) -m pytest tests $(ARGS)
+
+check: $(ready)-build ## format, lints and unit tests: before every commit
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- --deny warnings
+	$(if $(shell command -v cargo-deny),cargo deny --log-level error check,@echo "cargo-deny is not installed: licences are not checked")
+	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)
+
+fuzz: ## arbitrary bytes into every decoder, for fuzz_secs=60 each (needs cargo-fuzz and a nightly Rust)
+	cd fuzz && for target in $$(cargo +nightly fuzz list); do \
+	  cargo +nightly fuzz run $$target -- -max_total_time=$(fuzz_secs) || exit 1; done
+
+# --- measuring it: each folder of bench/ has a program `run`, which prints a line a figure
+
+bench: $(patsubst bench/%/run,bench-%,$(sort $(wildcard bench/*/run))) ## every figure; fails when one misses its bar
+
+bench-%: build peers
+	bench/$*/run $(ARGS)
+
+bench-recorder: ## from a publisher in another process into the bag: losses and CPU
+bench-crash: ## kill -9 at 20 random moments: what the bag still holds
+bench-bag: ## the bag writer against ROS 1's
+
+# --- setting up
+
+setup: $(ready)-build peers ## all that the other targets install, and nothing else
+
+peers: $(ready)-peers .venv/ready tests/build/fastdds_peer
+
+$(ready)-build:
+	@.ci/apt-install "to build teampulse" build-essential cmake libclang-dev pkg-config
+	@mkdir -p $(@D) && touch $@
+
+$(ready)-peers:
+	@.ci/apt-install "to test on a network of its own" iproute2 util-linux
+	@.ci/apt-install "to test against Fast DDS" --if-available fastddsgen libfastrtps-dev
+	@mkdir -p $(@D) && touch $@
+
+.venv/ready: tests/peers/requirements.txt
+	@python3 -c 'import ensurepip, venv' 2>/dev/null || .ci/apt-install "to test against Python peers" python3-venv
+	@echo "setting up .venv with the Python peers of tests/peers/requirements.txt"
+	@python3 -m venv .venv
+	@.venv/bin/pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+tests/build/fastdds_peer: $(wildcard tests/peers/fastdds/*) | $(ready)-peers
+	@tests/peers/fastdds/build $@
+
+.PHONY: help demo build test test-rust test-peers check fuzz bench setup peers
