@@ -1,0 +1,121 @@
+//! The memory bus: participants in one process, for tests.
+
+mod network;
+
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use teampulse_core::qos::Qos;
+use teampulse_core::stream::Schema;
+use tokio::sync::{broadcast, watch};
+
+use crate::bus::{Asked, Bus, BusError, Deliver, Incident, Publisher, Subscription};
+use crate::graph::{Gid, Graph};
+use network::{Member, Network, Reader, Writer};
+
+/// A participant of a bus in memory.
+///
+/// It behaves as a participant of a ROS 2 domain does: late joiners are given what is transient
+/// local, what is incompatible does not flow and is told, and nobody hears itself. Messages arrive
+/// before [`Publisher::publish`] returns; deadlines are not watched. A [`Deliver`] must not call
+/// the bus.
+pub struct MemoryBus {
+    name: String,
+    network: Arc<Network>,
+    member: Arc<Member>,
+}
+
+impl MemoryBus {
+    /// A bus of its own, with one participant of this full name: `/teampulse`.
+    pub fn new(node: &str) -> Arc<MemoryBus> {
+        MemoryBus::on(Arc::default(), node)
+    }
+
+    /// Another participant on the same bus.
+    pub fn join(&self, node: &str) -> Arc<MemoryBus> {
+        MemoryBus::on(Arc::clone(&self.network), node)
+    }
+
+    fn on(network: Arc<Network>, node: &str) -> Arc<MemoryBus> {
+        let member = network.join(node);
+        Arc::new(MemoryBus { name: format!("memory bus as {node}"), network, member })
+    }
+}
+
+impl Drop for MemoryBus {
+    fn drop(&mut self) {
+        self.network.leave(&self.member);
+    }
+}
+
+#[async_trait]
+impl Bus for MemoryBus {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn graph(&self) -> watch::Receiver<Arc<Graph>> {
+        self.member.graph.subscribe()
+    }
+
+    fn incidents(&self) -> broadcast::Receiver<Incident> {
+        self.member.incidents.subscribe()
+    }
+
+    fn subscribe(
+        &self,
+        topic: &str,
+        type_name: &str,
+        asked: Asked,
+        deliver: Deliver,
+    ) -> Result<Subscription, BusError> {
+        let member = Arc::clone(&self.member);
+        let (topic, type_name) = (topic.to_owned(), type_name.to_owned());
+        let gid = self.network.read(Reader { member, topic, type_name, asked, deliver });
+        Ok(Subscription::new(Membership { network: Arc::clone(&self.network), gid }))
+    }
+
+    fn publish(
+        &self,
+        topic: &str,
+        schema: &Schema,
+        qos: &Qos,
+    ) -> Result<Box<dyn Publisher>, BusError> {
+        let writer = Writer::new(Arc::clone(&self.member), topic, schema, qos);
+        let gid = self.network.write(writer);
+        Ok(Box::new(Membership { network: Arc::clone(&self.network), gid }))
+    }
+
+    async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError> {
+        self.network.definition(type_name, hash).ok_or_else(|| BusError::Definition {
+            type_name: type_name.to_owned(),
+            reason: "no publisher on the memory bus tells it".into(),
+        })
+    }
+}
+
+/// An endpoint of the bus; it leaves when this is dropped.
+struct Membership {
+    network: Arc<Network>,
+    gid: Gid,
+}
+
+impl Publisher for Membership {
+    fn publish(&self, cdr: &[u8]) -> Result<(), BusError> {
+        self.network.publish(self.gid, cdr);
+        Ok(())
+    }
+
+    fn subscribers(&self) -> usize {
+        self.network.subscribers(self.gid)
+    }
+}
+
+impl Drop for Membership {
+    fn drop(&mut self) {
+        self.network.remove(self.gid);
+    }
+}
+
+#[cfg(test)]
+mod tests;

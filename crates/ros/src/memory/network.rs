@@ -1,0 +1,280 @@
+//! What the participants of a memory bus share.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use bytes::Bytes;
+use teampulse_core::clock;
+use teampulse_core::qos::{Durability, History, Qos};
+use teampulse_core::stream::Schema;
+use tokio::sync::{broadcast, watch};
+
+use crate::bus::{Arrival, Asked, Deliver, Incident};
+use crate::graph::{Endpoint, EndpointKind, Gid, Graph};
+use crate::offer;
+
+/// How many incidents wait for a slow listener.
+const INCIDENTS: usize = 256;
+
+/// The bus itself. One lock is held while a message is handed over, so that everyone sees the same
+/// order.
+#[derive(Default)]
+pub(super) struct Network(Mutex<State>);
+
+#[derive(Default)]
+struct State {
+    last_gid: u128,
+    members: Vec<Arc<Member>>,
+    writers: BTreeMap<Gid, Writer>,
+    readers: BTreeMap<Gid, Reader>,
+}
+
+/// A participant.
+pub(super) struct Member {
+    pub(super) node: String,
+    pub(super) graph: watch::Sender<Arc<Graph>>,
+    pub(super) incidents: broadcast::Sender<Incident>,
+}
+
+/// A publisher with what it keeps for late joiners.
+pub(super) struct Writer {
+    member: Arc<Member>,
+    topic: String,
+    schema: Schema,
+    qos: Qos,
+    sequence: u64,
+    kept: VecDeque<Arrival>,
+}
+
+/// A subscription.
+pub(super) struct Reader {
+    pub(super) member: Arc<Member>,
+    pub(super) topic: String,
+    pub(super) type_name: String,
+    pub(super) asked: Asked,
+    pub(super) deliver: Deliver,
+}
+
+impl Network {
+    pub(super) fn join(&self, node: &str) -> Arc<Member> {
+        let member = Arc::new(Member {
+            node: node.to_owned(),
+            graph: watch::Sender::default(),
+            incidents: broadcast::Sender::new(INCIDENTS),
+        });
+        let mut state = self.lock();
+        state.members.push(Arc::clone(&member));
+        state.tell_graph();
+        member
+    }
+
+    pub(super) fn leave(&self, member: &Arc<Member>) {
+        let mut state = self.lock();
+        state.members.retain(|each| !Arc::ptr_eq(each, member));
+        state.tell_graph();
+    }
+
+    pub(super) fn read(&self, reader: Reader) -> Gid {
+        let mut state = self.lock();
+        state.readers_differ(&reader);
+        let requested = state.requested(&reader);
+        for writer in state.writers.values().filter(|writer| writer.reaches(&reader)) {
+            let late = requested.durability == Durability::TransientLocal;
+            if late && offer::incompatible(&writer.qos, &requested).is_none() {
+                writer.kept.iter().cloned().for_each(|arrival| (reader.deliver)(arrival));
+            }
+        }
+        let gid = state.next_gid();
+        state.readers.insert(gid, reader);
+        state.tell_graph();
+        gid
+    }
+
+    pub(super) fn write(&self, writer: Writer) -> Gid {
+        let mut state = self.lock();
+        state.writer_differs(&writer);
+        let gid = state.next_gid();
+        state.writers.insert(gid, writer);
+        state.tell_graph();
+        gid
+    }
+
+    pub(super) fn remove(&self, gid: Gid) {
+        let mut state = self.lock();
+        let reader = state.readers.remove(&gid);
+        let writer = state.writers.remove(&gid);
+        state.tell_graph();
+        drop(state);
+        // What a subscription holds may itself own an endpoint, so it is let go without the lock.
+        drop((reader, writer));
+    }
+
+    pub(super) fn publish(&self, gid: Gid, cdr: &[u8]) {
+        let mut state = self.lock();
+        let Some(arrival) = state.writers.get_mut(&gid).map(|writer| writer.stamp(gid, cdr)) else {
+            return;
+        };
+        for reader in state.matched(gid) {
+            (reader.deliver)(arrival.clone());
+        }
+    }
+
+    pub(super) fn subscribers(&self, gid: Gid) -> usize {
+        self.lock().matched(gid).count()
+    }
+
+    pub(super) fn definition(&self, type_name: &str, hash: &str) -> Option<Schema> {
+        let state = self.lock();
+        let mut schemas = state.writers.values().map(|writer| &writer.schema);
+        let is_it = |schema: &&Schema| {
+            schema.name == type_name
+                && !schema.text.is_empty()
+                && (hash.is_empty() || schema.hash == hash)
+        };
+        schemas.find(is_it).cloned()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    fn next_gid(&mut self) -> Gid {
+        self.last_gid += 1;
+        Gid(self.last_gid.to_be_bytes())
+    }
+
+    /// What a subscription requests with the publishers that are there now.
+    fn requested(&self, reader: &Reader) -> Qos {
+        match &reader.asked {
+            Asked::Exactly(qos) => qos.clone(),
+            Asked::Adaptive { depth } => {
+                let reaching = self.writers.values().filter(|writer| writer.reaches(reader));
+                offer::suiting_all(reaching.map(|writer| &writer.qos), *depth)
+            }
+        }
+    }
+
+    /// The subscriptions to which a publisher's messages flow.
+    fn matched(&self, gid: Gid) -> impl Iterator<Item = &Reader> {
+        let writer = self.writers.get(&gid);
+        self.readers.values().filter(move |reader| {
+            writer.is_some_and(|writer| {
+                let requested = self.requested(reader);
+                writer.reaches(reader) && offer::incompatible(&writer.qos, &requested).is_none()
+            })
+        })
+    }
+
+    /// Tells both sides when a new subscription does not match a publisher.
+    fn readers_differ(&self, reader: &Reader) {
+        for writer in self.writers.values().filter(|writer| writer.reaches(reader)) {
+            tell_difference(writer, reader);
+        }
+    }
+
+    /// Tells both sides when a new publisher does not match a subscription, and everyone when it
+    /// gives its topic a second type.
+    fn writer_differs(&self, writer: &Writer) {
+        for reader in self.readers.values().filter(|reader| writer.reaches(reader)) {
+            tell_difference(writer, reader);
+        }
+        let others = self.writers.values().filter(|other| other.topic == writer.topic);
+        let mut types: BTreeSet<_> = others.map(|other| other.schema.name.clone()).collect();
+        if !types.is_empty() && types.insert(writer.schema.name.clone()) {
+            let types: Vec<String> = types.into_iter().collect();
+            for member in &self.members {
+                let topic = writer.topic.clone();
+                member.tell(Incident::TwoTypes { topic, types: types.clone() });
+            }
+        }
+    }
+
+    fn tell_graph(&mut self) {
+        let mut nodes: Vec<String> = self.members.iter().map(|each| each.node.clone()).collect();
+        nodes.sort();
+        for member in &self.members {
+            let endpoints = self.endpoints(member);
+            member.graph.send_replace(Arc::new(Graph { endpoints, nodes: nodes.clone() }));
+        }
+    }
+
+    fn endpoints(&self, seen_by: &Arc<Member>) -> Vec<Endpoint> {
+        let writers = self.writers.iter().map(|(gid, each)| Endpoint {
+            kind: EndpointKind::Publisher,
+            topic: each.topic.clone(),
+            type_name: each.schema.name.clone(),
+            type_hash: each.schema.hash.clone(),
+            qos: each.qos.clone(),
+            gid: *gid,
+            node: Some(each.member.node.clone()),
+            own: Arc::ptr_eq(&each.member, seen_by),
+        });
+        let readers = self.readers.iter().map(|(gid, each)| Endpoint {
+            kind: EndpointKind::Subscription,
+            topic: each.topic.clone(),
+            type_name: each.type_name.clone(),
+            type_hash: String::new(),
+            qos: self.requested(each),
+            gid: *gid,
+            node: Some(each.member.node.clone()),
+            own: Arc::ptr_eq(&each.member, seen_by),
+        });
+        let mut endpoints: Vec<Endpoint> = writers.chain(readers).collect();
+        endpoints.sort_by(|one, other| (&one.topic, one.gid).cmp(&(&other.topic, other.gid)));
+        endpoints
+    }
+}
+
+impl Member {
+    fn tell(&self, incident: Incident) {
+        // Without a listener there is nobody to tell.
+        self.incidents.send(incident).ok();
+    }
+}
+
+impl Writer {
+    pub(super) fn new(member: Arc<Member>, topic: &str, schema: &Schema, qos: &Qos) -> Writer {
+        let (topic, schema, qos) = (topic.to_owned(), schema.clone(), qos.clone());
+        Writer { member, topic, schema, qos, sequence: 0, kept: VecDeque::new() }
+    }
+
+    /// Whether its messages would flow to a subscription, were it for the names alone.
+    fn reaches(&self, reader: &Reader) -> bool {
+        self.topic == reader.topic
+            && self.schema.name == reader.type_name
+            && !Arc::ptr_eq(&self.member, &reader.member)
+    }
+
+    /// Numbers a message, and keeps it if late joiners are to have it.
+    fn stamp(&mut self, gid: Gid, cdr: &[u8]) -> Arrival {
+        self.sequence += 1;
+        let arrival = Arrival {
+            bytes: Bytes::copy_from_slice(cdr),
+            source_time: Some(clock::wall()),
+            publisher: gid,
+            sequence: Some(self.sequence),
+        };
+        if self.qos.durability == Durability::TransientLocal {
+            self.kept.push_back(arrival.clone());
+        }
+        if matches!(self.qos.history, History::KeepLast(depth) if self.kept.len() > depth as usize)
+        {
+            self.kept.pop_front();
+        }
+        arrival
+    }
+}
+
+fn tell_difference(writer: &Writer, reader: &Reader) {
+    let Asked::Exactly(requested) = &reader.asked else { return };
+    let Some(policy) = offer::incompatible(&writer.qos, requested) else { return };
+    let incident = |ours| Incident::IncompatibleQos {
+        topic: writer.topic.clone(),
+        policy: policy.to_owned(),
+        ours,
+    };
+    reader.member.tell(incident(true));
+    writer.member.tell(incident(false));
+}
