@@ -55,6 +55,8 @@ pub trait Extractor: Send {
 #[derive(Debug, Default)]
 pub struct Outputs {
     pub(crate) declared: Vec<Stream>,
+    /// Which declarations are new or changed.
+    pub(crate) news: Vec<OutputId>,
     pub(crate) emitted: Vec<Emitted>,
 }
 
@@ -79,16 +81,15 @@ impl Outputs {
     /// Declares a stream that this extractor gives; the same name again keeps its id and replaces
     /// what was declared.
     pub fn declare(&mut self, stream: Stream) -> OutputId {
-        match self.declared.iter().position(|known| known.name == stream.name) {
-            Some(index) => {
-                self.declared[index] = stream;
-                OutputId(index)
-            }
-            None => {
-                self.declared.push(stream);
-                OutputId(self.declared.len() - 1)
-            }
+        let known = self.declared.iter().position(|known| known.name == stream.name);
+        let id = OutputId(known.unwrap_or(self.declared.len()));
+        match known {
+            Some(index) if self.declared[index] == stream => return id,
+            Some(index) => self.declared[index] = stream,
+            None => self.declared.push(stream),
         }
+        self.news.push(id);
+        id
     }
 
     /// Emits a sample of a declared output, measured at `measured`.

@@ -15,3 +15,8 @@ pub mod outlet;
 pub mod feature;
 pub mod sink;
 pub mod registry;
+mod life;
+mod track;
+mod extractors;
+pub mod pump;
+pub mod session;

@@ -12,7 +12,7 @@ use crate::data::Data;
 use crate::loss::Loss;
 use crate::source::Reading;
 use crate::stream::{Stream, StreamId};
-use crate::streams::Streams;
+use crate::streams::{Declared, Streams};
 use crate::time::Time;
 
 /// What one source may have waiting in front of the pump [bytes].
@@ -46,7 +46,7 @@ struct Waiting {
 #[derive(Debug)]
 pub(crate) enum Item {
     /// A stream was declared, or more is known about it.
-    Declared(StreamId, Arc<Stream>),
+    Declared { id: StreamId, stream: Arc<Stream>, at: Time },
     /// A reading, with the time of its arrival and its source's budget.
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
     /// So many readings of a stream did not fit in their source's budget.
@@ -157,9 +157,23 @@ pub struct Closed;
 impl Outlet {
     /// Declares a stream, before its first sample; again when more is known about it.
     pub fn declare(&self, stream: Stream) -> StreamId {
-        let id = self.streams.declare(stream);
-        let stream = self.streams.get(id);
-        self.queue.push(|| Item::Declared(id, stream));
+        self.declare_with(stream, None)
+    }
+
+    /// Declares a stream as a recording has it: at the time at which it was declared then.
+    pub fn declare_at(&self, stream: Stream, at: Time) -> StreamId {
+        self.declare_with(stream, Some(at))
+    }
+
+    fn declare_with(&self, stream: Stream, at: Option<Time>) -> StreamId {
+        let Declared { id, news } = self.streams.declare(stream);
+        if news {
+            let stream = self.streams.get(id);
+            self.queue.push(|| {
+                let at = at.unwrap_or_else(|| self.clock.now());
+                Item::Declared { id, stream, at }
+            });
+        }
         id
     }
 
@@ -198,7 +212,7 @@ impl Outlet {
     /// this stream can't be known, and 0 that from now on they are. Sum up: one report a burst.
     pub fn lost(&self, stream: StreamId, count: f64) {
         let event = Loss::OnTheWay.event(&self.streams.get(stream).name, count);
-        let stream = self.streams.declare(Loss::OnTheWay.stream());
+        let stream = self.declare(Loss::OnTheWay.stream());
         let reading = Reading { stream, device_time: None, source_time: None, data: event };
         let cost = cost(&reading);
         self.push(reading, cost, None);

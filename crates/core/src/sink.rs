@@ -7,6 +7,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 use crate::sample::Record;
+use crate::stream::Stream;
 use crate::streams::Streams;
 
 /// Whatever keeps or shows data: a bag, a screen, ROS.
@@ -18,6 +19,11 @@ pub trait Sink: Send {
 
     /// What happens when it is slower than the samples come.
     fn delivery(&self) -> Delivery;
+
+    /// Which streams it is given.
+    fn wants(&self) -> Wants {
+        Wants::Everything
+    }
 
     /// Takes what the inbox gives until it is closed, then finishes its work.
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError>;
@@ -31,6 +37,15 @@ pub enum Delivery {
     Lossless,
     /// It gets the newest samples; what it had no time for is skipped and counted.
     Fresh,
+}
+
+/// Which streams a sink is given.
+#[derive(Clone, Copy, Debug)]
+pub enum Wants {
+    /// All of them.
+    Everything,
+    /// Those for which this is true.
+    Only(fn(&Stream) -> bool),
 }
 
 /// Why a sink ended early. The message fits after "failed to".

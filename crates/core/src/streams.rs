@@ -12,16 +12,18 @@ pub struct Streams(Arc<RwLock<Vec<Arc<Stream>>>>);
 impl Streams {
     /// Declares a stream. One of the same name, origin and type keeps its id, and what is newly
     /// known about it replaces what was; another type on the same topic is another stream.
-    pub fn declare(&self, stream: Stream) -> StreamId {
+    pub fn declare(&self, stream: Stream) -> Declared {
         let mut streams = self.0.write().unwrap_or_else(PoisonError::into_inner);
         let known = streams.iter().position(|known| is_same(known, &stream));
         let index = known.unwrap_or(streams.len());
+        let news = known.is_none_or(|index| *streams[index] != stream);
         if known.is_none() {
             streams.push(Arc::new(stream));
-        } else if *streams[index] != stream {
+        } else if news {
             streams[index] = Arc::new(stream);
         }
-        StreamId(u32::try_from(index).expect("a session has fewer than four billion streams"))
+        let id = u32::try_from(index).expect("a session has fewer than four billion streams");
+        Declared { id: StreamId(id), news }
     }
 
     /// The stream of an id that was declared here.
@@ -40,6 +42,15 @@ impl Streams {
         let streams = self.0.read().unwrap_or_else(PoisonError::into_inner);
         streams.iter().enumerate().map(|(k, each)| (StreamId(k as u32), Arc::clone(each))).collect()
     }
+}
+
+/// What came of a declaration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Declared {
+    /// The stream's id.
+    pub id: StreamId,
+    /// Whether it was unknown, or something new is known about it.
+    pub news: bool,
 }
 
 fn is_same(known: &Stream, stream: &Stream) -> bool {
@@ -68,16 +79,17 @@ mod tests {
     #[test]
     fn a_stream_that_comes_back_is_the_same_and_may_know_more() {
         let streams = Streams::default();
-        let first = streams.declare(message("/r1/x", "a/msg/X", ""));
+        let first = streams.declare(message("/r1/x", "a/msg/X", "")).id;
         let again = streams.declare(message("/r1/x", "a/msg/X", "uint8 x"));
-        assert_eq!(first, again);
+        assert_eq!(again, Declared { id: first, news: true });
+        assert!(!streams.declare(message("/r1/x", "a/msg/X", "uint8 x")).news);
         assert_eq!(streams.get(first).shape, message("", "a/msg/X", "uint8 x").shape);
     }
 
     #[test]
     fn two_types_on_one_topic_are_two_streams() {
         let streams = Streams::default();
-        let first = streams.declare(message("/r1/x", "a/msg/X", ""));
-        assert_ne!(first, streams.declare(message("/r1/x", "a/msg/Y", "")));
+        let first = streams.declare(message("/r1/x", "a/msg/X", "")).id;
+        assert_ne!(first, streams.declare(message("/r1/x", "a/msg/Y", "")).id);
     }
 }

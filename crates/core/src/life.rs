@@ -1,0 +1,282 @@
+//! The life of a stream: how it is judged, on ticks, from its rate, its age and its losses.
+
+use std::collections::VecDeque;
+
+use crate::status::{State, StreamStatus};
+use crate::time::Time;
+
+/// Over how many seconds a rate is counted, and a loss remembered [s].
+const WINDOW_SECS: usize = 10;
+/// How many delays are kept for the median.
+const DELAYS: usize = 32;
+/// A rate is learned when at least so many samples came in the first window.
+const LEARNED_FROM: u64 = 5;
+
+/// What is counted of a stream within one second.
+#[derive(Clone, Copy, Debug, Default)]
+struct Second {
+    received: u64,
+    lost: u64,
+    late: u64,
+    duplicates: u64,
+    disbelieved: u64,
+}
+
+/// The life of one stream so far; a function of what arrived and of the ticks.
+#[derive(Clone, Debug)]
+pub(crate) struct Life {
+    expected_hz: Option<f64>,
+    declared: bool,
+    watched_secs: usize,
+    seconds: VecDeque<Second>,
+    current: Second,
+    newest: Option<Time>,
+    received: u64,
+    lost_source: Option<u64>,
+    lost_queue: u64,
+    late: u64,
+    duplicates: u64,
+    delays_secs: VecDeque<f64>,
+}
+
+impl Life {
+    /// The life of a stream whose rate is declared [Hz], or is to be learned when that is 0.
+    pub(crate) fn new(declared_hz: f64) -> Life {
+        let declared = declared_hz > 0.0;
+        Life {
+            expected_hz: declared.then_some(declared_hz),
+            declared,
+            watched_secs: 0,
+            seconds: VecDeque::with_capacity(WINDOW_SECS + 1),
+            current: Second::default(),
+            newest: None,
+            received: 0,
+            lost_source: None,
+            lost_queue: 0,
+            late: 0,
+            duplicates: 0,
+            delays_secs: VecDeque::with_capacity(DELAYS + 1),
+        }
+    }
+
+    /// A declared rate became known [Hz].
+    pub(crate) fn declare_rate(&mut self, declared_hz: f64) {
+        if declared_hz > 0.0 {
+            self.expected_hz = Some(declared_hz);
+            self.declared = true;
+        }
+    }
+
+    /// A sample was taken.
+    pub(crate) fn arrived(&mut self, log_time: Time, source_time: Option<Time>) {
+        self.newest = Some(log_time);
+        self.received += 1;
+        self.current.received += 1;
+        if let Some(source_time) = source_time {
+            self.delays_secs.push_back(log_time.secs_since(source_time));
+            if self.delays_secs.len() > DELAYS {
+                self.delays_secs.pop_front();
+            }
+        }
+    }
+
+    /// The sample just taken came out of its turn.
+    pub(crate) fn was_late(&mut self) {
+        self.late += 1;
+        self.current.late += 1;
+    }
+
+    /// The sample just taken came twice.
+    pub(crate) fn was_duplicate(&mut self) {
+        self.duplicates += 1;
+        self.current.duplicates += 1;
+    }
+
+    /// The stamp of the sample just taken was not believed.
+    pub(crate) fn was_disbelieved(&mut self) {
+        self.current.disbelieved += 1;
+    }
+
+    /// So many were lost on the way; NaN when that can't be known.
+    pub(crate) fn lost_on_the_way(&mut self, count: f64) {
+        if count.is_nan() {
+            self.lost_source = None;
+            return;
+        }
+        *self.lost_source.get_or_insert(0) += count as u64;
+        self.current.lost += count as u64;
+    }
+
+    /// So many were dropped in our own queue.
+    pub(crate) fn lost_in_our_queue(&mut self, count: f64) {
+        self.lost_queue += count as u64;
+        self.current.lost += count as u64;
+    }
+
+    /// A whole second of the session has passed.
+    pub(crate) fn second(&mut self) {
+        self.seconds.push_back(std::mem::take(&mut self.current));
+        if self.seconds.len() > WINDOW_SECS {
+            self.seconds.pop_front();
+        }
+        if self.received > 0 {
+            self.watched_secs += 1;
+        }
+        let learned = self.sum(|second| second.received);
+        if !self.declared && self.watched_secs == WINDOW_SECS && learned >= LEARNED_FROM {
+            self.expected_hz = Some(self.rate_hz());
+        }
+    }
+
+    /// How the stream of this name is doing at `now`.
+    pub(crate) fn status(&self, name: &str, now: Time) -> StreamStatus {
+        let (state, reason) = self.judge(now);
+        StreamStatus {
+            name: name.to_owned(),
+            state,
+            reason,
+            rate_hz: self.rate_hz(),
+            age_secs: self.newest.map_or(f64::NAN, |newest| now.secs_since(newest)),
+            received: self.received,
+            lost_source: self.lost_source,
+            lost_queue: self.lost_queue,
+            late: self.late,
+            duplicates: self.duplicates,
+            clock: 0,
+            epoch: 0,
+            offset_secs: f64::NAN,
+            skew_ppm: f64::NAN,
+            jitter_secs: f64::NAN,
+            sigma_secs: f64::NAN,
+            latency_secs: self.median_delay_secs(),
+        }
+    }
+
+    fn judge(&self, now: Time) -> (State, String) {
+        let Some(newest) = self.newest else {
+            return (State::Never, "no sample yet".into());
+        };
+        let age_secs = now.secs_since(newest);
+        if let Some(expected_hz) = self.expected_hz {
+            let period_secs = 1.0 / expected_hz;
+            let silent = || format!("silent for {age_secs:.1} s");
+            if age_secs > f64::max(10.0 * period_secs, 5.0) {
+                return (State::Dead, silent());
+            }
+            if age_secs > f64::max(3.0 * period_secs, 1.0) {
+                return (State::Stale, silent());
+            }
+        }
+        match self.complaint() {
+            Some(reason) => (State::Degraded, reason),
+            None => (State::Ok, String::new()),
+        }
+    }
+
+    /// What is wrong with a stream that does come.
+    fn complaint(&self) -> Option<String> {
+        let lost = self.sum(|second| second.lost);
+        let disbelieved = self.sum(|second| second.disbelieved);
+        let late = self.sum(|second| second.late);
+        let duplicates = self.sum(|second| second.duplicates);
+        if lost > 0 {
+            return Some(format!("{lost} lost in the last {WINDOW_SECS} s"));
+        }
+        if disbelieved > 0 {
+            let ahead_secs = -self.median_delay_secs();
+            return Some(format!("its stamps are {ahead_secs:+.1} s off"));
+        }
+        if let Some(slow) = self.too_slow() {
+            return Some(slow);
+        }
+        if late > 0 {
+            return Some(format!("{late} out of order in the last {WINDOW_SECS} s"));
+        }
+        (duplicates > 0).then(|| format!("{duplicates} twice in the last {WINDOW_SECS} s"))
+    }
+
+    fn too_slow(&self) -> Option<String> {
+        let expected_hz = self.expected_hz?;
+        let rate_hz = self.rate_hz();
+        let whole_window = self.watched_secs > WINDOW_SECS;
+        (whole_window && rate_hz < 0.8 * expected_hz && expected_hz * WINDOW_SECS as f64 >= 5.0)
+            .then(|| format!("{rate_hz:.1} Hz instead of {expected_hz:.1} Hz"))
+    }
+
+    /// The rate over the window, or over what of it was watched [Hz].
+    fn rate_hz(&self) -> f64 {
+        let secs = self.watched_secs.clamp(1, WINDOW_SECS);
+        self.sum(|second| second.received) as f64 / secs as f64
+    }
+
+    fn sum(&self, count: impl Fn(&Second) -> u64) -> u64 {
+        self.seconds.iter().map(&count).sum::<u64>()
+    }
+
+    fn median_delay_secs(&self) -> f64 {
+        let mut delays_secs: Vec<f64> = self.delays_secs.iter().copied().collect();
+        delays_secs.sort_by(f64::total_cmp);
+        delays_secs.get(delays_secs.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lives through `secs` seconds from `from_secs` on, with `rate` samples in each.
+    fn live(life: &mut Life, from_secs: i64, secs: i64, rate: i64) -> Time {
+        for second in from_secs..from_secs + secs {
+            for k in 0..rate {
+                let nanos = second * 1_000_000_000 + k * 1_000_000_000 / rate;
+                life.arrived(Time::from_nanos(nanos), None);
+            }
+            life.second();
+        }
+        Time::from_nanos((from_secs + secs) * 1_000_000_000)
+    }
+
+    #[test]
+    fn a_stream_that_never_came_is_never_fine() {
+        let life = Life::new(5.0);
+        assert_eq!(life.status("/x", Time::from_nanos(1)).state, State::Never);
+    }
+
+    #[test]
+    fn a_learned_rate_is_held_against_the_stream() {
+        let mut life = Life::new(0.0);
+        let now = live(&mut life, 0, 20, 10);
+        assert_eq!(life.status("/x", now).state, State::Ok);
+        let now = live(&mut life, 20, 12, 4);
+        let status = life.status("/x", now);
+        assert_eq!(
+            (status.state, status.reason.as_str()),
+            (State::Degraded, "4.0 Hz instead of 10.0 Hz")
+        );
+    }
+
+    #[test]
+    fn silence_is_stale_then_dead_and_ends() {
+        let mut life = Life::new(2.0);
+        let now = live(&mut life, 0, 10, 2);
+        let after = |secs: u64| now + std::time::Duration::from_secs(secs);
+        assert_eq!(life.status("/x", after(2)).state, State::Stale);
+        assert_eq!(life.status("/x", after(6)).state, State::Dead);
+        live(&mut life, 10, 6, 0);
+        let now = live(&mut life, 16, 12, 2);
+        assert_eq!(life.status("/x", now).state, State::Ok);
+    }
+
+    #[test]
+    fn losses_are_unknown_until_told() {
+        let mut life = Life::new(0.0);
+        let now = live(&mut life, 0, 1, 5);
+        assert_eq!(life.status("/x", now).lost_source, None);
+        life.lost_on_the_way(0.0);
+        assert_eq!(life.status("/x", now).lost_source, Some(0));
+        life.lost_on_the_way(3.0);
+        life.second();
+        let status = life.status("/x", now);
+        assert_eq!((status.lost_source, status.state), (Some(3), State::Degraded));
+    }
+}

@@ -1,0 +1,284 @@
+//! The pump's contract, with sources and sinks made for it.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use async_trait::async_trait;
+use bytes::Bytes;
+use teampulse_core::clock::Clock;
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::sample::{Record, Sample, Turn};
+use teampulse_core::session::{Outcome, Pace, Session};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::stream::{About, Origin, Schema, Shape, Stream, StreamId, Subject};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+
+/// Counts samples and ticks of a robot's raw streams, and tells both at each tenth sample.
+struct Counting;
+
+#[derive(Default)]
+struct Counts {
+    samples: u64,
+    late: u64,
+    ticks: u64,
+    output: Option<OutputId>,
+}
+
+impl Feature for Counting {
+    fn accepts(&self, stream: &Stream) -> bool {
+        stream.about == About::Robot && stream.origin == Origin::Raw
+    }
+
+    fn scope(&self) -> Scope {
+        Scope::Subject
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        Box::new(Counts::default())
+    }
+}
+
+impl Extractor for Counts {
+    fn join(&mut self, _: StreamId, stream: &Stream, out: &mut Outputs) {
+        let mut counts = Stream::derived(stream, "counts", Shape::Sample);
+        counts.name = format!("/{}/counts", stream.id);
+        self.output.get_or_insert_with(|| out.declare(counts));
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.samples += 1;
+        if self.samples % 10 == 0 {
+            let counts = [self.samples, self.late, self.ticks].map(|count| count as f64);
+            let output = self.output.expect("a stream joins before its samples");
+            out.emit(output, sample.measured, Data::Sample(Arc::new(counts)));
+        }
+    }
+
+    fn push_late(&mut self, _: &Sample, _: &mut Outputs) {
+        self.late += 1;
+    }
+
+    fn tick(&mut self, now: Time, out: &mut Outputs) {
+        self.ticks += 1;
+        if self.ticks % 2 == 0 {
+            let output = self.output.expect("a stream joins before any tick");
+            out.emit(output, now, Data::Sample(Arc::new([self.ticks as f64])));
+        }
+    }
+}
+
+/// A robot that talks as fast as it is told, now and then late or twice.
+struct Robot {
+    id: &'static str,
+    messages: u64,
+    failures: u64,
+}
+
+fn robot_stream(id: &str) -> Stream {
+    let schema = Schema {
+        name: "test_msgs/msg/Any".into(),
+        encoding: "ros2msg".into(),
+        text: String::new(),
+        hash: String::new(),
+    };
+    Stream::raw(format!("/{id}/any"), Subject::robot(id), Shape::Message(Arc::new(schema)))
+}
+
+#[async_trait]
+impl Source for Robot {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        if self.failures > 0 {
+            self.failures -= 1;
+            return Err(SourceError::Gone { message: "find it".into(), hint: String::new() });
+        }
+        let stream = outlet.declare(robot_stream(self.id));
+        for k in 0..self.messages {
+            let stamp =
+                outlet.clock().now() - Duration::from_micros(if k % 50 == 49 { 90_000 } else { 0 });
+            let data = Data::Message(Bytes::copy_from_slice(&k.to_le_bytes()));
+            let reading = Reading { stream, device_time: None, source_time: Some(stamp), data };
+            if k % 70 == 69 {
+                outlet.offer(reading.clone());
+                outlet.lost(stream, 2.0);
+            }
+            outlet.offer(reading);
+            if k % 5 == 0 {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Hands what is raw over again, as a bag would.
+struct Recording(Vec<Record>);
+
+#[async_trait]
+impl Source for Recording {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        for record in self.0.drain(..) {
+            let sample = record.sample;
+            if let Data::Description(stream) = &sample.data {
+                if stream.origin == Origin::Raw {
+                    outlet.declare_at((**stream).clone(), sample.log_time);
+                }
+                continue;
+            }
+            if record.stream.origin == Origin::Derived {
+                continue;
+            }
+            let stream = outlet.declare_at((*record.stream).clone(), sample.log_time);
+            let reading = Reading {
+                stream,
+                device_time: sample.device_time,
+                source_time: sample.source_time,
+                data: sample.data,
+            };
+            if outlet.send(reading, sample.log_time).await.is_err() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Keeps everything, taking its time now and then.
+struct Keeper {
+    kept: Arc<Mutex<Vec<Record>>>,
+    pause: Duration,
+}
+
+impl Sink for Keeper {
+    fn name(&self) -> &'static str {
+        "keeper"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        loop {
+            match inbox.receive(Duration::from_secs(1)) {
+                Received::Batch(batch) => {
+                    self.kept.lock().unwrap().extend(batch.iter().cloned());
+                    std::thread::sleep(self.pause);
+                }
+                Received::Silence => {}
+                Received::Closed => return Ok(()),
+            }
+        }
+    }
+}
+
+fn encode(stream: &Stream, sample: &Sample) -> Bytes {
+    let Sample { measured, log_time, index, data, .. } = sample;
+    Bytes::from(format!("{} {measured:?} {log_time:?} {index} {data:?}", stream.name))
+}
+
+async fn keep(
+    sources: Vec<Box<dyn Source>>,
+    pace: Pace,
+    pause: Duration,
+) -> (Vec<Record>, Outcome) {
+    let kept = Arc::default();
+    let clock = if pace == Pace::Live { Clock::host() } else { Clock::told() };
+    let session = Session {
+        clock,
+        pace,
+        streams: Streams::default(),
+        sources: sources.into_iter().map(|source| ("test".to_owned(), source)).collect(),
+        features: vec![Arc::new(Counting)],
+        sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
+        encode,
+    };
+    let outcome = session.run(std::future::pending()).await;
+    let kept = std::mem::take(&mut *kept.lock().unwrap());
+    (kept, outcome)
+}
+
+async fn live() -> Vec<Record> {
+    let robots = ["r1", "r2", "r3"].map(|id| Robot { id, messages: 700, failures: 0 });
+    let sources = robots.into_iter().map(|robot| Box::new(robot) as Box<dyn Source>).collect();
+    keep(sources, Pace::Live, Duration::ZERO).await.0
+}
+
+/// All that was computed, byte by byte, in order.
+fn derived(records: &[Record]) -> Vec<&Bytes> {
+    let computed = |record: &&Record| record.stream.origin == Origin::Derived;
+    let computed = records.iter().filter(computed);
+    computed
+        .filter(|record| record.stream.name != "/teampulse/streams")
+        .map(|record| &record.cdr)
+        .collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_replay_equals_the_run_it_came_from() {
+    let run = live().await;
+    assert!(derived(&run).len() > 200);
+    for pause_ms in [0, 1, 3] {
+        let again: Vec<Box<dyn Source>> = vec![Box::new(Recording(run.clone()))];
+        let pause = Duration::from_millis(pause_ms);
+        let (replay, _) = keep(again, Pace::Recorded, pause).await;
+        assert_eq!(derived(&replay), derived(&run));
+        assert_eq!(replay.len(), run.len());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn raw_samples_have_rising_log_times_and_gaps_where_they_were_lost() {
+    let run = live().await;
+    let raw: Vec<&Record> =
+        run.iter().filter(|record| record.stream.origin == Origin::Raw).collect();
+    assert!(raw.windows(2).all(|pair| pair[0].sample.log_time < pair[1].sample.log_time));
+    let of_one = raw.iter().filter(|record| record.stream.name == "/r1/any");
+    let indices: Vec<u64> = of_one.map(|record| record.sample.index).collect();
+    let gaps = indices.windows(2).filter(|pair| pair[1] == pair[0] + 3).count();
+    assert_eq!((indices.len(), gaps), (710, 10));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn late_and_repeated_samples_are_kept_and_counted() {
+    let run = live().await;
+    let turns = |turn| {
+        let of_one = run.iter().filter(|record| record.stream.name == "/r1/any");
+        of_one.filter(|record| record.sample.turn == turn).count() as u64
+    };
+    assert_eq!((turns(Turn::Late), turns(Turn::Duplicate)), (14, 10));
+    let health = run.iter().filter_map(|record| match &record.sample.data {
+        Data::Status(status) if status.name == "/r1/any" => Some(status),
+        _ => None,
+    });
+    if let Some(last) = health.last() {
+        assert!(last.late <= 14 && last.duplicates <= 10);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_source_that_fails_is_run_again_and_its_failures_are_told() {
+    let robot = Robot { id: "r1", messages: 3, failures: 2 };
+    let (records, outcome) = keep(vec![Box::new(robot)], Pace::Live, Duration::ZERO).await;
+    let faults = records.iter().filter(|record| {
+        matches!(&record.sample.data, Data::Event(event) if event.kind == EventKind::Fault
+            && event.label == "test: failed to find it")
+    });
+    assert_eq!(faults.count(), 2);
+    assert_eq!(records.iter().filter(|record| record.stream.name == "/r1/any").count(), 3);
+    assert!(outcome.sources.is_empty());
+}
+
+#[tokio::test]
+async fn the_end_is_recorded_after_everything_else() {
+    let robot = Robot { id: "r1", messages: 3, failures: 0 };
+    let (records, _) = keep(vec![Box::new(robot)], Pace::Live, Duration::ZERO).await;
+    let end = Event { kind: EventKind::Clock, label: "end".into(), value: 0.0, duration_secs: 0.0 };
+    let last = records.last().map(|record| &record.sample.data);
+    assert!(
+        matches!(last, Some(Data::Event(event)) if event.kind == end.kind && event.label == end.label)
+    );
+}

@@ -1,0 +1,58 @@
+//! Ticks: how time passes for everything that must judge silence.
+
+/// A silence longer than this many ticks is passed over: the count begins anew after it. At ten
+/// ticks a second that is a day.
+const LONGEST_SILENCE: i64 = 864_000;
+
+/// The whole multiples of a period, each given once and in order.
+#[derive(Clone, Debug)]
+pub struct Ticks {
+    period_nanos: i64,
+    last: Option<i64>,
+}
+
+impl Ticks {
+    /// Ticks at the whole multiples of `period_nanos` [ns, at least 1].
+    pub fn every(period_nanos: i64) -> Ticks {
+        Ticks { period_nanos: period_nanos.max(1), last: None }
+    }
+
+    /// The ticks after the last one given, up to and including `now` [ns]. The first call gives
+    /// none: it tells when time begins.
+    pub fn until(&mut self, now: i64) -> impl Iterator<Item = i64> + use<> {
+        let newest = now.div_euclid(self.period_nanos);
+        let last = match self.last {
+            Some(last) if newest.saturating_sub(last) <= LONGEST_SILENCE => last,
+            _ => newest,
+        };
+        self.last = Some(newest.max(last));
+        let period_nanos = self.period_nanos;
+        (last.saturating_add(1)..=newest).map(move |tick| tick * period_nanos)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_the_same_for_any_chunking() {
+        let mut whole = Ticks::every(100);
+        let mut parts = whole.clone();
+        let whole: Vec<i64> = whole.until(50).chain(whole.until(1_000)).collect();
+        let parts: Vec<i64> = [50, 51, 99, 100, 100, 350, 340, 999, 1_000]
+            .iter()
+            .flat_map(|&t| parts.until(t))
+            .collect();
+        assert_eq!(whole, parts);
+        assert_eq!(whole, [100, 200, 300, 400, 500, 600, 700, 800, 900, 1_000]);
+    }
+
+    #[test]
+    fn absurd_times_do_not_keep_it_busy() {
+        let mut ticks = Ticks::every(100_000_000);
+        for now in [0, i64::MAX, i64::MIN, 0, 1_700_000_000_000_000_000] {
+            assert!(ticks.until(now).count() <= LONGEST_SILENCE as usize);
+        }
+    }
+}
