@@ -1,1 +1,12 @@
-//! Maths on slices and streaming filters: no samples, no I/O, no async. Useful alone.
+#![doc = include_str!("../README.md")]
+#![cfg_attr(
+    test,
+    expect(clippy::float_cmp, reason = "tests compare exactly where the arithmetic is exact")
+)]
+
+pub mod estimate;
+pub mod robust;
+pub mod slope;
+pub mod trend;
+pub mod window;
+pub mod coverage;
