@@ -36,7 +36,7 @@ enum Sharing {
 /// What extractors gave, in order.
 pub(crate) enum Given {
     /// An output was declared or is better known.
-    Declared { output: Output, stream: Stream },
+    Declared { output: Output, stream: Box<Stream> },
     /// A sample of an output that was declared before.
     Sample { output: Output, measured: Time, data: Data },
 }
@@ -125,7 +125,7 @@ impl Extractors {
 impl AtWork {
     fn hand_on(&mut self, by: usize, given: &mut VecDeque<Given>) {
         for id in self.outputs.news.drain(..) {
-            let stream = self.outputs.declared[id.0].clone();
+            let stream = Box::new(self.outputs.declared[id.0].clone());
             given.push_back(Given::Declared { output: Output { by, id }, stream });
         }
         for Emitted { stream: id, measured, data } in self.outputs.emitted.drain(..) {

@@ -65,7 +65,7 @@ impl Pump {
     /// Takes what comes next out of the queue.
     pub(crate) fn take(&mut self, item: Item) {
         match item {
-            Item::Declared { id, stream, at } => self.take_declaration(id, stream, at),
+            Item::Declared { id, stream, at } => self.take_declaration(id, &stream, at),
             Item::Arrived { reading, arrival, .. } => self.take_reading(reading, arrival),
             Item::Dropped { stream, count } => {
                 self.dropped += count;
@@ -105,16 +105,16 @@ impl Pump {
         self.dropped
     }
 
-    fn take_declaration(&mut self, id: StreamId, stream: Arc<Stream>, at: Time) {
+    fn take_declaration(&mut self, id: StreamId, stream: &Arc<Stream>, at: Time) {
         let at = self.next_log_time(at);
         if let Some(track) = self.track(id) {
             track.life.declare_rate(stream.rate_hz);
-            track.stream = Arc::clone(&stream);
+            track.stream = Arc::clone(stream);
         } else {
-            self.add_track(Track::new(id, Arc::clone(&stream)));
+            self.add_track(Track::new(id, Arc::clone(stream)));
         }
-        self.describe(&stream, at);
-        self.extractors.join(id, &stream, &mut self.given);
+        self.describe(stream, at);
+        self.extractors.join(id, stream, &mut self.given);
         self.settle(at);
     }
 
@@ -132,7 +132,7 @@ impl Pump {
     fn take_own(&mut self, stream: Stream, data: Data, at: Time) {
         let Declared { id, news } = self.streams.declare(stream);
         if news || self.track(id).is_none() {
-            self.take_declaration(id, self.streams.get(id), at);
+            self.take_declaration(id, &self.streams.get(id), at);
         }
         let reading = Reading { stream: id, device_time: None, source_time: None, data };
         self.take_reading(reading, at);
@@ -163,7 +163,7 @@ impl Pump {
         while let Some(given) = self.given.pop_front() {
             match given {
                 Given::Declared { output, stream } => {
-                    let id = self.declare_derived(stream, log_time);
+                    let id = self.declare_derived(*stream, log_time);
                     self.extractors.name(output, id);
                 }
                 Given::Sample { output, measured, data } => {

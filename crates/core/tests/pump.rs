@@ -51,7 +51,7 @@ impl Extractor for Counts {
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         self.samples += 1;
-        if self.samples % 10 == 0 {
+        if self.samples.is_multiple_of(10) {
             let counts = [self.samples, self.late, self.ticks].map(|count| count as f64);
             let output = self.output.expect("a stream joins before its samples");
             out.emit(output, sample.measured, Data::Sample(Arc::new(counts)));
@@ -64,7 +64,7 @@ impl Extractor for Counts {
 
     fn tick(&mut self, now: Time, out: &mut Outputs) {
         self.ticks += 1;
-        if self.ticks % 2 == 0 {
+        if self.ticks.is_multiple_of(2) {
             let output = self.output.expect("a stream joins before any tick");
             out.emit(output, now, Data::Sample(Arc::new([self.ticks as f64])));
         }
@@ -165,7 +165,7 @@ impl Sink for Keeper {
         loop {
             match inbox.receive(Duration::from_secs(1)) {
                 Received::Batch(batch) => {
-                    self.kept.lock().unwrap().extend(batch.iter().cloned());
+                    self.kept.lock().expect("nobody panicked").extend(batch.iter().cloned());
                     std::thread::sleep(self.pause);
                 }
                 Received::Silence => {}
@@ -197,7 +197,7 @@ async fn keep(
         encode,
     };
     let outcome = session.run(std::future::pending()).await;
-    let kept = std::mem::take(&mut *kept.lock().unwrap());
+    let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
     (kept, outcome)
 }
 
