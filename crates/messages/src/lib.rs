@@ -2,3 +2,5 @@
 
 pub mod cdr;
 pub mod standard;
+pub mod convert;
+pub mod catalogue;

@@ -46,7 +46,15 @@ impl<'a> Reader<'a> {
         Ok(bytes)
     }
 
-    /// The next `count` numbers of `width` bytes each, behind their padding.
+    /// The bytes of the next number, behind its padding.
+    pub fn number<const N: usize>(&mut self) -> Result<[u8; N], CdrError> {
+        self.align(N)?;
+        let number = self.body[self.at..].first_chunk().ok_or(self.short(N as u64))?;
+        self.at += N;
+        Ok(*number)
+    }
+
+    /// The bytes of the next `count` numbers of `width` bytes each, behind their padding.
     pub fn numbers(&mut self, count: usize, width: usize) -> Result<&'a [u8], CdrError> {
         if count == 0 {
             return Ok(&[]);
@@ -54,12 +62,6 @@ impl<'a> Reader<'a> {
         self.align(width)?;
         self.expect(count, width)?;
         self.bytes(count * width)
-    }
-
-    /// The next number of `N` bytes, behind its padding.
-    pub fn number<const N: usize>(&mut self) -> Result<[u8; N], CdrError> {
-        let bytes = self.numbers(1, N)?;
-        Ok(bytes.try_into().expect("as many bytes as were asked for"))
     }
 
     /// The count of a sequence whose items take `item_bytes` at least; it fits into what is left.
@@ -83,7 +85,10 @@ impl<'a> Reader<'a> {
 
     fn expect(&self, count: usize, item_bytes: usize) -> Result<(), CdrError> {
         let needed = count as u64 * item_bytes as u64;
-        let (at, left) = (self.at, self.left());
-        if needed > left as u64 { Err(CdrError::Short { needed, at, left }) } else { Ok(()) }
+        if needed > self.left() as u64 { Err(self.short(needed)) } else { Ok(()) }
+    }
+
+    fn short(&self, needed: u64) -> CdrError {
+        CdrError::Short { needed, at: self.at, left: self.left() }
     }
 }

@@ -205,3 +205,8 @@ message!(
         latency_secs,
     } = "teampulse_msgs/msg/StreamStatus"
 );
+
+impl StreamStatus {
+    /// The `lost_source` of a stream whose losses can't be known.
+    pub const LOST_UNKNOWN: i64 = -1;
+}

@@ -1,0 +1,68 @@
+use teampulse_core::stream::{About, Origin, Signal, Stream};
+
+use super::DecodeError;
+use super::decode::{expect_length, unknown_word};
+use super::schema::{shape_of, type_name};
+use crate::standard::std_msgs::Header;
+use crate::standard::teampulse_msgs::StreamDescription;
+
+const ABOUT: [About; 4] = [About::Person, About::Robot, About::Team, About::Session];
+const ORIGINS: [Origin; 2] = [Origin::Raw, Origin::Derived];
+
+impl StreamDescription {
+    /// The description of a stream. The quality of service is not part of it: a bag keeps that with
+    /// its channels, and the bus with its endpoints.
+    pub fn of(stream: &Stream, header: Header) -> StreamDescription {
+        StreamDescription {
+            header,
+            name: stream.name.clone(),
+            r#type: type_name(&stream.shape).to_owned(),
+            signal: stream.signal.word().to_owned(),
+            about: code(&ABOUT, &stream.about),
+            id: stream.id.clone(),
+            device: stream.device.clone(),
+            origin: code(&ORIGINS, &stream.origin),
+            inputs: stream.inputs.clone(),
+            method: stream.method.clone(),
+            channels: stream.channels.clone(),
+            units: stream.units.clone(),
+            rate_hz: stream.rate_hz,
+            scale: stream.scale,
+            doc: stream.doc.clone(),
+        }
+    }
+
+    /// The stream that is described. The schema of a message from elsewhere has its definition and
+    /// its hash only if they are [shipped](crate::catalogue::shipped).
+    pub fn stream(&self) -> Result<Stream, DecodeError> {
+        expect_length("units", self.units.len(), self.channels.len())?;
+        let signal = Signal::from_word(&self.signal);
+        Ok(Stream {
+            name: self.name.clone(),
+            signal: signal.ok_or_else(|| unknown_word("signal", &self.signal, Signal::ALL))?,
+            about: coded("about", &ABOUT, self.about)?,
+            id: self.id.clone(),
+            device: self.device.clone(),
+            origin: coded("origin", &ORIGINS, self.origin)?,
+            shape: shape_of(&self.r#type),
+            channels: self.channels.clone(),
+            units: self.units.clone(),
+            scale: self.scale,
+            rate_hz: self.rate_hz,
+            inputs: self.inputs.clone(),
+            method: self.method.clone(),
+            doc: self.doc.clone(),
+            qos: Vec::new(),
+        })
+    }
+}
+
+/// The place of a value in the list of its codes.
+fn code<T: PartialEq>(all: &[T], value: &T) -> u8 {
+    let place = all.iter().position(|each| each == value);
+    place.expect("the list has every value") as u8
+}
+
+fn coded<T: Copy>(field: &'static str, all: &[T], code: u8) -> Result<T, DecodeError> {
+    all.get(usize::from(code)).copied().ok_or(DecodeError::Code { field, code })
+}

@@ -1,0 +1,53 @@
+use std::sync::Arc;
+
+use teampulse_core::stream::{Schema, Shape};
+
+use crate::catalogue;
+use crate::standard::{Message, teampulse_msgs as msgs};
+
+/// The ROS type of a stream's samples: its name, its hash and its full definition.
+pub fn schema_of(shape: &Shape) -> Arc<Schema> {
+    match shape {
+        Shape::Message(schema) => Arc::clone(schema),
+        ours => named(type_name(ours)),
+    }
+}
+
+/// The name of the ROS type of a stream's samples.
+pub(super) fn type_name(shape: &Shape) -> &str {
+    match shape {
+        Shape::Sample => msgs::Sample::NAME,
+        Shape::Wave => msgs::Wave::NAME,
+        Shape::Feature => msgs::Feature::NAME,
+        Shape::Event => msgs::Event::NAME,
+        Shape::Status => msgs::StreamStatus::NAME,
+        Shape::Description => msgs::StreamDescription::NAME,
+        Shape::Message(schema) => &schema.name,
+    }
+}
+
+/// The shape of samples that come as the named ROS type.
+pub(super) fn shape_of(type_name: &str) -> Shape {
+    match type_name {
+        msgs::Sample::NAME => Shape::Sample,
+        msgs::Wave::NAME => Shape::Wave,
+        msgs::Feature::NAME => Shape::Feature,
+        msgs::Event::NAME => Shape::Event,
+        msgs::StreamStatus::NAME => Shape::Status,
+        msgs::StreamDescription::NAME => Shape::Description,
+        other => Shape::Message(named(other)),
+    }
+}
+
+/// The schema of a type by its name: without definition and hash unless they are shipped.
+fn named(type_name: &str) -> Arc<Schema> {
+    let unknown = || {
+        Arc::new(Schema {
+            name: type_name.to_owned(),
+            encoding: "ros2msg".to_owned(),
+            text: String::new(),
+            hash: String::new(),
+        })
+    };
+    catalogue::shipped(type_name).unwrap_or_else(unknown)
+}
