@@ -1,0 +1,298 @@
+#!/usr/bin/env python3
+"""An independent ROS 2 peer over PyPI's Cyclone DDS.
+
+`publish` and `subscribe` move numbered, checksummed messages (see payload.py); `send` publishes any
+bytes, given as hexadecimal lines on standard input; `graph` tells the nodes and endpoints it sees.
+Each prints one JSON object a line: first that it is matched, last what it counted. Standard input
+is its leash: when that closes, it ends.
+"""
+
+import argparse
+import itertools
+import json
+import select
+import sys
+import time
+
+from cyclonedds._clayer import ddspy_take, ddspy_write
+from cyclonedds.builtin import (
+    BuiltinDataReader,
+    BuiltinTopicDcpsPublication,
+    BuiltinTopicDcpsSubscription,
+)
+from cyclonedds.core import InstanceState, Policy, Qos, SampleState, ViewState
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+import payload
+import ros_types
+
+ANY = SampleState.Any | ViewState.Any | InstanceState.Any
+CDR_HEADER_BYTES = 4
+
+
+def main() -> None:
+    args = arguments()
+    participant = DomainParticipant(args.domain)
+    args.run(args, participant)
+
+
+# --- publishing
+
+
+def publish(args: argparse.Namespace, participant: DomainParticipant) -> None:
+    """Numbered messages on one or several topics, paced."""
+    writers = [DataWriter(participant, topic, qos=qos(args)) for topic in topics(args, participant)]
+    wait_until(lambda: all(len(w.get_matched_subscriptions()) >= args.subscribers for w in writers))
+    tell(matched=len(writers))
+    time.sleep(args.settle_secs)
+
+    encode = encoder(args.size)
+    handles = [writer._ref for writer in writers]
+    started, cpu_started = time.monotonic(), time.process_time()
+    for number in range(args.count):
+        pause = started + number // args.burst * args.burst / args.rate - time.monotonic()
+        if pause > 0:
+            time.sleep(pause)
+        message = encode(number)
+        for handle in handles:
+            # The binding's own write() would encode field by field: too slow for these rates.
+            if ddspy_write(handle, message) < 0:
+                sys.exit(f"failed to write message {number}")
+    seconds, cpu_secs = time.monotonic() - started, time.process_time() - cpu_started
+    acknowledged = args.best_effort or all(map(wait_for_acks, writers))
+    tell(
+        sent=args.count,
+        topics=len(writers),
+        seconds=seconds,
+        cpu_secs=cpu_secs,
+        acknowledged=acknowledged,
+    )
+    sys.stdin.read()
+
+
+def wait_for_acks(writer: DataWriter) -> bool:
+    """Whether all that was written has arrived, after ten seconds at the latest."""
+    try:
+        return writer.wait_for_acks(duration(seconds=10))
+    except AttributeError:  # what cyclonedds 11.0.1 makes of a timeout
+        return False
+
+
+def encoder(size: int):
+    """Encodes messages of so many bytes by number, all but the number by Cyclone's own encoder."""
+    empty = ros_types.MultiArrayLayout(dim=[], data_offset=0)
+    message = ros_types.UInt8MultiArray(layout=empty, data=bytes(range(256)) * (size // 256 + 1))
+    message.data = message.data[:size]
+    cdr = bytearray(message.serialize(use_version_2=False))
+    content_at = len(cdr) - size
+    padding = bytes(-len(cdr) % 4)
+
+    def encode(number: int) -> bytes:
+        payload.fill(cdr, content_at, number)
+        return bytes(cdr) + padding
+
+    return encode
+
+
+def send(args: argparse.Namespace, participant: DomainParticipant) -> None:
+    """Any bytes, as they come on standard input: a line of hexadecimal each, CDR header included."""
+    [topic] = topics(args, participant)
+    writer = DataWriter(participant, topic, qos=qos(args))
+    wait_until(lambda: len(writer.get_matched_subscriptions()) >= args.subscribers)
+    tell(matched=1)
+    sent = 0
+    for line in sys.stdin:
+        message = bytes.fromhex(line.strip())
+        sent += ddspy_write(writer._ref, message + bytes(-len(message) % 4)) >= 0
+        tell(sent=sent)
+
+
+# --- subscribing
+
+
+def subscribe(args: argparse.Namespace, participant: DomainParticipant) -> None:
+    """Counts what arrives until it has seen `count` a topic, or for `seconds`."""
+    readers = [DataReader(participant, topic, qos=qos(args)) for topic in topics(args, participant)]
+    tallies = [payload.Tally() for _ in readers]
+    messages, samples = 0, []
+    tell(subscribed=len(readers))
+    deadline = time.monotonic() + args.seconds
+    while time.monotonic() < deadline and messages < args.count * len(readers) and leashed():
+        idle = True
+        for reader, tally in zip(readers, tallies):
+            for data, info in ddspy_take(reader._ref, ANY, 100):
+                if not info.valid_data:
+                    continue
+                idle, messages = False, messages + 1
+                tally.add(data, content_at(data))
+                if len(samples) < args.keep:
+                    samples.append(data.hex())
+        if idle:
+            time.sleep(0.001)
+    latencies = sorted(itertools.chain.from_iterable(tally.latencies_ms for tally in tallies))
+    tell(
+        messages=messages,
+        topics=[tally.summary() for tally in tallies],
+        latency_p50_ms=latencies[len(latencies) // 2] if latencies else None,
+        latency_p99_ms=latencies[len(latencies) * 99 // 100] if latencies else None,
+        samples=samples,
+    )
+
+
+def content_at(cdr: bytes) -> int:
+    """Where the content of a UInt8MultiArray with an empty layout begins: after three lengths."""
+    return CDR_HEADER_BYTES + 3 * 4
+
+
+# --- the graph
+
+
+def graph(args: argparse.Namespace, participant: DomainParticipant) -> None:
+    """Tells everything in the graph after `seconds`, or as soon as node `until_node` is there."""
+    latched = Qos(
+        Policy.Reliability.Reliable(duration(seconds=1)),
+        Policy.Durability.TransientLocal,
+        Policy.History.KeepLast(1),
+        Policy.DataRepresentation(use_xcdrv2_representation=False),
+    )
+    info_type = ros_types.participant_entities_info(args.gid_bytes)
+    info_topic = Topic(participant, "ros_discovery_info", info_type, qos=latched)
+    infos = DataReader(participant, info_topic, qos=latched)
+    kinds = {
+        "publisher": BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
+        "subscription": BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
+    }
+    participants, endpoints = {}, {}
+    deadline = time.monotonic() + args.seconds
+    while time.monotonic() < deadline and leashed():
+        for message in infos.take(100):
+            if getattr(message, "gid", None):
+                participants[bytes(message.gid.data).hex()] = message.node_entities_info_seq
+        for kind, reader in kinds.items():
+            for endpoint in reader.take(1000):
+                if endpoint.sample_info.valid_data:
+                    endpoints[str(endpoint.key)] = describe_endpoint(kind, endpoint)
+        nodes = [describe_node(gid, node) for gid, info in participants.items() for node in info]
+        if args.until_node in [node["name"] for node in nodes] and args.until_topic in [
+            None,
+            *(endpoint["topic"] for endpoint in endpoints.values()),
+        ]:
+            break
+        time.sleep(0.05)
+    tell(nodes=nodes, endpoints=list(endpoints.values()))
+
+
+def describe_node(participant_gid: str, node) -> dict:
+    namespace = node.node_namespace.rstrip("/")
+    return {
+        "name": f"{namespace}/{node.node_name}",
+        "participant": participant_gid,
+        "readers": [bytes(gid.data).hex() for gid in node.reader_gid_seq],
+        "writers": [bytes(gid.data).hex() for gid in node.writer_gid_seq],
+    }
+
+
+def describe_endpoint(kind: str, endpoint) -> dict:
+    policies = {type(policy).__name__: policy for policy in endpoint.qos}
+    kinds = {policy.__scope__: type(policy).__name__.split(".")[-1] for policy in endpoint.qos}
+    user_data = policies["Userdata"].data if "Userdata" in policies else b""
+    return {
+        "kind": kind,
+        "gid": endpoint.key.bytes.hex(),
+        "topic": endpoint.topic_name,
+        "type": endpoint.type_name,
+        "user_data": user_data.decode("ascii", "replace"),
+        "reliability": kinds.get("Reliability"),
+        "durability": kinds.get("Durability"),
+    }
+
+
+# --- what all of them need
+
+
+def topics(args: argparse.Namespace, participant: DomainParticipant) -> list[Topic]:
+    names = [args.topic] if args.topics == 1 else [f"{args.topic}{k}" for k in range(args.topics)]
+    dds_type = ros_types.dds_type(args.type)
+    return [Topic(participant, f"rt{name}", dds_type, qos=qos(args)) for name in names]
+
+
+def qos(args: argparse.Namespace) -> Qos:
+    reliable = Policy.Reliability.Reliable(duration(seconds=10))
+    policies = [
+        Policy.Reliability.BestEffort if args.best_effort else reliable,
+        Policy.Durability.TransientLocal if args.transient_local else Policy.Durability.Volatile,
+        Policy.History.KeepLast(args.depth),
+        # A late joiner gets what this says, not what the history says; rmw_cyclonedds sets it, too.
+        Policy.DurabilityService(
+            cleanup_delay=duration(seconds=0),
+            history=Policy.History.KeepLast(args.depth),
+            max_samples=-1,
+            max_instances=-1,
+            max_samples_per_instance=-1,
+        ),
+        Policy.DataRepresentation(use_xcdrv2_representation=False),
+    ]
+    if args.deadline_ms:
+        policies.append(Policy.Deadline(duration(milliseconds=args.deadline_ms)))
+    type_hash = None if args.no_type_hash else ros_types.type_hash(args.type)
+    if type_hash:
+        policies.append(Policy.Userdata(f"typehash={type_hash};".encode()))
+    return Qos(*policies)
+
+
+def wait_until(condition) -> None:
+    while not condition():
+        if not leashed():
+            sys.exit("not matched")
+        time.sleep(0.01)
+
+
+def leashed() -> bool:
+    """Whether whoever started this program still holds its standard input open."""
+    readable, _, _ = select.select([sys.stdin], [], [], 0)
+    return not readable or bool(sys.stdin.buffer.peek(1))
+
+
+def tell(**what) -> None:
+    print(json.dumps(what), flush=True)
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--domain", type=int, default=0)
+    commands = parser.add_subparsers(required=True)
+    for run in (publish, send, subscribe):
+        command = commands.add_parser(run.__name__, help=run.__doc__)
+        command.set_defaults(run=run)
+        command.add_argument("topic", help="a ROS name: /bench")
+        command.add_argument("--type", default=payload.TYPE)
+        command.add_argument("--topics", type=int, default=1, help="that many, numbered from 0")
+        command.add_argument("--size", type=int, default=64, help="bytes of content")
+        command.add_argument("--rate", type=float, default=100, help="messages a second and topic")
+        command.add_argument("--burst", type=int, default=1, help="that many back to back")
+        command.add_argument("--count", type=int, default=sys.maxsize, help="messages a topic")
+        command.add_argument("--seconds", type=float, default=60, help="how long to subscribe")
+        command.add_argument("--keep", type=int, default=0, help="tell that many messages whole")
+        command.add_argument("--subscribers", type=int, default=1, help="wait for so many")
+        # A writer sees its reader before the reader sees it, and DDS offers no way to ask.
+        command.add_argument("--settle-secs", type=float, default=1, help="pause before the first")
+        command.add_argument("--depth", type=int, default=1000)
+        command.add_argument("--best-effort", action="store_true")
+        command.add_argument("--transient-local", action="store_true")
+        command.add_argument("--deadline-ms", type=float)
+        command.add_argument("--no-type-hash", action="store_true")
+    command = commands.add_parser("graph", help=graph.__doc__)
+    command.set_defaults(run=graph)
+    command.add_argument("--seconds", type=float, default=10)
+    command.add_argument("--gid-bytes", type=int, default=16)
+    command.add_argument("--until-node")
+    command.add_argument("--until-topic")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()
