@@ -3,4 +3,5 @@
 pub mod cdr;
 pub mod standard;
 pub mod convert;
+pub mod definition;
 pub mod catalogue;

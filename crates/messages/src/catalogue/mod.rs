@@ -1,17 +1,44 @@
-//! The definitions that are shipped.
+//! The definitions that are shipped: of the common packages as ROS 2 Jazzy has them, and our own.
 
-use std::sync::Arc;
+mod packages;
+mod assemble;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use teampulse_core::stream::Schema;
 
-/// The schema of a type of which the definition is shipped.
+use crate::definition::Definition;
+
+/// The `.msg` texts by full name of the type, each with its schema once that was asked for.
+static SHIPPED: LazyLock<BTreeMap<String, Shipped>> = LazyLock::new(|| {
+    let shipped = |(name, text)| (name, Shipped { text, schema: OnceLock::new() });
+    packages::texts().into_iter().map(shipped).collect()
+});
+
+struct Shipped {
+    text: &'static str,
+    schema: OnceLock<Arc<Schema>>,
+}
+
+/// The schema of a type of which the definition is shipped, with its text and its hash.
 pub fn shipped(type_name: &str) -> Option<Arc<Schema>> {
-    type_name.starts_with("teampulse_msgs/").then(|| {
-        Arc::new(Schema {
-            name: type_name.to_owned(),
-            encoding: "ros2msg".to_owned(),
-            text: String::new(),
-            hash: String::new(),
-        })
-    })
+    let shipped = SHIPPED.get(type_name)?;
+    Some(Arc::clone(shipped.schema.get_or_init(|| Arc::new(schema(type_name)))))
+}
+
+/// The full names of all types of which the definition is shipped, in alphabetical order.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SHIPPED.keys().map(String::as_str)
+}
+
+fn schema(type_name: &str) -> Schema {
+    let text = assemble::assemble(type_name, |name| SHIPPED.get(name).map(|shipped| shipped.text));
+    let definition = Definition::parse(type_name, &text);
+    Schema {
+        name: type_name.to_owned(),
+        encoding: "ros2msg".to_owned(),
+        hash: definition.expect("what is shipped is tested").hash(),
+        text,
+    }
 }

@@ -1,0 +1,124 @@
+use super::{Count, Kind, Number, Problem};
+
+/// What one line of a definition says.
+#[derive(Debug)]
+pub(super) struct Line<'a> {
+    pub name: &'a str,
+    pub item: Item<'a>,
+    pub count: Count,
+    pub value: Value<'a>,
+}
+
+/// A type as it is written.
+#[derive(Debug)]
+pub(super) enum Item<'a> {
+    Plain(Kind),
+    Named(&'a str),
+}
+
+/// What stands behind the name.
+#[derive(Debug)]
+pub(super) enum Value<'a> {
+    /// The value that a field begins with; empty for none.
+    Default(&'a str),
+    /// The value that the name stands for.
+    Constant(&'a str),
+}
+
+impl<'a> Line<'a> {
+    /// Reads a line; `None` when it says nothing.
+    pub fn read(line: &'a str) -> Result<Option<Line<'a>>, Problem> {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            return Ok(None);
+        }
+        let incomplete = || Problem::Incomplete(line.to_owned());
+        let (written, rest) = line.split_once(char::is_whitespace).ok_or_else(incomplete)?;
+        let (name, value) = name_and_value(rest.trim_start())?;
+        let (item, count) = split_count(written).ok_or_else(|| no_type(written))?;
+        let item = plain_kind(item).ok_or_else(|| no_type(written))?;
+        Ok(Some(Line { name, item, count, value }))
+    }
+}
+
+fn no_type(written: &str) -> Problem {
+    Problem::Type(written.to_owned())
+}
+
+fn name_and_value(rest: &str) -> Result<(&str, Value<'_>), Problem> {
+    let end = rest.find(|c: char| !is_name_char(c)).unwrap_or(rest.len());
+    let (name, behind) = rest.split_at(end);
+    let value = match behind.trim_start().strip_prefix('=') {
+        Some(value) => Value::Constant(value.trim_start()),
+        None => Value::Default(behind.trim_start()),
+    };
+    let is_apart = behind.is_empty() || behind.starts_with(['=', ' ', '\t']);
+    if is_apart && is_name(name) {
+        Ok((name, value))
+    } else {
+        Err(Problem::FieldName(rest.to_owned()))
+    }
+}
+
+/// The type and how many of it: `uint8[4]`, `string[<=5]`, `float64[]`.
+fn split_count(written: &str) -> Option<(&str, Count)> {
+    let Some((item, count)) = written.strip_suffix(']').and_then(|rest| rest.rsplit_once('['))
+    else {
+        return Some((written, Count::One));
+    };
+    let count = match (count, count.strip_prefix("<=")) {
+        ("", _) => Count::Any,
+        (_, Some(bound)) => Count::AtMost(positive(bound)?),
+        (length, None) => Count::Array(positive(length)?),
+    };
+    Some((item, count))
+}
+
+fn plain_kind(item: &str) -> Option<Item<'_>> {
+    let (word, bound) = match item.split_once("<=") {
+        Some((word, bound)) => (word, Some(positive(bound)?)),
+        None => (item, None),
+    };
+    match (word, bound) {
+        ("string", bound) => Some(Item::Plain(Kind::Text(bound))),
+        ("wstring", bound) => Some(Item::Plain(Kind::WideText(bound))),
+        (word, None) => {
+            Some(number(word).map_or(Item::Named(word), |n| Item::Plain(Kind::Number(n))))
+        }
+        (_, Some(_)) => None,
+    }
+}
+
+fn number(word: &str) -> Option<Number> {
+    Some(match word {
+        "bool" => Number::Bool,
+        "byte" => Number::Byte,
+        "char" => Number::Char,
+        "int8" => Number::Int8,
+        "uint8" => Number::Uint8,
+        "int16" => Number::Int16,
+        "uint16" => Number::Uint16,
+        "int32" => Number::Int32,
+        "uint32" => Number::Uint32,
+        "int64" => Number::Int64,
+        "uint64" => Number::Uint64,
+        "float32" => Number::Float32,
+        "float64" => Number::Float64,
+        _ => return None,
+    })
+}
+
+/// A count of at least one, in decimal digits.
+fn positive(digits: &str) -> Option<u64> {
+    let all_digits = digits.bytes().all(|byte| byte.is_ascii_digit());
+    digits.parse().ok().filter(|count| all_digits && *count > 0)
+}
+
+/// Whether a word can name a package, a type or a field.
+pub(super) fn is_name(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.chars().all(is_name_char)
+}
+
+fn is_name_char(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}

@@ -1,0 +1,120 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::line::{Item, Line, Value};
+use super::name::{full_name, package_of};
+use super::sections::{Section, split};
+use super::{
+    Constant, Count, DEEPEST, DefinitionError, EMPTY, Field, Kind, LARGEST_BYTES, Misread, Number,
+    Problem, Struct,
+};
+
+/// Reads a type and all that it is made of.
+pub(super) fn read(type_name: &str, text: &str) -> Result<Arc<Struct>, DefinitionError> {
+    let type_name =
+        full_name(type_name, "").ok_or_else(|| DefinitionError::Name(type_name.to_owned()))?;
+    let root = split(&type_name, text).and_then(|sections| {
+        let mut linker = Linker { sections, done: BTreeMap::new(), open: Vec::new() };
+        linker.link(&type_name, 1)
+    });
+    root.map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })
+}
+
+/// Reads types as they are needed: each once, and all that a type is made of before the type.
+struct Linker<'a> {
+    sections: BTreeMap<String, Section<'a>>,
+    done: BTreeMap<String, Arc<Struct>>,
+    /// The types that are being read, each a part of the one before.
+    open: Vec<String>,
+}
+
+impl Linker<'_> {
+    /// The type of a full name that was met in this line.
+    fn link(&mut self, name: &str, line: usize) -> Result<Arc<Struct>, Misread> {
+        let wrong = |problem| Err(Misread { line, problem });
+        if let Some(done) = self.done.get(name) {
+            let is_deep = self.open.len() + done.depth > DEEPEST;
+            return if is_deep { wrong(Problem::Deep) } else { Ok(Arc::clone(done)) };
+        }
+        if self.open.iter().any(|open| open == name) {
+            return wrong(Problem::Recursive(name.to_owned()));
+        }
+        if self.open.len() == DEEPEST {
+            return wrong(Problem::Deep);
+        }
+        let Some(section) = self.sections.remove(name) else {
+            return wrong(Problem::Undefined(name.to_owned()));
+        };
+        self.open.push(name.to_owned());
+        let read = Arc::new(self.read(name, &section)?);
+        self.open.pop();
+        if read.least_bytes > LARGEST_BYTES {
+            return wrong(Problem::Large(read.least_bytes));
+        }
+        self.done.insert(name.to_owned(), Arc::clone(&read));
+        Ok(read)
+    }
+
+    fn read(&mut self, name: &str, section: &Section<'_>) -> Result<Struct, Misread> {
+        let (mut fields, mut constants) = (Vec::new(), Vec::new());
+        let mut names = BTreeSet::new();
+        for &(number, text) in &section.lines {
+            let wrong = |problem| Misread { line: number, problem };
+            let Some(line) = Line::read(text).map_err(wrong)? else { continue };
+            if !names.insert(line.name) {
+                return Err(wrong(Problem::Twice(line.name.to_owned())));
+            }
+            match line.value {
+                Value::Constant(value) => constants.push(constant(&line, value).map_err(wrong)?),
+                Value::Default(default) => fields.push(self.field(&line, default, name, number)?),
+            }
+        }
+        if fields.is_empty() {
+            fields.push(placeholder());
+        }
+        Ok(Struct::new(name.to_owned(), fields, constants))
+    }
+
+    fn field(
+        &mut self,
+        line: &Line<'_>,
+        default: &str,
+        within: &str,
+        number: usize,
+    ) -> Result<Field, Misread> {
+        let kind = match &line.item {
+            Item::Plain(kind) => kind.clone(),
+            Item::Named(written) => {
+                let unreadable = || Misread { line: number, problem: no_type(written) };
+                let name = full_name(written, package_of(within)).ok_or_else(unreadable)?;
+                Kind::Struct(self.link(&name, number)?)
+            }
+        };
+        let (name, default) = (line.name.to_owned(), default.to_owned());
+        Ok(Field { name, kind, count: line.count, default })
+    }
+}
+
+fn no_type(written: &str) -> Problem {
+    Problem::Type(written.to_owned())
+}
+
+fn constant(line: &Line<'_>, value: &str) -> Result<Constant, Problem> {
+    match (&line.item, line.count) {
+        (Item::Plain(kind), Count::One) => {
+            let (name, value) = (line.name.to_owned(), value.to_owned());
+            Ok(Constant { name, kind: kind.clone(), value })
+        }
+        _ => Err(Problem::Constant(line.name.to_owned())),
+    }
+}
+
+/// What a type without fields is given.
+fn placeholder() -> Field {
+    Field {
+        name: EMPTY.to_owned(),
+        kind: Kind::Number(Number::Uint8),
+        count: Count::One,
+        default: String::new(),
+    }
+}

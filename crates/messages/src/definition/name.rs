@@ -1,0 +1,32 @@
+use super::line::{Item, Line, is_name};
+
+/// The full name of a message type that is written `Type`, `package/Type` or `package/msg/Type`;
+/// `None` when it is no such name. `package` is that of the type in which it is written.
+pub(super) fn full_name(written: &str, package: &str) -> Option<String> {
+    let parts: Vec<&str> = written.split('/').collect();
+    let (package, folder, name) = match parts[..] {
+        [name] => (package, "msg", name),
+        [package, name] => (package, "msg", name),
+        [package, folder @ ("msg" | "srv" | "action"), name] => (package, folder, name),
+        _ => return None,
+    };
+    (is_name(package) && is_name(name)).then(|| format!("{package}/{folder}/{name}"))
+}
+
+/// The package of a type's full name.
+pub(super) fn package_of(full_name: &str) -> &str {
+    full_name.split('/').next().unwrap_or_default()
+}
+
+/// The types that the `.msg` text of the type `within` names: each as `package/Type` and in full.
+pub(crate) fn referenced(text: &str, within: &str) -> impl Iterator<Item = (String, String)> {
+    let named = text.lines().filter_map(|line| match Line::read(line).ok()??.item {
+        Item::Named(written) => Some(written),
+        Item::Plain(_) => None,
+    });
+    let package = package_of(within);
+    named.filter_map(move |written| {
+        let full_name = full_name(written, package)?;
+        Some((full_name.replace("/msg/", "/"), full_name))
+    })
+}
