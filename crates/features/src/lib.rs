@@ -1,1 +1,38 @@
-//! placeholder
+#![doc = include_str!("../README.md")]
+#![cfg_attr(
+    test,
+    expect(clippy::float_cmp, reason = "tests compare exactly where the arithmetic is exact")
+)]
+
+use teampulse_core::feature::Feature;
+use teampulse_core::registry::Entry;
+
+use crate::context::FeatureContext;
+
+/// Features of robots, one file each.
+pub mod robots {
+    pub mod battery_use;
+    pub mod deployment;
+    pub mod diagnostics_level;
+    pub mod link_quality;
+    pub mod numbers;
+    pub mod stuck;
+}
+
+pub mod context;
+mod readout;
+mod windows;
+mod whole_seconds;
+mod value;
+#[cfg(test)]
+mod drive;
+
+/// Every feature, by the name that a study uses.
+pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
+    Entry::new::<robots::battery_use::BatteryUse>("battery_use"),
+    Entry::new::<robots::deployment::Deployment>("deployment"),
+    Entry::new::<robots::diagnostics_level::DiagnosticsLevel>("diagnostics_level"),
+    Entry::new::<robots::link_quality::LinkQuality>("link_quality"),
+    Entry::new::<robots::numbers::Numbers>("numbers"),
+    Entry::new::<robots::stuck::Stuck>("stuck"),
+];

@@ -2,28 +2,29 @@
 
 use crate::robust::median;
 
-/// A gap counts as data up to this many times the usual interval: one lost sample, and some jitter,
-/// are no hole.
+/// A longer gap than this many times the usual interval is a hole: one lost sample, and some jitter,
+/// are none.
 const USUAL_INTERVALS: f64 = 3.0;
 
 /// The share of the span from `begin_ns` to `end_ns` [ns] that has data [0..1].
 ///
-/// Each interval between successive times counts up to three times the usual (median) one, and so
-/// do those to both ends of the span. Expects ascending times inside the span; 0 with fewer than
-/// two.
+/// Each interval between successive times counts in full, a hole of more than three times the usual
+/// (median) interval only as one of those; so do the intervals to both ends of the span. Expects
+/// ascending times inside the span; 0 with fewer than two.
 ///
 /// ```
 /// use teampulse_signal::coverage::coverage;
-/// // Once a second, but silent from 4 s to 10 s: the gap counts as 3 s of 6.
+/// // Once a second, but silent from 4 s to 10 s: the gap counts as 1 s of 6.
 /// let times_ns = [1, 2, 3, 4, 10].map(|secs| secs * 1_000_000_000);
-/// assert_eq!(coverage(&times_ns, 0, 10_000_000_000), 0.7);
+/// assert_eq!(coverage(&times_ns, 0, 10_000_000_000), 0.5);
 /// ```
 pub fn coverage(times_ns: &[i64], begin_ns: i64, end_ns: i64) -> f64 {
     let inner: Vec<f64> = times_ns.windows(2).map(|pair| since(pair[0], pair[1])).collect();
     let span_ns = since(begin_ns, end_ns);
     let (Some(usual_ns), [first_ns, .., last_ns]) = (median(&inner), times_ns) else { return 0.0 };
     let outer = [since(begin_ns, *first_ns), since(*last_ns, end_ns)];
-    let counted = |gap_ns: &f64| gap_ns.clamp(0.0, USUAL_INTERVALS * usual_ns);
+    let is_hole = |gap_ns: f64| gap_ns > USUAL_INTERVALS * usual_ns;
+    let counted = |&gap_ns: &f64| if is_hole(gap_ns) { usual_ns } else { gap_ns.max(0.0) };
     let covered_ns: f64 = inner.iter().chain(&outer).map(counted).sum();
     if span_ns > 0.0 { (covered_ns / span_ns).clamp(0.0, 1.0) } else { 0.0 }
 }

@@ -1,0 +1,66 @@
+//! What a study says to all of its features.
+
+use teampulse_core::registry::SettingsError;
+
+/// The longest window that may be asked for [s]: a day.
+const LONGEST_SECS: f64 = 86_400.0;
+
+/// What a study says to all of its features: `[features]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeatureContext {
+    /// The lengths of the windows of every feature that does not say its own [s].
+    pub windows_secs: Vec<f64>,
+}
+
+/// Windows of 30 s and 60 s.
+impl Default for FeatureContext {
+    fn default() -> FeatureContext {
+        FeatureContext { windows_secs: vec![30.0, 60.0] }
+    }
+}
+
+impl FeatureContext {
+    /// The lengths that a feature asks for, or else the study's: ascending, each once [s].
+    pub(crate) fn windows_or(&self, own_secs: Option<Vec<f64>>) -> Result<Vec<f64>, SettingsError> {
+        let mut lengths_secs = own_secs.unwrap_or_else(|| self.windows_secs.clone());
+        if let Some(wrong) = lengths_secs.iter().find(|secs| !(1.0..=LONGEST_SECS).contains(*secs))
+        {
+            return Err(SettingsError::new(format!(
+                "a window of {wrong} s: expected 1 s to {LONGEST_SECS} s"
+            )));
+        }
+        lengths_secs.sort_by(f64::total_cmp);
+        lengths_secs.dedup();
+        Ok(lengths_secs)
+    }
+}
+
+/// A length of time that must be more than zero and at most a day [s].
+pub(crate) fn duration_setting(name: &str, secs: f64) -> Result<f64, SettingsError> {
+    if secs > 0.0 && secs <= LONGEST_SECS {
+        return Ok(secs);
+    }
+    let wrong =
+        format!("`{name}` of {secs} s: expected more than 0 s and at most {LONGEST_SECS} s");
+    Err(SettingsError::new(wrong))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_ascending_and_each_comes_once() {
+        let context = FeatureContext { windows_secs: vec![60.0, 30.0, 60.0] };
+        assert_eq!(context.windows_or(None).unwrap(), [30.0, 60.0]);
+        assert_eq!(context.windows_or(Some(vec![5.0])).unwrap(), [5.0]);
+    }
+
+    #[test]
+    fn absurd_windows_are_refused() {
+        for secs in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
+            assert!(FeatureContext::default().windows_or(Some(vec![secs])).is_err());
+            assert!(duration_setting("x", secs).is_err());
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Drives an extractor through time, for the tests.
+
+use teampulse_core::data::{Data, Event, FeatureValues};
+use teampulse_core::feature::{Extractor, Feature, Outputs};
+use teampulse_core::registry::Component;
+use teampulse_core::sample::{Sample, Turn};
+use teampulse_core::stream::{Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::time::Time;
+
+use crate::context::FeatureContext;
+
+const TICK_NS: i64 = 100_000_000;
+
+/// An extractor with one input, at some moment of a session that begins at 0 s.
+pub(crate) struct Drive {
+    extractor: Box<dyn Extractor>,
+    out: Outputs,
+    next_tick_ns: i64,
+}
+
+/// The feature of these settings, in a study with windows of 30 s.
+pub(crate) fn built<S: Component<dyn Feature, FeatureContext>>(settings: &str) -> Box<dyn Feature> {
+    let settings: S = toml::from_str(settings).expect("settings that read");
+    settings.build(&FeatureContext { windows_secs: vec![30.0] }).expect("settings that build")
+}
+
+/// A stream of the robot `r1` whose samples are plain numbers.
+pub(crate) fn plain(name: &str, signal: Signal, channels: &[(&str, &str)]) -> Stream {
+    let stream = Stream::raw(name, Subject::robot("r1"), Shape::Sample).with_channels(channels);
+    Stream { signal, ..stream }
+}
+
+pub(crate) fn time(secs: f64) -> Time {
+    Time::from_nanos((secs * 1e9).round() as i64)
+}
+
+impl Drive {
+    pub(crate) fn new(feature: &dyn Feature, stream: &Stream) -> Drive {
+        assert!(feature.accepts(stream));
+        let mut out = Outputs::new();
+        let mut extractor = feature.start(stream);
+        extractor.join(StreamId(0), stream, &mut out);
+        Drive { extractor, out, next_tick_ns: 0 }
+    }
+
+    /// A sample measured and taken at `secs`.
+    pub(crate) fn at(&mut self, secs: f64, numbers: &[f64]) {
+        self.until(secs);
+        self.extractor.push(&sample(secs, secs, numbers), &mut self.out);
+    }
+
+    /// A sample measured at `secs` and taken now.
+    pub(crate) fn late(&mut self, secs: f64, numbers: &[f64]) {
+        let now_secs = self.next_tick_ns as f64 / 1e9;
+        self.extractor.push_late(&sample(secs, now_secs, numbers), &mut self.out);
+    }
+
+    /// All ticks up to `secs`.
+    pub(crate) fn until(&mut self, secs: f64) {
+        while self.next_tick_ns <= time(secs).nanos() {
+            self.extractor.tick(Time::from_nanos(self.next_tick_ns), &mut self.out);
+            self.next_tick_ns += TICK_NS;
+        }
+    }
+
+    /// Everything that the stream of this name was given, with its time [s].
+    pub(crate) fn data(&mut self, name: &str) -> Vec<(f64, Data)> {
+        let known = self.out.streams().iter().find(|stream| stream.name == name).cloned();
+        let id = self.out.declare(known.expect("a declared output"));
+        let of_stream = self.out.samples().filter(|(stream, ..)| *stream == id);
+        of_stream.map(|(_, measured, data)| (measured.secs(), data.clone())).collect()
+    }
+
+    pub(crate) fn features(&mut self, name: &str) -> Vec<(f64, FeatureValues)> {
+        let values =
+            |data| if let Data::Feature(values) = data { (*values).clone() } else { panic!() };
+        self.data(name).into_iter().map(|(secs, data)| (secs, values(data))).collect()
+    }
+
+    pub(crate) fn last(&mut self, name: &str) -> FeatureValues {
+        self.features(name).pop().expect("at least one window").1
+    }
+
+    pub(crate) fn events(&mut self, name: &str) -> Vec<(f64, Event)> {
+        let event = |data| if let Data::Event(event) = data { (*event).clone() } else { panic!() };
+        self.data(name).into_iter().map(|(secs, data)| (secs, event(data))).collect()
+    }
+
+    pub(crate) fn labels(&mut self, name: &str) -> Vec<String> {
+        self.events(name).into_iter().map(|(_, event)| event.label).collect()
+    }
+}
+
+fn sample(measured_secs: f64, log_secs: f64, numbers: &[f64]) -> Sample {
+    Sample {
+        stream: StreamId(0),
+        measured: time(measured_secs),
+        log_time: time(log_secs),
+        device_time: None,
+        source_time: None,
+        index: 0,
+        turn: Turn::OnTime,
+        data: Data::Sample(numbers.into()),
+    }
+}

@@ -1,0 +1,92 @@
+//! Which sign of the current discharges.
+
+use teampulse_signal::estimate::Estimate;
+use teampulse_signal::robust::median;
+
+use super::reading::{Quantity, Reading};
+use crate::windows::View;
+
+/// `power_supply_status` of `sensor_msgs/msg/BatteryState`.
+const CHARGING: f64 = 1.0;
+const DISCHARGING: f64 = 2.0;
+
+/// A smaller current has no direction [A].
+const LEAST_CURRENT_A: f64 = 0.01;
+
+/// How many readings must have a direction, and what share of them must agree.
+const LEAST_READINGS: usize = 3;
+const AGREEING_SHARE: f64 = 0.9;
+
+/// How many standard uncertainties a trend must be away from level.
+const CLEAR_TREND: f64 = 3.0;
+
+/// Which sign of the current discharges, as far as is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Direction {
+    /// Not told apart yet: a battery is taken to discharge unless its status says otherwise.
+    #[default]
+    Unknown,
+    /// A negative current discharges, as `sensor_msgs/msg/BatteryState` has it.
+    NegativeOut,
+    /// A positive current discharges.
+    PositiveOut,
+}
+
+impl Direction {
+    /// What is known after this window: by the status where it says something, or else by whether
+    /// the fraction falls (`trend` [1/s]). Kept until there is clear evidence of the contrary.
+    pub(super) fn judged(self, view: &View<'_, Reading>, trend: Option<Estimate>) -> Direction {
+        let by_status = agreed(view.numbers(outward_sign_by_status));
+        by_status.or_else(|| by_trend(view, trend?)).unwrap_or(self)
+    }
+
+    /// The current out of the battery [A]; negative while it is charged.
+    pub(super) fn outward_current_a(self, reading: &Reading) -> f64 {
+        let current_a = reading.get(Quantity::Current);
+        let status = reading.get(Quantity::Status);
+        match self {
+            Direction::Unknown if is(status, CHARGING) => -current_a.abs(),
+            Direction::Unknown => current_a.abs(),
+            Direction::NegativeOut => -current_a,
+            Direction::PositiveOut => current_a,
+        }
+    }
+}
+
+/// The sign of the current while it discharges, as one reading's status has it; NaN without one.
+fn outward_sign_by_status(reading: &Reading) -> f64 {
+    let status = reading.get(Quantity::Status);
+    let outward = match () {
+        () if is(status, DISCHARGING) => 1.0,
+        () if is(status, CHARGING) => -1.0,
+        () => f64::NAN,
+    };
+    outward * sign(reading.get(Quantity::Current))
+}
+
+fn by_trend(view: &View<'_, Reading>, trend: Estimate) -> Option<Direction> {
+    let is_clear = trend.significance() > CLEAR_TREND;
+    let falling = -trend.value.signum();
+    let signs = view.numbers(|reading| falling * sign(reading.get(Quantity::Current)));
+    agreed(signs).filter(|_| is_clear)
+}
+
+/// The direction on which the signs agree.
+fn agreed(mut signs: Vec<f64>) -> Option<Direction> {
+    signs.retain(|sign| !sign.is_nan());
+    let common = median(&signs)?;
+    let agreeing = signs.iter().filter(|sign| is(**sign, common)).count();
+    let enough =
+        agreeing >= LEAST_READINGS && agreeing as f64 >= AGREEING_SHARE * signs.len() as f64;
+    let direction = if common > 0.0 { Direction::PositiveOut } else { Direction::NegativeOut };
+    enough.then_some(direction)
+}
+
+/// ± 1, NaN for a current without a direction.
+fn sign(current_a: f64) -> f64 {
+    if current_a.abs() >= LEAST_CURRENT_A { current_a.signum() } else { f64::NAN }
+}
+
+fn is(number: f64, code: f64) -> bool {
+    number.total_cmp(&code).is_eq()
+}

@@ -1,0 +1,131 @@
+//! How finely a battery tells what is left in it, and in which numbers.
+
+use teampulse_core::stream::Stream;
+use teampulse_signal::slope::Line;
+use teampulse_signal::trend::trend;
+
+use super::reading::{Quantity, Reading};
+use crate::windows::View;
+
+/// A fraction above this is a percentage.
+const GREATEST_FRACTION: f64 = 1.5;
+
+/// How many such readings it takes; one alone may be a fault.
+const READINGS_TO_BELIEVE: u32 = 2;
+
+/// A gauge of the fraction is taken to read in whole percents until it shows finer steps.
+const COARSEST_STEP: f64 = 0.01;
+
+/// The gauges of a battery: its fraction, its charge and its energy.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gauges {
+    percent_seen: u32,
+    fraction: Steps,
+    charge: Steps,
+    energy: Steps,
+}
+
+/// The lines along what is left in a battery, by seconds before the window's end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lines {
+    /// Along the fraction [1].
+    pub(super) fraction: Option<Line>,
+    /// Along the charge [Ah].
+    pub(super) charge: Option<Line>,
+    /// Along the energy [J].
+    pub(super) energy: Option<Line>,
+}
+
+/// The smallest step that a gauge has shown so far.
+#[derive(Clone, Copy, Debug)]
+struct Steps {
+    last: f64,
+    smallest: f64,
+}
+
+impl Gauges {
+    /// Gauges of which nothing was seen yet.
+    pub(super) fn of(stream: &Stream) -> Gauges {
+        let in_percent = stream.units.iter().any(|unit| unit == "%");
+        let unseen = Steps { last: f64::NAN, smallest: f64::INFINITY };
+        Gauges {
+            percent_seen: if in_percent { READINGS_TO_BELIEVE } else { 0 },
+            fraction: unseen,
+            charge: unseen,
+            energy: unseen,
+        }
+    }
+
+    /// Learns from a reading whether the fraction comes as 0–100; true when that is news.
+    pub(super) fn learn_percent(&mut self, fraction: f64) -> bool {
+        if self.is_percent() || fraction.is_nan() || fraction <= GREATEST_FRACTION {
+            return false;
+        }
+        self.percent_seen += 1;
+        self.is_percent()
+    }
+
+    /// Follows the steps from reading to reading.
+    pub(super) fn follow(&mut self, reading: &Reading) {
+        self.fraction.follow(reading.get(Quantity::Fraction));
+        self.charge.follow(reading.get(Quantity::Charge));
+        self.energy.follow(reading.get(Quantity::Energy));
+    }
+
+    /// The fraction of charge that is left [0..1]; NaN where it can't be told.
+    pub(super) fn fraction_left(&self, reading: &Reading) -> f64 {
+        let given = reading.get(Quantity::Fraction);
+        let fraction = match self.is_percent() {
+            true => given / 100.0,
+            false if given > GREATEST_FRACTION => f64::NAN,
+            false => given,
+        };
+        let counted = reading.get(Quantity::Charge) / reading.get(Quantity::Capacity);
+        if fraction.is_nan() { counted } else { fraction }
+    }
+
+    /// Whether a reading tells anything about the battery's use.
+    pub(super) fn tells_use(&self, reading: &Reading) -> bool {
+        let power = reading.get(Quantity::Voltage) * reading.get(Quantity::Current);
+        let alone = [Quantity::Charge, Quantity::Energy, Quantity::Power].map(|q| reading.get(q));
+        self.fraction_left(reading).is_finite()
+            || power.is_finite()
+            || alone.iter().any(|number| number.is_finite())
+    }
+
+    /// The lines along what is left, by seconds before the window's end.
+    pub(super) fn lines(&self, view: &View<'_, Reading>) -> Lines {
+        let scale = if self.is_percent() { 0.01 } else { 1.0 };
+        let fraction_step = (self.fraction.smallest * scale).min(COARSEST_STEP);
+        let of = |quantity| move |reading: &Reading| reading.get(quantity);
+        Lines {
+            fraction: line(view, |reading| self.fraction_left(reading), fraction_step),
+            charge: line(view, of(Quantity::Charge), self.charge.smallest),
+            energy: line(view, of(Quantity::Energy), self.energy.smallest),
+        }
+    }
+
+    fn is_percent(&self) -> bool {
+        self.percent_seen >= READINGS_TO_BELIEVE
+    }
+}
+
+impl Steps {
+    fn follow(&mut self, number: f64) {
+        let step = (number - self.last).abs();
+        if step > 0.0 {
+            self.smallest = self.smallest.min(step);
+        }
+        if !number.is_nan() {
+            self.last = number;
+        }
+    }
+}
+
+/// The line along one number of the readings; none until its gauge has moved.
+fn line(view: &View<'_, Reading>, number: impl Fn(&Reading) -> f64, step: f64) -> Option<Line> {
+    if step.is_infinite() {
+        return None;
+    }
+    trend(&view.times_secs(), &view.numbers(number), step)
+}

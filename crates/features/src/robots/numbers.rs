@@ -1,0 +1,88 @@
+//! The numbers inside ROS messages.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::data::Data;
+use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sample::Sample;
+use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
+
+use crate::context::FeatureContext;
+use crate::readout::Readout;
+
+/// The numbers inside ROS messages: one reading for each message, in the units of its stream.
+///
+/// - Measures: what the message says, unchanged, of the battery, the link, temperatures and every
+///   other topic for which the study names fields. Odometry and diagnostics are not repeated.
+/// - Formula: field × scale.
+/// - Unit: as declared for each channel.
+/// - Window: none; each message at its own time, late ones too.
+/// - Reference: the message's definition.
+/// - Limits: a field that a message does not have is NaN. A topic whose definition is not known
+///   has no numbers.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Numbers {}
+
+impl Component<dyn Feature, FeatureContext> for Numbers {
+    const EXAMPLE: &'static str = "";
+
+    fn build(self, _: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
+        Ok(Box::new(self))
+    }
+}
+
+impl Feature for Numbers {
+    fn accepts(&self, stream: &Stream) -> bool {
+        let signals = [Signal::Battery, Signal::Link, Signal::Temperature, Signal::Other];
+        stream.origin == Origin::Raw
+            && matches!(stream.shape, Shape::Message(_))
+            && signals.contains(&stream.signal)
+            && !stream.channels.is_empty()
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        Box::new(Reader { readout: None, output: None })
+    }
+}
+
+struct Reader {
+    readout: Option<Readout>,
+    output: Option<OutputId>,
+}
+
+impl Extractor for Reader {
+    fn join(&mut self, _: StreamId, stream: &Stream, out: &mut Outputs) {
+        self.readout = Readout::of(stream);
+        if self.readout.is_some() {
+            self.output = Some(out.declare(output(stream)));
+        }
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        let numbers = self.readout.as_mut().and_then(|readout| readout.read(&sample.data));
+        if let (Some(numbers), Some(output)) = (numbers, self.output) {
+            out.emit(output, sample.measured, Data::Sample(Arc::from(numbers)));
+        }
+    }
+
+    fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.push(sample, out);
+    }
+}
+
+fn output(input: &Stream) -> Stream {
+    Stream {
+        signal: input.signal,
+        device: input.device.clone(),
+        channels: input.channels.clone(),
+        units: input.units.clone(),
+        rate_hz: input.rate_hz,
+        method: "fields of the message times their scale".to_owned(),
+        doc: format!("The numbers inside the messages of {}.", input.name),
+        ..Stream::derived(input, "numbers", Shape::Sample)
+    }
+}
