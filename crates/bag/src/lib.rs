@@ -1,1 +1,25 @@
 //! placeholder
+
+mod metadata;
+mod qos_yaml;
+mod error;
+mod schema;
+mod channel;
+mod spare;
+mod part;
+mod writer;
+mod records;
+mod chunk;
+mod block;
+mod index;
+mod scan;
+mod reader;
+mod messages;
+
+pub use error::{BagError, Found};
+pub use index::Damage;
+pub use messages::{Message, Messages};
+pub use metadata::Version;
+pub use part::{Attachment, Compression};
+pub use reader::{Bag, BagStream};
+pub use writer::{BagWriter, Options, Summary};

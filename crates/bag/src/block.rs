@@ -1,0 +1,98 @@
+//! A run of records in a file: a chunk, or messages that stand between chunks.
+
+use std::fs::File;
+
+use bytes::Bytes;
+use mcap::records::op;
+use mcap::{McapError, McapResult};
+
+use crate::chunk::{Extent, unpack};
+use crate::records::{PREFIX_BYTES, Records, read_at};
+
+/// Where a run of records is, and what it spans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Block {
+    /// Where it begins in its file.
+    pub offset: u64,
+    /// How long it is [bytes].
+    pub length: u64,
+    /// The first log time in it [ns].
+    pub first: u64,
+    /// The last log time in it [ns].
+    pub last: u64,
+    /// Whether all of it is in the file.
+    pub extent: Extent,
+}
+
+/// The messages of a block, in the order of their log time; equal ones as they stand in the file.
+#[derive(Clone, Debug)]
+pub(crate) struct Contents {
+    pub entries: Vec<Entry>,
+    pub records: Bytes,
+}
+
+/// One message of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    pub channel: u16,
+    pub sequence: u32,
+    pub log_time: u64,
+    pub publish_time: u64,
+    /// Where its bytes begin in the contents.
+    pub start: usize,
+    /// Where they end.
+    pub end: usize,
+}
+
+/// What stands before the bytes of a message in its record.
+const MESSAGE_HEADER_BYTES: usize = 22;
+
+impl Entry {
+    /// Reads the header of a message record.
+    fn read(body: &[u8], body_at: usize) -> McapResult<Entry> {
+        let header: &[u8; MESSAGE_HEADER_BYTES] =
+            body.first_chunk().ok_or(McapError::UnexpectedEoc)?;
+        let [c0, c1, s0, s1, s2, s3, times @ ..] = *header;
+        let (log_time, publish_time) = times.split_at(8);
+        let nanos = |bytes: &[u8]| bytes.try_into().map_or(0, u64::from_le_bytes);
+        Ok(Entry {
+            channel: u16::from_le_bytes([c0, c1]),
+            sequence: u32::from_le_bytes([s0, s1, s2, s3]),
+            log_time: nanos(log_time),
+            publish_time: nanos(publish_time),
+            start: body_at + MESSAGE_HEADER_BYTES,
+            end: body_at + body.len(),
+        })
+    }
+}
+
+impl Block {
+    /// Reads the records of it; those of a chunk are unpacked.
+    pub(crate) fn records(&self, file: &File) -> McapResult<Bytes> {
+        let bytes = Bytes::from(read_at(file, self.offset, self.length)?);
+        match bytes.first() {
+            Some(&op::CHUNK) if bytes.len() >= PREFIX_BYTES => {
+                unpack(&bytes.slice(PREFIX_BYTES..), self.extent)
+            }
+            _ => Ok(bytes),
+        }
+    }
+
+    /// Reads its messages.
+    pub(crate) fn load(&self, file: &File) -> McapResult<Contents> {
+        let records = self.records(file)?;
+        let mut entries = Vec::new();
+        for record in Records::new(&records) {
+            match record {
+                Ok(record) if record.opcode == op::MESSAGE => {
+                    entries.push(Entry::read(record.body, record.body_at)?);
+                }
+                Ok(_) => {}
+                Err(_) if self.extent == Extent::Cut => break,
+                Err(error) => return Err(error),
+            }
+        }
+        entries.sort_by_key(|entry| entry.log_time);
+        Ok(Contents { entries, records })
+    }
+}

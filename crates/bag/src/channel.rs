@@ -1,0 +1,75 @@
+//! Channels: the topics of one file, each with a type, as a bag has them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use teampulse_core::stream::{Origin, Schema, Shape, Stream, Subject};
+
+use crate::qos_yaml;
+use crate::schema::{is_description, own_shape};
+
+/// The keys of a channel's metadata: rosbag2's, then ours.
+const QOS_KEY: &str = "offered_qos_profiles";
+const HASH_KEY: &str = "topic_type_hash";
+const ORIGIN_KEY: &str = "teampulse_origin";
+const SHAPE_KEY: &str = "teampulse_shape";
+const DERIVED: &str = "derived";
+const OWN: &str = "own";
+
+/// A channel as it stands in an MCAP file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Channel {
+    pub topic: String,
+    pub schema: Arc<Schema>,
+    pub encoding: String,
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl Channel {
+    /// The channel of a stream whose samples are of the type `schema`; `qos` is the YAML of its
+    /// profiles.
+    pub(crate) fn of(stream: &Stream, schema: &Arc<Schema>, qos: String) -> Channel {
+        let origin = if stream.origin == Origin::Derived { DERIVED } else { "raw" };
+        let shape = if matches!(stream.shape, Shape::Message(_)) { "message" } else { OWN };
+        let metadata = [
+            (QOS_KEY, qos),
+            (HASH_KEY, schema.hash.clone()),
+            (ORIGIN_KEY, origin.to_owned()),
+            (SHAPE_KEY, shape.to_owned()),
+        ];
+        Channel {
+            topic: stream.name.clone(),
+            schema: Arc::clone(schema),
+            encoding: "cdr".to_owned(),
+            metadata: metadata.map(|(key, value)| (key.to_owned(), value)).into(),
+        }
+    }
+
+    /// The stream as far as the channel tells: all else is in its description, if the bag has one.
+    ///
+    /// What was not recorded by teampulse is raw and about the robot that its name begins with.
+    pub(crate) fn stream(&self) -> Stream {
+        let subject = Subject::robot(self.topic.split('/').nth(1).unwrap_or_default());
+        let mut stream = Stream::raw(&*self.topic, subject, self.shape());
+        if self.is(ORIGIN_KEY, DERIVED) {
+            stream.origin = Origin::Derived;
+        }
+        stream.qos = self.metadata.get(QOS_KEY).map_or_else(Vec::new, |text| qos_yaml::read(text));
+        stream
+    }
+
+    /// The shape of its samples. What came over ROS stays a message, whatever its type.
+    pub(crate) fn shape(&self) -> Shape {
+        let is_ours = self.is(SHAPE_KEY, OWN) || is_description(&self.topic, &self.schema.name);
+        if is_ours { own_shape(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
+    }
+
+    fn is(&self, key: &str, word: &str) -> bool {
+        self.metadata.get(key).is_some_and(|value| value == word)
+    }
+}
+
+/// The type hash that a channel's metadata tell; empty where they don't.
+pub(crate) fn type_hash(metadata: &BTreeMap<String, String>) -> String {
+    metadata.get(HASH_KEY).cloned().unwrap_or_default()
+}

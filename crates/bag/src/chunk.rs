@@ -1,0 +1,105 @@
+//! Chunks: runs of records that are compressed together and guarded by a checksum.
+
+use std::io::Read;
+
+use bytes::Bytes;
+use mcap::{McapError, McapResult};
+
+use crate::records::LIMIT_BYTES;
+
+/// Whether a chunk stands in its file as it was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// From its first byte to its last: its checksum must be right.
+    Whole,
+    /// The file ends inside it: what can be read is taken.
+    Cut,
+}
+
+/// The records of a chunk, from its contents in the file.
+pub(crate) fn unpack(body: &Bytes, extent: Extent) -> McapResult<Bytes> {
+    let (header, packed_at) = Header::read(body)?;
+    let packed = body.slice(packed_at..);
+    let packed = match usize::try_from(header.packed_bytes) {
+        Ok(length) if length <= packed.len() => packed.slice(..length),
+        _ if extent == Extent::Cut => packed,
+        _ => return Err(McapError::UnexpectedEoc),
+    };
+    if header.unpacked_bytes > LIMIT_BYTES {
+        return Err(McapError::ChunkTooLarge(header.unpacked_bytes));
+    }
+    let records = header.decompress(packed, extent)?;
+    match extent {
+        Extent::Whole => header.check(records),
+        Extent::Cut => Ok(records),
+    }
+}
+
+struct Header<'a> {
+    unpacked_bytes: u64,
+    crc: u32,
+    compression: &'a [u8],
+    packed_bytes: u64,
+}
+
+impl<'a> Header<'a> {
+    /// Reads the header in front of a chunk's records, and says where these begin.
+    fn read(body: &'a [u8]) -> McapResult<(Header<'a>, usize)> {
+        let rest = body.get(16..).ok_or(McapError::UnexpectedEoc)?;
+        let (unpacked_bytes, rest) = take_number(rest)?;
+        let (crc, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
+        let (length, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
+        let length = u32::from_le_bytes(*length) as usize;
+        let (compression, rest) = rest.split_at_checked(length).ok_or(McapError::UnexpectedEoc)?;
+        let (packed_bytes, rest) = take_number(rest)?;
+        let crc = u32::from_le_bytes(*crc);
+        Ok((Header { unpacked_bytes, crc, compression, packed_bytes }, body.len() - rest.len()))
+    }
+
+    fn decompress(&self, packed: Bytes, extent: Extent) -> McapResult<Bytes> {
+        let unpacked = match self.compression {
+            b"" => return Ok(packed),
+            b"zstd" => {
+                read_all(zstd::stream::read::Decoder::with_buffer(&*packed), self.unpacked_bytes)
+            }
+            b"lz4" => read_all(lz4::Decoder::new(&*packed), self.unpacked_bytes),
+            other => {
+                let name = String::from_utf8_lossy(other).into_owned();
+                return Err(McapError::UnsupportedCompression(name));
+            }
+        };
+        match unpacked {
+            (records, Ok(())) => Ok(records.into()),
+            (records, Err(_)) if extent == Extent::Cut => Ok(records.into()),
+            (_, Err(error)) => Err(McapError::DecompressionError(error.to_string())),
+        }
+    }
+
+    fn check(&self, records: Bytes) -> McapResult<Bytes> {
+        if records.len() as u64 != self.unpacked_bytes {
+            return Err(McapError::UnexpectedEoc);
+        }
+        let calculated = crc32fast::hash(&records);
+        match self.crc {
+            // MCAP: zero means that there is none.
+            0 => Ok(records),
+            saved if saved == calculated => Ok(records),
+            saved => Err(McapError::BadChunkCrc { saved, calculated }),
+        }
+    }
+}
+
+fn take_number(bytes: &[u8]) -> McapResult<(u64, &[u8])> {
+    let (number, rest) = bytes.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
+    Ok((u64::from_le_bytes(*number), rest))
+}
+
+/// All that a decoder gives, up to the announced length, and how it ended.
+fn read_all(
+    decoder: std::io::Result<impl Read>,
+    announced_bytes: u64,
+) -> (Vec<u8>, std::io::Result<()>) {
+    let mut records = Vec::new();
+    let read = decoder.and_then(|decoder| decoder.take(announced_bytes).read_to_end(&mut records));
+    (records, read.map(|_| ()))
+}

@@ -1,0 +1,255 @@
+//! What one file of a bag holds: from its index, or, where it has none, from reading all of it.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mcap::records::{ChunkIndex, Record, Statistics, op};
+use mcap::{MAGIC, McapError, McapResult, parse_record};
+use teampulse_core::stream::Schema;
+use teampulse_core::time::Time;
+
+use crate::block::Block;
+use crate::channel::{Channel, type_hash};
+use crate::chunk::Extent;
+use crate::error::{BagError, Found};
+use crate::metadata::Span;
+use crate::records::{PREFIX_BYTES, Records, read_at, split_prefix};
+use crate::scan::scan;
+use crate::schema::is_description;
+
+/// The footer with the magic bytes behind it [bytes].
+const FOOTER_BYTES: u64 = 37;
+
+/// What one file holds, and where.
+#[derive(Debug)]
+pub(crate) struct Index {
+    pub path: PathBuf,
+    pub file: File,
+    pub blocks: Vec<Block>,
+    pub channels: BTreeMap<u16, Arc<Channel>>,
+    pub counts: BTreeMap<u16, u64>,
+    pub span: Span,
+    /// Blocks that hold descriptions of streams, by their place.
+    pub describing: Vec<usize>,
+    /// Attachments and metadata records.
+    pub extras: Vec<Extra>,
+    pub damage: Vec<Damage>,
+    schemas: BTreeMap<u16, Arc<Schema>>,
+}
+
+/// A record beside the messages: an attachment or a metadata record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Extra {
+    pub opcode: u8,
+    pub offset: u64,
+    /// How long it is, with its prefix [bytes].
+    pub length: u64,
+}
+
+/// Something in a file that is not as it was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// Where it begins in the file.
+    pub offset: u64,
+    /// How much of the file can't be read [bytes]; 0 where only the index is missing.
+    pub lost_bytes: u64,
+    /// What was expected and found.
+    pub reason: String,
+}
+
+impl Index {
+    /// Finds out what a file holds; one that was cut or damaged is read as far as it can be.
+    pub(crate) fn open(path: &Path) -> Result<Index, BagError> {
+        let file = File::open(path).map_err(BagError::io("open", path))?;
+        check_magic(path, &file)?;
+        let mut index = Index::empty(path, file);
+        match index.read_summary() {
+            Ok(()) => Ok(index),
+            Err(_) => scan(Index::empty(path, index.file)).map_err(BagError::io("read", path)),
+        }
+    }
+
+    fn empty(path: &Path, file: File) -> Index {
+        Index {
+            path: path.to_owned(),
+            file,
+            blocks: Vec::new(),
+            channels: BTreeMap::new(),
+            counts: BTreeMap::new(),
+            span: Span::default(),
+            describing: Vec::new(),
+            extras: Vec::new(),
+            damage: Vec::new(),
+            schemas: BTreeMap::new(),
+        }
+    }
+
+    /// Reads the summary at the end. An error when there is none, or it does not tell all.
+    fn read_summary(&mut self) -> McapResult<()> {
+        let summary = read_summary(&self.file)?;
+        let (mut chunks, mut told) = (Vec::new(), None);
+        for record in Records::new(&summary) {
+            let record = record?;
+            match parse_record(record.opcode, record.body)? {
+                Record::ChunkIndex(chunk) => chunks.push(chunk),
+                Record::Statistics(statistics) => told = Some(statistics),
+                Record::AttachmentIndex(at) => self.extra(op::ATTACHMENT, at.offset, at.length),
+                Record::MetadataIndex(at) => self.extra(op::METADATA, at.offset, at.length),
+                record => self.define(record),
+            }
+        }
+        let told = told.ok_or(McapError::BadIndex)?;
+        if !self.is_complete(&told, chunks.len()) {
+            return Err(McapError::BadIndex);
+        }
+        chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+        chunks.iter().for_each(|chunk| self.add_chunk(chunk));
+        self.span = span(&told);
+        self.counts = told.channel_message_counts;
+        Ok(())
+    }
+
+    /// Whether the summary names all that the file holds.
+    fn is_complete(&self, told: &Statistics, chunks: usize) -> bool {
+        told.channel_count as usize == self.channels.len()
+            && told.chunk_count as usize == chunks
+            && (told.message_count == 0 || chunks > 0)
+            && told.channel_message_counts.values().try_fold(0_u64, |all, n| all.checked_add(*n))
+                == Some(told.message_count)
+    }
+
+    fn add_chunk(&mut self, chunk: &ChunkIndex) {
+        if chunk.message_index_offsets.keys().any(|id| self.describes(*id)) {
+            self.describing.push(self.blocks.len());
+        }
+        self.blocks.push(Block {
+            offset: chunk.chunk_start_offset,
+            length: chunk.chunk_length,
+            first: chunk.message_start_time,
+            last: chunk.message_end_time,
+            extent: Extent::Whole,
+        });
+    }
+
+    /// Whether a channel is the one on which streams are described.
+    pub(crate) fn describes(&self, id: u16) -> bool {
+        let channel = self.channels.get(&id);
+        channel.is_some_and(|channel| is_description(&channel.topic, &channel.schema.name))
+    }
+
+    /// Takes note of a schema or a channel; others are of no interest.
+    pub(crate) fn define(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, data } => {
+                let schema = Schema {
+                    name: header.name,
+                    encoding: header.encoding,
+                    text: String::from_utf8_lossy(&data).into_owned(),
+                    hash: String::new(),
+                };
+                self.schemas.entry(header.id).or_insert_with(|| Arc::new(schema));
+            }
+            Record::Channel(channel) => {
+                let channel = self.channel(channel);
+                self.channels.entry(channel.0).or_insert_with(|| Arc::new(channel.1));
+            }
+            _ => {}
+        }
+    }
+
+    fn channel(&self, channel: mcap::records::Channel) -> (u16, Channel) {
+        let mut schema = match self.schemas.get(&channel.schema_id) {
+            Some(schema) => Schema::clone(schema),
+            None => Schema {
+                name: String::new(),
+                encoding: String::new(),
+                text: String::new(),
+                hash: String::new(),
+            },
+        };
+        schema.hash = type_hash(&channel.metadata);
+        let known = Channel {
+            topic: channel.topic,
+            schema: Arc::new(schema),
+            encoding: channel.message_encoding,
+            metadata: channel.metadata,
+        };
+        (channel.id, known)
+    }
+
+    pub(crate) fn extra(&mut self, opcode: u8, offset: u64, length: u64) {
+        self.extras.push(Extra { opcode, offset, length });
+    }
+
+    /// Reads a record beside the messages and hands it to `take`.
+    pub(crate) fn read_extra<T>(
+        &self,
+        extra: &Extra,
+        take: impl FnOnce(Record<'_>) -> T,
+    ) -> McapResult<T> {
+        let bytes = read_at(&self.file, extra.offset, extra.length)?;
+        let record = Records::new(&bytes).next().ok_or(McapError::UnexpectedEof)??;
+        Ok(take(parse_record(record.opcode, record.body)?))
+    }
+}
+
+fn span(told: &Statistics) -> Span {
+    let time = |nanos: u64| Time::from_nanos(nanos as i64);
+    Span {
+        messages: told.message_count,
+        first: time(told.message_start_time),
+        last: time(told.message_end_time),
+    }
+}
+
+/// A file that was cut inside its first bytes still counts as MCAP; other kinds are named.
+fn check_magic(path: &Path, file: &File) -> Result<(), BagError> {
+    let length = file.metadata().map_err(BagError::io("open", path))?.len();
+    let start = match read_at(file, 0, length.min(16)) {
+        Ok(start) => start,
+        Err(McapError::Io(error)) if error.kind() != ErrorKind::UnexpectedEof => {
+            return Err(BagError::io("open", path)(error));
+        }
+        Err(_) => Vec::new(),
+    };
+    let found = match start.as_slice() {
+        start if start.iter().zip(MAGIC).all(|(is, expected)| is == expected) => return Ok(()),
+        start if start.starts_with(b"SQLite format 3") => Found::Sqlite,
+        start if start.starts_with(b"#ROSBAG V") => Found::Ros1,
+        // The magic number of a Zstandard frame.
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => Found::Compressed,
+        _ => Found::Other,
+    };
+    Err(BagError::NotABag { path: path.to_owned(), found })
+}
+
+/// The summary section, its checksum checked.
+fn read_summary(file: &File) -> McapResult<Vec<u8>> {
+    let footer_at = file.metadata()?.len().checked_sub(FOOTER_BYTES);
+    let footer_at = footer_at.ok_or(McapError::UnexpectedEof)?;
+    let footer = read_at(file, footer_at, FOOTER_BYTES)?;
+    let (record, magic) = footer.split_at(PREFIX_BYTES + 20);
+    if magic != MAGIC {
+        return Err(McapError::BadMagic);
+    }
+    let (prefix, body) = record.split_first_chunk().ok_or(McapError::BadFooter)?;
+    let (op::FOOTER, 20) = split_prefix(prefix) else { return Err(McapError::BadFooter) };
+    let Record::Footer(told) = parse_record(op::FOOTER, body)? else {
+        return Err(McapError::BadFooter);
+    };
+    // MCAP: zero means that there is no summary.
+    let length = footer_at.checked_sub(told.summary_start).filter(|_| told.summary_start > 0);
+    let summary = read_at(file, told.summary_start, length.ok_or(McapError::BadFooter)?)?;
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&summary);
+    crc.update(&record[..record.len() - 4]);
+    let calculated = crc.finalize();
+    match told.summary_crc {
+        0 => Ok(summary),
+        saved if saved == calculated => Ok(summary),
+        saved => Err(McapError::BadSummaryCrc { saved, calculated }),
+    }
+}

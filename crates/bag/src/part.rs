@@ -1,0 +1,238 @@
+//! One file of a bag while it is written.
+
+use std::collections::BTreeMap;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use mcap::records::MessageHeader;
+use mcap::{McapError, McapResult, WriteOptions, Writer};
+use teampulse_core::time::Time;
+
+use crate::channel::Channel;
+use crate::error::BagError;
+use crate::metadata::{FileSpan, Span};
+use crate::spare::{Backed, Progress, Spare, is_full};
+
+/// The size at which a chunk is closed [bytes], uncompressed.
+const CHUNK_BYTES: u64 = 768 << 10;
+/// Small records are gathered up to this [bytes].
+const BUFFER_BYTES: usize = 64 << 10;
+
+/// How the chunks of a bag are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all: the fastest.
+    None,
+    /// LZ4: about half the size.
+    Lz4,
+    /// Zstandard at level 1: smaller than its default level on sensor data, and faster.
+    #[default]
+    Zstd,
+}
+
+impl Compression {
+    fn options(self) -> WriteOptions {
+        let options = WriteOptions::new().compression_threads(0);
+        match self {
+            Compression::None => options.compression(None),
+            Compression::Lz4 => options.compression(Some(mcap::Compression::Lz4)),
+            Compression::Zstd => {
+                options.compression(Some(mcap::Compression::Zstd)).compression_level(1)
+            }
+        }
+    }
+}
+
+/// An MCAP file being written. Chunks are built in memory and reach the file whole.
+pub(crate) struct Part<F: Write> {
+    path: PathBuf,
+    mcap: Writer<BufWriter<Backed<F>>>,
+    progress: Arc<Progress>,
+    spare: Arc<Mutex<dyn Spare>>,
+    span: Span,
+    largest_bytes: u64,
+    described_bytes: u64,
+    content_bytes: u64,
+    flushes: u64,
+    channels: u64,
+    pending: bool,
+}
+
+/// What an MCAP file carries beside messages.
+#[derive(Clone, Copy, Debug)]
+pub struct Attachment<'a> {
+    /// Its name: `study.toml`.
+    pub name: &'a str,
+    /// Its media type: `application/toml`.
+    pub media_type: &'a str,
+    /// When it was attached, by the session's clock.
+    pub log_time: Time,
+    /// Its contents.
+    pub bytes: &'a [u8],
+}
+
+impl<F: Write> Part<F> {
+    /// Begins a file at `path`, which `file` writes.
+    pub(crate) fn begin(
+        path: &Path,
+        file: F,
+        spare: Arc<Mutex<dyn Spare>>,
+        compression: Compression,
+    ) -> Result<Part<F>, BagError> {
+        let progress = Arc::<Progress>::default();
+        let file = Backed::new(file, Arc::clone(&spare), Arc::clone(&progress));
+        let mcap = compression
+            .options()
+            .profile("ros2")
+            .library(concat!("teampulse/", env!("CARGO_PKG_VERSION")))
+            .chunk_size(Some(CHUNK_BYTES))
+            .disable_seeking(true)
+            .create(BufWriter::with_capacity(BUFFER_BYTES, file))
+            .map_err(error(path))?;
+        let mut part = Part {
+            path: path.to_owned(),
+            mcap,
+            progress,
+            spare,
+            span: Span::default(),
+            largest_bytes: 0,
+            described_bytes: 0,
+            content_bytes: 0,
+            flushes: 0,
+            channels: 0,
+            pending: true,
+        };
+        part.keep_room()?;
+        Ok(part)
+    }
+
+    /// Adds a channel, or finds the one that is as this.
+    pub(crate) fn channel(&mut self, channel: &Channel) -> Result<u16, BagError> {
+        let Channel { topic, schema, encoding, metadata } = channel;
+        let id = self.add(channel).map_err(self.error())?;
+        let told: usize = metadata.iter().map(|(key, value)| key.len() + value.len() + 8).sum();
+        let named = topic.len() + schema.name.len() + encoding.len() + 64;
+        self.described_bytes += (schema.text.len() + told + named) as u64;
+        self.channels += 1;
+        self.pending = true;
+        Ok(id)
+    }
+
+    fn add(&mut self, channel: &Channel) -> McapResult<u16> {
+        let schema = &channel.schema;
+        // MCAP: a schema without text has no encoding either.
+        let encoding = if schema.text.is_empty() { "" } else { &schema.encoding };
+        let schema_id = match schema.name.as_str() {
+            "" => 0,
+            name => self.mcap.add_schema(name, encoding, schema.text.as_bytes())?,
+        };
+        self.mcap.add_channel(schema_id, &channel.topic, &channel.encoding, &channel.metadata)
+    }
+
+    /// Appends a message to a channel of this file.
+    pub(crate) fn write(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), BagError> {
+        if data.len() as u64 > self.largest_bytes {
+            self.largest_bytes = data.len() as u64;
+            self.keep_room()?;
+        }
+        self.mcap.write_to_known_channel(header, data).map_err(self.error())?;
+        self.content_bytes += data.len() as u64;
+        self.span.take(Time::from_nanos(header.log_time as i64));
+        self.pending = true;
+        Ok(())
+    }
+
+    /// Appends an attachment.
+    pub(crate) fn attach(&mut self, attachment: Attachment<'_>) -> Result<(), BagError> {
+        let nanos = nanos(attachment.log_time);
+        let attachment = mcap::Attachment {
+            log_time: nanos,
+            create_time: nanos,
+            name: attachment.name.to_owned(),
+            media_type: attachment.media_type.to_owned(),
+            data: attachment.bytes.into(),
+        };
+        self.mcap.attach(&attachment).map_err(self.error())
+    }
+
+    /// Appends a metadata record.
+    pub(crate) fn annotate(
+        &mut self,
+        name: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> Result<(), BagError> {
+        let record = mcap::records::Metadata { name: name.to_owned(), metadata };
+        self.mcap.write_metadata(&record).map_err(self.error())
+    }
+
+    /// Hands all that was written to the operating system; says whether there was anything.
+    pub(crate) fn flush(&mut self) -> Result<bool, BagError> {
+        if !std::mem::take(&mut self.pending) {
+            return Ok(false);
+        }
+        self.mcap.flush().map_err(self.error())?;
+        self.flushes += 1;
+        self.keep_room()?;
+        Ok(true)
+    }
+
+    /// Ends the file with its index.
+    pub(crate) fn finish(mut self) -> Result<FileSpan, BagError> {
+        self.mcap.finish().map_err(self.error())?;
+        Ok(self.file_span())
+    }
+
+    /// Whether the disk is full, so that the file must be ended now.
+    pub(crate) fn is_full(&self) -> bool {
+        self.progress.is_full()
+    }
+
+    /// How much of it is in the file by now [bytes].
+    pub(crate) fn written_bytes(&self) -> u64 {
+        self.progress.written_bytes()
+    }
+
+    /// What it spans so far.
+    pub(crate) fn span(&self) -> Span {
+        self.span
+    }
+
+    /// What `metadata.yaml` says about it.
+    pub(crate) fn file_span(&self) -> FileSpan {
+        let name = self.path.file_name().unwrap_or_default();
+        FileSpan { path: name.to_string_lossy().into_owned(), span: self.span }
+    }
+
+    /// Keeps back what ending the file would take: two chunks, as large as they may get, and the
+    /// index of all chunks so far.
+    fn keep_room(&self) -> Result<(), BagError> {
+        let chunks = self.flushes + self.content_bytes / CHUNK_BYTES + 1;
+        let index_bytes = 2 * self.described_bytes + chunks * (128 + 10 * self.channels);
+        let bytes = 4 * CHUNK_BYTES + 2 * self.largest_bytes + index_bytes;
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        spare.grow_to(bytes).map_err(|error| self.error()(error.into()))
+    }
+
+    fn error(&self) -> impl FnOnce(McapError) -> BagError + use<F> {
+        error(&self.path)
+    }
+}
+
+fn error(path: &Path) -> impl FnOnce(McapError) -> BagError + use<> {
+    let path = path.to_owned();
+    move |error| match error {
+        McapError::Io(error) if is_full(&error) => disk_full(&path),
+        McapError::Io(error) => BagError::Io { doing: "write", path, error },
+        error => BagError::Format { path, error },
+    }
+}
+
+fn disk_full(path: &Path) -> BagError {
+    BagError::DiskFull { path: path.parent().unwrap_or(path).to_owned() }
+}
+
+/// A moment as MCAP has it; those before 1970 are not in its range.
+pub(crate) fn nanos(time: Time) -> u64 {
+    u64::try_from(time.nanos()).unwrap_or(0)
+}

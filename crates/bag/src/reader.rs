@@ -1,0 +1,254 @@
+//! Reading a bag.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mcap::records::{Record, op};
+use teampulse_core::data::Data;
+use teampulse_core::stream::{Origin, Shape, Stream};
+use teampulse_core::time::Time;
+use teampulse_messages::convert::decode;
+
+use crate::channel::Channel;
+use crate::error::{BagError, Found};
+use crate::index::{Damage, Index};
+use crate::messages::Messages;
+use crate::metadata::{FILE_NAME, Span, Told};
+use crate::schema::type_name;
+
+/// A bag: all that is known about it without reading its messages.
+///
+/// Bags of other writers open as well, and so do bags that were cut: those are read as far as they
+/// can be, see [`Bag::damage`].
+#[derive(Debug)]
+pub struct Bag {
+    path: PathBuf,
+    parts: Vec<Index>,
+    streams: Vec<BagStream>,
+    /// For each part, the streams of its channels.
+    channels: Vec<BTreeMap<u16, usize>>,
+    custom: BTreeMap<String, String>,
+}
+
+/// A stream of a bag.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BagStream {
+    /// The stream, as it was last described.
+    pub stream: Arc<Stream>,
+    /// How many messages of it are in the bag.
+    pub messages: u64,
+}
+
+impl Bag {
+    /// Opens a bag's folder, or one MCAP file.
+    pub fn open(path: &Path) -> Result<Bag, BagError> {
+        let (files, custom) = if path.is_dir() { files_of(path)? } else { only(path)? };
+        let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
+        let mut bag = Bag {
+            path: path.to_owned(),
+            parts,
+            streams: Vec::new(),
+            channels: Vec::new(),
+            custom,
+        };
+        bag.gather_streams();
+        bag.read_descriptions();
+        Ok(bag)
+    }
+
+    /// The path by which it was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its streams: topics, each with one type, raw and derived apart; in the order of their
+    /// channels.
+    pub fn streams(&self) -> &[BagStream] {
+        &self.streams
+    }
+
+    /// How many messages it holds.
+    pub fn messages_count(&self) -> u64 {
+        self.span().messages
+    }
+
+    /// The log times of its first and its last message; `None` for an empty bag.
+    pub fn bounds(&self) -> Option<(Time, Time)> {
+        let span = self.span();
+        (span.messages > 0).then_some((span.first, span.last))
+    }
+
+    /// What its writer noted about the recording: the session's name, counts of lost messages.
+    pub fn notes(&self) -> &BTreeMap<String, String> {
+        &self.custom
+    }
+
+    /// What is not as it was written, with the file it is in.
+    pub fn damage(&self) -> impl Iterator<Item = (&Path, &Damage)> {
+        let parts = self.parts.iter();
+        parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
+    }
+
+    /// The contents of the last attachment of a name; `None` when there is none.
+    pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, BagError> {
+        let mut found = None;
+        for part in &self.parts {
+            for extra in part.extras.iter().filter(|extra| extra.opcode == op::ATTACHMENT) {
+                let read = part.read_extra(extra, |record| match record {
+                    Record::Attachment { header, data, .. } if header.name == name => {
+                        Some(data.into_owned())
+                    }
+                    _ => None,
+                });
+                let read = read.map_err(|error| BagError::Damaged {
+                    path: part.path.clone(),
+                    offset: extra.offset,
+                    reason: error.to_string(),
+                })?;
+                found = read.or(found);
+            }
+        }
+        Ok(found)
+    }
+
+    /// Its messages from a log time on, or all.
+    pub fn messages(&self, from: Option<Time>) -> Messages<'_> {
+        Messages::new(self, from)
+    }
+
+    pub(crate) fn parts(&self) -> &[Index] {
+        &self.parts
+    }
+
+    pub(crate) fn stream_of(&self, part: usize, channel: u16) -> Option<usize> {
+        self.channels.get(part)?.get(&channel).copied()
+    }
+
+    fn span(&self) -> Span {
+        self.parts.iter().fold(Span::default(), |all, part| all.join(part.span))
+    }
+
+    fn gather_streams(&mut self) {
+        for part in &self.parts {
+            let mut channels = BTreeMap::new();
+            for (id, channel) in &part.channels {
+                let stream = place_of(&mut self.streams, channel);
+                self.streams[stream].messages += part.counts.get(id).copied().unwrap_or(0);
+                channels.insert(*id, stream);
+            }
+            self.channels.push(channels);
+        }
+    }
+
+    /// Completes the streams by their descriptions. One that can't be read is passed over: the
+    /// stream stays as its channel tells.
+    fn read_descriptions(&mut self) {
+        let mut described = Vec::new();
+        for part in &self.parts {
+            for place in &part.describing {
+                let Ok(contents) = part.blocks[*place].load(&part.file) else { continue };
+                let entries = contents.entries.iter();
+                described.extend(entries.filter(|entry| part.describes(entry.channel)).filter_map(
+                    |entry| description(contents.records.get(entry.start..entry.end)?),
+                ));
+            }
+        }
+        for description in described {
+            self.describe(&description);
+        }
+    }
+
+    fn describe(&mut self, description: &Stream) {
+        let known = self.streams.iter_mut().find(|known| is_same(&known.stream, description));
+        if let Some(known) = known {
+            known.stream = Arc::new(described(&known.stream, description));
+        }
+    }
+}
+
+/// The stream of which a message on `/teampulse/streams` tells.
+pub(crate) fn description(cdr: &[u8]) -> Option<Arc<Stream>> {
+    match decode(type_name(&Shape::Description), cdr).ok()?.data {
+        Data::Description(stream) => Some(stream),
+        _ => None,
+    }
+}
+
+/// The stream of a channel with all that its description adds: the type and the quality of service
+/// stay as the channel has them.
+pub(crate) fn described(channel: &Stream, description: &Stream) -> Stream {
+    Stream { shape: channel.shape.clone(), qos: channel.qos.clone(), ..description.clone() }
+}
+
+/// Whether a description is that of a channel's stream.
+pub(crate) fn is_same(channel: &Stream, description: &Stream) -> bool {
+    channel.name == description.name
+        && channel.origin == description.origin
+        && type_name(&channel.shape) == type_name(&description.shape)
+}
+
+/// The place of a channel's stream among those of the bag; a definition that became known replaces
+/// an empty one.
+fn place_of(streams: &mut Vec<BagStream>, channel: &Channel) -> usize {
+    let stream = channel.stream();
+    let known = streams.iter().position(|known| is_same(&known.stream, &stream));
+    let Some(place) = known else {
+        streams.push(BagStream { stream: Arc::new(stream), messages: 0 });
+        return streams.len() - 1;
+    };
+    if let Shape::Message(schema) = &streams[place].stream.shape
+        && schema.text.is_empty()
+    {
+        streams[place].stream = Arc::new(stream);
+    }
+    place
+}
+
+type Files = (Vec<PathBuf>, BTreeMap<String, String>);
+
+fn only(file: &Path) -> Result<Files, BagError> {
+    Ok((vec![file.to_owned()], BTreeMap::new()))
+}
+
+/// The files of a bag's folder, in order: as `metadata.yaml` says, else by their numbers.
+fn files_of(folder: &Path) -> Result<Files, BagError> {
+    let text = fs::read_to_string(folder.join(FILE_NAME)).unwrap_or_default();
+    let told = Told::read(&text);
+    let not_a_bag = |found| Err(BagError::NotABag { path: folder.to_owned(), found });
+    if told.storage == "sqlite3" {
+        return not_a_bag(Found::Sqlite);
+    }
+    if !matches!(told.compression_mode.to_ascii_uppercase().as_str(), "" | "NONE") {
+        return not_a_bag(Found::Compressed);
+    }
+    // Older versions wrote the folder's name in front.
+    let named = told.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
+    let mut files: Vec<PathBuf> = named.collect();
+    for found in mcap_files(folder)? {
+        if !files.contains(&found) {
+            files.push(found);
+        }
+    }
+    if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, told.custom)) }
+}
+
+/// The MCAP files in a folder, those of one recording by their numbers.
+fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+    let entries = fs::read_dir(folder).map_err(BagError::io("open", folder))?;
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut files: Vec<PathBuf> =
+        paths.filter(|path| path.extension().is_some_and(|kind| kind == "mcap")).collect();
+    files.sort_by_cached_key(|path| {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let (name, number) = stem.rsplit_once('_').unwrap_or((&stem, ""));
+        (name.to_owned(), number.parse::<u64>().unwrap_or(u64::MAX), stem.clone())
+    });
+    Ok(files)
+}
+
+/// Whether a stream came from outside, and is more than word about the session's own streams.
+pub(crate) fn is_raw_data(stream: &Stream) -> bool {
+    stream.origin == Origin::Raw && !matches!(stream.shape, Shape::Status | Shape::Description)
+}

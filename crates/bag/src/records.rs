@@ -1,0 +1,83 @@
+//! The records of an MCAP file, one after the other.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+
+use mcap::{McapError, McapResult};
+
+/// Before a record stand its kind and its length [bytes].
+pub(crate) const PREFIX_BYTES: usize = 9;
+/// No record, and no chunk, may be longer than this [bytes]: a damaged length must not fill the
+/// memory.
+pub(crate) const LIMIT_BYTES: u64 = 256 << 20;
+
+/// The records in a run of bytes. The first that is not whole ends it with an error.
+#[derive(Clone, Debug)]
+pub(crate) struct Records<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+/// A record as it stands in the bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RawRecord<'a> {
+    /// What kind it is.
+    pub opcode: u8,
+    /// Its contents.
+    pub body: &'a [u8],
+    /// Where its contents begin in the run.
+    pub body_at: usize,
+}
+
+impl<'a> Records<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Records<'a> {
+        Records { bytes, at: 0 }
+    }
+
+    fn record(&mut self) -> McapResult<RawRecord<'a>> {
+        let rest = &self.bytes[self.at..];
+        let (prefix, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEof)?;
+        let (opcode, length) = split_prefix(prefix);
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        let body = rest.get(..length).ok_or(McapError::UnexpectedEof)?;
+        let body_at = self.at + PREFIX_BYTES;
+        self.at = body_at + length;
+        Ok(RawRecord { opcode, body, body_at })
+    }
+}
+
+impl<'a> Iterator for Records<'a> {
+    type Item = McapResult<RawRecord<'a>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.at == self.bytes.len() {
+            return None;
+        }
+        let record = self.record();
+        if record.is_err() {
+            self.at = self.bytes.len();
+        }
+        Some(record)
+    }
+}
+
+/// Kind and length of a record.
+pub(crate) fn split_prefix(prefix: &[u8; PREFIX_BYTES]) -> (u8, u64) {
+    let [opcode, length @ ..] = *prefix;
+    (opcode, u64::from_le_bytes(length))
+}
+
+/// Reads a part of a file; one that is absurdly long, or beyond the end, is refused.
+pub(crate) fn read_at(file: &File, offset: u64, length: u64) -> McapResult<Vec<u8>> {
+    if length > LIMIT_BYTES {
+        return Err(McapError::ChunkTooLarge(length));
+    }
+    let file_bytes = file.metadata()?.len();
+    if offset.checked_add(length).is_none_or(|end| end > file_bytes) {
+        return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+    }
+    let mut bytes = vec![0; length as usize];
+    file.read_exact_at(&mut bytes, offset)?;
+    Ok(bytes)
+}
