@@ -31,6 +31,9 @@ using namespace eprosima::fastdds::dds;
 using Message = std_msgs::msg::dds_::UInt8MultiArray_;
 using MessageSupport = std_msgs::msg::dds_::UInt8MultiArray_PubSubType;
 
+/// How long a best-effort message may be under way: nobody acknowledges it.
+constexpr double in_flight_secs = 0.5;
+
 /// `--name value` and `--flag`, as they stand on the command line.
 class Options {
  public:
@@ -154,7 +157,8 @@ int publish(const std::string &topic, const Options &options) {
   double seconds = (payload::monotonic_ns() - started_ns) / 1e9;
   double cpu_used_secs = cpu_secs() - cpu_started_secs;
   bool acknowledged = true;
-  if (!options.has("--best-effort"))
+  if (options.has("--best-effort")) sleep_secs(in_flight_secs);
+  else
     for (auto *writer : writers)
       acknowledged &= writer->wait_for_acknowledgments({10, 0}) == ReturnCode_t::RETCODE_OK;
   std::printf("{\"sent\": %lu, \"topics\": %zu, \"seconds\": %.3f, ",

@@ -1,0 +1,231 @@
+"""Bad input: a clear error each, nothing lost, no panic."""
+
+import random
+import struct
+import time
+
+import pytest
+
+import bags
+import harness
+
+BATTERY = "sensor_msgs/msg/BatteryState"
+CDR_HEADER = bytes([0, 1, 0, 0])
+
+ROBOTS = """
+[session]
+name = "test"
+{session}
+[[sources]]
+type = "robots"
+namespace = "/robot*"
+{robots}
+[[sources]]
+type = "topics"
+names = ["/bench*"]
+[[sinks]]
+type = "bag"
+"""
+
+
+def nonsense() -> list[bytes]:
+    """Arbitrary bytes, and lengths that no message has."""
+    noise = random.Random(1)
+    arbitrary = [CDR_HEADER + noise.randbytes(noise.randrange(600)) for _ in range(200)]
+    other_headers = [noise.randbytes(noise.randrange(4, 200)) for _ in range(50)]
+    absurd = [
+        CDR_HEADER + bytes(zeros) + struct.pack("<I", size) + noise.randbytes(80)
+        for zeros in range(0, 64, 4)
+        for size in (0xFFFFFFFF, 0x7FFFFFFF, 0x10000000, 81)
+    ]
+    return arbitrary + other_headers + absurd + [CDR_HEADER]
+
+
+def test_arbitrary_bytes_on_a_watched_topic_are_kept_and_harm_nothing(stage):
+    study, out = stage.study(ROBOTS.format(session="", robots="")), stage.folder / "sessions"
+    monitor = stage.teampulse("run", study, "--out", out)
+    honest = stage.cyclone("publish", "/bench", "--rate", 500, "--count", 2000)
+    liar = stage.cyclone("send", "/robot1/battery_state", "--type", BATTERY)
+    liar.answer("matched"), honest.answer("matched")
+    time.sleep(1)  # for the reader to see its writer, too
+    sent = nonsense()
+    for message in sent:
+        liar.say(message.hex())
+    honest.answer("sent")
+    calmly_ended(monitor)
+
+    bag = harness.the_bag(out)
+    kept = [cdr for _, cdr in bags.raw(bag)["/robot1/battery_state"]]
+    for message, cdr in zip(sent, kept, strict=True):
+        assert cdr.startswith(message) and len(cdr) - len(message) < 4, "DDS may pad to four bytes"
+    assert bags.tallies(bag)["/bench"].summary()["received"] == 2000
+
+
+@pytest.mark.parametrize(
+    "definition",
+    [
+        "float64[] values\nstring name",
+        "uint8[4294967295] everything",
+        "Liar again",
+        "float99 x",
+        "string<=3 a\n" * 5000,
+        "uint8 é\n\0\n=====\n",
+    ],
+    ids=["false", "enormous", "endless", "unknown", "long", "broken"],
+)
+def test_a_definition_that_lies_harms_nothing(stage, definition):
+    folder = stage.folder / "definitions/bench_msgs/msg"
+    folder.mkdir(parents=True)
+    (folder / "Liar.msg").write_text(definition)
+    study = ROBOTS.format(
+        session=f'messages = "{stage.folder}/definitions"',
+        robots='numbers = [{ topic = "liar", field = "values[3]", unit = "1" }]',
+    )
+    out = stage.folder / "sessions"
+    monitor = stage.teampulse("run", stage.study(study), "--out", out)
+    liar = stage.cyclone("send", "/robot1/liar", "--type", "bench_msgs/msg/Liar")
+    liar.answer("matched")
+    time.sleep(1)  # for the reader to see its writer, too
+    sent = nonsense()
+    for message in sent:
+        liar.say(message.hex())
+    while liar.answer("sent")["sent"] < len(sent):
+        time.sleep(0.02)
+    time.sleep(0.5)  # under way
+    calmly_ended(monitor)
+    assert len(bags.raw(harness.the_bag(out))["/robot1/liar"]) == len(sent)
+
+
+def test_a_type_that_nobody_can_explain_is_said_once_and_recorded(stage):
+    recorder, out = stage.record("/bench*")
+    unknown = stage.cyclone("send", "/bench", "--type", "bench_msgs/msg/Unheard")
+    unknown.answer("matched")
+    recorder.wait_for("bench_msgs/msg/Unheard")
+    for number in range(100):
+        unknown.say((CDR_HEADER + bytes([number])).hex())
+    while unknown.answer("sent")["sent"] < 100:
+        time.sleep(0.02)
+    time.sleep(0.5)  # under way
+    calmly_ended(recorder)
+    assert len(bags.raw(harness.the_bag(out))["/bench"]) == 100
+    said = [line for line in recorder.stderr.splitlines() if "bench_msgs/msg/Unheard" in line]
+    assert len(said) == 1
+
+
+def test_two_types_on_one_topic_are_told_and_the_first_is_kept(stage):
+    recorder, out = stage.record("/bench*")
+    first = stage.cyclone("publish", "/bench", "--rate", 200, "--count", 1200)
+    first.answer("matched")
+    other = stage.cyclone("send", "/bench", "--type", "std_msgs/msg/String", "--subscribers", 0)
+    other.answer("matched")
+    recorder.wait_for(r"std_msgs/msg/String.*std_msgs/msg/UInt8MultiArray")
+    first.answer("sent")
+    calmly_ended(recorder)
+    tally = bags.tallies(harness.the_bag(out))["/bench"].summary()
+    assert (tally["received"], tally["missing"]) == (1200, 0)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n" + bytes(100), random.Random(3).randbytes(5000)],
+    ids=["empty", "only the magic", "ROS 1", "noise"],
+)
+@pytest.mark.parametrize(
+    "command", [["info"], ["recover"], ["export", "--format", "csv"], ["play"]]
+)
+def test_a_bag_that_is_none_is_refused(stage, command, content):
+    path = stage.folder / "no.mcap"
+    path.write_bytes(content)
+    refused(stage.ask(command[0], path, *command[1:]), "no.mcap")
+    assert path.read_bytes() == content
+
+
+def test_a_bag_that_is_not_there_is_refused(stage):
+    refused(stage.ask("info", stage.folder / "nowhere"), "nowhere")
+
+
+def test_a_folder_that_is_no_bag_is_refused(stage):
+    (stage.folder / "folder").mkdir()
+    refused(stage.ask("info", stage.folder / "folder"), "folder")
+
+
+def test_what_is_already_there_is_not_written_over(stage, demo_bag):
+    out = stage.folder / "out"
+    assert stage.ask("replay", demo_bag, "--out", out).returncode == 0
+    before = contents_of(out)
+    again = stage.ask("replay", demo_bag, "--out", out)
+    assert "panicked" not in again.stderr
+    after = contents_of(out)
+    assert {path: after[path] for path in before} == before
+    if again.returncode != 0:
+        refused(again, "out")
+
+
+STUDY = '[session]\nname = "test"\n\n[[sources]]\ntype = "topics"\nnames = ["/a"]\n'
+
+MISTAKES = {
+    "broken syntax": ('[session]\nname = "test\n', "study.toml:2", ""),
+    "unknown table": (STUDY + "[sesion]\n", "study.toml:7", "session"),
+    "unknown key": ('[session]\nnmae = "test"\n', "study.toml:2", "name"),
+    "mistyped value": ("[session]\nname = 7\n", "study.toml:2", "string"),
+    "no type": ('[[sources]]\nnames = ["/a"]\n', "study.toml:1", "type"),
+    "unknown source": (STUDY.replace('"topics"', '"topcis"'), "study.toml:5", "topics"),
+    "unknown source key": (STUDY.replace("names", "nams"), "study.toml:6", "names"),
+    "mistyped source value": (STUDY.replace('["/a"]', "3"), "study.toml:6", ""),
+    "bad pattern": (STUDY.replace('"/a"', '"no slash"'), "study.toml:6", ""),
+    "unknown sink": (STUDY + '[[sinks]]\ntype = "bog"\n', "study.toml:8", "bag"),
+    "unknown sink value": (
+        STUDY + '[[sinks]]\ntype = "bag"\ncompression = "zip"\n',
+        "study.toml:9",
+        "zstd",
+    ),
+    "unknown feature": (STUDY + '[features]\ndisable = ["batery_use"]\n', "", "battery_use"),
+    "bad window": (STUDY + "[features]\nwindows_secs = [-3]\n", "", "windows_secs"),
+    "bad phase": (STUDY + '[[phases]]\nname = "a"\nfrom_secs = "x"\n', "study.toml:9", ""),
+    "unknown clock": ('[session]\nclock = "/time"\n', "study.toml:2", "/clock"),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_a_study_is_shown_in_its_place(stage, command, mistake):
+    text, place, word = MISTAKES[mistake]
+    answer = stage.ask(command, stage.study(text))
+    assert answer.returncode == 4, answer.stderr
+    assert place in answer.stderr
+    assert word in answer.stderr
+    assert "panicked" not in answer.stderr
+    assert answer.stdout == ""
+
+
+def test_a_study_that_is_not_there_is_a_wrong_study(stage):
+    answer = stage.ask("run", stage.folder / "nowhere.toml")
+    assert answer.returncode == 4
+    assert "nowhere.toml" in answer.stderr
+
+
+@pytest.mark.parametrize("arguments", [["run"], ["fly"], ["run", "s.toml", "--duration", "-1"], []])
+def test_arguments_that_make_no_sense_are_refused(stage, arguments):
+    answer = stage.ask(*arguments)
+    assert answer.returncode == 2
+    assert "sage:" in answer.stderr
+    assert answer.stdout == ""
+
+
+def calmly_ended(program: harness.Program) -> None:
+    code = program.interrupt()
+    assert "panicked" not in program.stderr, program.report()
+    assert code == 0, program.report()
+
+
+def refused(answer, name: str) -> None:
+    """An error that names what it is about, on standard error, and nothing else."""
+    assert answer.returncode == 1, answer.stderr
+    assert answer.stderr.startswith("error: "), answer.stderr
+    assert name in answer.stderr
+    assert "panicked" not in answer.stderr
+    assert answer.stdout == ""
+
+
+def contents_of(folder) -> dict:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}

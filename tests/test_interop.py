@@ -1,0 +1,150 @@
+"""With both DDS peers, in both directions: every message, every hash, and every mismatch told."""
+
+import json
+
+import pytest
+
+import bags
+import harness
+import ros_types
+
+SESSION = """
+[session]
+name = "test"
+[[sources]]
+type = "topics"
+names = ["/bench*"]
+"""
+
+
+@pytest.mark.parametrize(
+    "size, rate_hz, count",
+    [(1024, 100, 500), (65536, 30, 150)],
+    ids=["1 KiB x 100 Hz", "64 KiB x 30 Hz"],
+)
+def test_every_reliable_message_of_a_peer_is_in_the_bag(stage, peer, size, rate_hz, count):
+    recorder, out = stage.record("/bench*")
+    publisher = peer("publish", "/bench", "--size", size, "--rate", rate_hz, "--count", count)
+    assert publisher.answer("sent")["acknowledged"]
+    assert recorder.interrupt() == 0
+    all_arrived(harness.the_bag(out), "/bench", count)
+
+
+def test_megabyte_images_at_camera_rate_are_in_the_bag(stage, peer):
+    if harness.rmem_max_bytes() < 4 << 20:
+        pytest.skip(f"net.core.rmem_max is {harness.rmem_max_bytes()}: no room for an image")
+    recorder, out = stage.record("/bench*")
+    image = ("--size", 1 << 20, "--rate", 30, "--best-effort", "--depth", 5)
+    publisher = peer("publish", "/bench", *image, "--count", 150)
+    publisher.answer("sent")
+    assert recorder.interrupt() == 0
+    all_arrived(harness.the_bag(out), "/bench", 150)
+
+
+def test_a_late_joiner_is_given_what_was_latched(stage, peer):
+    publisher = peer("publish", "/bench", "--transient-local", "--subscribers", 0, "--count", 20)
+    publisher.answer("sent")
+    recorder, out = stage.record("/bench*")
+    follower = peer("publish", "/bench_live", "--count", 1)
+    follower.answer("sent")
+    assert recorder.interrupt() == 0
+    all_arrived(harness.the_bag(out), "/bench", 20)
+
+
+def test_best_effort_and_reliable_publishers_of_a_topic_are_both_recorded(stage, peer):
+    recorder, out = stage.record("/bench*")
+    first = stage.cyclone("publish", "/bench", "--count", 100, "--settle-secs", 3)
+    second = peer("publish", "/bench", "--count", 100, "--settle-secs", 3, "--best-effort")
+    first.answer("sent"), second.answer("sent")
+    assert recorder.interrupt() == 0
+    tally = bags.tallies(harness.the_bag(out))["/bench"].summary()
+    assert (tally["received"], tally["missing"], tally["corrupt"]) == (200, 0, 0)
+
+
+def test_a_bag_played_back_reaches_every_peer(stage, peer):
+    recorder, out = stage.record("/bench*")
+    publisher = stage.cyclone("publish", "/bench", "--size", 1024, "--count", 300)
+    publisher.answer("sent")
+    assert recorder.interrupt() == 0
+    publisher.close()
+    subscriber = peer("subscribe", "/bench", "--count", 300)
+    subscriber.answer("subscribed")
+    player = stage.teampulse("play", harness.the_bag(out))
+    counted = subscriber.answer("messages")
+    assert counted["messages"] == 300
+    assert counted["topics"][0]["missing"] == counted["topics"][0]["corrupt"] == 0
+    assert player.ended() == 0
+
+
+def test_a_peer_sees_our_node_its_endpoints_and_their_type_hashes(stage):
+    stage.teampulse("run", stage.study(SESSION), "--out", stage.folder / "sessions")
+    graph = stage.cyclone("graph", "--until-node", "/teampulse", "--seconds", 15)
+    seen = graph.answer("nodes")
+    [node] = [node for node in seen["nodes"] if node["name"] == "/teampulse"]
+    endpoints = {endpoint["gid"]: endpoint for endpoint in seen["endpoints"]}
+    for gid in node["readers"] + node["writers"]:
+        assert gid in endpoints, "the node claims an endpoint that is not there"
+    published = [endpoints[gid] for gid in node["writers"]]
+    assert {"rt/teampulse/streams", "rt/teampulse/status"} <= {each["topic"] for each in published}
+    for endpoint in published:
+        assert endpoint["user_data"].startswith("typehash=RIHS01_"), endpoint
+        told_hash = endpoint["user_data"].removeprefix("typehash=").split(";")[0]
+        package, _, _, name = endpoint["type"].removesuffix("_").split("::")
+        known_hash = ros_types.type_hash(f"{package}/msg/{name}")
+        assert known_hash in (None, told_hash), endpoint
+
+
+def test_our_gids_have_24_bytes_where_humble_is_spoken(stage):
+    study = stage.study(SESSION)
+    stage.teampulse("run", study, "--out", stage.folder / "sessions", env={"ROS_DISTRO": "humble"})
+    ask = ("graph", "--gid-bytes", 24, "--until-node", "/teampulse", "--seconds", 15)
+    nodes = stage.cyclone(*ask).answer("nodes")["nodes"]
+    [node] = [node for node in nodes if node["name"] == "/teampulse"]
+    assert all(len(gid) == 48 for gid in node["writers"])
+
+
+def test_a_reader_that_asks_for_more_than_we_offer_is_told_about(stage):
+    monitor = stage.teampulse("run", stage.study(SESSION), "--out", stage.folder / "sessions")
+    status = ("/teampulse/status", "--type", "teampulse_msgs/msg/StreamStatus")
+    stage.cyclone("subscribe", *status, "--deadline-ms", 1)
+    monitor.wait_for(r"/teampulse/status.*deadline|deadline.*/teampulse/status")
+
+
+def test_a_missed_deadline_is_told(stage):
+    recorder, _ = stage.record("/bench*")
+    publisher = stage.cyclone("publish", "/bench", "--deadline-ms", 200, "--count", 20)
+    publisher.answer("sent")
+    recorder.wait_for(r"/bench.*deadline|deadline.*/bench")
+
+
+@pytest.mark.parametrize(
+    "reliability", ["--best-effort", "--depth=1000"], ids=["best effort", "reliable"]
+)
+def test_injected_loss_is_told_exactly_or_as_unknown(stage, reliability):
+    lossy = "<Internal><Test><XmitLossiness>100</XmitLossiness></Test></Internal>"
+    recorder, out = stage.record("/bench*")
+    publisher = stage.cyclone(
+        *("publish", "/bench", "--rate", 500, "--count", 3000, "--settle-secs", 3, reliability),
+        env={"CYCLONEDDS_URI": lossy},
+    )
+    publisher.answer("sent", within_secs=60)
+    assert recorder.interrupt() == 0
+    bag = harness.the_bag(out)
+    [stream] = [s for s in described(stage, bag)["streams"] if s["name"] == "/bench"]
+    missing = bags.tallies(bag)["/bench"].summary()["missing"]
+    assert missing > 100 if reliability == "--best-effort" else missing == 0
+    assert stream["lost_source"] in (None, missing)
+
+
+def all_arrived(bag, topic: str, count: int) -> None:
+    """Whether all the numbered messages are in the bag, once each, unharmed and in order."""
+    tally = bags.tallies(bag)[topic].summary()
+    expected = {"received": count, "missing": 0, "corrupt": 0, "duplicates": 0, "out_of_order": 0}
+    assert {key: tally[key] for key in expected} == expected
+
+
+def described(stage, bag) -> dict:
+    """What `info` says of a bag."""
+    answer = stage.ask("info", bag, "--json")
+    assert answer.returncode == 0, answer.stderr
+    return json.loads(answer.stdout)
