@@ -3,4 +3,7 @@
 pub mod bus;
 pub mod graph;
 pub mod offer;
+pub mod losses;
+mod runs;
 pub mod memory;
+pub mod cyclone;

@@ -1,0 +1,188 @@
+//! A ROS 2 domain over DDS.
+#![expect(unsafe_code, reason = "it binds the C library Cyclone DDS")]
+
+mod site;
+mod subscription;
+mod seen;
+mod nodes;
+mod census;
+mod names;
+mod wake;
+mod discovery;
+mod reader;
+mod writer;
+mod message;
+mod fragments;
+mod sertype;
+mod qos;
+mod domain;
+mod entity;
+
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+use async_trait::async_trait;
+use teampulse_core::qos::Qos;
+use teampulse_core::stream::Schema;
+use teampulse_messages::catalogue;
+use teampulse_messages::standard::rmw_dds_common::GidWidth;
+use tokio::sync::{broadcast, watch};
+
+use crate::bus::{Asked, Bus, BusError, Deliver, Incident, Publisher, Subscription};
+use crate::graph::Graph;
+use domain::Participant;
+use site::{Site, Watcher};
+use subscription::Listening;
+use writer::Writer;
+
+/// How to take part in a domain.
+#[derive(Clone, Debug)]
+pub struct Participation {
+    /// The domain.
+    pub domain: u32,
+    /// The namespace of our node: `/`.
+    pub namespace: String,
+    /// The name of our node: `teampulse`.
+    pub node_name: String,
+    /// The configuration of Cyclone DDS, as `configuration`
+    /// writes it.
+    pub configuration: String,
+    /// How wide ids are in what we tell of our node; `None` is as the first that is heard, and
+    /// until then as since ROS 2 Iron.
+    pub gid_width: Option<GidWidth>,
+}
+
+/// A participant of a ROS 2 domain.
+///
+/// It has one node. All that it publishes and subscribes to is that node's, and what it publishes
+/// it does not hear itself. A [`Deliver`] must neither wait nor drop its own subscription.
+pub struct CycloneBus {
+    name: String,
+    site: Arc<Site>,
+    watcher: Option<JoinHandle<()>>,
+}
+
+impl CycloneBus {
+    /// Joins a domain. All participants of a process in one domain need the same configuration.
+    pub fn join(participation: Participation) -> Result<Arc<dyn Bus>, BusError> {
+        let Participation { domain, namespace, node_name, configuration, gid_width } =
+            participation;
+        let name = format!("ROS domain {domain}");
+        let failed = |reason| BusError::Join { bus: name.clone(), reason };
+        let participant = Participant::join(domain, &configuration).map_err(failed)?;
+        let site = Arc::new(Site::new(Arc::new(participant), namespace, node_name));
+        let mut watcher = Watcher::new(Arc::clone(&site), gid_width).map_err(failed)?;
+        watcher.look();
+        let thread = thread::Builder::new().name(format!("ros-domain-{domain}"));
+        let watcher = thread.spawn(|| watcher.run()).map_err(|error| failed(error.to_string()))?;
+        Ok(Arc::new(CycloneBus { name, site, watcher: Some(watcher) }))
+    }
+}
+
+impl Drop for CycloneBus {
+    fn drop(&mut self) {
+        self.site.wake.end();
+        if let Some(watcher) = self.watcher.take()
+            && watcher.join().is_err()
+        {
+            tracing::error!("the thread that watches {} panicked", self.name);
+        }
+    }
+}
+
+#[async_trait]
+impl Bus for CycloneBus {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn graph(&self) -> watch::Receiver<Arc<Graph>> {
+        self.site.graph.subscribe()
+    }
+
+    fn incidents(&self) -> broadcast::Receiver<Incident> {
+        self.site.incidents.subscribe()
+    }
+
+    fn subscribe(
+        &self,
+        topic: &str,
+        type_name: &str,
+        asked: Asked,
+        deliver: Deliver,
+    ) -> Result<Subscription, BusError> {
+        let listening = Listening::begin(
+            Arc::clone(&self.site.participant),
+            (topic, type_name),
+            asked,
+            deliver,
+            self.site.incidents.clone(),
+            &Arc::clone(&self.site.graph.borrow()),
+        );
+        let listening = listening.map_err(|reason| not_opened(topic, type_name, reason))?;
+        let listening = Arc::new(listening);
+        self.site.keep(&listening);
+        Ok(Subscription::new(Closing(listening)))
+    }
+
+    fn publish(
+        &self,
+        topic: &str,
+        schema: &Schema,
+        qos: &Qos,
+    ) -> Result<Box<dyn Publisher>, BusError> {
+        let names = (&*names::dds_topic(topic), &*names::dds_type(&schema.name));
+        let (incidents, told) = (self.site.incidents.clone(), topic.to_owned());
+        let differs = Box::new(move |policy| {
+            let topic = told.clone();
+            // Without a listener there is nobody to tell.
+            incidents.send(Incident::IncompatibleQos { topic, policy, ours: false }).ok();
+        });
+        let participant = Arc::clone(&self.site.participant);
+        let user_data = names::user_data(&schema.hash);
+        let writer = Writer::open(&participant, names, qos, &user_data, differs);
+        let writer = writer.map_err(|reason| not_opened(topic, &schema.name, reason))?;
+        Ok(Box::new(Publishing { topic: topic.to_owned(), writer, _participant: participant }))
+    }
+
+    async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError> {
+        let shipped = catalogue::shipped(type_name);
+        let is_it = |schema: &Arc<Schema>| hash.is_empty() || schema.hash == hash;
+        shipped.filter(is_it).map(|schema| Schema::clone(&schema)).ok_or_else(|| {
+            let (type_name, reason) = (type_name.to_owned(), "it is not shipped".to_owned());
+            BusError::Definition { type_name, reason }
+        })
+    }
+}
+
+fn not_opened(topic: &str, type_name: &str, reason: String) -> BusError {
+    BusError::Topic { topic: topic.to_owned(), type_name: type_name.to_owned(), reason }
+}
+
+/// Closes a subscription when it is dropped, whoever else holds it for a moment.
+struct Closing(Arc<Listening>);
+
+impl Drop for Closing {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}
+
+/// A publisher of one topic.
+struct Publishing {
+    topic: String,
+    /// Before `_participant`, in which it lives.
+    writer: Writer,
+    _participant: Arc<Participant>,
+}
+
+impl Publisher for Publishing {
+    fn publish(&self, cdr: &[u8]) -> Result<(), BusError> {
+        let failed = |reason| BusError::Publish { topic: self.topic.clone(), reason };
+        self.writer.write(cdr).map_err(failed)
+    }
+
+    fn subscribers(&self) -> usize {
+        self.writer.readers()
+    }
+}

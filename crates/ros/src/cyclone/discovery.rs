@@ -1,0 +1,138 @@
+//! What the library has discovered: participants and their endpoints, ours included.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::mem::MaybeUninit;
+use std::ptr;
+use std::sync::Arc;
+
+use cyclors as c;
+
+use super::census::{Change, Found};
+use super::domain::Participant;
+use super::entity::Entity;
+use super::names;
+use super::qos;
+use super::wake::Wake;
+use crate::graph::{EndpointKind, Gid};
+
+/// How many changes are taken from the library at once.
+const BATCH: usize = 64;
+
+/// The library's own topics on which it tells what it has discovered.
+pub(super) struct Discovery {
+    /// Before `_wake`: when their end returns, the library calls back no more.
+    participants: Entity,
+    publishers: Entity,
+    subscriptions: Entity,
+    _wake: Arc<Wake>,
+}
+
+impl Discovery {
+    /// Begins to listen; `wake` is woken for each change.
+    pub(super) fn listen(participant: &Participant, wake: Arc<Wake>) -> Result<Discovery, String> {
+        let open = |topic| {
+            // SAFETY: the listener is copied by the call, and its argument outlives the readers.
+            Entity::created(unsafe {
+                let argument = Arc::as_ptr(&wake).cast_mut().cast::<c_void>();
+                let listener = c::dds_create_listener(argument);
+                c::dds_lset_data_available(listener, Some(data_available));
+                let within = participant.entity().handle();
+                let handle = c::dds_create_reader(within, topic, ptr::null(), listener);
+                c::dds_delete_listener(listener);
+                handle
+            })
+        };
+        Ok(Discovery {
+            participants: open(c::DDS_BUILTIN_TOPIC_DCPSPARTICIPANT)?,
+            publishers: open(c::DDS_BUILTIN_TOPIC_DCPSPUBLICATION)?,
+            subscriptions: open(c::DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION)?,
+            _wake: wake,
+        })
+    }
+
+    /// Takes all that has changed since the last time.
+    pub(super) fn take(&self) -> Vec<Change> {
+        let mut changes = Vec::new();
+        // SAFETY: each reader's samples are of the structure that its topic is documented to have.
+        unsafe {
+            take(&self.publishers, |sample, alive| {
+                changes.push(endpoint(EndpointKind::Publisher, sample, alive));
+            });
+            take(&self.subscriptions, |sample, alive| {
+                changes.push(endpoint(EndpointKind::Subscription, sample, alive));
+            });
+            take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
+                if !alive {
+                    changes.push(Change::ParticipantGone(Gid(sample.key.v)));
+                }
+            });
+        }
+        changes
+    }
+}
+
+unsafe extern "C" fn data_available(_reader: c::dds_entity_t, wake: *mut c_void) {
+    // SAFETY: the argument is the `Wake` that the readers' owner holds.
+    unsafe { &*wake.cast::<Wake>() }.wake();
+}
+
+/// Takes all samples of a reader, each with whether what it tells of is still there.
+///
+/// # Safety
+///
+/// The samples of the reader are `T`s.
+unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
+    let mut samples = [ptr::null_mut::<c_void>(); BATCH];
+    let mut infos = [const { MaybeUninit::<c::dds_sample_info_t>::uninit() }; BATCH];
+    loop {
+        // SAFETY: there is room for a batch. Null pointers ask for a loan, which is given back
+        // below; until then the samples stay as they are.
+        let taken = unsafe {
+            let infos = infos.as_mut_ptr().cast::<c::dds_sample_info_t>();
+            let handle = reader.handle();
+            c::dds_take(handle, samples.as_mut_ptr(), infos, BATCH, BATCH as u32)
+        };
+        if taken <= 0 {
+            return;
+        }
+        for (sample, info) in samples.iter().zip(&infos).take(taken as usize) {
+            // SAFETY: so many were filled.
+            let (sample, info) = unsafe { (&*sample.cast::<T>(), info.assume_init_ref()) };
+            let alive = info.instance_state == c::dds_instance_state_DDS_IST_ALIVE;
+            each(sample, alive && info.valid_data);
+        }
+        // SAFETY: this is the loan of above.
+        unsafe { c::dds_return_loan(reader.handle(), samples.as_mut_ptr(), taken) };
+        samples = [ptr::null_mut(); BATCH];
+    }
+}
+
+fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: bool) -> Change {
+    let gid = Gid(sample.key.v);
+    if !alive {
+        return Change::EndpointGone(gid);
+    }
+    // SAFETY: the strings and the policies of a sample that is on loan are alive, or null.
+    let (topic, type_name, (qos, user_data)) =
+        unsafe { (text(sample.topic_name), text(sample.type_name), qos::read(sample.qos)) };
+    Change::Endpoint(Found {
+        kind,
+        gid,
+        participant: Gid(sample.participant_key.v),
+        topic,
+        type_name,
+        type_hash: names::type_hash(&user_data),
+        qos,
+    })
+}
+
+/// # Safety
+///
+/// `text` is null or a string that is alive.
+unsafe fn text(text: *const c_char) -> String {
+    if text.is_null() {
+        return String::new();
+    }
+    // SAFETY: as the caller promises.
+    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+}

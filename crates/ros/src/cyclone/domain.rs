@@ -1,0 +1,75 @@
+//! Domains: joined once in a process, left with the last participant.
+
+use std::collections::BTreeMap;
+use std::ffi::CString;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use cyclors::{dds_create_domain, dds_create_participant};
+
+use super::entity::Entity;
+
+static JOINED: Mutex<BTreeMap<u32, Joined>> = Mutex::new(BTreeMap::new());
+
+struct Joined {
+    configuration: String,
+    participants: usize,
+    _domain: Entity,
+}
+
+/// A participant of a domain.
+#[derive(Debug)]
+pub(super) struct Participant {
+    id: u32,
+    /// `None` only while it is dropped: it must end before its domain.
+    entity: Option<Entity>,
+}
+
+impl Participant {
+    /// Joins a domain. The first participant of a process configures it.
+    pub(super) fn join(id: u32, configuration: &str) -> Result<Participant, String> {
+        let mut joined = lock();
+        if !joined.contains_key(&id) {
+            joined.insert(id, Joined::new(id, configuration)?);
+        }
+        let domain = joined.get_mut(&id).expect("it was just inserted");
+        if domain.configuration != configuration {
+            return Err("this process has joined it with another configuration".into());
+        }
+        domain.participants += 1;
+        drop(joined);
+        let mut participant = Participant { id, entity: None };
+        // SAFETY: no QoS and no listener are given, which the library allows.
+        let handle = unsafe { dds_create_participant(id, std::ptr::null(), std::ptr::null()) };
+        participant.entity = Some(Entity::created(handle)?);
+        Ok(participant)
+    }
+
+    pub(super) fn entity(&self) -> &Entity {
+        self.entity.as_ref().expect("it is there until this is dropped")
+    }
+}
+
+impl Drop for Participant {
+    fn drop(&mut self) {
+        self.entity = None;
+        let mut joined = lock();
+        let Some(domain) = joined.get_mut(&self.id) else { return };
+        domain.participants -= 1;
+        if domain.participants == 0 {
+            joined.remove(&self.id);
+        }
+    }
+}
+
+impl Joined {
+    fn new(id: u32, configuration: &str) -> Result<Joined, String> {
+        let xml = CString::new(configuration).map_err(|nul| nul.to_string())?;
+        // SAFETY: `xml` is a string that outlives the call; the library copies what it needs.
+        let domain = Entity::created(unsafe { dds_create_domain(id, xml.as_ptr()) })?;
+        Ok(Joined { configuration: configuration.to_owned(), participants: 0, _domain: domain })
+    }
+}
+
+fn lock() -> MutexGuard<'static, BTreeMap<u32, Joined>> {
+    JOINED.lock().unwrap_or_else(PoisonError::into_inner)
+}

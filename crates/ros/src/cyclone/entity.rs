@@ -1,0 +1,47 @@
+//! Entities of the library: what is created with a handle and ends with it.
+
+use std::ffi::CStr;
+
+use cyclors::{dds_delete, dds_entity_t, dds_get_guid, dds_guid_t, dds_return_t, dds_strretcode};
+
+use crate::graph::Gid;
+
+/// An entity; it and all that was created in it end when this is dropped.
+#[derive(Debug)]
+pub(super) struct Entity(dds_entity_t);
+
+impl Entity {
+    /// The entity of a handle that was just created; what the library says if it was not.
+    pub(super) fn created(handle: dds_entity_t) -> Result<Entity, String> {
+        checked(handle).map(Entity)
+    }
+
+    pub(super) fn handle(&self) -> dds_entity_t {
+        self.0
+    }
+
+    /// Its id on the wire.
+    pub(super) fn gid(&self) -> Gid {
+        let mut guid = dds_guid_t { v: [0; 16] };
+        // SAFETY: the handle is ours and `guid` is writable. It stays zero if the call fails.
+        unsafe { dds_get_guid(self.0, &raw mut guid) };
+        Gid(guid.v)
+    }
+}
+
+impl Drop for Entity {
+    fn drop(&mut self) {
+        // SAFETY: the handle is ours; a handle that was deleted with its parent is refused.
+        unsafe { dds_delete(self.0) };
+    }
+}
+
+/// The value of a call that did not fail; what the library says if it did.
+pub(super) fn checked(returned: dds_return_t) -> Result<i32, String> {
+    if returned >= 0 {
+        return Ok(returned);
+    }
+    // SAFETY: the library answers any number with a string that lives for ever.
+    let said = unsafe { CStr::from_ptr(dds_strretcode(returned)) };
+    Err(said.to_string_lossy().to_lowercase())
+}

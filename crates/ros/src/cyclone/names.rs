@@ -1,0 +1,94 @@
+//! What topics and types are called on the wire: ROS 2's mapping to DDS.
+
+/// The DDS topic of a ROS topic: `/robot1/odom` is `rt/robot1/odom`.
+pub(super) fn dds_topic(topic: &str) -> String {
+    format!("rt/{}", topic.trim_start_matches('/'))
+}
+
+/// The ROS topic of a DDS topic; `None` for services, parameters and what is not ROS.
+pub(super) fn ros_topic(dds_topic: &str) -> Option<String> {
+    dds_topic.strip_prefix("rt").filter(|topic| topic.starts_with('/')).map(str::to_owned)
+}
+
+/// The DDS type of a ROS type: `nav_msgs/msg/Odometry` is `nav_msgs::msg::dds_::Odometry_`.
+pub(super) fn dds_type(type_name: &str) -> String {
+    match type_name.rsplit_once('/') {
+        Some((package, name)) => format!("{}::dds_::{name}_", package.replace('/', "::")),
+        None => type_name.to_owned(),
+    }
+}
+
+/// The ROS type of a DDS type; one that is not ROS's keeps its name.
+pub(super) fn ros_type(dds_type: &str) -> String {
+    match dds_type.rsplit_once("::dds_::") {
+        Some((package, name)) => {
+            let name = name.strip_suffix('_').unwrap_or(name);
+            format!("{}/{name}", package.replace("::", "/"))
+        }
+        None => dds_type.to_owned(),
+    }
+}
+
+/// The full name of a node: `/robot1` and `driver` are `/robot1/driver`.
+pub(super) fn node(namespace: &str, name: &str) -> String {
+    format!("{}/{name}", namespace.trim_end_matches('/'))
+}
+
+/// The hash in an endpoint's user data, `typehash=RIHS01_…;`; empty when there is none.
+pub(super) fn type_hash(user_data: &[u8]) -> String {
+    const KEY: &[u8] = b"typehash=";
+    let Some(at) = user_data.windows(KEY.len()).position(|window| window == KEY) else {
+        return String::new();
+    };
+    let value = user_data[at + KEY.len()..].split(|byte| *byte == b';').next().unwrap_or_default();
+    let hash = std::str::from_utf8(value).unwrap_or_default();
+    let digits = hash.strip_prefix("RIHS01_").unwrap_or_default();
+    let whole = digits.len() == 64 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    if whole { hash.to_owned() } else { String::new() }
+}
+
+/// The user data that tells a hash; empty when there is none to tell.
+pub(super) fn user_data(hash: &str) -> String {
+    if hash.is_empty() { String::new() } else { format!("typehash={hash};") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn names_come_back_as_they_were() {
+        assert_eq!(dds_topic("/robot1/odom"), "rt/robot1/odom");
+        assert_eq!(ros_topic("rt/robot1/odom").as_deref(), Some("/robot1/odom"));
+        assert_eq!(dds_type("nav_msgs/msg/Odometry"), "nav_msgs::msg::dds_::Odometry_");
+        assert_eq!(ros_type("nav_msgs::msg::dds_::Odometry_"), "nav_msgs/msg/Odometry");
+        assert_eq!(node("/", "driver"), "/driver");
+        assert_eq!(node("/robot1", "driver"), "/robot1/driver");
+    }
+
+    #[test]
+    fn services_and_foreign_topics_are_not_listed() {
+        for topic in ["rq/driver/get_parametersRequest", "ros_discovery_info", "rtx", "rt", ""] {
+            assert_eq!(ros_topic(topic), None, "{topic}");
+        }
+    }
+
+    #[test]
+    fn a_hash_is_found_in_user_data_and_nothing_else_is_taken_for_one() {
+        let hash = format!("RIHS01_{}", "0f".repeat(32));
+        assert_eq!(type_hash(user_data(&hash).as_bytes()), hash);
+        assert_eq!(type_hash(format!("enclave=/;typehash={hash};\0\0").as_bytes()), hash);
+        assert_eq!(type_hash(b"typehash=RIHS01_12;"), "");
+        assert_eq!(type_hash(b""), "");
+        assert_eq!(user_data(""), "");
+    }
+
+    proptest! {
+        #[test]
+        fn any_user_data_is_read(bytes: Vec<u8>) {
+            let hash = type_hash(&bytes);
+            prop_assert!(hash.is_empty() || hash.len() == 71);
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! `ros_discovery_info`: which nodes a participant has, ours and others'.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bytes::Bytes;
+use teampulse_core::qos::Qos;
+use teampulse_messages::catalogue;
+use teampulse_messages::standard::rmw_dds_common::{GidWidth, ParticipantEntitiesInfo};
+
+use super::census::DISCOVERY_TOPIC;
+use super::domain::Participant;
+use super::names;
+use super::reader::{Reader, Told};
+use super::wake::Wake;
+use super::writer::Writer;
+
+/// How many messages wait to be read at most; participants repeat nothing, so there are few.
+const WAITING: usize = 4096;
+
+/// Both ends of the topic.
+pub(super) struct Nodes {
+    writer: Writer,
+    _reader: Reader,
+    heard: Arc<Mutex<Vec<Bytes>>>,
+    told: Option<(ParticipantEntitiesInfo, GidWidth)>,
+}
+
+impl Nodes {
+    /// Opens both ends; `wake` is woken for each message.
+    pub(super) fn open(participant: &Participant, wake: Arc<Wake>) -> Result<Nodes, String> {
+        let type_name = names::dds_type(ParticipantEntitiesInfo::NAME);
+        let names = (DISCOVERY_TOPIC, type_name.as_str());
+        let hash = catalogue::shipped(ParticipantEntitiesInfo::NAME);
+        let user_data = names::user_data(hash.as_ref().map_or("", |schema| &schema.hash));
+        let heard = Arc::<Mutex<Vec<Bytes>>>::default();
+        let waiting = Arc::clone(&heard);
+        let tell = Box::new(move |told| {
+            let Told::Arrived(arrival) = told else { return };
+            let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+            if waiting.len() < WAITING {
+                waiting.push(arrival.bytes);
+            }
+            drop(waiting);
+            wake.wake();
+        });
+        let reader = Reader::open(participant, names, &Qos::latched(100), &user_data, tell)?;
+        let differs = Box::new(|_| {});
+        let writer = Writer::open(participant, names, &Qos::latched(1), &user_data, differs)?;
+        Ok(Nodes { writer, _reader: reader, heard, told: None })
+    }
+
+    /// Takes what others have told since the last time. What can't be read is passed over.
+    pub(super) fn take(&self) -> Vec<(ParticipantEntitiesInfo, GidWidth)> {
+        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        let heard = std::mem::take(&mut *heard);
+        heard.iter().filter_map(|cdr| ParticipantEntitiesInfo::decode(cdr).ok()).collect()
+    }
+
+    /// Tells others what we are, unless that is what they were told last.
+    pub(super) fn tell(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) {
+        let news = Some((ours, width));
+        if self.told == news {
+            return;
+        }
+        let (ours, width) = news.as_ref().expect("it was just made");
+        match self.writer.write(&ours.encode(*width)) {
+            Ok(()) => self.told = news,
+            Err(reason) => tracing::warn!("failed to tell others of our node: {reason}"),
+        }
+    }
+}

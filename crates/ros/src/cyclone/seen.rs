@@ -1,0 +1,40 @@
+//! Messages that were seen before: a subscription may hear one through two of its readers.
+
+use std::collections::BTreeMap;
+
+use crate::graph::Gid;
+use crate::runs::Runs;
+
+/// How many publishers are told apart; a topic has a few.
+const MOST: usize = 4096;
+
+/// The numbers of the messages that were seen, for each publisher.
+#[derive(Debug, Default)]
+pub(super) struct Seen(BTreeMap<Gid, Runs>);
+
+impl Seen {
+    /// Whether a message is seen for the first time. One without a number always is.
+    pub(super) fn first_time(&mut self, publisher: Gid, sequence: Option<u64>) -> bool {
+        let Some(sequence) = sequence else { return true };
+        if self.0.len() >= MOST && !self.0.contains_key(&publisher) {
+            self.0.clear();
+        }
+        self.0.entry(publisher).or_default().insert(sequence)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_seen_for_the_first_time_once() {
+        let mut seen = Seen::default();
+        let (one, other) = (Gid([1; 16]), Gid([2; 16]));
+        assert!(seen.first_time(one, Some(5)));
+        assert!(seen.first_time(other, Some(5)));
+        assert!(seen.first_time(one, Some(1)), "what is transient local may come later");
+        assert!(!seen.first_time(one, Some(5)));
+        assert!(seen.first_time(one, None) && seen.first_time(one, None));
+    }
+}

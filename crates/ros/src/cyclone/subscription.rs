@@ -1,0 +1,158 @@
+//! Our subscriptions: a reader each, opened anew when others offer something else.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use teampulse_core::qos::Qos;
+use teampulse_core::time::Time;
+use tokio::sync::broadcast;
+
+use super::domain::Participant;
+use super::names;
+use super::reader::{Reader, Told};
+use super::seen::Seen;
+use crate::bus::{Asked, Deliver, Incident};
+use crate::graph::{Endpoint, Graph};
+use crate::offer;
+
+/// How long a reader is kept beside the one that replaces it, so that nothing is lost while
+/// publishers get to know the new one.
+const OVERLAP: Duration = Duration::from_secs(2);
+
+/// A subscription to one topic.
+pub(super) struct Listening {
+    /// Before `participant`, in which they live.
+    readers: Mutex<Readers>,
+    participant: Arc<Participant>,
+    topic: String,
+    type_name: String,
+    asked: Asked,
+    ear: Arc<Ear>,
+}
+
+/// What a subscription does with what its readers tell.
+struct Ear {
+    topic: String,
+    adaptive: bool,
+    deliver: Deliver,
+    incidents: broadcast::Sender<Incident>,
+    seen: Mutex<Seen>,
+    deadlines_missed: AtomicU64,
+}
+
+#[derive(Default)]
+struct Readers {
+    current: Option<(Qos, Reader)>,
+    retired: Vec<(Time, Reader)>,
+    closed: bool,
+}
+
+impl Listening {
+    /// Begins to listen to a ROS topic and type, by what the graph offers now.
+    pub(super) fn begin(
+        participant: Arc<Participant>,
+        (topic, type_name): (&str, &str),
+        asked: Asked,
+        deliver: Deliver,
+        incidents: broadcast::Sender<Incident>,
+        graph: &Graph,
+    ) -> Result<Listening, String> {
+        let ear = Arc::new(Ear {
+            topic: topic.to_owned(),
+            adaptive: matches!(asked, Asked::Adaptive { .. }),
+            deliver,
+            incidents,
+            seen: Mutex::default(),
+            deadlines_missed: AtomicU64::new(0),
+        });
+        let (topic, type_name) = (topic.to_owned(), type_name.to_owned());
+        let readers = Mutex::default();
+        let listening = Listening { readers, participant, topic, type_name, asked, ear };
+        listening.adapt(graph, Time::EPOCH)?;
+        Ok(listening)
+    }
+
+    /// Opens another reader if what is offered now calls for it, and lets old ones go.
+    pub(super) fn adapt(&self, graph: &Graph, now: Time) -> Result<(), String> {
+        let mut readers = self.lock();
+        readers.retired.retain(|(until, _)| *until > now);
+        let offers: Vec<&Endpoint> = graph
+            .publishers(&self.topic)
+            .filter(|offer| offer.type_name == self.type_name && !offer.own)
+            .collect();
+        let wanted = self.wanted(&offers, readers.current.as_ref().map(|(qos, _)| qos));
+        let fits = readers.current.as_ref().is_some_and(|(qos, _)| *qos == wanted);
+        if fits || readers.closed {
+            return Ok(());
+        }
+        let reader = self.open(&wanted, &offers)?;
+        if let Some((_, old)) = readers.current.replace((wanted, reader)) {
+            readers.retired.push((now + OVERLAP, old));
+        }
+        Ok(())
+    }
+
+    /// Ends it: when this returns nothing is delivered any more.
+    pub(super) fn close(&self) {
+        let mut readers = self.lock();
+        *readers = Readers { closed: true, ..Readers::default() };
+    }
+
+    /// What to ask for. When nobody offers anything, the last choice is kept, but for a deadline:
+    /// nobody promises one.
+    fn wanted(&self, offers: &[&Endpoint], current: Option<&Qos>) -> Qos {
+        match (&self.asked, current) {
+            (Asked::Exactly(qos), _) => qos.clone(),
+            (Asked::Adaptive { .. }, Some(current)) if offers.is_empty() => {
+                Qos { deadline: None, ..current.clone() }
+            }
+            (Asked::Adaptive { depth }, _) => {
+                offer::suiting_all(offers.iter().map(|offer| &offer.qos), *depth)
+            }
+        }
+    }
+
+    fn open(&self, qos: &Qos, offers: &[&Endpoint]) -> Result<Reader, String> {
+        let (topic, type_name) = (names::dds_topic(&self.topic), names::dds_type(&self.type_name));
+        let hash = offers.iter().find(|offer| !offer.type_hash.is_empty());
+        let user_data = names::user_data(hash.map_or("", |offer| &offer.type_hash));
+        let ear = Arc::clone(&self.ear);
+        let tell = Box::new(move |told| ear.hear(told));
+        Reader::open(&self.participant, (&topic, &type_name), qos, &user_data, tell)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Readers> {
+        self.readers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Ear {
+    fn hear(&self, told: Told) {
+        match told {
+            Told::Arrived(arrival) => {
+                let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+                let is_new = seen.first_time(arrival.publisher, arrival.sequence);
+                drop(seen);
+                if is_new {
+                    (self.deliver)(arrival);
+                }
+            }
+            // It is about to ask for less.
+            Told::Incompatible(_) if self.adaptive => {}
+            Told::Incompatible(policy) => {
+                let topic = self.topic.clone();
+                self.tell(Incident::IncompatibleQos { topic, policy, ours: true });
+            }
+            Told::DeadlinesMissed(missed) => {
+                let total = self.deadlines_missed.fetch_add(missed, Ordering::Relaxed) + missed;
+                self.tell(Incident::DeadlineMissed { topic: self.topic.clone(), total });
+            }
+        }
+    }
+
+    fn tell(&self, incident: Incident) {
+        // Without a listener there is nobody to tell.
+        self.incidents.send(incident).ok();
+    }
+}

@@ -1,0 +1,51 @@
+//! Waking the thread that watches a domain.
+
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Wakes one thread; waking it twice before it looks is waking it once.
+#[derive(Debug, Default)]
+pub(super) struct Wake {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    woken: bool,
+    ended: bool,
+}
+
+impl Wake {
+    /// Wakes the thread.
+    pub(super) fn wake(&self) {
+        self.lock().woken = true;
+        self.changed.notify_one();
+    }
+
+    /// Wakes the thread for the last time.
+    pub(super) fn end(&self) {
+        self.lock().ended = true;
+        self.changed.notify_one();
+    }
+
+    /// Waits until it is woken, at most for `patience`. Says whether to go on.
+    pub(super) fn wait(&self, patience: Duration) -> bool {
+        let quiet = |state: &mut State| !state.woken && !state.ended;
+        let waited = self.changed.wait_timeout_while(self.lock(), patience, quiet);
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.woken = false;
+        !state.ended
+    }
+
+    /// Waits for `pause`, so that what comes in a burst is looked at once; less when it ends.
+    pub(super) fn pause(&self, pause: Duration) {
+        let going = |state: &mut State| !state.ended;
+        // What came of it is seen at the next `wait`.
+        drop(self.changed.wait_timeout_while(self.lock(), pause, going));
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,97 @@
+//! The sending end of a topic in the library.
+
+use std::ffi::{CString, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr;
+use std::sync::{Mutex, PoisonError};
+
+use cyclors as c;
+use teampulse_core::qos::Qos;
+
+use super::domain::Participant;
+use super::entity::{Entity, checked};
+use super::message;
+use super::qos::{self, Policies};
+use super::sertype;
+
+/// What is called when a subscription asks for more of a policy than we offer.
+pub(super) type Differs = Box<dyn Fn(String) + Send + Sync>;
+
+/// A writer: what it writes is numbered from one, as the library numbers it.
+pub(super) struct Writer {
+    /// Before `_differs`: when its end returns, the library calls back no more.
+    entity: Entity,
+    _differs: Box<Differs>,
+    /// How many messages were written. Held while one is, so that the numbers keep their order.
+    written: Mutex<u64>,
+}
+
+impl Writer {
+    /// Opens a writer of a DDS topic and type.
+    pub(super) fn open(
+        participant: &Participant,
+        (topic, type_name): (&str, &str),
+        qos: &Qos,
+        user_data: &str,
+        differs: Differs,
+    ) -> Result<Writer, String> {
+        let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
+        let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
+        // The topic may end here: the writer keeps what it needs of it.
+        let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
+        let differs = Box::new(differs);
+        let policies = Policies::new(qos, user_data);
+        // SAFETY: the listener is copied by the call, and its argument lives as long as the writer.
+        let handle = unsafe {
+            let argument = ptr::from_ref(&*differs).cast_mut().cast::<c_void>();
+            let listener = c::dds_create_listener(argument);
+            c::dds_lset_offered_incompatible_qos(listener, Some(incompatible));
+            let within = participant.entity().handle();
+            let handle = c::dds_create_writer(within, topic.handle(), policies.as_ptr(), listener);
+            c::dds_delete_listener(listener);
+            handle
+        };
+        let entity = Entity::created(handle)?;
+        Ok(Writer { entity, _differs: differs, written: Mutex::new(0) })
+    }
+
+    /// Writes a message: CDR with its header. Waits for slow subscribers for a second at most.
+    pub(super) fn write(&self, cdr: &[u8]) -> Result<(), String> {
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the type lives as long as the writer, and the call takes over the reference to
+        // the message whether it fails or not.
+        checked(unsafe {
+            let mut sertype = ptr::null();
+            let found = c::dds_get_entity_sertype(self.entity.handle(), &raw mut sertype);
+            checked(found)?;
+            let message = message::outgoing(sertype, cdr, *written + 1);
+            c::dds_writecdr(self.entity.handle(), message)
+        })?;
+        // A message that was refused was given no number.
+        *written += 1;
+        Ok(())
+    }
+
+    /// How many readers are matched now.
+    pub(super) fn readers(&self) -> usize {
+        // SAFETY: all zeros is a value of this C structure; it stays so if the call fails.
+        unsafe {
+            let mut status: c::dds_publication_matched_status_t = std::mem::zeroed();
+            c::dds_get_publication_matched_status(self.entity.handle(), &raw mut status);
+            status.current_count as usize
+        }
+    }
+}
+
+unsafe extern "C" fn incompatible(
+    _writer: c::dds_entity_t,
+    status: c::dds_offered_incompatible_qos_status_t,
+    differs: *mut c_void,
+) {
+    // SAFETY: the argument is the writer's `Differs`, which outlives it.
+    let differs = unsafe { &*differs.cast::<Differs>() };
+    let policy = qos::policy_name(status.last_policy_id);
+    if catch_unwind(AssertUnwindSafe(|| differs(policy))).is_err() {
+        tracing::error!("what a publisher calls for its differences panicked");
+    }
+}

@@ -1,0 +1,262 @@
+//! Two participants of one domain, over the loopback interface.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use teampulse_core::qos::Qos;
+use teampulse_core::stream::Schema;
+use teampulse_ros::bus::{Arrival, Asked, Bus, Deliver, Incident, Publisher, Subscription};
+use teampulse_ros::cyclone::{CycloneBus, Participation};
+use teampulse_ros::graph::{EndpointKind, Graph};
+use tokio::sync::broadcast;
+
+const HASH: &str = "RIHS01_0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+const ADAPTIVE: Asked = Asked::Adaptive { depth: 1000 };
+
+/// Joins a domain as if in a process of its own: what two of these say goes over the network.
+fn join(domain: u32, process: u32, node_name: &str) -> Arc<dyn Bus> {
+    let configuration = format!(
+        "<CycloneDDS><Domain id=\"any\"><General><AllowMulticast>false</AllowMulticast><Interfaces>\
+         <NetworkInterface address=\"127.0.0.1\"/></Interfaces></General><Discovery>\
+         <ExternalDomainId>{domain}</ExternalDomainId><ParticipantIndex>auto</ParticipantIndex>\
+         <Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>"
+    );
+    CycloneBus::join(Participation {
+        domain: domain + 1000 * process,
+        namespace: "/".into(),
+        node_name: node_name.into(),
+        configuration,
+        gid_width: None,
+    })
+    .unwrap()
+}
+
+fn pair(domain: u32) -> (Arc<dyn Bus>, Arc<dyn Bus>) {
+    (join(domain, 1, "robot"), join(domain, 2, "monitor"))
+}
+
+fn schema() -> Schema {
+    Schema {
+        name: "demo_msgs/msg/Blob".into(),
+        encoding: "ros2msg".into(),
+        text: String::new(),
+        hash: HASH.into(),
+    }
+}
+
+fn speak(bus: &Arc<dyn Bus>, topic: &str, qos: &Qos) -> Box<dyn Publisher> {
+    bus.publish(topic, &schema(), qos).unwrap()
+}
+
+type Heard = Arc<Mutex<Vec<Arrival>>>;
+
+fn listen(bus: &Arc<dyn Bus>, topic: &str, asked: Asked) -> (Subscription, Heard) {
+    let heard = Heard::default();
+    let kept = Arc::clone(&heard);
+    let deliver: Deliver = Arc::new(move |arrival| kept.lock().unwrap().push(arrival));
+    (bus.subscribe(topic, "demo_msgs/msg/Blob", asked, deliver).unwrap(), heard)
+}
+
+fn message(number: u8, bytes: usize) -> Vec<u8> {
+    let mut cdr = vec![number; 4 + bytes];
+    cdr[..4].copy_from_slice(&[0, 1, 0, 0]);
+    cdr
+}
+
+/// Waits until something is so; fails when it takes too long.
+fn until(what: &str, so: impl Fn() -> bool) {
+    for _ in 0..1000 {
+        if so() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("{what}: not within ten seconds");
+}
+
+fn until_graph(bus: &Arc<dyn Bus>, what: &str, so: impl Fn(&Graph) -> bool) {
+    let graph = bus.graph();
+    until(what, || so(&graph.borrow()));
+}
+
+/// Waits until a subscription has settled on what is offered and is matched.
+fn until_matched(publisher: &dyn Publisher) {
+    until("a match", || publisher.subscribers() > 0);
+    std::thread::sleep(Duration::from_millis(300));
+}
+
+fn numbers(heard: &Heard) -> Vec<u64> {
+    heard.lock().unwrap().iter().map(|each| each.sequence.unwrap()).collect()
+}
+
+#[test]
+fn messages_arrive_byte_for_byte_with_consecutive_numbers() {
+    let (robot, monitor) = pair(101);
+    let (_subscription, heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    let publisher = speak(&robot, "/r1/x", &Qos::reliable(1000));
+    until_matched(&*publisher);
+    for k in 0..100 {
+        publisher.publish(&message(k, 8)).unwrap();
+    }
+    until("a hundred messages", || heard.lock().unwrap().len() >= 100);
+    assert_eq!(numbers(&heard), (1..=100).collect::<Vec<u64>>());
+    let last = heard.lock().unwrap()[99].clone();
+    assert_eq!(&last.bytes[..], &message(99, 8)[..]);
+    assert!(last.source_time.is_some());
+    let graph = monitor.graph();
+    let gid = graph.borrow().publishers("/r1/x").next().unwrap().gid;
+    assert_eq!(last.publisher, gid);
+}
+
+#[test]
+fn both_sides_see_each_other_with_nodes_types_hashes_and_qos() {
+    let (robot, monitor) = pair(102);
+    let publisher = speak(&robot, "/r1/x", &Qos::latched(5));
+    let (_subscription, _heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    until_graph(&monitor, "the publisher and its node", |graph| {
+        graph.publishers("/r1/x").any(|each| each.node.as_deref() == Some("/robot"))
+            && graph.nodes == ["/monitor", "/robot"]
+    });
+    let graph = Arc::clone(&monitor.graph().borrow());
+    let offered = graph.publishers("/r1/x").next().unwrap();
+    assert_eq!((&*offered.type_name, &*offered.type_hash), ("demo_msgs/msg/Blob", HASH));
+    assert_eq!((&offered.qos, offered.own), (&Qos::latched(5), false));
+    until_graph(&robot, "the subscription and its node", |graph| {
+        graph.endpoints.iter().any(|each| {
+            each.kind == EndpointKind::Subscription
+                && each.node.as_deref() == Some("/monitor")
+                && each.type_hash == HASH
+        })
+    });
+    drop(publisher);
+    until_graph(&monitor, "the end of the publisher", |graph| {
+        graph.publishers("/r1/x").count() == 0
+    });
+    drop(robot);
+    until_graph(&monitor, "the end of the node", |graph| graph.nodes == ["/monitor"]);
+}
+
+#[test]
+fn a_late_joiner_is_given_what_is_transient_local() {
+    let (robot, monitor) = pair(103);
+    let publisher = speak(&robot, "/r1/map", &Qos::latched(3));
+    for k in 0..5 {
+        publisher.publish(&message(k, 4)).unwrap();
+    }
+    let (_subscription, heard) = listen(&monitor, "/r1/map", ADAPTIVE);
+    until("three messages", || heard.lock().unwrap().len() >= 3);
+    publisher.publish(&message(5, 4)).unwrap();
+    until("one more", || heard.lock().unwrap().len() >= 4);
+    std::thread::sleep(Duration::from_millis(2500));
+    assert_eq!(numbers(&heard), [3, 4, 5, 6], "nothing comes twice, even after the overlap");
+}
+
+#[test]
+fn an_adaptive_subscription_follows_what_is_offered() {
+    let (robot, monitor) = pair(104);
+    let (_subscription, heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    let mut incidents = monitor.incidents();
+    let reliable = speak(&robot, "/r1/x", &Qos::reliable(100));
+    until_matched(&*reliable);
+    let best_effort = speak(&robot, "/r1/x", &Qos::best_effort(100));
+    until_matched(&*best_effort);
+    for k in 0..10 {
+        reliable.publish(&message(k, 4)).unwrap();
+        best_effort.publish(&message(k, 4)).unwrap();
+    }
+    until("both publishers' messages", || heard.lock().unwrap().len() >= 20);
+    std::thread::sleep(Duration::from_millis(100));
+    assert_eq!(heard.lock().unwrap().len(), 20, "none comes twice");
+    assert!(incidents.try_recv().is_err(), "adapting is no incident");
+}
+
+#[test]
+fn large_messages_arrive_whole() {
+    let (robot, monitor) = pair(105);
+    let (_subscription, heard) = listen(&monitor, "/r1/camera", ADAPTIVE);
+    let publisher = speak(&robot, "/r1/camera", &Qos::reliable(10));
+    until_matched(&*publisher);
+    for k in 0..5 {
+        publisher.publish(&message(k, 1 << 20)).unwrap();
+    }
+    until("five images", || heard.lock().unwrap().len() >= 5);
+    let heard = heard.lock().unwrap();
+    for (k, arrival) in heard.iter().enumerate() {
+        assert!(arrival.bytes == message(k as u8, 1 << 20), "image {k}");
+        assert_eq!(arrival.sequence, Some(k as u64 + 1));
+    }
+}
+
+#[test]
+fn incompatible_qos_is_told_on_both_sides() {
+    let (robot, monitor) = pair(106);
+    let (mut at_robot, mut at_monitor) = (robot.incidents(), monitor.incidents());
+    let _publisher = speak(&robot, "/r1/x", &Qos::best_effort(1));
+    let (_subscription, _heard) = listen(&monitor, "/r1/x", Asked::Exactly(Qos::reliable(1)));
+    for (incidents, ours) in [(&mut at_monitor, true), (&mut at_robot, false)] {
+        let (topic, policy) = ("/r1/x".to_owned(), "reliability".to_owned());
+        let expected = Incident::IncompatibleQos { topic, policy, ours };
+        assert_eq!(next(incidents), expected);
+    }
+}
+
+/// The next incident; fails when it takes too long.
+fn next(incidents: &mut broadcast::Receiver<Incident>) -> Incident {
+    for _ in 0..1000 {
+        if let Ok(incident) = incidents.try_recv() {
+            return incident;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("no incident within ten seconds");
+}
+
+#[test]
+fn a_missed_deadline_and_a_second_type_are_told() {
+    let (robot, monitor) = pair(107);
+    let mut incidents = monitor.incidents();
+    let (_subscription, _heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    let promised = Qos { deadline: Some(Duration::from_millis(200)), ..Qos::reliable(10) };
+    let publisher = speak(&robot, "/r1/x", &promised);
+    until_matched(&*publisher);
+    publisher.publish(&message(1, 4)).unwrap();
+    let other = Schema { name: "demo_msgs/msg/Other".into(), ..schema() };
+    let _second = robot.publish("/r1/x", &other, &Qos::reliable(1)).unwrap();
+    let (mut missed, mut two_types) = (false, false);
+    for _ in 0..1000 {
+        match incidents.try_recv() {
+            Ok(Incident::DeadlineMissed { topic, total }) => missed = topic == "/r1/x" && total > 0,
+            Ok(Incident::TwoTypes { types, .. }) => {
+                two_types = types == ["demo_msgs/msg/Blob", "demo_msgs/msg/Other"];
+            }
+            _ if missed && two_types => return,
+            _ => std::thread::sleep(Duration::from_millis(10)),
+        }
+    }
+    panic!("missed deadline: {missed}, two types: {two_types}");
+}
+
+#[test]
+fn nobody_hears_itself_but_neighbours_in_one_process_hear_each_other() {
+    let one = join(108, 1, "one");
+    let other = join(108, 1, "other");
+    let (_own, by_itself) = listen(&one, "/r1/x", ADAPTIVE);
+    let (_foreign, by_other) = listen(&other, "/r1/x", ADAPTIVE);
+    let publisher = speak(&one, "/r1/x", &Qos::reliable(10));
+    until_matched(&*publisher);
+    for k in 0..3 {
+        publisher.publish(&message(k, 5)).unwrap();
+    }
+    until("three messages", || by_other.lock().unwrap().len() >= 3);
+    assert_eq!(numbers(&by_other), [1, 2, 3]);
+    assert!(by_itself.lock().unwrap().is_empty());
+}
+
+#[test]
+fn a_domain_can_be_left_and_joined_again() {
+    for _ in 0..3 {
+        let (robot, monitor) = pair(109);
+        until_graph(&monitor, "the other's node", |graph| graph.nodes.len() == 2);
+        drop((robot, monitor));
+    }
+}
