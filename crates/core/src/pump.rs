@@ -31,7 +31,7 @@ const TICKS_PER_SECOND: i64 = 10;
 const MOST_LOST: f64 = u32::MAX as f64;
 
 /// How a sample becomes a ROS message: CDR with its four-byte header.
-pub type Encode = fn(&Stream, &Sample) -> Bytes;
+pub type Encode = fn(&Sample) -> Bytes;
 
 /// The pump of a session, without its thread.
 pub struct Pump {
@@ -208,7 +208,7 @@ impl Pump {
     fn tell_health(&mut self, tick: Time) {
         let mut told = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
-            if track.stream.origin == Origin::Raw && track.has_health() {
+            if track.has_health() {
                 track.life.second();
                 told.push(track.life.status(&track.stream.name, tick));
             }
@@ -235,7 +235,7 @@ impl Pump {
     fn record(&mut self, sample: Sample) {
         let track = self.track(sample.stream).expect("a stream is declared before its samples");
         let stream = Arc::clone(&track.stream);
-        let cdr = (self.encode)(&stream, &sample);
+        let cdr = (self.encode)(&sample);
         self.records.push(Record { stream, sample, cdr });
     }
 

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 /// A row of one of the three tables: a kind of source, feature or sink.
 pub struct Entry<T: ?Sized, C> {
@@ -53,6 +53,11 @@ impl<T: ?Sized, C> Entry<T, C> {
 pub struct Settings<'a>(Spanned<DeValue<'a>>);
 
 impl<'a> Settings<'a> {
+    /// No settings at all: every default.
+    pub fn empty() -> Settings<'static> {
+        Settings(Spanned::new(0..0, DeValue::Table(DeTable::new())))
+    }
+
     /// The table of a component, without its `type`.
     pub fn new(table: Spanned<DeValue<'a>>) -> Settings<'a> {
         Settings(table)

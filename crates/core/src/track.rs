@@ -11,7 +11,7 @@ use crate::life::Life;
 use crate::loss::Loss;
 use crate::sample::{Sample, Turn};
 use crate::source::Reading;
-use crate::stream::{About, Stream, StreamId};
+use crate::stream::{About, Origin, Shape, Stream, StreamId};
 use crate::time::Time;
 
 /// With how many of its newest neighbours a message is compared to find it sent twice.
@@ -45,9 +45,10 @@ impl Track {
         }
     }
 
-    /// Whether its health is told: that of everything but the session itself.
+    /// Whether its health is told: that of every raw stream but the session's own events.
     pub(crate) fn has_health(&self) -> bool {
-        self.stream.about != About::Session
+        let own = self.stream.about == About::Session && self.stream.shape == Shape::Event;
+        self.stream.origin == Origin::Raw && !own
     }
 
     /// Numbers a reading and gives it its place in time.
