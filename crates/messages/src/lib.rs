@@ -5,3 +5,5 @@ pub mod standard;
 pub mod convert;
 pub mod definition;
 pub mod catalogue;
+pub mod fields;
+pub mod value;

@@ -78,6 +78,13 @@ impl<'a> Reader<'a> {
         Ok(bytes.strip_suffix(b"\0").unwrap_or(bytes))
     }
 
+    /// The next string of 16-bit units, without a closing zero.
+    pub fn wide_text(&mut self) -> Result<String, CdrError> {
+        let units: Vec<u16> = self.read()?;
+        let text = units.strip_suffix(&[0]).unwrap_or(&units);
+        Ok(String::from_utf16_lossy(text))
+    }
+
     fn align(&mut self, width: usize) -> Result<(), CdrError> {
         let padding = self.at.next_multiple_of(width.min(self.widest_alignment)) - self.at;
         self.bytes(padding).map(|_| ())

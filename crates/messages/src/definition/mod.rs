@@ -6,6 +6,7 @@ mod line;
 mod name;
 mod describe;
 mod hash;
+mod walk;
 
 use std::sync::Arc;
 

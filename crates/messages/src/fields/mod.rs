@@ -1,0 +1,102 @@
+//! Numbers out of messages by the paths of their fields.
+//!
+//! ```
+//! use teampulse_messages::catalogue::shipped;
+//! use teampulse_messages::definition::Definition;
+//! use teampulse_messages::fields::Fields;
+//! use teampulse_messages::standard::{Message, sensor_msgs::BatteryState};
+//!
+//! let battery = BatteryState { voltage: 12.5, cell_voltage: vec![4.25], ..Default::default() };
+//! let definition = Definition::of(&shipped(BatteryState::NAME).unwrap())?;
+//! let fields = Fields::compile(&definition, &["voltage", "cell_voltage[0]", "cell_voltage[1]"])?;
+//! let mut numbers = Vec::new();
+//! fields.read(&battery.encode(), &mut numbers)?;
+//! assert_eq!(numbers[..2], [12.5, 4.25]);
+//! assert!(numbers[2].is_nan());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod path;
+mod plan;
+mod resolve;
+mod nearest;
+mod header;
+
+use thiserror::Error;
+
+use crate::cdr::{CdrError, Reader};
+use crate::definition::Definition;
+
+pub use header::{header_stamp, starts_with_header};
+pub use nearest::numbers;
+pub use path::{Path, Step};
+
+/// The fields of a type that are wanted, ready to be read out of its messages.
+#[derive(Clone, Debug)]
+pub struct Fields {
+    plan: plan::Plan,
+    count: usize,
+}
+
+impl Fields {
+    /// Finds the fields of these paths in a type.
+    pub fn compile<P: AsRef<str>>(
+        definition: &Definition,
+        paths: &[P],
+    ) -> Result<Fields, FieldError> {
+        let ways = paths.iter().map(|path| resolve::resolve(definition, path.as_ref()));
+        let plan = plan::Plan::new(definition.root(), &ways.collect::<Result<Vec<_>, _>>()?);
+        Ok(Fields { plan, count: paths.len() })
+    }
+
+    /// Reads the numbers of a message into `out`, in the order of the paths.
+    ///
+    /// Truth values are 0 or 1. A string counts as the number that it spells; one that spells none,
+    /// and an index beyond the end of a sequence, is NaN. The message is walked once, and nothing is
+    /// allocated when `out` has the room.
+    pub fn read(&self, cdr: &[u8], out: &mut Vec<f64>) -> Result<(), CdrError> {
+        out.clear();
+        out.resize(self.count, f64::NAN);
+        self.plan.read(&mut Reader::new(cdr)?, out)
+    }
+}
+
+/// Why a path does not lead to a number.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum FieldError {
+    /// It is not written as a path.
+    #[error("read the path {0:?}: expected names with dots between, as in `status[0].level`")]
+    Path(String),
+    /// There is no such field.
+    #[error("find `{path}` in {type_name}{}", nearest.as_ref().map(|name| format!(": the nearest is `{name}`")).unwrap_or_default())]
+    Unknown {
+        /// The type.
+        type_name: String,
+        /// The path.
+        path: String,
+        /// A path that there is.
+        nearest: Option<String>,
+    },
+    /// The path ends at a message.
+    #[error("read `{path}` as a number: it is a {type_name}")]
+    Message {
+        /// The path.
+        path: String,
+        /// What it leads to.
+        type_name: String,
+    },
+    /// The path names many values.
+    #[error("read `{0}` as a number: it holds many, the first of them `{0}[0]`")]
+    Many(String),
+    /// The path counts where there is one value.
+    #[error("read `{0}`: it holds one value, which has no index")]
+    One(String),
+    /// The path counts beyond what there can ever be.
+    #[error("read `{path}`: it never holds more than {most} values")]
+    Beyond {
+        /// The path.
+        path: String,
+        /// How many values there can be.
+        most: u64,
+    },
+}
