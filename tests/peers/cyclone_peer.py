@@ -165,7 +165,7 @@ def graph(args: argparse.Namespace, participant: DomainParticipant) -> None:
         "publisher": BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
         "subscription": BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
     }
-    participants, endpoints = {}, {}
+    participants, endpoints, nodes = {}, {}, []
     deadline = time.monotonic() + args.seconds
     while time.monotonic() < deadline and leashed():
         for message in infos.take(100):
