@@ -6,6 +6,8 @@ use teampulse_core::registry::Component;
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::stream::{Shape, Signal, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
+use teampulse_messages::catalogue::shipped;
+use teampulse_messages::standard::Message;
 
 use crate::context::FeatureContext;
 
@@ -30,6 +32,17 @@ pub(crate) fn plain(name: &str, signal: Signal, channels: &[(&str, &str)]) -> St
     Stream { signal, ..stream }
 }
 
+/// A stream of the robot `r1` whose samples are messages of type `M`.
+pub(crate) fn messages<M: Message>(
+    name: &str,
+    signal: Signal,
+    channels: &[(&str, &str)],
+) -> Stream {
+    let schema = shipped(M::NAME).expect("a type whose definition is shipped");
+    let stream = Stream::raw(name, Subject::robot("r1"), Shape::Message(schema));
+    Stream { signal, ..stream.with_channels(channels) }
+}
+
 pub(crate) fn time(secs: f64) -> Time {
     Time::from_nanos((secs * 1e9).round() as i64)
 }
@@ -43,16 +56,22 @@ impl Drive {
         Drive { extractor, out, next_tick_ns: 0 }
     }
 
-    /// A sample measured and taken at `secs`.
+    /// Numbers measured and taken at `secs`.
     pub(crate) fn at(&mut self, secs: f64, numbers: &[f64]) {
-        self.until(secs);
-        self.extractor.push(&sample(secs, secs, numbers), &mut self.out);
+        self.take(secs, Data::Sample(numbers.into()));
     }
 
-    /// A sample measured at `secs` and taken now.
+    /// Data measured and taken at `secs`.
+    pub(crate) fn take(&mut self, secs: f64, data: Data) {
+        self.until(secs);
+        self.extractor.push(&sample(secs, secs, data), &mut self.out);
+    }
+
+    /// Numbers measured at `secs` and taken now.
     pub(crate) fn late(&mut self, secs: f64, numbers: &[f64]) {
         let now_secs = self.next_tick_ns as f64 / 1e9;
-        self.extractor.push_late(&sample(secs, now_secs, numbers), &mut self.out);
+        let late = sample(secs, now_secs, Data::Sample(numbers.into()));
+        self.extractor.push_late(&late, &mut self.out);
     }
 
     /// All ticks up to `secs`.
@@ -91,7 +110,7 @@ impl Drive {
     }
 }
 
-fn sample(measured_secs: f64, log_secs: f64, numbers: &[f64]) -> Sample {
+fn sample(measured_secs: f64, log_secs: f64, data: Data) -> Sample {
     Sample {
         stream: StreamId(0),
         measured: time(measured_secs),
@@ -100,6 +119,6 @@ fn sample(measured_secs: f64, log_secs: f64, numbers: &[f64]) -> Sample {
         source_time: None,
         index: 0,
         turn: Turn::OnTime,
-        data: Data::Sample(numbers.into()),
+        data,
     }
 }

@@ -1,41 +1,121 @@
 //! The numbers of a sample, in the units of its stream.
 
 use teampulse_core::data::Data;
-use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::stream::{Schema, Shape, Stream};
+use teampulse_messages::catalogue::shipped;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields::Fields;
 
 /// Reads the numbers of a stream's channels out of its samples.
 #[derive(Debug)]
 pub(crate) struct Readout {
+    way: Way,
     scale: f64,
-    width: usize,
     numbers: Vec<f64>,
+}
+
+/// Where the numbers are.
+#[derive(Debug)]
+enum Way {
+    /// The sample is these many numbers.
+    Plain { width: usize },
+    /// They are fields of a message.
+    Fields(Fields),
 }
 
 impl Readout {
     /// Reads every channel that the stream declares; `None` while the definition of its messages is
-    /// not known, or where it has no such fields.
+    /// not known, or where they have no such fields.
     pub(crate) fn of(stream: &Stream) -> Option<Readout> {
         Readout::of_channels(stream, &stream.channels)
     }
 
-    /// Reads these fields, whatever the stream declares; of a sample, all of its numbers.
+    /// Reads these channels, whatever the stream declares.
     pub(crate) fn of_channels(stream: &Stream, channels: &[String]) -> Option<Readout> {
-        let width = channels.len();
-        match &stream.shape {
-            Shape::Sample => Some(Readout { scale: stream.scale, width, numbers: Vec::new() }),
-            _ => None,
-        }
+        let way = match &stream.shape {
+            Shape::Sample => Way::Plain { width: channels.len() },
+            Shape::Message(schema) => {
+                Way::Fields(Fields::compile(&definition(schema)?, channels).ok()?)
+            }
+            _ => return None,
+        };
+        Some(Readout { way, scale: stream.scale, numbers: Vec::new() })
     }
 
     /// A number for each channel, NaN where the message has none; `None` when the sample can't be
     /// read at all.
     pub(crate) fn read(&mut self, data: &Data) -> Option<&[f64]> {
-        self.numbers.clear();
-        match data {
-            Data::Sample(numbers) if numbers.len() == self.width => self.numbers.extend(&**numbers),
+        match (&self.way, data) {
+            (Way::Plain { width }, Data::Sample(numbers)) if numbers.len() == *width => {
+                self.numbers.clear();
+                self.numbers.extend_from_slice(numbers);
+            }
+            (Way::Fields(fields), Data::Message(cdr)) => {
+                fields.read(cdr, &mut self.numbers).ok()?;
+            }
             _ => return None,
         }
         self.numbers.iter_mut().for_each(|number| *number *= self.scale);
         Some(&self.numbers)
+    }
+}
+
+/// The definition that came with the stream, or else the one that is shipped.
+fn definition(schema: &Schema) -> Option<Definition> {
+    let own = Definition::of(schema).ok();
+    own.or_else(|| Definition::of(&*shipped(&schema.name)?).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bytes::Bytes;
+    use proptest::prelude::*;
+    use teampulse_core::stream::Signal;
+    use teampulse_messages::standard::Message;
+    use teampulse_messages::standard::sensor_msgs::BatteryState;
+
+    use super::*;
+    use crate::drive::{messages, plain};
+
+    fn stream(channel: &str) -> Stream {
+        messages::<BatteryState>("/r1/battery_state", Signal::Battery, &[(channel, "V")])
+    }
+
+    #[test]
+    fn a_definition_that_did_not_come_is_the_shipped_one() {
+        let schema = Schema {
+            name: BatteryState::NAME.to_owned(),
+            encoding: String::new(),
+            text: String::new(),
+            hash: String::new(),
+        };
+        let stream = Stream { shape: Shape::Message(Arc::new(schema)), ..stream("voltage") };
+        let message = BatteryState { voltage: 12.5, ..BatteryState::default() }.encode();
+        let mut readout = Readout::of(&stream).unwrap();
+        assert_eq!(readout.read(&Data::Message(message)), Some(&[12.5][..]));
+    }
+
+    #[test]
+    fn a_field_that_there_is_not_has_no_readout() {
+        assert!(Readout::of(&stream("volume")).is_none());
+    }
+
+    #[test]
+    fn a_sample_of_another_width_is_not_read() {
+        let mut readout = Readout::of(&plain("/r1/x", Signal::Other, &[("x", "m")])).unwrap();
+        assert_eq!(readout.read(&Data::Sample([1.0].into())), Some(&[1.0][..]));
+        assert_eq!(readout.read(&Data::Sample([1.0, 2.0].into())), None);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let mut readout = Readout::of(&stream("serial_number")).unwrap();
+            if let Some(numbers) = readout.read(&Data::Message(Bytes::from(bytes))) {
+                prop_assert_eq!(numbers.len(), 1);
+            }
+        }
     }
 }

@@ -39,8 +39,9 @@ use crate::windows::{View, Windows, window_name};
 ///   human-multi-robot team"; `sensor_msgs/msg/BatteryState`; Sen (1968),
 ///   doi:10.1080/01621459.1968.10480934.
 /// - Limits: drivers that give percent as 0–100, or discharge as a positive current, are recognised
-///   and said once in `notes`. A battery's own estimate of its charge is taken at its word. The
-///   time left assumes that use goes on as in the window. Uncertainties assume independent errors.
+///   and said once in `notes`; a current that is exactly zero throughout is not measured. A
+///   battery's own estimate of its charge is taken at its word. The time left assumes that use goes
+///   on as in the window. Uncertainties assume independent errors.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BatteryUse {

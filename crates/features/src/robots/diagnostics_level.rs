@@ -192,8 +192,11 @@ fn events_stream(input: &Stream, secs: f64) -> Stream {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_messages::standard::Message;
+    use teampulse_messages::standard::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+
     use super::*;
-    use crate::drive::{Drive, built, plain};
+    use crate::drive::{Drive, built, messages, plain};
 
     fn drive() -> Drive {
         let channels = [("a", "1"), ("b", "1"), ("c", "1")];
@@ -243,5 +246,21 @@ mod tests {
         drive.at(0.5, &[255.0, -1.0, 0.5]);
         drive.until(3.0);
         assert!(drive.features("/r1/diagnostics/level/w10").is_empty());
+    }
+
+    #[test]
+    fn every_status_of_a_message_is_read() {
+        let channels = [("status[0].level", "1")];
+        let stream = messages::<DiagnosticArray>("/r1/diagnostics", Signal::Diagnostics, &channels);
+        let mut drive = Drive::new(built::<DiagnosticsLevel>("").as_ref(), &stream);
+        let status = |level| DiagnosticStatus { level, name: "wheel".into(), ..Default::default() };
+        for (at, levels) in [(0.5, vec![]), (1.5, vec![0, 1]), (2.5, vec![0, 1, 0, 0, 2])] {
+            let status = levels.into_iter().map(status).collect();
+            let array = DiagnosticArray { status, ..DiagnosticArray::default() };
+            drive.take(at, Data::Message(array.encode()));
+        }
+        drive.until(3.0);
+        let levels = drive.features("/r1/diagnostics/level/w10").into_iter();
+        assert_eq!(levels.map(|(_, each)| each.values[0]).collect::<Vec<_>>(), [1.0, 2.0]);
     }
 }

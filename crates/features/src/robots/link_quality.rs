@@ -187,10 +187,12 @@ fn level_values(levels_dbm: &[f64], weak_dbm: f64) -> [Value; 5] {
     [level, defined(deviation), defined(least), Ok(share(weak, levels_dbm.len())), quality]
 }
 
-/// A share of independent readings, with its binomial uncertainty.
+/// A share of independent readings, with its binomial uncertainty; by the rule of succession, so
+/// that "never" and "always" are not certain.
 fn share(count: usize, of: usize) -> Estimate {
-    let value = count as f64 / of as f64;
-    Estimate { value, sigma: (value * (1.0 - value) / of as f64).sqrt() }
+    let (count, of) = (count as f64, of as f64);
+    let expected = (count + 1.0) / (of + 2.0);
+    Estimate { value: count / of, sigma: (expected * (1.0 - expected) / of).sqrt() }
 }
 
 fn output(input: &Stream, secs: f64, weak_dbm: f64) -> Stream {

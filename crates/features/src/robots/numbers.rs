@@ -86,3 +86,58 @@ fn output(input: &Stream) -> Stream {
         ..Stream::derived(input, "numbers", Shape::Sample)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use teampulse_messages::standard::Message;
+    use teampulse_messages::standard::sensor_msgs::BatteryState;
+
+    use super::*;
+    use crate::drive::{Drive, built, messages, plain};
+
+    fn battery(scale: f64) -> Stream {
+        let channels = [("voltage", "V"), ("percentage", "1")];
+        let stream = messages::<BatteryState>("/r1/battery_state", Signal::Battery, &channels);
+        Stream { scale, ..stream }
+    }
+
+    fn message(voltage: f32, percentage: f32) -> Data {
+        Data::Message(BatteryState { voltage, percentage, ..BatteryState::default() }.encode())
+    }
+
+    fn read(stream: &Stream, data: Data) -> Vec<Arc<[f64]>> {
+        let mut drive = Drive::new(built::<Numbers>("").as_ref(), stream);
+        drive.take(1.5, data);
+        let numbers = |data| if let Data::Sample(numbers) = data { numbers } else { panic!() };
+        let samples = drive.data("/r1/battery_state/numbers").into_iter();
+        samples
+            .map(|(secs, data)| (secs, numbers(data)))
+            .map(|(secs, numbers)| {
+                assert_eq!(secs, 1.5);
+                numbers
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_message_s_fields_are_a_sample_at_its_time() {
+        assert_eq!(read(&battery(1.0), message(12.5, 0.75)), [Arc::from([12.5, 0.75])]);
+    }
+
+    #[test]
+    fn numbers_come_in_the_units_of_the_stream() {
+        assert_eq!(read(&battery(2.0), message(12.5, 0.75)), [Arc::from([25.0, 1.5])]);
+    }
+
+    #[test]
+    fn a_torn_message_has_no_numbers() {
+        let Data::Message(whole) = message(12.5, 0.75) else { panic!() };
+        assert!(read(&battery(1.0), Data::Message(whole.slice(..20))).is_empty());
+    }
+
+    #[test]
+    fn plain_numbers_are_not_repeated() {
+        let stream = plain("/r1/battery_state", Signal::Battery, &[("voltage", "V")]);
+        assert!(!built::<Numbers>("").accepts(&stream));
+    }
+}

@@ -97,11 +97,13 @@ fn power(
     let capacity_ah = typical(view, |reading| reading.get(Quantity::Capacity));
     let product =
         |reading: &Reading| direction.outward_current_a(reading) * reading.get(Quantity::Voltage);
+    // Drivers that measure no current leave it at zero; a robot that runs draws some.
+    let is_measured = view.share(|reading| reading.get(Quantity::Current).abs() > 0.0) > 0.0;
     let joule_per_ah = voltage_v.map(|voltage_v| voltage_v * SECS_PER_HOUR);
     let joule_per_fraction = joule_per_ah.zip(capacity_ah).map(|(joule, ah)| joule * ah);
     let methods: [(PowerMethod, &dyn Fn() -> Option<Estimate>); 5] = [
         (PowerMethod::Power, &|| middle(view, |reading| reading.get(Quantity::Power))),
-        (PowerMethod::VoltageTimesCurrent, &|| middle(view, product)),
+        (PowerMethod::VoltageTimesCurrent, &|| middle(view, product).filter(|_| is_measured)),
         (PowerMethod::Energy, &|| Some(loss(lines.energy?, 1.0))),
         (PowerMethod::Fraction, &|| Some(loss(lines.fraction?, joule_per_fraction?))),
         (PowerMethod::Charge, &|| Some(loss(lines.charge?, joule_per_ah?))),

@@ -165,6 +165,16 @@ fn a_voltage_alone_tells_nothing_about_use() {
 }
 
 #[test]
+fn a_current_that_a_driver_left_at_zero_is_not_measured() {
+    let window =
+        fed(&battery_state(), 60, |t| [10.0, 0.0, 0.5 - t / 3600.0, 0.0, 2.0, 2.0]).last(USE);
+    close(window.values[0], 20.0, 1e-6);
+    let window = fed(&battery_state(), 60, |_| [10.0, 0.0, NAN, 0.0, 0.0, 0.0]).last(USE);
+    assert_eq!(window.reasons[1], Reason::Missing);
+    assert!(window.values[0].is_nan());
+}
+
+#[test]
 fn unmeasured_is_missing() {
     let window = fed(&battery_state(), 60, |_| [12.0, NAN, NAN, NAN, NAN, 0.0]).last(USE);
     assert_eq!(window.reasons, [Reason::Missing; 3]);
