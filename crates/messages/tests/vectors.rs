@@ -14,6 +14,8 @@ use teampulse_messages::standard::geometry_msgs::{
 use teampulse_messages::standard::nav_msgs::Odometry;
 use teampulse_messages::standard::sensor_msgs::{BatteryState, Image, Temperature};
 use teampulse_messages::standard::std_msgs::Header;
+use teampulse_messages::standard::teampulse_msgs as msgs;
+use teampulse_messages::standard::wireless_msgs::Connection;
 use teampulse_messages::value::flatten;
 
 const STAMP: Time = Time::from_stamp(1_700_000_000, 123_456_789);
@@ -121,6 +123,99 @@ fn images_and_temperatures_are_read_and_written() {
         data: vec![0, 1, 2, 3, 4, 5],
     });
     check(&Temperature { header: header(), temperature: 36.5, variance: 0.01 });
+}
+
+#[test]
+fn a_wireless_link_is_read_and_written() {
+    check(&Connection {
+        bitrate: 54.0,
+        txpower: 20,
+        link_quality_raw: "57/70".into(),
+        link_quality: 0.75,
+        signal_level: -53,
+        noise_level: -95,
+        essid: "lab".into(),
+        bssid: "00:11:22:33:44:55".into(),
+        frequency: 2.437,
+    });
+}
+
+#[test]
+fn samples_waves_and_features_are_read_and_written() {
+    let header = Header::at(STAMP);
+    check(&msgs::Sample {
+        header: header.clone(),
+        device_time: -5,
+        index: 7,
+        values: vec![1.5, 2.5],
+    });
+    check(&msgs::Wave {
+        header: header.clone(),
+        device_time: 123_456_789_012,
+        index: 8,
+        period_ns: 7_692_307.75,
+        channels: 2,
+        samples: vec![1.0, 2.0, 3.0, 4.0],
+    });
+    check(&msgs::Feature {
+        header,
+        window_secs: 60.0,
+        coverage: 0.75,
+        quality: 0.5,
+        values: vec![42.0, f64::INFINITY],
+        sigmas: vec![],
+        reasons: vec![0, 5],
+    });
+}
+
+#[test]
+fn events_descriptions_and_statuses_are_read_and_written() {
+    let header = Header::at(STAMP);
+    check(&msgs::Event {
+        header: header.clone(),
+        device_time: msgs::NO_DEVICE_TIME,
+        kind: "marker".into(),
+        label: "go".into(),
+        value: 3.0,
+        duration_secs: 0.0,
+    });
+    check(&msgs::StreamDescription {
+        header: header.clone(),
+        name: "/humans/persons/p001/polar_h10/ecg".into(),
+        r#type: msgs::Wave::NAME.into(),
+        signal: "ecg".into(),
+        about: 0,
+        id: "p001".into(),
+        device: "polar_h10".into(),
+        origin: 1,
+        inputs: vec!["/a".into(), "/b".into()],
+        method: "m".into(),
+        channels: vec!["ecg".into()],
+        units: vec!["V".into()],
+        rate_hz: 130.0,
+        scale: 1e-6,
+        doc: "d.".into(),
+    });
+    check(&msgs::StreamStatus {
+        header,
+        name: "/a".into(),
+        state: 3,
+        reason: "late".into(),
+        rate_hz: 1.0,
+        age_secs: 2.0,
+        received: 3,
+        lost_source: msgs::StreamStatus::LOST_UNKNOWN,
+        lost_queue: 4,
+        late: 5,
+        duplicates: 6,
+        clock: 7,
+        epoch: 8,
+        offset_secs: 9.0,
+        skew_ppm: 10.0,
+        jitter_secs: 11.0,
+        sigma_secs: 12.0,
+        latency_secs: 13.0,
+    });
 }
 
 #[test]
