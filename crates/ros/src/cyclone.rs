@@ -1,6 +1,7 @@
 //! A ROS 2 domain over DDS.
 #![expect(unsafe_code, reason = "it binds the C library Cyclone DDS")]
 
+pub mod configuration;
 mod site;
 mod subscription;
 mod seen;
@@ -18,6 +19,7 @@ mod qos;
 mod domain;
 mod entity;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
@@ -44,12 +46,14 @@ pub struct Participation {
     pub namespace: String,
     /// The name of our node: `teampulse`.
     pub node_name: String,
-    /// The configuration of Cyclone DDS, as `configuration`
+    /// The configuration of Cyclone DDS, as [`configuration`](configuration::configuration)
     /// writes it.
     pub configuration: String,
     /// How wide ids are in what we tell of our node; `None` is as the first that is heard, and
     /// until then as since ROS 2 Iron.
     pub gid_width: Option<GidWidth>,
+    /// Where ROS packages are installed: what tells types that nobody on the bus can tell.
+    pub prefixes: Vec<PathBuf>,
 }
 
 /// A participant of a ROS 2 domain.
@@ -65,7 +69,7 @@ pub struct CycloneBus {
 impl CycloneBus {
     /// Joins a domain. All participants of a process in one domain need the same configuration.
     pub fn join(participation: Participation) -> Result<Arc<dyn Bus>, BusError> {
-        let Participation { domain, namespace, node_name, configuration, gid_width } =
+        let Participation { domain, namespace, node_name, configuration, gid_width, .. } =
             participation;
         let name = format!("ROS domain {domain}");
         let failed = |reason| BusError::Join { bus: name.clone(), reason };
@@ -111,14 +115,7 @@ impl Bus for CycloneBus {
         asked: Asked,
         deliver: Deliver,
     ) -> Result<Subscription, BusError> {
-        let listening = Listening::begin(
-            Arc::clone(&self.site.participant),
-            (topic, type_name),
-            asked,
-            deliver,
-            self.site.incidents.clone(),
-            &Arc::clone(&self.site.graph.borrow()),
-        );
+        let listening = Listening::begin(&self.site, (topic, type_name), asked, deliver);
         let listening = listening.map_err(|reason| not_opened(topic, type_name, reason))?;
         let listening = Arc::new(listening);
         self.site.keep(&listening);

@@ -7,3 +7,6 @@ pub mod losses;
 mod runs;
 pub mod memory;
 pub mod cyclone;
+pub mod environment;
+pub mod buses;
+pub mod sink;

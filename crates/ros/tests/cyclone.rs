@@ -27,6 +27,7 @@ fn join(domain: u32, process: u32, node_name: &str) -> Arc<dyn Bus> {
         node_name: node_name.into(),
         configuration,
         gid_width: None,
+        prefixes: Vec::new(),
     })
     .unwrap()
 }

@@ -1,6 +1,6 @@
 //! Domains: joined once in a process, left with the last participant.
 
-use std::collections::BTreeMap;
+use std::collections::btree_map::{BTreeMap, Entry};
 use std::ffi::CString;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -28,10 +28,10 @@ impl Participant {
     /// Joins a domain. The first participant of a process configures it.
     pub(super) fn join(id: u32, configuration: &str) -> Result<Participant, String> {
         let mut joined = lock();
-        if !joined.contains_key(&id) {
-            joined.insert(id, Joined::new(id, configuration)?);
-        }
-        let domain = joined.get_mut(&id).expect("it was just inserted");
+        let domain = match joined.entry(id) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(Joined::new(id, configuration)?),
+        };
         if domain.configuration != configuration {
             return Err("this process has joined it with another configuration".into());
         }

@@ -32,7 +32,7 @@ struct Packet {
     _size: u64,
 }
 
-/// The beginning of the submessages DATA and DATA_FRAG, RTPS 2.5, sections 9.4.5.4 and 9.4.5.5. The
+/// The beginning of the submessages `DATA` and `DATA_FRAG`, RTPS 2.5, sections 9.4.5.4 and 9.4.5.5. The
 /// library has by now turned its numbers to the byte order of this machine.
 #[repr(C)]
 struct DataHeader {

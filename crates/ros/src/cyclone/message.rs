@@ -145,12 +145,12 @@ unsafe extern "C" fn from_pieces(
     size: usize,
 ) -> *mut c::ddsi_serdata {
     let mut bytes = Vec::with_capacity(size.min(64 << 10));
-    for k in 0..count as usize {
+    for k in 0..count {
         // SAFETY: there are `count` pieces, each of which says where it begins and how long it is.
         unsafe {
             let piece = &*pieces.add(k);
             let start = piece.iov_base.cast::<u8>();
-            bytes.extend_from_slice(std::slice::from_raw_parts(start, piece.iov_len as usize));
+            bytes.extend_from_slice(std::slice::from_raw_parts(start, piece.iov_len));
         }
     }
     bytes.resize(bytes.len().next_multiple_of(4), 0);
@@ -192,7 +192,7 @@ unsafe extern "C" fn lend(
     unsafe {
         let part = part(message, offset, size);
         (*piece).iov_base = part.as_ptr().cast_mut().cast::<c_void>();
-        (*piece).iov_len = part.len() as _;
+        (*piece).iov_len = part.len();
         let references = AtomicU32::from_ptr(&raw mut (*message).refc.v);
         references.fetch_add(1, Ordering::Relaxed);
     }

@@ -12,6 +12,7 @@ use super::domain::Participant;
 use super::names;
 use super::reader::{Reader, Told};
 use super::seen::Seen;
+use super::site::Site;
 use crate::bus::{Asked, Deliver, Incident};
 use crate::graph::{Endpoint, Graph};
 use crate::offer;
@@ -51,25 +52,24 @@ struct Readers {
 impl Listening {
     /// Begins to listen to a ROS topic and type, by what the graph offers now.
     pub(super) fn begin(
-        participant: Arc<Participant>,
+        site: &Site,
         (topic, type_name): (&str, &str),
         asked: Asked,
         deliver: Deliver,
-        incidents: broadcast::Sender<Incident>,
-        graph: &Graph,
     ) -> Result<Listening, String> {
         let ear = Arc::new(Ear {
             topic: topic.to_owned(),
             adaptive: matches!(asked, Asked::Adaptive { .. }),
             deliver,
-            incidents,
+            incidents: site.incidents.clone(),
             seen: Mutex::default(),
             deadlines_missed: AtomicU64::new(0),
         });
         let (topic, type_name) = (topic.to_owned(), type_name.to_owned());
-        let readers = Mutex::default();
+        let (readers, participant) = (Mutex::default(), Arc::clone(&site.participant));
         let listening = Listening { readers, participant, topic, type_name, asked, ear };
-        listening.adapt(graph, Time::EPOCH)?;
+        let graph = Arc::clone(&site.graph.borrow());
+        listening.adapt(&graph, Time::EPOCH)?;
         Ok(listening)
     }
 

@@ -1,0 +1,145 @@
+//! The configuration of Cyclone DDS: what ROS 2's variables mean, room for images, and what the
+//! user adds.
+
+use crate::environment::Environment;
+
+/// How far discovery reaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Range {
+    /// As the library's own configuration says.
+    SystemDefault,
+    /// The local network.
+    Subnet,
+    /// This machine.
+    Localhost,
+    /// Nowhere.
+    Off,
+}
+
+/// The most that is asked for a socket's receive buffer; the kernel gives up to
+/// `net.core.rmem_max`. A second of best-effort images of 1 MiB must not overflow it.
+const RECEIVE_BUFFER: &str = "32MiB";
+/// How many participants on one machine find each other without multicast, as in
+/// `rmw_cyclonedds`.
+const PARTICIPANTS: u32 = 32;
+
+/// The configuration for an environment, to be given to
+/// [`Participation`](super::Participation): as `rmw_cyclonedds` would write it, with larger
+/// receive buffers, and `CYCLONEDDS_URI` behind, so that it has the last word.
+pub fn configuration(environment: &Environment) -> String {
+    let range = Range::of(environment);
+    let multicast = match range {
+        Range::Localhost | Range::Off => {
+            "<General><AllowMulticast>false</AllowMulticast></General>"
+        }
+        Range::SystemDefault | Range::Subnet => "",
+    };
+    let discovery = match range {
+        Range::SystemDefault => String::new(),
+        Range::Subnet | Range::Localhost => format!(
+            "<Discovery><ParticipantIndex>auto</ParticipantIndex>\
+             <MaxAutoParticipantIndex>{PARTICIPANTS}</MaxAutoParticipantIndex>{}</Discovery>",
+            peers(range, environment)
+        ),
+        Range::Off => format!(
+            "<Discovery><ParticipantIndex>none</ParticipantIndex>\
+             <Tag>ros_discovery_off_{}</Tag></Discovery>",
+            environment.process_id
+        ),
+    };
+    format!(
+        "<CycloneDDS><Domain>{multicast}{discovery}<Internal>\
+         <SocketReceiveBufferSize max=\"{RECEIVE_BUFFER}\"/></Internal></Domain></CycloneDDS>,{}",
+        environment.cyclonedds_uri
+    )
+}
+
+impl Range {
+    /// As `rcl` reads it: `ROS_LOCALHOST_ONLY` still counts when it is on, and what is not
+    /// understood is kept on this machine.
+    fn of(environment: &Environment) -> Range {
+        if environment.localhost_only == "1" {
+            return Range::Localhost;
+        }
+        match environment.discovery_range.as_str() {
+            "" | "SUBNET" => Range::Subnet,
+            "SYSTEM_DEFAULT" => Range::SystemDefault,
+            "OFF" => Range::Off,
+            _ => Range::Localhost,
+        }
+    }
+}
+
+/// The peers that are asked without multicast; empty when there are none.
+fn peers(range: Range, environment: &Environment) -> String {
+    let named = environment.static_peers.split(';').map(str::trim);
+    let named = named.filter(|peer| !peer.is_empty() && environment.localhost_only != "1");
+    let localhost = (range == Range::Localhost).then_some("localhost");
+    let peers = localhost.into_iter().chain(named);
+    let peers: String =
+        peers.map(|peer| format!("<Peer address=\"{}\"/>", escaped(peer))).collect();
+    if peers.is_empty() { peers } else { format!("<Peers>{peers}</Peers>") }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(change: impl FnOnce(&mut Environment)) -> String {
+        let mut environment = Environment { process_id: 7, ..Environment::default() };
+        change(&mut environment);
+        configuration(&environment)
+    }
+
+    #[test]
+    fn without_an_environment_the_local_network_is_searched() {
+        assert_eq!(
+            of(|_| {}),
+            "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>\
+             <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery><Internal>\
+             <SocketReceiveBufferSize max=\"32MiB\"/></Internal></Domain></CycloneDDS>,"
+        );
+    }
+
+    #[test]
+    fn localhost_means_no_multicast_and_this_machine_as_a_peer() {
+        let range = of(|environment| environment.discovery_range = "LOCALHOST".into());
+        assert!(range.contains("<AllowMulticast>false"));
+        assert!(range.contains("<Peers><Peer address=\"localhost\"/></Peers>"));
+        assert_eq!(range, of(|environment| environment.localhost_only = "1".into()));
+        assert_eq!(range, of(|environment| environment.discovery_range = "unheard_of".into()));
+    }
+
+    #[test]
+    fn static_peers_are_asked_unless_discovery_is_off() {
+        let peers = "192.168.0.7; robot1;";
+        let asked = "<Peer address=\"192.168.0.7\"/><Peer address=\"robot1\"/>";
+        let with = |range: &str| {
+            of(|environment| {
+                environment.static_peers = peers.into();
+                environment.discovery_range = range.into();
+            })
+        };
+        assert!(with("SUBNET").contains(asked) && with("LOCALHOST").contains(asked));
+        assert!(!with("OFF").contains("Peer ") && !with("SYSTEM_DEFAULT").contains("Peer "));
+        assert!(with("OFF").contains("<Tag>ros_discovery_off_7</Tag>"));
+    }
+
+    #[test]
+    fn a_peer_cannot_write_configuration() {
+        let peer = of(|environment| environment.static_peers = "\"/><X a=\"&".into());
+        assert!(peer.contains("<Peer address=\"&quot;/>&lt;X a=&quot;&amp;\"/>"));
+    }
+
+    #[test]
+    fn the_user_has_the_last_word() {
+        let uri = "file:///etc/cyclone.xml";
+        assert!(
+            of(|environment| environment.cyclonedds_uri = uri.into()).ends_with(&format!(",{uri}"))
+        );
+    }
+}

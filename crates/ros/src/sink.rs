@@ -1,0 +1,302 @@
+//! The sink half: streams of the session, published on ROS.
+
+use std::collections::btree_map::{BTreeMap, Entry};
+use std::sync::Arc;
+use std::time::Duration;
+
+use teampulse_core::qos::Qos;
+use teampulse_core::sample::Record;
+use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::stream::{About, Stream, StreamId};
+use teampulse_core::time::Time;
+use teampulse_messages::catalogue;
+use teampulse_messages::convert::schema_of;
+use teampulse_messages::standard::Message;
+use teampulse_messages::standard::rosgraph_msgs::Clock;
+
+use crate::bus::{Bus, BusError, Publisher};
+
+/// How long it is waited for samples at a time; silence changes nothing.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Which streams are published.
+#[derive(Clone, Debug)]
+pub enum Publish {
+    /// All but those about people.
+    Everything,
+    /// Those of which the name is one of these, token by token: `*` is any one token, and a last
+    /// `**` is whatever follows. What is about a person must be named from its first token on:
+    /// `/humans/persons/p001/*/hrv`.
+    Named(Vec<String>),
+}
+
+/// Publishes streams on their topics, as they are recorded.
+pub struct RosSink {
+    bus: Arc<dyn Bus>,
+    publish: Publish,
+    delivery: Delivery,
+    clock: bool,
+}
+
+impl RosSink {
+    /// A sink that skips what it has no time for: for a session that monitors.
+    pub fn fresh(bus: Arc<dyn Bus>, publish: Publish) -> RosSink {
+        RosSink { bus, publish, delivery: Delivery::Fresh, clock: false }
+    }
+
+    /// A sink that publishes every sample: for robots that are simulated, or recordings played.
+    pub fn lossless(bus: Arc<dyn Bus>, publish: Publish) -> RosSink {
+        RosSink { bus, publish, delivery: Delivery::Lossless, clock: false }
+    }
+
+    /// The same sink, telling the session's time on `/clock` before each run of samples.
+    #[must_use]
+    pub fn with_clock(mut self) -> RosSink {
+        self.clock = true;
+        self
+    }
+}
+
+impl Sink for RosSink {
+    fn name(&self) -> &'static str {
+        "ros"
+    }
+
+    fn delivery(&self) -> Delivery {
+        self.delivery
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let mut desk = Desk::new(&self).map_err(failed)?;
+        loop {
+            match inbox.receive(PATIENCE) {
+                Received::Batch(batch) => desk.publish(&batch).map_err(failed)?,
+                Received::Silence => {}
+                Received::Closed => break,
+            }
+        }
+        desk.finish(self.delivery)
+    }
+}
+
+/// The sink at work: its publishers.
+struct Desk<'a> {
+    bus: &'a dyn Bus,
+    publish: &'a Publish,
+    clock: Option<Box<dyn Publisher>>,
+    /// `None` for what is not published.
+    publishers: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
+    refused: BTreeMap<String, u64>,
+}
+
+impl<'a> Desk<'a> {
+    fn new(sink: &'a RosSink) -> Result<Desk<'a>, BusError> {
+        let clock = || {
+            let schema = catalogue::shipped(Clock::NAME).expect("the clock's type is shipped");
+            sink.bus.publish("/clock", &schema, &Qos::reliable(10))
+        };
+        Ok(Desk {
+            bus: &*sink.bus,
+            publish: &sink.publish,
+            clock: sink.clock.then(clock).transpose()?,
+            publishers: BTreeMap::new(),
+            refused: BTreeMap::new(),
+        })
+    }
+
+    fn publish(&mut self, batch: &Batch) -> Result<(), BusError> {
+        if let Some(first) = batch.first() {
+            self.tell_time(first.sample.log_time);
+        }
+        batch.iter().try_for_each(|record| self.publish_record(record))
+    }
+
+    fn tell_time(&mut self, now: Time) {
+        let Some(publisher) = &self.clock else { return };
+        if let Err(refused) = publisher.publish(&Clock { clock: now }.encode()) {
+            self.refuse("/clock", &refused);
+        }
+    }
+
+    fn publish_record(&mut self, record: &Record) -> Result<(), BusError> {
+        if let Some(publisher) = self.publisher(record)?
+            && let Err(refused) = publisher.publish(&record.cdr)
+        {
+            self.refuse(&record.stream.name, &refused);
+        }
+        Ok(())
+    }
+
+    /// The publisher of a record, opened if it is its stream's first; `None` if it has none.
+    fn publisher(&mut self, record: &Record) -> Result<Option<&dyn Publisher>, BusError> {
+        let publisher = match self.publishers.entry(record.sample.stream) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(open(self.bus, self.publish, &record.stream)?),
+        };
+        Ok(publisher.as_deref())
+    }
+
+    /// Counts a message that the bus did not take; says so once for each topic.
+    fn refuse(&mut self, topic: &str, refused: &BusError) {
+        let count = self.refused.entry(topic.to_owned()).or_default();
+        *count += 1;
+        if *count == 1 {
+            tracing::error!("failed to {refused}; what is refused from now on is counted");
+        }
+    }
+
+    fn finish(self, delivery: Delivery) -> Result<(), SinkError> {
+        let lost: u64 = self.refused.values().sum();
+        if lost == 0 || delivery == Delivery::Fresh {
+            return Ok(());
+        }
+        let topics: Vec<_> = self.refused.keys().map(String::as_str).collect();
+        Err(SinkError::Lost {
+            message: format!("publish {lost} messages on {}", topics.join(", ")),
+            hint: "a subscriber is too slow for what it asks to be sent again".into(),
+        })
+    }
+}
+
+fn open(
+    bus: &dyn Bus,
+    publish: &Publish,
+    stream: &Stream,
+) -> Result<Option<Box<dyn Publisher>>, BusError> {
+    let qos = stream.qos.first().cloned().unwrap_or(Qos::reliable(10));
+    let open = || bus.publish(&stream.name, &schema_of(&stream.shape), &qos);
+    publish.includes(stream).then(open).transpose()
+}
+
+impl Publish {
+    /// Whether a stream is published.
+    pub fn includes(&self, stream: &Stream) -> bool {
+        let about_person = stream.about == About::Person;
+        match self {
+            Publish::Everything => !about_person,
+            Publish::Named(patterns) => patterns.iter().any(|pattern| {
+                let named = !pattern.trim_start_matches('/').starts_with('*');
+                (named || !about_person) && matches(pattern, &stream.name)
+            }),
+        }
+    }
+}
+
+/// Whether a topic is named by a pattern.
+fn matches(pattern: &str, topic: &str) -> bool {
+    let mut tokens = topic.trim_start_matches('/').split('/');
+    for wanted in pattern.trim_start_matches('/').split('/') {
+        match (wanted, tokens.next()) {
+            ("**", Some(_)) => return true,
+            (wanted, Some(token)) if wanted == "*" || wanted == token => {}
+            _ => return false,
+        }
+    }
+    tokens.next().is_none()
+}
+
+fn failed(error: BusError) -> SinkError {
+    SinkError::Failed { message: error.to_string(), hint: String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use bytes::Bytes;
+    use teampulse_core::data::Data;
+    use teampulse_core::sample::{Sample, Turn};
+    use teampulse_core::sink;
+    use teampulse_core::stream::{Shape, Subject};
+    use teampulse_core::streams::Streams;
+
+    use super::*;
+    use crate::bus::{Arrival, Asked, Subscription};
+    use crate::memory::MemoryBus;
+
+    fn person() -> Stream {
+        let subject = Subject { about: About::Person, id: "p001".into() };
+        Stream::raw("/humans/persons/p001/ecg", subject, Shape::Sample)
+    }
+
+    fn robot() -> Stream {
+        Stream::raw("/r1/load", Subject::robot("r1"), Shape::Sample)
+    }
+
+    fn record(streams: &Streams, stream: Stream) -> Record {
+        let id = streams.declare(stream).id;
+        let at = Time::from_stamp(7, 0);
+        let sample = Sample {
+            stream: id,
+            measured: at,
+            log_time: at,
+            device_time: None,
+            source_time: None,
+            index: 0,
+            turn: Turn::OnTime,
+            data: Data::Sample([1.0].into()),
+        };
+        Record { stream: streams.get(id), sample, cdr: Bytes::from_static(&[0, 1, 0, 0, 9]) }
+    }
+
+    type Heard = Arc<Mutex<Vec<Bytes>>>;
+
+    fn listen(bus: &MemoryBus, topic: &str, type_name: &str) -> (Subscription, Heard) {
+        let heard = Heard::default();
+        let kept = Arc::clone(&heard);
+        let deliver = Arc::new(move |arrival: Arrival| kept.lock().unwrap().push(arrival.bytes));
+        let asked = Asked::Adaptive { depth: 10 };
+        (bus.subscribe(topic, type_name, asked, deliver).unwrap(), heard)
+    }
+
+    /// Runs a sink on one record of each of these streams.
+    fn run(sink: RosSink, streams_of: impl IntoIterator<Item = Stream>) {
+        let streams = Streams::default();
+        let (post, inbox) = sink::queue(sink.delivery(), streams.clone());
+        let batch: Batch = streams_of.into_iter().map(|each| record(&streams, each)).collect();
+        post.deliver(&batch);
+        drop(post);
+        Box::new(sink).run(inbox).unwrap();
+    }
+
+    #[test]
+    fn records_are_published_byte_for_byte_and_the_clock_before_them() {
+        let ours = MemoryBus::new("/teampulse");
+        let theirs = ours.join("/r1/driver");
+        let (_load, load) = listen(&theirs, "/r1/load", "teampulse_msgs/msg/Sample");
+        let (_clock, clock) = listen(&theirs, "/clock", Clock::NAME);
+        run(RosSink::lossless(ours, Publish::Everything).with_clock(), [robot()]);
+        assert_eq!(*load.lock().unwrap(), [Bytes::from_static(&[0, 1, 0, 0, 9])]);
+        let told = Clock::decode(&clock.lock().unwrap()[0]).unwrap();
+        assert_eq!(told.clock, Time::from_stamp(7, 0));
+    }
+
+    #[test]
+    fn a_stream_about_a_person_is_not_published_unless_it_is_named() {
+        let ours = MemoryBus::new("/teampulse");
+        let theirs = ours.join("/other");
+        let (_ecg, ecg) = listen(&theirs, &person().name, "teampulse_msgs/msg/Sample");
+        run(RosSink::fresh(ours.clone(), Publish::Everything), [person(), robot()]);
+        assert!(ecg.lock().unwrap().is_empty());
+        let named = Publish::Named(vec!["/humans/persons/*/ecg".into()]);
+        run(RosSink::fresh(ours, named), [person(), robot()]);
+        assert_eq!(ecg.lock().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn patterns_name_topics_token_by_token() {
+        for pattern in ["/r1/load", "r1/load", "/*/load", "/r1/*", "/r1/**", "/**"] {
+            assert!(matches(pattern, "/r1/load"), "{pattern}");
+        }
+        for pattern in ["/r1", "/r1/load/x", "/r1/lo*", "/r1/load/**", "/r2/*", ""] {
+            assert!(!matches(pattern, "/r1/load"), "{pattern}");
+        }
+    }
+
+    #[test]
+    fn a_wild_pattern_names_nobody() {
+        for pattern in ["/**", "/*/persons/p001/ecg", "**"] {
+            assert!(!Publish::Named(vec![pattern.into()]).includes(&person()), "{pattern}");
+        }
+    }
+}
