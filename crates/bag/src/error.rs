@@ -107,7 +107,9 @@ impl Found {
                 "convert it with `ros2 bag convert` to compression_mode none; \
                  MCAP compresses its own chunks"
             }
-            Found::NoFiles | Found::Other => "give the folder of a recording or one of its .mcap files",
+            Found::NoFiles | Found::Other => {
+                "give the folder of a recording or one of its .mcap files"
+            }
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
+use std::sync::Arc;
 
 use bytes::Bytes;
 use mcap::McapError;
+use teampulse_core::stream::Schema;
 use teampulse_core::time::Time;
 
 use crate::block::{Block, Contents, Entry};
@@ -26,6 +28,8 @@ pub struct Message {
     pub log_time: Time,
     /// When it was published; the log time where that is not known.
     pub publish_time: Time,
+    /// Its type, as it was known when it was recorded.
+    pub schema: Arc<Schema>,
     /// Its number, as its writer counted.
     pub sequence: u32,
     /// Its bytes: CDR with its four-byte header.
@@ -86,13 +90,15 @@ impl<'a> Messages<'a> {
     /// The next closed block, when a message of it may come before those of the open ones.
     fn due(&mut self) -> Option<Place> {
         let next = self.closed.last()?;
-        let is_due = self.heads.peek().is_none_or(|Reverse(head)| next.block.first <= head.log_time);
+        let is_due =
+            self.heads.peek().is_none_or(|Reverse(head)| next.block.first <= head.log_time);
         if is_due { self.closed.pop() } else { None }
     }
 
     fn open(&mut self, place: Place) -> Result<(), BagError> {
         let index = &self.bag.parts()[place.part];
-        let contents = place.block.load(&index.file).map_err(|error| damaged(index, place, &error))?;
+        let contents =
+            place.block.load(&index.file).map_err(|error| damaged(index, place, &error))?;
         let next = contents.entries.partition_point(|entry| entry.log_time < self.from);
         let Some(first) = contents.entries.get(next) else { return Ok(()) };
         let bytes = contents.records.len() as u64;
@@ -123,13 +129,14 @@ impl<'a> Messages<'a> {
 
     fn message(&mut self, head: Head) -> Option<Result<Message, BagError>> {
         let (entry, cdr) = self.take(head)?;
-        let Some(stream) = self.bag.stream_of(head.part, entry.channel) else {
+        let Some(carried) = self.bag.carried(head.part, entry.channel) else {
             let reason = format!("a message of channel {} that is not declared", entry.channel);
             let path = self.bag.parts()[head.part].path.clone();
             return Some(Err(BagError::Damaged { path, offset: head.offset, reason }));
         };
         Some(Ok(Message {
-            stream,
+            stream: carried.stream,
+            schema: Arc::clone(&carried.schema),
             log_time: Time::from_nanos(entry.log_time as i64),
             publish_time: Time::from_nanos(entry.publish_time as i64),
             sequence: entry.sequence,

@@ -226,6 +226,8 @@ fn quoted(text: &str) -> String {
 /// What a reader takes from the `metadata.yaml` of any writer: the rest is in the files themselves.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Told {
+    /// The version of the description.
+    pub version: Version,
     /// The storage plugin: `mcap` or `sqlite3`.
     pub storage: String,
     /// What rosbag2 compressed beside the storage: nothing, `FILE` or `MESSAGE`.
@@ -262,6 +264,7 @@ impl Told {
 
     fn take(&mut self, key: &str, value: &str) {
         match key {
+            "version" if value == "5" => self.version = Version::V5,
             "storage_identifier" => value.clone_into(&mut self.storage),
             "compression_mode" => value.clone_into(&mut self.compression_mode),
             _ => {}

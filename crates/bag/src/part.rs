@@ -90,7 +90,7 @@ impl<F: Write> Part<F> {
             .disable_seeking(true)
             .create(BufWriter::with_capacity(BUFFER_BYTES, file))
             .map_err(error(path))?;
-        let mut part = Part {
+        let part = Part {
             path: path.to_owned(),
             mcap,
             progress,

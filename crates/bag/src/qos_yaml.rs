@@ -22,16 +22,16 @@ pub(crate) fn write(profiles: &[Qos], version: Version) -> String {
 
 fn profile(qos: &Qos, version: Version) -> String {
     let word = |named: (&str, u8)| match version {
-        Version::V9 => named.0.to_owned(),
-        Version::V5 => named.1.to_string(),
+        Version::V9 => format!(" {}", named.0),
+        Version::V5 => format!(" {}", named.1),
     };
     let depth = match qos.history {
         History::KeepLast(depth) => depth,
         History::KeepAll => 0,
     };
-    let mut text = format!("- history: {}\n  depth: {depth}", word(history(qos.history)));
+    let mut text = format!("- history:{}\n  depth: {depth}", word(history(qos.history)));
     let mut line = |key: &str, value: &str| {
-        write!(text, "\n  {key}: {value}").expect("a string takes what is written to it");
+        write!(text, "\n  {key}:{value}").expect("a string takes what is written to it");
     };
     line("reliability", &word(reliability(qos.reliability)));
     line("durability", &word(durability(qos.durability)));
@@ -39,7 +39,7 @@ fn profile(qos: &Qos, version: Version) -> String {
     line("lifespan", &duration(qos.lifespan));
     line("liveliness", &word(liveliness(qos.liveliness)));
     line("liveliness_lease_duration", &duration(qos.liveliness_lease));
-    line("avoid_ros_namespace_conventions", "false");
+    line("avoid_ros_namespace_conventions", " false");
     text
 }
 
@@ -163,14 +163,14 @@ mod tests {
           depth: 3
           reliability: reliable
           durability: transient_local
-          deadline: 
+          deadline:
             sec: 9223372036
             nsec: 854775807
-          lifespan: 
+          lifespan:
             sec: 9223372036
             nsec: 854775807
           liveliness: automatic
-          liveliness_lease_duration: 
+          liveliness_lease_duration:
             sec: 9223372036
             nsec: 854775807
           avoid_ros_namespace_conventions: false

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use mcap::records::{Record, op};
 use teampulse_core::data::Data;
-use teampulse_core::stream::{Origin, Shape, Stream};
+use teampulse_core::stream::{Schema, Shape, Stream};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::decode;
 
@@ -15,7 +15,7 @@ use crate::channel::Channel;
 use crate::error::{BagError, Found};
 use crate::index::{Damage, Index};
 use crate::messages::Messages;
-use crate::metadata::{FILE_NAME, Span, Told};
+use crate::metadata::{FILE_NAME, Span, Told, Version};
 use crate::schema::type_name;
 
 /// A bag: all that is known about it without reading its messages.
@@ -27,9 +27,16 @@ pub struct Bag {
     path: PathBuf,
     parts: Vec<Index>,
     streams: Vec<BagStream>,
-    /// For each part, the streams of its channels.
-    channels: Vec<BTreeMap<u16, usize>>,
-    custom: BTreeMap<String, String>,
+    /// For each part, what its channels carry.
+    channels: Vec<BTreeMap<u16, Carried>>,
+    told: Told,
+}
+
+/// What a channel carries: a stream, by its place, with its type as it was known there.
+#[derive(Clone, Debug)]
+pub(crate) struct Carried {
+    pub stream: usize,
+    pub schema: Arc<Schema>,
 }
 
 /// A stream of a bag.
@@ -39,20 +46,17 @@ pub struct BagStream {
     pub stream: Arc<Stream>,
     /// How many messages of it are in the bag.
     pub messages: u64,
+    /// Its type, as it became known.
+    pub(crate) schemas: Vec<Arc<Schema>>,
 }
 
 impl Bag {
     /// Opens a bag's folder, or one MCAP file.
     pub fn open(path: &Path) -> Result<Bag, BagError> {
-        let (files, custom) = if path.is_dir() { files_of(path)? } else { only(path)? };
+        let (files, told) = if path.is_dir() { files_of(path)? } else { only(path) };
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
-        let mut bag = Bag {
-            path: path.to_owned(),
-            parts,
-            streams: Vec::new(),
-            channels: Vec::new(),
-            custom,
-        };
+        let mut bag =
+            Bag { path: path.to_owned(), parts, streams: Vec::new(), channels: Vec::new(), told };
         bag.gather_streams();
         bag.read_descriptions();
         Ok(bag)
@@ -82,7 +86,7 @@ impl Bag {
 
     /// What its writer noted about the recording: the session's name, counts of lost messages.
     pub fn notes(&self) -> &BTreeMap<String, String> {
-        &self.custom
+        &self.told.custom
     }
 
     /// What is not as it was written, with the file it is in.
@@ -122,8 +126,12 @@ impl Bag {
         &self.parts
     }
 
-    pub(crate) fn stream_of(&self, part: usize, channel: u16) -> Option<usize> {
-        self.channels.get(part)?.get(&channel).copied()
+    pub(crate) fn carried(&self, part: usize, channel: u16) -> Option<&Carried> {
+        self.channels.get(part)?.get(&channel)
+    }
+
+    pub(crate) fn metadata_version(&self) -> Version {
+        self.told.version
     }
 
     fn span(&self) -> Span {
@@ -136,7 +144,7 @@ impl Bag {
             for (id, channel) in &part.channels {
                 let stream = place_of(&mut self.streams, channel);
                 self.streams[stream].messages += part.counts.get(id).copied().unwrap_or(0);
-                channels.insert(*id, stream);
+                channels.insert(*id, Carried { stream, schema: Arc::clone(&channel.schema) });
             }
             self.channels.push(channels);
         }
@@ -193,27 +201,31 @@ pub(crate) fn is_same(channel: &Stream, description: &Stream) -> bool {
 /// an empty one.
 fn place_of(streams: &mut Vec<BagStream>, channel: &Channel) -> usize {
     let stream = channel.stream();
+    let schema = Arc::clone(&channel.schema);
     let known = streams.iter().position(|known| is_same(&known.stream, &stream));
     let Some(place) = known else {
-        streams.push(BagStream { stream: Arc::new(stream), messages: 0 });
+        let stream = Arc::new(stream);
+        streams.push(BagStream { stream, messages: 0, schemas: vec![schema] });
         return streams.len() - 1;
     };
-    if let Shape::Message(schema) = &streams[place].stream.shape
+    let known = &mut streams[place];
+    if !known.schemas.contains(&schema) {
+        known.schemas.push(schema);
+    }
+    if let Shape::Message(schema) = &known.stream.shape
         && schema.text.is_empty()
     {
-        streams[place].stream = Arc::new(stream);
+        known.stream = Arc::new(stream);
     }
     place
 }
 
-type Files = (Vec<PathBuf>, BTreeMap<String, String>);
-
-fn only(file: &Path) -> Result<Files, BagError> {
-    Ok((vec![file.to_owned()], BTreeMap::new()))
+fn only(file: &Path) -> (Vec<PathBuf>, Told) {
+    (vec![file.to_owned()], Told::default())
 }
 
 /// The files of a bag's folder, in order: as `metadata.yaml` says, else by their numbers.
-fn files_of(folder: &Path) -> Result<Files, BagError> {
+fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Told), BagError> {
     let text = fs::read_to_string(folder.join(FILE_NAME)).unwrap_or_default();
     let told = Told::read(&text);
     let not_a_bag = |found| Err(BagError::NotABag { path: folder.to_owned(), found });
@@ -224,14 +236,15 @@ fn files_of(folder: &Path) -> Result<Files, BagError> {
         return not_a_bag(Found::Compressed);
     }
     // Older versions wrote the folder's name in front.
-    let named = told.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
+    let named =
+        told.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
     let mut files: Vec<PathBuf> = named.collect();
     for found in mcap_files(folder)? {
         if !files.contains(&found) {
             files.push(found);
         }
     }
-    if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, told.custom)) }
+    if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, told)) }
 }
 
 /// The MCAP files in a folder, those of one recording by their numbers.
@@ -246,9 +259,4 @@ fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
         (name.to_owned(), number.parse::<u64>().unwrap_or(u64::MAX), stem.clone())
     });
     Ok(files)
-}
-
-/// Whether a stream came from outside, and is more than word about the session's own streams.
-pub(crate) fn is_raw_data(stream: &Stream) -> bool {
-    stream.origin == Origin::Raw && !matches!(stream.shape, Shape::Status | Shape::Description)
 }

@@ -1,16 +1,18 @@
 //! Making a damaged bag whole again.
 
-use std::fs::{self, File, OpenOptions};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use mcap::McapResult;
-use mcap::records::{MessageHeader, Record, op};
+use mcap::records::{MessageHeader, Record};
 use teampulse_core::time::Time;
+use teampulse_messages::convert::schema_of;
 
+use crate::block::Entry;
 use crate::error::BagError;
 use crate::index::{Damage, Index};
-use crate::metadata::{FILE_NAME, FileSpan, Metadata, Topic, Version};
+use crate::metadata::{FileSpan, Metadata, Topic};
 use crate::part::{Attachment, Compression, Part};
 use crate::reader::Bag;
 use crate::schema::type_name;
@@ -41,8 +43,7 @@ pub struct RecoveredFile {
 pub fn recover(path: &Path) -> Result<Report, BagError> {
     let bag = Bag::open(path)?;
     let files = bag.parts().iter().map(recover_file).collect::<Result<Vec<_>, _>>()?;
-    let is_folder = path.is_dir();
-    if is_folder {
+    if path.is_dir() {
         let bag = Bag::open(path)?;
         describe(&bag).save(path).map_err(BagError::io("write", path))?;
     }
@@ -56,19 +57,39 @@ fn recover_file(index: &Index) -> Result<RecoveredFile, BagError> {
         return Ok(RecoveredFile { path, messages: index.span.messages, damage });
     }
     let unfinished = path.with_extension("mcap.recovering");
-    let file = OpenOptions::new().write(true).create(true).truncate(true).open(&unfinished);
-    let file = file.map_err(BagError::io("write", &unfinished))?;
-    let disk = file.try_clone().map_err(BagError::io("write", &unfinished))?;
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let spare = Arc::new(Mutex::new(SpareFile::new(folder)));
-    let mut part = Part::begin(&unfinished, file, spare, Compression::Zstd)?;
+    let messages =
+        rewrite(index, &unfinished).inspect_err(|_| drop(fs::remove_file(&unfinished)))?;
+    let folder = folder_of(&path);
+    fs::rename(&unfinished, &path).map_err(BagError::io("write", &path))?;
+    File::open(folder)
+        .and_then(|folder| folder.sync_all())
+        .map_err(BagError::io("write", folder))?;
+    Ok(RecoveredFile { path, messages, damage })
+}
+
+/// Writes all that can be read into another file, and that to the disk; says how many messages it
+/// has.
+fn rewrite(index: &Index, path: &Path) -> Result<u64, BagError> {
+    let file = File::create(path).map_err(BagError::io("write", path))?;
+    let disk = file.try_clone().map_err(BagError::io("write", path))?;
+    let spare = Arc::new(Mutex::new(SpareFile::new(folder_of(path))));
+    let mut part = Part::begin(path, file, spare, Compression::Zstd)?;
     copy_extras(index, &mut part)?;
     copy_messages(index, &mut part)?;
+    let is_full = part.is_full();
     let messages = part.finish()?.span.messages;
-    disk.sync_all().map_err(BagError::io("write", &unfinished))?;
-    fs::rename(&unfinished, &path).map_err(BagError::io("write", &path))?;
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(BagError::io("write", folder))?;
-    Ok(RecoveredFile { path, messages, damage })
+    if is_full {
+        return Err(BagError::DiskFull { path: folder_of(path).to_owned() });
+    }
+    disk.sync_all().map_err(BagError::io("write", path))?;
+    Ok(messages)
+}
+
+fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// Copies attachments and metadata records; one that can't be read is left out.
@@ -93,18 +114,18 @@ fn copy_extras(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
 
 /// Copies all messages as they stand in the file, each to the channel that it was in.
 fn copy_messages(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
+    let mut channels = BTreeMap::new();
+    for (id, channel) in &index.channels {
+        channels.insert(*id, part.channel(channel)?);
+    }
     for block in &index.blocks {
         let Ok(contents) = block.load(&index.file) else { continue };
         let mut entries = contents.entries;
         entries.sort_by_key(|entry| entry.start);
         for entry in entries {
-            let Some(channel) = index.channels.get(&entry.channel) else { continue };
-            let header = MessageHeader {
-                channel_id: part.channel(channel)?,
-                sequence: entry.sequence,
-                log_time: entry.log_time,
-                publish_time: entry.publish_time,
-            };
+            let Some(channel_id) = channels.get(&entry.channel).copied() else { continue };
+            let Entry { sequence, log_time, publish_time, .. } = entry;
+            let header = MessageHeader { channel_id, sequence, log_time, publish_time };
             part.write(&header, &contents.records[entry.start..entry.end])?;
         }
     }
@@ -116,7 +137,7 @@ fn describe(bag: &Bag) -> Metadata {
     let topics = bag.streams().iter().map(|known| Topic {
         name: known.stream.name.clone(),
         type_name: type_name(&known.stream.shape).to_owned(),
-        type_hash: hash(known),
+        type_hash: schema_of(&known.stream.shape).hash.clone(),
         qos: known.stream.qos.clone(),
         messages: known.messages,
     });
@@ -125,7 +146,7 @@ fn describe(bag: &Bag) -> Metadata {
         FileSpan { path: name.to_string_lossy().into_owned(), span: part.span }
     });
     Metadata {
-        version: Version::V9,
+        version: bag.metadata_version(),
         topics: topics.collect(),
         files: files.collect(),
         custom: bag.notes().clone(),

@@ -91,8 +91,7 @@ impl Recording {
             self.attach_study(record.sample.log_time)?;
         }
         if let Data::Status(status) = &record.sample.data {
-            let losses =
-                Losses { on_the_way: status.lost_source, in_our_queue: status.lost_queue };
+            let losses = Losses { on_the_way: status.lost_source, in_our_queue: status.lost_queue };
             match self.losses.get_mut(&status.name) {
                 Some(known) => *known = losses,
                 None => drop(self.losses.insert(status.name.clone(), losses)),

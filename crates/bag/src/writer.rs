@@ -235,7 +235,8 @@ impl BagWriter {
         let span = self.part.span();
         let is_long = |limit_secs| span.messages > 0 && now.secs_since(span.first) >= limit_secs;
         let is_large = |limit_bytes| self.part.written_bytes() >= limit_bytes;
-        self.options.split_bytes.is_some_and(is_large) || self.options.split_secs.is_some_and(is_long)
+        self.options.split_bytes.is_some_and(is_large)
+            || self.options.split_secs.is_some_and(is_long)
     }
 
     /// Ends the current file and begins the next, with the descriptions of all streams.

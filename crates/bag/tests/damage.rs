@@ -1,0 +1,208 @@
+//! A recording that was cut, damaged, or is none.
+
+mod session;
+
+use std::fs;
+use std::path::Path;
+
+use proptest::prelude::*;
+use session::session;
+use teampulse_bag::{Bag, BagError, BagWriter, Compression, Found, Message, Options, recover};
+use teampulse_core::sample::Record;
+use tempfile::tempdir;
+
+/// Writes a bag of one file as a process leaves it that is killed: flushed, never finished.
+fn write_and_die(folder: &Path, compression: Compression, records: &[Record]) {
+    let options = Options { compression, ..Options::default() };
+    let mut writer = BagWriter::create(folder, &options).unwrap();
+    for (k, record) in records.iter().enumerate() {
+        writer.write(record).unwrap();
+        if k % 40 == 39 {
+            writer.flush().unwrap();
+        }
+    }
+    std::mem::forget(writer);
+}
+
+fn write(folder: &Path, compression: Compression, records: &[Record]) {
+    let options = Options { compression, ..Options::default() };
+    let mut writer = BagWriter::create(folder, &options).unwrap();
+    for (k, record) in records.iter().enumerate() {
+        writer.write(record).unwrap();
+        if k % 40 == 39 {
+            writer.flush().unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+fn read(path: &Path) -> Vec<Message> {
+    Bag::open(path).unwrap().messages(None).map(Result::unwrap).collect()
+}
+
+#[test]
+fn what_was_flushed_survives_the_process() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let records = session(117);
+    write_and_die(&path, Compression::Zstd, &records);
+    assert_eq!(read(&path).len(), 120);
+    let report = recover(&path).unwrap();
+    assert_eq!(report.files[0].messages, 120);
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.damage().count(), 0);
+    assert!(read(&path).iter().zip(&records).all(|(message, record)| message.cdr == record.cdr));
+}
+
+#[test]
+fn a_recording_that_died_at_once_is_an_empty_bag() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write_and_die(&path, Compression::Zstd, &[]);
+    assert_eq!(read(&path).len(), 0);
+    fs::write(path.join("bag_0.mcap"), b"").unwrap();
+    assert_eq!(read(&path).len(), 0);
+    recover(&path).unwrap();
+    assert_eq!(Bag::open(&path).unwrap().damage().count(), 0);
+}
+
+#[test]
+fn a_bag_cut_at_any_byte_opens_with_what_is_before_the_cut() {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("bag");
+        write(&path, compression, &session(120));
+        let whole = read(&path);
+        let bytes = fs::read(path.join("bag_0.mcap")).unwrap();
+        let cut_path = folder.path().join("cut.mcap");
+        let mut known = 0;
+        for length in 0..bytes.len() {
+            fs::write(&cut_path, &bytes[..length]).unwrap();
+            let bag = Bag::open(&cut_path).unwrap();
+            let left: Vec<Message> = bag.messages(None).map(Result::unwrap).collect();
+            assert!(whole.iter().zip(&left).all(|(whole, left)| whole.cdr == left.cdr));
+            assert!(left.len() >= known, "a longer file holds no less: {length}");
+            assert!(bag.damage().count() > 0);
+            known = left.len();
+        }
+        assert_eq!(known, whole.len());
+    }
+}
+
+#[test]
+fn a_cut_bag_that_was_recovered_is_whole() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write(&path, Compression::Zstd, &session(120));
+    let file = path.join("bag_0.mcap");
+    let bytes = fs::read(&file).unwrap();
+    for length in (0..bytes.len()).step_by(97) {
+        fs::write(&file, &bytes[..length]).unwrap();
+        fs::remove_file(path.join("metadata.yaml")).unwrap();
+        let before = read(&path);
+        let report = recover(&path).unwrap();
+        assert_eq!(report.files[0].messages, before.len() as u64);
+        assert_eq!(read(&path), before);
+        let bag = Bag::open(&path).unwrap();
+        assert_eq!(bag.damage().count(), 0);
+        assert_eq!(bag.messages_count(), before.len() as u64);
+    }
+    assert_eq!(fs::read_dir(&path).unwrap().count(), 2);
+}
+
+#[test]
+fn a_chunk_with_a_wrong_checksum_is_left_out_and_told() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write(&path, Compression::None, &session(120));
+    let file = path.join("bag_0.mcap");
+    let mut bytes = fs::read(&file).unwrap();
+    let place = bytes.windows(10).position(|text| text == b"message 63").unwrap();
+    bytes[place] ^= 1;
+    fs::write(&file, &bytes).unwrap();
+    let bag = Bag::open(&path).unwrap();
+    let (good, bad): (Vec<_>, Vec<_>) = bag.messages(None).partition(Result::is_ok);
+    assert_eq!((good.len(), bad.len()), (83, 1));
+    assert!(matches!(bad[0], Err(BagError::Damaged { .. })));
+}
+
+#[test]
+fn another_kind_of_file_is_named() {
+    let folder = tempdir().unwrap();
+    let open = |contents: &[u8]| {
+        let path = folder.path().join("x.mcap");
+        fs::write(&path, contents).unwrap();
+        match Bag::open(&path) {
+            Err(BagError::NotABag { found, .. }) => found,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(open(b"SQLite format 3\0 and so on"), Found::Sqlite);
+    assert_eq!(open(b"#ROSBAG V2.0\n"), Found::Ros1);
+    assert_eq!(open(b"(\xb5/\xfdcompressed"), Found::Compressed);
+    assert_eq!(open(b"time,value\n"), Found::Other);
+    fs::remove_file(folder.path().join("x.mcap")).unwrap();
+    let error = Bag::open(folder.path()).unwrap_err();
+    assert!(matches!(error, BagError::NotABag { found: Found::NoFiles, .. }));
+}
+
+#[test]
+fn a_rosbag2_folder_that_is_not_mcap_is_named() {
+    let folder = tempdir().unwrap();
+    let open = |yaml: &str| {
+        fs::write(folder.path().join("metadata.yaml"), yaml).unwrap();
+        match Bag::open(folder.path()) {
+            Err(BagError::NotABag { found, .. }) => found,
+            other => panic!("{other:?}"),
+        }
+    };
+    let sqlite = "rosbag2_bagfile_information:\n  storage_identifier: sqlite3\n";
+    assert_eq!(open(sqlite), Found::Sqlite);
+    let compressed = "rosbag2_bagfile_information:\n  compression_mode: MESSAGE\n";
+    assert_eq!(open(compressed), Found::Compressed);
+}
+
+/// Reads all that can be read.
+fn exhaust(path: &Path) {
+    if let Ok(bag) = Bag::open(path) {
+        let read = bag.messages(None).filter(Result::is_ok).count();
+        assert!(read as u64 <= bag.messages_count().max(100_000));
+        drop(bag.attachment("study.toml"));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+    #[test]
+    fn any_bytes_are_read_without_a_panic(
+        bytes in prop::collection::vec(any::<u8>(), 0..500),
+    ) {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("x.mcap");
+        fs::write(&path, [b"\x89MCAP0\r\n", bytes.as_slice()].concat()).unwrap();
+        exhaust(&path);
+    }
+
+    #[test]
+    fn a_bag_with_any_bytes_changed_is_read_without_a_panic(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..20),
+        compression in prop::sample::select(vec![
+            Compression::None, Compression::Lz4, Compression::Zstd,
+        ]),
+        is_finished: bool,
+    ) {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("bag");
+        let write = if is_finished { write } else { write_and_die };
+        write(&path, compression, &session(60));
+        let file = path.join("bag_0.mcap");
+        let mut bytes = fs::read(&file).unwrap();
+        for (place, byte) in changes {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        fs::write(&file, &bytes).unwrap();
+        exhaust(&file);
+        drop(recover(&path));
+    }
+}
