@@ -60,5 +60,7 @@ mod tests {
     fn no_number_is_undefined() {
         assert_eq!(defined(None), Err(Reason::Undefined));
         assert_eq!(defined(Some(Estimate::unstated(f64::INFINITY))), Err(Reason::Undefined));
+        let unbounded = Estimate { value: 1.0, sigma: f64::INFINITY };
+        assert_eq!(defined(Some(unbounded)), Err(Reason::Undefined));
     }
 }

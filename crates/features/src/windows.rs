@@ -143,6 +143,26 @@ mod tests {
     }
 
     #[test]
+    fn half_a_window_is_enough() {
+        assert_eq!(lack_at(&mut filled(0..4), 4), Some(Reason::Short));
+        assert_eq!(lack_at(&mut filled(0..5), 5), None);
+    }
+
+    #[test]
+    fn a_fast_stream_keeps_so_many_readings_and_no_more() {
+        let mut windows = Windows::new(&[10.0]);
+        for k in 0..20_000 {
+            let now = Time::from_nanos(k * 1_000_000);
+            windows.due(now);
+            windows.insert(now, k);
+        }
+        let end = windows.due(Time::from_stamp(20, 0)).unwrap();
+        let view = windows.views(end).next().unwrap();
+        assert!((MOST_READINGS - 5..=MOST_READINGS).contains(&view.readings.len()));
+        assert_eq!(view.lack, None);
+    }
+
+    #[test]
     fn times_count_back_from_the_end() {
         let windows = filled(0..20);
         let view = windows.views(Time::from_stamp(20, 0)).next().unwrap();

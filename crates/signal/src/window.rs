@@ -118,6 +118,16 @@ mod tests {
     }
 
     #[test]
+    fn a_first_point_from_far_ahead_is_let_go_when_time_is_known() {
+        let mut window = Window::new(100, 1000);
+        window.insert(i64::MAX, 0);
+        window.advance(0);
+        assert!(window.points.is_empty());
+        window.insert(0, 0);
+        assert_eq!(times(&window), [0]);
+    }
+
+    #[test]
     fn merging_keeps_what_a_full_slot_would_drop() {
         let mut window = Window::new(1000, 11);
         for (at_ns, value) in [(1, 2), (3, 9), (2, 4)] {

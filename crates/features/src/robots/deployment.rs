@@ -274,6 +274,16 @@ mod tests {
     }
 
     #[test]
+    fn a_stamp_from_the_future_is_as_old_as_its_arrival() {
+        let mut drive = drive();
+        drive.until(10.0);
+        drive.late(1e6, &[0.0]);
+        drive.until(12.0);
+        let age_secs = drive.last("/r1/deployment").values[2];
+        assert!((1.8..=2.0).contains(&age_secs), "{age_secs}");
+    }
+
+    #[test]
     fn a_late_sample_is_a_sign_of_life_but_not_of_youth() {
         let mut drive = drive();
         online(&mut drive, 0..11);

@@ -208,7 +208,9 @@ mod tests {
     fn the_worst_of_all_statuses_counts_for_a_window() {
         let mut drive = drive();
         drive.at(0.5, &[0.0, 0.0, f64::NAN]);
-        drive.at(1.5, &[0.0, 2.0, 1.0]);
+        drive.at(1.5, &[0.0, 0.0, 0.0]);
+        drive.at(1.502, &[0.0, 2.0, 1.0]);
+        drive.at(1.504, &[0.0, 0.0, 0.0]);
         (2..30).for_each(|secs| drive.at(f64::from(secs) + 0.5, &[0.0, 0.0, 0.0]));
         let windows = drive.features("/r1/diagnostics/level/w10");
         let levels: Vec<f64> = windows.iter().take(13).map(|(_, each)| each.values[0]).collect();

@@ -243,6 +243,15 @@ mod tests {
     }
 
     #[test]
+    fn a_very_strong_link_has_full_quality_and_uncertainty_in_its_unit() {
+        let mut drive = drive(&[("signal_level", "dBm")]);
+        (0..=40).for_each(|secs| drive.at(f64::from(secs), &[f64::from(secs % 7) - 30.0]));
+        let window = drive.last("/r1/wifi/quality/w30");
+        assert_eq!(window.values[4], 1.0);
+        assert_eq!(window.sigmas[4], window.sigmas[0] / 70.0);
+    }
+
+    #[test]
     fn without_a_level_only_the_quality_is_known() {
         let mut drive = drive(&[("link_quality", "%")]);
         (0..=40).for_each(|secs| drive.at(f64::from(secs), &[70.0]));

@@ -236,6 +236,7 @@ mod tests {
     fn a_constant_sensor_is_told_once_and_again_when_it_moves() {
         let mut drive = thermometer();
         (0..100).for_each(|secs| drive.at(f64::from(secs), &[21.5]));
+        drive.late(50.5, &[21.6]);
         drive.at(100.0, &[21.6]);
         let told = drive.events("/r1/temp/stuck");
         assert_eq!(told.len(), 2);

@@ -23,7 +23,7 @@ const CLEAR_TREND: f64 = 3.0;
 /// Which sign of the current discharges, as far as is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Direction {
-    /// Not told apart yet: a battery is taken to discharge unless its status says otherwise.
+    /// Not told apart yet: a battery is taken to discharge.
     #[default]
     Unknown,
     /// A negative current discharges, as `sensor_msgs/msg/BatteryState` has it.
@@ -43,9 +43,7 @@ impl Direction {
     /// The current out of the battery [A]; negative while it is charged.
     pub(super) fn outward_current_a(self, reading: &Reading) -> f64 {
         let current_a = reading.get(Quantity::Current);
-        let status = reading.get(Quantity::Status);
         match self {
-            Direction::Unknown if is(status, CHARGING) => -current_a.abs(),
             Direction::Unknown => current_a.abs(),
             Direction::NegativeOut => -current_a,
             Direction::PositiveOut => current_a,

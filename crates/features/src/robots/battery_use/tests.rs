@@ -101,6 +101,49 @@ fn a_positive_discharge_current_is_recognised_by_a_falling_charge() {
 }
 
 #[test]
+fn a_current_that_swings_both_ways_has_no_direction() {
+    let mut drive = fed(&battery_state(), 60, |t| {
+        let current_a = if (t * 2.0) % 5.0 < 3.0 { 2.0 } else { -2.0 };
+        [12.0, current_a, 0.5, NAN, NAN, 2.0]
+    });
+    assert_eq!(drive.last(USE).values[0], 24.0);
+    assert_eq!(drive.labels(NOTES), ["/r1/battery_state: power from voltage × current"]);
+}
+
+#[test]
+fn a_current_that_is_seldom_given_does_not_stand_for_the_window() {
+    let mut drive = fed(&battery_state(), 60, |t| {
+        let current_a = if t % 2.0 == 0.0 { -9.0 } else { NAN };
+        [10.0, current_a, 0.5 - t / 3600.0, NAN, 2.0, 2.0]
+    });
+    close(drive.last(USE).values[0], 20.0, 1e-6);
+}
+
+#[test]
+fn a_loss_within_its_uncertainty_does_not_tell_when_the_battery_is_empty() {
+    let mut drive = fed(&battery_state(), 60, |t| {
+        let noise = 0.01 * ((t * 7.3).sin() + (t * 12.9).sin());
+        [12.0, -2.0, 0.5 - t * 2.5e-4 + noise, NAN, NAN, 2.0]
+    });
+    let window = drive.last(USE);
+    assert!(window.values[1] > 0.0 && window.values[1] < 2.0 * window.sigmas[1], "{window:?}");
+    assert_eq!(window.reasons[2], Reason::Undefined);
+}
+
+#[test]
+fn the_time_left_is_as_uncertain_as_the_loss() {
+    let window = fed(&one_number("%"), 60, |t| [(70.0 - t / 12.0).floor()]).last(USE);
+    assert!(window.sigmas[2] > 0.0);
+    close(window.sigmas[2] / window.values[2], window.sigmas[1] / window.values[1], 1e-9);
+}
+
+#[test]
+fn powers_that_no_robot_has_are_left_out() {
+    let window = fed(&one_number("W"), 60, |_| [1e12]).last(USE);
+    assert_eq!(window.reasons, [Reason::Missing; 3]);
+}
+
+#[test]
 fn a_charging_battery_gives_negative_use_and_is_never_empty() {
     let mut drive = fed(&battery_state(), 60, |t| [12.0, 2.0, 0.5 + t / 6000.0, NAN, NAN, 1.0]);
     let window = drive.last(USE);
