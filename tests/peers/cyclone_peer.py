@@ -278,7 +278,7 @@ def arguments() -> argparse.Namespace:
         command.add_argument("--keep", type=int, default=0, help="tell that many messages whole")
         command.add_argument("--subscribers", type=int, default=1, help="wait for so many")
         # A writer sees its reader before the reader sees it, and DDS offers no way to ask.
-        command.add_argument("--settle-secs", type=float, default=1, help="pause before the first")
+        command.add_argument("--settle-secs", type=float, default=2, help="pause before the first")
         command.add_argument("--depth", type=int, default=1000)
         command.add_argument("--best-effort", action="store_true")
         command.add_argument("--transient-local", action="store_true")

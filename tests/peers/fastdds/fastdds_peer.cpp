@@ -24,12 +24,11 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 
-#include "UInt8MultiArrayPubSubTypes.h"
 #include "payload.hpp"
+#include "version.hpp"
 
 using namespace eprosima::fastdds::dds;
 using Message = std_msgs::msg::dds_::UInt8MultiArray_;
-using MessageSupport = std_msgs::msg::dds_::UInt8MultiArray_PubSubType;
 
 /// How long a best-effort message may be under way: nobody acknowledges it.
 constexpr double in_flight_secs = 0.5;
@@ -74,10 +73,7 @@ DomainParticipant *join(const Options &options) {
 }
 
 std::vector<Topic *> topics(DomainParticipant *participant, const std::string &name, int count) {
-  TypeSupport type(new MessageSupport());
-  type->setName("std_msgs::msg::dds_::UInt8MultiArray_");
-  type->auto_fill_type_information(false);
-  type->auto_fill_type_object(false);
+  TypeSupport type(new version::NamedType());
   type.register_type(participant);
   std::vector<Topic *> topics;
   for (int k = 0; k < count; ++k) {
@@ -100,8 +96,7 @@ EndpointQos endpoint_qos(EndpointQos qos, const Options &options) {
   qos.resource_limits().max_instances = 1;
   qos.resource_limits().max_samples = depth;
   qos.resource_limits().max_samples_per_instance = depth;
-  qos.endpoint().history_memory_policy =
-      eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.endpoint().history_memory_policy = version::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   return qos;
 }
 
@@ -140,7 +135,7 @@ int publish(const std::string &topic, const Options &options) {
   std::printf("{\"matched\": %zu}\n", writers.size());
   std::fflush(stdout);
   // A writer sees its reader before the reader sees it, and DDS offers no way to ask.
-  sleep_secs(options.number("--settle-secs", 1));
+  sleep_secs(options.number("--settle-secs", 2));
 
   Message message;
   message.data().resize(static_cast<std::size_t>(options.number("--size", 64)));
@@ -152,7 +147,7 @@ int publish(const std::string &topic, const Options &options) {
     if (pause_secs > 0) sleep_secs(pause_secs);
     payload::fill(message.data(), number);
     for (auto *writer : writers)
-      if (!writer->write(&message)) return 1;
+      if (!version::written(writer->write(&message))) return 1;
   }
   double seconds = (payload::monotonic_ns() - started_ns) / 1e9;
   double cpu_used_secs = cpu_secs() - cpu_started_secs;
@@ -160,7 +155,7 @@ int publish(const std::string &topic, const Options &options) {
   if (options.has("--best-effort")) sleep_secs(in_flight_secs);
   else
     for (auto *writer : writers)
-      acknowledged &= writer->wait_for_acknowledgments({10, 0}) == ReturnCode_t::RETCODE_OK;
+      acknowledged &= writer->wait_for_acknowledgments({10, 0}) == version::ok;
   std::printf("{\"sent\": %lu, \"topics\": %zu, \"seconds\": %.3f, ",
               static_cast<unsigned long>(count), writers.size(), seconds);
   std::printf("\"cpu_secs\": %.3f, \"acknowledged\": %s}\n", cpu_used_secs,
@@ -176,7 +171,7 @@ class Tally : public DataReaderListener {
   void on_data_available(DataReader *reader) override {
     Message message;
     SampleInfo info;
-    while (reader->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
+    while (reader->take_next_sample(&message, &info) == version::ok) {
       if (!info.valid_data) continue;
       auto number = payload::read(message.data());
       std::lock_guard lock(mutex_);
