@@ -52,7 +52,10 @@ impl Track {
     }
 
     /// Numbers a reading and gives it its place in time.
-    pub(crate) fn sample(&mut self, reading: Reading, log_time: Time) -> Sample {
+    ///
+    /// A stamp equal to the log time tells nothing; a bag can't tell it from a missing one.
+    pub(crate) fn sample(&mut self, mut reading: Reading, log_time: Time) -> Sample {
+        reading.source_time = reading.source_time.filter(|&stamp| stamp != log_time);
         let source = reading.source_time.map(Time::nanos);
         let stamps = Stamps { source, arrival: log_time.nanos() };
         let Corrected { measured, disbelieved } = self.clock.correct(stamps);

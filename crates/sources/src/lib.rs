@@ -1,1 +1,37 @@
-//! placeholder
+//! Sources: whatever originates data. The monitoring interface of the paper.
+
+pub mod pattern;
+pub mod robots;
+pub mod topics;
+pub mod simulated;
+pub mod session;
+mod follow;
+mod tally;
+
+use std::sync::Arc;
+
+use teampulse_core::clock::Clock;
+use teampulse_core::registry::{Entry, SettingsError};
+use teampulse_core::source::Source;
+use teampulse_ros::bus::Bus;
+use teampulse_ros::buses::Buses;
+
+/// The table of all sources.
+pub const SOURCES: &[Entry<dyn Source, SourceContext>] =
+    &[Entry::new::<robots::Robots>("robots"), Entry::new::<topics::Topics>("topics")];
+
+/// What sources are built with.
+#[derive(Clone)]
+pub struct SourceContext {
+    /// The session's clock.
+    pub clock: Clock,
+    /// The buses that the session has joined.
+    pub buses: Arc<Buses>,
+}
+
+/// The bus of a domain; without one that of `ROS_DOMAIN_ID`, else 0.
+fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
+    let domain = domain.map_or_else(|| context.buses.default_domain(), Ok);
+    let joined = domain.and_then(|domain| context.buses.get(domain));
+    joined.map_err(|error| SettingsError::new(format!("failed to {error}")))
+}

@@ -1,0 +1,132 @@
+//! `teampulse info`: what is in a bag.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+use teampulse_bag::{Bag, BagStream, Damage};
+use teampulse_core::stream::Origin;
+use teampulse_messages::convert::schema_of;
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+
+/// Shows what is in a bag: its streams with their types, counts, rates and losses.
+#[derive(Debug, Args)]
+pub struct Info {
+    /// The bag's folder, or one of its .mcap files
+    bag: PathBuf,
+    /// Prints one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is told of a bag.
+#[derive(Debug, Serialize)]
+struct Told {
+    path: String,
+    messages: u64,
+    start_secs: f64,
+    duration_secs: f64,
+    damage: Vec<String>,
+    notes: std::collections::BTreeMap<String, String>,
+    streams: Vec<Row>,
+}
+
+/// What is told of a stream.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    #[serde(rename = "type")]
+    type_name: String,
+    origin: &'static str,
+    messages: u64,
+    rate_hz: f64,
+    /// How many were lost on the way and in our own queue; null where unknown.
+    lost: Option<u64>,
+}
+
+impl Info {
+    /// Does it.
+    pub fn run(self) -> Result<Exit, Failure> {
+        let bag = open(&self.bag)?;
+        let told = tell(&bag);
+        if self.json {
+            output::json(&told);
+        } else {
+            show(&told);
+        }
+        Ok(Exit::Fine)
+    }
+}
+
+/// Opens a bag, or says why not.
+pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
+    Bag::open(path).map_err(|error| Failure::to(&error).hint(error.hint()))
+}
+
+/// What is damaged, and where.
+pub fn told(damage: &Damage) -> String {
+    let Damage { offset, lost_bytes, reason } = damage;
+    match lost_bytes {
+        0 => format!("at byte {offset}: {reason}; no message is lost"),
+        _ => format!("at byte {offset}: {reason}; {lost_bytes} bytes can't be read"),
+    }
+}
+
+fn tell(bag: &Bag) -> Told {
+    let (first, last) = bag.bounds().unwrap_or_default();
+    let duration_secs = last.secs_since(first);
+    let mut streams: Vec<Row> =
+        bag.streams().iter().map(|stream| row(bag, stream, duration_secs)).collect();
+    streams.sort_by(|a, b| a.name.cmp(&b.name));
+    Told {
+        path: bag.path().display().to_string(),
+        messages: bag.messages_count(),
+        start_secs: first.secs(),
+        duration_secs,
+        damage: bag
+            .damage()
+            .map(|(path, each)| format!("{}: {}", path.display(), told(each)))
+            .collect(),
+        notes: bag.notes().clone(),
+        streams,
+    }
+}
+
+fn row(bag: &Bag, known: &BagStream, duration_secs: f64) -> Row {
+    let noted = |what: &str| bag.notes().get(&format!("{what}:{}", known.stream.name));
+    let counted = |what: &str| noted(what).and_then(|text| text.parse::<u64>().ok());
+    let lost = counted("lost_source").map(|lost| lost + counted("lost_queue").unwrap_or(0));
+    Row {
+        name: known.stream.name.clone(),
+        type_name: schema_of(&known.stream.shape).name.clone(),
+        origin: if known.stream.origin == Origin::Raw { "raw" } else { "derived" },
+        messages: known.messages,
+        rate_hz: known.messages as f64 / duration_secs.max(f64::MIN_POSITIVE),
+        lost,
+    }
+}
+
+fn show(told: &Told) {
+    let start = teampulse_core::time::Time::from_nanos((told.start_secs * 1e9) as i64);
+    output::line(format!("{}  {} messages", told.path, told.messages));
+    output::line(format!("from {start} for {:.1} s", told.duration_secs));
+    told.damage.iter().for_each(|each| output::line(format!("damaged: {each}")));
+    output::line(format!(
+        "\n{:<44} {:<36} {:<8} {:>9} {:>9} {:>6}",
+        "stream", "type", "origin", "messages", "Hz", "lost"
+    ));
+    for row in &told.streams {
+        let lost = match (row.origin, row.lost) {
+            (_, Some(lost)) => lost.to_string(),
+            ("raw", None) => "?".into(),
+            _ => String::new(),
+        };
+        output::line(format!(
+            "{:<44} {:<36} {:<8} {:>9} {:>9.2} {lost:>6}",
+            row.name, row.type_name, row.origin, row.messages, row.rate_hz
+        ));
+    }
+}

@@ -1,0 +1,68 @@
+//! The commands, one file each.
+
+mod check;
+mod demo;
+mod export;
+mod info;
+mod list;
+mod play;
+mod recover;
+mod replay;
+mod run;
+mod scan;
+mod schema;
+mod simulate;
+
+use clap::Subcommand;
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+
+/// What `teampulse` can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Shows everything at once: simulated robots in a process of their own, monitored and recorded
+    Demo(demo::Demo),
+    /// Monitors and records a real team
+    Run(run::Run),
+    /// Says go or no-go before a recording
+    Check(check::Check),
+    /// Shows what is in range, with the lines of a study to paste
+    Scan(scan::Scan),
+    /// Plays a bag back onto ROS
+    Play(play::Play),
+    /// Computes everything derived again from what is raw, as fast as possible
+    Replay(replay::Replay),
+    /// Shows what is in a bag
+    Info(info::Info),
+    /// Mends a damaged bag
+    Recover(recover::Recover),
+    /// Hands a bag's contents out as tables
+    Export(export::Export),
+    /// Lists what can stand in a study
+    List(list::List),
+    /// Prints the JSON schema of a study
+    Schema(schema::Schema),
+    /// Runs the simulated robots of a study alone, on ROS
+    Simulate(simulate::Simulate),
+}
+
+impl Command {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        match self {
+            Command::Demo(command) => command.run().await,
+            Command::Run(command) => command.run().await,
+            Command::Check(command) => command.run().await,
+            Command::Scan(command) => command.run().await,
+            Command::Play(command) => command.run().await,
+            Command::Replay(command) => command.run().await,
+            Command::Info(command) => command.run(),
+            Command::Recover(command) => command.run(),
+            Command::Export(command) => command.run().await,
+            Command::List(command) => Ok(command.run()),
+            Command::Schema(command) => Ok(command.run()),
+            Command::Simulate(command) => command.run().await,
+        }
+    }
+}

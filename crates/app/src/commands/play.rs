@@ -1,0 +1,86 @@
+//! `teampulse play`: plays a bag back onto ROS.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use teampulse_bag::{BagSource, Pace as Playing, Selection};
+use teampulse_core::clock::Clock;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::streams::Streams;
+use teampulse_messages::convert::encode;
+use teampulse_ros::sink::{Publish, RosSink};
+use teampulse_sources::session::pause_by_key;
+
+use crate::commands::info::open;
+use crate::commands::run::seconds;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::network;
+use crate::setup::conclude;
+use crate::stop::Stop;
+
+/// Plays a bag back onto ROS, on this machine alone unless told otherwise.
+///
+/// While it plays: the space bar holds it and lets it go on, `q` ends it.
+#[derive(Debug, Args)]
+pub struct Play {
+    /// The bag's folder, or one of its .mcap files
+    bag: PathBuf,
+    /// How much faster than it was recorded
+    #[arg(long, default_value = "1", value_parser = seconds)]
+    rate: f64,
+    /// Skips the beginning
+    #[arg(long, value_name = "SECS", value_parser = seconds)]
+    start: Option<f64>,
+    /// Begins again at the end, for ever
+    #[arg(long = "loop")]
+    again: bool,
+    /// Publishes /clock
+    #[arg(long)]
+    clock: bool,
+    /// Plays onto the network, where real robots may hear it
+    #[arg(long)]
+    network: bool,
+    /// The ROS domain; without it that of ROS_DOMAIN_ID, else 0
+    #[arg(long, value_name = "ID")]
+    domain: Option<u32>,
+}
+
+impl Play {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let bag = Arc::new(open(&self.bag)?);
+        let join = if self.network { network::buses } else { network::buses_on_this_machine };
+        let buses = join("teampulse_player");
+        let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
+        let bus = buses.get(domain).map_err(Failure::to)?;
+        let pace = Playing::new(self.rate);
+        let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)
+            .paced(pace.clone())
+            .repeated(if self.again { u64::MAX } else { 1 });
+        if let (Some(secs), Some((first, _))) = (self.start, bag.bounds()) {
+            source = source.starting(first + Duration::from_secs_f64(secs));
+        }
+        let mut sink = RosSink::lossless(bus, Publish::Everything);
+        if self.clock {
+            sink = sink.with_clock();
+        }
+        let stop = Stop::default();
+        let quit = stop.clone();
+        let pause = move || pace.set_paused(!pace.is_paused());
+        let _keys = pause_by_key(pause, move || quit.ask());
+        eprintln!("playing {} on ROS domain {domain}; Ctrl-C ends it", self.bag.display());
+        let session = Session {
+            clock: Clock::told(),
+            pace: Pace::Recorded,
+            streams: Streams::default(),
+            sources: vec![("bag".into(), Box::new(source))],
+            features: Vec::new(),
+            sinks: vec![Box::new(sink)],
+            encode,
+        };
+        Ok(conclude(session.run(stop.asked(Clock::host(), None)).await))
+    }
+}

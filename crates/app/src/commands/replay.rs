@@ -1,0 +1,73 @@
+//! `teampulse replay`: computes everything derived again from what is raw.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use teampulse_bag::{Bag, BagSink, BagSource, Options, STUDY_NAME, Selection};
+use teampulse_core::clock::Clock;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::streams::Streams;
+use teampulse_messages::convert::encode;
+
+use crate::commands::info::open;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+use crate::setup::{bag_folder, conclude, features};
+use crate::stop::Stop;
+use crate::study::Study;
+
+/// Computes everything derived again from what is raw in a bag, as fast as possible, into a new bag.
+///
+/// With the study of the recording the derived streams come out byte for byte as they were.
+#[derive(Debug, Args)]
+pub struct Replay {
+    /// The bag's folder, or one of its .mcap files
+    bag: PathBuf,
+    /// The study; without it the one that is kept in the bag
+    #[arg(long)]
+    study: Option<PathBuf>,
+    /// Where the new bag's folder is made
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+impl Replay {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let bag = Arc::new(open(&self.bag)?);
+        let study = match &self.study {
+            Some(path) => Study::read(path)?,
+            None => study_of(&bag)?,
+        };
+        let folder = bag_folder(&self.out, &format!("{}_replay", study.general.session.name));
+        let options = Options { session: study.general.session.name.clone(), ..Options::default() };
+        let text = study.text().to_owned();
+        let sink = BagSink { folder: folder.clone(), study: text, options };
+        let session = Session {
+            clock: Clock::told(),
+            pace: Pace::Recorded,
+            streams: Streams::default(),
+            sources: vec![("bag".into(), Box::new(BagSource::new(bag, Selection::Raw)))],
+            features: features(&study)?,
+            sinks: vec![Box::new(sink)],
+            encode,
+        };
+        let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
+        output::line(folder.display().to_string());
+        Ok(exit)
+    }
+}
+
+/// The study that is kept in a bag.
+fn study_of(bag: &Bag) -> Result<Study, Failure> {
+    let kept = bag.attachment(STUDY_NAME);
+    let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
+    let Some(kept) = kept else {
+        return Err(Failure::new(format!("no study is kept in {}", bag.path().display()))
+            .hint("give one with --study"));
+    };
+    let name = format!("{}:{STUDY_NAME}", bag.path().display());
+    Ok(Study::parse(Path::new(&name), String::from_utf8_lossy(&kept).into_owned())?)
+}

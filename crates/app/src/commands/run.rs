@@ -1,0 +1,63 @@
+//! `teampulse run`: monitors and records a real team.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use teampulse_sinks::Terminal;
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::network;
+use crate::setup::{Parts, Setup, conclude};
+use crate::stop::Stop;
+use crate::study::Study;
+
+/// Monitors and records a real team.
+///
+/// While it runs: a letter or digit sets a marker, the space bar one named `mark`, `q` ends it.
+#[derive(Debug, Args)]
+pub struct Run {
+    /// The study: what to watch, what to compute, what to keep
+    study: PathBuf,
+    /// Ends by itself after so many seconds of the session's clock
+    #[arg(long, value_name = "SECS", value_parser = crate::commands::run::seconds)]
+    duration: Option<f64>,
+    /// Where the bag's folder is made
+    #[arg(long, value_name = "DIR", default_value = "sessions")]
+    out: PathBuf,
+}
+
+impl Run {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let study = Study::read(&self.study)?;
+        let messages = study.general.session.messages.clone();
+        let buses = network::buses_with_messages("teampulse", messages.as_deref());
+        let setup = Setup::new(study, buses).await?;
+        watch(setup, self.duration, self.out).await
+    }
+}
+
+/// Runs a whole study until it is asked to stop.
+pub async fn watch(
+    setup: Setup,
+    duration_secs: Option<f64>,
+    out: PathBuf,
+) -> Result<Exit, Failure> {
+    let stop = Stop::default();
+    let mut parts =
+        Parts { sources: setup.sources()?, features: setup.features()?, sinks: setup.sinks(&out)? };
+    parts.sources.extend(setup.attended(&stop)?);
+    parts.sinks.push(Box::new(Terminal::default()));
+    parts.sinks.push(setup.publisher()?);
+    let asked = stop.asked(setup.clock.clone(), duration_secs);
+    Ok(conclude(setup.run(parts, asked).await))
+}
+
+/// Reads a positive, finite number of seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(secs) if secs.is_finite() && secs > 0.0 => Ok(secs),
+        _ => Err(format!("`{text}` is not a number of seconds above 0")),
+    }
+}

@@ -1,0 +1,160 @@
+//! `teampulse scan`: what is in range.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use clap::Args;
+use serde::Serialize;
+use teampulse_ros::bus::{Asked, Bus, Subscription};
+use teampulse_ros::graph::EndpointKind;
+use teampulse_sources::robots::norm_of_type;
+
+use crate::commands::run::seconds;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::machine;
+use crate::network;
+use crate::output;
+
+/// How often the graph is looked at while scanning.
+const LOOK: Duration = Duration::from_millis(100);
+/// How many messages a counting subscription keeps.
+const DEPTH: u32 = 100;
+
+/// Shows what is in range, with the lines of a study to paste.
+#[derive(Debug, Args)]
+pub struct Scan {
+    /// How long to listen
+    #[arg(long, value_name = "SECS", default_value = "4", value_parser = seconds)]
+    seconds: f64,
+    /// The ROS domains to look at; without it that of ROS_DOMAIN_ID, else 0
+    #[arg(long, value_name = "ID", value_delimiter = ',')]
+    domains: Vec<u32>,
+    /// Prints one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What there is on a domain.
+#[derive(Debug, Serialize)]
+struct Domain {
+    domain: u32,
+    nodes: Vec<String>,
+    topics: Vec<Topic>,
+}
+
+/// A topic and what it would add to a recording.
+#[derive(Debug, Serialize)]
+struct Topic {
+    name: String,
+    #[serde(rename = "type")]
+    type_name: String,
+    rate_hz: f64,
+    kb_per_sec: f64,
+}
+
+impl Scan {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let buses = network::buses("teampulse_scan");
+        let ids = if self.domains.is_empty() {
+            vec![network::default_domain(&buses)?]
+        } else {
+            self.domains
+        };
+        let mut domains = Vec::new();
+        for id in ids {
+            let bus = buses.get(id).map_err(Failure::to)?;
+            domains.push(listen(id, &*bus, self.seconds).await);
+        }
+        if self.json {
+            output::json(&domains);
+        } else {
+            domains.iter().for_each(show);
+            machine::check(".".as_ref()).iter().for_each(output::line);
+        }
+        Ok(Exit::Fine)
+    }
+}
+
+/// What is counted of a topic.
+#[derive(Debug, Default)]
+struct Count {
+    messages: AtomicU64,
+    bytes: AtomicU64,
+}
+
+async fn listen(domain: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
+    let mut counting: BTreeMap<(String, String), (Arc<Count>, Option<Subscription>)> =
+        BTreeMap::new();
+    let looks = (duration_secs / LOOK.as_secs_f64()).ceil() as u32;
+    for _ in 0..looks {
+        for endpoint in &bus.graph().borrow().endpoints {
+            let key = (endpoint.topic.clone(), endpoint.type_name.clone());
+            if endpoint.kind == EndpointKind::Publisher && !endpoint.own {
+                counting.entry(key).or_insert_with_key(|key| count(bus, &key.0, &key.1));
+            }
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+    let nodes = bus.graph().borrow().nodes.clone();
+    let topic = |((name, type_name), (count, _)): ((String, String), (Arc<Count>, _))| Topic {
+        name,
+        type_name,
+        rate_hz: count.messages.load(Ordering::Relaxed) as f64 / duration_secs,
+        kb_per_sec: count.bytes.load(Ordering::Relaxed) as f64 / duration_secs / 1e3,
+    };
+    Domain { domain, nodes, topics: counting.into_iter().map(topic).collect() }
+}
+
+fn count(bus: &dyn Bus, topic: &str, type_name: &str) -> (Arc<Count>, Option<Subscription>) {
+    let count = Arc::new(Count::default());
+    let counted = Arc::clone(&count);
+    let deliver = Arc::new(move |arrival: teampulse_ros::bus::Arrival| {
+        counted.messages.fetch_add(1, Ordering::Relaxed);
+        counted.bytes.fetch_add(arrival.bytes.len() as u64, Ordering::Relaxed);
+    });
+    let subscribed = bus.subscribe(topic, type_name, Asked::Adaptive { depth: DEPTH }, deliver);
+    (count, subscribed.ok())
+}
+
+fn show(found: &Domain) {
+    output::line(format!(
+        "ROS domain {}: {} nodes, {} topics",
+        found.domain,
+        found.nodes.len(),
+        found.topics.len()
+    ));
+    for topic in &found.topics {
+        output::line(format!(
+            "  {:<38} {:<36} {:>7.1} Hz {:>9.1} kB/s",
+            topic.name, topic.type_name, topic.rate_hz, topic.kb_per_sec
+        ));
+    }
+    let robots = robots(found);
+    if robots.is_empty() {
+        return;
+    }
+    output::line("\nlines for a study:");
+    for namespace in robots {
+        output::line("[[sources]]\ntype      = \"robots\"");
+        output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.domain));
+    }
+}
+
+/// The namespaces in which robots were found; those that differ only in a number share one pattern.
+fn robots(found: &Domain) -> Vec<String> {
+    let of_robot = found.topics.iter().filter(|topic| norm_of_type(&topic.type_name).is_some());
+    let namespaces = of_robot.filter_map(|topic| {
+        let first = topic.name.split('/').nth(1)?;
+        let bare = first.trim_end_matches(|each: char| each.is_ascii_digit());
+        let nested = topic.name.matches('/').count() > 1 && first != "sim";
+        nested.then(|| if bare == first { format!("/{first}") } else { format!("/{bare}*") })
+    });
+    let mut namespaces: Vec<String> = namespaces.collect();
+    namespaces.sort();
+    namespaces.dedup();
+    namespaces
+}

@@ -1,0 +1,50 @@
+//! `teampulse schema`: the JSON schema of a study.
+
+use clap::Args;
+use schemars::SchemaGenerator;
+use serde_json::{Value, json};
+use teampulse_core::registry::Entry;
+use teampulse_sinks::SINKS;
+use teampulse_sources::SOURCES;
+use teampulse_sources::simulated::SimulatedTeam;
+
+use crate::exit::Exit;
+use crate::output;
+use crate::study::General;
+
+/// Prints the JSON schema of a study: for the completion and the hover texts of an editor.
+#[derive(Debug, Args)]
+pub struct Schema {}
+
+impl Schema {
+    /// Does it.
+    pub fn run(self) -> Exit {
+        output::json(&study());
+        Exit::Fine
+    }
+}
+
+/// The schema of a whole study.
+fn study() -> Value {
+    let mut schema = SchemaGenerator::default().into_root_schema_for::<General>().to_value();
+    schema["title"] = json!("teampulse study");
+    let properties = &mut schema["properties"];
+    properties["sources"] = json!({ "type": "array", "items": { "oneOf": variants(SOURCES) } });
+    properties["sinks"] = json!({ "type": "array", "items": { "oneOf": variants(SINKS) } });
+    properties["simulate"] = schemars::schema_for!(SimulatedTeam).to_value();
+    schema
+}
+
+/// Each kind of component with its `type`.
+fn variants<T: ?Sized, C>(entries: &[Entry<T, C>]) -> Vec<Value> {
+    let variant = |entry: &Entry<T, C>| {
+        let mut schema = (entry.schema)().to_value();
+        schema["properties"]["type"] = json!({ "const": entry.kind });
+        match schema["required"].as_array_mut() {
+            Some(required) => required.push(json!("type")),
+            None => schema["required"] = json!(["type"]),
+        }
+        schema
+    };
+    entries.iter().map(variant).collect()
+}

@@ -1,0 +1,58 @@
+//! Failures as they are shown: what went wrong, and what the user can do.
+
+use std::fmt;
+
+use crate::exit::Exit;
+use crate::study::StudyError;
+
+/// Why a command ended early.
+#[derive(Debug)]
+pub struct Failure {
+    /// The exit code.
+    pub exit: Exit,
+    message: String,
+    hint: String,
+    study: Option<Box<StudyError>>,
+}
+
+impl Failure {
+    /// A failure whose message is a sentence about what failed.
+    pub fn new(message: impl Into<String>) -> Failure {
+        Failure { exit: Exit::Failed, message: message.into(), hint: String::new(), study: None }
+    }
+
+    /// "failed to …" for an error that fits behind these words.
+    pub fn to(error: impl fmt::Display) -> Failure {
+        Failure::new(format!("failed to {error}"))
+    }
+
+    /// The same failure with a hint; an empty one is none.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Failure {
+        self.hint = hint.into();
+        self
+    }
+
+    /// The same failure with another exit code.
+    #[must_use]
+    pub fn exit(mut self, exit: Exit) -> Failure {
+        self.exit = exit;
+        self
+    }
+
+    /// Shows it on standard error.
+    pub fn show(self) {
+        match self.study {
+            Some(study) => eprintln!("{:?}", miette::Report::new(*study)),
+            None if self.hint.is_empty() => eprintln!("error: {}", self.message),
+            None => eprintln!("error: {}\n hint: {}", self.message, self.hint),
+        }
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Failure {
+        let study = Some(Box::new(error));
+        Failure { exit: Exit::BadStudy, message: String::new(), hint: String::new(), study }
+    }
+}

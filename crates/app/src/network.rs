@@ -1,0 +1,44 @@
+//! Which ROS buses a command joins.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use teampulse_ros::buses::Buses;
+use teampulse_ros::environment::Environment;
+
+use crate::failure::Failure;
+
+/// The buses that the environment leads to, joined as a node of this name.
+pub fn buses(node_name: &str) -> Arc<Buses> {
+    Arc::new(Buses::new(Environment::read(), node_name))
+}
+
+/// The same, with definitions of messages also looked for in a folder.
+pub fn buses_with_messages(node_name: &str, messages: Option<&Path>) -> Arc<Buses> {
+    let mut environment = Environment::read();
+    if let Some(folder) = messages {
+        let installed = std::mem::take(&mut environment.ament_prefix_path);
+        environment.ament_prefix_path = format!("{}:{installed}", folder.display());
+    }
+    Arc::new(Buses::new(environment, node_name))
+}
+
+/// Buses that nobody beyond this machine hears.
+pub fn buses_on_this_machine(node_name: &str) -> Arc<Buses> {
+    Arc::new(Buses::new(on_this_machine(), node_name))
+}
+
+/// The same, with another domain where none is named.
+pub fn buses_of_demo(node_name: &str, domain: u32) -> Arc<Buses> {
+    let environment = Environment { domain_id: domain.to_string(), ..on_this_machine() };
+    Arc::new(Buses::new(environment, node_name))
+}
+
+fn on_this_machine() -> Environment {
+    Environment { discovery_range: "LOCALHOST".to_owned(), ..Environment::read() }
+}
+
+/// The domain that is meant where none is named.
+pub fn default_domain(buses: &Buses) -> Result<u32, Failure> {
+    buses.default_domain().map_err(Failure::to)
+}

@@ -1,0 +1,189 @@
+//! From a study to a session: which sources, features and sinks run.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use teampulse_core::clock::{self, Clock};
+use teampulse_core::feature::Feature;
+use teampulse_core::registry::Settings;
+use teampulse_core::session::{Outcome, Pace, Session};
+use teampulse_core::sink::Sink;
+use teampulse_core::source::Source;
+use teampulse_core::streams::Streams;
+use teampulse_features::FEATURES;
+use teampulse_features::context::FeatureContext;
+use teampulse_messages::convert::encode;
+use teampulse_ros::bus::Subscription;
+use teampulse_ros::buses::Buses;
+use teampulse_ros::sink::{Publish, RosSink};
+use teampulse_sinks::{SINKS, SinkContext};
+use teampulse_sources::session::{Keys, Phases, RosEvents, follow_clock};
+use teampulse_sources::{SOURCES, SourceContext};
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::network::default_domain;
+use crate::stop::Stop;
+use crate::study::{SessionClock, Study};
+
+/// How long a session waits for simulated time to begin.
+const CLOCK_PATIENCE: Duration = Duration::from_secs(15);
+
+/// A study made ready to run.
+pub struct Setup {
+    /// The session's clock.
+    pub clock: Clock,
+    /// The buses that are joined.
+    pub buses: Arc<Buses>,
+    study: Study,
+    /// Held as long as the session follows `/clock`.
+    _follows: Option<Subscription>,
+}
+
+impl Setup {
+    /// Joins the buses and waits for the clock.
+    pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
+        let mut setup = Setup { clock: Clock::host(), buses, study, _follows: None };
+        if setup.study.general.session.clock == SessionClock::Simulated {
+            setup.clock = Clock::told();
+            let bus = setup.buses.get(setup.domain()?).map_err(Failure::to)?;
+            let follows = follow_clock(&*bus, &setup.clock, CLOCK_PATIENCE);
+            let follows = follows.await.map_err(Failure::to)?;
+            setup._follows = Some(follows.ok_or_else(|| {
+                Failure::new(format!("nobody tells the time on /clock of {}", bus.name()))
+                    .hint("start the simulation first, or set `clock = \"host\"`")
+                    .exit(Exit::DeviceMissing)
+            })?);
+        }
+        Ok(setup)
+    }
+
+    /// The domain of the session's own topics.
+    pub fn domain(&self) -> Result<u32, Failure> {
+        match self.study.general.session.domain {
+            Some(domain) => Ok(domain),
+            None => default_domain(&self.buses),
+        }
+    }
+
+    /// The sources of the study.
+    pub fn sources(&self) -> Result<Vec<(String, Box<dyn Source>)>, Failure> {
+        let context = SourceContext { clock: self.clock.clone(), buses: Arc::clone(&self.buses) };
+        Ok(self.study.build("sources", SOURCES, &context)?)
+    }
+
+    /// The sources of a session that a person attends: phases, events from ROS, keys.
+    pub fn attended(&self, stop: &Stop) -> Result<Vec<(String, Box<dyn Source>)>, Failure> {
+        let mut sources: Vec<(String, Box<dyn Source>)> = Vec::new();
+        let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
+        sources.push(("events".into(), Box::new(RosEvents::new(bus))));
+        let phases = self.study.general.phases.clone();
+        sources.push(("phases".into(), Box::new(Phases::new(phases))));
+        let stop = stop.clone();
+        if let Some(keys) = Keys::open(move || stop.ask()) {
+            sources.push(("keys".into(), Box::new(keys)));
+        }
+        Ok(sources)
+    }
+
+    /// The features of the study.
+    pub fn features(&self) -> Result<Vec<Arc<dyn Feature>>, Failure> {
+        features(&self.study)
+    }
+
+    /// The sinks of the study.
+    pub fn sinks(&self, out: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
+        let context = SinkContext {
+            bag: bag_folder(out, &self.study.general.session.name),
+            session: self.study.general.session.name.clone(),
+            study: self.study.text().to_owned(),
+            clock: self.clock.clone(),
+        };
+        let sinks = self.study.build("sinks", SINKS, &context)?;
+        Ok(sinks.into_iter().map(|(_, sink)| sink).collect())
+    }
+
+    /// The sink that publishes on ROS what was concluded, and what the study names.
+    pub fn publisher(&self) -> Result<Box<dyn Sink>, Failure> {
+        let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
+        let named = self.study.general.publish.iter().map(|name| name.text().to_owned());
+        Ok(Box::new(RosSink::fresh(bus, Publish::Conclusions(named.collect()))))
+    }
+
+    /// Runs a session with these parts until it ends or is asked to stop.
+    pub async fn run(self, parts: Parts, stop: impl Future<Output = ()>) -> Outcome {
+        let session = Session {
+            clock: self.clock,
+            pace: Pace::Live,
+            streams: Streams::default(),
+            sources: parts.sources,
+            features: parts.features,
+            sinks: parts.sinks,
+            encode,
+        };
+        session.run(stop).await
+    }
+}
+
+/// What a session runs.
+#[derive(Default)]
+pub struct Parts {
+    /// Its sources, by name.
+    pub sources: Vec<(String, Box<dyn Source>)>,
+    /// Its features.
+    pub features: Vec<Arc<dyn Feature>>,
+    /// Its sinks.
+    pub sinks: Vec<Box<dyn Sink>>,
+}
+
+/// The features of a study, each with its default settings, without those that it disables.
+pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
+    let settings = &study.general.features;
+    for disabled in &settings.disable {
+        if !FEATURES.iter().any(|entry| entry.kind == disabled) {
+            let known: Vec<&str> = FEATURES.iter().map(|entry| entry.kind).collect();
+            let message = format!("there is no feature `{disabled}` to disable");
+            let hint = format!("the features are {}", known.join(", "));
+            return Err(study.error(message, hint).into());
+        }
+    }
+    let context = FeatureContext { windows_secs: settings.windows_secs.clone() };
+    let enabled = FEATURES
+        .iter()
+        .filter(|entry| settings.disable.iter().all(|disabled| disabled != entry.kind));
+    let build = |entry: &teampulse_core::registry::Entry<dyn Feature, FeatureContext>| {
+        let feature = (entry.build)(Settings::empty(), &context);
+        feature.map(Arc::from).map_err(|error| study.error(error.message, error.hint).into())
+    };
+    enabled.map(build).collect()
+}
+
+/// The folder of a session's bag: `OUT/<name>_<UTC>`.
+pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
+    let now = clock::wall().to_string();
+    let utc: String = now[..19].chars().filter(|each| each.is_ascii_alphanumeric()).collect();
+    out.join(format!("{session}_{utc}Z"))
+}
+
+/// The exit code of a session that has ended, with what went wrong said on standard error.
+pub fn conclude(outcome: Outcome) -> Exit {
+    let mut exit = Exit::Fine;
+    if outcome.dropped > 0 {
+        eprintln!("error: {} samples were dropped in our own queue", outcome.dropped);
+        exit = Exit::DataLost;
+    }
+    for (name, error) in outcome.sinks {
+        let (hint, code) = match &error {
+            teampulse_core::sink::SinkError::Lost { hint, .. } => (hint.clone(), Exit::DataLost),
+            teampulse_core::sink::SinkError::Failed { hint, .. } => (hint.clone(), Exit::Failed),
+        };
+        Failure::new(format!("{name}: failed to {error}")).hint(hint).show();
+        exit = if exit == Exit::Failed { exit } else { code };
+    }
+    for (name, error) in outcome.sources {
+        Failure::new(format!("{name}: failed to {error}")).show();
+        exit = Exit::Failed;
+    }
+    exit
+}

@@ -1,0 +1,323 @@
+//! A study: what to watch, what to compute, what to keep, in one TOML file.
+
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::registry::{Entry, Settings, SettingsError};
+use teampulse_sources::session::Phase;
+use thiserror::Error;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The largest study that is read [bytes].
+const LARGEST: u64 = 4 << 20;
+
+/// A study as it was read: its text, and the parts of it that are the same for every study.
+#[derive(Debug)]
+pub struct Study {
+    path: PathBuf,
+    text: String,
+    /// What is common to all studies.
+    pub general: General,
+}
+
+/// What is common to all studies; sources and sinks have tables of their own.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct General {
+    /// The session as a whole.
+    pub session: SessionSettings,
+    /// What is computed.
+    pub features: FeatureSettings,
+    /// The phases of the study, at set times; `baseline` is the reference.
+    pub phases: Vec<Phase>,
+    /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
+    /// Nothing about a person is published unless it is named here.
+    pub publish: Vec<teampulse_sources::pattern::Pattern>,
+}
+
+/// The session as a whole.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SessionSettings {
+    /// What the session is called; its bag is `<name>_<UTC>`.
+    pub name: String,
+    /// What the time is: `host`, or `/clock` to follow simulated time on ROS.
+    pub clock: SessionClock,
+    /// The ROS domain of `/clock`, `/session/events` and what is published; without it that of
+    /// `ROS_DOMAIN_ID`, else 0.
+    pub domain: Option<u32>,
+    /// A folder with the definitions of types that nobody on the network can explain, as a ROS
+    /// workspace installs them: `<folder>/share/<package>/msg/<Type>.msg`.
+    pub messages: Option<PathBuf>,
+}
+
+impl Default for SessionSettings {
+    fn default() -> SessionSettings {
+        let (name, clock) = ("session".into(), SessionClock::Host);
+        SessionSettings { name, clock, domain: None, messages: None }
+    }
+}
+
+/// What the time of a session is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+pub enum SessionClock {
+    /// The host's clock.
+    #[serde(rename = "host")]
+    Host,
+    /// Simulated time, as it is told on the ROS topic `/clock`.
+    #[serde(rename = "/clock")]
+    Simulated,
+}
+
+/// What is computed.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FeatureSettings {
+    /// The lengths of the sliding windows [s].
+    pub windows_secs: Vec<f64>,
+    /// Families of features that are not computed; see `teampulse list features`.
+    pub disable: Vec<String>,
+}
+
+impl Default for FeatureSettings {
+    fn default() -> FeatureSettings {
+        FeatureSettings { windows_secs: vec![30.0, 60.0], disable: Vec::new() }
+    }
+}
+
+/// The parts of a study that are read by somebody else than [`General`].
+const OWN_TABLES: [&str; 3] = ["sources", "sinks", "simulate"];
+
+impl Study {
+    /// Reads a study from a file, or from standard input where the path is `-`.
+    pub fn read(path: &Path) -> Result<Study, StudyError> {
+        let unreadable = |reason: String| StudyError {
+            message: format!("failed to read the study {}: {reason}", path.display()),
+            hint: Some("give the path of a study file, such as studies/demo.toml".into()),
+            place: None,
+        };
+        let mut text = String::new();
+        let read = if path == Path::new("-") {
+            std::io::stdin().take(LARGEST).read_to_string(&mut text)
+        } else {
+            let file = std::fs::File::open(path).map_err(|error| unreadable(error.to_string()))?;
+            file.take(LARGEST).read_to_string(&mut text)
+        };
+        let size = read.map_err(|error| unreadable(error.to_string()))? as u64;
+        if size == LARGEST {
+            return Err(unreadable(format!("it has {LARGEST} bytes or more")));
+        }
+        Study::parse(path, text)
+    }
+
+    /// Reads a study from its text; `path` is what it is called in messages.
+    pub fn parse(path: &Path, text: String) -> Result<Study, StudyError> {
+        let mut study = Study { path: path.to_owned(), text, general: General::default() };
+        let table = study.table()?;
+        let span = table.span();
+        let (keys, own): (DeTable<'_>, Vec<_>) = split(table.into_inner());
+        for (key, value) in own {
+            study.check_own(&key, value)?;
+        }
+        let rest = Settings::new(Spanned::new(span, DeValue::Table(keys)));
+        study.general = rest.read().map_err(|error| study.wrong(error, None))?;
+        Ok(study)
+    }
+
+    /// The study's text, as it is kept in the bag.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Builds all components of one of the study's arrays (`sources`, `sinks`) by their table.
+    pub fn build<T: ?Sized, C>(
+        &self,
+        key: &str,
+        entries: &[Entry<T, C>],
+        context: &C,
+    ) -> Result<Vec<(String, Box<T>)>, StudyError> {
+        let values = self.entries(key)?.into_iter();
+        values.map(|value| self.component(value, key, entries, context)).collect()
+    }
+
+    /// Reads the settings of one of the study's own tables (`simulate`).
+    pub fn settings<S: serde::de::DeserializeOwned>(
+        &self,
+        key: &str,
+    ) -> Result<Option<S>, StudyError> {
+        let read = |value| Settings::new(value).read().map_err(|error| self.wrong(error, None));
+        self.own(key)?.map(read).transpose()
+    }
+
+    /// Reads the settings of all entries of one kind in one of the study's arrays.
+    pub fn settings_of<S: serde::de::DeserializeOwned>(
+        &self,
+        key: &str,
+        kind: &str,
+    ) -> Result<Vec<S>, StudyError> {
+        let mut found = Vec::new();
+        for value in self.entries(key)? {
+            let span = value.span();
+            let DeValue::Table(mut table) = value.into_inner() else { continue };
+            let named = table.remove("type");
+            if named.is_some_and(|named| named.get_ref().as_str() == Some(kind)) {
+                let settings = Settings::new(Spanned::new(span.clone(), DeValue::Table(table)));
+                found.push(settings.read().map_err(|error| self.wrong(error, Some(span)))?);
+            }
+        }
+        Ok(found)
+    }
+
+    /// An error at the whole of this study.
+    pub fn error(&self, message: impl Into<String>, hint: impl Into<String>) -> StudyError {
+        self.wrong(SettingsError::new(message).with_hint(hint), Some(0..0))
+    }
+
+    fn component<T: ?Sized, C>(
+        &self,
+        value: Spanned<DeValue<'_>>,
+        key: &str,
+        entries: &[Entry<T, C>],
+        context: &C,
+    ) -> Result<(String, Box<T>), StudyError> {
+        let span = value.span();
+        let DeValue::Table(mut table) = value.into_inner() else {
+            let error = SettingsError::new(format!("an entry of `{key}` is not a table"));
+            return Err(self.wrong(error.with_hint(format!("begin it with [[{key}]]")), Some(span)));
+        };
+        let kind = self.kind(&mut table, key, &span, entries)?;
+        let settings = Settings::new(Spanned::new(span.clone(), DeValue::Table(table)));
+        let built = (kind.build)(settings, context);
+        built.map(|it| (kind.kind.to_owned(), it)).map_err(|error| self.wrong(error, Some(span)))
+    }
+
+    /// Takes the `type` out of a component's table and finds it.
+    fn kind<'e, T: ?Sized, C>(
+        &self,
+        table: &mut DeTable<'_>,
+        key: &str,
+        span: &Range<usize>,
+        entries: &'e [Entry<T, C>],
+    ) -> Result<&'e Entry<T, C>, StudyError> {
+        let kinds: Vec<&str> = entries.iter().map(|entry| entry.kind).collect();
+        let hint = format!("known {key} are {}", kinds.join(", "));
+        let Some(kind) = table.remove("type") else {
+            let error = SettingsError::new("`type` is missing").with_hint(hint);
+            return Err(self.wrong(error, Some(span.clone())));
+        };
+        let span = kind.span();
+        let word = kind.get_ref().as_str().unwrap_or_default();
+        entries.iter().find(|entry| entry.kind == word).ok_or_else(|| {
+            let hint = nearest(word, &kinds).map_or(hint, |near| format!("did you mean `{near}`?"));
+            let error = SettingsError::new(format!("there is no `{word}` among the {key}"));
+            self.wrong(error.with_hint(hint), Some(span))
+        })
+    }
+
+    fn table(&self) -> Result<Spanned<DeTable<'_>>, StudyError> {
+        DeTable::parse(&self.text).map_err(|error| {
+            let span = error.span();
+            self.wrong(SettingsError::new(error.message().to_owned()), span)
+        })
+    }
+
+    fn own(&self, key: &str) -> Result<Option<Spanned<DeValue<'_>>>, StudyError> {
+        Ok(self.table()?.into_inner().remove(key))
+    }
+
+    /// The entries of one of the study's own arrays.
+    fn entries(&self, key: &str) -> Result<Vec<Spanned<DeValue<'_>>>, StudyError> {
+        match self.own(key)?.map(Spanned::into_inner) {
+            Some(DeValue::Array(array)) => Ok(array.into_iter().collect()),
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    /// `sources` and `sinks` are arrays of tables, `simulate` is a table.
+    fn check_own(&self, key: &str, value: Spanned<DeValue<'_>>) -> Result<(), StudyError> {
+        let fits = match value.get_ref() {
+            DeValue::Array(_) => key != "simulate",
+            DeValue::Table(_) => key == "simulate",
+            _ => false,
+        };
+        if fits {
+            return Ok(());
+        }
+        let (written, shape) = if key == "simulate" {
+            ("[simulate]", "table")
+        } else {
+            ("[[…]]", "array of tables")
+        };
+        let error = SettingsError::new(format!("`{key}` is not written as {written}"));
+        let hint = format!("it is an {shape}: begin each with [[{key}]]");
+        Err(self.wrong(error.with_hint(hint), Some(value.span())))
+    }
+
+    fn wrong(&self, error: SettingsError, whole: Option<Range<usize>>) -> StudyError {
+        let hint =
+            if error.hint.is_empty() { suggestion(&error.message) } else { Some(error.hint) };
+        let span = error.span.or(whole).unwrap_or(0..0);
+        let name = self.path.display().to_string();
+        let place = Some((NamedSource::new(name, self.text.clone()).with_language("toml"), span));
+        StudyError { message: error.message, hint, place }
+    }
+}
+
+type Own<'a> = Vec<(String, Spanned<DeValue<'a>>)>;
+
+/// Splits a study's tables into the general ones and those that others read.
+fn split(table: DeTable<'_>) -> (DeTable<'_>, Own<'_>) {
+    let mut general = DeTable::new();
+    let mut own = Vec::new();
+    for (key, value) in table {
+        if OWN_TABLES.contains(&key.get_ref().as_ref()) {
+            own.push((key.get_ref().to_string(), value));
+        } else {
+            general.insert(key, value);
+        }
+    }
+    (general, own)
+}
+
+/// What a misspelt word may have been meant to be, from the words that the message offers.
+fn suggestion(message: &str) -> Option<String> {
+    let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let (wrong, known) = words.split_first()?;
+    let near = message.starts_with("unknown").then(|| nearest(wrong, known)).flatten()?;
+    Some(format!("did you mean `{near}`?"))
+}
+
+fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let similarity = |known: &&&str| strsim::jaro_winkler(word, known);
+    let near = known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
+    (similarity(&near) > 0.75).then_some(near)
+}
+
+/// What is wrong with a study, and where.
+#[derive(Debug, Error)]
+#[error("{message}")]
+pub struct StudyError {
+    message: String,
+    hint: Option<String>,
+    place: Option<(NamedSource<String>, Range<usize>)>,
+}
+
+impl Diagnostic for StudyError {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.hint.as_ref().map(|hint| Box::new(hint) as Box<dyn std::fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (_, span) = self.place.as_ref()?;
+        Some(Box::new(std::iter::once(LabeledSpan::underline(span.clone()))))
+    }
+}

@@ -1,0 +1,172 @@
+//! The board: the last that is known of every robot and stream, as lines of text.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
+use teampulse_core::sample::Record;
+use teampulse_core::status::{State, StreamStatus};
+use teampulse_core::stream::{About, Stream};
+use teampulse_core::time::Time;
+
+/// How many of the newest events are shown.
+const EVENTS: usize = 5;
+
+/// The last that is known of every robot and stream.
+#[derive(Debug, Default)]
+pub struct Board {
+    streams: BTreeMap<String, StreamStatus>,
+    subjects: BTreeMap<String, BTreeMap<&'static str, f64>>,
+    events: VecDeque<String>,
+    began: Option<Time>,
+    now: Time,
+    drawn_at: Time,
+}
+
+/// The figures that are shown of a subject: the channel of a feature, and how it is written.
+const FIGURES: &[(&str, &str, f64, &str)] = &[
+    // channel, label, factor, unit
+    ("deployed_secs", "deployed", 1.0, "s"),
+    ("power_w", "power", 1.0, "W"),
+    ("percent_per_min", "battery use", 1.0, "%/min"),
+    ("rssi_dbm", "link", 1.0, "dBm"),
+];
+
+impl Board {
+    /// Takes what is new; gives a line for each state that changed and each event.
+    pub fn take(&mut self, record: &Record) -> Option<String> {
+        self.now = record.sample.log_time;
+        self.began.get_or_insert(self.now);
+        match &record.sample.data {
+            Data::Status(status) => self.take_status(status),
+            Data::Event(event) => self.take_event(&record.stream, event),
+            Data::Feature(values) => {
+                self.take_figures(&record.stream, values);
+                None
+            }
+            _ => None,
+        }
+    }
+
+    fn take_status(&mut self, status: &StreamStatus) -> Option<String> {
+        let known = self.streams.insert(status.name.clone(), status.clone());
+        let changed = known.is_none_or(|known| known.state != status.state);
+        changed.then(|| format!("{} {}", clock_time(self.now), stream_line(status)))
+    }
+
+    fn take_event(&mut self, stream: &Stream, event: &Event) -> Option<String> {
+        if stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat {
+            return None;
+        }
+        let value = if event.value.is_nan() { String::new() } else { format!(" {}", event.value) };
+        let line = format!("{} {}: {}{value}", clock_time(self.now), event.kind, event.label);
+        self.events.push_back(line.clone());
+        if self.events.len() > EVENTS {
+            self.events.pop_front();
+        }
+        Some(line)
+    }
+
+    fn take_figures(&mut self, stream: &Stream, values: &FeatureValues) {
+        if stream.about != About::Robot {
+            return;
+        }
+        let figures = self.subjects.entry(stream.id.clone()).or_default();
+        for (channel, value) in stream.channels.iter().zip(&values.values) {
+            let shown = FIGURES.iter().find(|(name, ..)| name == channel);
+            if channel == "online" {
+                figures.insert("online", *value);
+            } else if let Some((name, ..)) = shown {
+                figures.insert(name, *value);
+            }
+        }
+    }
+
+    /// Whether a second of the session has passed since this was last true.
+    pub fn take_redraw(&mut self) -> bool {
+        let due = self.now.secs_since(self.drawn_at) >= 1.0;
+        if due {
+            self.drawn_at = self.now;
+        }
+        due
+    }
+
+    /// The board as lines: each robot with its figures, its streams below it, the newest events.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = vec![format!(
+            "{}  {:.0} s  {} streams",
+            clock_time(self.now),
+            self.elapsed_secs(),
+            self.streams.len()
+        )];
+        let mut subject = "";
+        for (name, status) in &self.streams {
+            let of = name.split('/').nth(1).unwrap_or_default();
+            if of != subject {
+                subject = of;
+                lines.push(self.subject_line(of));
+            }
+            lines.push(format!("  {}", stream_line(status)));
+        }
+        lines.extend(self.events.iter().cloned());
+        lines
+    }
+
+    /// What is said when the session ends.
+    pub fn summary(&self) -> Vec<String> {
+        let total = |count: fn(&StreamStatus) -> u64| self.streams.values().map(count).sum::<u64>();
+        let unknown = self.streams.values().filter(|each| each.lost_source.is_none()).count();
+        let mut lines = vec![format!(
+            "{:.0} s, {} streams, {} messages; lost on the way {}{}, in our queue {}; late {}, twice {}",
+            self.elapsed_secs(),
+            self.streams.len(),
+            total(|each| each.received),
+            total(|each| each.lost_source.unwrap_or(0)),
+            if unknown > 0 { format!(" (unknown for {unknown} streams)") } else { String::new() },
+            total(|each| each.lost_queue),
+            total(|each| each.late),
+            total(|each| each.duplicates),
+        )];
+        let troubled = self.streams.values().filter(|status| status.state != State::Ok);
+        lines.extend(troubled.map(|status| format!("  {}", stream_line(status))));
+        lines
+    }
+
+    fn elapsed_secs(&self) -> f64 {
+        self.began.map_or(0.0, |began| self.now.secs_since(began))
+    }
+
+    fn subject_line(&self, id: &str) -> String {
+        let Some(figures) = self.subjects.get(id) else { return id.to_owned() };
+        let mut line = id.to_owned();
+        match figures.get("online") {
+            Some(online) if *online > 0.0 => line.push_str("  online"),
+            Some(_) => line.push_str("  OFFLINE"),
+            None => {}
+        }
+        for (channel, label, factor, unit) in FIGURES {
+            if let Some(value) = figures.get(channel).filter(|value| value.is_finite()) {
+                line.push_str(&format!("  {label} {:.1} {unit}", value * factor));
+            }
+        }
+        line
+    }
+}
+
+/// A stream with its state, rate, age and losses.
+fn stream_line(status: &StreamStatus) -> String {
+    let lost = match status.lost_source {
+        Some(lost) => (lost + status.lost_queue).to_string(),
+        None => "?".into(),
+    };
+    let age = if status.age_secs.is_nan() { "-".into() } else { format!("{:.1}", status.age_secs) };
+    let line = format!(
+        "{:<34} {:<10} {:>7.1} Hz  age {age:>5} s  lost {lost:>4}",
+        status.name, status.state, status.rate_hz
+    );
+    if status.reason.is_empty() { line } else { format!("{line}  {}", status.reason) }
+}
+
+/// The time of day in UTC.
+fn clock_time(time: Time) -> String {
+    time.to_string()[11..19].to_owned()
+}

@@ -1,0 +1,242 @@
+//! Following topics on a bus: subscribe to what is wanted as it appears, and count what is lost.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::pump::session_events;
+use teampulse_core::source::{Reading, SourceError};
+use teampulse_core::stream::{Schema, Shape, Stream, StreamId};
+use teampulse_messages::catalogue;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields;
+use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
+use teampulse_ros::graph::{Endpoint, EndpointKind, Graph};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::task::JoinSet;
+
+use crate::tally::Tally;
+
+/// How many messages a subscription keeps until they are taken. They are taken at once, so this
+/// bounds a burst, not a delay.
+const DEPTH: u32 = 2000;
+/// How often counted losses are told, at the latest.
+const TELL_LOSSES: Duration = Duration::from_millis(500);
+
+/// Follows the topics of a bus until the session is over. `choose` says what a publisher's topic
+/// becomes, or `None` when it is not wanted; its shape, offers and losses are filled in here.
+pub(crate) async fn follow(
+    bus: Arc<dyn Bus>,
+    outlet: &Outlet,
+    choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
+) -> Result<(), SourceError> {
+    let mut graph = bus.graph();
+    let mut incidents = bus.incidents();
+    let mut following = Following::new(bus, outlet);
+    let mut tell_losses = tokio::time::interval(TELL_LOSSES);
+    loop {
+        let seen = Arc::clone(&graph.borrow_and_update());
+        following.look_at(&seen, &choose);
+        tokio::select! {
+            changed = graph.changed() => if changed.is_err() {
+                return Err(gone("follow the bus: it was closed"));
+            },
+            incident = incidents.recv() => match incident {
+                Ok(incident) => following.tell(&incident),
+                Err(RecvError::Lagged(_)) => {}
+                Err(RecvError::Closed) => return Err(gone("follow the bus: it was closed")),
+            },
+            Some(Ok((key, found))) = following.definitions.join_next() => {
+                following.learn(&key, found);
+            }
+            _ = tell_losses.tick() => following.tell_losses(),
+            () = outlet.closed() => {
+                following.tell_losses();
+                return Ok(());
+            }
+        }
+    }
+}
+
+fn gone(message: &str) -> SourceError {
+    SourceError::Gone { message: message.into(), hint: String::new() }
+}
+
+/// A topic with its type.
+type Key = (String, String);
+
+struct Following<'a> {
+    bus: Arc<dyn Bus>,
+    outlet: &'a Outlet,
+    followed: BTreeMap<Key, Followed>,
+    /// What was told to be wrong: each thing once.
+    told: BTreeSet<String>,
+    definitions: JoinSet<(Key, Result<Schema, BusError>)>,
+}
+
+struct Followed {
+    stream: Stream,
+    tally: Arc<Mutex<Tally>>,
+    /// `None` when the bus would not have it; not tried again.
+    _subscription: Option<Subscription>,
+}
+
+impl<'a> Following<'a> {
+    fn new(bus: Arc<dyn Bus>, outlet: &'a Outlet) -> Following<'a> {
+        Following {
+            bus,
+            outlet,
+            followed: BTreeMap::new(),
+            told: BTreeSet::new(),
+            definitions: JoinSet::new(),
+        }
+    }
+
+    /// Subscribes to what is wanted and not yet followed.
+    fn look_at(&mut self, graph: &Graph, choose: &impl Fn(&Endpoint) -> Option<Stream>) {
+        for endpoint in &graph.endpoints {
+            let key = (endpoint.topic.clone(), endpoint.type_name.clone());
+            let foreign = endpoint.kind == EndpointKind::Publisher && !endpoint.own;
+            if !foreign || self.followed.contains_key(&key) {
+                continue;
+            }
+            if let Some(mut stream) = choose(endpoint) {
+                let publishers = graph.publishers(&endpoint.topic);
+                let of_type = publishers.filter(|each| each.type_name == endpoint.type_name);
+                stream.qos = of_type.map(|each| each.qos.clone()).collect();
+                self.begin(key, endpoint, stream);
+            }
+        }
+    }
+
+    fn begin(&mut self, key: Key, endpoint: &Endpoint, mut stream: Stream) {
+        let (schema, stamped) = known_schema(endpoint);
+        let missing = schema.text.is_empty();
+        stream.shape = Shape::Message(Arc::new(schema));
+        let id = self.outlet.declare(stream.clone());
+        let tally = Arc::new(Mutex::new(Tally::new(id)));
+        let subscription = self.subscribe(endpoint, id, stamped, &tally);
+        if missing {
+            self.ask_for_definition(key.clone(), endpoint.type_hash.clone());
+        }
+        self.followed.insert(key, Followed { stream, tally, _subscription: subscription });
+    }
+
+    fn subscribe(
+        &self,
+        endpoint: &Endpoint,
+        id: StreamId,
+        stamped: Stamped,
+        tally: &Arc<Mutex<Tally>>,
+    ) -> Option<Subscription> {
+        let (outlet, tally) = (self.outlet.clone(), Arc::clone(tally));
+        let by_host = !outlet.clock().is_told();
+        let deliver = Arc::new(move |arrival: Arrival| {
+            tally.lock().unwrap_or_else(PoisonError::into_inner).count(&arrival, &outlet);
+            let source_time = match stamped {
+                Stamped::ByHeader => fields::header_stamp(&arrival.bytes),
+                Stamped::ByBus => arrival.source_time.filter(|_| by_host),
+            };
+            let data = Data::Message(arrival.bytes);
+            outlet.offer(Reading { stream: id, device_time: None, source_time, data });
+        });
+        let asked = Asked::Adaptive { depth: DEPTH };
+        match self.bus.subscribe(&endpoint.topic, &endpoint.type_name, asked, deliver) {
+            Ok(subscription) => Some(subscription),
+            Err(error) => {
+                self.fault(format!("failed to {error}"));
+                None
+            }
+        }
+    }
+
+    fn ask_for_definition(&mut self, key: Key, hash: String) {
+        let bus = Arc::clone(&self.bus);
+        self.definitions.spawn(async move {
+            let found = bus.definition(&key.1, &hash).await;
+            (key, found)
+        });
+    }
+
+    /// A definition was found, or nobody has it.
+    fn learn(&mut self, key: &Key, found: Result<Schema, BusError>) {
+        let Some(followed) = self.followed.get_mut(key) else { return };
+        match found {
+            Ok(schema) => {
+                followed.stream.shape = Shape::Message(Arc::new(schema));
+                self.outlet.declare(followed.stream.clone());
+            }
+            Err(error) => {
+                tracing::warn!("failed to {error}; {} is recorded without it", key.0);
+                self.fault(format!("failed to {error}; recorded without it"));
+            }
+        }
+    }
+
+    fn tell_losses(&self) {
+        for followed in self.followed.values() {
+            let mut tally = followed.tally.lock().unwrap_or_else(PoisonError::into_inner);
+            tally.tell(self.outlet);
+        }
+    }
+
+    /// Tells an incident on a followed topic, once.
+    fn tell(&mut self, incident: &Incident) {
+        let (topic, trouble) = match incident {
+            Incident::IncompatibleQos { topic, policy, ours: true } => {
+                (topic, format!("{topic}: a publisher offers less {policy} than is asked for"))
+            }
+            Incident::IncompatibleQos { .. } => return,
+            Incident::DeadlineMissed { topic, .. } => {
+                (topic, format!("{topic}: its publisher misses the deadline that it promised"))
+            }
+            Incident::TwoTypes { topic, types } => {
+                (topic, format!("{topic}: published with two types: {}", types.join(", ")))
+            }
+        };
+        let followed = self.followed.keys().any(|(known, _)| known == topic);
+        if followed && self.told.insert(trouble.clone()) {
+            self.fault(trouble);
+        }
+    }
+
+    /// Records that something is wrong.
+    fn fault(&self, label: String) {
+        let stream = self.outlet.declare(session_events());
+        let event = Event { kind: EventKind::Fault, label, value: f64::NAN, duration_secs: 0.0 };
+        let data = Data::Event(Arc::new(event));
+        self.outlet.offer(Reading { stream, device_time: None, source_time: None, data });
+    }
+}
+
+/// Who says when a message was measured.
+#[derive(Clone, Copy)]
+enum Stamped {
+    /// The message, in its header.
+    ByHeader,
+    /// The bus: when it was published.
+    ByBus,
+}
+
+/// What is known of a publisher's type without asking anybody, and who stamps its messages.
+fn known_schema(endpoint: &Endpoint) -> (Schema, Stamped) {
+    let shipped = catalogue::shipped(&endpoint.type_name);
+    match shipped {
+        Some(schema) if endpoint.type_hash.is_empty() || endpoint.type_hash == schema.hash => {
+            let definition = Definition::parse(&schema.name, &schema.text);
+            let headed = definition.is_ok_and(|each| fields::starts_with_header(&each));
+            ((*schema).clone(), if headed { Stamped::ByHeader } else { Stamped::ByBus })
+        }
+        _ => {
+            let schema = Schema {
+                name: endpoint.type_name.clone(),
+                encoding: "ros2msg".into(),
+                text: String::new(),
+                hash: endpoint.type_hash.clone(),
+            };
+            (schema, Stamped::ByBus)
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Conformity: what a robot offers, held against the profile.
+
+use std::collections::BTreeMap;
+
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::Stream;
+
+use super::{Norm, PROFILE};
+
+/// A robot as it was seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// Its id.
+    pub id: String,
+    /// For each norm of the profile, in its order, how the robot stands to it.
+    pub findings: Vec<(&'static Norm, Finding)>,
+}
+
+/// How a robot stands to a norm.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// It offers it, at this rate [Hz].
+    Met(f64),
+    /// It offers it at too low a rate [Hz].
+    Slow(f64),
+    /// It does not offer it.
+    Absent,
+}
+
+impl Robot {
+    /// Whether everything essential is met.
+    pub fn conforms(&self) -> bool {
+        let met = |(norm, finding): &(&Norm, Finding)| {
+            !norm.essential || matches!(finding, Finding::Met(_))
+        };
+        self.findings.iter().all(met)
+    }
+
+    /// Whether it offers a parameter at all.
+    pub fn offers(&self, parameter: &str) -> bool {
+        let offered = |(norm, finding): &(&Norm, Finding)| {
+            norm.parameter == parameter && *finding != Finding::Absent
+        };
+        self.findings.iter().any(offered)
+    }
+}
+
+/// Holds every robot among the streams against the profile.
+pub fn conformity<'a>(
+    streams: impl IntoIterator<Item = (&'a Stream, &'a StreamStatus)>,
+) -> Vec<Robot> {
+    let mut robots: BTreeMap<&str, Vec<(&Stream, &StreamStatus)>> = BTreeMap::new();
+    for (stream, status) in streams {
+        robots.entry(&stream.id).or_default().push((stream, status));
+    }
+    let judged = |(id, streams): (&str, Vec<(&Stream, &StreamStatus)>)| Robot {
+        id: id.to_owned(),
+        findings: PROFILE.iter().map(|norm| (norm, find(norm, &streams))).collect(),
+    };
+    robots.into_iter().map(judged).collect()
+}
+
+fn find(norm: &Norm, streams: &[(&Stream, &StreamStatus)]) -> Finding {
+    let of_signal = streams.iter().filter(|(stream, _)| stream.signal == norm.signal);
+    let fastest = of_signal.map(|(_, status)| status.rate_hz).max_by(f64::total_cmp);
+    match fastest {
+        None => Finding::Absent,
+        Some(rate_hz) if rate_hz < norm.least_hz => Finding::Slow(rate_hz),
+        Some(rate_hz) => Finding::Met(rate_hz),
+    }
+}

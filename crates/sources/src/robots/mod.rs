@@ -1,0 +1,158 @@
+//! Robots: found on a ROS bus by namespace and type, never by a list.
+
+mod choice;
+mod conformity;
+mod profile;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::source::{Source, SourceError};
+use teampulse_ros::bus::Bus;
+
+use crate::follow::follow;
+use crate::pattern::Pattern;
+use crate::{SourceContext, join};
+
+pub use choice::Choice;
+pub use conformity::{Finding, Robot, conformity};
+pub use profile::{Norm, PROFILE, norm, norm_of_type};
+
+/// Robots on ROS, found by their namespace and by the types of their topics.
+///
+/// Battery, link, odometry, diagnostics and temperature are watched wherever a robot offers them
+/// in a standard type; everything else that is wanted is named here.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Robots {
+    /// The namespaces of the robots. A `*` stands for any part of a token; the token that holds it
+    /// is the robot's id: `robot1` for `/robot*`. `/` takes everything on the domain as one robot,
+    /// which then needs a `prefix`.
+    pub namespace: String,
+    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    pub domain: Option<u32>,
+    /// The namespace given to a robot that has none: its topic `/odom` becomes `<prefix>/odom`.
+    pub prefix: Option<Pattern>,
+    /// Where the battery's state is, if not in a `sensor_msgs/BatteryState`.
+    pub battery: Option<Field>,
+    /// Where the quality of the radio link is, if not in a `wireless_msgs/Connection`.
+    pub link: Option<Field>,
+    /// Where the odometry is, if not in a `nav_msgs/Odometry`.
+    pub odometry: Option<Field>,
+    /// Where diagnostics are, if not in a `diagnostic_msgs/DiagnosticArray`.
+    pub diagnostics: Option<Field>,
+    /// Where a temperature is, if not in a `sensor_msgs/Temperature`.
+    pub temperature: Option<Field>,
+    /// Any other numbers to watch.
+    pub numbers: Vec<Field>,
+    /// Topics with images to record, relative to the robot: they are large, so none by default.
+    pub images: Vec<String>,
+    /// Any other topics to record as they are, relative to the robot; `*` as in `namespace`.
+    pub topics: Vec<String>,
+    /// What every robot must offer for `check` to say go: `battery`, `link`, `odometry`,
+    /// `diagnostics`, `temperature`.
+    pub required: Vec<String>,
+    /// The ids of the robots that must be there for `check` to say go.
+    pub robots: Vec<String>,
+}
+
+/// A number inside a topic of a robot.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Field {
+    /// The topic, relative to the robot: `battery_sensor/value`.
+    pub topic: String,
+    /// The field inside the message: `data`, `status[0].values[2].value`. Without it the fields of
+    /// the standard type.
+    pub field: Option<String>,
+    /// The unit of the number after scaling: `J`, `dBm`, `V`.
+    pub unit: Option<String>,
+    /// Factor from the message's number to `unit`.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// The rate at which it should come [Hz]; learned when not given.
+    pub rate_hz: Option<f64>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Default for Robots {
+    fn default() -> Robots {
+        Robots {
+            namespace: "/*".into(),
+            domain: None,
+            prefix: None,
+            battery: None,
+            link: None,
+            odometry: None,
+            diagnostics: None,
+            temperature: None,
+            numbers: Vec::new(),
+            images: Vec::new(),
+            topics: Vec::new(),
+            required: Vec::new(),
+            robots: Vec::new(),
+        }
+    }
+}
+
+impl Robots {
+    /// The fields that the study maps itself, by parameter.
+    fn mapped(&self) -> BTreeMap<&'static str, &Field> {
+        [
+            ("battery", &self.battery),
+            ("link", &self.link),
+            ("odometry", &self.odometry),
+            ("diagnostics", &self.diagnostics),
+            ("temperature", &self.temperature),
+        ]
+        .into_iter()
+        .filter_map(|(parameter, field)| Some((parameter, field.as_ref()?)))
+        .collect()
+    }
+}
+
+impl Component<dyn Source, SourceContext> for Robots {
+    const EXAMPLE: &'static str = r#"namespace = "/robot*"
+domain    = 0
+battery   = { topic = "battery_state" }
+link      = { topic = "wifi", field = "signal_level", unit = "dBm" }
+required  = ["battery"]"#;
+
+    fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+        for parameter in &self.required {
+            if norm(parameter).is_none() {
+                let known: Vec<&str> = PROFILE.iter().map(|norm| norm.parameter).collect();
+                let message = format!("`{parameter}` is not a parameter that can be required");
+                return Err(SettingsError::new(message)
+                    .with_hint(format!("it is one of {}", known.join(", "))));
+            }
+        }
+        let choice = Choice::new(&self)?;
+        let bus = join(context, self.domain)?;
+        Ok(Box::new(Watch { bus, choice }))
+    }
+}
+
+/// Robots being watched.
+struct Watch {
+    bus: Arc<dyn Bus>,
+    choice: Choice,
+}
+
+#[async_trait]
+impl Source for Watch {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        follow(Arc::clone(&self.bus), outlet, |endpoint| {
+            self.choice.stream(&endpoint.topic, &endpoint.type_name)
+        })
+        .await
+    }
+}

@@ -1,0 +1,104 @@
+//! The robot profile: what a robot should offer so that its condition can be judged.
+//!
+//! These are the norms on the essential parameters: a standard type for each, in SI units, at
+//! least at the given rate, with a header stamp by a synchronised clock. Rates are floors that the
+//! drivers of common platforms (Clearpath, TurtleBot, PAL) meet with their defaults.
+
+use teampulse_core::stream::Signal;
+
+/// What a robot should offer of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Norm {
+    /// The word that a study uses: `battery`.
+    pub parameter: &'static str,
+    /// What it measures.
+    pub signal: Signal,
+    /// The ROS type.
+    pub type_name: &'static str,
+    /// The name that drivers usually give the topic, below the robot's namespace.
+    pub topic: &'static str,
+    /// The least rate [Hz].
+    pub least_hz: f64,
+    /// Which numbers are read, by field and unit.
+    pub channels: &'static [(&'static str, &'static str)],
+    /// Whether a robot without it falls short of the profile.
+    pub essential: bool,
+    /// Why it matters.
+    pub doc: &'static str,
+}
+
+/// The robot profile.
+pub const PROFILE: &[Norm] = &[
+    Norm {
+        parameter: "battery",
+        signal: Signal::Battery,
+        type_name: "sensor_msgs/msg/BatteryState",
+        topic: "battery_state",
+        least_hz: 0.5,
+        channels: &[
+            ("voltage", "V"),
+            ("current", "A"),
+            ("percentage", "1"),
+            ("charge", "Ah"),
+            ("capacity", "Ah"),
+            ("power_supply_status", "1"),
+        ],
+        essential: true,
+        doc: "how long the robot can go on; current is negative when discharging, percentage 0 to 1",
+    },
+    Norm {
+        parameter: "link",
+        signal: Signal::Link,
+        type_name: "wireless_msgs/msg/Connection",
+        topic: "wifi",
+        least_hz: 0.5,
+        channels: &[("signal_level", "dBm"), ("link_quality", "1"), ("bitrate", "Mb/s")],
+        essential: true,
+        doc: "whether the robot can still be reached",
+    },
+    Norm {
+        parameter: "odometry",
+        signal: Signal::Odometry,
+        type_name: "nav_msgs/msg/Odometry",
+        topic: "odom",
+        least_hz: 5.0,
+        channels: &[
+            ("pose.pose.position.x", "m"),
+            ("pose.pose.position.y", "m"),
+            ("twist.twist.linear.x", "m/s"),
+            ("twist.twist.angular.z", "rad/s"),
+        ],
+        essential: true,
+        doc: "where the robot is and how it moves",
+    },
+    Norm {
+        parameter: "diagnostics",
+        signal: Signal::Diagnostics,
+        type_name: "diagnostic_msgs/msg/DiagnosticArray",
+        topic: "diagnostics",
+        least_hz: 0.5,
+        channels: &[("status[0].level", "1")],
+        essential: false,
+        doc: "what the robot says of its own parts",
+    },
+    Norm {
+        parameter: "temperature",
+        signal: Signal::Temperature,
+        type_name: "sensor_msgs/msg/Temperature",
+        topic: "temperature",
+        least_hz: 0.1,
+        channels: &[("temperature", "degC")],
+        essential: false,
+        doc: "whether a part of the robot overheats",
+    },
+];
+
+/// The norm of a parameter; `None` for a word that is none.
+pub fn norm(parameter: &str) -> Option<&'static Norm> {
+    PROFILE.iter().find(|norm| norm.parameter == parameter)
+}
+
+/// The norm that a topic of this type falls under.
+pub fn norm_of_type(type_name: &str) -> Option<&'static Norm> {
+    PROFILE.iter().find(|norm| norm.type_name == type_name)
+}

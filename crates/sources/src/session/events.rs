@@ -1,0 +1,74 @@
+//! Events that other programs tell on ROS.
+
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::pump::session_events;
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::time::Time;
+use teampulse_messages::cdr::Reader;
+use teampulse_messages::convert;
+use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
+
+/// The topic on which any node may tell an event.
+const TOPIC: &str = "/session/events";
+/// How many events are kept until they are taken.
+const DEPTH: u32 = 1000;
+
+/// Events told by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a
+/// `std_msgs/String` whose text is the label of a marker.
+pub struct RosEvents {
+    bus: Arc<dyn Bus>,
+}
+
+impl RosEvents {
+    /// Events from this bus.
+    pub fn new(bus: Arc<dyn Bus>) -> RosEvents {
+        RosEvents { bus }
+    }
+
+    fn subscribe(
+        &self,
+        outlet: &Outlet,
+        type_name: &str,
+        read: fn(&[u8]) -> Option<(Option<Time>, Event)>,
+    ) -> Result<Subscription, BusError> {
+        let outlet = outlet.clone();
+        let deliver = Arc::new(move |arrival: Arrival| {
+            let Some((source_time, event)) = read(&arrival.bytes) else {
+                tracing::warn!(publisher = %arrival.publisher, "an event that can't be read");
+                return;
+            };
+            let stream = outlet.declare(session_events());
+            let data = Data::Event(Arc::new(event));
+            outlet.offer(Reading { stream, device_time: None, source_time, data });
+        });
+        self.bus.subscribe(TOPIC, type_name, Asked::Adaptive { depth: DEPTH }, deliver)
+    }
+}
+
+#[async_trait]
+impl Source for RosEvents {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let gone =
+            |error: BusError| SourceError::Gone { message: error.to_string(), hint: String::new() };
+        let _events = self.subscribe(outlet, "teampulse_msgs/msg/Event", event).map_err(gone)?;
+        let _markers = self.subscribe(outlet, "std_msgs/msg/String", marker).map_err(gone)?;
+        outlet.closed().await;
+        Ok(())
+    }
+}
+
+fn event(cdr: &[u8]) -> Option<(Option<Time>, Event)> {
+    let decoded = convert::decode("teampulse_msgs/msg/Event", cdr).ok()?;
+    let Data::Event(event) = decoded.data else { return None };
+    let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
+    Some((stamp, Event::clone(&event)))
+}
+
+fn marker(cdr: &[u8]) -> Option<(Option<Time>, Event)> {
+    let label = Reader::new(cdr).ok()?.read::<String>().ok()?;
+    Some((None, Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 }))
+}

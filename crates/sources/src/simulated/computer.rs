@@ -1,0 +1,65 @@
+//! The robot's computer: what it consumes, and how warm it becomes.
+
+use super::noise::{Correlated, Noise};
+
+/// How far the consumption swings around its mean [1].
+const SWING: f64 = 0.03;
+/// How long a swing lasts [s].
+const SWING_SECS: f64 = 5.0;
+/// The temperature around the computer [°C].
+const AMBIENT_C: f64 = 25.0;
+/// How much a watt warms it in the long run [K/W].
+const WARMING_K_PER_W: f64 = 2.0;
+/// How long that takes [s].
+const WARMING_SECS: f64 = 40.0;
+
+/// A computer of a mean consumption.
+#[derive(Clone, Debug)]
+pub struct Computer {
+    consumption_w: f64,
+    power_w: f64,
+    temperature_c: f64,
+    swing: Correlated,
+}
+
+impl Computer {
+    /// A computer that has run for long.
+    pub fn new(consumption_w: f64, noise: Noise) -> Computer {
+        let temperature_c = AMBIENT_C + WARMING_K_PER_W * consumption_w;
+        let swing = Correlated::new(SWING_SECS, noise);
+        Computer { consumption_w, power_w: consumption_w, temperature_c, swing }
+    }
+
+    /// Runs on for a short while with its consumption multiplied; 0 when it is off.
+    pub fn advance(&mut self, factor: f64, secs: f64) {
+        let swing = (1.0 + SWING * self.swing.after(secs)).max(0.0);
+        self.power_w = self.consumption_w * factor * swing;
+        let heads_for_c = AMBIENT_C + WARMING_K_PER_W * self.power_w;
+        self.temperature_c += (heads_for_c - self.temperature_c) * secs / WARMING_SECS;
+    }
+
+    /// What it consumes now [W].
+    pub fn power_w(&self) -> f64 {
+        self.power_w
+    }
+
+    /// How warm it is [°C].
+    pub fn temperature_c(&self) -> f64 {
+        self.temperature_c
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_computer_that_works_harder_becomes_warmer() {
+        let mut computer = Computer::new(10.0, Noise::seeded(1));
+        (0..2000).for_each(|_| computer.advance(1.0, 0.1));
+        assert!((computer.temperature_c() - 45.0).abs() < 2.0);
+        (0..2000).for_each(|_| computer.advance(2.5, 0.1));
+        assert!((computer.power_w() - 25.0).abs() < 4.0);
+        assert!((computer.temperature_c() - 75.0).abs() < 4.0);
+    }
+}

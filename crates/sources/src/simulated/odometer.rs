@@ -1,0 +1,73 @@
+//! The odometer: where a robot believes to be, from the turning of its wheels.
+
+use super::drive::{Pose, Twist};
+use super::noise::Noise;
+
+/// The standard deviation of the error of the wheels' size, from robot to robot [1].
+const WHEEL_SIGMA: f64 = 0.005;
+/// The standard deviation of a reading of the speed, for each m/s [1].
+const SPEED_SIGMA: f64 = 0.02;
+/// The standard deviation of a reading of the turning, for each m/s or rad/s [rad/s].
+const TURN_SIGMA_RADPS: f64 = 0.02;
+
+/// Dead reckoning from noisy wheels.
+#[derive(Clone, Debug)]
+pub struct Odometer {
+    pose: Pose,
+    twist: Twist,
+    wheel_scale: f64,
+    noise: Noise,
+}
+
+impl Odometer {
+    /// An odometer that is told where it starts.
+    pub fn new(pose: Pose, mut noise: Noise) -> Odometer {
+        let wheel_scale = 1.0 + WHEEL_SIGMA * noise.normal();
+        Odometer { pose, twist: Twist::default(), wheel_scale, noise }
+    }
+
+    /// Reckons on with what the wheels did for a short while.
+    pub fn advance(&mut self, true_twist: Twist, secs: f64) {
+        let Twist { speed_mps, turn_radps } = true_twist;
+        let slip = speed_mps.abs() + turn_radps.abs();
+        self.twist = Twist {
+            speed_mps: speed_mps * (self.wheel_scale + SPEED_SIGMA * self.noise.normal()),
+            turn_radps: turn_radps + TURN_SIGMA_RADPS * slip * self.noise.normal(),
+        };
+        self.pose = self.pose.moved(self.twist, secs);
+    }
+
+    /// Where the robot believes to be.
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// How it believes to move.
+    pub fn twist(&self) -> Twist {
+        self.twist
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arena::Point;
+    use super::*;
+
+    #[test]
+    fn a_robot_at_rest_stays_where_it_believes_to_be() {
+        let pose = Pose { at: Point { x_m: 1.0, y_m: 2.0 }, heading_rad: 0.5 };
+        let mut odometer = Odometer::new(pose, Noise::seeded(1));
+        (0..1000).for_each(|_| odometer.advance(Twist::default(), 0.05));
+        assert_eq!(odometer.pose(), pose);
+    }
+
+    #[test]
+    fn the_belief_drifts_by_about_a_hundredth_of_the_way() {
+        let pose = Pose { at: Point { x_m: 0.0, y_m: 0.0 }, heading_rad: 0.0 };
+        let mut odometer = Odometer::new(pose, Noise::seeded(1));
+        let twist = Twist { speed_mps: 0.35, turn_radps: 0.0 };
+        (0..2000).for_each(|_| odometer.advance(twist, 0.05));
+        let error_m = odometer.pose().at.distance_m(Point { x_m: 35.0, y_m: 0.0 });
+        assert!((0.001..1.5).contains(&error_m), "{error_m}");
+    }
+}

@@ -1,0 +1,69 @@
+//! A report: one topic of a robot, when it is due, and what faults make of it.
+
+use std::time::Duration;
+
+use teampulse_core::time::Time;
+
+use super::script::{Change, Script};
+use super::telegram::{Body, Telegram};
+use super::topic::Topic;
+
+/// How long after a message its duplicate comes.
+const DUPLICATE_AFTER: Duration = Duration::from_millis(2);
+
+/// One topic of a robot.
+#[derive(Clone, Debug)]
+pub struct Report {
+    topic: Topic,
+    stream: usize,
+    period: Duration,
+    due: Time,
+    count: u64,
+    said: Option<Body>,
+}
+
+impl Report {
+    /// A report that is first due at a time.
+    pub fn new(topic: Topic, stream: usize, rate_hz: f64, due: Time) -> Report {
+        let period = Duration::from_secs_f64(1.0 / rate_hz);
+        Report { topic, stream, period, due, count: 0, said: None }
+    }
+
+    /// Its topic.
+    pub fn topic(&self) -> Topic {
+        self.topic
+    }
+
+    /// Whether it is due; then it is next due a period later, which may be slowed.
+    pub fn falls_due(&mut self, now: Time, slow_factor: f64) -> bool {
+        let is_due = self.due <= now;
+        if is_due {
+            self.due = self.due + self.period.mul_f64(slow_factor);
+        }
+        is_due
+    }
+
+    /// Tells what was measured now, as the faults of the script have it: not at all, once or twice.
+    pub fn tell(&mut self, measured: Body, now: Time, script: &Script, out: &mut Vec<Telegram>) {
+        let has = |change| script.has(change, self.topic, now);
+        self.count += 1;
+        let held_back = has(Change::OutOfOrder) && self.count.is_multiple_of(2);
+        let said = self.said.take().filter(|_| has(Change::Stuck)).unwrap_or(measured);
+        if !has(Change::Dead) && !has(Change::Outage) {
+            let at = if held_back { now + self.period.mul_f64(1.5) } else { now };
+            let stamp = self.stamp(now, script);
+            let telegram = Telegram { stream: self.stream, at, stamp, body: said.clone() };
+            if has(Change::Duplicate) {
+                out.push(Telegram { at: at + DUPLICATE_AFTER, ..telegram.clone() });
+            }
+            out.push(telegram);
+        }
+        self.said = Some(said);
+    }
+
+    /// The time by the robot's clock; the truth goes by the simulation's.
+    fn stamp(&self, now: Time, script: &Script) -> Time {
+        let ahead_secs = if self.topic.is_truth() { 0.0 } else { script.clock_ahead_secs(now) };
+        Time::from_nanos(now.nanos() + (ahead_secs * 1e9).round() as i64)
+    }
+}

@@ -1,0 +1,157 @@
+//! A robot: a body that drives, what it carries, and what it reports of it.
+
+use std::time::Duration;
+
+use teampulse_core::time::Time;
+
+use super::arena::Arena;
+use super::battery::Pack;
+use super::camera::picture;
+use super::computer::Computer;
+use super::drive::Twist;
+use super::noise::Noise;
+use super::odometer::Odometer;
+use super::radio::{Link, Reception};
+use super::report::Report;
+use super::script::Script;
+use super::settings::SimulatedTeam;
+use super::surroundings::{Disc, Surroundings};
+use super::telegram::{Body, Gauge, Health, Telegram};
+use super::topic::Topic;
+use super::wanderer::Wanderer;
+
+/// The radius of a robot [m].
+pub const RADIUS_M: f64 = 0.18;
+/// What the sensors consume [W].
+const SENSORS_W: f64 = 2.0;
+/// What the radio consumes [W].
+const RADIO_W: f64 = 0.75;
+/// What driving consumes, for each m/s [W].
+const DRIVING_W: f64 = 4.0;
+/// What turning consumes, for each rad/s [W].
+const TURNING_W: f64 = 0.8;
+/// The standard deviations of the battery's sensors [V], [A].
+const BATTERY_SIGMA: (f64, f64) = (0.005, 0.01);
+/// The standard deviation of the thermometer [K].
+const THERMOMETER_SIGMA_K: f64 = 0.1;
+
+/// A simulated robot.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    wanderer: Wanderer,
+    odometer: Odometer,
+    link: Link,
+    heard: Option<Reception>,
+    computer: Computer,
+    pack: Pack,
+    script: Script,
+    reports: Vec<Report>,
+    noise: Noise,
+}
+
+impl Robot {
+    /// A robot that stands there with a charged battery and reports nothing yet.
+    pub fn new(body: Disc, settings: &SimulatedTeam, script: Script, mut noise: Noise) -> Robot {
+        let wanderer = Wanderer::new(body, settings.top_speed_mps, noise.fork());
+        Robot {
+            odometer: Odometer::new(wanderer.pose(), noise.fork()),
+            link: Link::new(body.at, noise.fork()),
+            heard: None,
+            computer: Computer::new(settings.cpu_consumption_w, noise.fork()),
+            pack: Pack::new(settings.battery_capacity_ah, noise.uniform(0.95..1.0)),
+            script,
+            reports: Vec::new(),
+            wanderer,
+            noise,
+        }
+    }
+
+    /// Begins to report a topic on a stream, at some moment of its first period.
+    pub fn report(&mut self, topic: Topic, stream: usize, rate_hz: f64, start: Time) {
+        let phase_secs = self.noise.uniform(0.0..1.0 / rate_hz);
+        let due = start + Duration::from_secs_f64(phase_secs);
+        self.reports.push(Report::new(topic, stream, rate_hz, due));
+    }
+
+    /// The floor that it covers.
+    pub fn body(&self) -> Disc {
+        self.wanderer.body()
+    }
+
+    /// Its battery.
+    pub fn pack(&self) -> &Pack {
+        &self.pack
+    }
+
+    /// Drives, computes and discharges for a short while.
+    pub fn advance(&mut self, now: Time, secs: f64, around: &Surroundings<'_>) {
+        let is_on = !self.pack.is_cut_off() && !self.script.is_off(now);
+        if is_on {
+            self.wanderer.advance(secs, around);
+        } else {
+            self.wanderer.halt();
+        }
+        self.odometer.advance(self.wanderer.twist(), secs);
+        let cpu_factor = if is_on { self.script.cpu_factor(now) } else { 0.0 };
+        self.computer.advance(cpu_factor, secs);
+        let power_w = if is_on { self.power_w() } else { 0.0 };
+        self.pack.draw(power_w, self.script.sag_v(now), secs);
+    }
+
+    fn power_w(&self) -> f64 {
+        let Twist { speed_mps, turn_radps } = self.wanderer.twist();
+        let motors_w = DRIVING_W * speed_mps.abs() + TURNING_W * turn_radps.abs();
+        self.computer.power_w() + SENSORS_W + RADIO_W + motors_w
+    }
+
+    /// Gives the telegrams that come of what is due.
+    pub fn speak(&mut self, now: Time, arena: &Arena, out: &mut Vec<Telegram>) {
+        for index in 0..self.reports.len() {
+            let topic = self.reports[index].topic();
+            if self.reports[index].falls_due(now, self.script.slow_factor(topic, now)) {
+                let body = self.measured(topic, arena);
+                if topic.is_truth() || !self.pack.is_cut_off() {
+                    self.reports[index].tell(body, now, &self.script, out);
+                }
+            }
+        }
+    }
+
+    /// What a topic says now.
+    fn measured(&mut self, topic: Topic, arena: &Arena) -> Body {
+        match topic {
+            Topic::Odom => Body::Motion(self.odometer.pose(), self.odometer.twist()),
+            Topic::BatteryState => Body::Battery(self.measured_gauge()),
+            Topic::Wifi => Body::Reception(self.listen(arena)),
+            Topic::Diagnostics => Body::Health(self.health()),
+            Topic::Temperature => Body::Temperature(
+                self.computer.temperature_c() + THERMOMETER_SIGMA_K * self.noise.normal(),
+            ),
+            Topic::Camera => Body::Picture(picture(arena, self.wanderer.pose())),
+            Topic::TruePose => Body::Motion(self.wanderer.pose(), self.wanderer.twist()),
+            Topic::TruePower => Body::Battery(Gauge::of(&self.pack)),
+        }
+    }
+
+    fn measured_gauge(&mut self) -> Gauge {
+        let mut gauge = Gauge::of(&self.pack);
+        gauge.reading.voltage_v += BATTERY_SIGMA.0 * self.noise.normal();
+        gauge.reading.current_a += BATTERY_SIGMA.1 * self.noise.normal();
+        gauge
+    }
+
+    fn listen(&mut self, arena: &Arena) -> Reception {
+        let heard = self.link.heard(self.wanderer.pose().at, arena);
+        self.heard = Some(heard);
+        heard
+    }
+
+    fn health(&self) -> Health {
+        Health {
+            battery: Gauge::of(&self.pack),
+            computer_c: self.computer.temperature_c(),
+            computer_w: self.computer.power_w(),
+            heard: self.heard,
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! The script: what changes, with which robot and when.
+
+use std::ops::Range;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::time::Time;
+
+use super::topic::Topic;
+
+/// One entry of the script: a robot behaves otherwise for a while.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// The robot: `robot4`.
+    pub robot: String,
+    /// Only this one of its topics; all of them when left out. Ignored by what concerns the robot
+    /// as a whole: its clock, its battery and its consumption.
+    pub topic: Option<Topic>,
+    /// When it begins, after the start [s of simulated time]. Default: 0.
+    #[serde(default)]
+    pub from_secs: f64,
+    /// When it ends, after the start [s of simulated time]; never when left out.
+    pub to_secs: Option<f64>,
+    /// What happens.
+    pub what: Change,
+}
+
+/// What can happen to a robot.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// The topic falls silent; without a topic the whole robot is off and stands still.
+    Dead,
+    /// Its values stay what they were while its stamps go on.
+    Stuck,
+    /// Its messages are lost on the way while the robot goes on.
+    Outage,
+    /// Every message comes twice.
+    Duplicate,
+    /// Every other message comes after the one that follows it.
+    OutOfOrder,
+    /// The rate is divided by this factor.
+    SlowFactor(f64),
+    /// The robot's clock runs too fast by so much [ppm]; it is set right when this ends.
+    ClockDriftPpm(f64),
+    /// The robot's clock is ahead by so much [s]; it is set right when this ends.
+    ClockJumpSecs(f64),
+    /// The battery has so much less voltage [V].
+    BatterySagV(f64),
+    /// The computer's consumption is multiplied by this factor.
+    CpuFactor(f64),
+}
+
+impl Scene {
+    fn secs(&self) -> Range<f64> {
+        self.from_secs..self.to_secs.unwrap_or(f64::INFINITY)
+    }
+
+    fn concerns(&self, topic: Topic) -> bool {
+        !topic.is_truth() && self.topic.is_none_or(|only| only == topic)
+    }
+}
+
+/// The scenes of one robot.
+#[derive(Clone, Debug)]
+pub struct Script {
+    scenes: Vec<Scene>,
+    start: Time,
+}
+
+impl Script {
+    /// What the scenes have for a robot, counted from a start.
+    pub fn of(robot: &str, scenes: &[Scene], start: Time) -> Script {
+        let scenes = scenes.iter().filter(|scene| scene.robot == robot).cloned().collect();
+        Script { scenes, start }
+    }
+
+    /// Whether a change that is either there or not concerns a topic now.
+    pub fn has(&self, change: Change, topic: Topic, now: Time) -> bool {
+        self.playing(now).any(|scene| scene.what == change && scene.concerns(topic))
+    }
+
+    /// Whether the whole robot is off.
+    pub fn is_off(&self, now: Time) -> bool {
+        self.playing(now).any(|scene| scene.what == Change::Dead && scene.topic.is_none())
+    }
+
+    /// By how much a topic's rate is divided.
+    pub fn slow_factor(&self, topic: Topic, now: Time) -> f64 {
+        let slows = |scene: &Scene| match scene.what {
+            Change::SlowFactor(factor) if scene.concerns(topic) => Some(factor),
+            _ => None,
+        };
+        self.playing(now).filter_map(slows).product()
+    }
+
+    /// By how much the computer's consumption is multiplied.
+    pub fn cpu_factor(&self, now: Time) -> f64 {
+        let loads = |scene: &Scene| match scene.what {
+            Change::CpuFactor(factor) => Some(factor),
+            _ => None,
+        };
+        self.playing(now).filter_map(loads).product()
+    }
+
+    /// How much voltage the battery lacks [V].
+    pub fn sag_v(&self, now: Time) -> f64 {
+        let sags = |scene: &Scene| match scene.what {
+            Change::BatterySagV(sag_v) => Some(sag_v),
+            _ => None,
+        };
+        self.playing(now).filter_map(sags).sum()
+    }
+
+    /// How far the robot's clock is ahead [s].
+    pub fn clock_ahead_secs(&self, now: Time) -> f64 {
+        let shifts = |scene: &Scene| match scene.what {
+            Change::ClockDriftPpm(ppm) => {
+                Some(ppm * 1e-6 * (now.secs_since(self.start) - scene.from_secs))
+            }
+            Change::ClockJumpSecs(secs) => Some(secs),
+            _ => None,
+        };
+        self.playing(now).filter_map(shifts).sum()
+    }
+
+    fn playing(&self, now: Time) -> impl Iterator<Item = &Scene> {
+        let now_secs = now.secs_since(self.start);
+        self.scenes.iter().filter(move |scene| scene.secs().contains(&now_secs))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    const START: Time = Time::from_nanos(1_000_000_000_000);
+
+    fn script(what: Change) -> Script {
+        let scene = Scene {
+            robot: "robot1".into(),
+            topic: Some(Topic::Wifi),
+            from_secs: 10.0,
+            to_secs: Some(20.0),
+            what,
+        };
+        Script::of("robot1", &[scene], START)
+    }
+
+    fn after(secs: f64) -> Time {
+        START + Duration::from_secs_f64(secs)
+    }
+
+    #[test]
+    fn a_scene_lasts_from_its_begin_to_before_its_end() {
+        let stuck = script(Change::Stuck);
+        let at = |secs| stuck.has(Change::Stuck, Topic::Wifi, after(secs));
+        assert_eq!([9.9, 10.0, 19.9, 20.0].map(at), [false, true, true, false]);
+        assert!(!stuck.has(Change::Stuck, Topic::BatteryState, after(15.0)));
+    }
+
+    #[test]
+    fn a_drifting_clock_is_ahead_in_proportion_and_set_right_at_the_end() {
+        let drift = script(Change::ClockDriftPpm(200.0));
+        assert!((drift.clock_ahead_secs(after(15.0)) - 0.001).abs() < 1e-12);
+        assert!(drift.clock_ahead_secs(after(20.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_fault_touches_the_truth() {
+        let scene = Scene { topic: None, ..script(Change::Outage).scenes.remove(0) };
+        let script = Script::of("robot1", &[scene], START);
+        assert!(script.has(Change::Outage, Topic::Odom, after(15.0)));
+        assert!(!script.has(Change::Outage, Topic::TruePose, after(15.0)));
+    }
+}

@@ -1,0 +1,216 @@
+//! The settings of the simulation.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::registry::SettingsError;
+
+use super::robot::RADIUS_M;
+use super::script::{Change, Scene};
+use super::topic::Topic;
+
+/// A team of simulated robots that drive through an arena, discharge, and hear a router more or
+/// less well.
+///
+/// Every robot publishes its odometry, battery, Wi-Fi and diagnostics, and on request its
+/// temperature and camera, below its own name: `/robot1/odom`. What truly is goes to
+/// `/sim/truth/robot1`. The same seed gives the same team, byte for byte.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SimulatedTeam {
+    /// How many robots. Default: 5.
+    pub robots: u32,
+    /// What the robots' names begin with; they are numbered from 1. Default: `robot`.
+    pub prefix: String,
+    /// The seed of all that is random. Default: 1.
+    pub seed: u64,
+    /// How much faster than real time [1], from 0.01 to 1000. Default: 1.
+    pub speed: f64,
+    /// How many steps of one second the simulation lasts [s of simulated time]; endless when left
+    /// out.
+    pub steps: Option<u32>,
+    /// The side of the square arena [m]. Default: 10.
+    pub arena_side_m: f64,
+    /// How many boxes stand in the arena. Default: 5.
+    pub boxes: u32,
+    /// How many obstacles move in the arena. Default: 3.
+    pub obstacles: u32,
+    /// The fastest that a robot drives [m/s]. Default: 0.35.
+    pub top_speed_mps: f64,
+    /// What a robot's computer consumes [W], like Webots' `cpuConsumption`. Default: 10.
+    pub cpu_consumption_w: f64,
+    /// The capacity of a robot's battery, three lithium-ion cells in series [Ah]. Default: 1.8.
+    pub battery_capacity_ah: f64,
+    /// The rate of `odom` [Hz]; 0 for none. Default: 20.
+    pub odometry_hz: f64,
+    /// The rate of `battery_state` [Hz]; 0 for none. Default: 2.
+    pub battery_hz: f64,
+    /// The rate of `wifi` [Hz]; 0 for none. Default: 5.
+    pub wifi_hz: f64,
+    /// The rate of `diagnostics` [Hz]; 0 for none. Default: 1.
+    pub diagnostics_hz: f64,
+    /// The rate of `temperature` [Hz]; 0 for none. Default: 0.
+    pub temperature_hz: f64,
+    /// The rate of `camera/image_raw`, pictures of 64 × 48 pixels [Hz]; 0 for none. Default: 0.
+    pub camera_hz: f64,
+    /// The rate of `/sim/truth` [Hz]; 0 for none. Default: 1.
+    pub truth_hz: f64,
+    /// What changes, with which robot and when: faults, and the load of computers.
+    pub script: Vec<Scene>,
+}
+
+impl Default for SimulatedTeam {
+    fn default() -> SimulatedTeam {
+        SimulatedTeam {
+            robots: 5,
+            prefix: "robot".into(),
+            seed: 1,
+            speed: 1.0,
+            steps: None,
+            arena_side_m: 10.0,
+            boxes: 5,
+            obstacles: 3,
+            top_speed_mps: 0.35,
+            cpu_consumption_w: 10.0,
+            battery_capacity_ah: 1.8,
+            odometry_hz: 20.0,
+            battery_hz: 2.0,
+            wifi_hz: 5.0,
+            diagnostics_hz: 1.0,
+            temperature_hz: 0.0,
+            camera_hz: 0.0,
+            truth_hz: 1.0,
+            script: Vec::new(),
+        }
+    }
+}
+
+/// The slowest rate at which the simulation moves on [Hz].
+const LEAST_TICK_HZ: f64 = 20.0;
+/// The fastest rate of a topic [Hz].
+const MOST_HZ: f64 = 1000.0;
+/// The floor that a robot needs around itself, as a multiple of its own.
+const ROOM: f64 = 6.0;
+
+impl SimulatedTeam {
+    /// The names of the robots.
+    pub fn names(&self) -> Vec<String> {
+        (1..=self.robots).map(|k| format!("{}{k}", self.prefix)).collect()
+    }
+
+    /// The topics that are published, with their rates [Hz].
+    pub fn rates(&self) -> impl Iterator<Item = (Topic, f64)> {
+        self.all_rates().into_iter().filter(|(_, rate_hz)| *rate_hz > 0.0)
+    }
+
+    /// How often the simulation moves every body on [Hz].
+    pub fn tick_hz(&self) -> f64 {
+        self.rates().map(|(_, rate_hz)| rate_hz).fold(LEAST_TICK_HZ, f64::max)
+    }
+
+    /// Tells what can't be simulated.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        for (topic, rate_hz) in self.all_rates() {
+            within(&format!("the rate of {topic:?}"), rate_hz, 0.0, MOST_HZ)?;
+        }
+        within("speed", self.speed, 0.01, 1000.0)?;
+        within("robots", f64::from(self.robots), 1.0, 1000.0)?;
+        within("arena_side_m", self.arena_side_m, 3.0, 1000.0)?;
+        within("top_speed_mps", self.top_speed_mps, 0.01, 5.0)?;
+        within("cpu_consumption_w", self.cpu_consumption_w, 0.0, 200.0)?;
+        within("battery_capacity_ah", self.battery_capacity_ah, 0.1, 1000.0)?;
+        self.check_room()?;
+        self.script.iter().try_for_each(|scene| self.check_scene(scene))
+    }
+
+    fn check_room(&self) -> Result<(), SettingsError> {
+        let bodies = f64::from(self.robots + self.obstacles);
+        let needed_m2 = bodies * (ROOM * RADIUS_M).powi(2);
+        if needed_m2 <= self.arena_side_m.powi(2) {
+            return Ok(());
+        }
+        let least_m = needed_m2.sqrt().ceil();
+        let message = format!("{bodies} bodies don't fit in an arena of {} m", self.arena_side_m);
+        Err(SettingsError::new(message).with_hint(format!("set arena_side_m to {least_m} or more")))
+    }
+
+    fn check_scene(&self, scene: &Scene) -> Result<(), SettingsError> {
+        if !self.names().contains(&scene.robot) {
+            let message = format!("the script has a robot {:?} that isn't there", scene.robot);
+            let hint = format!("the robots are {0}1 to {0}{1}", self.prefix, self.robots);
+            return Err(SettingsError::new(message).with_hint(hint));
+        }
+        match scene.what {
+            Change::SlowFactor(factor) => within("slow_factor", factor, 1.0, 1e6),
+            Change::CpuFactor(factor) => within("cpu_factor", factor, 0.0, 1000.0),
+            Change::ClockDriftPpm(ppm) => within("clock_drift_ppm", ppm, -1e5, 1e5),
+            Change::ClockJumpSecs(secs) => within("clock_jump_secs", secs, -1e9, 1e9),
+            Change::BatterySagV(sag_v) => within("battery_sag_v", sag_v, 0.0, 100.0),
+            _ => Ok(()),
+        }
+    }
+
+    fn all_rates(&self) -> [(Topic, f64); 8] {
+        [
+            (Topic::Odom, self.odometry_hz),
+            (Topic::BatteryState, self.battery_hz),
+            (Topic::Wifi, self.wifi_hz),
+            (Topic::Diagnostics, self.diagnostics_hz),
+            (Topic::Temperature, self.temperature_hz),
+            (Topic::Camera, self.camera_hz),
+            (Topic::TruePose, self.truth_hz),
+            (Topic::TruePower, self.truth_hz),
+        ]
+    }
+}
+
+fn within(what: &str, value: f64, least: f64, most: f64) -> Result<(), SettingsError> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(SettingsError::new(format!("{what} is {value}; expected {least} to {most}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The part of a study that is the simulation's.
+    fn simulate(study: &str) -> SimulatedTeam {
+        #[derive(Deserialize)]
+        struct Study {
+            simulate: SimulatedTeam,
+        }
+        toml::from_str::<Study>(study).unwrap().simulate
+    }
+
+    #[test]
+    fn the_studies_that_are_shipped_can_be_simulated() {
+        let five = simulate(include_str!("../../../../studies/five_robots.toml"));
+        let demo = simulate(include_str!("../../../../studies/demo.toml"));
+        let hundred = simulate(include_str!("../../../../studies/hundred_robots.toml"));
+        [&five, &demo, &hundred].into_iter().try_for_each(SimulatedTeam::check).unwrap();
+        assert_eq!([five.robots, hundred.robots], [5, 100]);
+        assert_eq!(five.steps, Some(600));
+    }
+
+    #[test]
+    fn what_can_not_be_simulated_is_told() {
+        let wrong = |study: &str| {
+            let settings: SimulatedTeam = toml::from_str(study).unwrap();
+            settings.check().unwrap_err().message
+        };
+        assert_eq!(wrong("speed = 0"), "speed is 0; expected 0.01 to 1000");
+        assert_eq!(wrong("robots = 100"), "103 bodies don't fit in an arena of 10 m");
+        assert_eq!(
+            wrong(r#"script = [{ robot = "robot9", what = "dead" }]"#),
+            r#"the script has a robot "robot9" that isn't there"#
+        );
+    }
+
+    #[test]
+    fn an_unknown_change_is_told_with_those_that_there_are() {
+        let study = r#"script = [{ robot = "robot1", what = "deed" }]"#;
+        let error = toml::from_str::<SimulatedTeam>(study).unwrap_err();
+        assert!(error.message().contains("`dead`"), "{error}");
+    }
+}

@@ -1,0 +1,140 @@
+//! The simulated team as a source.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use bytes::Bytes;
+use teampulse_core::data::Data;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::stream::StreamId;
+use teampulse_core::time::Time;
+use tokio::time::{Instant, sleep_until};
+
+use super::encode::encode;
+use super::settings::SimulatedTeam;
+use super::team::Team;
+use super::telegram::Telegram;
+use crate::SourceContext;
+
+/// The simulated team, told in real time or so many times faster.
+struct Simulation(SimulatedTeam);
+
+impl Component<dyn Source, SourceContext> for SimulatedTeam {
+    const EXAMPLE: &'static str = r#"
+robots = 5
+seed   = 1
+script = [{ robot = "robot4", from_secs = 60, to_secs = 120, what = { cpu_factor = 2.5 } }]
+"#;
+
+    fn build(self, _context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+        self.check()?;
+        Ok(Box::new(Simulation(self)))
+    }
+}
+
+#[async_trait]
+impl Source for Simulation {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let start = outlet.clock().now();
+        let mut team = Team::new(&self.0, start);
+        let declared = declare(&team, outlet);
+        tokio::select! {
+            () = self.tell(&mut team, start, &declared, outlet) => {}
+            () = outlet.closed() => {}
+        }
+        Ok(())
+    }
+}
+
+impl Simulation {
+    /// Hands over every telegram when it is due; returns after the last step.
+    async fn tell(&self, team: &mut Team, start: Time, streams: &[StreamId], outlet: &Outlet) {
+        let end = self.0.steps.map(|steps| start + Duration::from_secs(steps.into()));
+        let began = Instant::now();
+        let mut due = Vec::new();
+        loop {
+            let now = end.map_or(team.next(), |end| team.next().min(end));
+            let after_secs = now.secs_since(start) / self.0.speed;
+            sleep_until(began + Duration::from_secs_f64(after_secs)).await;
+            outlet.clock().tell(now);
+            team.advance(now, &mut due);
+            for telegram in due.drain(..) {
+                let cdr = encode(&telegram, &team.published()[telegram.stream]);
+                outlet.offer(reading(streams[telegram.stream], &telegram, cdr));
+            }
+            if end == Some(now) {
+                return;
+            }
+        }
+    }
+}
+
+fn declare(team: &Team, outlet: &Outlet) -> Vec<StreamId> {
+    team.published().iter().map(|each| outlet.declare(each.stream())).collect()
+}
+
+fn reading(stream: StreamId, telegram: &Telegram, cdr: Bytes) -> Reading {
+    let source_time = Some(telegram.stamp);
+    Reading { stream, device_time: None, source_time, data: Data::Message(cdr) }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::clock::Clock;
+    use teampulse_core::outlet::Queue;
+    use teampulse_core::stream::Shape;
+    use teampulse_core::streams::Streams;
+
+    use super::*;
+
+    fn told_outlet(queue: &Queue) -> Outlet {
+        queue.outlet(Clock::told(), Streams::default())
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn simulated_time_runs_faster_by_the_speed_and_ends_with_the_last_step() {
+        let settings = SimulatedTeam { speed: 10.0, steps: Some(30), ..SimulatedTeam::default() };
+        let outlet = told_outlet(&Queue::new());
+        let began = Instant::now();
+        Simulation(settings).run(&outlet).await.unwrap();
+        assert_eq!(outlet.clock().now(), Time::EPOCH + Duration::from_secs(30));
+        let lasted_secs = began.elapsed().as_secs_f64();
+        assert!((lasted_secs - 3.0).abs() < 0.002, "{lasted_secs}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn an_endless_simulation_ends_when_the_session_does() {
+        let queue = Queue::new();
+        let outlet = told_outlet(&queue);
+        let mut simulation = Simulation(SimulatedTeam::default());
+        let close = async {
+            tokio::time::sleep(Duration::from_secs(5)).await;
+            queue.close();
+        };
+        let (ended, ()) = tokio::join!(simulation.run(&outlet), close);
+        ended.unwrap();
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn every_robot_declares_its_topics_with_their_standard_types() {
+        let settings = SimulatedTeam { robots: 2, steps: Some(1), ..SimulatedTeam::default() };
+        let outlet = told_outlet(&Queue::new());
+        Simulation(settings).run(&outlet).await.unwrap();
+        let types = |(_, stream): (_, std::sync::Arc<teampulse_core::stream::Stream>)| {
+            let Shape::Message(schema) = &stream.shape else { panic!("{stream:?}") };
+            format!("{} {}", stream.name, schema.name)
+        };
+        let declared: Vec<String> = outlet.streams().all().into_iter().map(types).collect();
+        let robot2 = [
+            "/robot2/odom nav_msgs/msg/Odometry",
+            "/robot2/battery_state sensor_msgs/msg/BatteryState",
+            "/robot2/wifi wireless_msgs/msg/Connection",
+            "/robot2/diagnostics diagnostic_msgs/msg/DiagnosticArray",
+            "/sim/truth/robot2 nav_msgs/msg/Odometry",
+            "/sim/truth/robot2/battery_state sensor_msgs/msg/BatteryState",
+        ];
+        assert_eq!(declared[6..], robot2);
+    }
+}

@@ -1,0 +1,168 @@
+//! The team: all robots and obstacles in their arena, moved on together.
+//!
+//! Every body has its own turn in a tick, so that robots are no more in step than real ones are.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use teampulse_core::time::Time;
+
+use super::arena::{Arena, Point, Rect};
+use super::noise::Noise;
+use super::published::Published;
+use super::robot::{RADIUS_M, Robot};
+use super::script::Script;
+use super::settings::SimulatedTeam;
+use super::surroundings::{Disc, Surroundings};
+use super::telegram::Telegram;
+use super::wanderer::Wanderer;
+
+/// The radius of an obstacle [m].
+const OBSTACLE_RADIUS_M: f64 = 0.25;
+/// The fastest that an obstacle moves [m/s].
+const OBSTACLE_MPS: f64 = 0.2;
+/// What is left between bodies at the start [m].
+const START_GAP_M: f64 = 0.3;
+/// The side of the square in the upper right in which so many robots as its square start [m].
+const START_SIDE_M: f64 = 1.1;
+
+/// A simulated team. The same settings and start give the same telegrams.
+#[derive(Debug)]
+pub struct Team {
+    arena: Arena,
+    robots: Vec<Robot>,
+    obstacles: Vec<Wanderer>,
+    bodies: Vec<Disc>,
+    published: Vec<Published>,
+    start: Time,
+    tick_nanos: i64,
+    turns: i64,
+    sent: u64,
+    on_their_way: BTreeMap<(Time, u64), Telegram>,
+}
+
+impl Team {
+    /// A team that begins at `start`.
+    pub fn new(settings: &SimulatedTeam, start: Time) -> Team {
+        let mut noise = Noise::seeded(settings.seed);
+        let mut team = Team {
+            arena: Arena::new(settings.arena_side_m, settings.boxes, &mut noise.fork()),
+            robots: Vec::new(),
+            obstacles: Vec::new(),
+            bodies: Vec::new(),
+            published: Vec::new(),
+            start,
+            tick_nanos: (1e9 / settings.tick_hz()).round() as i64,
+            turns: 0,
+            sent: 0,
+            on_their_way: BTreeMap::new(),
+        };
+        for name in settings.names() {
+            team.add_robot(&name, settings, noise.fork());
+        }
+        for _ in 0..settings.obstacles {
+            team.add_obstacle(noise.fork());
+        }
+        team
+    }
+
+    /// What the team publishes; a telegram says which by its index.
+    pub fn published(&self) -> &[Published] {
+        &self.published
+    }
+
+    /// The arena.
+    pub fn arena(&self) -> &Arena {
+        &self.arena
+    }
+
+    /// The robots, in the order of their names.
+    pub fn robots(&self) -> &[Robot] {
+        &self.robots
+    }
+
+    /// When next anything happens.
+    pub fn next(&self) -> Time {
+        let arrives = self.on_their_way.keys().next().map(|(at, _)| *at);
+        arrives.map_or(self.next_turn(), |at| at.min(self.next_turn()))
+    }
+
+    /// Lets time pass up to `until` and gives what is handed over by then, in order.
+    pub fn advance(&mut self, until: Time, out: &mut Vec<Telegram>) {
+        while self.next_turn() <= until {
+            self.take_turn();
+        }
+        while let Some(first) = self.on_their_way.first_entry()
+            && first.key().0 <= until
+        {
+            out.push(first.remove());
+        }
+    }
+
+    fn add_robot(&mut self, name: &str, settings: &SimulatedTeam, mut noise: Noise) {
+        let side_m = START_SIDE_M * f64::from(settings.robots).sqrt();
+        let body = self.any_place(side_m, RADIUS_M, &mut noise);
+        let script = Script::of(name, &settings.script, self.start);
+        let mut robot = Robot::new(body, settings, script, noise);
+        for (topic, rate_hz) in settings.rates() {
+            robot.report(topic, self.published.len(), rate_hz, self.start);
+            self.published.push(Published { robot: name.to_owned(), topic, rate_hz });
+        }
+        self.bodies.push(body);
+        self.robots.push(robot);
+    }
+
+    fn add_obstacle(&mut self, mut noise: Noise) {
+        let side_m = self.arena.floor().high.x_m;
+        let body = self.any_place(side_m, OBSTACLE_RADIUS_M, &mut noise);
+        self.bodies.push(body);
+        self.obstacles.push(Wanderer::new(body, OBSTACLE_MPS, noise));
+    }
+
+    /// A free place in a square in the upper right, which grows until there is one.
+    fn any_place(&self, side_m: f64, radius_m: f64, noise: &mut Noise) -> Disc {
+        let corner = self.arena.floor().high;
+        let mut side_m = side_m;
+        loop {
+            side_m = (1.01 * side_m).min(corner.x_m);
+            let low = Point { x_m: corner.x_m - side_m, y_m: corner.y_m - side_m };
+            let body = Disc { at: Rect { low, high: corner }.any_point(noise), radius_m };
+            let is_alone = self.bodies.iter().all(|other| body.gap_m(*other) > START_GAP_M);
+            if is_alone && self.arena.is_free(body.at, radius_m) {
+                return body;
+            }
+        }
+    }
+
+    fn next_turn(&self) -> Time {
+        let nanos = (self.turns + 1) * self.tick_nanos / self.bodies.len() as i64;
+        self.start + Duration::from_nanos(nanos.unsigned_abs())
+    }
+
+    /// Moves the body whose turn it is on by a tick.
+    fn take_turn(&mut self) {
+        let now = self.next_turn();
+        let own = self.turns as usize % self.bodies.len();
+        self.turns += 1;
+        let secs = self.tick_nanos as f64 / 1e9;
+        let around = Surroundings { arena: &self.arena, bodies: &self.bodies, own };
+        if let Some(robot) = self.robots.get_mut(own) {
+            robot.advance(now, secs, &around);
+            self.bodies[own] = robot.body();
+            self.hear(own, now);
+        } else {
+            let obstacle = &mut self.obstacles[own - self.robots.len()];
+            obstacle.advance(secs, &around);
+            self.bodies[own] = obstacle.body();
+        }
+    }
+
+    fn hear(&mut self, robot: usize, now: Time) {
+        let mut spoken = Vec::new();
+        self.robots[robot].speak(now, &self.arena, &mut spoken);
+        for telegram in spoken {
+            self.on_their_way.insert((telegram.at, self.sent), telegram);
+            self.sent += 1;
+        }
+    }
+}

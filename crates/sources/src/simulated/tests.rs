@@ -1,0 +1,405 @@
+//! Laws of the team as a whole.
+
+use std::time::Duration;
+
+use bytes::Bytes;
+use teampulse_core::time::Time;
+
+use super::arena::{Point, ROUTER};
+use super::robot::RADIUS_M;
+use super::script::{Change, Scene};
+use super::telegram::{Body, Gauge};
+use super::{SimulatedTeam, Team, Telegram, Topic, encode};
+
+const START: Time = Time::from_nanos(1_700_000_000_000_000_000);
+
+fn after(secs: f64) -> Time {
+    START + Duration::from_secs_f64(secs)
+}
+
+/// A team after so many seconds, with all that it told.
+struct Told {
+    team: Team,
+    telegrams: Vec<Telegram>,
+}
+
+impl Told {
+    fn new(settings: &SimulatedTeam, secs: f64) -> Told {
+        settings.check().unwrap();
+        let mut told = Told { team: Team::new(settings, START), telegrams: Vec::new() };
+        told.team.advance(after(secs), &mut told.telegrams);
+        told
+    }
+
+    fn of(&self, robot: &str, topic: Topic) -> Vec<&Telegram> {
+        let published = self.team.published();
+        let wanted = |each: &&Telegram| {
+            published[each.stream].robot == robot && published[each.stream].topic == topic
+        };
+        self.telegrams.iter().filter(wanted).collect()
+    }
+
+    fn bytes(&self) -> Vec<(Time, Bytes)> {
+        let published = self.team.published();
+        self.telegrams.iter().map(|each| (each.at, encode(each, &published[each.stream]))).collect()
+    }
+}
+
+fn only_odometry() -> SimulatedTeam {
+    SimulatedTeam {
+        robots: 1,
+        obstacles: 0,
+        battery_hz: 0.0,
+        wifi_hz: 0.0,
+        diagnostics_hz: 0.0,
+        truth_hz: 0.0,
+        ..SimulatedTeam::default()
+    }
+}
+
+/// The odometry of one robot that something happens to from second 10 to second 20.
+fn odometry_with(what: Change) -> Vec<Telegram> {
+    let (from_secs, to_secs) = (10.0, Some(20.0));
+    let scene = Scene { robot: "robot1".into(), topic: None, from_secs, to_secs, what };
+    Told::new(&SimulatedTeam { script: vec![scene], ..only_odometry() }, 30.0).telegrams
+}
+
+fn during(telegrams: &[Telegram], from_secs: f64, to_secs: f64) -> Vec<&Telegram> {
+    let window = after(from_secs)..after(to_secs);
+    telegrams.iter().filter(|each| window.contains(&each.at)).collect()
+}
+
+fn gauge(telegram: &Telegram) -> Gauge {
+    match telegram.body {
+        Body::Battery(gauge) => gauge,
+        ref other => panic!("{other:?}"),
+    }
+}
+
+fn power_w(telegram: &Telegram) -> f64 {
+    let reading = gauge(telegram).reading;
+    reading.voltage_v * reading.current_a
+}
+
+fn at(telegram: &Telegram) -> Point {
+    match telegram.body {
+        Body::Motion(pose, _) => pose.at,
+        ref other => panic!("{other:?}"),
+    }
+}
+
+fn signal_dbm(telegram: &Telegram) -> f64 {
+    match telegram.body {
+        Body::Reception(reception) => reception.signal_dbm,
+        ref other => panic!("{other:?}"),
+    }
+}
+
+fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.into_iter().collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Ranks from 0, with the mean rank for equal values.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let rank = |value: &f64| {
+        let below = sorted.partition_point(|other| other < value);
+        let up_to = sorted.partition_point(|other| other <= value);
+        (below + up_to - 1) as f64 / 2.0
+    };
+    values.iter().map(rank).collect()
+}
+
+/// Spearman's rank correlation.
+fn rank_correlation(xs: &[f64], ys: &[f64]) -> f64 {
+    let (xs, ys) = (ranks(xs), ranks(ys));
+    let (mean_x, mean_y) = (mean(xs.clone()), mean(ys.clone()));
+    let product = |us: &[f64], mean_u: f64, vs: &[f64], mean_v: f64| {
+        us.iter().zip(vs).map(|(u, v)| (u - mean_u) * (v - mean_v)).sum::<f64>()
+    };
+    let (xx, yy) = (product(&xs, mean_x, &xs, mean_x), product(&ys, mean_y, &ys, mean_y));
+    product(&xs, mean_x, &ys, mean_y) / (xx * yy).sqrt()
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_gives_others() {
+    let settings = |seed| SimulatedTeam {
+        seed,
+        camera_hz: 1.0,
+        temperature_hz: 1.0,
+        ..SimulatedTeam::default()
+    };
+    let bytes = |seed| Told::new(&settings(seed), 20.0).bytes();
+    assert_eq!(bytes(1), bytes(1));
+    assert_ne!(bytes(1), bytes(2));
+}
+
+#[test]
+fn it_does_not_matter_in_which_portions_time_passes() {
+    let settings = SimulatedTeam::default();
+    let mut team = Team::new(&settings, START);
+    let mut telegrams = Vec::new();
+    while team.next() <= after(10.0) {
+        team.advance(team.next(), &mut telegrams);
+    }
+    let portions = Told { team, telegrams };
+    assert_eq!(portions.bytes(), Told::new(&settings, 10.0).bytes());
+}
+
+#[test]
+fn what_is_watched_does_not_change_what_happens() {
+    let truth = |settings: &SimulatedTeam| {
+        let told = Told::new(settings, 60.0);
+        told.of("robot2", Topic::TruePose).into_iter().map(at).collect::<Vec<_>>()
+    };
+    let faulty = Scene {
+        robot: "robot1".into(),
+        topic: None,
+        from_secs: 5.0,
+        to_secs: None,
+        what: Change::Outage,
+    };
+    let watched = SimulatedTeam { script: vec![faulty], ..SimulatedTeam::default() };
+    assert_eq!(truth(&SimulatedTeam::default()), truth(&watched));
+}
+
+#[test]
+fn robots_stay_in_the_arena_and_out_of_boxes() {
+    for seed in 0..5 {
+        let settings = SimulatedTeam { seed, truth_hz: 20.0, ..SimulatedTeam::default() };
+        let told = Told::new(&settings, 300.0);
+        for robot in settings.names() {
+            let truth = told.of(&robot, Topic::TruePose);
+            assert!(truth.len() > 5990, "{}", truth.len());
+            for telegram in truth {
+                let at = at(telegram);
+                assert!(told.team.arena().is_free(at, RADIUS_M), "seed {seed}, {robot}: {at:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn robots_do_not_drive_through_each_other() {
+    let settings = SimulatedTeam { robots: 10, ..SimulatedTeam::default() };
+    let mut team = Team::new(&settings, START);
+    for tick in 0..300 * 20 {
+        team.advance(after(f64::from(tick) / 20.0), &mut Vec::new());
+        let bodies: Vec<_> = team.robots().iter().map(super::robot::Robot::body).collect();
+        for (k, body) in bodies.iter().enumerate() {
+            assert!(bodies[..k].iter().all(|other| body.gap_m(*other) > -1e-9), "tick {tick}");
+        }
+    }
+}
+
+#[test]
+fn every_robot_hears_the_router_worse_the_farther_it_is() {
+    for seed in 1..=8 {
+        let settings = SimulatedTeam { seed, truth_hz: 5.0, ..SimulatedTeam::default() };
+        let told = Told::new(&settings, 600.0);
+        for robot in settings.names() {
+            let signals: Vec<f64> =
+                told.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
+            let truth = told.of(&robot, Topic::TruePose);
+            let far: Vec<f64> =
+                truth.into_iter().map(|each| at(each).distance_m(ROUTER).ln()).collect();
+            let both = signals.len().min(far.len());
+            let correlation = rank_correlation(&signals[..both], &far[..both]);
+            assert!(correlation < -0.7, "seed {seed}, {robot}: {correlation}");
+        }
+    }
+}
+
+#[test]
+fn the_team_starts_far_from_the_router_where_all_hear_it_weakly() {
+    for seed in 1..=8 {
+        let settings = SimulatedTeam { seed, ..SimulatedTeam::default() };
+        let told = Told::new(&settings, 600.0);
+        for robot in settings.names() {
+            let signals: Vec<f64> =
+                told.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
+            let (start_dbm, best_dbm) = (
+                mean(signals[..50].iter().copied()),
+                signals.iter().copied().fold(f64::MIN, f64::max),
+            );
+            assert!(start_dbm < best_dbm - 8.0, "seed {seed}, {robot}: {start_dbm}, {best_dbm}");
+        }
+    }
+}
+
+#[test]
+fn the_energy_drawn_is_the_power_over_time() {
+    let told = Told::new(&SimulatedTeam::default(), 600.0);
+    for (k, robot) in told.team.robots().iter().enumerate() {
+        let reported = told.of(&format!("robot{}", k + 1), Topic::BatteryState);
+        let energy_j = mean(reported.into_iter().map(power_w)) * 600.0;
+        let drawn_j = robot.pack().drawn_j();
+        assert!((energy_j / drawn_j - 1.0).abs() < 0.01, "{energy_j} J, {drawn_j} J");
+    }
+}
+
+#[test]
+fn only_the_robot_whose_load_rises_draws_more() {
+    let scene = Scene {
+        robot: "robot4".into(),
+        topic: None,
+        from_secs: 250.0,
+        to_secs: Some(420.0),
+        what: Change::CpuFactor(2.5),
+    };
+    let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
+    let told = Told::new(&settings, 600.0);
+    for robot in settings.names() {
+        let reports = told.of(&robot, Topic::BatteryState);
+        let mean_w = |from_secs: f64, to_secs: f64| {
+            let window = after(from_secs)..after(to_secs);
+            mean(reports.iter().filter(|each| window.contains(&each.at)).map(|each| power_w(each)))
+        };
+        let rise = mean_w(250.0, 420.0) / mean_w(0.0, 250.0);
+        let fall = mean_w(420.0, 600.0) / mean_w(0.0, 250.0);
+        if robot == "robot4" {
+            assert!(rise > 1.5, "{rise}");
+        } else {
+            assert!((0.9..1.1).contains(&rise), "{robot}: {rise}");
+        }
+        assert!((0.9..1.1).contains(&fall), "{robot}: {fall}");
+    }
+}
+
+#[test]
+fn a_battery_of_twenty_watt_hours_lasts_about_an_hour_and_then_the_robot_is_silent() {
+    let settings = SimulatedTeam { odometry_hz: 1.0, truth_hz: 1.0, ..only_odometry() };
+    let told = Told::new(&settings, 7200.0);
+    let last = told.of("robot1", Topic::Odom).last().unwrap().at;
+    let lasted_secs = last.secs_since(START);
+    assert!((3000.0..6000.0).contains(&lasted_secs), "{lasted_secs} s");
+    assert!(told.team.robots()[0].pack().is_cut_off());
+    assert!(told.of("robot1", Topic::TruePose).last().unwrap().at > after(7198.0));
+}
+
+#[test]
+fn every_topic_comes_at_its_rate() {
+    let settings =
+        SimulatedTeam { camera_hz: 2.0, temperature_hz: 0.5, ..SimulatedTeam::default() };
+    let told = Told::new(&settings, 100.0);
+    for (index, published) in told.team.published().iter().enumerate() {
+        let count = told.telegrams.iter().filter(|each| each.stream == index).count() as f64;
+        let expected = 100.0 * published.rate_hz;
+        assert!((count - expected).abs() <= 1.0, "{published:?}: {count}");
+    }
+}
+
+#[test]
+fn a_dead_robot_is_silent_and_stands_still_until_it_is_on_again() {
+    let telegrams = odometry_with(Change::Dead);
+    assert!(during(&telegrams, 10.0, 20.0).is_empty());
+    let (before, then) = (during(&telegrams, 0.0, 10.0), during(&telegrams, 20.0, 30.0));
+    assert!(then.len() > 195);
+    assert!(at(before.last().unwrap()).distance_m(at(then[0])) < 0.05);
+}
+
+#[test]
+fn a_dead_topic_is_silent_alone() {
+    let scene = Scene {
+        robot: "robot1".into(),
+        topic: Some(Topic::Wifi),
+        from_secs: 10.0,
+        to_secs: None,
+        what: Change::Dead,
+    };
+    let told = Told::new(&SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() }, 30.0);
+    assert!(told.of("robot1", Topic::Wifi).last().unwrap().at < after(10.0));
+    assert!(told.of("robot1", Topic::Odom).last().unwrap().at > after(29.0));
+    assert!(told.of("robot2", Topic::Wifi).last().unwrap().at > after(29.0));
+}
+
+#[test]
+fn an_outage_loses_messages_while_the_robot_goes_on() {
+    let telegrams = odometry_with(Change::Outage);
+    assert!(during(&telegrams, 10.0, 20.0).is_empty());
+    let before = at(during(&telegrams, 0.0, 10.0).last().unwrap());
+    assert!(before.distance_m(at(during(&telegrams, 20.0, 30.0)[0])) > 0.3);
+}
+
+#[test]
+fn a_stuck_sensor_repeats_its_values_with_new_stamps() {
+    let telegrams = odometry_with(Change::Stuck);
+    let stuck = during(&telegrams, 10.0, 20.0);
+    assert!(stuck.len() > 195);
+    assert!(stuck.windows(2).all(|two| two[0].body == two[1].body));
+    assert!(stuck.windows(2).all(|two| two[0].stamp < two[1].stamp));
+    let then = during(&telegrams, 20.0, 30.0);
+    assert!(then[0].body != stuck[0].body);
+}
+
+#[test]
+fn a_slowed_topic_comes_at_a_part_of_its_rate() {
+    let telegrams = odometry_with(Change::SlowFactor(4.0));
+    assert!((49..=51).contains(&during(&telegrams, 10.0, 20.0).len()));
+    assert!((199..=201).contains(&during(&telegrams, 20.0, 30.0).len()));
+}
+
+#[test]
+fn a_drifting_clock_runs_away_from_the_time_of_arrival() {
+    let telegrams = odometry_with(Change::ClockDriftPpm(500.0));
+    let drifting = during(&telegrams, 10.0, 20.0);
+    let ahead_secs = |each: &Telegram| each.stamp.secs_since(each.at);
+    assert!(ahead_secs(drifting[0]) < 1e-4);
+    let last_secs = ahead_secs(drifting.last().unwrap());
+    assert!((last_secs - 0.005).abs() < 1e-4, "{last_secs}");
+}
+
+#[test]
+fn a_jumping_clock_is_ahead_at_once() {
+    let telegrams = odometry_with(Change::ClockJumpSecs(-2.5));
+    let off = |each: &&Telegram| each.stamp.nanos_since(each.at) != -2_500_000_000;
+    assert!(!during(&telegrams, 10.0, 20.0).iter().any(off));
+    assert!(during(&telegrams, 20.0, 30.0).iter().all(off));
+}
+
+#[test]
+fn a_duplicate_has_the_same_stamp_and_values() {
+    let telegrams = odometry_with(Change::Duplicate);
+    let twice = during(&telegrams, 10.0, 19.9);
+    let mut pairs: Vec<_> = twice.iter().map(|each| (each.stamp, &each.body)).collect();
+    assert!(pairs.len() > 2 * 195);
+    pairs.dedup();
+    assert!((twice.len() as f64 / pairs.len() as f64 - 2.0).abs() < 0.02);
+}
+
+#[test]
+fn out_of_order_every_other_message_comes_after_its_successor() {
+    let telegrams = odometry_with(Change::OutOfOrder);
+    let back = |telegrams: &[&Telegram]| {
+        telegrams.windows(2).filter(|two| two[1].stamp < two[0].stamp).count()
+    };
+    assert!(back(&during(&telegrams, 10.0, 20.0)) >= 98);
+    assert_eq!(back(&during(&telegrams, 0.0, 10.0)), 0);
+}
+
+#[test]
+fn a_sagging_battery_shows_less_voltage() {
+    let scene = Scene {
+        robot: "robot2".into(),
+        topic: None,
+        from_secs: 10.0,
+        to_secs: Some(20.0),
+        what: Change::BatterySagV(1.5),
+    };
+    let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
+    let told = Told::new(&settings, 30.0);
+    let mean_v = |from_secs: f64, to_secs: f64| {
+        let window = after(from_secs)..after(to_secs);
+        let reports = told.of("robot2", Topic::BatteryState);
+        mean(
+            reports
+                .into_iter()
+                .filter(|each| window.contains(&each.at))
+                .map(|each| gauge(each).reading.voltage_v),
+        )
+    };
+    assert!(mean_v(10.0, 20.0) < mean_v(0.0, 10.0) - 1.3);
+    assert!(mean_v(20.0, 30.0) > mean_v(0.0, 10.0) - 0.2);
+}
