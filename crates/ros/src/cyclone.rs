@@ -7,6 +7,10 @@ mod subscription;
 mod seen;
 mod nodes;
 mod census;
+mod type_search;
+mod type_client;
+mod type_server;
+mod service;
 mod names;
 mod wake;
 mod discovery;
@@ -26,7 +30,6 @@ use std::thread::{self, JoinHandle};
 use async_trait::async_trait;
 use teampulse_core::qos::Qos;
 use teampulse_core::stream::Schema;
-use teampulse_messages::catalogue;
 use teampulse_messages::standard::rmw_dds_common::GidWidth;
 use tokio::sync::{broadcast, watch};
 
@@ -35,6 +38,7 @@ use crate::graph::Graph;
 use domain::Participant;
 use site::{Site, Watcher};
 use subscription::Listening;
+use type_server::TypeServer;
 use writer::Writer;
 
 /// How to take part in a domain.
@@ -62,24 +66,34 @@ pub struct Participation {
 /// it does not hear itself. A [`Deliver`] must neither wait nor drop its own subscription.
 pub struct CycloneBus {
     name: String,
-    site: Arc<Site>,
+    prefixes: Vec<PathBuf>,
     watcher: Option<JoinHandle<()>>,
+    /// Before `site`, in whose participant it lives.
+    _server: TypeServer,
+    site: Arc<Site>,
 }
 
 impl CycloneBus {
     /// Joins a domain. All participants of a process in one domain need the same configuration.
     pub fn join(participation: Participation) -> Result<Arc<dyn Bus>, BusError> {
-        let Participation { domain, namespace, node_name, configuration, gid_width, .. } =
+        let name = format!("ROS domain {}", participation.domain);
+        match CycloneBus::open(name.clone(), participation) {
+            Ok(bus) => Ok(Arc::new(bus)),
+            Err(reason) => Err(BusError::Join { bus: name, reason }),
+        }
+    }
+
+    fn open(name: String, participation: Participation) -> Result<CycloneBus, String> {
+        let Participation { domain, namespace, node_name, configuration, gid_width, prefixes } =
             participation;
-        let name = format!("ROS domain {domain}");
-        let failed = |reason| BusError::Join { bus: name.clone(), reason };
-        let participant = Participant::join(domain, &configuration).map_err(failed)?;
-        let site = Arc::new(Site::new(Arc::new(participant), namespace, node_name));
-        let mut watcher = Watcher::new(Arc::clone(&site), gid_width).map_err(failed)?;
+        let participant = Arc::new(Participant::join(domain, &configuration)?);
+        let server = TypeServer::open(&participant, &names::node(&namespace, &node_name))?;
+        let site = Arc::new(Site::new(participant, namespace, node_name));
+        let mut watcher = Watcher::new(Arc::clone(&site), gid_width)?;
         watcher.look();
         let thread = thread::Builder::new().name(format!("ros-domain-{domain}"));
-        let watcher = thread.spawn(|| watcher.run()).map_err(|error| failed(error.to_string()))?;
-        Ok(Arc::new(CycloneBus { name, site, watcher: Some(watcher) }))
+        let watcher = thread.spawn(|| watcher.run()).map_err(|error| error.to_string())?;
+        Ok(CycloneBus { name, prefixes, watcher: Some(watcher), _server: server, site })
     }
 }
 
@@ -143,12 +157,9 @@ impl Bus for CycloneBus {
     }
 
     async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError> {
-        let shipped = catalogue::shipped(type_name);
-        let is_it = |schema: &Arc<Schema>| hash.is_empty() || schema.hash == hash;
-        shipped.filter(is_it).map(|schema| Schema::clone(&schema)).ok_or_else(|| {
-            let (type_name, reason) = (type_name.to_owned(), "it is not shipped".to_owned());
-            BusError::Definition { type_name, reason }
-        })
+        let found = type_search::find(&self.site, &self.prefixes, type_name, hash).await;
+        let type_name = type_name.to_owned();
+        found.map_err(|reason| BusError::Definition { type_name, reason })
     }
 }
 

@@ -49,9 +49,9 @@ impl Environment {
     pub fn domain(&self) -> Result<u32, BusError> {
         match self.domain_id.trim() {
             "" => Ok(0),
-            number => number.parse().map_err(|_| BusError::Join {
+            number => number.parse().map_err(|error| BusError::Join {
                 bus: "the default ROS domain".into(),
-                reason: format!("ROS_DOMAIN_ID is {number:?}, expected a number"),
+                reason: format!("ROS_DOMAIN_ID is {number:?}: {error}"),
             }),
         }
     }
@@ -90,7 +90,7 @@ mod tests {
         let odd = Environment { domain_id: "seven".into(), ..Environment::default() };
         assert_eq!(
             odd.domain().unwrap_err().to_string(),
-            "join the default ROS domain: ROS_DOMAIN_ID is \"seven\", expected a number"
+            "join the default ROS domain: ROS_DOMAIN_ID is \"seven\": invalid digit found in string"
         );
         let seven = Environment { domain_id: "7".into(), ..Environment::default() };
         assert_eq!(seven.domain().unwrap(), 7);

@@ -7,6 +7,7 @@ pub mod losses;
 mod runs;
 pub mod memory;
 pub mod cyclone;
+mod definitions;
 pub mod environment;
 pub mod buses;
 pub mod sink;

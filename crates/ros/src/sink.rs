@@ -7,7 +7,7 @@ use std::time::Duration;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError};
-use teampulse_core::stream::{About, Stream, StreamId};
+use teampulse_core::stream::{About, Origin, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
 use teampulse_messages::convert::schema_of;
@@ -24,6 +24,9 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub enum Publish {
     /// All but those about people.
     Everything,
+    /// What was computed, unless it is about people, and those that are named as in
+    /// [`Publish::Named`].
+    Conclusions(Vec<String>),
     /// Those of which the name is one of these, token by token: `*` is any one token, and a last
     /// `**` is whatever follows. What is about a person must be named from its first token on:
     /// `/humans/persons/p001/*/hrv`.
@@ -67,10 +70,10 @@ impl Sink for RosSink {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let mut desk = Desk::new(&self).map_err(failed)?;
+        let mut desk = Desk::new(&self)?;
         loop {
             match inbox.receive(PATIENCE) {
-                Received::Batch(batch) => desk.publish(&batch).map_err(failed)?,
+                Received::Batch(batch) => desk.publish(&batch)?,
                 Received::Silence => {}
                 Received::Closed => break,
             }
@@ -172,12 +175,16 @@ impl Publish {
     /// Whether a stream is published.
     pub fn includes(&self, stream: &Stream) -> bool {
         let about_person = stream.about == About::Person;
+        let concluded = stream.origin == Origin::Derived && !about_person;
         match self {
             Publish::Everything => !about_person,
-            Publish::Named(patterns) => patterns.iter().any(|pattern| {
-                let named = !pattern.trim_start_matches('/').starts_with('*');
-                (named || !about_person) && matches(pattern, &stream.name)
-            }),
+            Publish::Conclusions(_) if concluded => true,
+            Publish::Conclusions(patterns) | Publish::Named(patterns) => {
+                patterns.iter().any(|pattern| {
+                    let named = !pattern.trim_start_matches('/').starts_with('*');
+                    (named || !about_person) && matches(pattern, &stream.name)
+                })
+            }
         }
     }
 }
@@ -195,8 +202,10 @@ fn matches(pattern: &str, topic: &str) -> bool {
     tokens.next().is_none()
 }
 
-fn failed(error: BusError) -> SinkError {
-    SinkError::Failed { message: error.to_string(), hint: String::new() }
+impl From<BusError> for SinkError {
+    fn from(error: BusError) -> SinkError {
+        SinkError::Failed { message: error.to_string(), hint: String::new() }
+    }
 }
 
 #[cfg(test)]

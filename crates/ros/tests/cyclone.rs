@@ -1,4 +1,5 @@
 //! Two participants of one domain, over the loopback interface.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -260,4 +261,19 @@ fn a_domain_can_be_left_and_joined_again() {
         until_graph(&monitor, "the other's node", |graph| graph.nodes.len() == 2);
         drop((robot, monitor));
     }
+}
+
+#[tokio::test]
+async fn a_definition_that_is_not_found_says_what_was_tried() {
+    let (robot, monitor) = pair(111);
+    let _publisher = speak(&robot, "/r1/x", &Qos::reliable(1));
+    until_graph(&monitor, "the publisher and its node", |graph| {
+        graph.publishers("/r1/x").any(|each| each.node.is_some())
+    });
+    let error = monitor.definition("demo_msgs/msg/Blob", HASH).await.unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "find the definition of demo_msgs/msg/Blob: /robot was asked: it says: demo_msgs/msg/Blob \
+         is not known here; in the installed ROS: demo_msgs/msg/Blob is missing; none is shipped"
+    );
 }

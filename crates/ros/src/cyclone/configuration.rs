@@ -75,10 +75,12 @@ fn peers(range: Range, environment: &Environment) -> String {
     let named = environment.static_peers.split(';').map(str::trim);
     let named = named.filter(|peer| !peer.is_empty() && environment.localhost_only != "1");
     let localhost = (range == Range::Localhost).then_some("localhost");
-    let peers = localhost.into_iter().chain(named);
-    let peers: String =
-        peers.map(|peer| format!("<Peer address=\"{}\"/>", escaped(peer))).collect();
-    if peers.is_empty() { peers } else { format!("<Peers>{peers}</Peers>") }
+    let peers: Vec<String> = localhost
+        .into_iter()
+        .chain(named)
+        .map(|peer| format!("<Peer address=\"{}\"/>", escaped(peer)))
+        .collect();
+    if peers.is_empty() { String::new() } else { format!("<Peers>{}</Peers>", peers.concat()) }
 }
 
 fn escaped(text: &str) -> String {

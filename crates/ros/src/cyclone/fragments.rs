@@ -123,9 +123,9 @@ mod tests {
         bytes: [u8; 64],
     }
 
-    fn received(bytes: &[u8]) -> Box<Received> {
+    fn received(bytes: &[u8]) -> Received {
         // SAFETY: all zeros is a value of these structures.
-        let mut received: Box<Received> = Box::new(unsafe { std::mem::zeroed() });
+        let mut received: Received = unsafe { std::mem::zeroed() };
         received.bytes[..bytes.len()].copy_from_slice(bytes);
         received
     }

@@ -4,13 +4,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
 use teampulse_core::qos::Qos;
-use teampulse_messages::catalogue;
 use teampulse_messages::standard::rmw_dds_common::{GidWidth, ParticipantEntitiesInfo};
 
 use super::census::DISCOVERY_TOPIC;
 use super::domain::Participant;
 use super::names;
 use super::reader::{Reader, Told};
+use super::type_server::shipped_hash;
 use super::wake::Wake;
 use super::writer::Writer;
 
@@ -30,8 +30,7 @@ impl Nodes {
     pub(super) fn open(participant: &Participant, wake: Arc<Wake>) -> Result<Nodes, String> {
         let type_name = names::dds_type(ParticipantEntitiesInfo::NAME);
         let names = (DISCOVERY_TOPIC, type_name.as_str());
-        let hash = catalogue::shipped(ParticipantEntitiesInfo::NAME);
-        let user_data = names::user_data(hash.as_ref().map_or("", |schema| &schema.hash));
+        let user_data = shipped_hash(ParticipantEntitiesInfo::NAME);
         let heard = Arc::<Mutex<Vec<Bytes>>>::default();
         let waiting = Arc::clone(&heard);
         let tell = Box::new(move |told| {

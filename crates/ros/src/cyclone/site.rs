@@ -1,6 +1,7 @@
 //! Our place in a domain, and the thread that watches the domain from there.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
@@ -35,6 +36,7 @@ pub(super) struct Site {
     clock: Clock,
     census: Mutex<Census>,
     subscriptions: Mutex<Vec<Weak<Listening>>>,
+    calls: AtomicI64,
 }
 
 impl Site {
@@ -48,6 +50,7 @@ impl Site {
             clock: Clock::host(),
             census: Mutex::new(Census::new(participant.entity().gid())),
             subscriptions: Mutex::default(),
+            calls: AtomicI64::new(0),
             participant,
         }
     }
@@ -55,6 +58,11 @@ impl Site {
     /// Who is there.
     pub(super) fn census(&self) -> MutexGuard<'_, Census> {
         self.census.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A number for a call of a service.
+    pub(super) fn next_call(&self) -> i64 {
+        self.calls.fetch_add(1, Ordering::Relaxed) + 1
     }
 
     /// Keeps a subscription suited to what is offered, as long as it is alive.

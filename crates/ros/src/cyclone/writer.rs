@@ -13,6 +13,7 @@ use super::entity::{Entity, checked};
 use super::message;
 use super::qos::{self, Policies};
 use super::sertype;
+use crate::graph::Gid;
 
 /// What is called when a subscription asks for more of a policy than we offer.
 pub(super) type Differs = Box<dyn Fn(String) + Send + Sync>;
@@ -80,6 +81,10 @@ impl Writer {
             c::dds_get_publication_matched_status(self.entity.handle(), &raw mut status);
             status.current_count as usize
         }
+    }
+
+    pub(super) fn gid(&self) -> Gid {
+        self.entity.gid()
     }
 }
 
