@@ -1,0 +1,24 @@
+//! Any bytes, read as any message that is known: an error or a message, never a panic.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use teampulse_messages::catalogue::{names, shipped};
+use teampulse_messages::convert;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields::{Fields, numbers};
+use teampulse_messages::standard::rmw_dds_common::ParticipantEntitiesInfo;
+use teampulse_messages::value::flatten;
+
+fuzz_target!(|input: (usize, &[u8])| {
+    let (which, cdr) = input;
+    let name = names().nth(which % names().count()).expect("types are shipped");
+    let schema = shipped(name).expect("a listed type is shipped");
+    let definition = Definition::of(&schema).expect("what is shipped is a definition");
+    let fields =
+        Fields::compile(&definition, &numbers(&definition)).expect("what is listed is there");
+    let listed = flatten(&definition, cdr, 100);
+    let read = fields.read(cdr, &mut Vec::new());
+    assert!(listed.is_err() || read.is_ok());
+    drop(convert::decode(name, cdr));
+    drop(ParticipantEntitiesInfo::decode(cdr));
+});
