@@ -64,7 +64,7 @@ pub enum BagError {
 /// What was found where a bag was expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Found {
-    /// An SQLite file of rosbag2.
+    /// An `SQLite` file of rosbag2.
     #[error("a rosbag2 recording in SQLite")]
     Sqlite,
     /// A bag of ROS 1.

@@ -66,10 +66,18 @@ impl Index {
         let file = File::open(path).map_err(BagError::io("open", path))?;
         check_magic(path, &file)?;
         let mut index = Index::empty(path, file);
-        match index.read_summary() {
-            Ok(()) => Ok(index),
-            Err(_) => scan(Index::empty(path, index.file)).map_err(BagError::io("read", path)),
+        let Err(error) = index.read_summary() else { return Ok(index) };
+        let scanned = scan(Index::empty(path, index.file));
+        let mut index = scanned.map_err(BagError::io("read", path))?;
+        // A file may do without an index. One that should have one, and hasn't, was damaged.
+        if index.damage.is_empty() && !matches!(error, McapError::BadIndex) {
+            index.damage.push(Damage {
+                offset: index.file.metadata().map_err(BagError::io("read", path))?.len(),
+                lost_bytes: 0,
+                reason: error.to_string(),
+            });
         }
+        Ok(index)
     }
 
     fn empty(path: &Path, file: File) -> Index {
@@ -106,7 +114,9 @@ impl Index {
             return Err(McapError::BadIndex);
         }
         chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
-        chunks.iter().for_each(|chunk| self.add_chunk(chunk));
+        for chunk in &chunks {
+            self.add_chunk(chunk);
+        }
         self.span = span(&told);
         self.counts = told.channel_message_counts;
         Ok(())
@@ -241,8 +251,11 @@ fn read_summary(file: &File) -> McapResult<Vec<u8>> {
         return Err(McapError::BadFooter);
     };
     // MCAP: zero means that there is no summary.
-    let length = footer_at.checked_sub(told.summary_start).filter(|_| told.summary_start > 0);
-    let summary = read_at(file, told.summary_start, length.ok_or(McapError::BadFooter)?)?;
+    if told.summary_start == 0 {
+        return Err(McapError::BadIndex);
+    }
+    let length = footer_at.checked_sub(told.summary_start).ok_or(McapError::BadFooter)?;
+    let summary = read_at(file, told.summary_start, length)?;
     let mut crc = crc32fast::Hasher::new();
     crc.update(&summary);
     crc.update(&record[..record.len() - 4]);

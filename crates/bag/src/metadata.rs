@@ -190,7 +190,9 @@ impl Lines {
     fn list<T>(&mut self, key: &str, items: &[T], write: impl Fn(&mut Lines, &T)) {
         let empty = if items.is_empty() { " []" } else { "" };
         self.line(0, format_args!("{key}:{empty}"));
-        items.iter().for_each(|item| write(self, item));
+        for item in items {
+            write(self, item);
+        }
     }
 }
 

@@ -236,3 +236,105 @@ fn disk_full(path: &Path) -> BagError {
 pub(crate) fn nanos(time: Time) -> u64 {
     u64::try_from(time.nanos()).unwrap_or(0)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::{self, ErrorKind};
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use crate::index::Index;
+    use teampulse_core::stream::Schema;
+
+    /// A disk with little room.
+    #[derive(Clone, Default)]
+    struct Disk {
+        contents: Arc<Mutex<Vec<u8>>>,
+        room_bytes: Arc<AtomicU64>,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let room_bytes = self.room_bytes.load(Ordering::Relaxed);
+            let taken = bytes.len().min(room_bytes as usize);
+            if taken == 0 {
+                return Err(ErrorKind::StorageFull.into());
+            }
+            self.room_bytes.fetch_sub(taken as u64, Ordering::Relaxed);
+            self.contents.lock().unwrap().extend(&bytes[..taken]);
+            Ok(taken)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// Space kept back on that disk.
+    struct KeptBack {
+        disk: Disk,
+        bytes: u64,
+    }
+
+    impl Spare for KeptBack {
+        fn grow_to(&mut self, bytes: u64) -> io::Result<()> {
+            let more = bytes.saturating_sub(self.bytes);
+            if more > self.disk.room_bytes.load(Ordering::Relaxed) {
+                return Err(ErrorKind::StorageFull.into());
+            }
+            self.disk.room_bytes.fetch_sub(more, Ordering::Relaxed);
+            self.bytes += more;
+            Ok(())
+        }
+
+        fn release(&mut self) {
+            self.disk.room_bytes.fetch_add(self.bytes, Ordering::Relaxed);
+            self.bytes = 0;
+        }
+    }
+
+    fn channel() -> Channel {
+        let schema = Schema {
+            name: "a/msg/X".into(),
+            encoding: "ros2msg".into(),
+            text: "byte[] data".into(),
+            hash: String::new(),
+        };
+        let metadata = BTreeMap::new();
+        Channel { topic: "/x".into(), schema: Arc::new(schema), encoding: "cdr".into(), metadata }
+    }
+
+    /// Writes messages of so many bytes until it is refused, then ends the file; gives what the
+    /// file holds.
+    fn fill(room_bytes: u64, message_bytes: usize) -> (FileSpan, Index) {
+        let disk = Disk::default();
+        disk.room_bytes.store(room_bytes, Ordering::Relaxed);
+        let spare = Arc::new(Mutex::new(KeptBack { disk: disk.clone(), bytes: 0 }));
+        let path = Path::new("x.mcap");
+        let mut part = Part::begin(path, disk.clone(), spare, Compression::None).unwrap();
+        let channel_id = part.channel(&channel()).unwrap();
+        let mut header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };
+        while !part.is_full() {
+            header.log_time += 1;
+            if part.write(&header, &vec![7; message_bytes]).is_err() {
+                break;
+            }
+        }
+        let span = part.finish().unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), &*disk.contents.lock().unwrap()).unwrap();
+        (span, Index::open(file.path()).unwrap())
+    }
+
+    #[test]
+    fn a_full_disk_leaves_a_whole_file() {
+        for message_bytes in [1, 1000, 100_000, 3_000_000] {
+            for room_bytes in [20_000_000, 20_500_000, 21_000_001] {
+                let (told, index) = fill(room_bytes, message_bytes);
+                assert_eq!(index.damage, []);
+                assert_eq!(index.span, told.span);
+                assert!(told.span.messages > 1);
+            }
+        }
+    }
+}

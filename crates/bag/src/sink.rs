@@ -41,14 +41,15 @@ impl Sink for BagSink {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let writer = BagWriter::create(&self.folder, &self.options).map_err(failed)?;
+        let writer =
+            BagWriter::create(&self.folder, &self.options).map_err(|error| failed(&error))?;
         let clock = Clock::host();
         let flush_due = clock.now() + FLUSH_EVERY;
         let mut recording =
             Recording { writer, study: self.study, losses: BTreeMap::new(), clock, flush_due };
         let recorded = recording.take_all(&inbox);
         let finished = recording.finish();
-        recorded.and(finished).map_err(lost)
+        recorded.and(finished).map_err(|error| lost(&error))
     }
 }
 
@@ -121,11 +122,11 @@ impl Recording {
 }
 
 /// Nothing was recorded.
-fn failed(error: BagError) -> SinkError {
+fn failed(error: &BagError) -> SinkError {
     SinkError::Failed { message: error.to_string(), hint: error.hint().to_owned() }
 }
 
 /// The recording ended before its session.
-fn lost(error: BagError) -> SinkError {
+fn lost(error: &BagError) -> SinkError {
     SinkError::Lost { message: error.to_string(), hint: error.hint().to_owned() }
 }

@@ -118,16 +118,16 @@ impl<'a> Playback<'a> {
     async fn play(&mut self, shift: Duration) -> Result<(), SourceError> {
         let source = self.source;
         for (count, message) in source.bag.messages(source.from).enumerate() {
-            let message = message.map_err(fatal)?;
+            let message = message.map_err(|error| fatal(&error))?;
             if let Some(pace) = &source.pace {
                 let position = message.log_time + shift;
                 let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), position));
                 pacer.reach(position).await;
             }
-            if let Some(reading) = self.reading(&message)? {
-                if self.outlet.send(reading, message.log_time + shift).await.is_err() {
-                    return Ok(());
-                }
+            if let Some(reading) = self.reading(&message)?
+                && self.outlet.send(reading, message.log_time + shift).await.is_err()
+            {
+                return Ok(());
             }
             if count % TURN == TURN - 1 {
                 tokio::task::yield_now().await;
@@ -155,8 +155,8 @@ impl<'a> Playback<'a> {
                 let decoded = decode(type_name(shape), &message.cdr)
                     .map_err(|error| undecodable(known, message, &error))?;
                 let stream = self.declare_as(message);
-                let device_time = decoded.device_time;
-                Ok(Some(Reading { stream, device_time, source_time: None, data: decoded.data }))
+                let (device_time, source_time) = (decoded.device_time, Some(decoded.stamp));
+                Ok(Some(Reading { stream, device_time, source_time, data: decoded.data }))
             }
         }
     }
@@ -245,7 +245,7 @@ fn with_schema(stream: Stream, schema: Option<&Arc<Schema>>) -> Stream {
     }
 }
 
-fn fatal(error: BagError) -> SourceError {
+fn fatal(error: &BagError) -> SourceError {
     SourceError::Fatal { message: error.to_string(), hint: error.hint().to_owned() }
 }
 

@@ -1,5 +1,6 @@
 //! A replay equals the run that it came from.
 
+#[expect(dead_code, reason = "each test takes what it needs")]
 mod session;
 
 use std::path::{Path, PathBuf};
