@@ -1,4 +1,5 @@
 //! A replay equals the run that it came from.
+#![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 #[expect(dead_code, reason = "each test takes what it needs")]
 mod session;
