@@ -1,9 +1,9 @@
 //! What is shipped is what the packages define.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use teampulse_messages::catalogue::{names, shipped};
-use teampulse_messages::definition::Definition;
+use teampulse_messages::definition::{AssembleError, Definition, assemble};
 
 /// Names and hashes, as an independent implementation computed them.
 fn expected() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -59,4 +59,31 @@ fn a_type_description_names_each_type_once() {
         "std_msgs/msg/Header",
     ];
     assert!(names.eq(expected));
+}
+
+#[test]
+fn a_definition_taken_apart_can_be_put_together_again() {
+    for name in names() {
+        let text = &shipped(name).expect(name).text;
+        let parts: BTreeMap<_, _> = Definition::parts(name, text).unwrap().into_iter().collect();
+        assert_eq!(assemble(name, |part| parts.get(part)).as_ref(), Ok(text));
+    }
+}
+
+#[test]
+fn what_a_definition_lacks_is_named() {
+    let text_of = |name: &str| (name == "a/msg/X").then_some("b/Y y");
+    let missing = |name: &str| Err(AssembleError::Missing(name.to_owned()));
+    assert_eq!(assemble("a/msg/X", text_of), missing("b/msg/Y"));
+    assert_eq!(assemble("a/msg/Z", text_of), missing("a/msg/Z"));
+}
+
+#[test]
+fn a_definition_without_end_is_refused() {
+    let text_of = |name: &str| {
+        let number: u32 = name.trim_start_matches("a/msg/X").parse().ok()?;
+        Some(format!("X{} x", number + 1))
+    };
+    let endless = AssembleError::Endless("a/msg/X1".to_owned());
+    assert_eq!(assemble("a/msg/X1", text_of), Err(endless));
 }

@@ -1,14 +1,13 @@
 //! The definitions that are shipped: of the common packages as ROS 2 Jazzy has them, and our own.
 
 mod packages;
-mod assemble;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock, OnceLock};
 
 use teampulse_core::stream::Schema;
 
-use crate::definition::Definition;
+use crate::definition::{Definition, assemble};
 
 /// The `.msg` texts by full name of the type, each with its schema once that was asked for.
 static SHIPPED: LazyLock<BTreeMap<String, Shipped>> = LazyLock::new(|| {
@@ -33,12 +32,9 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 }
 
 fn schema(type_name: &str) -> Schema {
-    let text = assemble::assemble(type_name, |name| SHIPPED.get(name).map(|shipped| shipped.text));
-    let definition = Definition::parse(type_name, &text);
-    Schema {
-        name: type_name.to_owned(),
-        encoding: "ros2msg".to_owned(),
-        hash: definition.expect("what is shipped is tested").hash(),
-        text,
-    }
+    let text = assemble(type_name, |name| SHIPPED.get(name).map(|shipped| shipped.text));
+    let text = text.expect("what a shipped type is made of is shipped");
+    let definition = Definition::parse(type_name, &text).expect("what is shipped is a definition");
+    let (name, encoding) = (type_name.to_owned(), "ros2msg".to_owned());
+    Schema { name, encoding, hash: definition.hash(), text }
 }

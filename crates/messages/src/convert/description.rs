@@ -2,7 +2,7 @@ use teampulse_core::stream::{About, Origin, Signal, Stream};
 
 use super::DecodeError;
 use super::decode::{expect_length, unknown_word};
-use super::schema::{shape_of, type_name};
+use super::schema::{named, shape_of, type_name};
 use crate::standard::std_msgs::Header;
 use crate::standard::teampulse_msgs::StreamDescription;
 
@@ -44,7 +44,7 @@ impl StreamDescription {
             id: self.id.clone(),
             device: self.device.clone(),
             origin: coded("origin", &ORIGINS, self.origin)?,
-            shape: shape_of(&self.r#type),
+            shape: shape_of(&named(&self.r#type)),
             channels: self.channels.clone(),
             units: self.units.clone(),
             scale: self.scale,

@@ -13,7 +13,7 @@ use crate::cdr::CdrError;
 
 pub use decode::decode;
 pub use encode::encode;
-pub use schema::schema_of;
+pub use schema::{schema_of, shape_of, type_name};
 
 /// A sample as one of our own messages told it.
 #[derive(Clone, Debug)]

@@ -14,7 +14,7 @@ pub fn schema_of(shape: &Shape) -> Arc<Schema> {
 }
 
 /// The name of the ROS type of a stream's samples.
-pub(super) fn type_name(shape: &Shape) -> &str {
+pub fn type_name(shape: &Shape) -> &str {
     match shape {
         Shape::Sample => msgs::Sample::NAME,
         Shape::Wave => msgs::Wave::NAME,
@@ -26,21 +26,21 @@ pub(super) fn type_name(shape: &Shape) -> &str {
     }
 }
 
-/// The shape of samples that come as the named ROS type.
-pub(super) fn shape_of(type_name: &str) -> Shape {
-    match type_name {
+/// The shape of samples that come as messages of this type.
+pub fn shape_of(schema: &Arc<Schema>) -> Shape {
+    match schema.name.as_str() {
         msgs::Sample::NAME => Shape::Sample,
         msgs::Wave::NAME => Shape::Wave,
         msgs::Feature::NAME => Shape::Feature,
         msgs::Event::NAME => Shape::Event,
         msgs::StreamStatus::NAME => Shape::Status,
         msgs::StreamDescription::NAME => Shape::Description,
-        other => Shape::Message(named(other)),
+        _ => Shape::Message(Arc::clone(schema)),
     }
 }
 
 /// The schema of a type by its name: without definition and hash unless they are shipped.
-fn named(type_name: &str) -> Arc<Schema> {
+pub(super) fn named(type_name: &str) -> Arc<Schema> {
     let unknown = || {
         Arc::new(Schema {
             name: type_name.to_owned(),

@@ -11,13 +11,31 @@ use super::{
 
 /// Reads a type and all that it is made of.
 pub(super) fn read(type_name: &str, text: &str) -> Result<Arc<Struct>, DefinitionError> {
-    let type_name =
-        full_name(type_name, "").ok_or_else(|| DefinitionError::Name(type_name.to_owned()))?;
+    let type_name = checked(type_name)?;
     let root = split(&type_name, text).and_then(|sections| {
+        // Of two types with one name the first counts.
+        let sections = sections.into_iter().rev().collect();
         let mut linker = Linker { sections, done: BTreeMap::new(), open: Vec::new() };
         linker.link(&type_name, 1)
     });
     root.map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })
+}
+
+/// The texts of a type and of all that it is made of.
+pub(super) fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
+    let type_name = checked(type_name)?;
+    let sections = split(&type_name, text)
+        .map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })?;
+    let last = sections.len() - 1;
+    let parts = sections.into_iter().enumerate().map(|(k, (name, section))| {
+        let behind = if k == last { "" } else { "\n" };
+        (name, section.text.strip_suffix(behind).unwrap_or(section.text).to_owned())
+    });
+    Ok(parts.collect())
+}
+
+fn checked(type_name: &str) -> Result<String, DefinitionError> {
+    full_name(type_name, "").ok_or_else(|| DefinitionError::Name(type_name.to_owned()))
 }
 
 /// Reads types as they are needed: each once, and all that a type is made of before the type.
@@ -46,7 +64,7 @@ impl Linker<'_> {
             return wrong(Problem::Undefined(name.to_owned()));
         };
         self.open.push(name.to_owned());
-        let read = Arc::new(self.read(name, &section)?);
+        let read = Arc::new(self.read(name, section)?);
         self.open.pop();
         if read.least_bytes > LARGEST_BYTES {
             return wrong(Problem::Large(read.least_bytes));
@@ -55,10 +73,11 @@ impl Linker<'_> {
         Ok(read)
     }
 
-    fn read(&mut self, name: &str, section: &Section<'_>) -> Result<Struct, Misread> {
+    fn read(&mut self, name: &str, section: Section<'_>) -> Result<Struct, Misread> {
         let (mut fields, mut constants) = (Vec::new(), Vec::new());
         let mut names = BTreeSet::new();
-        for &(number, text) in &section.lines {
+        for (before, text) in section.text.lines().enumerate() {
+            let number = section.lines_before + before + 1;
             let wrong = |problem| Misread { line: number, problem };
             let Some(line) = Line::read(text).map_err(wrong)? else { continue };
             if !names.insert(line.name) {

@@ -4,6 +4,7 @@ mod link;
 mod sections;
 mod line;
 mod name;
+mod assemble;
 mod describe;
 mod hash;
 mod walk;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 use teampulse_core::stream::Schema;
 use thiserror::Error;
 
-pub(crate) use name::referenced;
+pub use assemble::{AssembleError, assemble};
 
 /// The name of the field that a type without any is given, as CDR has no empty struct.
 pub const EMPTY: &str = "structure_needs_at_least_one_member";
@@ -189,6 +190,12 @@ impl Definition {
     /// each type it is made of behind a line of 80 `=` and a line `MSG: package/Type`.
     pub fn parse(type_name: &str, text: &str) -> Result<Definition, DefinitionError> {
         link::read(type_name, text).map(|root| Definition { root })
+    }
+
+    /// The `.msg` texts of which a definition is made: its own first, each with the full name of its
+    /// type. [`assemble`] puts them together again.
+    pub fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
+        link::parts(type_name, text)
     }
 
     /// Reads the definition of a schema.

@@ -18,15 +18,17 @@ pub(super) fn package_of(full_name: &str) -> &str {
     full_name.split('/').next().unwrap_or_default()
 }
 
-/// The types that the `.msg` text of the type `within` names: each as `package/Type` and in full.
-pub(crate) fn referenced(text: &str, within: &str) -> impl Iterator<Item = (String, String)> {
+/// How rosbag2 writes the name of a type: `package/Type`.
+pub(super) fn short_name(full_name: &str) -> String {
+    full_name.replace("/msg/", "/")
+}
+
+/// The full names of the types that the `.msg` text of the type `within` names.
+pub(super) fn referenced(text: &str, within: &str) -> impl Iterator<Item = String> {
     let named = text.lines().filter_map(|line| match Line::read(line).ok()??.item {
         Item::Named(written) => Some(written),
         Item::Plain(_) => None,
     });
     let package = package_of(within);
-    named.filter_map(move |written| {
-        let full_name = full_name(written, package)?;
-        Some((full_name.replace("/msg/", "/"), full_name))
-    })
+    named.filter_map(move |written| full_name(written, package))
 }

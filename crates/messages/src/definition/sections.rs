@@ -1,35 +1,39 @@
-use std::collections::BTreeMap;
-
-use super::name::full_name;
+use super::name::{full_name, short_name};
 use super::{Misread, Problem};
 
 /// The text of one type.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Section<'a> {
-    /// Its lines, each with its number in the whole text, counted from 1.
-    pub lines: Vec<(usize, &'a str)>,
+    pub text: &'a str,
+    /// How many lines come before it in the whole text.
+    pub lines_before: usize,
 }
 
-/// Splits a text into those of its types, by full name. Of two with one name the first counts.
-pub(super) fn split<'a>(
-    root: &str,
-    text: &'a str,
-) -> Result<BTreeMap<String, Section<'a>>, Misread> {
-    let mut sections = BTreeMap::new();
-    let (mut name, mut section) = (root.to_owned(), Section::default());
-    let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line));
-    while let Some((number, line)) = lines.next() {
+/// Splits a text into those of its types, each with its full name.
+pub(super) fn split<'a>(root: &str, text: &'a str) -> Result<Vec<(String, Section<'a>)>, Misread> {
+    let mut sections = Vec::new();
+    let (mut name, mut begin, mut lines_before) = (root.to_owned(), 0, 0);
+    let mut end = 0;
+    let mut lines = text.split_inclusive('\n').enumerate();
+    while let Some((before, line)) = lines.next() {
         if is_separator(line) {
-            sections.entry(name).or_insert(section);
-            let title = lines.next().and_then(|(_, title)| titled(title));
-            name = title.ok_or(Misread { line: number + 1, problem: Problem::Separator })?;
-            section = Section::default();
+            sections.push((name, Section { text: &text[begin..end], lines_before }));
+            let title = lines.next().map_or("", |(_, title)| title);
+            let wrong = Misread { line: before + 2, problem: Problem::Separator };
+            name = titled(title).ok_or(wrong)?;
+            (begin, lines_before) = (end + line.len() + title.len(), before + 2);
+            end = begin;
         } else {
-            section.lines.push((number, line));
+            end += line.len();
         }
     }
-    sections.entry(name).or_insert(section);
+    sections.push((name, Section { text: &text[begin..], lines_before }));
     Ok(sections)
+}
+
+/// What stands between two types, the second of which has this full name.
+pub(super) fn separator(full_name: &str) -> String {
+    format!("\n{:=<80}\nMSG: {}\n", "", short_name(full_name))
 }
 
 fn is_separator(line: &str) -> bool {

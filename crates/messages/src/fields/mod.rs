@@ -19,6 +19,7 @@
 mod path;
 mod plan;
 mod resolve;
+mod listing;
 mod nearest;
 mod header;
 
@@ -28,7 +29,7 @@ use crate::cdr::{CdrError, Reader};
 use crate::definition::Definition;
 
 pub use header::{header_stamp, starts_with_header};
-pub use nearest::numbers;
+pub use listing::numbers;
 pub use path::{Path, Step};
 
 /// The fields of a type that are wanted, ready to be read out of its messages.
@@ -68,7 +69,7 @@ pub enum FieldError {
     #[error("read the path {0:?}: expected names with dots between, as in `status[0].level`")]
     Path(String),
     /// There is no such field.
-    #[error("find `{path}` in {type_name}{}", nearest.as_ref().map(|name| format!(": the nearest is `{name}`")).unwrap_or_default())]
+    #[error("find `{path}` in {type_name}{}", suggestion(nearest.as_deref()))]
     Unknown {
         /// The type.
         type_name: String,
@@ -99,4 +100,8 @@ pub enum FieldError {
         /// How many values there can be.
         most: u64,
     },
+}
+
+fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map(|path| format!(": the nearest is `{path}`")).unwrap_or_default()
 }
