@@ -118,8 +118,13 @@ impl Pump {
         self.settle(at);
     }
 
+    /// Takes a reading; what a recording hands over as derived keeps the log time of its cause.
     fn take_reading(&mut self, reading: Reading, arrival: Time) {
-        let log_time = self.next_log_time(arrival);
+        let track = self.track(reading.stream).expect("a stream is declared before its readings");
+        let log_time = match track.stream.origin {
+            Origin::Raw => self.next_log_time(arrival),
+            Origin::Derived => self.last.max(arrival),
+        };
         self.count_losses(&reading);
         let track = self.track(reading.stream).expect("a stream is declared before its readings");
         let sample = track.sample(reading, log_time);

@@ -57,8 +57,13 @@ impl Track {
     pub(crate) fn sample(&mut self, mut reading: Reading, log_time: Time) -> Sample {
         reading.source_time = reading.source_time.filter(|&stamp| stamp != log_time);
         let source = reading.source_time.map(Time::nanos);
-        let stamps = Stamps { source, arrival: log_time.nanos() };
-        let Corrected { measured, disbelieved } = self.clock.correct(stamps);
+        let arrival = log_time.nanos();
+        let Corrected { measured, disbelieved } = match self.stream.origin {
+            Origin::Raw => self.clock.correct(Stamps { source, arrival }),
+            Origin::Derived => {
+                Corrected { measured: source.unwrap_or(arrival), disbelieved: false }
+            }
+        };
         let measured = Time::from_nanos(measured);
         self.life.arrived(log_time, reading.source_time);
         if disbelieved {

@@ -28,7 +28,7 @@ const FIGURES: &[(&str, &str, f64, &str)] = &[
     ("deployed_secs", "deployed", 1.0, "s"),
     ("power_w", "power", 1.0, "W"),
     ("percent_per_min", "battery use", 1.0, "%/min"),
-    ("rssi_dbm", "link", 1.0, "dBm"),
+    ("rssi_median", "link", 1.0, "dBm"),
 ];
 
 impl Board {
@@ -49,12 +49,15 @@ impl Board {
 
     fn take_status(&mut self, status: &StreamStatus) -> Option<String> {
         let known = self.streams.insert(status.name.clone(), status.clone());
-        let changed = known.is_none_or(|known| known.state != status.state);
-        changed.then(|| format!("{} {}", clock_time(self.now), stream_line(status)))
+        // A stream is declared a moment before its first sample.
+        let before = known.map_or(State::Never, |known| known.state);
+        (before != status.state)
+            .then(|| format!("{} {}", clock_time(self.now), stream_line(status)))
     }
 
     fn take_event(&mut self, stream: &Stream, event: &Event) -> Option<String> {
-        if stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat {
+        let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
+        if stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat || is_note {
             return None;
         }
         let value = if event.value.is_nan() { String::new() } else { format!(" {}", event.value) };
