@@ -1,5 +1,6 @@
 //! Laws of the team as a whole.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use bytes::Bytes;
@@ -57,10 +58,15 @@ fn only_odometry() -> SimulatedTeam {
     }
 }
 
+/// Something that happens to a whole robot.
+fn scene(robot: &str, secs: Range<f64>, what: Change) -> Scene {
+    let (from_secs, to_secs) = (secs.start, Some(secs.end));
+    Scene { robot: robot.into(), topic: None, from_secs, to_secs, what }
+}
+
 /// The odometry of one robot that something happens to from second 10 to second 20.
 fn odometry_with(what: Change) -> Vec<Telegram> {
-    let (from_secs, to_secs) = (10.0, Some(20.0));
-    let scene = Scene { robot: "robot1".into(), topic: None, from_secs, to_secs, what };
+    let scene = scene("robot1", 10.0..20.0, what);
     Told::new(&SimulatedTeam { script: vec![scene], ..only_odometry() }, 30.0).telegrams
 }
 
@@ -154,13 +160,7 @@ fn what_is_watched_does_not_change_what_happens() {
         let told = Told::new(settings, 60.0);
         told.of("robot2", Topic::TruePose).into_iter().map(at).collect::<Vec<_>>()
     };
-    let faulty = Scene {
-        robot: "robot1".into(),
-        topic: None,
-        from_secs: 5.0,
-        to_secs: None,
-        what: Change::Outage,
-    };
+    let faulty = scene("robot1", 5.0..f64::INFINITY, Change::Outage);
     let watched = SimulatedTeam { script: vec![faulty], ..SimulatedTeam::default() };
     assert_eq!(truth(&SimulatedTeam::default()), truth(&watched));
 }
@@ -242,13 +242,7 @@ fn the_energy_drawn_is_the_power_over_time() {
 
 #[test]
 fn only_the_robot_whose_load_rises_draws_more() {
-    let scene = Scene {
-        robot: "robot4".into(),
-        topic: None,
-        from_secs: 250.0,
-        to_secs: Some(420.0),
-        what: Change::CpuFactor(2.5),
-    };
+    let scene = scene("robot4", 250.0..420.0, Change::CpuFactor(2.5));
     let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
     let told = Told::new(&settings, 600.0);
     for robot in settings.names() {
@@ -302,13 +296,8 @@ fn a_dead_robot_is_silent_and_stands_still_until_it_is_on_again() {
 
 #[test]
 fn a_dead_topic_is_silent_alone() {
-    let scene = Scene {
-        robot: "robot1".into(),
-        topic: Some(Topic::Wifi),
-        from_secs: 10.0,
-        to_secs: None,
-        what: Change::Dead,
-    };
+    let scene =
+        Scene { topic: Some(Topic::Wifi), ..scene("robot1", 10.0..f64::INFINITY, Change::Dead) };
     let told = Told::new(&SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() }, 30.0);
     assert!(told.of("robot1", Topic::Wifi).last().unwrap().at < after(10.0));
     assert!(told.of("robot1", Topic::Odom).last().unwrap().at > after(29.0));
@@ -381,13 +370,7 @@ fn out_of_order_every_other_message_comes_after_its_successor() {
 
 #[test]
 fn a_sagging_battery_shows_less_voltage() {
-    let scene = Scene {
-        robot: "robot2".into(),
-        topic: None,
-        from_secs: 10.0,
-        to_secs: Some(20.0),
-        what: Change::BatterySagV(1.5),
-    };
+    let scene = scene("robot2", 10.0..20.0, Change::BatterySagV(1.5));
     let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
     let told = Told::new(&settings, 30.0);
     let mean_v = |from_secs: f64, to_secs: f64| {
