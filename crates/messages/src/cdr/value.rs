@@ -42,19 +42,20 @@ macro_rules! numbers {
             }
 
             fn write_all(items: &[Self], to: &mut Writer) {
-                if !items.is_empty() {
-                    to.align(Self::LEAST_BYTES);
-                }
-                to.reserve(size_of_val(items));
-                for item in items {
-                    to.bytes(&item.to_le_bytes());
+                let (bytes, _) = to.numbers(items.len(), Self::LEAST_BYTES).as_chunks_mut();
+                for (bytes, item) in bytes.iter_mut().zip(items) {
+                    *bytes = item.to_le_bytes();
                 }
             }
 
             fn read_all(count: usize, from: &mut Reader<'_>) -> Result<Vec<Self>, CdrError> {
                 let (numbers, _) = from.numbers(count, Self::LEAST_BYTES)?.as_chunks();
-                let read = if from.is_big_endian() { Self::from_be_bytes } else { Self::from_le_bytes };
-                Ok(numbers.iter().map(|number| read(*number)).collect())
+                let numbers = numbers.iter().copied();
+                Ok(if from.is_big_endian() {
+                    numbers.map(Self::from_be_bytes).collect()
+                } else {
+                    numbers.map(Self::from_le_bytes).collect()
+                })
             }
         }
     )*};
@@ -101,17 +102,16 @@ impl<T: Cdr> Cdr for Vec<T> {
 }
 
 /// An array: its items alone.
-impl<T: Cdr + Copy + Default, const N: usize> Cdr for [T; N] {
+impl<T: Cdr, const N: usize> Cdr for [T; N] {
     fn write(&self, to: &mut Writer) {
         T::write_all(self, to);
     }
 
     fn read(from: &mut Reader<'_>) -> Result<[T; N], CdrError> {
-        let mut items = [T::default(); N];
-        for item in &mut items {
-            *item = T::read(from)?;
+        match T::read_all(N, from)?.try_into() {
+            Ok(items) => Ok(items),
+            Err(_) => unreachable!("as many items are read as were asked for"),
         }
-        Ok(items)
     }
 }
 

@@ -48,9 +48,14 @@ impl Writer {
         self.write(&u32::try_from(count).expect("a message is shorter than 4 GiB"));
     }
 
-    /// Makes room for so many bytes more.
-    pub fn reserve(&mut self, bytes: usize) {
-        self.0.reserve(bytes);
+    /// Makes room for `count` numbers of `width` bytes each, behind their padding.
+    pub fn numbers(&mut self, count: usize, width: usize) -> &mut [u8] {
+        if count > 0 {
+            self.align(width);
+        }
+        let begin = self.0.len();
+        self.0.resize(begin + count * width, 0);
+        &mut self.0[begin..]
     }
 
     /// The message.
