@@ -92,10 +92,15 @@ impl Setup {
         features(&self.study)
     }
 
+    /// The folder of the session's bag.
+    pub fn bag_folder(&self, out: &Path) -> PathBuf {
+        bag_folder(out, &self.study.general.session.name)
+    }
+
     /// The sinks of the study.
-    pub fn sinks(&self, out: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
+    pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
         let context = SinkContext {
-            bag: bag_folder(out, &self.study.general.session.name),
+            bag: bag.to_owned(),
             session: self.study.general.session.name.clone(),
             study: self.study.text().to_owned(),
             clock: self.clock.clone(),

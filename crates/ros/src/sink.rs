@@ -7,7 +7,7 @@ use std::time::Duration;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError};
-use teampulse_core::stream::{About, Origin, Stream, StreamId};
+use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
 use teampulse_messages::convert::schema_of;
@@ -24,6 +24,9 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub enum Publish {
     /// All but those about people.
     Everything,
+    /// What came from outside, or was simulated, unless it is about people; not what the session
+    /// says of itself.
+    Raw,
     /// What was computed, unless it is about people, and those that are named as in
     /// [`Publish::Named`].
     Conclusions(Vec<String>),
@@ -178,6 +181,10 @@ impl Publish {
         let concluded = stream.origin == Origin::Derived && !about_person;
         match self {
             Publish::Everything => !about_person,
+            Publish::Raw => {
+                let own_words = stream.about == About::Session && stream.shape == Shape::Event;
+                stream.origin == Origin::Raw && !about_person && !own_words
+            }
             Publish::Conclusions(_) if concluded => true,
             Publish::Conclusions(patterns) | Publish::Named(patterns) => {
                 patterns.iter().any(|pattern| {

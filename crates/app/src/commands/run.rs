@@ -8,6 +8,7 @@ use teampulse_sinks::Terminal;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network;
+use crate::output;
 use crate::setup::{Parts, Setup, conclude};
 use crate::stop::Stop;
 use crate::study::Study;
@@ -45,13 +46,19 @@ pub async fn watch(
     out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
+    let bag = setup.bag_folder(&out);
     let mut parts =
-        Parts { sources: setup.sources()?, features: setup.features()?, sinks: setup.sinks(&out)? };
+        Parts { sources: setup.sources()?, features: setup.features()?, sinks: setup.sinks(&bag)? };
     parts.sources.extend(setup.attended(&stop)?);
     parts.sinks.push(Box::new(Terminal::default()));
     parts.sinks.push(setup.publisher()?);
     let asked = stop.asked(setup.clock.clone(), duration_secs);
-    Ok(conclude(setup.run(parts, asked).await))
+    let exit = conclude(setup.run(parts, asked).await);
+    if bag.exists() {
+        eprintln!("recorded; look into it with `teampulse info {}`", bag.display());
+        output::line(bag.display().to_string());
+    }
+    Ok(exit)
 }
 
 /// Reads a positive, finite number of seconds.

@@ -64,7 +64,7 @@ async fn simulate(
     let clock = if fast { Clock::told() } else { Clock::host() };
     let context = SourceContext { clock: clock.clone(), buses };
     let source = team.build(&context).map_err(|error| Failure::new(error.message))?;
-    let mut sink = RosSink::lossless(bus, Publish::Everything);
+    let mut sink = RosSink::lossless(bus, Publish::Raw);
     if fast {
         sink = sink.with_clock();
     }

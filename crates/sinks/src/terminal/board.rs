@@ -93,8 +93,23 @@ impl Board {
         due
     }
 
-    /// The board as lines: each robot with its figures, its streams below it, the newest events.
-    pub fn lines(&self) -> Vec<String> {
+    /// The board in `rows` lines at most: each robot with its figures, its streams below it, the
+    /// newest events. Where that does not fit, streams that are fine are left out.
+    pub fn lines(&self, rows: usize) -> Vec<String> {
+        let all = self.lines_of(|_| true);
+        if all.len() <= rows {
+            return all;
+        }
+        let mut lines = self.lines_of(|status| status.state != State::Ok);
+        if lines.len() > rows {
+            let hidden = lines.len() + 1 - rows;
+            lines.truncate(rows - 1);
+            lines.push(format!("… and {hidden} lines more"));
+        }
+        lines
+    }
+
+    fn lines_of(&self, shown: impl Fn(&StreamStatus) -> bool) -> Vec<String> {
         let mut lines = vec![format!(
             "{}  {:.0} s  {} streams",
             clock_time(self.now),
@@ -108,7 +123,9 @@ impl Board {
                 subject = of;
                 lines.push(self.subject_line(of));
             }
-            lines.push(format!("  {}", stream_line(status)));
+            if shown(status) {
+                lines.push(format!("  {}", stream_line(status)));
+            }
         }
         lines.extend(self.events.iter().cloned());
         lines
@@ -172,4 +189,98 @@ fn stream_line(status: &StreamStatus) -> String {
 /// The time of day in UTC.
 fn clock_time(time: Time) -> String {
     time.to_string()[11..19].to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bytes::Bytes;
+    use teampulse_core::sample::{Sample, Turn};
+    use teampulse_core::stream::{Shape, StreamId, Subject};
+
+    use super::*;
+
+    fn record(second: i64, name: &str, data: Data) -> Record {
+        let stream = Stream::raw(name, Subject::robot("robot1"), Shape::Status);
+        let stream = stream.with_channels(&[("deployed_secs", "s"), ("online", "1")]);
+        let time = Time::from_nanos(second * 1_000_000_000);
+        let sample = Sample {
+            stream: StreamId(0),
+            measured: time,
+            log_time: time,
+            device_time: None,
+            source_time: None,
+            index: 0,
+            turn: Turn::OnTime,
+            data,
+        };
+        Record { stream: Arc::new(stream), sample, cdr: Bytes::new() }
+    }
+
+    fn status(name: &str, state: State, reason: &str) -> Data {
+        Data::Status(Arc::new(StreamStatus {
+            name: name.into(),
+            state,
+            reason: reason.into(),
+            rate_hz: 20.0,
+            age_secs: 0.05,
+            received: 100,
+            lost_source: Some(2),
+            lost_queue: 0,
+            late: 0,
+            duplicates: 0,
+            clock: 0,
+            epoch: 0,
+            offset_secs: f64::NAN,
+            skew_ppm: f64::NAN,
+            jitter_secs: f64::NAN,
+            sigma_secs: f64::NAN,
+            latency_secs: f64::NAN,
+        }))
+    }
+
+    fn board() -> Board {
+        let mut board = Board::default();
+        let figures = FeatureValues {
+            window_secs: 0.0,
+            coverage: 1.0,
+            quality: 1.0,
+            values: vec![61.0, 0.0],
+            sigmas: Vec::new(),
+            reasons: Vec::new(),
+        };
+        board.take(&record(0, "/robot1/deployment", Data::Feature(Arc::new(figures))));
+        board.take(&record(1, "s", status("/robot1/odom", State::Ok, "")));
+        board.take(&record(2, "s", status("/robot1/wifi", State::Dead, "silent for 9.0 s")));
+        board
+    }
+
+    #[test]
+    fn a_robot_that_fell_silent_is_never_shown_as_fine() {
+        insta::assert_snapshot!(board().lines(50).join("\n"), @r"
+        00:00:02  2 s  2 streams
+        robot1  OFFLINE  deployed 61.0 s
+          /robot1/odom                       ok            20.0 Hz  age   0.1 s  lost    2
+          /robot1/wifi                       dead          20.0 Hz  age   0.1 s  lost    2  silent for 9.0 s
+        ");
+    }
+
+    #[test]
+    fn what_is_fine_makes_room_for_what_is_not() {
+        insta::assert_snapshot!(board().lines(3).join("\n"), @r"
+        00:00:02  2 s  2 streams
+        robot1  OFFLINE  deployed 61.0 s
+          /robot1/wifi                       dead          20.0 Hz  age   0.1 s  lost    2  silent for 9.0 s
+        ");
+        assert_eq!(board().lines(2).len(), 2);
+    }
+
+    #[test]
+    fn only_changes_are_told_line_by_line() {
+        let mut board = board();
+        assert!(board.take(&record(3, "s", status("/robot1/odom", State::Ok, ""))).is_none());
+        let stale = status("/robot1/odom", State::Stale, "silent for 2.0 s");
+        assert!(board.take(&record(4, "s", stale)).is_some());
+    }
 }

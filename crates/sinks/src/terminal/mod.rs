@@ -5,6 +5,7 @@ mod board;
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
+use rustix::termios;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{Shape, Stream};
 
@@ -60,16 +61,24 @@ impl Terminal {
         if !screen {
             say(news);
         } else if self.board.take_redraw() {
-            let lines = self.board.lines();
-            let mut text = String::new();
-            if self.drawn > 0 {
-                text = format!("\x1b[{}A\x1b[J", self.drawn);
-            }
-            text.push_str(&lines.join("\n"));
-            say(&[text]);
+            let lines = fit(&self.board);
+            let back = match self.drawn {
+                0 => String::new(),
+                drawn => format!("\x1b[{drawn}A\x1b[J"),
+            };
+            say(&[back + &lines.join("\n")]);
             self.drawn = lines.len();
         }
     }
+}
+
+/// The board as it fits on the screen: no line is wrapped, and none is above the upper edge.
+fn fit(board: &Board) -> Vec<String> {
+    let size = termios::tcgetwinsize(std::io::stderr());
+    let (rows, columns) =
+        size.map_or((24, 80), |size| (usize::from(size.ws_row), usize::from(size.ws_col)));
+    let lines = board.lines(rows.max(4) - 1);
+    lines.into_iter().map(|line| line.chars().take(columns.max(20) - 1).collect()).collect()
 }
 
 fn is_shown(stream: &Stream) -> bool {
