@@ -1,17 +1,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::error::Misread;
 use super::line::{Item, Line, Value};
-use super::name::{full_name, package_of};
+use super::name::{checked_name, full_name, package_of};
 use super::sections::{Section, split};
-use super::{
-    Constant, Count, DEEPEST, DefinitionError, EMPTY, Field, Kind, LARGEST_BYTES, Misread, Number,
-    Problem, Struct,
-};
+use super::{Constant, Count, DefinitionError, EMPTY, Field, Kind, Number, Problem, Struct};
+
+/// How deep types may be nested.
+pub(super) const DEEPEST: usize = 32;
+
+/// How much room the fixed parts of a message may take [bytes].
+const LARGEST_BYTES: u64 = 1 << 30;
 
 /// Reads a type and all that it is made of.
 pub(super) fn read(type_name: &str, text: &str) -> Result<Arc<Struct>, DefinitionError> {
-    let type_name = checked(type_name)?;
+    let type_name = checked_name(type_name)?;
     let root = split(&type_name, text).and_then(|sections| {
         // Of two types with one name the first counts.
         let sections = sections.into_iter().rev().collect();
@@ -19,23 +23,6 @@ pub(super) fn read(type_name: &str, text: &str) -> Result<Arc<Struct>, Definitio
         linker.link(&type_name, 1)
     });
     root.map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })
-}
-
-/// The texts of a type and of all that it is made of.
-pub(super) fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
-    let type_name = checked(type_name)?;
-    let sections = split(&type_name, text)
-        .map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })?;
-    let last = sections.len() - 1;
-    let parts = sections.into_iter().enumerate().map(|(k, (name, section))| {
-        let behind = if k == last { "" } else { "\n" };
-        (name, section.text.strip_suffix(behind).unwrap_or(section.text).to_owned())
-    });
-    Ok(parts.collect())
-}
-
-fn checked(type_name: &str) -> Result<String, DefinitionError> {
-    full_name(type_name, "").ok_or_else(|| DefinitionError::Name(type_name.to_owned()))
 }
 
 /// Reads types as they are needed: each once, and all that a type is made of before the type.

@@ -1,3 +1,4 @@
+use super::DefinitionError;
 use super::line::{Item, Line, is_name};
 
 /// The full name of a message type that is written `Type`, `package/Type` or `package/msg/Type`;
@@ -11,6 +12,11 @@ pub(super) fn full_name(written: &str, package: &str) -> Option<String> {
         _ => return None,
     };
     (is_name(package) && is_name(name)).then(|| format!("{package}/{folder}/{name}"))
+}
+
+/// The full name of a type that is asked for.
+pub(super) fn checked_name(type_name: &str) -> Result<String, DefinitionError> {
+    full_name(type_name, "").ok_or_else(|| DefinitionError::Name(type_name.to_owned()))
 }
 
 /// The package of a type's full name.

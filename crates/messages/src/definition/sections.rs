@@ -1,5 +1,6 @@
-use super::name::{full_name, short_name};
-use super::{Misread, Problem};
+use super::error::Misread;
+use super::name::{checked_name, full_name, short_name};
+use super::{DefinitionError, Problem};
 
 /// The text of one type.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,19 @@ pub(super) fn split<'a>(root: &str, text: &'a str) -> Result<Vec<(String, Sectio
     }
     sections.push((name, Section { text: &text[begin..], lines_before }));
     Ok(sections)
+}
+
+/// The texts of a type and of all that it is made of.
+pub(super) fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
+    let type_name = checked_name(type_name)?;
+    let sections = split(&type_name, text)
+        .map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })?;
+    let last = sections.len() - 1;
+    let parts = sections.into_iter().enumerate().map(|(k, (name, section))| {
+        let behind = if k == last { "" } else { "\n" };
+        (name, section.text.strip_suffix(behind).unwrap_or(section.text).to_owned())
+    });
+    Ok(parts.collect())
 }
 
 /// What stands between two types, the second of which has this full name.
