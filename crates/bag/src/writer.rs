@@ -101,6 +101,13 @@ impl BagWriter {
     /// Creates the folder and begins its first file.
     pub fn create(folder: &Path, options: &Options) -> Result<BagWriter, BagError> {
         create_folder(folder)?;
+        Self::begin(folder, options).inspect_err(|_| {
+            // Nothing was recorded; what can't be taken away does no harm.
+            drop(fs::remove_dir_all(folder));
+        })
+    }
+
+    fn begin(folder: &Path, options: &Options) -> Result<BagWriter, BagError> {
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let spare: Arc<Mutex<dyn Spare>> = Arc::new(Mutex::new(SpareFile::new(folder)));
         let path = folder.join(format!("{name}_0.mcap"));
@@ -320,7 +327,9 @@ fn begin(
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let file = file.map_err(BagError::io("create", path))?;
     let disk = file.try_clone().map_err(BagError::io("create", path))?;
-    let mut part = Part::begin(path, file, Arc::clone(spare), options.compression)?;
+    let part = Part::begin(path, file, Arc::clone(spare), options.compression);
+    // A file that has no room to begin in would be taken for a damaged part of the bag.
+    let mut part = part.inspect_err(|_| drop(fs::remove_file(path)))?;
     let software = concat!("teampulse ", env!("CARGO_PKG_VERSION")).to_owned();
     let session = [("session", options.session.clone()), ("software", software)];
     part.annotate(SESSION_RECORD, session.map(|(key, value)| (key.to_owned(), value)).into())?;
