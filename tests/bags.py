@@ -20,11 +20,6 @@ class Message:
     log_secs: float
     content: object
 
-    @property
-    def stamp_secs(self) -> float:
-        stamp = self.content.header.stamp
-        return stamp.sec + stamp.nanosec / 1e9
-
 
 def messages(bag: Path, topic_ends: str = "") -> list[Message]:
     """The messages of all topics whose name ends so, in the order of the bag."""

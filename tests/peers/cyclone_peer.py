@@ -9,6 +9,7 @@ is its leash: when that closes, it ends.
 
 import argparse
 import json
+import os
 import select
 import sys
 import time
@@ -29,6 +30,11 @@ from cyclonedds.util import duration
 import payload
 import ros_types
 
+# As rmw_cyclonedds configures every node; what the environment says comes after, and wins.
+AS_ROS = (
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery>"
+)
 ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 # How long a best-effort message may be under way: nobody acknowledges it.
 IN_FLIGHT_SECS = 0.5
@@ -36,6 +42,7 @@ IN_FLIGHT_SECS = 0.5
 
 def main() -> None:
     args = arguments()
+    os.environ["CYCLONEDDS_URI"] = f"{AS_ROS},{os.environ.get('CYCLONEDDS_URI', '')}"
     participant = DomainParticipant(args.domain)
     args.run(args, participant)
 
@@ -151,7 +158,7 @@ def subscribe(args: argparse.Namespace, participant: DomainParticipant) -> None:
 
 
 def graph(args: argparse.Namespace, participant: DomainParticipant) -> None:
-    """Tells everything in the graph after `seconds`, or as soon as node `until_node` is there."""
+    """Tells all that is in the graph after `seconds`, or when `node` publishes all of `until`."""
     latched = Qos(
         Policy.Reliability.Reliable(duration(seconds=1)),
         Policy.Durability.TransientLocal,
@@ -176,13 +183,17 @@ def graph(args: argparse.Namespace, participant: DomainParticipant) -> None:
                 if endpoint.sample_info.valid_data:
                     endpoints[str(endpoint.key)] = describe_endpoint(kind, endpoint)
         nodes = [describe_node(gid, node) for gid, info in participants.items() for node in info]
-        if args.until_node in [node["name"] for node in nodes] and args.until_topic in [
-            None,
-            *(endpoint["topic"] for endpoint in endpoints.values()),
-        ]:
+        if args.until and all(told_by(args.node, args.until, nodes, endpoints)):
             break
         time.sleep(0.05)
     tell(nodes=nodes, endpoints=list(endpoints.values()))
+
+
+def told_by(node_name: str, topics: list[str], nodes: list[dict], endpoints: dict) -> list[bool]:
+    """For each topic, whether the node tells of a writer there, and the writer is known."""
+    gids = {gid for node in nodes if node["name"] == node_name for gid in node["writers"]}
+    seen = {endpoint["topic"] for endpoint in endpoints.values() if endpoint["gid"] in gids}
+    return [f"rt{topic}" in seen for topic in topics]
 
 
 def describe_node(participant_gid: str, node) -> dict:
@@ -288,8 +299,8 @@ def arguments() -> argparse.Namespace:
     command.set_defaults(run=graph)
     command.add_argument("--seconds", type=float, default=10)
     command.add_argument("--gid-bytes", type=int, default=16)
-    command.add_argument("--until-node")
-    command.add_argument("--until-topic")
+    command.add_argument("--node", default="/teampulse")
+    command.add_argument("--until", nargs="*", help="topics")
     return parser.parse_args()
 
 
