@@ -22,6 +22,7 @@ mod sertype;
 mod qos;
 mod domain;
 mod entity;
+mod said;
 
 use std::path::PathBuf;
 use std::sync::Arc;

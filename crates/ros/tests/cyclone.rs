@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use teampulse_core::qos::Qos;
 use teampulse_core::stream::Schema;
+use teampulse_messages::standard::rmw_dds_common::GidWidth;
 use teampulse_ros::bus::{Arrival, Asked, Bus, Deliver, Incident, Publisher, Subscription};
 use teampulse_ros::cyclone::{CycloneBus, Participation};
 use teampulse_ros::graph::{EndpointKind, Graph};
@@ -16,21 +17,24 @@ const ADAPTIVE: Asked = Asked::Adaptive { depth: 1000 };
 
 /// Joins a domain as if in a process of its own: what two of these say goes over the network.
 fn join(domain: u32, process: u32, node_name: &str) -> Arc<dyn Bus> {
+    CycloneBus::join(participation(domain, process, node_name)).unwrap()
+}
+
+fn participation(domain: u32, process: u32, node_name: &str) -> Participation {
     let configuration = format!(
         "<CycloneDDS><Domain id=\"any\"><General><AllowMulticast>false</AllowMulticast><Interfaces>\
          <NetworkInterface address=\"127.0.0.1\"/></Interfaces></General><Discovery>\
          <ExternalDomainId>{domain}</ExternalDomainId><ParticipantIndex>auto</ParticipantIndex>\
          <Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>"
     );
-    CycloneBus::join(Participation {
+    Participation {
         domain: domain + 1000 * process,
         namespace: "/".into(),
         node_name: node_name.into(),
         configuration,
         gid_width: None,
         prefixes: Vec::new(),
-    })
-    .unwrap()
+    }
 }
 
 fn pair(domain: u32) -> (Arc<dyn Bus>, Arc<dyn Bus>) {
@@ -276,4 +280,39 @@ async fn a_definition_that_is_not_found_says_what_was_tried() {
         "find the definition of demo_msgs/msg/Blob: /robot was asked: it says: demo_msgs/msg/Blob \
          is not known here; in the installed ROS: demo_msgs/msg/Blob is missing; none is shipped"
     );
+}
+
+#[test]
+fn nodes_see_each_other_whatever_the_width_of_their_ids() {
+    let humble =
+        Participation { gid_width: Some(GidWidth::Humble), ..participation(112, 1, "humble") };
+    let (humble, either) = (CycloneBus::join(humble).unwrap(), join(112, 2, "either"));
+    for bus in [&humble, &either] {
+        until_graph(bus, "both nodes", |graph| graph.nodes == ["/either", "/humble"]);
+    }
+}
+
+#[test]
+fn a_domain_that_cannot_be_joined_says_why() {
+    let absurd = Participation {
+        configuration:
+            "<General><Interfaces><NetworkInterface name=\"none7\"/></Interfaces></General>".into(),
+        ..participation(113, 1, "nobody")
+    };
+    let error = CycloneBus::join(absurd).err().unwrap().to_string();
+    assert!(error.starts_with("join ROS domain 1113: ") && error.contains("none7"), "{error}");
+}
+
+#[test]
+fn what_is_no_cdr_is_refused_and_short_messages_pass() {
+    let (robot, monitor) = pair(114);
+    let (_subscription, heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    let publisher = speak(&robot, "/r1/x", &Qos::reliable(10));
+    until_matched(&*publisher);
+    assert!(publisher.publish(&[]).is_err() && publisher.publish(&[0, 1, 0]).is_err());
+    publisher.publish(&message(0, 0)).unwrap();
+    publisher.publish(&message(1, 1)).unwrap();
+    until("two messages", || heard.lock().unwrap().len() >= 2);
+    assert_eq!(numbers(&heard), [1, 2]);
+    assert_eq!(&heard.lock().unwrap()[1].bytes[..], [0, 1, 0, 0, 1, 0, 0, 0], "whole words");
 }

@@ -72,9 +72,7 @@ impl Census {
     pub(super) fn own_nodes(&self, namespace: &str, name: &str) -> ParticipantEntitiesInfo {
         let gids = |kind| {
             let ours = self.endpoints.values().filter(move |found| {
-                found.participant == self.own
-                    && found.kind == kind
-                    && found.topic != DISCOVERY_TOPIC
+                found.participant == self.own && found.kind == kind && names::is_ros(&found.topic)
             });
             ours.map(|found| found.gid.0).collect()
         };
@@ -120,12 +118,14 @@ impl Census {
         nodes.collect()
     }
 
-    /// How many endpoints of this kind others have on a DDS topic.
-    pub(super) fn others_on(&self, dds_topic: &str, kind: EndpointKind) -> usize {
-        let is_there = |found: &&Found| {
-            found.topic == dds_topic && found.kind == kind && found.participant != self.own
+    /// Who of others answers requests on a DDS topic.
+    pub(super) fn server(&self, request_topic: &str) -> Option<Gid> {
+        let answers = |found: &&Found| {
+            found.kind == EndpointKind::Subscription
+                && found.topic == request_topic
+                && found.participant != self.own
         };
-        self.endpoints.values().filter(is_there).count()
+        self.endpoints.values().find(answers).map(|found| found.gid)
     }
 
     fn owners(&self) -> BTreeMap<Gid, String> {
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn our_node_has_our_endpoints_but_not_those_that_tell_of_it() {
+    fn our_node_has_our_endpoints_but_not_those_that_are_not_ros() {
         let info = census().own_nodes("/", "teampulse");
         let node = &info.node_entities_info_seq[0];
         assert_eq!(node.reader_gid_seq, [[11; 16]]);
@@ -224,7 +224,8 @@ mod tests {
         let census = census();
         assert_eq!(census.nodes_that_publish("a/msg/X").len(), 1);
         assert_eq!(census.nodes_that_publish("a/msg/Y").len(), 0);
-        assert_eq!(census.others_on("rq/r1/driver/yRequest", EndpointKind::Subscription), 1);
+        assert_eq!(census.server("rq/r1/driver/yRequest"), Some(Gid([22; 16])));
+        assert_eq!(census.server("rq/r1/driver/zRequest"), None);
     }
 
     #[test]

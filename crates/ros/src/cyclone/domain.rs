@@ -7,6 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use cyclors::{dds_create_domain, dds_create_participant};
 
 use super::entity::Entity;
+use super::said;
 
 static JOINED: Mutex<BTreeMap<u32, Joined>> = Mutex::new(BTreeMap::new());
 
@@ -65,7 +66,8 @@ impl Joined {
     fn new(id: u32, configuration: &str) -> Result<Joined, String> {
         let xml = CString::new(configuration).map_err(|nul| nul.to_string())?;
         // SAFETY: `xml` is a string that outlives the call; the library copies what it needs.
-        let domain = Entity::created(unsafe { dds_create_domain(id, xml.as_ptr()) })?;
+        let join = || Entity::created(unsafe { dds_create_domain(id, xml.as_ptr()) });
+        let domain = said::explain(join)?;
         Ok(Joined { configuration: configuration.to_owned(), participants: 0, _domain: domain })
     }
 }

@@ -11,7 +11,7 @@ use super::fragments;
 use super::sertype::Shared;
 
 /// The length of the header before the CDR itself [bytes].
-const HEADER_BYTES: usize = 4;
+pub(super) const HEADER_BYTES: usize = 4;
 
 /// A message in the hands of the library, which counts its references.
 #[repr(C)]

@@ -10,6 +10,11 @@ pub(super) fn ros_topic(dds_topic: &str) -> Option<String> {
     dds_topic.strip_prefix("rt").filter(|topic| topic.starts_with('/')).map(str::to_owned)
 }
 
+/// Whether a DDS topic is a ROS topic or half of a ROS service.
+pub(super) fn is_ros(dds_topic: &str) -> bool {
+    ["rt/", "rq/", "rr/"].iter().any(|prefix| dds_topic.starts_with(prefix))
+}
+
 /// The DDS type of a ROS type: `nav_msgs/msg/Odometry` is `nav_msgs::msg::dds_::Odometry_`.
 pub(super) fn dds_type(type_name: &str) -> String {
     match type_name.rsplit_once('/') {
@@ -72,6 +77,7 @@ mod tests {
         for topic in ["rq/driver/get_parametersRequest", "ros_discovery_info", "rtx", "rt", ""] {
             assert_eq!(ros_topic(topic), None, "{topic}");
         }
+        assert!(is_ros("rq/driver/get_parametersRequest") && !is_ros("ros_discovery_info"));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Services in the mapping of `rmw_cyclonedds`: two topics, and a header in each message.
 
+use crate::graph::Gid;
+
 /// The length of CDR's own header [bytes].
 const CDR_HEADER_BYTES: usize = 4;
 /// The length of what stands between that and the message [bytes].
@@ -9,6 +11,15 @@ const CALL_BYTES: usize = 16;
 pub(super) struct Service {
     pub(super) request_topic: String,
     pub(super) reply_topic: String,
+}
+
+/// How the ids of participants on Cyclone DDS begin: RTPS's number of its vendor.
+const CYCLONE_DDS: [u8; 2] = [0x01, 0x10];
+
+/// Whether the server with this id speaks this mapping: others put the call elsewhere, and take
+/// ours for a part of the message.
+pub(super) fn speaks_it(server: Gid) -> bool {
+    server.0.starts_with(&CYCLONE_DDS)
 }
 
 /// Which request a message is, or answers.

@@ -13,12 +13,11 @@ use tokio::time::{sleep, timeout};
 
 use super::names;
 use super::reader::{Reader, Told};
-use super::service::{Call, Service};
+use super::service::{self, Call, Service};
 use super::site::Site;
 use super::type_server::{QOS, shipped_hash};
 use super::writer::Writer;
 use crate::definitions;
-use crate::graph::EndpointKind;
 
 /// How long a node has for its answer.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -35,8 +34,9 @@ pub(super) async fn ask(
     hash: &str,
 ) -> Result<Schema, String> {
     let service = Service::get_type_description(node);
-    if site.census().others_on(&service.request_topic, EndpointKind::Subscription) == 0 {
-        return Err("it has no service for this".into());
+    let server = site.census().server(&service.request_topic);
+    if !service::speaks_it(server.ok_or("it has no service for this")?) {
+        return Err("its services are not those of Cyclone DDS".into());
     }
     let mut client = Client::open(site, &service)?;
     let (name, hash_text) = (type_name.to_owned(), hash.to_owned());
@@ -142,7 +142,7 @@ mod tests {
         let known = catalogue::shipped("nav_msgs/msg/Odometry").unwrap();
         let is_there = || {
             let topic = Service::get_type_description("/r1/driver").request_topic;
-            monitor.site.census().others_on(&topic, EndpointKind::Subscription) > 0
+            monitor.site.census().server(&topic).is_some()
         };
         while !is_there() {
             sleep(GLANCE).await;

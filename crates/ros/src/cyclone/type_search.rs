@@ -1,19 +1,24 @@
 //! Finding the definition of a type.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use teampulse_core::stream::Schema;
 use teampulse_messages::catalogue;
+use tokio::task::JoinSet;
 
 use super::site::Site;
 use super::type_client;
 use crate::definitions;
 
+/// How many nodes are asked for one type.
+const MOST_ASKED: usize = 8;
+
 /// Finds the definition of a type: the one that is shipped if it has the hash; what the nodes tell
 /// that publish it; what the installed ROS has; what is shipped if no hash is known. Says what was
 /// tried if none is found.
 pub(super) async fn find(
-    site: &Site,
+    site: &Arc<Site>,
     prefixes: &[PathBuf],
     type_name: &str,
     hash: &str,
@@ -22,14 +27,10 @@ pub(super) async fn find(
     if let Some(schema) = shipped.as_ref().filter(|schema| schema.hash == hash) {
         return Ok(Schema::clone(schema));
     }
-    let mut tried = Vec::new();
-    let nodes = site.census().nodes_that_publish(type_name);
-    for node in nodes {
-        match type_client::ask(site, &node, type_name, hash).await {
-            Ok(schema) => return Ok(schema),
-            Err(reason) => tried.push(format!("{node} was asked: {reason}")),
-        }
-    }
+    let mut tried = match ask_all(site, type_name, hash).await {
+        Ok(schema) => return Ok(schema),
+        Err(tried) => tried,
+    };
     let text_of = |part: &str| definitions::installed(prefixes, part);
     match definitions::linked(type_name, hash, text_of) {
         Ok(schema) => return Ok(schema),
@@ -42,4 +43,27 @@ pub(super) async fn find(
         }
         None => Err(tried.join("; ") + "; none is shipped"),
     }
+}
+
+/// Asks all nodes at once that publish a type; says why each of them gave none.
+async fn ask_all(site: &Arc<Site>, type_name: &str, hash: &str) -> Result<Schema, Vec<String>> {
+    let mut asked = JoinSet::new();
+    let nodes = site.census().nodes_that_publish(type_name);
+    for node in nodes.into_iter().take(MOST_ASKED) {
+        let (site, type_name, hash) = (Arc::clone(site), type_name.to_owned(), hash.to_owned());
+        asked.spawn(async move {
+            let told = type_client::ask(&site, &node, &type_name, &hash).await;
+            told.map_err(|reason| format!("{node} was asked: {reason}"))
+        });
+    }
+    let mut tried = Vec::new();
+    while let Some(told) = asked.join_next().await {
+        match told {
+            Ok(Ok(schema)) => return Ok(schema),
+            Ok(Err(reason)) => tried.push(reason),
+            Err(failed) => tried.push(failed.to_string()),
+        }
+    }
+    tried.sort();
+    Err(tried)
 }

@@ -58,6 +58,9 @@ impl Writer {
 
     /// Writes a message: CDR with its header. Waits for slow subscribers for a second at most.
     pub(super) fn write(&self, cdr: &[u8]) -> Result<(), String> {
+        if cdr.len() < message::HEADER_BYTES {
+            return Err(format!("it has {} bytes, and CDR begins with four", cdr.len()));
+        }
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: the type lives as long as the writer, and the call takes over the reference to
         // the message whether it fails or not.
