@@ -36,13 +36,23 @@ impl Participant {
         if domain.configuration != configuration {
             return Err("this process has joined it with another configuration".into());
         }
-        domain.participants += 1;
-        drop(joined);
-        let mut participant = Participant { id, entity: None };
-        // SAFETY: no QoS and no listener are given, which the library allows.
-        let handle = unsafe { dds_create_participant(id, std::ptr::null(), std::ptr::null()) };
-        participant.entity = Some(Entity::created(handle)?);
-        Ok(participant)
+        let created = said::explain(|| {
+            // SAFETY: no QoS and no listener are given, which the library allows.
+            let handle = unsafe { dds_create_participant(id, std::ptr::null(), std::ptr::null()) };
+            Entity::created(handle)
+        });
+        match created {
+            Ok(entity) => {
+                domain.participants += 1;
+                Ok(Participant { id, entity: Some(entity) })
+            }
+            Err(reason) => {
+                if domain.participants == 0 {
+                    joined.remove(&id);
+                }
+                Err(reason)
+            }
+        }
     }
 
     pub(super) fn entity(&self) -> &Entity {
