@@ -1,0 +1,186 @@
+//! Robots on a bus in memory, watched by a whole session.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use teampulse_core::clock::Clock;
+use teampulse_core::data::{Data, EventKind};
+use teampulse_core::qos::Qos;
+use teampulse_core::registry::Component;
+use teampulse_core::sample::Record;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::source::Source;
+use teampulse_core::stream::{Schema, Shape, Signal};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+use teampulse_messages::catalogue;
+use teampulse_messages::convert::encode;
+use teampulse_messages::standard::Message;
+use teampulse_messages::standard::sensor_msgs::Temperature;
+use teampulse_messages::standard::std_msgs::Header;
+use teampulse_ros::bus::{Bus, Publisher};
+use teampulse_ros::buses::Buses;
+use teampulse_ros::memory::MemoryBus;
+use teampulse_sources::SourceContext;
+use teampulse_sources::robots::Robots;
+use teampulse_sources::topics::Topics;
+
+/// Keeps all that comes.
+struct Keeper(Arc<Mutex<Vec<Record>>>);
+
+impl Sink for Keeper {
+    fn name(&self) -> &'static str {
+        "keeper"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        loop {
+            match inbox.receive(Duration::from_secs(1)) {
+                Received::Batch(batch) => {
+                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
+                }
+                Received::Silence => {}
+                Received::Closed => return Ok(()),
+            }
+        }
+    }
+}
+
+/// Watches with these settings while `robots` does what it does; gives all that was recorded.
+async fn watch<S: Component<dyn Source, SourceContext>>(
+    settings: &str,
+    robots: impl AsyncFnOnce(Arc<MemoryBus>),
+) -> Vec<Record> {
+    let monitor = MemoryBus::new("/teampulse");
+    let robot = monitor.join("/robot1/driver");
+    let bus: Arc<dyn Bus> = monitor;
+    let clock = Clock::host();
+    let context =
+        SourceContext { clock: clock.clone(), buses: Arc::new(Buses::holding([(0, bus)])) };
+    let settings: S = toml::from_str(settings).expect("settings");
+    let source = settings.build(&context).expect("a source");
+    let kept = Arc::default();
+    let session = Session {
+        clock,
+        pace: Pace::Live,
+        streams: Streams::default(),
+        sources: vec![("test".to_owned(), source)],
+        features: Vec::new(),
+        sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        encode,
+    };
+    session.run(robots(robot)).await;
+    std::mem::take(&mut *kept.lock().expect("nobody panicked"))
+}
+
+/// Waits until somebody has subscribed.
+async fn subscribed(publisher: &dyn Publisher) {
+    while publisher.subscribers() == 0 {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
+}
+
+fn publisher(bus: &MemoryBus, topic: &str, type_name: &str) -> Box<dyn Publisher> {
+    let unknown = Schema {
+        name: type_name.into(),
+        encoding: "ros2msg".into(),
+        text: String::new(),
+        hash: String::new(),
+    };
+    let schema = catalogue::shipped(type_name).map_or(unknown, |shipped| (*shipped).clone());
+    bus.publish(topic, &schema, &Qos::reliable(10)).expect("a publisher")
+}
+
+fn temperature(secs: i32, temperature: f64) -> Vec<u8> {
+    let header = Header { stamp: Time::from_stamp(secs, 5), frame_id: String::new() };
+    Temperature { header, temperature, variance: 0.0 }.encode().to_vec()
+}
+
+fn of<'a>(records: &'a [Record], name: &str) -> Vec<&'a Record> {
+    records.iter().filter(|record| record.stream.name == name).collect()
+}
+
+fn faults(records: &[Record]) -> Vec<String> {
+    let label = |record: &Record| match &record.sample.data {
+        Data::Event(event) if event.kind == EventKind::Fault => Some(event.label.clone()),
+        _ => None,
+    };
+    of(records, "/session/events").into_iter().filter_map(label).collect()
+}
+
+const ROBOTS: &str = r#"namespace = "/robot*""#;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_robot_that_appears_is_watched_byte_for_byte() {
+    let sent = temperature(100, 21.5);
+    let message = sent.clone();
+    let records = watch::<Robots>(ROBOTS, async move |bus: Arc<MemoryBus>| {
+        let topic = "/robot1/motor/temperature";
+        let publisher = publisher(&bus, topic, "sensor_msgs/msg/Temperature");
+        subscribed(&*publisher).await;
+        for _ in 0..3 {
+            publisher.publish(&message).expect("published");
+        }
+    })
+    .await;
+    let kept = of(&records, "/robot1/motor/temperature");
+    assert_eq!(kept.len(), 3);
+    assert!(kept.iter().all(|record| record.cdr[..] == sent[..]));
+    let stream = &kept[0].stream;
+    assert_eq!((stream.id.as_str(), stream.signal), ("robot1", Signal::Temperature));
+    assert!(matches!(&stream.shape, Shape::Message(schema) if !schema.text.is_empty()));
+    assert_eq!(kept[0].sample.source_time, Some(Time::from_stamp(100, 5)));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn arbitrary_bytes_are_recorded_and_do_no_harm() {
+    let records = watch::<Robots>(ROBOTS, async |bus: Arc<MemoryBus>| {
+        let publisher = publisher(&bus, "/robot1/temperature", "sensor_msgs/msg/Temperature");
+        subscribed(&*publisher).await;
+        for length in 0..40 {
+            publisher.publish(&vec![0xff; length]).expect("published");
+        }
+    })
+    .await;
+    assert_eq!(of(&records, "/robot1/temperature").len(), 40);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_type_that_nobody_can_explain_is_recorded_and_said_once() {
+    let records = watch::<Topics>(r#"names = ["/odd"]"#, async |bus: Arc<MemoryBus>| {
+        let publisher = publisher(&bus, "/odd", "odd_msgs/msg/Odd");
+        subscribed(&*publisher).await;
+        publisher.publish(&[0, 1, 0, 0, 7]).expect("published");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    })
+    .await;
+    assert_eq!(of(&records, "/odd").len(), 1);
+    let told = faults(&records);
+    assert_eq!(
+        told.iter().filter(|label| label.contains("odd_msgs/msg/Odd")).count(),
+        1,
+        "{told:?}"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn two_types_on_one_topic_are_both_recorded_and_told() {
+    let records = watch::<Topics>(r#"names = ["/both"]"#, async |bus: Arc<MemoryBus>| {
+        let first = publisher(&bus, "/both", "std_msgs/msg/String");
+        let second = publisher(&bus, "/both", "std_msgs/msg/Int32");
+        subscribed(&*first).await;
+        subscribed(&*second).await;
+        first.publish(&[0, 1, 0, 0, 1, 0, 0, 0, 0]).expect("published");
+        second.publish(&[0, 1, 0, 0, 1, 0, 0, 0]).expect("published");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    })
+    .await;
+    assert_eq!(of(&records, "/both").len(), 2);
+    let told = faults(&records);
+    assert!(told.iter().any(|label| label.contains("two types")), "{told:?}");
+}
