@@ -177,6 +177,30 @@ fn an_adaptive_subscription_follows_what_is_offered() {
 }
 
 #[test]
+fn nothing_is_lost_or_heard_twice_while_a_subscription_adapts() {
+    let (robot, monitor) = pair(115);
+    let (_subscription, heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    let steady = speak(&robot, "/r1/x", &Qos::reliable(1000));
+    until_matched(&*steady);
+    let say_hundred = || {
+        for k in 0..100 {
+            steady.publish(&message(k, 4)).unwrap();
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    };
+    say_hundred();
+    for qos in [Qos::best_effort(1), Qos::latched(1), Qos::best_effort(1)] {
+        let _passing = speak(&robot, "/r1/x", &qos);
+        say_hundred();
+    }
+    say_hundred();
+    until("five hundred messages", || heard.lock().unwrap().len() >= 500);
+    let mut numbers = numbers(&heard);
+    numbers.sort_unstable();
+    assert_eq!(numbers, (1..=500).collect::<Vec<u64>>());
+}
+
+#[test]
 fn large_messages_arrive_whole() {
     let (robot, monitor) = pair(105);
     let (_subscription, heard) = listen(&monitor, "/r1/camera", ADAPTIVE);
