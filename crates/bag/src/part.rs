@@ -193,6 +193,12 @@ impl<F: Write> Part<F> {
         self.progress.written_bytes()
     }
 
+    /// How much the index at its end will take [bytes], at most.
+    pub(crate) fn index_bytes(&self) -> u64 {
+        let chunks = self.flushes + self.content_bytes / CHUNK_BYTES + 1;
+        2 * self.described_bytes + chunks * (128 + 10 * self.channels)
+    }
+
     /// What it spans so far.
     pub(crate) fn span(&self) -> Span {
         self.span
@@ -207,9 +213,7 @@ impl<F: Write> Part<F> {
     /// Keeps back what ending the file would take: two chunks, as large as they may get, and the
     /// index of all chunks so far.
     fn keep_room(&self) -> Result<(), BagError> {
-        let chunks = self.flushes + self.content_bytes / CHUNK_BYTES + 1;
-        let index_bytes = 2 * self.described_bytes + chunks * (128 + 10 * self.channels);
-        let bytes = 4 * CHUNK_BYTES + 2 * self.largest_bytes + index_bytes;
+        let bytes = 4 * CHUNK_BYTES + 2 * self.largest_bytes + self.index_bytes();
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         spare.grow_to(bytes).map_err(|error| self.error()(error.into()))
     }

@@ -26,6 +26,10 @@ const ROSBAG2_RECORD: &str = "rosbag2";
 /// The metadata record that says which session a file belongs to.
 const SESSION_RECORD: &str = "teampulse";
 
+/// A file whose index has become so large is followed by another, whatever the options say [bytes]:
+/// the index is in memory until its file ends.
+const INDEX_BYTES: u64 = 64 << 20;
+
 /// How a bag is written.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -242,6 +246,9 @@ impl BagWriter {
         let span = self.part.span();
         let is_long = |limit_secs| span.messages > 0 && now.secs_since(span.first) >= limit_secs;
         let is_large = |limit_bytes| self.part.written_bytes() >= limit_bytes;
+        if self.part.index_bytes() >= INDEX_BYTES {
+            return true;
+        }
         self.options.split_bytes.is_some_and(is_large)
             || self.options.split_secs.is_some_and(is_long)
     }
