@@ -14,6 +14,8 @@ pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
 /// Something that was discovered.
 #[derive(Debug)]
 pub(super) enum Change {
+    /// A participant is there.
+    Participant(Gid),
     /// An endpoint is there, or more is known about it.
     Endpoint(Found),
     /// An endpoint is there no more.
@@ -38,6 +40,7 @@ pub(super) struct Found {
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
+    participants: BTreeSet<Gid>,
     endpoints: BTreeMap<Gid, Found>,
     nodes: BTreeMap<Gid, Vec<NodeEntitiesInfo>>,
 }
@@ -45,11 +48,15 @@ pub(super) struct Census {
 impl Census {
     /// An empty census, as taken by this participant.
     pub(super) fn new(own: Gid) -> Census {
-        Census { own, endpoints: BTreeMap::new(), nodes: BTreeMap::new() }
+        let participants = BTreeSet::from([own]);
+        Census { own, participants, endpoints: BTreeMap::new(), nodes: BTreeMap::new() }
     }
 
     pub(super) fn apply(&mut self, change: Change) {
         match change {
+            Change::Participant(gid) => {
+                self.participants.insert(gid);
+            }
             Change::Endpoint(found) => {
                 self.endpoints.insert(found.gid, found);
             }
@@ -57,15 +64,18 @@ impl Census {
                 self.endpoints.remove(&gid);
             }
             Change::ParticipantGone(gid) => {
+                self.participants.remove(&gid);
                 self.nodes.remove(&gid);
                 self.endpoints.retain(|_, found| found.participant != gid);
             }
         }
     }
 
-    /// Takes what a participant tells of its nodes.
+    /// Takes what a participant tells of its nodes; nothing from who is not there.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
-        self.nodes.insert(Gid(info.gid), info.node_entities_info_seq);
+        if self.participants.contains(&Gid(info.gid)) {
+            self.nodes.insert(Gid(info.gid), info.node_entities_info_seq);
+        }
     }
 
     /// What we tell of our only node.
@@ -173,6 +183,7 @@ mod tests {
 
     fn census() -> Census {
         let mut census = Census::new(OURS);
+        census.apply(Change::Participant(ROBOT));
         let publisher = found(EndpointKind::Publisher, ROBOT, 21, "rt/r1/x");
         let service = found(EndpointKind::Subscription, ROBOT, 22, "rq/r1/driver/yRequest");
         let ours = found(EndpointKind::Subscription, OURS, 11, "rt/r1/x");
@@ -208,6 +219,14 @@ mod tests {
         assert_eq!(node.reader_gid_seq, [[11; 16]]);
         assert!(node.writer_gid_seq.is_empty());
         assert_eq!(info.gid, OURS.0);
+    }
+
+    #[test]
+    fn nodes_of_nobody_are_not_there() {
+        let node = NodeEntitiesInfo { node_name: "ghost".into(), ..NodeEntitiesInfo::default() };
+        let mut census = census();
+        census.hear(ParticipantEntitiesInfo { gid: [9; 16], node_entities_info_seq: vec![node] });
+        assert_eq!(census.graph().nodes, ["/r1/driver"]);
     }
 
     #[test]

@@ -55,16 +55,16 @@ impl Discovery {
         let mut changes = Vec::new();
         // SAFETY: each reader's samples are of the structure that its topic is documented to have.
         unsafe {
+            take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
+                let gid = Gid(sample.key.v);
+                let there = if alive { Change::Participant } else { Change::ParticipantGone };
+                changes.push(there(gid));
+            });
             take(&self.publishers, |sample, alive| {
                 changes.push(endpoint(EndpointKind::Publisher, sample, alive));
             });
             take(&self.subscriptions, |sample, alive| {
                 changes.push(endpoint(EndpointKind::Subscription, sample, alive));
-            });
-            take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
-                if !alive {
-                    changes.push(Change::ParticipantGone(Gid(sample.key.v)));
-                }
             });
         }
         changes

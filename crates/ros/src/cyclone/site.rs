@@ -109,9 +109,14 @@ impl Watcher {
 
     /// Takes what has changed, and tells it.
     pub(super) fn look(&mut self) {
+        // In this order: who is heard was discovered before.
+        let heard = self.nodes.take();
+        let changes = self.discovery.take();
         let mut census = self.site.census();
-        self.discovery.take().into_iter().for_each(|change| census.apply(change));
-        for (info, width) in self.nodes.take() {
+        for change in changes {
+            census.apply(change);
+        }
+        for (info, width) in heard {
             self.width.get_or_insert(width);
             census.hear(info);
         }
