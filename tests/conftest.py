@@ -7,6 +7,8 @@ import pytest
 
 import harness
 
+FIGURES = pytest.StashKey[list[str]]()
+
 # Two tests in a row do not meet, even if a program of the first lingers.
 domains = itertools.cycle(range(100, 200))
 
@@ -49,6 +51,18 @@ def peer(request, stage):
     if request.param == "fastdds" and not harness.FASTDDS_PEER[0].exists():
         leave_out("the Fast DDS peer is not built on this system")
     return getattr(stage, request.param)
+
+
+@pytest.fixture
+def figure(request):
+    """Tells a measured figure; all of them stand below the tests' outcome."""
+    return lambda text: request.config.stash.setdefault(FIGURES, []).append(text)
+
+
+def pytest_terminal_summary(terminalreporter, config) -> None:
+    terminalreporter.section("figures")
+    for text in config.stash.get(FIGURES, []):
+        terminalreporter.line(text)
 
 
 def leave_out(reason: str) -> None:

@@ -32,13 +32,12 @@ def nonsense() -> list[bytes]:
     """Arbitrary bytes, and lengths that no message has."""
     noise = random.Random(1)
     arbitrary = [CDR_HEADER + noise.randbytes(noise.randrange(600)) for _ in range(200)]
-    other_headers = [noise.randbytes(noise.randrange(4, 200)) for _ in range(50)]
     absurd = [
         CDR_HEADER + bytes(zeros) + struct.pack("<I", size) + noise.randbytes(80)
         for zeros in range(0, 64, 4)
         for size in (0xFFFFFFFF, 0x7FFFFFFF, 0x10000000, 81)
     ]
-    return arbitrary + other_headers + absurd + [CDR_HEADER]
+    return arbitrary + absurd + [CDR_HEADER]
 
 
 def test_arbitrary_bytes_on_a_watched_topic_are_kept_and_harm_nothing(stage):
@@ -59,6 +58,21 @@ def test_arbitrary_bytes_on_a_watched_topic_are_kept_and_harm_nothing(stage):
     for message, cdr in zip(sent, kept, strict=True):
         assert cdr.startswith(message) and len(cdr) - len(message) < 4, "DDS may pad to four bytes"
     assert bags.tallies(bag)["/bench"].summary()["received"] == 2000
+
+
+def test_a_publisher_of_malformed_packets_harms_only_itself(stage):
+    recorder, out = stage.record("/bench*")
+    honest = stage.cyclone("publish", "/bench", "--rate", 500, "--count", 2000)
+    liar = stage.cyclone("send", "/bench", "--settle-secs", 0)
+    liar.answer("matched"), honest.answer("matched")
+    noise = random.Random(2)
+    for _ in range(50):
+        # No such representation is known: Cyclone DDS refuses the packet, and all after it.
+        liar.say((b"\xff\xff\0\0" + noise.randbytes(100)).hex())
+    honest.answer("sent")
+    calmly_ended(recorder)
+    tally = bags.tallies(harness.the_bag(out))["/bench"]
+    assert sorted(set(tally.numbers)) == list(range(2000))
 
 
 @pytest.mark.parametrize(
@@ -108,7 +122,7 @@ def test_a_type_that_nobody_can_explain_is_said_once_and_recorded(stage):
     time.sleep(0.5)  # under way
     calmly_ended(recorder)
     assert len(bags.raw(harness.the_bag(out))["/bench"]) == 100
-    said = [line for line in recorder.stderr.splitlines() if "bench_msgs/msg/Unheard" in line]
+    said = [line for line in recorder.stderr.splitlines() if "fault: failed to find" in line]
     assert len(said) == 1
 
 
@@ -127,8 +141,8 @@ def test_two_types_on_one_topic_are_told_and_the_first_is_kept(stage):
 
 @pytest.mark.parametrize(
     "content",
-    [b"", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n" + bytes(100), random.Random(3).randbytes(5000)],
-    ids=["empty", "only the magic", "ROS 1", "noise"],
+    [b"a,b\n1,2\n", b"#ROSBAG V2.0\n" + bytes(100), random.Random(3).randbytes(5000)],
+    ids=["table", "ROS 1", "noise"],
 )
 @pytest.mark.parametrize(
     "command", [["info"], ["recover"], ["export", "--format", "csv"], ["play"]]
@@ -179,8 +193,12 @@ MISTAKES = {
         "study.toml:9",
         "zstd",
     ),
-    "unknown feature": (STUDY + '[features]\ndisable = ["batery_use"]\n', "", "battery_use"),
-    "bad window": (STUDY + "[features]\nwindows_secs = [-3]\n", "", "windows_secs"),
+    "unknown feature": (
+        STUDY + '[features]\ndisable = ["batery_use"]\n',
+        "study.toml:8",
+        "battery_use",
+    ),
+    "bad window": (STUDY + "[features]\nwindows_secs = [-3]\n", "study.toml:8", ""),
     "bad phase": (STUDY + '[[phases]]\nname = "a"\nfrom_secs = "x"\n', "study.toml:9", ""),
     "unknown clock": ('[session]\nclock = "/time"\n', "study.toml:2", "/clock"),
 }

@@ -73,20 +73,26 @@ def test_the_signal_is_weak_at_the_start(rssi, robot):
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_signal_falls_with_distance_to_the_router(rssi, distance_m, robot):
+def test_the_signal_falls_with_distance_to_the_router(rssi, distance_m, figure, robot):
     truth = distance_m[robot]
     assert len(truth.steps) > 0.9 * STEPS
     heard_dbm = [np.median(rssi[robot].between(step - 1, step + 1)) for step in truth.steps]
-    assert rank_correlation(np.log(truth.values), np.array(heard_dbm)) < -0.7
+    correlation = rank_correlation(np.log(truth.values), np.array(heard_dbm))
+    figure(f"{robot}: rank correlation of RSSI with log distance {correlation:.2f} (bar -0.7)")
+    assert correlation < -0.7
 
 
-def test_utilization_rises_while_robot_4_computes_more(utilization_w):
-    assert raised_to(utilization_w["robot4"]) >= 1.5
+def test_utilization_rises_while_robot_4_computes_more(utilization_w, figure):
+    ratio = raised_to(utilization_w["robot4"])
+    figure(f"robot4: utilization in steps 250-420 is {ratio:.2f} times that outside (bar 1.5)")
+    assert ratio >= 1.5
 
 
 @pytest.mark.parametrize("robot", [robot for robot in ROBOTS if robot != "robot4"])
-def test_utilization_of_the_others_does_not_rise(utilization_w, robot):
-    assert raised_to(utilization_w[robot]) < 1.2
+def test_utilization_of_the_others_does_not_rise(utilization_w, figure, robot):
+    ratio = raised_to(utilization_w[robot])
+    figure(f"{robot}: utilization in steps 250-420 is {ratio:.2f} times that outside (bar 1.2)")
+    assert ratio < 1.2
 
 
 def raised_to(utilization_w: Series) -> float:
