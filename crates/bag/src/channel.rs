@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, Subject};
 
-use crate::qos_yaml;
+use crate::metadata::qos;
 use crate::schema::{is_description, own_shape};
 
 /// The keys of a channel's metadata: rosbag2's, then ours.
@@ -54,7 +54,7 @@ impl Channel {
         if self.is(ORIGIN_KEY, DERIVED) {
             stream.origin = Origin::Derived;
         }
-        stream.qos = self.metadata.get(QOS_KEY).map_or_else(Vec::new, |text| qos_yaml::read(text));
+        stream.qos = self.metadata.get(QOS_KEY).map_or_else(Vec::new, |text| qos::read(text));
         stream
     }
 

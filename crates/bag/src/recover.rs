@@ -9,14 +9,14 @@ use mcap::records::{MessageHeader, Record};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
-use crate::block::Entry;
 use crate::error::BagError;
-use crate::index::{Damage, Index};
 use crate::metadata::{FileSpan, Metadata, Topic};
-use crate::part::{Attachment, Compression, Part};
-use crate::reader::Bag;
+use crate::read::Bag;
+use crate::read::block::Entry;
+use crate::read::index::{Damage, Index};
 use crate::schema::type_name;
-use crate::spare::SpareFile;
+use crate::write::part::{Attachment, Compression, Part};
+use crate::write::spare::SpareFile;
 
 /// What was done to a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::time::Time;
 
 use crate::error::BagError;
-use crate::part::Attachment;
-use crate::writer::{BagWriter, Options};
+use crate::write::part::Attachment;
+use crate::write::{BagWriter, Options};
 
 /// How often what was written is handed to the disk: with the writing itself, not more than a
 /// second of a recording can be lost.

@@ -13,9 +13,9 @@ use teampulse_core::time::Time;
 use teampulse_messages::convert::{DecodeError, decode};
 
 use crate::error::BagError;
-use crate::messages::Message;
 use crate::pace::{Pace, Pacer};
-use crate::reader::{Bag, described, description, is_same};
+use crate::read::messages::Message;
+use crate::read::{Bag, described, description, is_same};
 use crate::schema::type_name;
 
 /// After so many readings other tasks have their turn.

@@ -12,7 +12,7 @@ use teampulse_core::time::Time;
 use crate::channel::Channel;
 use crate::error::BagError;
 use crate::metadata::{FileSpan, Span};
-use crate::spare::{Backed, Progress, Spare, is_full};
+use crate::write::spare::{Backed, Progress, Spare, is_full};
 
 /// The size at which a chunk is closed [bytes], uncompressed.
 const CHUNK_BYTES: u64 = 768 << 10;
@@ -247,7 +247,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::index::Index;
+    use crate::read::index::Index;
     use teampulse_core::stream::Schema;
 
     /// A disk with little room.

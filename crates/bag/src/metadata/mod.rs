@@ -1,5 +1,9 @@
 //! The description of a bag, `metadata.yaml`, as rosbag2 writes it.
 
+mod yaml;
+pub(crate) mod qos;
+mod told;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -9,12 +13,14 @@ use std::path::Path;
 use teampulse_core::qos::Qos;
 use teampulse_core::time::Time;
 
-use crate::qos_yaml;
+use yaml::{Lines, scalar};
+
+pub(crate) use told::Told;
 
 /// The name of the file in a bag's folder.
 pub(crate) const FILE_NAME: &str = "metadata.yaml";
 /// What a bag without a distribution of its own says; its formats are those of this one.
-pub(crate) const ROS_DISTRO: &str = "jazzy";
+const ROS_DISTRO: &str = "jazzy";
 
 /// A version of `metadata.yaml`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -151,7 +157,7 @@ impl Topic {
         out.line(3, format_args!("name: {}", scalar(&self.name)));
         out.line(3, format_args!("type: {}", scalar(&self.type_name)));
         out.line(3, format_args!("serialization_format: cdr"));
-        let qos = qos_yaml::write(&self.qos, version);
+        let qos = qos::write(&self.qos, version);
         if version == Version::V5 {
             out.line(3, format_args!("offered_qos_profiles: {}", scalar(&qos)));
         } else if self.qos.is_empty() {
@@ -166,156 +172,6 @@ impl Topic {
             out.line(3, format_args!("type_description_hash: {}", scalar(&self.type_hash)));
         }
         out.line(2, format_args!("message_count: {}", self.messages));
-    }
-}
-
-/// YAML being written, two spaces a level.
-#[derive(Default)]
-struct Lines(String);
-
-impl Lines {
-    fn line(&mut self, level: usize, text: std::fmt::Arguments<'_>) {
-        writeln!(self.0, "{:indent$}{text}", "", indent = 2 * level)
-            .expect("a string takes what is written to it");
-    }
-
-    fn span(&mut self, level: usize, span: Span) {
-        self.line(level, format_args!("duration:"));
-        self.line(level + 1, format_args!("nanoseconds: {}", span.last.nanos_since(span.first)));
-        self.line(level, format_args!("starting_time:"));
-        self.line(level + 1, format_args!("nanoseconds_since_epoch: {}", span.first.nanos()));
-        self.line(level, format_args!("message_count: {}", span.messages));
-    }
-
-    fn list<T>(&mut self, key: &str, items: &[T], write: impl Fn(&mut Lines, &T)) {
-        let empty = if items.is_empty() { " []" } else { "" };
-        self.line(0, format_args!("{key}:{empty}"));
-        for item in items {
-            write(self, item);
-        }
-    }
-}
-
-/// A string as a YAML scalar on one line: plain where that is safe, else in double quotes.
-fn scalar(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/_.-".contains(c);
-    let is_plain = text.starts_with(|c: char| c == '/' || c.is_ascii_alphabetic())
-        && text.chars().all(plain)
-        && !["true", "false", "yes", "no", "on", "off", "null", "y", "n"]
-            .contains(&text.to_ascii_lowercase().as_str());
-    if is_plain { text.to_owned() } else { quoted(text) }
-}
-
-fn quoted(text: &str) -> String {
-    let mut quoted = String::from('"');
-    for c in text.chars() {
-        match c {
-            '"' => quoted.push_str("\\\""),
-            '\\' => quoted.push_str("\\\\"),
-            '\n' => quoted.push_str("\\n"),
-            '\t' => quoted.push_str("\\t"),
-            // Control characters and the line breaks of Unicode, which YAML would fold.
-            c if c.is_control() || "\u{2028}\u{2029}\u{feff}".contains(c) => {
-                write!(quoted, "\\u{:04x}", c as u32).expect("a string takes what is written");
-            }
-            c => quoted.push(c),
-        }
-    }
-    quoted.push('"');
-    quoted
-}
-
-/// What a reader takes from the `metadata.yaml` of any writer: the rest is in the files themselves.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Told {
-    /// The version of the description.
-    pub version: Version,
-    /// The storage plugin: `mcap` or `sqlite3`.
-    pub storage: String,
-    /// What rosbag2 compressed beside the storage: nothing, `FILE` or `MESSAGE`.
-    pub compression_mode: String,
-    /// The bag's files, in order, relative to its folder.
-    pub files: Vec<String>,
-    /// What its writer added.
-    pub custom: BTreeMap<String, String>,
-}
-
-impl Told {
-    /// Reads what is needed out of block-style YAML, and skips the rest.
-    pub(crate) fn read(text: &str) -> Told {
-        let mut told = Told::default();
-        let mut section = String::new();
-        for line in text.lines() {
-            let indent = line.len() - line.trim_start().len();
-            let line = line.trim();
-            if let Some(item) = line.strip_prefix("- ") {
-                if section == "relative_file_paths" {
-                    told.files.push(unquoted(item));
-                }
-            } else if let Some((key, value)) = split_entry(line) {
-                if indent <= 2 {
-                    told.take(&key, &value);
-                    section = key;
-                } else if section == "custom_data" {
-                    told.custom.insert(key, value);
-                }
-            }
-        }
-        told
-    }
-
-    fn take(&mut self, key: &str, value: &str) {
-        match key {
-            "version" if value == "5" => self.version = Version::V5,
-            "storage_identifier" => value.clone_into(&mut self.storage),
-            "compression_mode" => value.clone_into(&mut self.compression_mode),
-            _ => {}
-        }
-    }
-}
-
-/// Key and value of a line; the key may be quoted.
-fn split_entry(line: &str) -> Option<(String, String)> {
-    let end_of_key = if line.starts_with('"') { closing_quote(line)? + 1 } else { line.find(':')? };
-    let (key, rest) = line.split_at(end_of_key);
-    Some((unquoted(key), unquoted(rest.trim_start().strip_prefix(':')?)))
-}
-
-fn closing_quote(line: &str) -> Option<usize> {
-    let mut escaped = false;
-    line.char_indices().skip(1).find_map(|(at, c)| {
-        let closes = c == '"' && !escaped;
-        escaped = c == '\\' && !escaped;
-        closes.then_some(at)
-    })
-}
-
-fn unquoted(text: &str) -> String {
-    let text = text.trim();
-    let inside = |quote: char| text.strip_prefix(quote)?.strip_suffix(quote);
-    if let Some(single) = inside('\'') {
-        return single.replace("''", "'");
-    }
-    let Some(double) = inside('"') else { return text.to_owned() };
-    let mut plain = String::new();
-    let mut chars = double.chars();
-    while let Some(c) = chars.next() {
-        plain.push(if c == '\\' { unescaped(&mut chars) } else { c });
-    }
-    plain
-}
-
-fn unescaped(rest: &mut std::str::Chars<'_>) -> char {
-    match rest.next() {
-        Some('n') => '\n',
-        Some('t') => '\t',
-        Some('u') => {
-            let code: String = rest.take(4).collect();
-            let code = u32::from_str_radix(&code, 16).ok().and_then(char::from_u32);
-            code.unwrap_or(char::REPLACEMENT_CHARACTER)
-        }
-        Some(c) => c,
-        None => '\\',
     }
 }
 
@@ -387,7 +243,7 @@ mod tests {
         #[test]
         fn any_text_is_read_without_a_panic(text: String) {
             Told::read(&text);
-            qos_yaml::read(&text);
+            qos::read(&text);
         }
     }
 }

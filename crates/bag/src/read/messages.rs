@@ -9,12 +9,12 @@ use mcap::McapError;
 use teampulse_core::stream::Schema;
 use teampulse_core::time::Time;
 
-use crate::block::{Block, Contents, Entry};
 use crate::error::BagError;
-use crate::index::Index;
-use crate::part::nanos;
-use crate::reader::Bag;
-use crate::records::LIMIT_BYTES;
+use crate::read::Bag;
+use crate::read::block::{Block, Contents, Entry};
+use crate::read::index::Index;
+use crate::read::records::LIMIT_BYTES;
+use crate::write::part::nanos;
 
 /// The chunks that overlap in time may together be so large [bytes].
 const OPEN_BYTES: u64 = 4 * LIMIT_BYTES;

@@ -6,8 +6,8 @@ use bytes::Bytes;
 use mcap::records::op;
 use mcap::{McapError, McapResult};
 
-use crate::chunk::{Extent, unpack};
-use crate::records::{PREFIX_BYTES, Records, read_at};
+use crate::read::chunk::{Extent, unpack};
+use crate::read::records::{PREFIX_BYTES, Records, read_at};
 
 /// Where a run of records is, and what it spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

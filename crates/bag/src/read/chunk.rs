@@ -5,7 +5,7 @@ use std::io::Read;
 use bytes::Bytes;
 use mcap::{McapError, McapResult};
 
-use crate::records::LIMIT_BYTES;
+use crate::read::records::LIMIT_BYTES;
 
 /// Whether a chunk stands in its file as it was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

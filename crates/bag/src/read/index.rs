@@ -11,13 +11,13 @@ use mcap::{MAGIC, McapError, McapResult, parse_record};
 use teampulse_core::stream::Schema;
 use teampulse_core::time::Time;
 
-use crate::block::Block;
 use crate::channel::{Channel, type_hash};
-use crate::chunk::Extent;
 use crate::error::{BagError, Found};
 use crate::metadata::Span;
-use crate::records::{PREFIX_BYTES, Records, read_at, split_prefix};
-use crate::scan::scan;
+use crate::read::block::Block;
+use crate::read::chunk::Extent;
+use crate::read::records::{PREFIX_BYTES, Records, read_at, split_prefix};
+use crate::read::scan::scan;
 use crate::schema::is_description;
 
 /// The footer with the magic bytes behind it [bytes].

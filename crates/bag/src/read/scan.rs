@@ -7,10 +7,10 @@ use mcap::records::op;
 use mcap::{MAGIC, McapError, McapResult, parse_record};
 use teampulse_core::time::Time;
 
-use crate::block::Block;
-use crate::chunk::Extent;
-use crate::index::{Damage, Index};
-use crate::records::{PREFIX_BYTES, Records, read_at, split_prefix};
+use crate::read::block::Block;
+use crate::read::chunk::Extent;
+use crate::read::index::{Damage, Index};
+use crate::read::records::{PREFIX_BYTES, Records, read_at, split_prefix};
 
 /// Messages that stand between chunks are read in runs of about this [bytes].
 const RUN_BYTES: u64 = 1 << 20;

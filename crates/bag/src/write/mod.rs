@@ -1,5 +1,9 @@
 //! Writing a bag.
 
+pub(crate) mod spare;
+pub(crate) mod part;
+mod routes;
+
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::ErrorKind;
@@ -9,17 +13,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mcap::records::MessageHeader;
 use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{Origin, Shape, Stream, StreamId};
+use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
-use teampulse_messages::convert::schema_of;
 
-use crate::channel::Channel;
 use crate::error::BagError;
-use crate::metadata::{FileSpan, Metadata, Span, Topic, Version};
-use crate::part::{Attachment, Compression, Part, nanos};
-use crate::qos_yaml;
+use crate::metadata::{FileSpan, Metadata, Span, Version};
 use crate::schema::type_name;
-use crate::spare::{Spare, SpareFile, free_bytes};
+use crate::write::part::{Attachment, Compression, Part, nanos};
+use crate::write::routes::Routes;
+use crate::write::spare::{Spare, SpareFile, free_bytes};
 
 /// The metadata record in which rosbag2 keeps the text of `metadata.yaml`.
 const ROSBAG2_RECORD: &str = "rosbag2";
@@ -88,17 +90,9 @@ pub struct BagWriter {
     part: Part<File>,
     disk: File,
     finished: Vec<FileSpan>,
-    slots: Vec<Option<Slot>>,
-    topics: Vec<(Topic, Origin)>,
+    routes: Routes,
     descriptions: Vec<Record>,
     custom: BTreeMap<String, String>,
-}
-
-/// Where the samples of a stream go in the current file.
-struct Slot {
-    stream: Arc<Stream>,
-    topic: usize,
-    channel: u16,
 }
 
 impl BagWriter {
@@ -125,8 +119,7 @@ impl BagWriter {
             part,
             disk,
             finished: Vec::new(),
-            slots: Vec::new(),
-            topics: Vec::new(),
+            routes: Routes::new(options.metadata_version),
             descriptions: Vec::new(),
             custom,
         };
@@ -182,64 +175,19 @@ impl BagWriter {
     }
 
     fn append(&mut self, record: &Record, log_time: Time) -> Result<(), BagError> {
-        let (channel, topic) = self.channel(record)?;
+        let route = match self.routes.find(record) {
+            Some(route) => route,
+            None => self.routes.register(record, &mut self.part)?,
+        };
         let header = MessageHeader {
-            channel_id: channel,
+            channel_id: route.channel,
             sequence: record.sample.index as u32,
             log_time: nanos(log_time),
             publish_time: nanos(publish_time(record, log_time)),
         };
         self.part.write(&header, &record.cdr)?;
-        self.topics[topic].0.messages += 1;
+        self.routes.count(route);
         self.check_full()
-    }
-
-    /// The channel and the topic of a record's stream; registers them on first use.
-    fn channel(&mut self, record: &Record) -> Result<(u16, usize), BagError> {
-        let StreamId(index) = record.sample.stream;
-        if let Some(Some(slot)) = self.slots.get(index as usize)
-            && Arc::ptr_eq(&slot.stream, &record.stream)
-        {
-            return Ok((slot.channel, slot.topic));
-        }
-        let slot = self.register(&record.stream)?;
-        let registered = (slot.channel, slot.topic);
-        if self.slots.len() <= index as usize {
-            self.slots.resize_with(index as usize + 1, || None);
-        }
-        self.slots[index as usize] = Some(slot);
-        Ok(registered)
-    }
-
-    fn register(&mut self, stream: &Arc<Stream>) -> Result<Slot, BagError> {
-        let schema = schema_of(&stream.shape);
-        let topic = self.topic(stream, &schema.name);
-        let known = &mut self.topics[topic].0;
-        if known.type_hash.is_empty() {
-            schema.hash.clone_into(&mut known.type_hash);
-        }
-        let qos = qos_yaml::write(&known.qos, self.options.metadata_version);
-        let channel = self.part.channel(&Channel::of(stream, &schema, qos))?;
-        Ok(Slot { stream: Arc::clone(stream), topic, channel })
-    }
-
-    /// The topic of a stream. Its quality of service stays as it first was: readers tell channels
-    /// of one topic apart by it.
-    fn topic(&mut self, stream: &Stream, type_name: &str) -> usize {
-        let is_known = |(topic, origin): &(Topic, Origin)| {
-            topic.name == stream.name && topic.type_name == type_name && *origin == stream.origin
-        };
-        self.topics.iter().position(is_known).unwrap_or_else(|| {
-            let topic = Topic {
-                name: stream.name.clone(),
-                type_name: type_name.to_owned(),
-                type_hash: String::new(),
-                qos: stream.qos.clone(),
-                messages: 0,
-            };
-            self.topics.push((topic, stream.origin));
-            self.topics.len() - 1
-        })
     }
 
     fn is_split_due(&self, now: Time) -> bool {
@@ -264,7 +212,7 @@ impl BagWriter {
         self.finished.push(ended.finish()?);
         let ended = std::mem::replace(&mut self.disk, disk);
         ended.sync_all().map_err(BagError::io("write", &self.folder))?;
-        self.slots.clear();
+        self.routes.begin_file();
         for description in self.descriptions.clone() {
             self.append(&description, now)?;
         }
@@ -291,7 +239,7 @@ impl BagWriter {
         files.push(self.part.file_span());
         Metadata {
             version: self.options.metadata_version,
-            topics: self.topics.iter().map(|(topic, _)| topic.clone()).collect(),
+            topics: self.routes.topics(),
             files,
             custom: self.custom.clone(),
         }

@@ -1,5 +1,12 @@
 //! Reading a bag.
 
+pub(crate) mod records;
+mod chunk;
+pub(crate) mod block;
+pub(crate) mod index;
+mod scan;
+pub(crate) mod messages;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,9 +20,9 @@ use teampulse_messages::convert::decode;
 
 use crate::channel::Channel;
 use crate::error::{BagError, Found};
-use crate::index::{Damage, Index};
-use crate::messages::Messages;
 use crate::metadata::{FILE_NAME, Span, Told, Version};
+use crate::read::index::{Damage, Index};
+use crate::read::messages::Messages;
 use crate::schema::type_name;
 
 /// A bag: all that is known about it without reading its messages.

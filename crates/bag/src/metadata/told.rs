@@ -1,0 +1,55 @@
+//! What is read out of the `metadata.yaml` of any writer.
+
+use std::collections::BTreeMap;
+
+use super::Version;
+use super::yaml::{split_entry, unquoted};
+
+/// What a reader takes from the `metadata.yaml` of any writer: the rest is in the files themselves.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Told {
+    /// The version of the description.
+    pub version: Version,
+    /// The storage plugin: `mcap` or `sqlite3`.
+    pub storage: String,
+    /// What rosbag2 compressed beside the storage: nothing, `FILE` or `MESSAGE`.
+    pub compression_mode: String,
+    /// The bag's files, in order, relative to its folder.
+    pub files: Vec<String>,
+    /// What its writer added.
+    pub custom: BTreeMap<String, String>,
+}
+
+impl Told {
+    /// Reads what is needed out of block-style YAML, and skips the rest.
+    pub(crate) fn read(text: &str) -> Told {
+        let mut told = Told::default();
+        let mut section = String::new();
+        for line in text.lines() {
+            let indent = line.len() - line.trim_start().len();
+            let line = line.trim();
+            if let Some(item) = line.strip_prefix("- ") {
+                if section == "relative_file_paths" {
+                    told.files.push(unquoted(item));
+                }
+            } else if let Some((key, value)) = split_entry(line) {
+                if indent <= 2 {
+                    told.take(&key, &value);
+                    section = key;
+                } else if section == "custom_data" {
+                    told.custom.insert(key, value);
+                }
+            }
+        }
+        told
+    }
+
+    fn take(&mut self, key: &str, value: &str) {
+        match key {
+            "version" if value == "5" => self.version = Version::V5,
+            "storage_identifier" => value.clone_into(&mut self.storage),
+            "compression_mode" => value.clone_into(&mut self.compression_mode),
+            _ => {}
+        }
+    }
+}

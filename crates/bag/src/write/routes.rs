@@ -1,0 +1,108 @@
+//! Where the samples of each stream go: its topic in the bag, its channel in the current file.
+
+use std::fs::File;
+use std::sync::Arc;
+
+use teampulse_core::sample::Record;
+use teampulse_core::stream::{Origin, Stream, StreamId};
+use teampulse_messages::convert::schema_of;
+
+use crate::channel::Channel;
+use crate::error::BagError;
+use crate::metadata::{Topic, Version, qos};
+use crate::write::part::Part;
+
+/// Where the samples of each stream go.
+pub(super) struct Routes {
+    version: Version,
+    /// For each stream of the session, its way into the current file.
+    slots: Vec<Option<Slot>>,
+    topics: Vec<(Topic, Origin)>,
+}
+
+/// The way of one stream, as it was declared when its channel was opened.
+struct Slot {
+    stream: Arc<Stream>,
+    route: Route,
+}
+
+/// A channel of the current file and its topic in the bag.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Route {
+    pub channel: u16,
+    topic: usize,
+}
+
+impl Routes {
+    pub(super) fn new(version: Version) -> Routes {
+        Routes { version, slots: Vec::new(), topics: Vec::new() }
+    }
+
+    /// The way of a record; `None` when its stream is new in this file, or declared anew.
+    pub(super) fn find(&self, record: &Record) -> Option<Route> {
+        let slot = self.slots.get(record.sample.stream.0 as usize)?.as_ref()?;
+        Arc::ptr_eq(&slot.stream, &record.stream).then_some(slot.route)
+    }
+
+    /// Opens a channel for a record's stream; the same as before if all that it says is the same.
+    pub(super) fn register(
+        &mut self,
+        record: &Record,
+        part: &mut Part<File>,
+    ) -> Result<Route, BagError> {
+        let stream = Arc::clone(&record.stream);
+        let schema = schema_of(&stream.shape);
+        let topic = self.topic(&stream, &schema.name);
+        let known = &mut self.topics[topic].0;
+        if known.type_hash.is_empty() {
+            schema.hash.clone_into(&mut known.type_hash);
+        }
+        let profiles = qos::write(&known.qos, self.version);
+        let channel = part.channel(&Channel::of(&stream, &schema, profiles))?;
+        let route = Route { channel, topic };
+        *self.slot(record.sample.stream) = Some(Slot { stream, route });
+        Ok(route)
+    }
+
+    /// Counts a message.
+    pub(super) fn count(&mut self, route: Route) {
+        self.topics[route.topic].0.messages += 1;
+    }
+
+    /// Forgets the channels of the file before.
+    pub(super) fn begin_file(&mut self) {
+        self.slots.clear();
+    }
+
+    /// The topics so far, with their counts.
+    pub(super) fn topics(&self) -> Vec<Topic> {
+        self.topics.iter().map(|(topic, _)| topic.clone()).collect()
+    }
+
+    fn slot(&mut self, StreamId(index): StreamId) -> &mut Option<Slot> {
+        let index = index as usize;
+        if self.slots.len() <= index {
+            self.slots.resize_with(index + 1, || None);
+        }
+        &mut self.slots[index]
+    }
+
+    /// The topic of a stream. Its quality of service stays as it first was: readers tell channels
+    /// of one topic apart by it.
+    fn topic(&mut self, stream: &Stream, type_name: &str) -> usize {
+        let is_known = |(topic, origin): &(Topic, Origin)| {
+            topic.name == stream.name && topic.type_name == type_name && *origin == stream.origin
+        };
+        self.topics.iter().position(is_known).unwrap_or_else(|| {
+            let topic = Topic {
+                name: stream.name.clone(),
+                type_name: type_name.to_owned(),
+                type_hash: String::new(),
+                qos: stream.qos.clone(),
+                messages: 0,
+            };
+            self.topics.push((topic, stream.origin));
+            self.topics.len() - 1
+        })
+    }
+}
