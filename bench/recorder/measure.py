@@ -11,7 +11,6 @@ from pathlib import Path
 
 import bags
 import harness
-from rosbags.highlevel import AnyReader
 
 SECONDS = int(os.environ.get("SECONDS_EACH", "30"))
 
@@ -58,7 +57,7 @@ def record(load: Load, peer: str = "cyclone", settings: str = "") -> Recording:
         try:
             recorder, out = stage.record("/bench*", settings=settings)
             publisher = getattr(stage, peer)("publish", "/bench", *load.arguments())
-            publisher.answer("matched")
+            publisher.answer("begun")
             cpu_before_secs = recorder.cpu_secs()
             sent = publisher.answer("sent", within_secs=SECONDS * 3 + 30)
             cpu_secs = recorder.cpu_secs() - cpu_before_secs
@@ -161,25 +160,22 @@ def hundred_robots() -> tuple[bool, str]:
 
 def robots_missed(bag: Path) -> tuple[int, int]:
     """How many robots' topics there are, and how many messages are missing between the first and
-    the last of each, as the stamps that the robots gave them say."""
-    stamps_secs = defaultdict(list)
-    with AnyReader([bag]) as reader:
-        wanted = [each for each in reader.connections if each.topic.count("/") == 2]
-        wanted = [each for each in wanted if each.topic.rpartition("/")[2] in RATES_HZ]
-        for connection, _, cdr in reader.messages(wanted):
-            stamp = reader.deserialize(cdr, connection.msgtype).header.stamp
-            stamps_secs[connection.topic].append(stamp.sec + stamp.nanosec / 1e9)
+    the last of each, as their rates say."""
+    arrived_secs = defaultdict(list)
+    for topic, log_ns, _ in bags.stored(bag):
+        if topic.count("/") == 2 and topic.rpartition("/")[2] in RATES_HZ:
+            arrived_secs[topic].append(log_ns / 1e9)
     missing = 0
-    for topic, secs in stamps_secs.items():
+    for topic, secs in arrived_secs.items():
         rate_hz = RATES_HZ[topic.rpartition("/")[2]]
         missing += round((max(secs) - min(secs)) * rate_hz) + 1 - len(secs)
-    return len(stamps_secs), missing
+    return len(arrived_secs), missing
 
 
 def told_losses(stage: harness.Stage, bag: Path) -> dict:
     """The losses that the bag tells of, by where; `None` is unknown."""
     streams = json.loads(stage.ask("info", bag, "--json").stdout)["streams"]
-    return dict(Counter(str(stream.get("lost_source")) for stream in streams))
+    return dict(Counter(str(stream["lost"]) for stream in streams))
 
 
 FIGURES = [

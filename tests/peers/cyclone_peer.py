@@ -59,6 +59,7 @@ def publish(args: argparse.Namespace, participant: DomainParticipant) -> None:
 
     encode = encoder(args.size)
     handles = [writer._ref for writer in writers]
+    tell(begun=len(writers))
     started, cpu_started = time.monotonic(), time.process_time()
     for number in range(args.count):
         pause = started + number // args.burst * args.burst / args.rate - time.monotonic()

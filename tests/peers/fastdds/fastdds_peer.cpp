@@ -139,6 +139,8 @@ int publish(const std::string &topic, const Options &options) {
 
   Message message;
   message.data().resize(static_cast<std::size_t>(options.number("--size", 64)));
+  std::printf("{\"begun\": %zu}\n", writers.size());
+  std::fflush(stdout);
   auto started_ns = payload::monotonic_ns();
   double cpu_started_secs = cpu_secs();
   for (std::uint64_t number = 0; number < count; ++number) {
