@@ -1,5 +1,4 @@
 //! Data on standard output.
-#![expect(clippy::print_stdout, reason = "this is where data goes to standard output")]
 
 use std::io::Write;
 
@@ -9,6 +8,11 @@ pub fn line(text: impl AsRef<str>) {
     if writeln!(std::io::stdout().lock(), "{}", text.as_ref()).is_err() {
         std::process::exit(0);
     }
+}
+
+/// Prints lines of data.
+pub fn lines(texts: impl IntoIterator<Item = String>) {
+    texts.into_iter().for_each(line);
 }
 
 /// Prints a value as JSON, one object.

@@ -38,19 +38,19 @@ pub struct Setup {
     pub buses: Arc<Buses>,
     study: Study,
     /// Held as long as the session follows `/clock`.
-    _follows: Option<Subscription>,
+    follows: Option<Subscription>,
 }
 
 impl Setup {
     /// Joins the buses and waits for the clock.
     pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
-        let mut setup = Setup { clock: Clock::host(), buses, study, _follows: None };
+        let mut setup = Setup { clock: Clock::host(), buses, study, follows: None };
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::told();
             let bus = setup.buses.get(setup.domain()?).map_err(Failure::to)?;
             let follows = follow_clock(&*bus, &setup.clock, CLOCK_PATIENCE);
             let follows = follows.await.map_err(Failure::to)?;
-            setup._follows = Some(follows.ok_or_else(|| {
+            setup.follows = Some(follows.ok_or_else(|| {
                 Failure::new(format!("nobody tells the time on /clock of {}", bus.name()))
                     .hint("start the simulation first, or set `clock = \"host\"`")
                     .exit(Exit::DeviceMissing)
@@ -68,14 +68,14 @@ impl Setup {
     }
 
     /// The sources of the study.
-    pub fn sources(&self) -> Result<Vec<(String, Box<dyn Source>)>, Failure> {
+    pub fn sources(&self) -> Result<Sources, Failure> {
         let context = SourceContext { clock: self.clock.clone(), buses: Arc::clone(&self.buses) };
         Ok(self.study.build("sources", SOURCES, &context)?)
     }
 
     /// The sources of a session that a person attends: phases, events from ROS, keys.
-    pub fn attended(&self, stop: &Stop) -> Result<Vec<(String, Box<dyn Source>)>, Failure> {
-        let mut sources: Vec<(String, Box<dyn Source>)> = Vec::new();
+    pub fn attended(&self, stop: &Stop) -> Result<Sources, Failure> {
+        let mut sources = Sources::new();
         let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
         sources.push(("events".into(), Box::new(RosEvents::new(bus))));
         let phases = self.study.general.phases.clone();
@@ -131,11 +131,14 @@ impl Setup {
     }
 }
 
+/// Sources, each with its name.
+pub type Sources = Vec<(String, Box<dyn Source>)>;
+
 /// What a session runs.
 #[derive(Default)]
 pub struct Parts {
     /// Its sources, by name.
-    pub sources: Vec<(String, Box<dyn Source>)>,
+    pub sources: Sources,
     /// Its features.
     pub features: Vec<Arc<dyn Feature>>,
     /// Its sinks.
@@ -167,7 +170,7 @@ pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
 /// The folder of a session's bag: `OUT/<name>_<UTC>`.
 pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
     let now = clock::wall().to_string();
-    let utc: String = now[..19].chars().filter(|each| each.is_ascii_alphanumeric()).collect();
+    let utc: String = now[..19].chars().filter(char::is_ascii_alphanumeric).collect();
     out.join(format!("{session}_{utc}Z"))
 }
 

@@ -122,7 +122,7 @@ impl Study {
         let span = table.span();
         let (keys, own): (DeTable<'_>, Vec<_>) = split(table.into_inner());
         for (key, value) in own {
-            study.check_own(&key, value)?;
+            study.check_own(&key, &value)?;
         }
         let rest = Settings::new(Spanned::new(span, DeValue::Table(keys)));
         study.general = rest.read().map_err(|error| study.wrong(error, None))?;
@@ -239,7 +239,7 @@ impl Study {
     }
 
     /// `sources` and `sinks` are arrays of tables, `simulate` is a table.
-    fn check_own(&self, key: &str, value: Spanned<DeValue<'_>>) -> Result<(), StudyError> {
+    fn check_own(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<(), StudyError> {
         let fits = match value.get_ref() {
             DeValue::Array(_) => key != "simulate",
             DeValue::Table(_) => key == "simulate",
@@ -263,8 +263,8 @@ impl Study {
             if error.hint.is_empty() { suggestion(&error.message) } else { Some(error.hint) };
         let span = error.span.or(whole).unwrap_or(0..0);
         let name = self.path.display().to_string();
-        let place = Some((NamedSource::new(name, self.text.clone()).with_language("toml"), span));
-        StudyError { message: error.message, hint, place }
+        let source = NamedSource::new(name, self.text.clone()).with_language("toml");
+        StudyError { message: error.message, hint, place: Some(Box::new((source, span))) }
     }
 }
 
@@ -304,7 +304,7 @@ fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
 pub struct StudyError {
     message: String,
     hint: Option<String>,
-    place: Option<(NamedSource<String>, Range<usize>)>,
+    place: Option<Box<(NamedSource<String>, Range<usize>)>>,
 }
 
 impl Diagnostic for StudyError {
@@ -313,11 +313,11 @@ impl Diagnostic for StudyError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+        self.place.as_ref().map(|place| &place.0 as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.place.as_ref()?;
+        let (_, span) = &**self.place.as_ref()?;
         Some(Box::new(std::iter::once(LabeledSpan::underline(span.clone()))))
     }
 }

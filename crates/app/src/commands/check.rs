@@ -44,19 +44,19 @@ impl Check {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
         output::line(format!("study    ok    {}", self.study.display()));
-        machine::check(&self.out).iter().for_each(output::line);
+        output::lines(machine::check(&self.out));
         let setup = Setup::new(study, network::buses("teampulse")).await?;
         let heard = listen(setup, self.seconds).await?;
-        heard.iter().for_each(|(stream, status)| output::line(stream_line(stream, status)));
+        output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
-        robots.iter().for_each(|robot| output::line(robot_line(robot)));
+        output::lines(robots.iter().map(robot_line));
         let missing = missing(&wanted, &robots);
         if missing.is_empty() {
             output::line("go");
             return Ok(Exit::Fine);
         }
-        missing.iter().for_each(|what| output::line(format!("missing  {what}")));
+        output::lines(missing.iter().map(|what| format!("missing  {what}")));
         output::line("no-go");
         Ok(Exit::DeviceMissing)
     }

@@ -113,7 +113,7 @@ fn show(told: &Told) {
     let start = teampulse_core::time::Time::from_nanos((told.start_secs * 1e9) as i64);
     output::line(format!("{}  {} messages", told.path, told.messages));
     output::line(format!("from {start} for {:.1} s", told.duration_secs));
-    told.damage.iter().for_each(|each| output::line(format!("damaged: {each}")));
+    output::lines(told.damage.iter().map(|each| format!("damaged: {each}")));
     output::line(format!(
         "\n{:<44} {:<36} {:<8} {:>9} {:>9} {:>6}",
         "stream", "type", "origin", "messages", "Hz", "lost"

@@ -41,8 +41,8 @@ pub enum Command {
     Export(export::Export),
     /// Lists what can stand in a study
     List(list::List),
-    /// Prints the JSON schema of a study
-    Schema(schema::Schema),
+    /// Prints the JSON schema of a study, for the completion and the hover texts of an editor
+    Schema,
     /// Runs the simulated robots of a study alone, on ROS
     Simulate(simulate::Simulate),
 }
@@ -61,7 +61,7 @@ impl Command {
             Command::Recover(command) => command.run(),
             Command::Export(command) => command.run().await,
             Command::List(command) => Ok(command.run()),
-            Command::Schema(command) => Ok(command.run()),
+            Command::Schema => Ok(schema::run()),
             Command::Simulate(command) => command.run().await,
         }
     }

@@ -43,7 +43,7 @@ pub struct Play {
     /// Plays onto the network, where real robots may hear it
     #[arg(long)]
     network: bool,
-    /// The ROS domain; without it that of ROS_DOMAIN_ID, else 0
+    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<u32>,
 }

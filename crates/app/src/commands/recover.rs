@@ -27,7 +27,7 @@ impl Recover {
                 output::line(format!("{path}: whole, {} messages", file.messages));
             } else {
                 output::line(format!("{path}: mended, {} messages kept", file.messages));
-                file.damage.iter().for_each(|each| output::line(format!("  {}", told(each))));
+                output::lines(file.damage.iter().map(|each| format!("  {}", told(each))));
             }
         }
         Ok(Exit::Fine)

@@ -29,7 +29,7 @@ pub struct Scan {
     /// How long to listen
     #[arg(long, value_name = "SECS", default_value = "4", value_parser = seconds)]
     seconds: f64,
-    /// The ROS domains to look at; without it that of ROS_DOMAIN_ID, else 0
+    /// The ROS domains to look at; without it that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<u32>,
     /// Prints one JSON object
@@ -40,7 +40,8 @@ pub struct Scan {
 /// What there is on a domain.
 #[derive(Debug, Serialize)]
 struct Domain {
-    domain: u32,
+    #[serde(rename = "domain")]
+    id: u32,
     nodes: Vec<String>,
     topics: Vec<Topic>,
 }
@@ -73,7 +74,7 @@ impl Scan {
             output::json(&domains);
         } else {
             domains.iter().for_each(show);
-            machine::check(".".as_ref()).iter().for_each(output::line);
+            output::lines(machine::check(".".as_ref()));
         }
         Ok(Exit::Fine)
     }
@@ -86,7 +87,7 @@ struct Count {
     bytes: AtomicU64,
 }
 
-async fn listen(domain: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
+async fn listen(id: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
     let mut counting: BTreeMap<(String, String), (Arc<Count>, Option<Subscription>)> =
         BTreeMap::new();
     let looks = (duration_secs / LOOK.as_secs_f64()).ceil() as u32;
@@ -106,7 +107,7 @@ async fn listen(domain: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
         rate_hz: count.messages.load(Ordering::Relaxed) as f64 / duration_secs,
         kb_per_sec: count.bytes.load(Ordering::Relaxed) as f64 / duration_secs / 1e3,
     };
-    Domain { domain, nodes, topics: counting.into_iter().map(topic).collect() }
+    Domain { id, nodes, topics: counting.into_iter().map(topic).collect() }
 }
 
 fn count(bus: &dyn Bus, topic: &str, type_name: &str) -> (Arc<Count>, Option<Subscription>) {
@@ -123,7 +124,7 @@ fn count(bus: &dyn Bus, topic: &str, type_name: &str) -> (Arc<Count>, Option<Sub
 fn show(found: &Domain) {
     output::line(format!(
         "ROS domain {}: {} nodes, {} topics",
-        found.domain,
+        found.id,
         found.nodes.len(),
         found.topics.len()
     ));
@@ -140,7 +141,7 @@ fn show(found: &Domain) {
     output::line("\nlines for a study:");
     for namespace in robots {
         output::line("[[sources]]\ntype      = \"robots\"");
-        output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.domain));
+        output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.id));
     }
 }
 

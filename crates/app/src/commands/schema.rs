@@ -1,6 +1,5 @@
 //! `teampulse schema`: the JSON schema of a study.
 
-use clap::Args;
 use schemars::SchemaGenerator;
 use serde_json::{Value, json};
 use teampulse_core::registry::Entry;
@@ -12,16 +11,10 @@ use crate::exit::Exit;
 use crate::output;
 use crate::study::General;
 
-/// Prints the JSON schema of a study: for the completion and the hover texts of an editor.
-#[derive(Debug, Args)]
-pub struct Schema {}
-
-impl Schema {
-    /// Does it.
-    pub fn run(self) -> Exit {
-        output::json(&study());
-        Exit::Fine
-    }
+/// Does it.
+pub fn run() -> Exit {
+    output::json(&study());
+    Exit::Fine
 }
 
 /// The schema of a whole study.

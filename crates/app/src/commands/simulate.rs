@@ -33,7 +33,7 @@ pub struct Simulate {
     /// The seed of all that is random, instead of the study's
     #[arg(long)]
     seed: Option<u64>,
-    /// The ROS domain; without it that of ROS_DOMAIN_ID, else 0
+    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<u32>,
 }

@@ -23,12 +23,12 @@ pub struct Board {
 }
 
 /// The figures that are shown of a subject: the channel of a feature, and how it is written.
-const FIGURES: &[(&str, &str, f64, &str)] = &[
-    // channel, label, factor, unit
-    ("deployed_secs", "deployed", 1.0, "s"),
-    ("power_w", "power", 1.0, "W"),
-    ("percent_per_min", "battery use", 1.0, "%/min"),
-    ("rssi_median", "link", 1.0, "dBm"),
+const FIGURES: &[(&str, &str, &str)] = &[
+    // channel, label, unit
+    ("deployed_secs", "deployed", "s"),
+    ("power_w", "power", "W"),
+    ("percent_per_min", "battery use", "%/min"),
+    ("rssi_median", "link", "dBm"),
 ];
 
 impl Board {
@@ -157,18 +157,16 @@ impl Board {
 
     fn subject_line(&self, id: &str) -> String {
         let Some(figures) = self.subjects.get(id) else { return id.to_owned() };
-        let mut line = id.to_owned();
-        match figures.get("online") {
-            Some(online) if *online > 0.0 => line.push_str("  online"),
-            Some(_) => line.push_str("  OFFLINE"),
-            None => {}
+        let mut parts = vec![id.to_owned()];
+        parts.extend(figures.get("online").map(|online| match online {
+            online if *online > 0.0 => "online".to_owned(),
+            _ => "OFFLINE".to_owned(),
+        }));
+        for (channel, label, unit) in FIGURES {
+            let value = figures.get(channel).filter(|value| value.is_finite());
+            parts.extend(value.map(|value| format!("{label} {value:.1} {unit}")));
         }
-        for (channel, label, factor, unit) in FIGURES {
-            if let Some(value) = figures.get(channel).filter(|value| value.is_finite()) {
-                line.push_str(&format!("  {label} {:.1} {unit}", value * factor));
-            }
-        }
-        line
+        parts.join("  ")
     }
 }
 

@@ -57,8 +57,8 @@ impl Choice {
         let (id, relative) = self.robot(topic)?;
         let mut stream = self.described(relative, type_name)?;
         stream.name = format!("{}{topic}", self.prefix);
-        stream.id = id.to_owned();
-        stream.device = relative.to_owned();
+        id.clone_into(&mut stream.id);
+        relative.clone_into(&mut stream.device);
         Some(stream)
     }
 

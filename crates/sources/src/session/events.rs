@@ -33,7 +33,7 @@ impl RosEvents {
         &self,
         outlet: &Outlet,
         type_name: &str,
-        read: fn(&[u8]) -> Option<(Option<Time>, Event)>,
+        read: Read,
     ) -> Result<Subscription, BusError> {
         let outlet = outlet.clone();
         let deliver = Arc::new(move |arrival: Arrival| {
@@ -60,6 +60,9 @@ impl Source for RosEvents {
         Ok(())
     }
 }
+
+/// Reads an event, with its stamp if it has one; `None` for what is no event.
+type Read = fn(&[u8]) -> Option<(Option<Time>, Event)>;
 
 fn event(cdr: &[u8]) -> Option<(Option<Time>, Event)> {
     let decoded = convert::decode("teampulse_msgs/msg/Event", cdr).ok()?;
