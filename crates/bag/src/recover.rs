@@ -76,13 +76,12 @@ fn rewrite(index: &Index, path: &Path) -> Result<u64, BagError> {
     let mut part = Part::begin(path, file, spare, Compression::Zstd)?;
     copy_extras(index, &mut part)?;
     copy_messages(index, &mut part)?;
-    let is_full = part.is_full();
-    let messages = part.finish()?.span.messages;
-    if is_full {
+    let ended = part.finish()?;
+    if ended.is_full {
         return Err(BagError::DiskFull { path: folder_of(path).to_owned() });
     }
     disk.sync_all().map_err(BagError::io("write", path))?;
-    Ok(messages)
+    Ok(ended.file.span.messages)
 }
 
 fn folder_of(file: &Path) -> &Path {

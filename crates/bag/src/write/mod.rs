@@ -208,11 +208,14 @@ impl BagWriter {
         let (part, disk) = begin(&path, &self.spare, &self.options)?;
         let metadata = self.metadata();
         self.part.annotate(ROSBAG2_RECORD, serialized(&metadata))?;
-        let ended = std::mem::replace(&mut self.part, part);
-        self.finished.push(ended.finish()?);
-        let ended = std::mem::replace(&mut self.disk, disk);
-        ended.sync_all().map_err(BagError::io("write", &self.folder))?;
+        let ended = std::mem::replace(&mut self.part, part).finish()?;
+        self.finished.push(ended.file);
         self.routes.begin_file();
+        let disk = std::mem::replace(&mut self.disk, disk);
+        disk.sync_all().map_err(BagError::io("write", &self.folder))?;
+        if ended.is_full {
+            return Err(self.disk_full());
+        }
         for description in self.descriptions.clone() {
             self.append(&description, now)?;
         }

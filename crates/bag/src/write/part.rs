@@ -59,6 +59,14 @@ pub(crate) struct Part<F: Write> {
     pending: bool,
 }
 
+/// A file that is whole.
+#[derive(Debug)]
+pub(crate) struct Ended {
+    pub file: FileSpan,
+    /// Whether the disk became full, so that nothing may follow.
+    pub is_full: bool,
+}
+
 /// What an MCAP file carries beside messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachment<'a> {
@@ -178,9 +186,9 @@ impl<F: Write> Part<F> {
     }
 
     /// Ends the file with its index.
-    pub(crate) fn finish(mut self) -> Result<FileSpan, BagError> {
+    pub(crate) fn finish(mut self) -> Result<Ended, BagError> {
         self.mcap.finish().map_err(self.error())?;
-        Ok(self.file_span())
+        Ok(Ended { file: self.file_span(), is_full: self.is_full() })
     }
 
     /// Whether the disk is full, so that the file must be ended now.
@@ -193,10 +201,10 @@ impl<F: Write> Part<F> {
         self.progress.written_bytes()
     }
 
-    /// How much the index at its end will take [bytes], at most.
+    /// How much the index of its chunks will take [bytes], at most.
     pub(crate) fn index_bytes(&self) -> u64 {
         let chunks = self.flushes + self.content_bytes / CHUNK_BYTES + 1;
-        2 * self.described_bytes + chunks * (128 + 10 * self.channels)
+        chunks * (128 + 10 * self.channels)
     }
 
     /// What it spans so far.
@@ -213,7 +221,8 @@ impl<F: Write> Part<F> {
     /// Keeps back what ending the file would take: two chunks, as large as they may get, and the
     /// index of all chunks so far.
     fn keep_room(&self) -> Result<(), BagError> {
-        let bytes = 4 * CHUNK_BYTES + 2 * self.largest_bytes + self.index_bytes();
+        let summary_bytes = 2 * self.described_bytes + self.index_bytes();
+        let bytes = 4 * CHUNK_BYTES + 2 * self.largest_bytes + summary_bytes;
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         spare.grow_to(bytes).map_err(|error| self.error()(error.into()))
     }
@@ -324,10 +333,11 @@ mod tests {
                 break;
             }
         }
-        let span = part.finish().unwrap();
+        let ended = part.finish().unwrap();
+        assert!(ended.is_full);
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), &*disk.contents.lock().unwrap()).unwrap();
-        (span, Index::open(file.path()).unwrap())
+        (ended.file, Index::open(file.path()).unwrap())
     }
 
     #[test]

@@ -66,6 +66,7 @@ impl Spare for SpareFile {
 
     fn release(&mut self) {
         self.file = None;
+        self.kept_bytes = 0;
     }
 }
 
