@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{MessageHeader, op};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
@@ -14,6 +14,7 @@ use crate::metadata::{FileSpan, Metadata, Topic};
 use crate::read::Bag;
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
+use crate::read::parse;
 use crate::schema::type_name;
 use crate::write::part::{Attachment, Compression, Part};
 use crate::write::spare::SpareFile;
@@ -94,18 +95,20 @@ fn folder_of(file: &Path) -> &Path {
 /// Copies attachments and metadata records; one that can't be read is left out.
 fn copy_extras(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
     for extra in &index.extras {
-        let copied = index.read_extra(extra, |record| match record {
-            Record::Attachment { header, data, .. } => part.attach(Attachment {
-                name: &header.name,
-                media_type: &header.media_type,
-                log_time: Time::from_nanos(header.log_time as i64),
-                bytes: &data,
-            }),
-            Record::Metadata(metadata) => part.annotate(&metadata.name, metadata.metadata),
-            _ => Ok(()),
-        });
-        if let Ok(written) = copied {
-            written?;
+        let Ok(body) = index.read_extra(extra) else { continue };
+        if let Ok(attachment) = parse::attachment(&body)
+            && extra.opcode == op::ATTACHMENT
+        {
+            part.attach(Attachment {
+                name: &attachment.name,
+                media_type: &attachment.media_type,
+                log_time: Time::from_nanos(attachment.log_time as i64),
+                bytes: attachment.bytes,
+            })?;
+        } else if let Ok((name, metadata)) = parse::metadata(&body)
+            && extra.opcode == op::METADATA
+        {
+            part.annotate(&name, metadata)?;
         }
     }
     Ok(())

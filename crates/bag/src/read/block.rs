@@ -3,10 +3,11 @@
 use std::fs::File;
 
 use bytes::Bytes;
+use mcap::McapResult;
 use mcap::records::op;
-use mcap::{McapError, McapResult};
 
 use crate::read::chunk::{Extent, unpack};
+use crate::read::fields::Fields;
 use crate::read::records::{PREFIX_BYTES, Records, read_at};
 
 /// Where a run of records is, and what it spans.
@@ -44,23 +45,16 @@ pub(crate) struct Entry {
     pub end: usize,
 }
 
-/// What stands before the bytes of a message in its record.
-const MESSAGE_HEADER_BYTES: usize = 22;
-
 impl Entry {
     /// Reads the header of a message record.
     fn read(body: &[u8], body_at: usize) -> McapResult<Entry> {
-        let header: &[u8; MESSAGE_HEADER_BYTES] =
-            body.first_chunk().ok_or(McapError::UnexpectedEoc)?;
-        let [c0, c1, s0, s1, s2, s3, times @ ..] = *header;
-        let (log_time, publish_time) = times.split_at(8);
-        let nanos = |bytes: &[u8]| bytes.try_into().map_or(0, u64::from_le_bytes);
+        let mut fields = Fields::new(body);
         Ok(Entry {
-            channel: u16::from_le_bytes([c0, c1]),
-            sequence: u32::from_le_bytes([s0, s1, s2, s3]),
-            log_time: nanos(log_time),
-            publish_time: nanos(publish_time),
-            start: body_at + MESSAGE_HEADER_BYTES,
+            channel: fields.u16()?,
+            sequence: fields.u32()?,
+            log_time: fields.u64()?,
+            publish_time: fields.u64()?,
+            start: body_at + body.len() - fields.rest().len(),
             end: body_at + body.len(),
         })
     }

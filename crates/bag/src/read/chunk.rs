@@ -5,6 +5,7 @@ use std::io::Read;
 use bytes::Bytes;
 use mcap::{McapError, McapResult};
 
+use crate::read::fields::Fields;
 use crate::read::records::LIMIT_BYTES;
 
 /// Whether a chunk stands in its file as it was written.
@@ -45,15 +46,15 @@ struct Header<'a> {
 impl<'a> Header<'a> {
     /// Reads the header in front of a chunk's records, and says where these begin.
     fn read(body: &'a [u8]) -> McapResult<(Header<'a>, usize)> {
-        let rest = body.get(16..).ok_or(McapError::UnexpectedEoc)?;
-        let (unpacked_bytes, rest) = take_number(rest)?;
-        let (crc, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
-        let (length, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
-        let length = u32::from_le_bytes(*length) as usize;
-        let (compression, rest) = rest.split_at_checked(length).ok_or(McapError::UnexpectedEoc)?;
-        let (packed_bytes, rest) = take_number(rest)?;
-        let crc = u32::from_le_bytes(*crc);
-        Ok((Header { unpacked_bytes, crc, compression, packed_bytes }, body.len() - rest.len()))
+        let mut fields = Fields::new(body);
+        let _times = fields.bytes(16)?;
+        let header = Header {
+            unpacked_bytes: fields.u64()?,
+            crc: fields.u32()?,
+            compression: fields.counted()?,
+            packed_bytes: fields.u64()?,
+        };
+        Ok((header, body.len() - fields.rest().len()))
     }
 
     fn decompress(&self, packed: Bytes, extent: Extent) -> McapResult<Bytes> {
@@ -87,11 +88,6 @@ impl<'a> Header<'a> {
             saved => Err(McapError::BadChunkCrc { saved, calculated }),
         }
     }
-}
-
-fn take_number(bytes: &[u8]) -> McapResult<(u64, &[u8])> {
-    let (number, rest) = bytes.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
-    Ok((u64::from_le_bytes(*number), rest))
 }
 
 /// All that a decoder gives, up to the announced length, and how it ended.

@@ -6,8 +6,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap::records::{ChunkIndex, Record, Statistics, op};
-use mcap::{MAGIC, McapError, McapResult, parse_record};
+use bytes::Bytes;
+use mcap::records::op;
+use mcap::{MAGIC, McapError, McapResult};
 use teampulse_core::stream::Schema;
 use teampulse_core::time::Time;
 
@@ -15,8 +16,8 @@ use crate::channel::{Channel, type_hash};
 use crate::error::{BagError, Found};
 use crate::metadata::Span;
 use crate::read::block::Block;
-use crate::read::chunk::Extent;
-use crate::read::records::{PREFIX_BYTES, Records, read_at, split_prefix};
+use crate::read::parse::{self, ChannelRecord, Statistics};
+use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at, split_prefix};
 use crate::read::scan::scan;
 use crate::schema::is_description;
 
@@ -100,48 +101,38 @@ impl Index {
         let summary = read_summary(&self.file)?;
         let (mut chunks, mut told) = (Vec::new(), None);
         for record in Records::new(&summary) {
-            let record = record?;
-            match parse_record(record.opcode, record.body)? {
-                Record::ChunkIndex(chunk) => chunks.push(chunk),
-                Record::Statistics(statistics) => told = Some(statistics),
-                Record::AttachmentIndex(at) => self.extra(op::ATTACHMENT, at.offset, at.length),
-                Record::MetadataIndex(at) => self.extra(op::METADATA, at.offset, at.length),
-                record => self.define(record),
+            let RawRecord { opcode, body, .. } = record?;
+            match opcode {
+                op::CHUNK_INDEX => chunks.push(parse::chunk_index(body)?),
+                op::STATISTICS => told = Some(parse::statistics(body)?),
+                op::ATTACHMENT_INDEX => self.extra(op::ATTACHMENT, parse::extra_index(body)?),
+                op::METADATA_INDEX => self.extra(op::METADATA, parse::extra_index(body)?),
+                _ => self.define(opcode, body)?,
             }
         }
         let told = told.ok_or(McapError::BadIndex)?;
         if !self.is_complete(&told, chunks.len()) {
             return Err(McapError::BadIndex);
         }
-        chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
-        for chunk in &chunks {
-            self.add_chunk(chunk);
+        chunks.sort_by_key(|(chunk, _)| chunk.offset);
+        for (chunk, channels) in chunks {
+            if channels.keys().any(|id| self.describes(*id)) {
+                self.describing.push(self.blocks.len());
+            }
+            self.blocks.push(chunk);
         }
         self.span = span(&told);
-        self.counts = told.channel_message_counts;
+        self.counts = told.counts;
         Ok(())
     }
 
     /// Whether the summary names all that the file holds.
     fn is_complete(&self, told: &Statistics, chunks: usize) -> bool {
-        told.channel_count as usize == self.channels.len()
-            && told.chunk_count as usize == chunks
-            && (told.message_count == 0 || chunks > 0)
-            && told.channel_message_counts.values().try_fold(0_u64, |all, n| all.checked_add(*n))
-                == Some(told.message_count)
-    }
-
-    fn add_chunk(&mut self, chunk: &ChunkIndex) {
-        if chunk.message_index_offsets.keys().any(|id| self.describes(*id)) {
-            self.describing.push(self.blocks.len());
-        }
-        self.blocks.push(Block {
-            offset: chunk.chunk_start_offset,
-            length: chunk.chunk_length,
-            first: chunk.message_start_time,
-            last: chunk.message_end_time,
-            extent: Extent::Whole,
-        });
+        told.channels as usize == self.channels.len()
+            && told.chunks as usize == chunks
+            && (told.messages == 0 || chunks > 0)
+            && told.counts.values().try_fold(0_u64, |all, count| all.checked_add(*count))
+                == Some(told.messages)
     }
 
     /// Whether a channel is the one on which streams are described.
@@ -151,27 +142,26 @@ impl Index {
     }
 
     /// Takes note of a schema or a channel; others are of no interest.
-    pub(crate) fn define(&mut self, record: Record<'_>) {
-        match record {
-            Record::Schema { header, data } => {
-                let schema = Schema {
-                    name: header.name,
-                    encoding: header.encoding,
-                    text: String::from_utf8_lossy(&data).into_owned(),
-                    hash: String::new(),
-                };
-                self.schemas.entry(header.id).or_insert_with(|| Arc::new(schema));
+    pub(crate) fn define(&mut self, opcode: u8, body: &[u8]) -> McapResult<()> {
+        match opcode {
+            op::SCHEMA => {
+                let (id, schema) = parse::schema(body)?;
+                self.schemas.entry(id).or_insert_with(|| Arc::new(schema));
             }
-            Record::Channel(channel) => {
-                let channel = self.channel(channel);
-                self.channels.entry(channel.0).or_insert_with(|| Arc::new(channel.1));
+            op::CHANNEL => {
+                let record = parse::channel(body)?;
+                let id = record.id;
+                let channel = self.channel(record);
+                self.channels.entry(id).or_insert_with(|| Arc::new(channel));
             }
             _ => {}
         }
+        Ok(())
     }
 
-    fn channel(&self, channel: mcap::records::Channel) -> (u16, Channel) {
-        let mut schema = match self.schemas.get(&channel.schema_id) {
+    fn channel(&self, record: ChannelRecord) -> Channel {
+        let ChannelRecord { schema_id, topic, encoding, metadata, .. } = record;
+        let mut schema = match self.schemas.get(&schema_id) {
             Some(schema) => Schema::clone(schema),
             None => Schema {
                 name: String::new(),
@@ -180,39 +170,28 @@ impl Index {
                 hash: String::new(),
             },
         };
-        schema.hash = type_hash(&channel.metadata);
-        let known = Channel {
-            topic: channel.topic,
-            schema: Arc::new(schema),
-            encoding: channel.message_encoding,
-            metadata: channel.metadata,
-        };
-        (channel.id, known)
+        schema.hash = type_hash(&metadata);
+        Channel { topic, schema: Arc::new(schema), encoding, metadata }
     }
 
-    pub(crate) fn extra(&mut self, opcode: u8, offset: u64, length: u64) {
+    pub(crate) fn extra(&mut self, opcode: u8, (offset, length): (u64, u64)) {
         self.extras.push(Extra { opcode, offset, length });
     }
 
-    /// Reads a record beside the messages and hands it to `take`.
-    pub(crate) fn read_extra<T>(
-        &self,
-        extra: &Extra,
-        take: impl FnOnce(Record<'_>) -> T,
-    ) -> McapResult<T> {
-        let bytes = read_at(&self.file, extra.offset, extra.length)?;
+    /// The contents of a record beside the messages.
+    pub(crate) fn read_extra(&self, extra: &Extra) -> McapResult<Bytes> {
+        let bytes = Bytes::from(read_at(&self.file, extra.offset, extra.length)?);
         let record = Records::new(&bytes).next().ok_or(McapError::UnexpectedEof)??;
-        Ok(take(parse_record(record.opcode, record.body)?))
+        if record.opcode != extra.opcode {
+            return Err(McapError::BadIndex);
+        }
+        Ok(bytes.slice_ref(record.body))
     }
 }
 
 fn span(told: &Statistics) -> Span {
     let time = |nanos: u64| Time::from_nanos(nanos as i64);
-    Span {
-        messages: told.message_count,
-        first: time(told.message_start_time),
-        last: time(told.message_end_time),
-    }
+    Span { messages: told.messages, first: time(told.first), last: time(told.last) }
 }
 
 /// A file that was cut inside its first bytes still counts as MCAP; other kinds are named.
@@ -247,20 +226,18 @@ fn read_summary(file: &File) -> McapResult<Vec<u8>> {
     }
     let (prefix, body) = record.split_first_chunk().ok_or(McapError::BadFooter)?;
     let (op::FOOTER, 20) = split_prefix(prefix) else { return Err(McapError::BadFooter) };
-    let Record::Footer(told) = parse_record(op::FOOTER, body)? else {
-        return Err(McapError::BadFooter);
-    };
+    let (summary_start, summary_crc) = parse::footer(body)?;
     // MCAP: zero means that there is no summary.
-    if told.summary_start == 0 {
+    if summary_start == 0 {
         return Err(McapError::BadIndex);
     }
-    let length = footer_at.checked_sub(told.summary_start).ok_or(McapError::BadFooter)?;
-    let summary = read_at(file, told.summary_start, length)?;
+    let length = footer_at.checked_sub(summary_start).ok_or(McapError::BadFooter)?;
+    let summary = read_at(file, summary_start, length)?;
     let mut crc = crc32fast::Hasher::new();
     crc.update(&summary);
     crc.update(&record[..record.len() - 4]);
     let calculated = crc.finalize();
-    match told.summary_crc {
+    match summary_crc {
         0 => Ok(summary),
         saved if saved == calculated => Ok(summary),
         saved => Err(McapError::BadSummaryCrc { saved, calculated }),

@@ -1,6 +1,8 @@
 //! Reading a bag.
 
 pub(crate) mod records;
+mod fields;
+pub(crate) mod parse;
 mod chunk;
 pub(crate) mod block;
 pub(crate) mod index;
@@ -12,7 +14,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap::records::{Record, op};
+use mcap::McapError;
+use mcap::records::op;
 use teampulse_core::data::Data;
 use teampulse_core::stream::{Schema, Shape, Stream};
 use teampulse_core::time::Time;
@@ -107,18 +110,16 @@ impl Bag {
         let mut found = None;
         for part in &self.parts {
             for extra in part.extras.iter().filter(|extra| extra.opcode == op::ATTACHMENT) {
-                let read = part.read_extra(extra, |record| match record {
-                    Record::Attachment { header, data, .. } if header.name == name => {
-                        Some(data.into_owned())
-                    }
-                    _ => None,
-                });
-                let read = read.map_err(|error| BagError::Damaged {
+                let damaged = |error: McapError| BagError::Damaged {
                     path: part.path.clone(),
                     offset: extra.offset,
                     reason: error.to_string(),
-                })?;
-                found = read.or(found);
+                };
+                let body = part.read_extra(extra).map_err(damaged)?;
+                let attachment = parse::attachment(&body).map_err(damaged)?;
+                if attachment.name == name {
+                    found = Some(attachment.bytes.to_vec());
+                }
             }
         }
         Ok(found)

@@ -4,7 +4,7 @@ use std::io;
 use std::os::unix::fs::FileExt;
 
 use mcap::records::op;
-use mcap::{MAGIC, McapError, McapResult, parse_record};
+use mcap::{MAGIC, McapError, McapResult};
 use teampulse_core::time::Time;
 
 use crate::read::block::Block;
@@ -70,7 +70,7 @@ impl Scan {
         match opcode {
             op::CHUNK => self.take_block(length, Extent::Whole)?,
             op::SCHEMA | op::CHANNEL => self.define(length)?,
-            op::ATTACHMENT | op::METADATA => self.index.extra(opcode, self.at, length),
+            op::ATTACHMENT | op::METADATA => self.index.extra(opcode, (self.at, length)),
             op::DATA_END => return Ok(false),
             op::HEADER | op::MESSAGE_INDEX | 0x80.. => {}
             other => {
@@ -125,7 +125,7 @@ impl Scan {
         let contents = block.load(&self.index.file)?;
         for record in Records::new(&contents.records).map_while(Result::ok) {
             if matches!(record.opcode, op::SCHEMA | op::CHANNEL) {
-                self.index.define(parse_record(record.opcode, record.body)?);
+                self.index.define(record.opcode, record.body)?;
             }
         }
         let (Some(first), Some(last)) = (contents.entries.first(), contents.entries.last()) else {
@@ -148,8 +148,7 @@ impl Scan {
     fn define(&mut self, length: u64) -> McapResult<()> {
         let bytes = read_at(&self.index.file, self.at, length)?;
         let (_, body) = bytes.split_at(PREFIX_BYTES);
-        self.index.define(parse_record(bytes[0], body)?);
-        Ok(())
+        self.index.define(bytes[0], body)
     }
 
     fn damaged(&mut self, lost_bytes: u64, reason: &str) {

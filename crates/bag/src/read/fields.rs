@@ -1,0 +1,75 @@
+//! The fields of a record, one after the other. No length is believed: nothing is allocated for
+//! what a record only claims to hold.
+
+use std::collections::BTreeMap;
+
+use mcap::{McapError, McapResult};
+
+/// The fields of a record that are still to be read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    pub(crate) fn new(body: &'a [u8]) -> Fields<'a> {
+        Fields(body)
+    }
+
+    /// What was not yet read.
+    pub(crate) fn rest(self) -> &'a [u8] {
+        self.0
+    }
+
+    pub(crate) fn is_empty(self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(crate) fn u16(&mut self) -> McapResult<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub(crate) fn u32(&mut self) -> McapResult<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub(crate) fn u64(&mut self) -> McapResult<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    /// So many bytes.
+    pub(crate) fn bytes(&mut self, length: u64) -> McapResult<&'a [u8]> {
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        let (bytes, rest) = self.0.split_at_checked(length).ok_or(McapError::UnexpectedEoc)?;
+        self.0 = rest;
+        Ok(bytes)
+    }
+
+    /// Bytes with their length in front.
+    pub(crate) fn counted(&mut self) -> McapResult<&'a [u8]> {
+        let length = self.u32()?;
+        self.bytes(length.into())
+    }
+
+    pub(crate) fn string(&mut self) -> McapResult<String> {
+        self.counted().map(|text| String::from_utf8_lossy(text).into_owned())
+    }
+
+    /// A map with its length in bytes in front.
+    pub(crate) fn map<K: Ord, V>(
+        &mut self,
+        key: impl Fn(&mut Fields<'a>) -> McapResult<K>,
+        value: impl Fn(&mut Fields<'a>) -> McapResult<V>,
+    ) -> McapResult<BTreeMap<K, V>> {
+        let mut entries = Fields(self.counted()?);
+        let mut map = BTreeMap::new();
+        while !entries.is_empty() {
+            map.insert(key(&mut entries)?, value(&mut entries)?);
+        }
+        Ok(map)
+    }
+
+    fn array<const N: usize>(&mut self) -> McapResult<[u8; N]> {
+        let (array, rest) = self.0.split_first_chunk().ok_or(McapError::UnexpectedEoc)?;
+        self.0 = rest;
+        Ok(*array)
+    }
+}
