@@ -102,7 +102,7 @@ impl Found {
     fn hint(self) -> &'static str {
         match self {
             Found::Sqlite => "convert it with `ros2 bag convert` to storage_id mcap",
-            Found::Ros1 => "convert it with `teampulse import`",
+            Found::Ros1 => "convert it with `rosbags-convert` to a rosbag2 in MCAP",
             Found::Compressed => {
                 "convert it with `ros2 bag convert` to compression_mode none; \
                  MCAP compresses its own chunks"

@@ -22,7 +22,7 @@ use crate::streams::Streams;
 const PATIENCE: Duration = Duration::from_millis(20);
 /// How long a live pump lets readings gather: it then wakes, and wakes its sinks, a few hundred
 /// times a second at most, whatever the rate of messages.
-const GATHER: Duration = Duration::from_millis(2);
+const GATHER: Duration = Duration::from_millis(4);
 /// How many records make a batch at most.
 const BATCH: usize = 1024;
 /// The pauses before a source is run again double from the first to the last.
@@ -262,7 +262,7 @@ fn deliver(posts: &mut Vec<Way>, records: &mut Vec<Record>) {
     }
     let all: sink::Batch = records.drain(..).collect();
     posts.retain(|way| {
-        let batch = match way.wants {
+        let batch = match &way.wants {
             sink::Wants::Everything => Arc::clone(&all),
             sink::Wants::Only(wanted) => {
                 all.iter().filter(|record| wanted(&record.stream)).cloned().collect()

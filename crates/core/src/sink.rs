@@ -40,12 +40,11 @@ pub enum Delivery {
 }
 
 /// Which streams a sink is given.
-#[derive(Clone, Copy, Debug)]
 pub enum Wants {
     /// All of them.
     Everything,
     /// Those for which this is true.
-    Only(fn(&Stream) -> bool),
+    Only(Box<dyn Fn(&Stream) -> bool + Send>),
 }
 
 /// Why a sink ended early. The message fits after "failed to".

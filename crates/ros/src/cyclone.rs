@@ -17,6 +17,7 @@ mod discovery;
 mod reader;
 mod writer;
 mod message;
+mod gather;
 mod fragments;
 mod sertype;
 mod qos;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
-use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
@@ -70,6 +70,11 @@ impl Sink for RosSink {
 
     fn delivery(&self) -> Delivery {
         self.delivery
+    }
+
+    fn wants(&self) -> Wants {
+        let publish = self.publish.clone();
+        Wants::Only(Box::new(move |stream| publish.includes(stream)))
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {

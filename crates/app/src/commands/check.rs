@@ -97,7 +97,7 @@ impl Sink for Listener {
     }
 
     fn wants(&self) -> Wants {
-        Wants::Only(|stream| stream.shape == Shape::Status)
+        Wants::Only(Box::new(|stream| stream.shape == Shape::Status))
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {

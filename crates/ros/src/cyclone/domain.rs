@@ -2,12 +2,17 @@
 
 use std::collections::btree_map::{BTreeMap, Entry};
 use std::ffi::CString;
+use std::sync::mpsc::sync_channel;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use cyclors::{dds_create_domain, dds_create_participant};
 
 use super::entity::Entity;
 use super::said;
+
+/// How long it is waited for the library to leave a domain.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 static JOINED: Mutex<BTreeMap<u32, Joined>> = Mutex::new(BTreeMap::new());
 
@@ -66,13 +71,30 @@ impl Drop for Participant {
         let mut joined = lock();
         let Some(domain) = joined.get_mut(&self.id) else { return };
         domain.participants -= 1;
-        if domain.participants == 0 {
-            joined.remove(&self.id);
+        if domain.participants == 0
+            && let Some(ended) = joined.remove(&self.id)
+        {
+            ended.leave();
         }
     }
 }
 
 impl Joined {
+    /// Leaves the domain. The library wakes its receiving threads by packets to itself, and waits
+    /// for ever where a firewall stops them: then the domain is left behind.
+    fn leave(self) {
+        let (done, left) = sync_channel(1);
+        std::thread::spawn(move || {
+            drop(self);
+            if done.send(()).is_err() {
+                tracing::info!("a ROS domain was left after all");
+            }
+        });
+        if left.recv_timeout(PATIENCE).is_err() {
+            tracing::warn!("a ROS domain can't be left: does a firewall stop UDP to this machine?");
+        }
+    }
+
     fn new(id: u32, configuration: &str) -> Result<Joined, String> {
         let xml = CString::new(configuration).map_err(|nul| nul.to_string())?;
         // SAFETY: `xml` is a string that outlives the call; the library copies what it needs.

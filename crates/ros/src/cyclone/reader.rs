@@ -13,6 +13,7 @@ use teampulse_core::time::Time;
 
 use super::domain::Participant;
 use super::entity::Entity;
+use super::gather;
 use super::message;
 use super::qos::{self, Policies};
 use super::sertype;
@@ -136,6 +137,8 @@ unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_v
     let callbacks = unsafe { &*callbacks.cast::<Callbacks>() };
     let mut messages = [ptr::null_mut::<c::ddsi_serdata>(); BATCH];
     let mut infos = [const { MaybeUninit::<c::dds_sample_info_t>::uninit() }; BATCH];
+    let began = gather::begin();
+    let mut messages_taken = 0;
     loop {
         // SAFETY: there is room for a batch of each.
         let taken = unsafe {
@@ -144,6 +147,7 @@ unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_v
             c::dds_takecdr(reader, messages.as_mut_ptr(), BATCH as u32, infos, any)
         };
         let taken = usize::try_from(taken).unwrap_or(0);
+        messages_taken += taken;
         for (message, info) in messages.iter().zip(&infos).take(taken) {
             // SAFETY: so many of each were filled; each message comes with a reference.
             let (content, info) = unsafe { (message::take(*message), info.assume_init_ref()) };
@@ -158,7 +162,7 @@ unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_v
             }
         }
         if taken < BATCH {
-            return;
+            return gather::end(began, messages_taken);
         }
     }
 }

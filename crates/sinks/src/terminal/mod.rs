@@ -32,7 +32,7 @@ impl Sink for Terminal {
     }
 
     fn wants(&self) -> Wants {
-        Wants::Only(is_shown)
+        Wants::Only(Box::new(is_shown))
     }
 
     fn run(mut self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
