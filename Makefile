@@ -56,9 +56,10 @@ bench: $(patsubst bench/%/run,bench-%,$(sort $(wildcard bench/*/run))) ## every 
 bench-%: build peers
 	bench/$*/run $(ARGS)
 
+bench-ros: ## the bus alone: losses, latency and CPU
+bench-bag: ## the bag writer against ROS 1's
 bench-recorder: ## from a publisher in another process into the bag: losses and CPU
 bench-crash: ## kill -9 at 20 random moments: what the bag still holds
-bench-bag: ## the bag writer against ROS 1's
 
 # --- setting up
 

@@ -1,0 +1,112 @@
+"""What `check` and `scan` say of a team before it is recorded, and who hears of a demo."""
+
+import contextlib
+import json
+import os
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import harness
+
+TEAM = """
+[session]
+name = "team"
+[[sources]]
+type = "robots"
+namespace = "/robot*"
+required = ["battery", "link"]
+[[sinks]]
+type = "bag"
+[simulate]
+robots = 3
+"""
+
+
+@pytest.fixture
+def team(stage) -> Path:
+    """The study of a team that is there."""
+    study = stage.study(TEAM)
+    stage.teampulse("simulate", study).wait_for("simulating")
+    return study
+
+
+def test_check_says_go_and_holds_each_robot_against_the_profile(stage, team):
+    answer = stage.ask("check", team, "--out", stage.folder)
+    assert answer.returncode == 0, answer.stdout
+    lines = answer.stdout.splitlines()
+    robots = [line for line in lines if line.startswith("robot ")]
+    assert [line.split()[1] for line in robots] == ["robot1", "robot2", "robot3"]
+    assert all("meets the profile" in line for line in robots)
+    assert lines[-1] == "go"
+
+
+def test_check_says_no_go_where_nobody_is(stage):
+    answer = stage.ask("check", stage.study(TEAM), "--seconds", 2, "--out", stage.folder)
+    assert answer.returncode == 5
+    assert answer.stdout.splitlines()[-1] == "no-go"
+
+
+def test_check_tells_of_a_network_without_room_for_images(stage, team):
+    lines = stage.ask("check", team, "--out", stage.folder).stdout.splitlines()
+    [network] = [line for line in lines if line.startswith("network")]
+    assert ("ok" in network.split()) == (harness.rmem_max_bytes() >= 4 << 20)
+
+
+def test_scan_tells_topics_with_what_they_add(stage, team):
+    answer = stage.ask("scan", "--json")
+    [domain] = json.loads(answer.stdout)
+    assert "/teampulse_simulator" in domain["nodes"]
+    topics = {topic["name"]: topic for topic in domain["topics"]}
+    odometry = topics["/robot1/odom"]
+    assert odometry["type"] == "nav_msgs/msg/Odometry"
+    assert 15 < odometry["rate_hz"] < 25
+    assert odometry["kb_per_sec"] > 10
+
+
+def test_what_scan_suggests_is_a_study(stage, team):
+    told = stage.ask("scan").stdout
+    lines = [line.strip() for line in told[told.index("[[sources]]") :].splitlines()]
+    suggestion = "\n".join(line for line in lines if line.startswith("[[") or " = " in line)
+    assert tomllib.loads(suggestion)["sources"][0]["type"] == "robots"
+    checked = stage.ask("check", stage.study(suggestion), "--out", stage.folder)
+    assert checked.returncode == 0, checked.stderr
+
+
+@pytest.mark.parametrize("what", ["demo", "play"])
+def test_nobody_beyond_this_machine_hears_of_it(stage, what, demo_bag):
+    with another_network() as sent_packets:
+        if what == "demo":
+            stage.teampulse("demo", "--duration", 5, "--out", "sessions").ended()
+        else:
+            stage.teampulse("play", demo_bag, "--rate", 10).ended()
+        assert sent_packets() == 0
+
+
+@contextlib.contextmanager
+def another_network():
+    """A wired network beside loopback; gives what counts the packets sent there."""
+    if os.environ.get("TEST_ISOLATED") != "yes":
+        pytest.skip("no network of our own: a card can't be added")
+
+    def ip(*words: str) -> None:
+        subprocess.run(["ip", *words], check=True)
+
+    # Without ARP and IPv6 the kernel has nothing of its own to send there.
+    ip("link", "add", "card0", "type", "veth", "peer", "name", "card1")
+    try:
+        for card in ["card0", "card1"]:
+            Path(f"/proc/sys/net/ipv6/conf/{card}/disable_ipv6").write_text("1")
+            ip("link", "set", card, "up", "arp", "off", "multicast", "on")
+        ip("addr", "add", "10.99.0.1/24", "dev", "card0")
+        yield lambda: packets_sent("card0")
+    finally:
+        ip("link", "del", "card0")
+
+
+def packets_sent(card: str) -> int:
+    """From the table of this network namespace; /sys may still show another's."""
+    [line] = [line for line in Path("/proc/net/dev").read_text().splitlines() if card in line]
+    return int(line.partition(":")[2].split()[9])
