@@ -153,7 +153,7 @@ pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
             let known: Vec<&str> = FEATURES.iter().map(|entry| entry.kind).collect();
             let message = format!("there is no feature `{disabled}` to disable");
             let hint = format!("the features are {}", known.join(", "));
-            return Err(study.error(message, hint).into());
+            return Err(study.error(("features", "disable"), message, hint).into());
         }
     }
     let context = FeatureContext { windows_secs: settings.windows_secs.clone() };
@@ -162,16 +162,21 @@ pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
         .filter(|entry| settings.disable.iter().all(|disabled| disabled != entry.kind));
     let build = |entry: &teampulse_core::registry::Entry<dyn Feature, FeatureContext>| {
         let feature = (entry.build)(Settings::empty(), &context);
-        feature.map(Arc::from).map_err(|error| study.error(error.message, error.hint).into())
+        feature.map(Arc::from).map_err(|error| {
+            study.error(("features", "windows_secs"), error.message, error.hint).into()
+        })
     };
     enabled.map(build).collect()
 }
 
-/// The folder of a session's bag: `OUT/<name>_<UTC>`.
+/// The folder of a session's bag: `OUT/<name>_<UTC>`, and a number behind it where that is taken.
 pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
     let now = clock::wall().to_string();
     let utc: String = now[..19].chars().filter(char::is_ascii_alphanumeric).collect();
-    out.join(format!("{session}_{utc}Z"))
+    let name = format!("{session}_{utc}Z");
+    let numbered = (2..).map(|number| out.join(format!("{name}_{number}")));
+    let mut folders = std::iter::once(out.join(&name)).chain(numbered);
+    folders.find(|folder| !folder.exists()).expect("there are more numbers than folders")
 }
 
 /// The exit code of a session that has ended, with what went wrong said on standard error.

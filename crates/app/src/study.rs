@@ -173,9 +173,19 @@ impl Study {
         Ok(found)
     }
 
-    /// An error at the whole of this study.
-    pub fn error(&self, message: impl Into<String>, hint: impl Into<String>) -> StudyError {
-        self.wrong(SettingsError::new(message).with_hint(hint), Some(0..0))
+    /// An error at one of the study's tables, or at a key of it; at the beginning of the study
+    /// where it is not written.
+    pub fn error(
+        &self,
+        (table, key): (&str, &str),
+        message: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> StudyError {
+        let parsed = self.table().ok();
+        let table = parsed.as_ref().and_then(|parsed| parsed.get_ref().get(table));
+        let value = table.and_then(|table| table.get_ref().get(key));
+        let span = value.or(table).map_or(0..0, Spanned::span);
+        self.wrong(SettingsError::new(message).with_hint(hint), Some(span))
     }
 
     fn component<T: ?Sized, C>(

@@ -33,6 +33,7 @@ struct Shared {
     drained: Notify,
     closed: AtomicBool,
     closing: Notify,
+    ended: AtomicBool,
     budgets: Mutex<Vec<Arc<Budget>>>,
 }
 
@@ -68,6 +69,7 @@ impl Queue {
             filled: Condvar::new(),
             drained: Notify::new(),
             closed: AtomicBool::new(false),
+            ended: AtomicBool::new(false),
             closing: Notify::new(),
             budgets: Mutex::default(),
         }))
@@ -80,12 +82,21 @@ impl Queue {
         Outlet { queue: self.clone(), budget, clock, streams }
     }
 
-    /// Closes the queue: sources stop, and what waits is still taken.
+    /// Closes the queue: sources stop, and what they still hand over is still taken.
     pub fn close(&self) {
         self.0.closed.store(true, Ordering::Release);
         self.0.closing.notify_waiters();
         self.0.drained.notify_waiters();
+    }
+
+    /// Ends the queue: all sources have stopped, and nothing will come any more.
+    pub(crate) fn end(&self) {
+        self.0.ended.store(true, Ordering::Release);
         self.0.filled.notify_all();
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        self.0.ended.load(Ordering::Acquire)
     }
 
     pub(crate) fn is_closed(&self) -> bool {
@@ -96,7 +107,7 @@ impl Queue {
     /// What was dropped meanwhile is told behind what was kept.
     pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
         let mut state = self.lock();
-        if state.items.is_empty() && !self.is_closed() {
+        if state.items.is_empty() && !self.has_ended() {
             state.pump_sleeps = true;
             let waited = self.0.filled.wait_timeout(state, patience);
             (state, _) = waited.unwrap_or_else(PoisonError::into_inner);

@@ -27,6 +27,9 @@ use crate::track::Track;
 pub const TICK: Duration = Duration::from_millis(100);
 const TICKS_PER_SECOND: i64 = 10;
 
+/// The label of the event with which a session ends.
+const END: &str = "end";
+
 /// More lost samples than this in one report are not believed; NaN (unknown) passes.
 const MOST_LOST: f64 = u32::MAX as f64;
 
@@ -90,7 +93,7 @@ impl Pump {
 
     /// Ends a live session: the closing tick is recorded.
     pub(crate) fn close(&mut self, now: Time) {
-        let label = "end".to_owned();
+        let label = END.to_owned();
         let event = Event { kind: EventKind::Clock, label, value: f64::NAN, duration_secs: 0.0 };
         self.take_own(session_events(), Data::Event(Arc::new(event)), now);
     }
@@ -128,9 +131,13 @@ impl Pump {
         self.count_losses(&reading);
         let track = self.track(reading.stream).expect("a stream is declared before its readings");
         let sample = track.sample(reading, log_time);
+        let is_end = is_end(&sample.data);
         self.extractors.push(&sample, &mut self.given);
         self.record(sample);
         self.settle(log_time);
+        if is_end {
+            self.tell_health(log_time);
+        }
     }
 
     /// Takes a reading that originates here.
@@ -255,6 +262,11 @@ impl Pump {
         }
         self.tracks[index] = Some(track);
     }
+}
+
+/// Whether this is the end of a session: the last losses are then told.
+fn is_end(data: &Data) -> bool {
+    matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
 }
 
 /// The stream of what happens in a session: phases, markers, its end.

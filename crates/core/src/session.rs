@@ -91,7 +91,10 @@ impl Session {
             () = all_ended(&mut sources, &mut outcome) => {}
         }
         queue.close();
-        all_ended(&mut sources, &mut outcome).await;
+        while !sources.is_empty() {
+            all_ended(&mut sources, &mut outcome).await;
+        }
+        queue.end();
         watch.abort();
         outcome.dropped = join(pump).await;
         for (name, sink) in sinks {
@@ -221,11 +224,11 @@ struct Line {
 }
 
 impl Line {
-    /// Runs until the queue is closed and empty; gives how many readings were dropped.
+    /// Runs until the queue has ended and is empty; gives how many readings were dropped.
     fn run(mut self) -> u64 {
         let mut items = VecDeque::new();
         loop {
-            let closed = self.queue.is_closed();
+            let ended = self.queue.has_ended();
             let now = self.clock.now();
             self.queue.take(&mut items, PATIENCE);
             let silent = items.is_empty();
@@ -235,7 +238,7 @@ impl Line {
                     deliver(&mut self.posts, self.pump.records());
                 }
             }
-            if silent && closed {
+            if silent && ended {
                 break;
             }
             if self.pace == Pace::Live {

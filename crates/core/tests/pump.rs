@@ -271,11 +271,12 @@ async fn a_source_that_fails_is_run_again_and_its_failures_are_told() {
 }
 
 #[tokio::test]
-async fn the_end_is_recorded_after_everything_else() {
+async fn the_end_is_recorded_after_everything_raw() {
     let robot = Robot { id: "r1", messages: 3, failures: 0 };
     let (records, _) = keep(vec![Box::new(robot)], Pace::Live, Duration::ZERO).await;
     let end = Event { kind: EventKind::Clock, label: "end".into(), value: 0.0, duration_secs: 0.0 };
-    let last = records.last().map(|record| &record.sample.data);
+    let raw = records.iter().filter(|record| record.stream.origin == Origin::Raw);
+    let last = raw.last().map(|record| &record.sample.data);
     assert!(
         matches!(last, Some(Data::Event(event)) if event.kind == end.kind && event.label == end.label)
     );

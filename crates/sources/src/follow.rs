@@ -112,6 +112,11 @@ impl<'a> Following<'a> {
     }
 
     fn begin(&mut self, key: Key, endpoint: &Endpoint, mut stream: Stream) {
+        let other = self.followed.keys().find(|(topic, _)| *topic == endpoint.topic);
+        if let Some((topic, other)) = other {
+            let types = format!("{other} and {}", endpoint.type_name);
+            self.fault(format!("{topic}: published with two types: {types}"));
+        }
         let (schema, stamped) = known_schema(endpoint);
         let missing = schema.text.is_empty();
         stream.shape = Shape::Message(Arc::new(schema));
@@ -188,12 +193,9 @@ impl<'a> Following<'a> {
             Incident::IncompatibleQos { topic, policy, ours: true } => {
                 (topic, format!("{topic}: a publisher offers less {policy} than is asked for"))
             }
-            Incident::IncompatibleQos { .. } => return,
+            Incident::IncompatibleQos { .. } | Incident::TwoTypes { .. } => return,
             Incident::DeadlineMissed { topic, .. } => {
                 (topic, format!("{topic}: its publisher misses the deadline that it promised"))
-            }
-            Incident::TwoTypes { topic, types } => {
-                (topic, format!("{topic}: published with two types: {}", types.join(", ")))
             }
         };
         let followed = self.followed.keys().any(|(known, _)| known == topic);

@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::machine;
 use crate::network;
 use crate::output;
-use crate::setup::{Parts, Setup};
+use crate::setup::{Parts, Setup, Sources};
 use crate::stop::Stop;
 use crate::study::Study;
 
@@ -43,10 +43,14 @@ impl Check {
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
+        let messages = study.general.session.messages.clone();
+        let buses = network::buses_with_messages("teampulse", messages.as_deref());
+        let setup = Setup::new(study, buses).await?;
+        let sources = setup.sources()?;
+        drop((setup.features()?, setup.sinks(&setup.bag_folder(&self.out))?));
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(machine::check(&self.out));
-        let setup = Setup::new(study, network::buses("teampulse")).await?;
-        let heard = listen(setup, self.seconds).await?;
+        let heard = listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
@@ -65,11 +69,12 @@ impl Check {
 /// Listens to a study's sources; gives every raw stream with its last status.
 async fn listen(
     setup: Setup,
+    sources: Sources,
     duration_secs: f64,
 ) -> Result<Vec<(Arc<Stream>, StreamStatus)>, Failure> {
     let heard = Heard::default();
     let parts = Parts {
-        sources: setup.sources()?,
+        sources,
         features: Vec::new(),
         sinks: vec![Box::new(Listener(Arc::clone(&heard)))],
     };

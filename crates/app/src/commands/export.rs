@@ -55,7 +55,9 @@ impl Export {
             encode,
         };
         let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
-        output::line(folder.display().to_string());
+        if exit != Exit::Failed {
+            output::line(folder.display().to_string());
+        }
         Ok(exit)
     }
 }

@@ -92,7 +92,9 @@ async fn listen(id: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
         BTreeMap::new();
     let looks = (duration_secs / LOOK.as_secs_f64()).ceil() as u32;
     for _ in 0..looks {
-        for endpoint in &bus.graph().borrow().endpoints {
+        // A copy: the bus must be able to change its graph while it is subscribed to.
+        let graph = Arc::clone(&bus.graph().borrow());
+        for endpoint in &graph.endpoints {
             let key = (endpoint.topic.clone(), endpoint.type_name.clone());
             if endpoint.kind == EndpointKind::Publisher && !endpoint.own {
                 counting.entry(key).or_insert_with_key(|key| count(bus, &key.0, &key.1));

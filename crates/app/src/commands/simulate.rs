@@ -44,7 +44,11 @@ impl Simulate {
         let study = Study::read(&self.study)?;
         let team: Option<SimulatedTeam> = study.settings("simulate")?;
         let mut team = team.ok_or_else(|| {
-            study.error("it has no table [simulate]", "add one; `teampulse schema` tells its keys")
+            study.error(
+                ("simulate", ""),
+                "it has no table [simulate]",
+                "add one; `teampulse schema` tells its keys",
+            )
         })?;
         team.seed = self.seed.unwrap_or(team.seed);
         simulate(team, self.domain, self.duration).await

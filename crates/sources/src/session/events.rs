@@ -1,5 +1,6 @@
 //! Events that other programs tell on ROS.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use async_trait::async_trait;
@@ -10,7 +11,10 @@ use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::cdr::Reader;
 use teampulse_messages::convert;
-use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
+use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
+use tokio::sync::broadcast::error::RecvError;
+
+use super::happen;
 
 /// The topic on which any node may tell an event.
 const TOPIC: &str = "/session/events";
@@ -56,7 +60,23 @@ impl Source for RosEvents {
             |error: BusError| SourceError::Gone { message: error.to_string(), hint: String::new() };
         let _events = self.subscribe(outlet, "teampulse_msgs/msg/Event", event).map_err(gone)?;
         let _markers = self.subscribe(outlet, "std_msgs/msg/String", marker).map_err(gone)?;
-        outlet.closed().await;
+        let mut incidents = self.bus.incidents();
+        let mut told = BTreeSet::new();
+        loop {
+            tokio::select! {
+                incident = incidents.recv() => match incident {
+                    Ok(Incident::IncompatibleQos { topic, policy, ours: false }) => {
+                        let label = format!("{topic}: a subscriber asks for more {policy} than is offered");
+                        if told.insert(label.clone()) {
+                            happen(outlet, EventKind::Fault, &label, 0.0);
+                        }
+                    }
+                    Err(RecvError::Closed) => break outlet.closed().await,
+                    Ok(_) | Err(RecvError::Lagged(_)) => {}
+                },
+                () = outlet.closed() => break,
+            }
+        }
         Ok(())
     }
 }
