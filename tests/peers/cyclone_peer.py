@@ -53,7 +53,7 @@ def main() -> None:
 def publish(args: argparse.Namespace, participant: DomainParticipant) -> None:
     """Numbered messages on one or several topics, paced."""
     writers = [DataWriter(participant, topic, qos=qos(args)) for topic in topics(args, participant)]
-    wait_until(lambda: all(len(w.get_matched_subscriptions()) >= args.subscribers for w in writers))
+    wait_until(lambda: all(subscribers(writer) >= args.subscribers for writer in writers))
     tell(matched=len(writers))
     time.sleep(args.settle_secs)
 
@@ -84,6 +84,10 @@ def publish(args: argparse.Namespace, participant: DomainParticipant) -> None:
     sys.stdin.read()
 
 
+def subscribers(writer: DataWriter) -> int:
+    return writer.get_publication_matched_status().current_count
+
+
 def wait_for_acks(writer: DataWriter) -> bool:
     """Whether all that was written has arrived, after ten seconds at the latest."""
     try:
@@ -112,7 +116,7 @@ def send(args: argparse.Namespace, participant: DomainParticipant) -> None:
     """Any bytes, CDR header included: a line of hexadecimal each on standard input."""
     [topic] = topics(args, participant)
     writer = DataWriter(participant, topic, qos=qos(args))
-    wait_until(lambda: len(writer.get_matched_subscriptions()) >= args.subscribers)
+    wait_until(lambda: subscribers(writer) >= args.subscribers)
     tell(matched=1)
     sent = 0
     for line in sys.stdin:
