@@ -222,7 +222,7 @@ impl Pump {
         for track in self.tracks.iter_mut().flatten() {
             if track.has_health() {
                 track.life.second();
-                told.push(track.life.status(&track.stream.name, tick));
+                told.push(track.life.status(&track.told_as, tick));
             }
         }
         if told.is_empty() {
@@ -255,7 +255,14 @@ impl Pump {
         self.tracks.get_mut(id.0 as usize)?.as_mut()
     }
 
-    fn add_track(&mut self, track: Track) {
+    /// Adds a stream. The second type on a topic is told apart by its name.
+    fn add_track(&mut self, mut track: Track) {
+        let mut known = self.tracks.iter().flatten();
+        if let Shape::Message(schema) = &track.stream.shape
+            && known.any(|known| known.told_as == track.told_as)
+        {
+            track.told_as = format!("{} ({})", track.stream.name, schema.name);
+        }
         let index = track.id.0 as usize;
         if self.tracks.len() <= index {
             self.tracks.resize_with(index + 1, || None);

@@ -23,6 +23,8 @@ pub(crate) struct Track {
     pub(crate) id: StreamId,
     pub(crate) stream: Arc<Stream>,
     pub(crate) life: Life,
+    /// What it is called where its health is told.
+    pub(crate) told_as: String,
     /// The losses that are told on this stream, if it is one of those.
     pub(crate) tells: Option<Loss>,
     clock: Host,
@@ -36,6 +38,7 @@ impl Track {
         Track {
             id,
             life: Life::new(stream.rate_hz),
+            told_as: stream.name.clone(),
             tells: Loss::told_on(&stream),
             stream,
             clock: Host::default(),

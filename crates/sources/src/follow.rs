@@ -114,8 +114,9 @@ impl<'a> Following<'a> {
     fn begin(&mut self, key: Key, endpoint: &Endpoint, mut stream: Stream) {
         let other = self.followed.keys().find(|(topic, _)| *topic == endpoint.topic);
         if let Some((topic, other)) = other {
-            let types = format!("{other} and {}", endpoint.type_name);
-            self.fault(format!("{topic}: published with two types: {types}"));
+            let mut types = [other.as_str(), endpoint.type_name.as_str()];
+            types.sort_unstable();
+            self.fault(format!("{topic}: published with two types: {}", types.join(", ")));
         }
         let (schema, stamped) = known_schema(endpoint);
         let missing = schema.text.is_empty();
