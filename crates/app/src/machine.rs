@@ -7,9 +7,34 @@ const RECEIVE_BUFFER: u64 = 4 << 20;
 /// Less free disk than this is told [bytes].
 const FREE_DISK: u64 = 2 << 30;
 
+/// With less free disk than this nothing is recorded [bytes].
+const LEAST_DISK: u64 = 64 << 20;
+
 /// One line for each thing about the machine that a recording depends on.
 pub fn check(out: &Path) -> Vec<String> {
     vec![receive_buffer(), free_disk(out)]
+}
+
+/// Why nothing can be recorded into a folder.
+pub fn unfit(out: &Path) -> Option<String> {
+    let folder = existing(out);
+    let writable = rustix::fs::access(folder, rustix::fs::Access::WRITE_OK);
+    if let Err(error) = writable {
+        return Some(format!("a folder to write into: {}: {error}", folder.display()));
+    }
+    let free = free_bytes(folder).ok().filter(|free| *free < LEAST_DISK)?;
+    Some(format!("room on the disk of {}: {} MiB are free", folder.display(), free >> 20))
+}
+
+/// The folder itself, or the nearest above it that exists.
+fn existing(out: &Path) -> &Path {
+    let found = out.ancestors().find(|path| path.exists());
+    found.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."))
+}
+
+fn free_bytes(folder: &Path) -> rustix::io::Result<u64> {
+    let space = rustix::fs::statvfs(folder)?;
+    Ok(space.f_bavail.saturating_mul(space.f_frsize))
 }
 
 fn receive_buffer() -> String {
@@ -29,11 +54,8 @@ fn receive_buffer() -> String {
 }
 
 fn free_disk(out: &Path) -> String {
-    let existing = out.ancestors().find(|path| path.exists()).filter(|path| path.is_dir());
-    let space = rustix::fs::statvfs(existing.unwrap_or(Path::new(".")));
-    match space {
-        Ok(space) => {
-            let free = space.f_bavail.saturating_mul(space.f_frsize);
+    match free_bytes(existing(out)) {
+        Ok(free) => {
             let word = if free < FREE_DISK { "small" } else { "ok   " };
             format!("disk     {word} {:.1} GB free for {}", free as f64 / 1e9, out.display())
         }

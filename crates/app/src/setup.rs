@@ -25,7 +25,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network::default_domain;
 use crate::stop::Stop;
-use crate::study::{SessionClock, Study};
+use crate::study::{SessionClock, Study, StudyError};
 
 /// How long a session waits for simulated time to begin.
 const CLOCK_PATIENCE: Duration = Duration::from_secs(15);
@@ -90,6 +90,12 @@ impl Setup {
     /// The features of the study.
     pub fn features(&self) -> Result<Vec<Arc<dyn Feature>>, Failure> {
         features(&self.study)
+    }
+
+    /// An error about an array that the study has not.
+    pub fn without(&self, key: &str, consequence: &str) -> StudyError {
+        let message = format!("it has no [[{key}]]: {consequence}");
+        self.study.error((key, ""), message, "`teampulse scan` shows lines to paste")
     }
 
     /// The folder of the session's bag.

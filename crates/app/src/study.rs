@@ -126,6 +126,7 @@ impl Study {
         }
         let rest = Settings::new(Spanned::new(span, DeValue::Table(keys)));
         study.general = rest.read().map_err(|error| study.wrong(error, None))?;
+        study.check_name()?;
         Ok(study)
     }
 
@@ -246,6 +247,18 @@ impl Study {
             Some(DeValue::Array(array)) => Ok(array.into_iter().collect()),
             _ => Ok(Vec::new()),
         }
+    }
+
+    /// The session's name becomes that of a folder.
+    fn check_name(&self) -> Result<(), StudyError> {
+        let name = &self.general.session.name;
+        let fits = |each: char| each.is_alphanumeric() || matches!(each, '_' | '-' | '.');
+        if !name.is_empty() && !name.starts_with('.') && name.chars().all(fits) {
+            return Ok(());
+        }
+        let message = format!("`{name}` can't be the name of a session's folder");
+        let hint = "it is made of letters, digits, `_`, `-` and `.`";
+        Err(self.error(("session", "name"), message, hint))
     }
 
     /// `sources` and `sinks` are arrays of tables, `simulate` is a table.
@@ -419,6 +432,7 @@ mod tests {
             ("[session]\nname = 1", "invalid type: integer"),
             ("[sesion]\n", "unknown field `sesion`"),
             ("[session]\nclock = \"sundial\"", "unknown variant `sundial`"),
+            ("[session]\nname = \"../x\"", "can't be the name"),
             ("sources = 3", "`sources` is not written as [[…]]"),
             ("[[sources]]\nnamespace = \"/r*\"", "`type` is missing"),
             ("sources = [3]", "an entry of `sources` is not a table"),

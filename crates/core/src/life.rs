@@ -9,8 +9,13 @@ use crate::time::Time;
 const WINDOW_SECS: usize = 10;
 /// How many delays are kept for the median.
 const DELAYS: usize = 32;
-/// A rate is learned when at least so many samples came in the first window.
+/// A rate is learned from so many samples on, over at least so many seconds [s], and within so many
+/// seconds of the first [s].
 const LEARNED_FROM: u64 = 5;
+const LEARNED_FROM_SECS: f64 = 2.0;
+const LEARNED_WITHIN_SECS: f64 = 60.0;
+/// The shortest time over which a rate is counted [s].
+const SHORTEST_SECS: f64 = 0.2;
 
 /// What is counted of a stream within one second.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,7 +32,8 @@ struct Second {
 pub(crate) struct Life {
     expected_hz: Option<f64>,
     declared: bool,
-    watched_secs: usize,
+    now: Time,
+    first: Option<Time>,
     seconds: VecDeque<Second>,
     current: Second,
     newest: Option<Time>,
@@ -37,6 +43,7 @@ pub(crate) struct Life {
     late: u64,
     duplicates: u64,
     delays_secs: VecDeque<f64>,
+    disbelieved_ahead_secs: f64,
 }
 
 impl Life {
@@ -46,7 +53,8 @@ impl Life {
         Life {
             expected_hz: declared.then_some(declared_hz),
             declared,
-            watched_secs: 0,
+            now: Time::EPOCH,
+            first: None,
             seconds: VecDeque::with_capacity(WINDOW_SECS + 1),
             current: Second::default(),
             newest: None,
@@ -56,6 +64,7 @@ impl Life {
             late: 0,
             duplicates: 0,
             delays_secs: VecDeque::with_capacity(DELAYS + 1),
+            disbelieved_ahead_secs: f64::NAN,
         }
     }
 
@@ -69,6 +78,7 @@ impl Life {
 
     /// A sample was taken.
     pub(crate) fn arrived(&mut self, log_time: Time, source_time: Option<Time>) {
+        self.first.get_or_insert(log_time);
         self.newest = Some(log_time);
         self.received += 1;
         self.current.received += 1;
@@ -95,6 +105,7 @@ impl Life {
     /// The stamp of the sample just taken was not believed.
     pub(crate) fn was_disbelieved(&mut self) {
         self.current.disbelieved += 1;
+        self.disbelieved_ahead_secs = -self.delays_secs.back().copied().unwrap_or(f64::NAN);
     }
 
     /// So many were lost on the way; NaN when that can't be known.
@@ -113,19 +124,33 @@ impl Life {
         self.current.lost += count as u64;
     }
 
-    /// A whole second of the session has passed.
-    pub(crate) fn second(&mut self) {
+    /// A whole second of the session has passed: it is `now`.
+    pub(crate) fn second(&mut self, now: Time) {
+        self.now = now;
         self.seconds.push_back(std::mem::take(&mut self.current));
         if self.seconds.len() > WINDOW_SECS {
             self.seconds.pop_front();
         }
-        if self.received > 0 {
-            self.watched_secs += 1;
+        if !self.declared {
+            self.learn();
         }
-        let learned = self.sum(|second| second.received);
-        if !self.declared && self.watched_secs == WINDOW_SECS && learned >= LEARNED_FROM {
-            self.expected_hz = Some(self.rate_hz());
+    }
+
+    /// Learns the rate in the first minute: the fastest that it kept up, so that a silence within
+    /// does not pass for the way it is.
+    fn learn(&mut self) {
+        let (Some(first), Some(newest)) = (self.first, self.newest) else { return };
+        let between_secs = newest.secs_since(first);
+        let enough = self.received >= LEARNED_FROM && between_secs >= LEARNED_FROM_SECS;
+        if !enough || self.now.secs_since(first) > LEARNED_WITHIN_SECS {
+            return;
         }
+        let rate_hz = if between_secs < WINDOW_SECS as f64 {
+            (self.received - 1) as f64 / between_secs
+        } else {
+            self.rate_hz()
+        };
+        self.expected_hz = Some(self.expected_hz.map_or(rate_hz, |known| known.max(rate_hz)));
     }
 
     /// How the stream of this name is doing at `now`.
@@ -183,7 +208,7 @@ impl Life {
             return Some(format!("{lost} lost in the last {WINDOW_SECS} s"));
         }
         if disbelieved > 0 {
-            let ahead_secs = -self.median_delay_secs();
+            let ahead_secs = self.disbelieved_ahead_secs;
             return Some(format!("its stamps are {ahead_secs:+.1} s off"));
         }
         if let Some(slow) = self.too_slow() {
@@ -198,15 +223,17 @@ impl Life {
     fn too_slow(&self) -> Option<String> {
         let expected_hz = self.expected_hz?;
         let rate_hz = self.rate_hz();
-        let whole_window = self.watched_secs > WINDOW_SECS;
+        let watched_secs = self.now.secs_since(self.first?);
+        let whole_window = watched_secs > WINDOW_SECS as f64 + 1.0;
         (whole_window && rate_hz < 0.8 * expected_hz && expected_hz * WINDOW_SECS as f64 >= 5.0)
             .then(|| format!("{rate_hz:.1} Hz instead of {expected_hz:.1} Hz"))
     }
 
-    /// The rate over the window, or over what of it was watched [Hz].
+    /// The rate over the window, or from the first sample on [Hz].
     fn rate_hz(&self) -> f64 {
-        let secs = self.watched_secs.clamp(1, WINDOW_SECS);
-        self.sum(|second| second.received) as f64 / secs as f64
+        let Some(first) = self.first else { return 0.0 };
+        let secs = self.now.secs_since(first).clamp(SHORTEST_SECS, WINDOW_SECS as f64);
+        self.sum(|second| second.received) as f64 / secs
     }
 
     fn sum(&self, count: impl Fn(&Second) -> u64) -> u64 {
@@ -231,7 +258,7 @@ mod tests {
                 let nanos = second * 1_000_000_000 + k * 1_000_000_000 / rate;
                 life.arrived(Time::from_nanos(nanos), None);
             }
-            life.second();
+            life.second(Time::from_nanos((second + 1) * 1_000_000_000));
         }
         Time::from_nanos((from_secs + secs) * 1_000_000_000)
     }
@@ -268,6 +295,18 @@ mod tests {
     }
 
     #[test]
+    fn a_silence_while_learning_is_not_the_way_it_is() {
+        let mut life = Life::new(0.0);
+        live(&mut life, 0, 3, 20);
+        let now = live(&mut life, 3, 8, 0);
+        assert_eq!(life.status("/x", now).state, State::Dead, "silent for 8 s");
+        let now = live(&mut life, 11, 30, 20);
+        assert_eq!(life.status("/x", now).state, State::Ok);
+        let now = live(&mut life, 41, 2, 0);
+        assert_eq!(life.status("/x", now).state, State::Stale);
+    }
+
+    #[test]
     fn losses_are_unknown_until_told() {
         let mut life = Life::new(0.0);
         let now = live(&mut life, 0, 1, 5);
@@ -275,7 +314,7 @@ mod tests {
         life.lost_on_the_way(0.0);
         assert_eq!(life.status("/x", now).lost_source, Some(0));
         life.lost_on_the_way(3.0);
-        life.second();
+        life.second(now);
         let status = life.status("/x", now);
         assert_eq!((status.lost_source, status.state), (Some(3), State::Degraded));
     }

@@ -221,7 +221,7 @@ impl Pump {
         let mut told = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
             if track.has_health() {
-                track.life.second();
+                track.life.second(tick);
                 told.push(track.life.status(&track.told_as, tick));
             }
         }

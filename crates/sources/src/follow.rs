@@ -11,7 +11,7 @@ use teampulse_core::source::{Reading, SourceError};
 use teampulse_core::stream::{Schema, Shape, Stream, StreamId};
 use teampulse_messages::catalogue;
 use teampulse_messages::definition::Definition;
-use teampulse_messages::fields;
+use teampulse_messages::fields::{self, Fields};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
 use teampulse_ros::graph::{Endpoint, EndpointKind, Graph};
 use tokio::sync::broadcast::error::RecvError;
@@ -121,6 +121,7 @@ impl<'a> Following<'a> {
         let (schema, stamped) = known_schema(endpoint);
         let missing = schema.text.is_empty();
         stream.shape = Shape::Message(Arc::new(schema));
+        self.leave_out_wrong_fields(&mut stream);
         let id = self.outlet.declare(stream.clone());
         let tally = Arc::new(Mutex::new(Tally::new(id)));
         let subscription = self.subscribe(endpoint, id, stamped, &tally);
@@ -168,15 +169,33 @@ impl<'a> Following<'a> {
 
     /// A definition was found, or nobody has it.
     fn learn(&mut self, key: &Key, found: Result<Schema, BusError>) {
-        let Some(followed) = self.followed.get_mut(key) else { return };
+        let Some(followed) = self.followed.get(key) else { return };
         match found {
             Ok(schema) => {
-                followed.stream.shape = Shape::Message(Arc::new(schema));
-                self.outlet.declare(followed.stream.clone());
+                let mut stream = followed.stream.clone();
+                stream.shape = Shape::Message(Arc::new(schema));
+                self.leave_out_wrong_fields(&mut stream);
+                self.outlet.declare(stream);
             }
             Err(error) => {
                 tracing::warn!("failed to {error}; {} is recorded without it", key.0);
                 self.fault(format!("failed to {error}; recorded without it"));
+            }
+        }
+    }
+
+    /// Leaves out the channels that the stream's type does not have, and says so.
+    fn leave_out_wrong_fields(&self, stream: &mut Stream) {
+        let Shape::Message(schema) = &stream.shape else { return };
+        let Ok(definition) = Definition::of(schema) else { return };
+        let named = std::mem::take(&mut stream.channels).into_iter();
+        for (channel, unit) in named.zip(std::mem::take(&mut stream.units)) {
+            match Fields::compile(&definition, &[&channel]) {
+                Ok(_) => {
+                    stream.channels.push(channel);
+                    stream.units.push(unit);
+                }
+                Err(error) => self.fault(format!("{}: failed to {error}", stream.name)),
             }
         }
     }

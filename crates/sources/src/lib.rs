@@ -29,8 +29,15 @@ pub struct SourceContext {
     pub buses: Arc<Buses>,
 }
 
+/// The highest domain that has ports of its own.
+const HIGHEST_DOMAIN: u32 = 232;
+
 /// The bus of a domain; without one that of `ROS_DOMAIN_ID`, else 0.
 fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
+    if let Some(domain) = domain.filter(|domain| *domain > HIGHEST_DOMAIN) {
+        let message = format!("ROS domain {domain} is none: expected 0 to {HIGHEST_DOMAIN}");
+        return Err(SettingsError::new(message));
+    }
     let domain = domain.map_or_else(|| context.buses.default_domain(), Ok);
     let joined = domain.and_then(|domain| context.buses.get(domain));
     joined.map_err(|error| SettingsError::new(format!("failed to {error}")))

@@ -55,7 +55,9 @@ impl Check {
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
         output::lines(robots.iter().map(robot_line));
-        let missing = missing(&wanted, &robots);
+        let mut missing = missing(&wanted, &robots);
+        missing.extend(missing_fields(&wanted, &heard));
+        missing.extend(machine::unfit(&self.out));
         if missing.is_empty() {
             output::line("go");
             return Ok(Exit::Fine);
@@ -153,6 +155,19 @@ fn robot_line(robot: &Robot) -> String {
     });
     let verdict = if robot.conforms() { "meets the profile" } else { "falls short" };
     format!("robot    {}  {verdict}: {}", robot.id, findings.collect::<Vec<_>>().join(", "))
+}
+
+/// The fields that the study reads, of topics that do not have them.
+fn missing_fields(wanted: &[Robots], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
+    let mut missing = Vec::new();
+    for field in wanted.iter().flat_map(Robots::fields) {
+        let Some(path) = &field.field else { continue };
+        let lacks =
+            |stream: &&Arc<Stream>| stream.device == field.topic && !stream.channels.contains(path);
+        let lacking = heard.iter().map(|(stream, _)| stream).filter(lacks);
+        missing.extend(lacking.map(|stream| format!("field `{path}` of {}", stream.name)));
+    }
+    missing
 }
 
 /// What the study requires and nobody offers.

@@ -7,6 +7,7 @@ use teampulse_sinks::Terminal;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::machine;
 use crate::network;
 use crate::output;
 use crate::setup::{Parts, Setup, conclude};
@@ -46,9 +47,19 @@ pub async fn watch(
     out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
+    if let Some(reason) = machine::unfit(&out) {
+        return Err(Failure::new(format!("nothing can be recorded: there is no {reason}"))
+            .hint("give another folder with --out"));
+    }
     let bag = setup.bag_folder(&out);
     let mut parts =
         Parts { sources: setup.sources()?, features: setup.features()?, sinks: setup.sinks(&bag)? };
+    if parts.sources.is_empty() {
+        return Err(setup.without("sources", "nothing is watched").into());
+    }
+    if parts.sinks.is_empty() {
+        eprintln!("warning: the study has no [[sinks]]: nothing is recorded");
+    }
     parts.sources.extend(setup.attended(&stop)?);
     parts.sinks.push(Box::new(Terminal::default()));
     parts.sinks.push(setup.publisher()?);

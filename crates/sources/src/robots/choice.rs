@@ -20,6 +20,7 @@ pub struct Choice {
 impl Choice {
     /// The choice that a study makes.
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
+        check_scales(settings)?;
         let wide = settings.namespace == "/";
         if wide && settings.prefix.is_none() {
             return Err(SettingsError::new("robots without a namespace need a `prefix`")
@@ -62,12 +63,29 @@ impl Choice {
         Some(stream)
     }
 
+    /// What a topic is in itself, and the numbers that the study reads from it beside.
     fn described(&self, relative: &str, type_name: &str) -> Option<Stream> {
+        let mut numbers = self.numbers.iter().filter(|field| field.topic == relative).peekable();
+        let wanted = numbers.peek().is_some().then(blank);
+        let mut stream = self.in_itself(relative, type_name).or(wanted)?;
+        let standard = !stream.channels.is_empty();
+        for field in numbers {
+            if standard && (field.scale - stream.scale).abs() > 0.0 {
+                tracing::warn!(
+                    "the number `{}` of {relative} is left out: beside the numbers of a standard \
+                     type it can't have a scale of its own",
+                    field.field.as_deref().unwrap_or("data")
+                );
+            } else {
+                add(&mut stream, field);
+            }
+        }
+        Some(stream)
+    }
+
+    fn in_itself(&self, relative: &str, type_name: &str) -> Option<Stream> {
         if let Some((parameter, field)) = self.mapped.iter().find(|(_, it)| it.topic == relative) {
             return Some(mapped(parameter, field));
-        }
-        if let Some(field) = self.numbers.iter().find(|it| it.topic == relative) {
-            return Some(read(blank(), field));
         }
         if self.images.iter().any(|image| image == relative) {
             return Some(Stream { signal: Signal::Image, ..blank() });
@@ -99,7 +117,11 @@ fn mapped(parameter: &str, field: &Field) -> Stream {
     let norm = norm(parameter).expect("mapped parameters are those of the profile");
     let stream = Stream { signal: norm.signal, doc: norm.doc.into(), ..blank() };
     match field.field {
-        Some(_) => read(stream, field),
+        Some(_) => {
+            let mut stream = stream;
+            add(&mut stream, field);
+            stream
+        }
         None => Stream {
             scale: field.scale,
             rate_hz: field.rate_hz.unwrap_or(0.0),
@@ -108,15 +130,25 @@ fn mapped(parameter: &str, field: &Field) -> Stream {
     }
 }
 
-/// A stream from which the study reads one number.
-fn read(stream: Stream, field: &Field) -> Stream {
-    let path = field.field.as_deref().unwrap_or("data");
-    let unit = field.unit.as_deref().unwrap_or("1");
-    Stream {
-        scale: field.scale,
-        rate_hz: field.rate_hz.unwrap_or(0.0),
-        ..stream.with_channels(&[(path, unit)])
+/// Reads one more number from a stream.
+fn add(stream: &mut Stream, field: &Field) {
+    stream.channels.push(field.field.clone().unwrap_or_else(|| "data".into()));
+    stream.units.push(field.unit.clone().unwrap_or_else(|| "1".into()));
+    stream.scale = field.scale;
+    stream.rate_hz = field.rate_hz.unwrap_or(stream.rate_hz);
+}
+
+/// The numbers of one topic share a scale, and those of a standard type have none.
+fn check_scales(settings: &Robots) -> Result<(), SettingsError> {
+    for field in &settings.numbers {
+        let mut beside = settings.numbers.iter().filter(|other| other.topic == field.topic);
+        if beside.any(|other| (other.scale - field.scale).abs() > 0.0) {
+            let message = format!("the numbers of `{}` have different scales", field.topic);
+            return Err(SettingsError::new(message)
+                .with_hint("a topic has one scale: give the unit in which the number comes"));
+        }
     }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -158,5 +190,21 @@ mod tests {
         assert_eq!((battery.signal, &battery.units[..]), (Signal::Battery, &["J".to_owned()][..]));
         assert!(choice.stream("/r1/other", "sensor_msgs/msg/BatteryState").is_none());
         assert!(choice.stream("/r1/scan_raw", "sensor_msgs/msg/LaserScan").is_some());
+    }
+
+    #[test]
+    fn numbers_are_read_beside_what_a_topic_is_in_itself() {
+        let choice = choice(
+            r#"numbers = [
+                 { topic = "battery", field = "cell_voltage[0]", unit = "V" },
+                 { topic = "arm", field = "effort[0]", unit = "N m" },
+                 { topic = "arm", field = "effort[1]", unit = "N m" },
+               ]"#,
+        );
+        let battery = choice.stream("/r1/battery", "sensor_msgs/msg/BatteryState");
+        let battery = battery.expect("watched");
+        assert_eq!((battery.signal, battery.channels.len()), (Signal::Battery, 7));
+        let arm = choice.stream("/r1/arm", "sensor_msgs/msg/JointState").expect("watched");
+        assert_eq!(arm.channels, ["effort[0]", "effort[1]"]);
     }
 }

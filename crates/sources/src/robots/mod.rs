@@ -104,6 +104,11 @@ impl Default for Robots {
 }
 
 impl Robots {
+    /// All fields that the study names.
+    pub fn fields(&self) -> impl Iterator<Item = &Field> {
+        self.mapped().into_values().chain(&self.numbers)
+    }
+
     /// The fields that the study maps itself, by parameter.
     fn mapped(&self) -> BTreeMap<&'static str, &Field> {
         [
