@@ -44,6 +44,8 @@ pub struct Setup {
 impl Setup {
     /// Joins the buses and waits for the clock.
     pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
+        // What is wrong with the environment is not to be blamed on the study.
+        default_domain(&buses)?;
         let mut setup = Setup { clock: Clock::host(), buses, study, follows: None };
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::told();

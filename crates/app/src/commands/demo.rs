@@ -43,7 +43,7 @@ impl Demo {
         let mut simulator = start_simulator(self.seed).await?;
         eprintln!(
             "five simulated robots publish on ROS 2 domain {DOMAIN} of this machine; \
-             a letter sets a marker, q ends\n"
+             something goes wrong from the second minute on; a letter sets a marker, q ends\n"
         );
         let setup = Setup::new(study, network::buses_of_demo("teampulse", DOMAIN)).await?;
         let exit = watch(setup, self.duration, self.out).await?;

@@ -64,6 +64,7 @@ async fn simulate(
     let buses = network::buses("teampulse_simulator");
     let domain = domain.map_or_else(|| network::default_domain(&buses), Ok)?;
     let bus = buses.get(domain).map_err(Failure::to)?;
+    let robots = team.robots;
     let fast = (team.speed - 1.0).abs() > f64::EPSILON;
     let clock = if fast { Clock::told() } else { Clock::host() };
     let context = SourceContext { clock: clock.clone(), buses };
@@ -72,7 +73,7 @@ async fn simulate(
     if fast {
         sink = sink.with_clock();
     }
-    eprintln!("simulating; Ctrl-C ends it");
+    eprintln!("simulating {robots} robots on ROS domain {domain}; Ctrl-C ends it");
     let session = Session {
         clock: clock.clone(),
         pace: Pace::Live,

@@ -39,7 +39,7 @@ pub fn configuration(environment: &Environment) -> String {
         Range::Subnet | Range::Localhost => format!(
             "<Discovery><ParticipantIndex>auto</ParticipantIndex>\
              <MaxAutoParticipantIndex>{PARTICIPANTS}</MaxAutoParticipantIndex>{}</Discovery>",
-            peers(range, environment)
+            peers(environment)
         ),
         Range::Off => format!(
             "<Discovery><ParticipantIndex>none</ParticipantIndex>\
@@ -71,17 +71,16 @@ impl Range {
     }
 }
 
-/// The peers that are asked without multicast; empty when there are none.
-fn peers(range: Range, environment: &Environment) -> String {
+/// The peers that are asked without multicast.
+fn peers(environment: &Environment) -> String {
     let named = environment.static_peers.split(';').map(str::trim);
     let named = named.filter(|peer| !peer.is_empty() && environment.localhost_only != "1");
-    let localhost = (range == Range::Localhost).then_some("localhost");
-    let peers: Vec<String> = localhost
-        .into_iter()
+    // Asked on the whole network too: who stays on this machine is not found by multicast.
+    let peers: Vec<String> = std::iter::once("localhost")
         .chain(named)
         .map(|peer| format!("<Peer address=\"{}\"/>", escaped(peer)))
         .collect();
-    if peers.is_empty() { String::new() } else { format!("<Peers>{}</Peers>", peers.concat()) }
+    format!("<Peers>{}</Peers>", peers.concat())
 }
 
 fn escaped(text: &str) -> String {
@@ -103,7 +102,8 @@ mod tests {
         assert_eq!(
             of(|_| {}),
             "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>\
-             <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery><Internal>\
+             <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>\
+             <Peers><Peer address=\"localhost\"/></Peers></Discovery><Internal>\
              <SocketReceiveBufferSize max=\"32MiB\"/>\
              <MultipleReceiveThreads>true</MultipleReceiveThreads></Internal></Domain></CycloneDDS>,"
         );
