@@ -1,0 +1,148 @@
+//! What happens in a session: told by the study, and by any node on ROS.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use teampulse_core::clock::Clock;
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::qos::Qos;
+use teampulse_core::sample::{Record, Sample, Turn};
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::source::Source;
+use teampulse_core::stream::StreamId;
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+use teampulse_messages::catalogue;
+use teampulse_messages::convert::encode;
+use teampulse_ros::bus::{Bus, Publisher};
+use teampulse_ros::memory::MemoryBus;
+use teampulse_sources::session::{Phase, Phases, RosEvents, follow_clock};
+
+/// Keeps what happens.
+struct Keeper(Arc<Mutex<Vec<Record>>>);
+
+impl Sink for Keeper {
+    fn name(&self) -> &'static str {
+        "keeper"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        loop {
+            match inbox.receive(Duration::from_secs(1)) {
+                Received::Batch(batch) => {
+                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
+                }
+                Received::Silence => {}
+                Received::Closed => return Ok(()),
+            }
+        }
+    }
+}
+
+/// Runs a session with one source until `meanwhile` ends; gives what happened.
+async fn events(
+    source: impl Source + 'static,
+    clock: Clock,
+    meanwhile: impl Future<Output = ()>,
+) -> Vec<Event> {
+    let kept = Arc::default();
+    let session = Session {
+        clock,
+        pace: Pace::Live,
+        streams: Streams::default(),
+        sources: vec![("test".to_owned(), Box::new(source))],
+        features: Vec::new(),
+        sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        encode,
+    };
+    session.run(meanwhile).await;
+    let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
+    let event = |record: Record| match record.sample.data {
+        Data::Event(event) => Some(Event::clone(&event)),
+        _ => None,
+    };
+    kept.into_iter().filter_map(event).collect()
+}
+
+fn publisher(bus: &MemoryBus, topic: &str, type_name: &str) -> Box<dyn Publisher> {
+    let schema = catalogue::shipped(type_name).expect("a shipped type");
+    bus.publish(topic, &schema, &Qos::reliable(10)).expect("a publisher")
+}
+
+async fn subscribed(publisher: &dyn Publisher) {
+    while publisher.subscribers() == 0 {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn any_node_may_tell_an_event_or_set_a_marker() {
+    let monitor = MemoryBus::new("/teampulse");
+    let node = monitor.join("/task");
+    let events = events(RosEvents::new(monitor), Clock::host(), async move {
+        let phases = publisher(&node, "/session/events", "teampulse_msgs/msg/Event");
+        let markers = publisher(&node, "/session/events", "std_msgs/msg/String");
+        subscribed(&*phases).await;
+        subscribed(&*markers).await;
+        phases.publish(&encode(&phase("two_back"))).expect("published");
+        markers.publish(b"\0\x01\0\0\x05\0\0\0tea!\0").expect("published");
+        markers.publish(&[0xff; 9]).expect("published");
+    })
+    .await;
+    let told = |kind, label: &str| events.iter().any(|it| it.kind == kind && it.label == label);
+    assert!(told(EventKind::Phase, "two_back"), "{events:?}");
+    assert!(told(EventKind::Marker, "tea!"), "{events:?}");
+}
+
+fn phase(label: &str) -> Sample {
+    let kind = EventKind::Phase;
+    let event = Event { kind, label: label.into(), value: f64::NAN, duration_secs: 60.0 };
+    Sample {
+        stream: StreamId(0),
+        measured: Time::EPOCH,
+        log_time: Time::EPOCH,
+        device_time: None,
+        source_time: None,
+        index: 0,
+        turn: Turn::OnTime,
+        data: Data::Event(Arc::new(event)),
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
+    let monitor = MemoryBus::new("/teampulse");
+    let simulator = publisher(&monitor.join("/sim"), "/clock", "rosgraph_msgs/msg/Clock");
+    let clock = Clock::told();
+    let told_at = |secs: i32| {
+        let mut cdr = vec![0, 1, 0, 0];
+        cdr.extend(secs.to_le_bytes());
+        cdr.extend([0; 4]);
+        simulator.publish(&cdr).expect("published");
+    };
+    told_at(1);
+    let follow = follow_clock(&*monitor, &clock, Duration::from_secs(5));
+    let (follows, ()) = tokio::join!(follow, async {
+        while clock.now() == Time::EPOCH {
+            told_at(1);
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    });
+    let _follows = follows.expect("a bus").expect("a clock");
+    let phase = |name: &str, from_secs| Phase { name: name.into(), from_secs, to_secs: None };
+    let phases =
+        Phases::new(vec![phase("task", 100.0), phase("baseline", 0.0), phase("later", 1e6)]);
+    let events = events(phases, clock.clone(), async {
+        tokio::time::sleep(Duration::from_millis(60)).await;
+        told_at(102);
+        tokio::time::sleep(Duration::from_millis(60)).await;
+    })
+    .await;
+    let begun = events.iter().filter(|event| event.kind == EventKind::Phase);
+    assert_eq!(begun.map(|event| event.label.as_str()).collect::<Vec<_>>(), ["baseline", "task"]);
+}
