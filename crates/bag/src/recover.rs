@@ -33,17 +33,36 @@ pub struct RecoveredFile {
     pub path: PathBuf,
     /// How many messages it holds now.
     pub messages: u64,
+    /// How many it held once and holds no more; `None` where nothing tells.
+    pub lost_messages: Option<u64>,
     /// What was cut from it; empty for a file that was whole and was left as it is.
     pub damage: Vec<Damage>,
+    /// Where the damaged file was kept, when something was lost from its middle.
+    pub original: Option<PathBuf>,
 }
 
-/// Makes a bag whole: each file that was cut or damaged is written anew with all that can be read
-/// of it, in its order, and then takes the place of the old one. `metadata.yaml` is written again.
+impl RecoveredFile {
+    /// Whether messages were lost that had been recorded; not so for the end of a recording that was
+    /// never finished.
+    pub fn is_lossy(&self) -> bool {
+        self.lost_messages.is_some_and(|lost| lost > 0) || self.is_torn()
+    }
+
+    fn is_torn(&self) -> bool {
+        self.damage.iter().any(|damage| !damage.is_tail)
+    }
+}
+
+/// Makes a bag whole: reads all of it, and writes each file that was cut or damaged anew with every
+/// chunk that is whole, in its order. `metadata.yaml` is written again.
 ///
-/// The old file stays until the new one is safely on the disk.
+/// The old file stays until the new one is safely on the disk, and is kept beside it as
+/// `<name>.mcap.orig` when something was lost from its middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
-    let bag = Bag::open(path)?;
-    let files = bag.parts().iter().map(recover_file).collect::<Result<Vec<_>, _>>()?;
+    let mut bag = Bag::open(path)?;
+    let told = bag.told_messages();
+    let parts = bag.parts_mut().iter_mut().zip(told);
+    let files = parts.map(|(part, told)| recover_file(part, told)).collect::<Result<_, _>>()?;
     if path.is_dir() {
         let bag = Bag::open(path)?;
         describe(&bag).save(path).map_err(BagError::io("write", path))?;
@@ -51,21 +70,43 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     Ok(Report { files })
 }
 
-fn recover_file(index: &Index) -> Result<RecoveredFile, BagError> {
-    let damage = index.damage.clone();
-    let path = index.path.clone();
-    if damage.is_empty() {
-        return Ok(RecoveredFile { path, messages: index.span.messages, damage });
+fn recover_file(index: &mut Index, told_messages: Option<u64>) -> Result<RecoveredFile, BagError> {
+    index.check();
+    let mut recovered = RecoveredFile {
+        path: index.path.clone(),
+        messages: index.span.messages,
+        lost_messages: None,
+        damage: index.damage.clone(),
+        original: None,
+    };
+    if !recovered.damage.is_empty() {
+        replace(index, &mut recovered)?;
     }
+    recovered.lost_messages = told_messages.map(|told| told.saturating_sub(recovered.messages));
+    Ok(recovered)
+}
+
+/// Puts a whole file in the place of a damaged one.
+fn replace(index: &Index, recovered: &mut RecoveredFile) -> Result<(), BagError> {
+    let path = &index.path;
     let unfinished = path.with_extension("mcap.recovering");
-    let messages =
+    recovered.messages =
         rewrite(index, &unfinished).inspect_err(|_| drop(fs::remove_file(&unfinished)))?;
-    let folder = folder_of(&path);
-    fs::rename(&unfinished, &path).map_err(BagError::io("write", &path))?;
-    File::open(folder)
-        .and_then(|folder| folder.sync_all())
-        .map_err(BagError::io("write", folder))?;
-    Ok(RecoveredFile { path, messages, damage })
+    if recovered.is_torn() {
+        let original = free_name(path);
+        fs::rename(path, &original).map_err(BagError::io("write", &original))?;
+        recovered.original = Some(original);
+    }
+    let folder = folder_of(path);
+    fs::rename(&unfinished, path).map_err(BagError::io("write", path))?;
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(BagError::io("write", folder))
+}
+
+/// `<name>.mcap.orig`, with a number behind it where that is taken.
+fn free_name(path: &Path) -> PathBuf {
+    let numbered = (2..).map(|number| path.with_extension(format!("mcap.orig{number}")));
+    let mut names = std::iter::once(path.with_extension("mcap.orig")).chain(numbered);
+    names.find(|name| !name.exists()).expect("there are more numbers than files")
 }
 
 /// Writes all that can be read into another file, and that to the disk; says how many messages it

@@ -4,7 +4,7 @@
 mod session;
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
 use session::session;
@@ -130,6 +130,96 @@ fn a_chunk_with_a_wrong_checksum_is_left_out_and_told() {
     let (good, bad): (Vec<_>, Vec<_>) = bag.messages(None).partition(Result::is_ok);
     assert_eq!((good.len(), bad.len()), (83, 1));
     assert!(matches!(bad[0], Err(BagError::Damaged { .. })));
+}
+
+/// The end of the file when each batch was flushed, of a bag that is then spoiled by `spoil`.
+fn spoil(path: &Path, compression: Compression, spoil: impl Fn(&mut Vec<u8>, &[u64])) -> PathBuf {
+    let flushed = write(path, compression, &session(197));
+    let file = path.join("bag_0.mcap");
+    let mut bytes = fs::read(&file).unwrap();
+    spoil(&mut bytes, &flushed);
+    fs::write(&file, &bytes).unwrap();
+    file
+}
+
+#[test]
+fn a_bag_cut_in_the_middle_keeps_every_whole_chunk() {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        for (begin, bytes, kept) in [(100, 300, 160), (100, 1, 160), (-30, 60, 160), (-3, 3, 160)] {
+            let folder = tempdir().unwrap();
+            let path = folder.path().join("bag");
+            let file = spoil(&path, compression, |file, flushed| {
+                let begin = (flushed[1] as i64 + begin) as usize;
+                file.drain(begin..begin + bytes);
+            });
+            let torn = fs::read(&file).unwrap();
+            let report = recover(&path).unwrap();
+            let recovered = &report.files[0];
+            let lost = recovered.lost_messages.unwrap();
+            assert!(recovered.messages >= kept - 40 && recovered.messages + lost == 200);
+            assert!(recovered.messages >= kept || begin < 0, "{compression:?} {begin} {lost}");
+            assert!(recovered.is_lossy());
+            assert_eq!(fs::read(recovered.original.as_ref().unwrap()).unwrap(), torn);
+            assert_eq!(read(&path).len() as u64, recovered.messages);
+            assert_eq!(Bag::open(&path).unwrap().damage().count(), 0);
+        }
+    }
+}
+
+#[test]
+fn an_unfinished_bag_cut_in_the_middle_keeps_every_whole_chunk() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let file = spoil(&path, Compression::Zstd, |file, flushed| {
+        file.truncate(flushed[4] as usize);
+        let begin = flushed[1] as usize + 100;
+        file.drain(begin..begin + 300);
+    });
+    fs::remove_file(path.join("metadata.yaml")).unwrap();
+    let report = recover(&path).unwrap();
+    assert_eq!((report.files[0].messages, report.files[0].lost_messages), (160, None));
+    assert!(file.with_extension("mcap.orig").exists());
+}
+
+#[test]
+fn a_chunk_that_went_bad_unseen_is_left_out_by_recover() {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("bag");
+        spoil(&path, compression, |file, flushed| {
+            let begin = flushed[1] as usize + 60;
+            file[begin..begin + 200].fill(0);
+        });
+        assert_eq!(Bag::open(&path).unwrap().damage().count(), 0);
+        let report = recover(&path).unwrap();
+        let recovered = &report.files[0];
+        assert_eq!((recovered.messages, recovered.lost_messages), (160, Some(40)));
+        assert!(recovered.is_lossy());
+        assert_eq!(read(&path).len(), 160);
+    }
+}
+
+#[test]
+fn a_recovered_bag_is_found_whole_and_left_as_it_is() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    spoil(&path, Compression::Zstd, |file, flushed| file[flushed[1] as usize + 60] ^= 1);
+    recover(&path).unwrap();
+    let report = recover(&path).unwrap();
+    assert_eq!(
+        (report.files[0].damage.as_slice(), report.files[0].lost_messages),
+        (&[][..], Some(0))
+    );
+    assert!(!report.files[0].is_lossy());
+}
+
+#[test]
+fn what_metadata_tells_of_and_is_not_there_is_lost() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    spoil(&path, Compression::Zstd, |file, _| file.clear());
+    let report = recover(&path).unwrap();
+    assert_eq!((report.files[0].messages, report.files[0].lost_messages), (0, Some(200)));
 }
 
 #[test]

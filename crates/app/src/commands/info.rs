@@ -68,7 +68,7 @@ pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
 
 /// What is damaged, and where.
 pub fn told(damage: &Damage) -> String {
-    let Damage { offset, lost_bytes, reason } = damage;
+    let Damage { offset, lost_bytes, reason, .. } = damage;
     match lost_bytes {
         0 => format!("at byte {offset}: {reason}; no message is lost"),
         _ => format!("at byte {offset}: {reason}; {lost_bytes} bytes can't be read"),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use teampulse_bag::RecoveredFile;
 
 use crate::commands::info::told;
 use crate::exit::Exit;
@@ -21,15 +22,27 @@ impl Recover {
     pub fn run(self) -> Result<Exit, Failure> {
         let recovered = teampulse_bag::recover(&self.bag);
         let report = recovered.map_err(|error| Failure::to(&error).hint(error.hint()))?;
-        for file in &report.files {
-            let path = file.path.display();
-            if file.damage.is_empty() {
-                output::line(format!("{path}: whole, {} messages", file.messages));
-            } else {
-                output::line(format!("{path}: mended, {} messages kept", file.messages));
-                output::lines(file.damage.iter().map(|each| format!("  {}", told(each))));
-            }
-        }
-        Ok(Exit::Fine)
+        report.files.iter().for_each(tell);
+        let is_lossy = report.files.iter().any(RecoveredFile::is_lossy);
+        Ok(if is_lossy { Exit::DataLost } else { Exit::Fine })
+    }
+}
+
+fn tell(file: &RecoveredFile) {
+    let path = file.path.display();
+    let lost = match file.lost_messages {
+        Some(0) => ", none lost".to_owned(),
+        Some(lost) => format!(", {lost} lost"),
+        None => String::new(),
+    };
+    if file.damage.is_empty() {
+        let lost = if file.is_lossy() { lost.as_str() } else { "" };
+        output::line(format!("{path}: whole, {} messages{lost}", file.messages));
+        return;
+    }
+    output::line(format!("{path}: mended, {} messages kept{lost}", file.messages));
+    output::lines(file.damage.iter().map(|each| format!("  {}", told(each))));
+    if let Some(original) = &file.original {
+        output::line(format!("  the damaged file is kept as {}", original.display()));
     }
 }

@@ -16,6 +16,8 @@ pub(crate) struct Told {
     pub compression_mode: String,
     /// The bag's files, in order, relative to its folder.
     pub files: Vec<String>,
+    /// How many messages each of them holds, by its name.
+    pub messages: BTreeMap<String, u64>,
     /// What its writer added.
     pub custom: BTreeMap<String, String>,
 }
@@ -24,13 +26,17 @@ impl Told {
     /// Reads what is needed out of block-style YAML, and skips the rest.
     pub(crate) fn read(text: &str) -> Told {
         let mut told = Told::default();
-        let mut section = String::new();
+        let (mut section, mut file) = (String::new(), String::new());
         for line in text.lines() {
             let indent = line.len() - line.trim_start().len();
             let line = line.trim();
             if let Some(item) = line.strip_prefix("- ") {
                 if section == "relative_file_paths" {
                     told.files.push(unquoted(item));
+                } else if section == "files"
+                    && let Some((_, path)) = split_entry(item).filter(|(key, _)| key == "path")
+                {
+                    file = path.rsplit('/').next().unwrap_or_default().to_owned();
                 }
             } else if let Some((key, value)) = split_entry(line) {
                 if indent <= 2 {
@@ -38,6 +44,8 @@ impl Told {
                     section = key;
                 } else if section == "custom_data" {
                     told.custom.insert(key, value);
+                } else if section == "files" && key == "message_count" {
+                    told.messages.extend(value.parse().ok().map(|count| (file.clone(), count)));
                 }
             }
         }

@@ -3,8 +3,8 @@
 use std::fs::File;
 
 use bytes::Bytes;
-use mcap::McapResult;
 use mcap::records::op;
+use mcap::{McapError, McapResult};
 
 use crate::read::chunk::{Extent, unpack};
 use crate::read::fields::Fields;
@@ -68,7 +68,8 @@ impl Block {
             Some(&op::CHUNK) if bytes.len() >= PREFIX_BYTES => {
                 unpack(&bytes.slice(PREFIX_BYTES..), self.extent)
             }
-            _ => Ok(bytes),
+            Some(&op::MESSAGE) => Ok(bytes),
+            _ => Err(McapError::BadIndex),
         }
     }
 

@@ -38,6 +38,8 @@ pub(crate) struct Index {
     /// Attachments and metadata records.
     pub extras: Vec<Extra>,
     pub damage: Vec<Damage>,
+    /// How many messages were written to it, as its statistics say.
+    pub told_messages: Option<u64>,
     schemas: BTreeMap<u16, Arc<Schema>>,
 }
 
@@ -59,6 +61,8 @@ pub struct Damage {
     pub lost_bytes: u64,
     /// What was expected and found.
     pub reason: String,
+    /// Whether it is no more than the missing end of a file that was not finished.
+    pub is_tail: bool,
 }
 
 impl Index {
@@ -76,6 +80,7 @@ impl Index {
                 offset: index.file.metadata().map_err(BagError::io("read", path))?.len(),
                 lost_bytes: 0,
                 reason: error.to_string(),
+                is_tail: true,
             });
         }
         Ok(index)
@@ -92,6 +97,7 @@ impl Index {
             describing: Vec::new(),
             extras: Vec::new(),
             damage: Vec::new(),
+            told_messages: None,
             schemas: BTreeMap::new(),
         }
     }
@@ -122,6 +128,7 @@ impl Index {
             self.blocks.push(chunk);
         }
         self.span = span(&told);
+        self.told_messages = Some(told.messages);
         self.counts = told.counts;
         Ok(())
     }
@@ -133,6 +140,20 @@ impl Index {
             && (told.messages == 0 || chunks > 0)
             && told.counts.values().try_fold(0_u64, |all, count| all.checked_add(*count))
                 == Some(told.messages)
+    }
+
+    /// Reads all messages, and notes the blocks that can't be read as damage.
+    pub(crate) fn check(&mut self) {
+        for block in &self.blocks {
+            if let Err(error) = block.load(&self.file) {
+                self.damage.push(Damage {
+                    offset: block.offset,
+                    lost_bytes: block.length,
+                    reason: error.to_string(),
+                    is_tail: false,
+                });
+            }
+        }
     }
 
     /// Whether a channel is the one on which streams are described.

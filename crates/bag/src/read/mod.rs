@@ -6,6 +6,7 @@ pub(crate) mod parse;
 mod chunk;
 pub(crate) mod block;
 pub(crate) mod index;
+mod landmark;
 mod scan;
 pub(crate) mod messages;
 
@@ -132,6 +133,19 @@ impl Bag {
 
     pub(crate) fn parts(&self) -> &[Index] {
         &self.parts
+    }
+
+    pub(crate) fn parts_mut(&mut self) -> &mut [Index] {
+        &mut self.parts
+    }
+
+    /// How many messages were written to each part, as its statistics or else `metadata.yaml` say.
+    pub(crate) fn told_messages(&self) -> Vec<Option<u64>> {
+        let told = |part: &Index| {
+            let name = part.path.file_name()?.to_str()?;
+            part.told_messages.max(self.told.messages.get(name).copied())
+        };
+        self.parts.iter().map(told).collect()
     }
 
     pub(crate) fn carried(&self, part: usize, channel: u16) -> Option<&Carried> {

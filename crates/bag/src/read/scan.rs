@@ -1,7 +1,6 @@
 //! Reading a whole file for what it holds: the way into files without an index.
 
 use std::io;
-use std::os::unix::fs::FileExt;
 
 use mcap::records::op;
 use mcap::{MAGIC, McapError, McapResult};
@@ -10,15 +9,19 @@ use teampulse_core::time::Time;
 use crate::read::block::Block;
 use crate::read::chunk::Extent;
 use crate::read::index::{Damage, Index};
-use crate::read::records::{PREFIX_BYTES, Records, read_at, split_prefix};
+use crate::read::landmark::{is_known, is_record, next_landmark, prefix_at};
+use crate::read::parse;
+use crate::read::records::{PREFIX_BYTES, Records, read_at};
 
 /// Messages that stand between chunks are read in runs of about this [bytes].
 const RUN_BYTES: u64 = 1 << 20;
 
-/// Finds out what a file holds by reading it from its beginning, to where it makes no more sense.
+/// Finds out what a file holds by reading it from its beginning; past what makes no sense it goes on
+/// with the next chunk that is whole.
 pub(crate) fn scan(index: Index) -> io::Result<Index> {
     let file_bytes = index.file.metadata()?.len();
-    let mut scan = Scan { index, file_bytes, at: MAGIC.len() as u64, run: None };
+    let at = MAGIC.len() as u64;
+    let mut scan = Scan { index, file_bytes, at, checked: at, is_over: false, run: None };
     let ended = loop {
         match scan.step() {
             Ok(true) => {}
@@ -38,6 +41,10 @@ struct Scan {
     index: Index,
     file_bytes: u64,
     at: u64,
+    /// Up to where the messages are known to be as they were written.
+    checked: u64,
+    /// Whether the end of the data was met: behind it stands the summary.
+    is_over: bool,
     /// Where a run of messages between chunks began.
     run: Option<u64>,
 }
@@ -45,19 +52,16 @@ struct Scan {
 impl Scan {
     /// Takes the next record; says whether another may follow.
     fn step(&mut self) -> McapResult<bool> {
-        let left_bytes = self.file_bytes.saturating_sub(self.at);
-        if left_bytes < PREFIX_BYTES as u64 {
-            self.damaged(left_bytes, "the file ends without an index");
-            return Ok(false);
+        match prefix_at(&self.index.file, self.at)? {
+            None => self.resume("the file ends without an index", true),
+            Some((opcode, _)) if !is_known(opcode) => {
+                self.resume(&format!("there is no kind of record 0x{opcode:02x}"), false)
+            }
+            Some((_, length)) if length > self.left_bytes() => {
+                self.resume("the file ends inside a record", true)
+            }
+            Some((opcode, length)) => self.take(opcode, length),
         }
-        let mut prefix = [0; PREFIX_BYTES];
-        self.index.file.read_exact_at(&mut prefix, self.at)?;
-        let (opcode, body_bytes) = split_prefix(&prefix);
-        let length = body_bytes.saturating_add(PREFIX_BYTES as u64);
-        if length > left_bytes {
-            return self.take_cut(opcode, left_bytes).map(|()| false);
-        }
-        self.take(opcode, length)
     }
 
     /// Takes a record that is all there.
@@ -68,28 +72,67 @@ impl Scan {
         }
         self.end_run()?;
         match opcode {
-            op::CHUNK => self.take_block(length, Extent::Whole)?,
+            op::CHUNK => return self.take_chunk(length),
             op::SCHEMA | op::CHANNEL => self.define(length)?,
             op::ATTACHMENT | op::METADATA => self.index.extra(opcode, (self.at, length)),
-            op::DATA_END => return Ok(false),
-            op::HEADER | op::MESSAGE_INDEX | 0x80.. => {}
-            other => {
-                let left_bytes = self.file_bytes - self.at;
-                self.damaged(left_bytes, &format!("there is no kind of record 0x{other:02x}"));
-                return Ok(false);
-            }
+            op::STATISTICS => self.take_statistics(length)?,
+            op::DATA_END => self.is_over = true,
+            op::FOOTER => return Ok(false),
+            _ => {}
         }
         self.at += length;
         Ok(true)
     }
 
-    /// Takes what is there of a record that the file ends in.
-    fn take_cut(&mut self, opcode: u8, left_bytes: u64) -> McapResult<()> {
-        self.end_run()?;
-        if opcode == op::CHUNK {
-            self.take_block(left_bytes, Extent::Cut)?;
+    /// Takes a chunk; the length of one that can't be read is believed when a record follows it.
+    fn take_chunk(&mut self, length: u64) -> McapResult<bool> {
+        match self.add(self.block(length, Extent::Whole)) {
+            Err(McapError::Io(error)) => return Err(error.into()),
+            Err(error) if !is_record(&self.index.file, self.at + length)? => {
+                return self.resume(&error.to_string(), false);
+            }
+            Err(error) => self.damaged(self.at, length, &error.to_string()),
+            Ok(()) => {}
         }
-        self.damaged(left_bytes, "the file ends inside a record");
+        self.at += length;
+        Ok(true)
+    }
+
+    /// Goes on at the next landmark, past what makes no sense. Where there is none, the file ends
+    /// here: unfinished when all before that makes sense.
+    fn resume(&mut self, reason: &str, is_cut: bool) -> McapResult<bool> {
+        self.end_run()?;
+        if self.is_over {
+            return Ok(false);
+        }
+        if let Some(found) = next_landmark(&self.index.file, self.checked)? {
+            let lost_from = if found < self.at { self.checked } else { self.at };
+            self.damaged(lost_from, found - lost_from, reason);
+            (self.at, self.checked) = (found, found + 1);
+            return Ok(true);
+        }
+        if is_cut {
+            self.take_cut()?;
+        }
+        self.damaged(self.at, self.left_bytes(), reason);
+        if let Some(damage) = self.index.damage.last_mut() {
+            damage.is_tail = is_cut;
+        }
+        Ok(false)
+    }
+
+    /// Takes what is there of a chunk that the file ends in.
+    fn take_cut(&mut self) -> McapResult<()> {
+        match prefix_at(&self.index.file, self.at)? {
+            Some((op::CHUNK, _)) => self.take_block(self.left_bytes(), Extent::Cut),
+            _ => Ok(()),
+        }
+    }
+
+    fn take_statistics(&mut self, length: u64) -> McapResult<()> {
+        let bytes = read_at(&self.index.file, self.at, length)?;
+        self.index.told_messages =
+            parse::statistics(&bytes[PREFIX_BYTES..]).ok().map(|t| t.messages);
         Ok(())
     }
 
@@ -110,19 +153,23 @@ impl Scan {
 
     /// Takes a block at the current place; one that can't be read is noted as damage.
     fn take_block(&mut self, length: u64, extent: Extent) -> McapResult<()> {
-        let block = Block { offset: self.at, length, first: 0, last: 0, extent };
-        match self.add(block) {
+        match self.add(self.block(length, extent)) {
             Err(McapError::Io(error)) => Err(error.into()),
             Err(error) => {
-                self.damaged(length, &error.to_string());
+                self.damaged(self.at, length, &error.to_string());
                 Ok(())
             }
             Ok(()) => Ok(()),
         }
     }
 
+    fn block(&self, length: u64, extent: Extent) -> Block {
+        Block { offset: self.at, length, first: 0, last: 0, extent }
+    }
+
     fn add(&mut self, mut block: Block) -> McapResult<()> {
         let contents = block.load(&self.index.file)?;
+        self.checked = block.offset + block.length;
         for record in Records::new(&contents.records).map_while(Result::ok) {
             if matches!(record.opcode, op::SCHEMA | op::CHANNEL) {
                 self.index.define(record.opcode, record.body)?;
@@ -151,7 +198,12 @@ impl Scan {
         self.index.define(bytes[0], body)
     }
 
-    fn damaged(&mut self, lost_bytes: u64, reason: &str) {
-        self.index.damage.push(Damage { offset: self.at, lost_bytes, reason: reason.to_owned() });
+    fn left_bytes(&self) -> u64 {
+        self.file_bytes.saturating_sub(self.at)
+    }
+
+    fn damaged(&mut self, offset: u64, lost_bytes: u64, reason: &str) {
+        let reason = reason.to_owned();
+        self.index.damage.push(Damage { offset, lost_bytes, reason, is_tail: false });
     }
 }
