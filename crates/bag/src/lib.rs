@@ -19,6 +19,6 @@ pub use read::messages::{Message, Messages};
 pub use read::{Bag, BagStream};
 pub use recover::{RecoveredFile, Report, recover};
 pub use sink::{BagSink, STUDY_NAME};
-pub use source::{BagSource, Selection};
+pub use source::{BagSource, Selection, Unread};
 pub use write::part::{Attachment, Compression};
 pub use write::{BagWriter, Options, Summary};

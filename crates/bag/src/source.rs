@@ -1,6 +1,8 @@
 //! A bag as a source: what was recorded, handed over again.
 
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use async_trait::async_trait;
@@ -32,6 +34,7 @@ pub struct BagSource {
     from: Option<Time>,
     pace: Option<Pace>,
     repeats: u64,
+    unread: Arc<Unread>,
 }
 
 /// What of a bag is handed over.
@@ -43,10 +46,14 @@ pub enum Selection {
     RawAndDerived,
 }
 
+/// The parts of a bag that could not be read while it was handed over.
+#[derive(Debug, Default)]
+pub struct Unread(Mutex<BTreeSet<(PathBuf, u64)>>);
+
 impl BagSource {
     /// Hands over all of a bag, once and as fast as it is taken.
     pub fn new(bag: Arc<Bag>, selection: Selection) -> BagSource {
-        BagSource { bag, selection, from: None, pace: None, repeats: 1 }
+        BagSource { bag, selection, from: None, pace: None, repeats: 1, unread: Arc::default() }
     }
 
     /// Begins at a log time.
@@ -68,6 +75,11 @@ impl BagSource {
     pub fn repeated(mut self, times: u64) -> BagSource {
         self.repeats = times;
         self
+    }
+
+    /// What could not be read and was passed over; it is filled while the source runs.
+    pub fn unread(&self) -> Arc<Unread> {
+        Arc::clone(&self.unread)
     }
 
     /// From the first log time to just behind the last.
@@ -118,7 +130,13 @@ impl<'a> Playback<'a> {
     async fn play(&mut self, shift: Duration) -> Result<(), SourceError> {
         let source = self.source;
         for (count, message) in source.bag.messages(source.from).enumerate() {
-            let message = message.map_err(|error| fatal(&error))?;
+            let message = match message {
+                Ok(message) => message,
+                Err(error) => {
+                    source.unread.pass_over(error)?;
+                    continue;
+                }
+            };
             if let Some(pace) = &source.pace {
                 let position = message.log_time + shift;
                 let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), position));
@@ -242,6 +260,27 @@ fn with_schema(stream: Stream, schema: Option<&Arc<Schema>>) -> Stream {
     match schema {
         Some(schema) => Stream { shape: Shape::Message(Arc::clone(schema)), ..stream },
         None => stream,
+    }
+}
+
+impl Unread {
+    /// Whether all that was asked for could be read.
+    pub fn is_empty(&self) -> bool {
+        self.places().is_empty()
+    }
+
+    /// Notes damage, and warns of it the first time; other errors end the source.
+    fn pass_over(&self, error: BagError) -> Result<(), SourceError> {
+        let BagError::Damaged { path, offset, reason } = error else { return Err(fatal(&error)) };
+        let shown = path.display().to_string();
+        if self.places().insert((path, offset)) {
+            tracing::warn!("damaged: {shown}: at byte {offset}: {reason}; passed over");
+        }
+        Ok(())
+    }
+
+    fn places(&self) -> MutexGuard<'_, BTreeSet<(PathBuf, u64)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -180,3 +180,26 @@ async fn a_held_playback_ends_with_its_session() {
     let outcome = session.run(std::future::ready(())).await;
     assert!(outcome.sources.is_empty());
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_bad_chunk_is_passed_over_and_noted() {
+    let folder = tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    let split = Options { split_secs: Some(4.0), ..Options::default() };
+    record(bag.clone(), Box::new(Script), split).await;
+    let told = told(&bag).len();
+    let file = bag.join("bag_1.mcap");
+    let mut bytes = std::fs::read(&file).unwrap();
+    let inside = bytes.len() / 4;
+    bytes[inside..inside + 100].fill(0);
+    std::fs::write(&file, &bytes).unwrap();
+    let kept = Kept::default();
+    let source = source(&bag, Selection::RawAndDerived);
+    let unread = source.unread();
+    assert!(unread.is_empty());
+    let outcome = run(Box::new(source), Box::new(kept.clone())).await;
+    assert!(outcome.sources.is_empty() && outcome.sinks.is_empty(), "{outcome:?}");
+    assert!(!unread.is_empty());
+    let records = kept.0.lock().unwrap().len();
+    assert!(records > 0 && records < told, "{records} of {told}");
+}

@@ -11,7 +11,7 @@ use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_sinks::Csv;
 
-use crate::commands::info::open;
+use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -41,20 +41,24 @@ impl Export {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
         let bag = Arc::new(open(&self.bag)?);
+        warn_of_damage(&bag);
         let folder = self.out.unwrap_or_else(|| self.bag.with_extension("csv"));
         let sink = match self.format {
             Format::Csv => Csv::into_folder(folder.clone()),
         };
+        let source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived);
+        let unread = source.unread();
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
             streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(BagSource::new(bag, Selection::RawAndDerived)))],
+            sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),
             sinks: vec![sink],
             encode,
         };
         let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
+        let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
             output::line(folder.display().to_string());
         }

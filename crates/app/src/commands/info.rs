@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use teampulse_bag::{Bag, BagStream, Damage};
+use teampulse_bag::{Bag, BagStream, Damage, Unread};
 use teampulse_core::stream::Origin;
 use teampulse_messages::convert::schema_of;
 
@@ -15,9 +15,10 @@ use crate::output;
 /// Shows what is in a bag: its streams with their types, counts, rates and losses.
 #[derive(Debug, Args)]
 pub struct Info {
-    /// The bag's folder, or one of its .mcap files
-    bag: PathBuf,
-    /// Prints one JSON object
+    /// The bags: each a folder, or one of its .mcap files
+    #[arg(required = true, value_name = "BAG")]
+    bags: Vec<PathBuf>,
+    /// Prints one JSON object, or an array of them for several bags
     #[arg(long)]
     json: bool,
 }
@@ -50,11 +51,24 @@ struct Row {
 impl Info {
     /// Does it.
     pub fn run(self) -> Result<Exit, Failure> {
-        let bag = open(&self.bag)?;
-        let told = tell(&bag);
-        if self.json {
-            output::json(&told);
-        } else {
+        if !self.json {
+            return self.show();
+        }
+        let told = self.bags.iter().map(|path| Ok(tell(&open(path)?)));
+        match told.collect::<Result<Vec<_>, Failure>>()?.as_slice() {
+            [one] => output::json(one),
+            several => output::json(&several),
+        }
+        Ok(Exit::Fine)
+    }
+
+    /// Shows each bag as soon as it was opened.
+    fn show(&self) -> Result<Exit, Failure> {
+        for (place, path) in self.bags.iter().enumerate() {
+            let told = tell(&open(path)?);
+            if place > 0 {
+                output::line("");
+            }
             show(&told);
         }
         Ok(Exit::Fine)
@@ -64,6 +78,22 @@ impl Info {
 /// Opens a bag, or says why not.
 pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
     Bag::open(path).map_err(|error| Failure::to(&error).hint(error.hint()))
+}
+
+/// Says on standard error what is damaged in a bag before it is read.
+pub fn warn_of_damage(bag: &Bag) {
+    damage(bag).iter().for_each(|each| eprintln!("damaged: {each}"));
+}
+
+/// The exit code of a command that has read a bag: damage in it is lost data.
+pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
+    let is_whole = damage(bag).is_empty() && unread.is_empty();
+    if exit == Exit::Fine && !is_whole { Exit::DataLost } else { exit }
+}
+
+/// What is known to be damaged in a bag without reading all of it.
+fn damage(bag: &Bag) -> Vec<String> {
+    bag.damage().map(|(path, each)| format!("{}: {}", path.display(), told(each))).collect()
 }
 
 /// What is damaged, and where.
@@ -86,10 +116,7 @@ fn tell(bag: &Bag) -> Told {
         messages: bag.messages_count(),
         start_secs: first.secs(),
         duration_secs,
-        damage: bag
-            .damage()
-            .map(|(path, each)| format!("{}: {}", path.display(), told(each)))
-            .collect(),
+        damage: damage(bag),
         notes: bag.notes().clone(),
         streams,
     }

@@ -10,7 +10,7 @@ use teampulse_core::session::{Pace, Session};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 
-use crate::commands::info::open;
+use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -37,6 +37,7 @@ impl Replay {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
         let bag = Arc::new(open(&self.bag)?);
+        warn_of_damage(&bag);
         let study = match &self.study {
             Some(path) => Study::read(path)?,
             None => study_of(&bag)?,
@@ -45,16 +46,19 @@ impl Replay {
         let options = Options { session: study.general.session.name.clone(), ..Options::default() };
         let text = study.text().to_owned();
         let sink = BagSink { folder: folder.clone(), study: text, options };
+        let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
+        let unread = source.unread();
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
             streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(BagSource::new(bag, Selection::Raw)))],
+            sources: vec![("bag".into(), Box::new(source))],
             features: features(&study)?,
             sinks: vec![Box::new(sink)],
             encode,
         };
         let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
+        let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
             output::line(folder.display().to_string());
         }

@@ -36,7 +36,7 @@ impl Told {
                 } else if section == "files"
                     && let Some((_, path)) = split_entry(item).filter(|(key, _)| key == "path")
                 {
-                    file = path.rsplit('/').next().unwrap_or_default().to_owned();
+                    path.rsplit('/').next().unwrap_or_default().clone_into(&mut file);
                 }
             } else if let Some((key, value)) = split_entry(line) {
                 if indent <= 2 {
