@@ -218,6 +218,7 @@ fn what_metadata_tells_of_and_is_not_there_is_lost() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("bag");
     spoil(&path, Compression::Zstd, |file, _| file.clear());
+    assert_eq!(Bag::open(&path).unwrap().missing(), 200);
     let report = recover(&path).unwrap();
     assert_eq!((report.files[0].messages, report.files[0].lost_messages), (0, Some(200)));
 }
@@ -256,6 +257,17 @@ fn a_rosbag2_folder_that_is_not_mcap_is_named() {
     assert_eq!(open(sqlite), Found::Sqlite);
     let compressed = "rosbag2_bagfile_information:\n  compression_mode: MESSAGE\n";
     assert_eq!(open(compressed), Found::Compressed);
+}
+
+#[test]
+fn a_lone_file_keeps_the_notes_of_its_recording() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let file = spoil(&path, Compression::Zstd, |_, _| {});
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.missing(), 0);
+    assert!(bag.notes().contains_key("session"));
+    assert_eq!(Bag::open(&file).unwrap().notes(), bag.notes());
 }
 
 /// Reads all that can be read.

@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use teampulse_bag::{Bag, BagStream, Damage, Unread};
 use teampulse_core::stream::Origin;
+use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
 use crate::exit::Exit;
@@ -28,7 +29,8 @@ pub struct Info {
 struct Told {
     path: String,
     messages: u64,
-    start_secs: f64,
+    /// Null for a bag without messages.
+    start_secs: Option<f64>,
     duration_secs: f64,
     damage: Vec<String>,
     notes: std::collections::BTreeMap<String, String>,
@@ -93,14 +95,19 @@ pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
 
 /// What is known to be damaged in a bag without reading all of it.
 fn damage(bag: &Bag) -> Vec<String> {
-    bag.damage().map(|(path, each)| format!("{}: {}", path.display(), told(each))).collect()
+    let places = bag.damage().map(|(path, each)| format!("{}: {}", path.display(), told(each)));
+    let missing = (bag.missing() > 0).then(|| {
+        let (path, missing) = (bag.path().display(), bag.missing());
+        format!("{path}: {missing} of {} messages are missing", bag.messages_count() + missing)
+    });
+    places.chain(missing).collect()
 }
 
 /// What is damaged, and where.
 pub fn told(damage: &Damage) -> String {
     let Damage { offset, lost_bytes, reason, .. } = damage;
     match lost_bytes {
-        0 => format!("at byte {offset}: {reason}; no message is lost"),
+        0 => format!("at byte {offset}: {reason}"),
         _ => format!("at byte {offset}: {reason}; {lost_bytes} bytes can't be read"),
     }
 }
@@ -114,7 +121,7 @@ fn tell(bag: &Bag) -> Told {
     Told {
         path: bag.path().display().to_string(),
         messages: bag.messages_count(),
-        start_secs: first.secs(),
+        start_secs: bag.bounds().map(|(first, _)| first.secs()),
         duration_secs,
         damage: damage(bag),
         notes: bag.notes().clone(),
@@ -137,9 +144,11 @@ fn row(bag: &Bag, known: &BagStream, duration_secs: f64) -> Row {
 }
 
 fn show(told: &Told) {
-    let start = teampulse_core::time::Time::from_nanos((told.start_secs * 1e9) as i64);
     output::line(format!("{}  {} messages", told.path, told.messages));
-    output::line(format!("from {start} for {:.1} s", told.duration_secs));
+    if let Some(start_secs) = told.start_secs {
+        let start = Time::from_nanos((start_secs * 1e9) as i64);
+        output::line(format!("from {start} for {:.1} s", told.duration_secs));
+    }
     output::lines(told.damage.iter().map(|each| format!("damaged: {each}")));
     output::line(format!(
         "\n{:<44} {:<36} {:<8} {:>9} {:>9} {:>6}",

@@ -19,6 +19,10 @@ pub(crate) use told::Told;
 
 /// The name of the file in a bag's folder.
 pub(crate) const FILE_NAME: &str = "metadata.yaml";
+/// The metadata record in which rosbag2 keeps the text of `metadata.yaml`.
+pub(crate) const ROSBAG2_RECORD: &str = "rosbag2";
+/// The key of that text in it.
+pub(crate) const SERIALIZED_KEY: &str = "serialized_metadata";
 /// What a bag without a distribution of its own says; its formats are those of this one.
 const ROS_DISTRO: &str = "jazzy";
 

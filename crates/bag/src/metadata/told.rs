@@ -52,6 +52,12 @@ impl Told {
         told
     }
 
+    /// Reads the same without its one top key, as it stands in an MCAP file.
+    pub(crate) fn read_body(body: &str) -> Told {
+        let lines: Vec<String> = body.lines().map(|line| format!("  {line}")).collect();
+        Told::read(&lines.join("\n"))
+    }
+
     fn take(&mut self, key: &str, value: &str) {
         match key {
             "version" if value == "5" => self.version = Version::V5,

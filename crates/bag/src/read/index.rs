@@ -14,7 +14,7 @@ use teampulse_core::time::Time;
 
 use crate::channel::{Channel, type_hash};
 use crate::error::{BagError, Found};
-use crate::metadata::Span;
+use crate::metadata::{ROSBAG2_RECORD, SERIALIZED_KEY, Span, Told};
 use crate::read::block::Block;
 use crate::read::parse::{self, ChannelRecord, Statistics};
 use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at, split_prefix};
@@ -207,6 +207,14 @@ impl Index {
             return Err(McapError::BadIndex);
         }
         Ok(bytes.slice_ref(record.body))
+    }
+
+    /// The notes of a recording in a metadata record that keeps a copy of `metadata.yaml`.
+    pub(crate) fn read_notes(&self, extra: &Extra) -> Option<BTreeMap<String, String>> {
+        let body = (extra.opcode == op::METADATA).then(|| self.read_extra(extra).ok())??;
+        let (name, record) = parse::metadata(&body).ok()?;
+        let text = record.get(SERIALIZED_KEY).filter(|_| name == ROSBAG2_RECORD)?;
+        Some(Told::read_body(text).custom)
     }
 }
 

@@ -70,6 +70,9 @@ impl Bag {
             Bag { path: path.to_owned(), parts, streams: Vec::new(), channels: Vec::new(), told };
         bag.gather_streams();
         bag.read_descriptions();
+        if bag.told.custom.is_empty() {
+            bag.told.custom = bag.kept_notes();
+        }
         Ok(bag)
     }
 
@@ -104,6 +107,13 @@ impl Bag {
     pub fn damage(&self) -> impl Iterator<Item = (&Path, &Damage)> {
         let parts = self.parts.iter();
         parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
+    }
+
+    /// How many messages were written to it, as its statistics and `metadata.yaml` say, and are not
+    /// found in it.
+    pub fn missing(&self) -> u64 {
+        let parts = self.parts.iter().zip(self.told_messages());
+        parts.map(|(part, told)| told.unwrap_or(0).saturating_sub(part.span.messages)).sum()
     }
 
     /// The contents of the last attachment of a name; `None` when there is none.
@@ -158,6 +168,12 @@ impl Bag {
 
     fn span(&self) -> Span {
         self.parts.iter().fold(Span::default(), |all, part| all.join(part.span))
+    }
+
+    /// The notes in the last copy of `metadata.yaml` that its files keep.
+    fn kept_notes(&self) -> BTreeMap<String, String> {
+        let kept = |part: &Index| part.extras.iter().rev().find_map(|extra| part.read_notes(extra));
+        self.parts.iter().rev().find_map(kept).unwrap_or_default()
     }
 
     fn gather_streams(&mut self) {

@@ -17,14 +17,12 @@ use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
 
 use crate::error::BagError;
-use crate::metadata::{FileSpan, Metadata, Span, Version};
+use crate::metadata::{FileSpan, Metadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span, Version};
 use crate::schema::type_name;
 use crate::write::part::{Attachment, Compression, Part, nanos};
 use crate::write::routes::Routes;
 use crate::write::spare::{Spare, SpareFile, free_bytes};
 
-/// The metadata record in which rosbag2 keeps the text of `metadata.yaml`.
-const ROSBAG2_RECORD: &str = "rosbag2";
 /// The metadata record that says which session a file belongs to.
 const SESSION_RECORD: &str = "teampulse";
 
@@ -295,7 +293,7 @@ fn begin(
 }
 
 fn serialized(metadata: &Metadata) -> BTreeMap<String, String> {
-    [("serialized_metadata".to_owned(), metadata.body())].into()
+    [(SERIALIZED_KEY.to_owned(), metadata.body())].into()
 }
 
 /// The second time of a message in the bag: the source's own stamp for what comes from elsewhere
