@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use session::{at, record};
-use teampulse_bag::{Bag, BagSink, Options, STUDY_NAME};
+use teampulse_bag::{Bag, BagSink, BagWriter, Options, STUDY_NAME};
 use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Sink, SinkError, queue};
@@ -63,6 +63,21 @@ fn losses_and_the_study_are_in_the_bag() {
     assert_eq!(bag.notes()["lost_queue:/r1/odom"], "2");
     assert_eq!(bag.attachment(STUDY_NAME).unwrap().unwrap(), b"# a study");
     assert_eq!(bag.messages_count(), 3);
+}
+
+#[test]
+fn losses_are_known_of_a_recording_that_was_never_finished() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let mut writer = BagWriter::create(&path, &Options::default()).unwrap();
+    for record in [status(1, None, 0), status(2, Some(3), 1)] {
+        writer.write(&record).unwrap();
+    }
+    writer.flush().unwrap();
+    std::mem::forget(writer);
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.notes()["lost_source:/r1/odom"], "3");
+    assert_eq!(bag.notes()["lost_queue:/r1/odom"], "1");
 }
 
 #[test]

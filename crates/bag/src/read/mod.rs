@@ -9,6 +9,7 @@ pub(crate) mod index;
 mod landmark;
 mod scan;
 pub(crate) mod messages;
+mod notes;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,6 +28,7 @@ use crate::error::{BagError, Found};
 use crate::metadata::{FILE_NAME, Span, Told, Version};
 use crate::read::index::{Damage, Index};
 use crate::read::messages::Messages;
+use crate::read::notes::kept_notes;
 use crate::schema::type_name;
 
 /// A bag: all that is known about it without reading its messages.
@@ -70,8 +72,10 @@ impl Bag {
             Bag { path: path.to_owned(), parts, streams: Vec::new(), channels: Vec::new(), told };
         bag.gather_streams();
         bag.read_descriptions();
-        if bag.told.custom.is_empty() {
-            bag.told.custom = bag.kept_notes();
+        if !bag.notes().keys().any(|key| key.starts_with("lost_source:")) {
+            let mut notes = kept_notes(&bag.parts);
+            notes.append(&mut bag.told.custom);
+            bag.told.custom = notes;
         }
         Ok(bag)
     }
@@ -168,12 +172,6 @@ impl Bag {
 
     fn span(&self) -> Span {
         self.parts.iter().fold(Span::default(), |all, part| all.join(part.span))
-    }
-
-    /// The notes in the last copy of `metadata.yaml` that its files keep.
-    fn kept_notes(&self) -> BTreeMap<String, String> {
-        let kept = |part: &Index| part.extras.iter().rev().find_map(|extra| part.read_notes(extra));
-        self.parts.iter().rev().find_map(kept).unwrap_or_default()
     }
 
     fn gather_streams(&mut self) {
