@@ -84,7 +84,9 @@ pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
 
 /// Says on standard error what is damaged in a bag before it is read.
 pub fn warn_of_damage(bag: &Bag) {
-    damage(bag).iter().for_each(|each| eprintln!("damaged: {each}"));
+    for each in damage(bag) {
+        eprintln!("damaged: {each}");
+    }
 }
 
 /// The exit code of a command that has read a bag: damage in it is lost data.
