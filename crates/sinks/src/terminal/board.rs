@@ -2,34 +2,41 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
+use teampulse_core::data::{Data, Event, FeatureValues};
 use teampulse_core::sample::Record;
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::time::Time;
 
+use super::happening::told;
+use super::robot::Figures;
+
 /// How many of the newest events are shown.
 const EVENTS: usize = 5;
+
+/// After how many statuses a stream's rate is settled: before, a window is not full.
+const SETTLED: u32 = 3;
 
 /// The last that is known of every robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
-    streams: BTreeMap<String, StreamStatus>,
-    subjects: BTreeMap<String, BTreeMap<&'static str, f64>>,
+    streams: BTreeMap<String, Watched>,
+    robots: BTreeMap<String, Figures>,
     events: VecDeque<String>,
     began: Option<Time>,
     now: Time,
     drawn_at: Time,
 }
 
-/// The figures that are shown of a subject: the channel of a feature, and how it is written.
-const FIGURES: &[(&str, &str, &str)] = &[
-    // channel, label, unit
-    ("deployed_secs", "deployed", "s"),
-    ("power_w", "power", "W"),
-    ("percent_per_min", "battery use", "%/min"),
-    ("rssi_median", "link", "dBm"),
-];
+/// A stream with its last status.
+#[derive(Debug)]
+struct Watched {
+    status: StreamStatus,
+    /// Its statuses since it was first seen.
+    statuses: u32,
+    /// The state that was told last.
+    told: State,
+}
 
 impl Board {
     /// Takes what is new; gives a line for each state that changed and each event.
@@ -48,20 +55,14 @@ impl Board {
     }
 
     fn take_status(&mut self, status: &StreamStatus) -> Option<String> {
-        let known = self.streams.insert(status.name.clone(), status.clone());
-        // A stream is declared a moment before its first sample.
-        let before = known.map_or(State::Never, |known| known.state);
-        (before != status.state)
-            .then(|| format!("{} {}", clock_time(self.now), stream_line(status)))
+        let stream =
+            self.streams.entry(status.name.clone()).or_insert_with(|| Watched::new(status));
+        let is_news = stream.take(status);
+        is_news.then(|| format!("{} {}", clock_time(self.now), full_line(status)))
     }
 
     fn take_event(&mut self, stream: &Stream, event: &Event) -> Option<String> {
-        let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
-        if stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat || is_note {
-            return None;
-        }
-        let value = if event.value.is_nan() { String::new() } else { format!(" {}", event.value) };
-        let line = format!("{} {}: {}{value}", clock_time(self.now), event.kind, event.label);
+        let line = format!("{} {}", clock_time(self.now), told(stream, event)?);
         self.events.push_back(line.clone());
         if self.events.len() > EVENTS {
             self.events.pop_front();
@@ -70,17 +71,8 @@ impl Board {
     }
 
     fn take_figures(&mut self, stream: &Stream, values: &FeatureValues) {
-        if stream.about != About::Robot {
-            return;
-        }
-        let figures = self.subjects.entry(stream.id.clone()).or_default();
-        for (channel, value) in stream.channels.iter().zip(&values.values) {
-            let shown = FIGURES.iter().find(|(name, ..)| name == channel);
-            if channel == "online" {
-                figures.insert("online", *value);
-            } else if let Some((name, ..)) = shown {
-                figures.insert(name, *value);
-            }
+        if stream.about == About::Robot && !stream.id.is_empty() {
+            self.robots.entry(stream.id.clone()).or_default().take(stream, values);
         }
     }
 
@@ -116,25 +108,35 @@ impl Board {
             self.elapsed_secs(),
             self.streams.len()
         )];
-        let mut subject = "";
-        for (name, status) in &self.streams {
-            let of = name.split('/').nth(1).unwrap_or_default();
-            if of != subject {
-                subject = of;
-                lines.push(self.subject_line(of));
-            }
-            if shown(status) {
-                lines.push(format!("  {}", stream_line(status)));
-            }
+        for (id, figures) in &self.robots {
+            lines.push(figures.line(id));
+            let own = self.statuses().filter(|status| shown(status));
+            lines.extend(
+                own.filter_map(|status| Some(board_line(within(id, &status.name)?, status))),
+            );
+        }
+        let others = self.statuses().filter(|status| !self.is_of_a_robot(&status.name));
+        let others: Vec<_> = others.filter(|status| shown(status)).collect();
+        if !others.is_empty() {
+            lines.push("other streams".into());
+            lines.extend(others.into_iter().map(|status| board_line(&status.name, status)));
         }
         lines.extend(self.events.iter().cloned());
         lines
     }
 
+    fn statuses(&self) -> impl Iterator<Item = &StreamStatus> {
+        self.streams.values().map(|stream| &stream.status)
+    }
+
+    fn is_of_a_robot(&self, name: &str) -> bool {
+        self.robots.keys().any(|id| within(id, name).is_some())
+    }
+
     /// What is said when the session ends.
     pub fn summary(&self) -> Vec<String> {
-        let total = |count: fn(&StreamStatus) -> u64| self.streams.values().map(count).sum::<u64>();
-        let unknown = self.streams.values().filter(|each| each.lost_source.is_none()).count();
+        let total = |count: fn(&StreamStatus) -> u64| self.statuses().map(count).sum::<u64>();
+        let unknown = self.statuses().filter(|each| each.lost_source.is_none()).count();
         let mut lines = vec![format!(
             "{:.0} s, {} streams, {} messages; lost on the way {}{}, in our queue {}; late {}, twice {}",
             self.elapsed_secs(),
@@ -146,42 +148,69 @@ impl Board {
             total(|each| each.late),
             total(|each| each.duplicates),
         )];
-        let troubled = self.streams.values().filter(|status| status.state != State::Ok);
-        lines.extend(troubled.map(|status| format!("  {}", stream_line(status))));
+        let troubled = self.statuses().filter(|status| status.state != State::Ok);
+        lines.extend(troubled.map(|status| format!("  {}", full_line(status))));
         lines
     }
 
     fn elapsed_secs(&self) -> f64 {
         self.began.map_or(0.0, |began| self.now.secs_since(began))
     }
+}
 
-    fn subject_line(&self, id: &str) -> String {
-        let Some(figures) = self.subjects.get(id) else { return id.to_owned() };
-        let mut parts = vec![id.to_owned()];
-        parts.extend(figures.get("online").map(|online| match online {
-            online if *online > 0.0 => "online".to_owned(),
-            _ => "OFFLINE".to_owned(),
-        }));
-        for (channel, label, unit) in FIGURES {
-            let value = figures.get(channel).filter(|value| value.is_finite());
-            parts.extend(value.map(|value| format!("{label} {value:.1} {unit}")));
+impl Watched {
+    fn new(status: &StreamStatus) -> Watched {
+        // A stream is declared a moment before its first sample.
+        Watched { status: status.clone(), statuses: 0, told: State::Never }
+    }
+
+    /// Takes the newest status; says whether it is to be told.
+    fn take(&mut self, status: &StreamStatus) -> bool {
+        self.status.clone_from(status);
+        self.statuses = self.statuses.saturating_add(u32::from(status.state != State::Never));
+        let settled = status.state != State::Ok || self.statuses >= SETTLED;
+        let is_news = settled && self.told != status.state;
+        if is_news {
+            self.told = status.state;
         }
-        parts.join("  ")
+        is_news
     }
 }
 
-/// A stream with its state, rate, age and losses.
-fn stream_line(status: &StreamStatus) -> String {
-    let lost = match status.lost_source {
-        Some(lost) => (lost + status.lost_queue).to_string(),
-        None => "?".into(),
-    };
-    let age = if status.age_secs.is_nan() { "-".into() } else { format!("{:.1}", status.age_secs) };
+/// The name of a robot's stream within the robot; `None` for a stream of another.
+fn within<'a>(id: &str, name: &'a str) -> Option<&'a str> {
+    name.strip_prefix('/')?.strip_prefix(id)?.strip_prefix('/')
+}
+
+/// A stream on the board: narrow, so that 80 columns show how its reason begins.
+fn board_line(name: &str, status: &StreamStatus) -> String {
+    let StreamStatus { state, rate_hz, reason, .. } = status;
+    let (age, lost) = (age(status), lost(status));
     let line = format!(
-        "{:<34} {:<10} {:>7.1} Hz  age {age:>5} s  lost {lost:>4}",
-        status.name, status.state, status.rate_hz
+        "  {name:<20} {state:<10}{rate_hz:>6.1} Hz  age {age:>4} s  lost {lost:<3}  {reason}"
     );
-    if status.reason.is_empty() { line } else { format!("{line}  {}", status.reason) }
+    line.trim_end().to_owned()
+}
+
+/// A stream with its full name, state, rate, age and losses.
+fn full_line(status: &StreamStatus) -> String {
+    let StreamStatus { name, state, rate_hz, reason, .. } = status;
+    let (age, lost) = (age(status), lost(status));
+    let line = format!(
+        "{name:<34} {state:<10} {rate_hz:>7.1} Hz  age {age:>5} s  lost {lost:>4}  {reason}"
+    );
+    line.trim_end().to_owned()
+}
+
+/// The age of a stream's last sample [s].
+fn age(status: &StreamStatus) -> String {
+    if status.age_secs.is_nan() { "-".into() } else { format!("{:.1}", status.age_secs) }
+}
+
+/// How many samples were lost.
+fn lost(status: &StreamStatus) -> String {
+    let lost = status.lost_source.map(|lost| lost + status.lost_queue);
+    lost.map_or("?".into(), |lost| lost.to_string())
 }
 
 /// The time of day in UTC.
@@ -258,9 +287,9 @@ mod tests {
     fn a_robot_that_fell_silent_is_never_shown_as_fine() {
         insta::assert_snapshot!(board().lines(50).join("\n"), @r"
         00:00:02  2 s  2 streams
-        robot1  OFFLINE  deployed 61.0 s
-          /robot1/odom                       ok            20.0 Hz  age   0.1 s  lost    2
-          /robot1/wifi                       dead          20.0 Hz  age   0.1 s  lost    2  silent for 9.0 s
+        robot1  OFFLINE  deployed 1:01
+          odom                 ok          20.0 Hz  age  0.1 s  lost 2
+          wifi                 dead        20.0 Hz  age  0.1 s  lost 2    silent for 9.0 s
         ");
     }
 
@@ -268,17 +297,47 @@ mod tests {
     fn what_is_fine_makes_room_for_what_is_not() {
         insta::assert_snapshot!(board().lines(3).join("\n"), @r"
         00:00:02  2 s  2 streams
-        robot1  OFFLINE  deployed 61.0 s
-          /robot1/wifi                       dead          20.0 Hz  age   0.1 s  lost    2  silent for 9.0 s
+        robot1  OFFLINE  deployed 1:01
+          wifi                 dead        20.0 Hz  age  0.1 s  lost 2    silent for 9.0 s
         ");
         assert_eq!(board().lines(2).len(), 2);
     }
 
     #[test]
+    fn what_belongs_to_no_robot_keeps_its_name_under_a_heading_of_its_own() {
+        let mut board = board();
+        board.take(&record(3, "s", status("/tf", State::Ok, "")));
+        board.take(&record(3, "s", status("/robot10/odom", State::Ok, "")));
+        let lines = board.lines(50);
+        let other = lines.iter().position(|line| line == "other streams").unwrap();
+        assert!(lines[other + 1].starts_with("  /robot10/odom "));
+        assert!(lines[other + 2].starts_with("  /tf "));
+    }
+
+    #[test]
+    fn a_reason_begins_within_80_columns() {
+        let lines = board().lines(50);
+        assert!(lines.iter().any(|line| line.find("silent").is_some_and(|at| at <= 66)));
+    }
+
+    #[test]
     fn only_changes_are_told_line_by_line() {
         let mut board = board();
-        assert!(board.take(&record(3, "s", status("/robot1/odom", State::Ok, ""))).is_none());
+        let ok = || status("/robot1/odom", State::Ok, "");
+        assert!(board.take(&record(3, "s", ok())).is_none());
+        assert!(board.take(&record(4, "s", ok())).is_some());
+        assert!(board.take(&record(5, "s", ok())).is_none());
         let stale = status("/robot1/odom", State::Stale, "silent for 2.0 s");
-        assert!(board.take(&record(4, "s", stale)).is_some());
+        assert!(board.take(&record(6, "s", stale)).is_some());
+    }
+
+    #[test]
+    fn a_stream_is_told_as_fine_once_its_rate_is_settled_and_at_once_when_it_is_not() {
+        let mut board = Board::default();
+        let mut take = |state| board.take(&record(1, "s", status("/robot1/odom", state, "")));
+        let told =
+            [State::Never, State::Ok, State::Ok, State::Ok].map(|state| take(state).is_some());
+        assert_eq!(told, [false, false, false, true]);
+        assert!(take(State::Degraded).is_some());
     }
 }

@@ -1,6 +1,8 @@
 //! The terminal: one line for each robot and stream while running, and a summary at the end.
 
 mod board;
+mod robot;
+mod happening;
 
 use std::io::{IsTerminal, Write};
 use std::time::Duration;

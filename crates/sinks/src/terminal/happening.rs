@@ -1,0 +1,82 @@
+//! Events, as they are told to people.
+
+use teampulse_core::data::{Event, EventKind};
+use teampulse_core::stream::{Origin, Stream};
+
+/// What is told of an event; `None` for what happens too often, or is told elsewhere.
+pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
+    let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
+    let is_counted = stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat;
+    (!is_note && !is_counted).then(|| sentence(stream, event))
+}
+
+fn sentence(stream: &Stream, event: &Event) -> String {
+    let Event { kind, label, value, .. } = event;
+    match kind {
+        EventKind::Fault if is_silence(stream, *value) => format!("fault: {label} for {value} s"),
+        EventKind::Fault => format!("fault: {label}"),
+        EventKind::Clock if label == "end" => "session ended".into(),
+        EventKind::Clock if value.is_finite() => format!("{label} of {value:+.3} s"),
+        EventKind::Clock => format!("clock: {label}"),
+        EventKind::Report if value.is_finite() => format!("report: {label} {value}"),
+        _ if stream.origin == Origin::Derived => label.clone(),
+        _ => format!("{kind}: {label}"),
+    }
+}
+
+/// Whether the value of a fault is for how long a robot has been silent.
+fn is_silence(stream: &Stream, value: f64) -> bool {
+    stream.name.ends_with("/deployment/events") && value.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{Shape, Subject};
+
+    use super::*;
+
+    fn told_of(name: &str, origin: Origin, kind: EventKind, label: &str, value: f64) -> String {
+        let raw = Stream::raw(name, Subject::robot("robot2"), Shape::Event);
+        let event = Event { kind, label: label.into(), value, duration_secs: f64::NAN };
+        told(&Stream { origin, ..raw }, &event).unwrap_or_default()
+    }
+
+    #[test]
+    fn what_was_computed_speaks_for_itself() {
+        let deployment = |kind, label, value| {
+            told_of("/r/deployment/events", Origin::Derived, kind, label, value)
+        };
+        assert_eq!(deployment(EventKind::Marker, "robot2 online", f64::NAN), "robot2 online");
+        assert_eq!(
+            deployment(EventKind::Fault, "robot2 offline", 5.0),
+            "fault: robot2 offline for 5 s"
+        );
+    }
+
+    #[test]
+    fn a_number_is_told_only_with_its_meaning() {
+        let fault = EventKind::Fault;
+        let level = told_of("/r/level/w10/events", Origin::Derived, fault, "/r: error", 2.0);
+        assert_eq!(level, "fault: /r: error");
+        let session = |kind, label, value| told_of("/s", Origin::Raw, kind, label, value);
+        assert_eq!(
+            session(EventKind::Clock, "wall clock step", 2.5),
+            "wall clock step of +2.500 s"
+        );
+        assert_eq!(session(EventKind::Report, "effort", 7.0), "report: effort 7");
+    }
+
+    #[test]
+    fn what_a_person_marks_is_named_as_such() {
+        let session = |kind, label| told_of("/s", Origin::Raw, kind, label, f64::NAN);
+        assert_eq!(session(EventKind::Marker, "a"), "marker: a");
+        assert_eq!(session(EventKind::Phase, "baseline"), "phase: baseline");
+        assert_eq!(session(EventKind::Clock, "end"), "session ended");
+    }
+
+    #[test]
+    fn what_happens_all_the_time_is_not_told() {
+        let beat = told_of("/p/ecg/beats", Origin::Derived, EventKind::Beat, "beat", f64::NAN);
+        assert_eq!(beat, "");
+    }
+}
