@@ -16,6 +16,9 @@ const FIGURES: &[(&str, Write)] = &[
     ("percent_per_min", |percent| Some(format!("{percent:.1} %/min"))),
 ];
 
+/// How many of them hold for a robot that is offline.
+const KNOWN_OFFLINE: usize = 2;
+
 /// Writes a figure; `None` where it is not worth a word.
 type Write = fn(f64) -> Option<String>;
 
@@ -33,9 +36,11 @@ impl Figures {
         }
     }
 
-    /// The robot's line.
+    /// The robot's line. Of one that is offline only how long it was deployed is said: the rest
+    /// is no longer known.
     pub fn line(&self, id: &str) -> String {
-        let figures = FIGURES.iter().filter_map(|(name, write)| write(self.last(name)?));
+        let known = if self.last("online") == Some(0.0) { KNOWN_OFFLINE } else { FIGURES.len() };
+        let figures = FIGURES[..known].iter().filter_map(|(name, write)| write(self.last(name)?));
         let parts: Vec<_> = std::iter::once(id.to_owned()).chain(figures).collect();
         parts.join("  ")
     }
@@ -111,6 +116,12 @@ mod tests {
         ]);
         insta::assert_snapshot!(line, @"robot1  online  deployed 12:05  123.4 W  empty in 52 min  diag error  -61 dBm  0.8 %/min");
         assert!(line.find("dBm").is_some_and(|at| at + 3 < 80));
+    }
+
+    #[test]
+    fn of_a_robot_that_is_offline_no_old_figure_is_shown() {
+        let offline = line(&[("/d", "online", 0.0), ("/b", "power_w", 14.0)]);
+        assert_eq!(offline, "robot1  OFFLINE");
     }
 
     #[test]
