@@ -13,7 +13,7 @@ use teampulse_messages::convert::encode;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::session::pause_by_key;
 
-use crate::commands::info::open;
+use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -52,6 +52,7 @@ impl Play {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
         let bag = Arc::new(open(&self.bag)?);
+        warn_of_damage(&bag);
         let join = if self.network { network::buses } else { network::buses_on_this_machine };
         let buses = join("teampulse_player");
         let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
@@ -60,9 +61,15 @@ impl Play {
         let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)
             .paced(pace.clone())
             .repeated(if self.again { u64::MAX } else { 1 });
-        if let (Some(secs), Some((first, _))) = (self.start, bag.bounds()) {
+        if let (Some(secs), Some((first, last))) = (self.start, bag.bounds()) {
+            if secs > last.secs_since(first) {
+                let lasts_secs = last.secs_since(first);
+                return Err(Failure::new(format!("the bag lasts {lasts_secs:.1} s only"))
+                    .hint("give a --start within it"));
+            }
             source = source.starting(first + Duration::from_secs_f64(secs));
         }
+        let unread = source.unread();
         let mut sink = RosSink::lossless(bus, Publish::Everything);
         if self.clock {
             sink = sink.with_clock();
@@ -81,6 +88,7 @@ impl Play {
             sinks: vec![Box::new(sink)],
             encode,
         };
-        Ok(conclude(session.run(stop.asked(Clock::host(), None)).await))
+        let exit = conclude(session.run(stop.asked(Clock::host(), None)).await);
+        Ok(after_reading(&bag, &unread, exit))
     }
 }
