@@ -6,7 +6,8 @@ use std::sync::Arc;
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, Subject};
 
 use crate::metadata::qos;
-use crate::schema::{is_description, own_shape};
+use crate::schema::is_description;
+use teampulse_messages::convert::shape_of;
 
 /// The keys of a channel's metadata: rosbag2's, then ours.
 const QOS_KEY: &str = "offered_qos_profiles";
@@ -61,7 +62,7 @@ impl Channel {
     /// The shape of its samples. What came over ROS stays a message, whatever its type.
     pub(crate) fn shape(&self) -> Shape {
         let is_ours = self.is(SHAPE_KEY, OWN) || is_description(&self.topic, &self.schema.name);
-        if is_ours { own_shape(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
+        if is_ours { shape_of(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
     }
 
     fn is(&self, key: &str, word: &str) -> bool {

@@ -15,9 +15,9 @@ use crate::read::Bag;
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
 use crate::read::parse;
-use crate::schema::type_name;
 use crate::write::part::{Attachment, Compression, Part};
 use crate::write::spare::SpareFile;
+use teampulse_messages::convert::type_name;
 
 /// What was done to a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]

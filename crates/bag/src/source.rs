@@ -18,7 +18,7 @@ use crate::error::BagError;
 use crate::pace::{Pace, Pacer};
 use crate::read::messages::Message;
 use crate::read::{Bag, described, description, is_same};
-use crate::schema::type_name;
+use teampulse_messages::convert::type_name;
 
 /// After so many readings other tasks have their turn.
 const TURN: usize = 256;

@@ -28,7 +28,7 @@ pub const TICK: Duration = Duration::from_millis(100);
 const TICKS_PER_SECOND: i64 = 10;
 
 /// The label of the event with which a session ends.
-const END: &str = "end";
+pub const END: &str = "end";
 
 /// More lost samples than this in one report are not believed; NaN (unknown) passes.
 const MOST_LOST: f64 = u32::MAX as f64;

@@ -1,6 +1,8 @@
 //! Robots on a bus in memory, watched by a whole session.
 
-use std::sync::{Arc, Mutex};
+mod keeper;
+
+use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
@@ -9,7 +11,6 @@ use teampulse_core::qos::Qos;
 use teampulse_core::registry::Component;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{Pace, Session};
-use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::stream::{Schema, Shape, Signal};
 use teampulse_core::streams::Streams;
@@ -26,30 +27,7 @@ use teampulse_sources::SourceContext;
 use teampulse_sources::robots::Robots;
 use teampulse_sources::topics::Topics;
 
-/// Keeps all that comes.
-struct Keeper(Arc<Mutex<Vec<Record>>>);
-
-impl Sink for Keeper {
-    fn name(&self) -> &'static str {
-        "keeper"
-    }
-
-    fn delivery(&self) -> Delivery {
-        Delivery::Lossless
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        loop {
-            match inbox.receive(Duration::from_secs(1)) {
-                Received::Batch(batch) => {
-                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
-                }
-                Received::Silence => {}
-                Received::Closed => return Ok(()),
-            }
-        }
-    }
-}
+use keeper::Keeper;
 
 /// Watches with these settings while `robots` does what it does; gives all that was recorded.
 async fn watch<S: Component<dyn Source, SourceContext>>(

@@ -1,6 +1,8 @@
 //! What happens in a session: told by the study, and by any node on ROS.
 
-use std::sync::{Arc, Mutex};
+mod keeper;
+
+use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
@@ -8,7 +10,6 @@ use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session::{Pace, Session};
-use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::stream::StreamId;
 use teampulse_core::streams::Streams;
@@ -19,30 +20,7 @@ use teampulse_ros::bus::{Bus, Publisher};
 use teampulse_ros::memory::MemoryBus;
 use teampulse_sources::session::{Phase, Phases, RosEvents, follow_clock};
 
-/// Keeps what happens.
-struct Keeper(Arc<Mutex<Vec<Record>>>);
-
-impl Sink for Keeper {
-    fn name(&self) -> &'static str {
-        "keeper"
-    }
-
-    fn delivery(&self) -> Delivery {
-        Delivery::Lossless
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        loop {
-            match inbox.receive(Duration::from_secs(1)) {
-                Received::Batch(batch) => {
-                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
-                }
-                Received::Silence => {}
-                Received::Closed => return Ok(()),
-            }
-        }
-    }
-}
+use keeper::Keeper;
 
 /// Runs a session with one source until `meanwhile` ends; gives what happened.
 async fn events(

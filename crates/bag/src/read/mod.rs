@@ -29,7 +29,7 @@ use crate::metadata::{FILE_NAME, Span, Told, Version};
 use crate::read::index::{Damage, Index};
 use crate::read::messages::Messages;
 use crate::read::notes::kept_notes;
-use crate::schema::type_name;
+use teampulse_messages::convert::type_name;
 
 /// A bag: all that is known about it without reading its messages.
 ///

@@ -8,7 +8,7 @@ use teampulse_messages::convert::decode;
 
 use crate::read::block::Block;
 use crate::read::index::Index;
-use crate::schema::type_name;
+use teampulse_messages::convert::type_name;
 
 /// So many blocks at the end of a file are read for statuses, which come every second.
 const LAST_BLOCKS: usize = 8;

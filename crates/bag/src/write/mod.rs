@@ -18,10 +18,10 @@ use teampulse_core::time::Time;
 
 use crate::error::BagError;
 use crate::metadata::{FileSpan, Metadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span, Version};
-use crate::schema::type_name;
 use crate::write::part::{Attachment, Compression, Part, nanos};
 use crate::write::routes::Routes;
 use crate::write::spare::{Spare, SpareFile, free_bytes};
+use teampulse_messages::convert::type_name;
 
 /// The metadata record that says which session a file belongs to.
 const SESSION_RECORD: &str = "teampulse";

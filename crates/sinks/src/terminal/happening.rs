@@ -1,6 +1,7 @@
 //! Events, as they are told to people.
 
 use teampulse_core::data::{Event, EventKind};
+use teampulse_core::pump::END;
 use teampulse_core::stream::{Origin, Stream};
 
 /// What is told of an event; `None` for what happens too often, or is told elsewhere.
@@ -15,7 +16,7 @@ fn sentence(stream: &Stream, event: &Event) -> String {
     match kind {
         EventKind::Fault if is_silence(stream, *value) => format!("fault: {label} for {value} s"),
         EventKind::Fault => format!("fault: {label}"),
-        EventKind::Clock if label == "end" => "session ended".into(),
+        EventKind::Clock if label == END => "session ended".into(),
         EventKind::Clock if value.is_finite() => format!("{label} of {value:+.3} s"),
         EventKind::Clock => format!("clock: {label}"),
         EventKind::Report if value.is_finite() => format!("report: {label} {value}"),
