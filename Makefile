@@ -60,6 +60,7 @@ bench-ros: ## the bus alone: losses, latency and CPU
 bench-bag: ## the bag writer against ROS 1's
 bench-recorder: ## from a publisher in another process into the bag: losses and CPU
 bench-crash: ## kill -9 at 20 random moments: what the bag still holds
+bench-timefilter: ## the time filter against message_filters: sets, speed, accuracy
 
 # --- setting up
 

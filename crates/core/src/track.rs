@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use teampulse_timefilter::{Corrected, Host, Stamps};
+use teampulse_timefilter::clock::{ClockModel, Host, Stamps};
 
 use crate::data::Data;
 use crate::life::Life;
@@ -61,11 +61,12 @@ impl Track {
         reading.source_time = reading.source_time.filter(|&stamp| stamp != log_time);
         let source = reading.source_time.map(Time::nanos);
         let arrival = log_time.nanos();
-        let Corrected { measured, disbelieved } = match self.stream.origin {
-            Origin::Raw => self.clock.correct(Stamps { source, arrival }),
-            Origin::Derived => {
-                Corrected { measured: source.unwrap_or(arrival), disbelieved: false }
+        let (measured, disbelieved) = match self.stream.origin {
+            Origin::Raw => {
+                let corrected = self.clock.correct(&Stamps { source, ..Stamps::arrived(arrival) });
+                (corrected.measured, corrected.disbelieved)
             }
+            Origin::Derived => (source.unwrap_or(arrival), false),
         };
         let measured = Time::from_nanos(measured);
         self.life.arrived(log_time, reading.source_time);

@@ -1,7 +1,8 @@
 #![doc = include_str!("../README.md")]
 
-mod host;
+pub mod clock;
+pub mod matching;
+pub mod align;
 mod ticks;
 
-pub use host::{Corrected, Host, Stamps};
 pub use ticks::Ticks;

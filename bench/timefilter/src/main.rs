@@ -1,0 +1,25 @@
+//! What `bench/timefilter/run` measures of the time filter; each part prints its own figures.
+
+mod recording;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let Some((part, rest)) = arguments.split_first() else { return refuse("no part is named") };
+    match (part.as_str(), rest) {
+        ("count", [path]) => match recording::read(path) {
+            Ok(samples) => {
+                println!("{}", samples.len());
+                ExitCode::SUCCESS
+            }
+            Err(error) => refuse(&error.to_string()),
+        },
+        _ => refuse(&format!("there is no part `{part}`")),
+    }
+}
+
+fn refuse(message: &str) -> ExitCode {
+    eprintln!("error: {message}");
+    ExitCode::from(2)
+}

@@ -1,0 +1,50 @@
+//! What happens to clocks, to be told.
+
+use std::fmt;
+
+/// Something that happened to a clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum News {
+    /// It began anew near zero, as a device does that was switched on again: a new epoch.
+    Restarted {
+        /// The number of the new epoch.
+        epoch: u32,
+    },
+    /// It stepped: a new epoch.
+    Jumped {
+        /// The number of the new epoch.
+        epoch: u32,
+        /// By how much, ahead when positive [s].
+        secs: f64,
+    },
+    /// Its counter came to its end and began at zero; no new epoch.
+    Wrapped,
+    /// It runs faster or slower than clocks do.
+    Fast {
+        /// How much faster than the session's clock [ppm].
+        ppm: f64,
+    },
+    /// Its stamps are off, and are shifted from now on.
+    Off {
+        /// How far it is ahead of the session's clock [s].
+        secs: f64,
+    },
+    /// Its stamps are right again, and are taken as they are.
+    Trusted,
+}
+
+impl fmt::Display for News {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            News::Restarted { epoch } => write!(f, "restarted (epoch {epoch})"),
+            News::Jumped { epoch, secs } => write!(f, "jumped by {secs:+.3} s (epoch {epoch})"),
+            News::Wrapped => f.write_str("counter wrapped"),
+            News::Fast { ppm } if ppm.abs() >= 1000.0 => {
+                write!(f, "runs {:+.2} % fast", ppm / 10_000.0)
+            }
+            News::Fast { ppm } => write!(f, "runs {ppm:+.0} ppm fast"),
+            News::Off { secs } => write!(f, "is {secs:+.3} s off"),
+            News::Trusted => f.write_str("is right again"),
+        }
+    }
+}

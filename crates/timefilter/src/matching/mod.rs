@@ -1,0 +1,1 @@
+//! Matching messages into sets, as ROS's `message_filters` does.
