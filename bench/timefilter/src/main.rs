@@ -1,5 +1,7 @@
 //! What `bench/timefilter/run` measures of the time filter; each part prints its own figures.
 
+#![expect(clippy::print_stdout, reason = "figures go to standard output")]
+
 mod recording;
 
 use std::process::ExitCode;

@@ -25,7 +25,7 @@ pub fn read(path: &str) -> std::io::Result<Vec<Arrived>> {
 }
 
 fn parse(line: &str) -> Option<Arrived> {
-    let mut numbers = line.split(' ').map(|word| word.parse::<i64>());
+    let mut numbers = line.split(' ').map(str::parse::<i64>);
     let mut next = || numbers.next()?.ok();
     Some(Arrived {
         topic: usize::try_from(next()?).ok()?,
