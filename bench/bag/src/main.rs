@@ -54,6 +54,7 @@ fn records(bytes: usize) -> Vec<Record> {
             log_time: Time::EPOCH,
             device_time: None,
             source_time: None,
+            period_ns: 0.0,
             index: 0,
             turn: Turn::OnTime,
             data: Data::Message(cdr.clone()),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::{self, Clock};
+use teampulse_core::clocks::Clocks;
 use teampulse_core::feature::Feature;
 use teampulse_core::registry::Settings;
 use teampulse_core::session::{Outcome, Pace, Session};
@@ -129,6 +130,7 @@ impl Setup {
         let session = Session {
             clock: self.clock,
             pace: Pace::Live,
+            clocks: Clocks::default(),
             streams: Streams::default(),
             sources: parts.sources,
             features: parts.features,

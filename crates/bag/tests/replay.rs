@@ -12,6 +12,7 @@ use async_trait::async_trait;
 use session::{at, battery, ecg, text, wave};
 use teampulse_bag::{Bag, BagSink, BagSource, Options, Pace, Selection};
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{self as core_session, Outcome, Session};
@@ -86,6 +87,7 @@ async fn run(source: Box<dyn Source>, sink: Box<dyn Sink>) -> Outcome {
     let session = Session {
         clock: Clock::told(),
         pace: core_session::Pace::Recorded,
+        clocks: Clocks::default(),
         streams: Streams::default(),
         sources: vec![("source".into(), source)],
         features: Vec::new(),
@@ -171,6 +173,7 @@ async fn a_held_playback_ends_with_its_session() {
     let session = Session {
         clock: Clock::told(),
         pace: core_session::Pace::Recorded,
+        clocks: Clocks::default(),
         streams: Streams::default(),
         sources: vec![("source".into(), Box::new(source))],
         features: Vec::new(),

@@ -10,6 +10,8 @@ pub mod data;
 pub mod sample;
 pub mod status;
 pub mod loss;
+pub mod clocks;
+mod computers;
 pub mod source;
 pub mod outlet;
 pub mod feature;

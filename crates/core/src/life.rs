@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use teampulse_timefilter::clock::ClockState;
+
 use crate::status::{State, StreamStatus};
 use crate::time::Time;
 
@@ -14,6 +16,8 @@ const DELAYS: usize = 32;
 const LEARNED_FROM: u64 = 5;
 const LEARNED_FROM_SECS: f64 = 2.0;
 const LEARNED_WITHIN_SECS: f64 = 60.0;
+/// Half the width of a 95 % interval, in standard deviations of a normal distribution.
+const SIGMAS_95: f64 = 1.96;
 /// The shortest time over which a rate is counted [s].
 const SHORTEST_SECS: f64 = 0.2;
 
@@ -43,6 +47,8 @@ pub(crate) struct Life {
     late: u64,
     duplicates: u64,
     delays_secs: VecDeque<f64>,
+    /// How far the last stamp was ahead of its arrival [s].
+    ahead_secs: f64,
     disbelieved_ahead_secs: f64,
 }
 
@@ -64,6 +70,7 @@ impl Life {
             late: 0,
             duplicates: 0,
             delays_secs: VecDeque::with_capacity(DELAYS + 1),
+            ahead_secs: f64::NAN,
             disbelieved_ahead_secs: f64::NAN,
         }
     }
@@ -77,13 +84,14 @@ impl Life {
     }
 
     /// A sample was taken.
-    pub(crate) fn arrived(&mut self, log_time: Time, source_time: Option<Time>) {
+    pub(crate) fn arrived(&mut self, log_time: Time, measured: Time, source_time: Option<Time>) {
         self.first.get_or_insert(log_time);
         self.newest = Some(log_time);
         self.received += 1;
         self.current.received += 1;
-        if let Some(source_time) = source_time {
-            self.delays_secs.push_back(log_time.secs_since(source_time));
+        self.ahead_secs = source_time.map_or(f64::NAN, |stamp| stamp.secs_since(log_time));
+        if measured != log_time {
+            self.delays_secs.push_back(log_time.secs_since(measured));
             if self.delays_secs.len() > DELAYS {
                 self.delays_secs.pop_front();
             }
@@ -105,7 +113,7 @@ impl Life {
     /// The stamp of the sample just taken was not believed.
     pub(crate) fn was_disbelieved(&mut self) {
         self.current.disbelieved += 1;
-        self.disbelieved_ahead_secs = -self.delays_secs.back().copied().unwrap_or(f64::NAN);
+        self.disbelieved_ahead_secs = self.ahead_secs;
     }
 
     /// So many were lost on the way; NaN when that can't be known.
@@ -153,9 +161,19 @@ impl Life {
         self.expected_hz = Some(self.expected_hz.map_or(rate_hz, |known| known.max(rate_hz)));
     }
 
-    /// How the stream of this name is doing at `now`.
-    pub(crate) fn status(&self, name: &str, now: Time) -> StreamStatus {
-        let (state, reason) = self.judge(now);
+    /// How the stream of this name is doing at `now`; its clock is as `clock` says, with what is
+    /// wrong with that.
+    pub(crate) fn status(
+        &self,
+        name: &str,
+        now: Time,
+        clock: &ClockState,
+        complaint: Option<String>,
+    ) -> StreamStatus {
+        let (state, reason) = match (self.judge(now), complaint) {
+            ((State::Ok, _), Some(complaint)) => (State::Degraded, complaint),
+            (judged, _) => judged,
+        };
         StreamStatus {
             name: name.to_owned(),
             state,
@@ -167,12 +185,12 @@ impl Life {
             lost_queue: self.lost_queue,
             late: self.late,
             duplicates: self.duplicates,
-            clock: 0,
-            epoch: 0,
-            offset_secs: f64::NAN,
-            skew_ppm: f64::NAN,
-            jitter_secs: f64::NAN,
-            sigma_secs: f64::NAN,
+            clock: clock.kind as u8,
+            epoch: clock.epoch,
+            offset_secs: clock.offset_secs,
+            skew_ppm: clock.skew_ppm,
+            jitter_secs: clock.jitter_secs,
+            sigma_secs: clock.uncertainty_secs / SIGMAS_95,
             latency_secs: self.median_delay_secs(),
         }
     }
@@ -251,12 +269,17 @@ impl Life {
 mod tests {
     use super::*;
 
+    fn status(life: &Life, now: Time) -> StreamStatus {
+        life.status("/x", now, &crate::clocks::UNKNOWN, None)
+    }
+
     /// Lives through `secs` seconds from `from_secs` on, with `rate` samples in each.
     fn live(life: &mut Life, from_secs: i64, secs: i64, rate: i64) -> Time {
         for second in from_secs..from_secs + secs {
             for k in 0..rate {
                 let nanos = second * 1_000_000_000 + k * 1_000_000_000 / rate;
-                life.arrived(Time::from_nanos(nanos), None);
+                let now = Time::from_nanos(nanos);
+                life.arrived(now, now, None);
             }
             life.second(Time::from_nanos((second + 1) * 1_000_000_000));
         }
@@ -266,16 +289,16 @@ mod tests {
     #[test]
     fn a_stream_that_never_came_is_never_fine() {
         let life = Life::new(5.0);
-        assert_eq!(life.status("/x", Time::from_nanos(1)).state, State::Never);
+        assert_eq!(status(&life, Time::from_nanos(1)).state, State::Never);
     }
 
     #[test]
     fn a_learned_rate_is_held_against_the_stream() {
         let mut life = Life::new(0.0);
         let now = live(&mut life, 0, 20, 10);
-        assert_eq!(life.status("/x", now).state, State::Ok);
+        assert_eq!(status(&life, now).state, State::Ok);
         let now = live(&mut life, 20, 12, 4);
-        let status = life.status("/x", now);
+        let status = status(&life, now);
         assert_eq!(
             (status.state, status.reason.as_str()),
             (State::Degraded, "4.0 Hz instead of 10.0 Hz")
@@ -287,11 +310,11 @@ mod tests {
         let mut life = Life::new(2.0);
         let now = live(&mut life, 0, 10, 2);
         let after = |secs: u64| now + std::time::Duration::from_secs(secs);
-        assert_eq!(life.status("/x", after(2)).state, State::Stale);
-        assert_eq!(life.status("/x", after(6)).state, State::Dead);
+        assert_eq!(status(&life, after(2)).state, State::Stale);
+        assert_eq!(status(&life, after(6)).state, State::Dead);
         live(&mut life, 10, 6, 0);
         let now = live(&mut life, 16, 12, 2);
-        assert_eq!(life.status("/x", now).state, State::Ok);
+        assert_eq!(status(&life, now).state, State::Ok);
     }
 
     #[test]
@@ -299,23 +322,23 @@ mod tests {
         let mut life = Life::new(0.0);
         live(&mut life, 0, 3, 20);
         let now = live(&mut life, 3, 8, 0);
-        assert_eq!(life.status("/x", now).state, State::Dead, "silent for 8 s");
+        assert_eq!(status(&life, now).state, State::Dead, "silent for 8 s");
         let now = live(&mut life, 11, 30, 20);
-        assert_eq!(life.status("/x", now).state, State::Ok);
+        assert_eq!(status(&life, now).state, State::Ok);
         let now = live(&mut life, 41, 2, 0);
-        assert_eq!(life.status("/x", now).state, State::Stale);
+        assert_eq!(status(&life, now).state, State::Stale);
     }
 
     #[test]
     fn losses_are_unknown_until_told() {
         let mut life = Life::new(0.0);
         let now = live(&mut life, 0, 1, 5);
-        assert_eq!(life.status("/x", now).lost_source, None);
+        assert_eq!(status(&life, now).lost_source, None);
         life.lost_on_the_way(0.0);
-        assert_eq!(life.status("/x", now).lost_source, Some(0));
+        assert_eq!(status(&life, now).lost_source, Some(0));
         life.lost_on_the_way(3.0);
         life.second(now);
-        let status = life.status("/x", now);
+        let status = status(&life, now);
         assert_eq!((status.lost_source, status.state), (Some(3), State::Degraded));
     }
 }

@@ -8,6 +8,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 
 use crate::clock::Clock;
+use crate::computers::Told;
 use crate::data::Data;
 use crate::loss::Loss;
 use crate::source::Reading;
@@ -227,6 +228,24 @@ impl Outlet {
         let reading = Reading { stream, device_time: None, source_time: None, data: event };
         let cost = cost(&reading);
         self.push(reading, cost, None);
+    }
+
+    /// Tells that the stamps of a stream are by the clock of another computer: `computer` names it,
+    /// the same for all streams that it stamps.
+    pub fn stamped_by(&self, stream: StreamId, computer: &str) {
+        let stream = self.streams.get(stream).name.clone();
+        self.tell(&Told::StampedBy { stream, computer: computer.to_owned() });
+    }
+
+    /// Tells what a probe of the clock of another computer found: how far it is ahead of the
+    /// session's clock [s], and how long the exchange took without the time spent over there [s].
+    pub fn probed(&self, computer: &str, offset_secs: f64, round_trip_secs: f64) {
+        self.tell(&Told::Probed { computer: computer.to_owned(), offset_secs, round_trip_secs });
+    }
+
+    fn tell(&self, told: &Told) {
+        let (stream, data) = (self.declare(told.stream()), told.event());
+        self.offer(Reading { stream, device_time: None, source_time: None, data });
     }
 
     /// Resolves when the session is over.

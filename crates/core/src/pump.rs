@@ -10,6 +10,8 @@ use std::time::Duration;
 use bytes::Bytes;
 use teampulse_timefilter::Ticks;
 
+use crate::clocks::Clocks;
+use crate::computers::Told;
 use crate::data::{Data, Event, EventKind};
 use crate::extractors::{Extractors, Given};
 use crate::feature::Feature;
@@ -40,6 +42,7 @@ pub type Encode = fn(&Sample) -> Bytes;
 pub struct Pump {
     streams: Streams,
     encode: Encode,
+    clocks: Clocks,
     extractors: Extractors,
     tracks: Vec<Option<Track>>,
     ticks: Ticks,
@@ -51,10 +54,16 @@ pub struct Pump {
 
 impl Pump {
     /// A pump that has taken nothing yet.
-    pub fn new(streams: Streams, features: Vec<Arc<dyn Feature>>, encode: Encode) -> Pump {
+    pub fn new(
+        streams: Streams,
+        clocks: Clocks,
+        features: Vec<Arc<dyn Feature>>,
+        encode: Encode,
+    ) -> Pump {
         Pump {
             streams,
             encode,
+            clocks,
             extractors: Extractors::new(features),
             tracks: Vec::new(),
             ticks: Ticks::every(TICK.as_nanos() as i64),
@@ -83,6 +92,7 @@ impl Pump {
         for tick in self.ticks.until(now.nanos()) {
             let tick = Time::from_nanos(tick);
             self.last = self.last.max(tick);
+            self.tell_clocks(tick);
             self.extractors.tick(tick, &mut self.given);
             self.settle(tick);
             if tick.nanos() / TICK.as_nanos() as i64 % TICKS_PER_SECOND == 0 {
@@ -129,8 +139,10 @@ impl Pump {
             Origin::Derived => self.last.max(arrival),
         };
         self.count_losses(&reading);
-        let track = self.track(reading.stream).expect("a stream is declared before its readings");
-        let sample = track.sample(reading, log_time);
+        self.take_told(&reading, log_time);
+        let index = reading.stream.0 as usize;
+        let track = self.tracks[index].as_mut().expect("a stream is declared before its readings");
+        let sample = track.sample(reading, log_time, &mut self.clocks);
         let is_end = is_end(&sample.data);
         self.extractors.push(&sample, &mut self.given);
         self.record(sample);
@@ -167,6 +179,29 @@ impl Pump {
         };
         if let Some(track) = self.tracks.iter_mut().flatten().find(lost_on) {
             track.lost(loss, event.value.clamp(0.0, MOST_LOST));
+        }
+    }
+
+    /// What a reading tells of other computers' clocks is taken to heart.
+    fn take_told(&mut self, reading: &Reading, log_time: Time) {
+        let Some(track) = self.track(reading.stream) else { return };
+        match Told::read(&track.stream, &reading.data) {
+            Some(Told::StampedBy { stream, computer }) => self.clocks.stamped_by(stream, computer),
+            Some(Told::Probed { computer, offset_secs, round_trip_secs }) => {
+                let probe = Told::probe(offset_secs, round_trip_secs, log_time);
+                self.clocks.probed(computer, &probe);
+            }
+            None => {}
+        }
+    }
+
+    /// Tells what happened to clocks.
+    fn tell_clocks(&mut self, tick: Time) {
+        for (owner, news) in self.clocks.tick(tick.nanos()) {
+            let stream = self.declare_derived(clock_events(), tick);
+            let (kind, label) = (EventKind::Clock, format!("{owner} {news}"));
+            let event = Event { kind, label, value: news.value(), duration_secs: 0.0 };
+            self.take_derived(stream, tick, tick, Data::Event(Arc::new(event)));
         }
     }
 
@@ -208,6 +243,7 @@ impl Pump {
             log_time,
             device_time: None,
             source_time: None,
+            period_ns: 0.0,
             index,
             turn: Turn::OnTime,
             data,
@@ -222,7 +258,7 @@ impl Pump {
         for track in self.tracks.iter_mut().flatten() {
             if track.has_health() {
                 track.life.second(tick);
-                told.push(track.life.status(&track.told_as, tick));
+                told.push(track.status(tick, &self.clocks));
             }
         }
         if told.is_empty() {
@@ -282,6 +318,16 @@ pub fn session_events() -> Stream {
     stream.signal = Signal::Event;
     stream.qos = vec![Qos::latched(1000)];
     stream.doc = "phases, markers and faults of the session".into();
+    stream
+}
+
+/// The stream of what happens to the clocks of devices and computers.
+fn clock_events() -> Stream {
+    let mut stream = Stream::raw("/teampulse/clocks", Subject::session(), Shape::Event);
+    stream.origin = Origin::Derived;
+    stream.signal = Signal::Event;
+    stream.qos = vec![Qos::latched(1000)];
+    stream.doc = "clocks that restart, jump, wrap, run fast or are off".into();
     stream
 }
 

@@ -22,6 +22,8 @@ pub struct Sample {
     pub device_time: Option<i64>,
     /// The stamp that its source put on it, by the clock of the source's host.
     pub source_time: Option<Time>,
+    /// From one sample of a wave to the next, by the session's clock [ns]; 0 for anything else.
+    pub period_ns: f64,
     /// Its number in the stream; a jump is a gap.
     pub index: u64,
     /// Whether it came in its turn.

@@ -9,6 +9,7 @@ use std::time::Duration;
 use tokio::task::JoinSet;
 
 use crate::clock::Clock;
+use crate::clocks::Clocks;
 use crate::data::{Data, Event, EventKind};
 use crate::feature::Feature;
 use crate::outlet::{Outlet, Queue};
@@ -37,6 +38,8 @@ pub struct Session {
     pub clock: Clock,
     /// How time passes.
     pub pace: Pace,
+    /// How samples get their place in time.
+    pub clocks: Clocks,
     /// The streams, to be filled.
     pub streams: Streams,
     /// The sources, each with the name it has in messages.
@@ -81,7 +84,7 @@ impl Session {
         }
         let watch = tokio::spawn(watch_wall_clock(outlet(), self.pace));
         let (posts, sinks) = start_sinks(self.sinks, &self.streams, &outlet());
-        let pump = Pump::new(self.streams, self.features, self.encode);
+        let pump = Pump::new(self.streams, self.clocks, self.features, self.encode);
         let line = Line { queue: queue.clone(), clock: self.clock, pace: self.pace, pump, posts };
         let pump = std::thread::spawn(move || line.run());
 

@@ -25,7 +25,8 @@ pub struct StreamStatus {
     pub late: u64,
     /// How many came twice.
     pub duplicates: u64,
-    /// How its clock is modelled: 0 = by the host's.
+    /// How its clock is modelled: 0 by the host's, 1 one way, 2 two ways, 3 by sample index, 4 as
+    /// another computer's; see [`ClockKind`](teampulse_timefilter::clock::ClockKind).
     pub clock: u8,
     /// How often its clock has begun anew.
     pub epoch: u32,
@@ -33,9 +34,10 @@ pub struct StreamStatus {
     pub offset_secs: f64,
     /// How much faster its clock runs [ppm]; NaN where unknown.
     pub skew_ppm: f64,
-    /// The jitter of its delays [s]; NaN where unknown.
+    /// The standard deviation of its delays around the shortest [s]; NaN where unknown.
     pub jitter_secs: f64,
-    /// The uncertainty of `measured` [s]; NaN where unknown.
+    /// The standard uncertainty of `measured` [s]; 1.96 times as much on either side holds the
+    /// truth with a probability of 95 %. NaN where unknown.
     pub sigma_secs: f64,
     /// The median time from measuring to arrival over the last seconds [s]; NaN where unknown.
     pub latency_secs: f64,

@@ -4,13 +4,15 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use teampulse_timefilter::clock::{ClockModel, Host, Stamps};
+use teampulse_timefilter::clock::{Corrected, Stamps};
 
+use crate::clocks::{Clocks, UNKNOWN};
 use crate::data::Data;
 use crate::life::Life;
 use crate::loss::Loss;
 use crate::sample::{Sample, Turn};
 use crate::source::Reading;
+use crate::status::StreamStatus;
 use crate::stream::{About, Origin, Shape, Stream, StreamId};
 use crate::time::Time;
 
@@ -27,8 +29,11 @@ pub(crate) struct Track {
     pub(crate) told_as: String,
     /// The losses that are told on this stream, if it is one of those.
     pub(crate) tells: Option<Loss>,
-    clock: Host,
     next_index: u64,
+    /// How many samples there were, of waves each one counted, and the lost ones too.
+    position: u64,
+    /// How many samples the last reading had.
+    last_count: u32,
     newest: Option<Time>,
     neighbours: VecDeque<(Time, Bytes)>,
 }
@@ -41,8 +46,9 @@ impl Track {
             told_as: stream.name.clone(),
             tells: Loss::told_on(&stream),
             stream,
-            clock: Host::default(),
             next_index: 0,
+            position: 0,
+            last_count: 1,
             newest: None,
             neighbours: VecDeque::with_capacity(NEIGHBOURS + 1),
         }
@@ -57,19 +63,26 @@ impl Track {
     /// Numbers a reading and gives it its place in time.
     ///
     /// A stamp equal to the log time tells nothing; a bag can't tell it from a missing one.
-    pub(crate) fn sample(&mut self, mut reading: Reading, log_time: Time) -> Sample {
+    pub(crate) fn sample(
+        &mut self,
+        mut reading: Reading,
+        log_time: Time,
+        clocks: &mut Clocks,
+    ) -> Sample {
         reading.source_time = reading.source_time.filter(|&stamp| stamp != log_time);
-        let source = reading.source_time.map(Time::nanos);
-        let arrival = log_time.nanos();
-        let (measured, disbelieved) = match self.stream.origin {
-            Origin::Raw => {
-                let corrected = self.clock.correct(&Stamps { source, ..Stamps::arrived(arrival) });
-                (corrected.measured, corrected.disbelieved)
-            }
-            Origin::Derived => (source.unwrap_or(arrival), false),
+        let stamps = self.stamps(&reading, log_time);
+        let Corrected { measured, period_nanos, disbelieved } = match self.stream.origin {
+            Origin::Raw => clocks.correct(self.id, &self.stream, &stamps),
+            Origin::Derived => Corrected {
+                measured: stamps.source.unwrap_or(stamps.arrival),
+                period_nanos: stamps.period_nanos,
+                disbelieved: false,
+            },
         };
         let measured = Time::from_nanos(measured);
-        self.life.arrived(log_time, reading.source_time);
+        self.position = self.position.saturating_add(u64::from(stamps.count));
+        self.last_count = stamps.count;
+        self.life.arrived(log_time, measured, reading.source_time);
         if disbelieved {
             self.life.was_disbelieved();
         }
@@ -80,9 +93,34 @@ impl Track {
             log_time,
             device_time: reading.device_time,
             source_time: reading.source_time,
+            period_ns: period_nanos,
             index: self.number(),
             turn,
             data: reading.data,
+        }
+    }
+
+    /// How the stream is doing at `now`, its clock included.
+    pub(crate) fn status(&self, now: Time, clocks: &Clocks) -> StreamStatus {
+        let clock = clocks.state(self.id).unwrap_or(UNKNOWN);
+        self.life.status(&self.told_as, now, &clock, clocks.complaint(self.id))
+    }
+
+    fn stamps(&self, reading: &Reading, log_time: Time) -> Stamps {
+        let (count, period_nanos) = match &reading.data {
+            Data::Wave(wave) => {
+                let count = wave.samples.len() / wave.channels.max(1) as usize;
+                (u32::try_from(count).unwrap_or(u32::MAX).max(1), wave.period_ns)
+            }
+            _ => (1, 0.0),
+        };
+        Stamps {
+            device: reading.device_time,
+            source: reading.source_time.map(Time::nanos),
+            arrival: log_time.nanos(),
+            index: self.position,
+            count,
+            period_nanos,
         }
     }
 
@@ -100,6 +138,8 @@ impl Track {
             Loss::InOurQueue => self.life.lost_in_our_queue(count),
         }
         self.next_index += count as u64;
+        let samples = (count as u64).saturating_mul(u64::from(self.last_count));
+        self.position = self.position.saturating_add(samples);
     }
 
     fn turn(&mut self, measured: Time, reading: &Reading) -> Turn {

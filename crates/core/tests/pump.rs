@@ -6,6 +6,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use bytes::Bytes;
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::outlet::Outlet;
@@ -190,6 +191,7 @@ async fn keep(
     let session = Session {
         clock,
         pace,
+        clocks: Clocks::default(),
         streams: Streams::default(),
         sources: sources.into_iter().map(|source| ("test".to_owned(), source)).collect(),
         features: vec![Arc::new(Counting)],

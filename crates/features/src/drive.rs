@@ -117,6 +117,7 @@ fn sample(measured_secs: f64, log_secs: f64, data: Data) -> Sample {
         log_time: time(log_secs),
         device_time: None,
         source_time: None,
+        period_ns: 0.0,
         index: 0,
         turn: Turn::OnTime,
         data,

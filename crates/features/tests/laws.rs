@@ -78,6 +78,7 @@ fn sample() -> impl Strategy<Value = Sample> {
             log_time: Time::EPOCH,
             device_time: None,
             source_time: None,
+            period_ns: 0.0,
             index: 0,
             turn: Turn::OnTime,
             data: Data::Sample(numbers.into()),

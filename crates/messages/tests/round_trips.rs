@@ -150,7 +150,17 @@ fn any_data() -> impl Strategy<Value = (Shape, Data)> {
 
 fn sample(measured: Time, log_time: Time, device_time: Option<i64>, data: Data) -> Sample {
     let (stream, source_time, turn) = (StreamId(0), None, Turn::OnTime);
-    Sample { stream, measured, log_time, device_time, source_time, index: 7, turn, data }
+    Sample {
+        stream,
+        measured,
+        log_time,
+        device_time,
+        source_time,
+        period_ns: 0.0,
+        index: 7,
+        turn,
+        data,
+    }
 }
 
 proptest! {

@@ -253,6 +253,7 @@ mod tests {
             log_time: at,
             device_time: None,
             source_time: None,
+            period_ns: 0.0,
             index: 0,
             turn: Turn::OnTime,
             data: Data::Sample([1.0].into()),

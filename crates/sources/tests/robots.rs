@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::qos::Qos;
 use teampulse_core::registry::Component;
@@ -46,6 +47,7 @@ async fn watch<S: Component<dyn Source, SourceContext>>(
     let session = Session {
         clock,
         pace: Pace::Live,
+        clocks: Clocks::default(),
         streams: Streams::default(),
         sources: vec![("test".to_owned(), source)],
         features: Vec::new(),

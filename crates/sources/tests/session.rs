@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::{Record, Sample, Turn};
@@ -32,6 +33,7 @@ async fn events(
     let session = Session {
         clock,
         pace: Pace::Live,
+        clocks: Clocks::default(),
         streams: Streams::default(),
         sources: vec![("test".to_owned(), Box::new(source))],
         features: Vec::new(),
@@ -86,6 +88,7 @@ fn phase(label: &str) -> Sample {
         log_time: Time::EPOCH,
         device_time: None,
         source_time: None,
+        period_ns: 0.0,
         index: 0,
         turn: Turn::OnTime,
         data: Data::Event(Arc::new(event)),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::{Args, ValueEnum};
 use teampulse_bag::{BagSource, Selection};
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
@@ -51,6 +52,7 @@ impl Export {
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
+            clocks: Clocks::default(),
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),

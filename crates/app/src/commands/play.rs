@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::Args;
 use teampulse_bag::{BagSource, Pace as Playing, Selection};
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
@@ -82,6 +83,7 @@ impl Play {
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
+            clocks: Clocks::as_stamped(),
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
 use teampulse_core::registry::Component;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::streams::Streams;
@@ -77,6 +78,7 @@ async fn simulate(
     let session = Session {
         clock: clock.clone(),
         pace: Pace::Live,
+        clocks: Clocks::as_stamped(),
         streams: Streams::default(),
         sources: vec![("simulation".into(), source)],
         features: Vec::new(),

@@ -67,6 +67,7 @@ pub fn record(id: u32, stream: &Arc<Stream>, log_time: Time, index: u64, data: D
         log_time,
         device_time: (!is_message).then_some(7 * index as i64),
         source_time: is_message.then(|| Time::from_nanos(log_time.nanos() - 1000)),
+        period_ns: 0.0,
         index,
         turn: Turn::OnTime,
         data,

@@ -238,6 +238,7 @@ mod tests {
             log_time: time,
             device_time: None,
             source_time: None,
+            period_ns: 0.0,
             index: 0,
             turn: Turn::OnTime,
             data,

@@ -33,6 +33,17 @@ pub enum News {
     Trusted,
 }
 
+impl News {
+    /// The number that belongs to it: how far off [s] or how fast [ppm]; NaN where there is none.
+    pub fn value(&self) -> f64 {
+        match self {
+            News::Jumped { secs, .. } | News::Off { secs } => *secs,
+            News::Fast { ppm } => *ppm,
+            News::Restarted { .. } | News::Wrapped | News::Trusted => f64::NAN,
+        }
+    }
+}
+
 impl fmt::Display for News {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,0 +1,203 @@
+//! The clocks of a session: one model for each device and computer, shared by its streams.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_timefilter::clock::{
+    ClockKind, ClockModel, ClockState, Corrected, Host, News, Probe, Stamps,
+};
+
+use crate::stream::{About, Shape, Stream, StreamId, Subject};
+
+/// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClockSettings {
+    /// The shortest time from measuring to arrival [s], as `teampulse calibrate` finds it; without
+    /// it that of the table of known devices.
+    pub latency_secs: Option<f64>,
+    /// Half the width of the interval that holds that time with a probability of 95 % [s].
+    pub uncertainty_secs: Option<f64>,
+    /// After how long the device's counter begins at zero again [s].
+    pub wraps_secs: Option<f64>,
+}
+
+/// How times come about in a session.
+#[derive(Default)]
+pub struct Clocks {
+    settings: BTreeMap<String, ClockSettings>,
+    /// Times are taken as they are stamped.
+    as_stamped: bool,
+    /// By topic, the computer that stamps it.
+    computers: BTreeMap<String, String>,
+    at_work: Vec<Clock>,
+    /// The clock of each stream, by its id.
+    of: Vec<Option<usize>>,
+}
+
+/// One clock at work.
+struct Clock {
+    owner: Owner,
+    model: Box<dyn ClockModel>,
+    /// Whether its stamps are shifted.
+    off_secs: Option<f64>,
+}
+
+/// Whose clock it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Owner {
+    /// This host.
+    Host,
+    /// A device with a clock.
+    Device(Subject, String),
+    /// A device without: one for each of its streams.
+    Counted(StreamId, String),
+    /// A computer that stamps messages.
+    Computer(String),
+}
+
+impl Clocks {
+    /// Times are corrected; `settings` by name of the device.
+    pub fn new(settings: BTreeMap<String, ClockSettings>) -> Clocks {
+        Clocks { settings, ..Clocks::default() }
+    }
+
+    /// Times are taken as they are stamped: for views of a recording, and for simulations.
+    pub fn as_stamped() -> Clocks {
+        Clocks { as_stamped: true, ..Clocks::default() }
+    }
+
+    /// The place in time of a reading of a raw stream.
+    pub(crate) fn correct(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Corrected {
+        if self.as_stamped {
+            let measured = stamps.source.unwrap_or(stamps.arrival);
+            return Corrected { measured, period_nanos: stamps.period_nanos, disbelieved: false };
+        }
+        let clock = self.clock_of(id, stream, stamps);
+        self.at_work[clock].model.correct(stamps)
+    }
+
+    /// From now on the stamps of the streams of this name are by the clock of this computer.
+    pub(crate) fn stamped_by(&mut self, stream: String, computer: String) {
+        if self.computers.get(&stream) != Some(&computer) {
+            self.computers.insert(stream, computer);
+            self.of.clear();
+        }
+    }
+
+    /// The clock of a computer was probed.
+    pub(crate) fn probed(&mut self, computer: String, probe: &Probe) {
+        let clock = self.owned_by(&Owner::Computer(computer), 0.0);
+        self.at_work[clock].model.probe(probe);
+    }
+
+    /// Time passes; gives what happened to clocks, each with the clock's name.
+    pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, News)> {
+        let mut told = Vec::new();
+        for clock in &mut self.at_work {
+            clock.model.tick(now);
+            while let Some(news) = clock.model.news() {
+                match news {
+                    News::Off { secs } => clock.off_secs = Some(secs),
+                    News::Trusted => clock.off_secs = None,
+                    _ => {}
+                }
+                told.push((clock.owner.to_string(), news));
+            }
+        }
+        told
+    }
+
+    /// What is known of the clock of a stream; `None` before its first sample.
+    pub(crate) fn state(&self, id: StreamId) -> Option<ClockState> {
+        Some(self.clock(id)?.model.state())
+    }
+
+    /// What is wrong with the clock of a stream.
+    pub(crate) fn complaint(&self, id: StreamId) -> Option<String> {
+        let clock = self.clock(id)?;
+        let secs = clock.off_secs?;
+        Some(format!("the clock of {} is {secs:+.3} s off", clock.owner))
+    }
+
+    fn clock(&self, id: StreamId) -> Option<&Clock> {
+        let clock = (*self.of.get(id.0 as usize)?)?;
+        Some(&self.at_work[clock])
+    }
+
+    /// The clock of a stream, chosen at the stream's first reading.
+    fn clock_of(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> usize {
+        let index = id.0 as usize;
+        if let Some(Some(clock)) = self.of.get(index) {
+            return *clock;
+        }
+        let owner = self.owner_of(id, stream, stamps);
+        let clock = self.owned_by(&owner, stream.rate_hz);
+        if self.of.len() <= index {
+            self.of.resize(index + 1, None);
+        }
+        self.of[index] = Some(clock);
+        clock
+    }
+
+    /// Whose clock stamps a stream. Messages of which it was never told who sent them are stamped
+    /// by their subject: a robot is one computer until more is known.
+    fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
+        let device = || stream.device.clone();
+        match &stream.shape {
+            Shape::Message(_) => Owner::Computer(match self.computers.get(&stream.name) {
+                Some(computer) => computer.clone(),
+                None if stream.about == About::Session => stream.name.clone(),
+                None => stream.id.clone(),
+            }),
+            _ if stream.device.is_empty() => Owner::Host,
+            _ if stamps.device.is_some() => Owner::Device(stream.subject(), device()),
+            Shape::Sample | Shape::Wave if stream.rate_hz > 0.0 => Owner::Counted(id, device()),
+            _ => Owner::Host,
+        }
+    }
+
+    fn owned_by(&mut self, owner: &Owner, rate_hz: f64) -> usize {
+        if let Some(known) = self.at_work.iter().position(|clock| clock.owner == *owner) {
+            return known;
+        }
+        let model = self.begin(owner, rate_hz);
+        self.at_work.push(Clock { owner: owner.clone(), model, off_secs: None });
+        self.at_work.len() - 1
+    }
+
+    /// The model of a clock that is new.
+    fn begin(&self, owner: &Owner, _rate_hz: f64) -> Box<dyn ClockModel> {
+        match owner {
+            Owner::Device(_, device) | Owner::Counted(_, device) => {
+                let _settings = self.settings.get(device);
+                Box::new(Host::default())
+            }
+            Owner::Host | Owner::Computer(_) => Box::new(Host::default()),
+        }
+    }
+}
+
+impl fmt::Display for Owner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Owner::Host => f.write_str("this host"),
+            Owner::Device(subject, device) if subject.id.is_empty() => f.write_str(device),
+            Owner::Device(subject, device) => write!(f, "{device} of {}", subject.id),
+            Owner::Counted(_, device) => f.write_str(device),
+            Owner::Computer(name) => f.write_str(name),
+        }
+    }
+}
+
+/// The state of a clock of which nothing is known.
+pub(crate) const UNKNOWN: ClockState = ClockState {
+    kind: ClockKind::Host,
+    epoch: 0,
+    offset_secs: f64::NAN,
+    skew_ppm: f64::NAN,
+    jitter_secs: f64::NAN,
+    uncertainty_secs: f64::NAN,
+};

@@ -1,0 +1,91 @@
+//! Other computers' clocks, told in band: which computer stamps a stream, and what probes of its
+//! clock found. Both are recorded like any other input, so that a replay corrects the same.
+
+use std::sync::Arc;
+
+use teampulse_timefilter::clock::Probe;
+
+use crate::data::{Data, Event, EventKind};
+use crate::qos::Qos;
+use crate::stream::{Shape, Signal, Stream, Subject};
+use crate::time::Time;
+
+/// The topic on which it is told who stamps a stream.
+const STAMPED_BY: &str = "/teampulse/stamped_by";
+/// The topic on which probes of other computers' clocks are told.
+const PROBES: &str = "/teampulse/clock_probes";
+
+/// What is told of another computer's clock.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Told {
+    /// The stamps of a stream are by the clock of this computer.
+    StampedBy { stream: String, computer: String },
+    /// A probe of the clock of this computer has ended.
+    Probed { computer: String, offset_secs: f64, round_trip_secs: f64 },
+}
+
+impl Told {
+    /// The stream on which it is told.
+    pub(crate) fn stream(&self) -> Stream {
+        let (topic, doc) = match self {
+            Told::StampedBy { .. } => (STAMPED_BY, "whose clock stamps a stream: topic, computer"),
+            Told::Probed { .. } => {
+                (PROBES, "how far another computer's clock is ahead, and how long it took to ask")
+            }
+        };
+        let mut stream = Stream::raw(topic, Subject::session(), Shape::Event);
+        stream.signal = Signal::Event;
+        stream.qos = vec![Qos::latched(1000)];
+        stream.doc = doc.into();
+        stream
+    }
+
+    /// The event that tells it. The label of the first kind is the stream's name and the computer,
+    /// with a space between; the value of the second is the offset [s], its duration the round
+    /// trip [s].
+    pub(crate) fn event(&self) -> Data {
+        let (label, value, duration_secs) = match self {
+            Told::StampedBy { stream, computer } => (format!("{stream} {computer}"), f64::NAN, 0.0),
+            Told::Probed { computer, offset_secs, round_trip_secs } => {
+                (computer.clone(), *offset_secs, *round_trip_secs)
+            }
+        };
+        Data::Event(Arc::new(Event { kind: EventKind::Clock, label, value, duration_secs }))
+    }
+
+    /// What a sample of the stream of this name tells; `None` for any other stream.
+    pub(crate) fn read(stream: &Stream, data: &Data) -> Option<Told> {
+        let Data::Event(event) = data else { return None };
+        match stream.name.as_str() {
+            STAMPED_BY => {
+                let (stream, computer) = event.label.split_once(' ')?;
+                Some(Told::StampedBy { stream: stream.into(), computer: computer.into() })
+            }
+            PROBES => {
+                let (offset_secs, round_trip_secs) = (event.value, event.duration_secs);
+                Some(Told::Probed { computer: event.label.clone(), offset_secs, round_trip_secs })
+            }
+            _ => None,
+        }
+    }
+
+    /// The probe of an exchange that was told at `arrival`.
+    pub(crate) fn probe(offset_secs: f64, round_trip_secs: f64, arrival: Time) -> Probe {
+        Probe { arrival: arrival.nanos(), offset_secs, round_trip_secs }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_told_is_read_as_it_was() {
+        for told in [
+            Told::StampedBy { stream: "/r1/odom".into(), computer: "laptop2 (driver, 01)".into() },
+            Told::Probed { computer: "laptop2".into(), offset_secs: -1.5, round_trip_secs: 0.001 },
+        ] {
+            assert_eq!(Told::read(&told.stream(), &told.event()), Some(told));
+        }
+    }
+}
