@@ -17,6 +17,7 @@ use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::bus::Subscription;
 use teampulse_ros::buses::Buses;
+use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sinks::{SINKS, SinkContext};
 use teampulse_sources::session::{Keys, Phases, RosEvents, follow_clock};
@@ -123,6 +124,12 @@ impl Setup {
         let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
         let named = self.study.general.publish.iter().map(|name| name.text().to_owned());
         Ok(Box::new(RosSink::fresh(bus, Publish::Conclusions(named.collect()))))
+    }
+
+    /// The sink that tells the health of every stream on `/diagnostics`.
+    pub fn diagnostics(&self) -> Result<Box<dyn Sink>, Failure> {
+        let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
+        Ok(Box::new(DiagnosticsSink::new(bus)))
     }
 
     /// Runs a session with these parts until it ends or is asked to stop.

@@ -11,3 +11,4 @@ mod definitions;
 pub mod environment;
 pub mod buses;
 pub mod sink;
+pub mod diagnostics;

@@ -63,6 +63,7 @@ pub async fn watch(
     parts.sources.extend(setup.attended(&stop)?);
     parts.sinks.push(Box::new(Terminal::default()));
     parts.sinks.push(setup.publisher()?);
+    parts.sinks.push(setup.diagnostics()?);
     let asked = stop.asked(setup.clock.clone(), duration_secs);
     let exit = conclude(setup.run(parts, asked).await);
     if bag.exists() {

@@ -17,6 +17,9 @@ const EVENTS: usize = 5;
 /// After how many statuses a stream's rate is settled: before, a window is not full.
 const SETTLED: u32 = 3;
 
+/// Half the width of the interval that is shown for a time, in standard uncertainties: 95 %.
+const UNCERTAINTY_SIGMAS: f64 = 1.96;
+
 /// The last that is known of every robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
@@ -186,10 +189,17 @@ fn within<'a>(id: &str, name: &'a str) -> Option<&'a str> {
 fn board_line(name: &str, status: &StreamStatus) -> String {
     let StreamStatus { state, rate_hz, reason, .. } = status;
     let (age, lost) = (age(status), lost(status));
+    let remark = if reason.is_empty() { certainty(status) } else { reason.clone() };
     let line = format!(
-        "  {name:<20} {state:<10}{rate_hz:>6.1} Hz  age {age:>4} s  lost {lost:<3}  {reason}"
+        "  {name:<20} {state:<10}{rate_hz:>6.1} Hz  age {age:>4} s  lost {lost:<3}  {remark}"
     );
     line.trim_end().to_owned()
+}
+
+/// How certain the times of a stream are; empty where that is unknown.
+fn certainty(status: &StreamStatus) -> String {
+    let millis = 1e3 * UNCERTAINTY_SIGMAS * status.sigma_secs;
+    if millis.is_nan() { String::new() } else { format!("±{millis:.1} ms") }
 }
 
 /// A stream with its full name, state, rate, age and losses.
@@ -263,7 +273,7 @@ mod tests {
             offset_secs: f64::NAN,
             skew_ppm: f64::NAN,
             jitter_secs: f64::NAN,
-            sigma_secs: f64::NAN,
+            sigma_secs: 0.0005,
             latency_secs: f64::NAN,
         }))
     }
@@ -289,7 +299,7 @@ mod tests {
         insta::assert_snapshot!(board().lines(50).join("\n"), @r"
         00:00:02  2 s  2 streams
         robot1  OFFLINE  deployed 1:01
-          odom                 ok          20.0 Hz  age  0.1 s  lost 2
+          odom                 ok          20.0 Hz  age  0.1 s  lost 2    ±1.0 ms
           wifi                 dead        20.0 Hz  age  0.1 s  lost 2    silent for 9.0 s
         ");
     }
