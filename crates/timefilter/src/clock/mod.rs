@@ -6,10 +6,12 @@
 mod host;
 mod latency;
 mod news;
+mod remote;
 
 pub use host::Host;
 pub use latency::Latency;
 pub use news::News;
+pub use remote::Remote;
 
 /// The stamps of one reading: of one sample, or of a batch that came at once.
 #[derive(Clone, Copy, Debug, PartialEq)]

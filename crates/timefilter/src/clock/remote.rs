@@ -1,0 +1,253 @@
+//! The clock model of another computer, which stamps its messages itself.
+
+mod line;
+mod envelope;
+mod bursts;
+mod strangers;
+mod shift;
+
+use std::collections::VecDeque;
+
+use self::bursts::Bursts;
+use self::envelope::{Envelope, Found};
+use self::line::Line;
+use self::shift::Shift;
+use self::strangers::Strangers;
+use super::{ClockKind, ClockModel, ClockState, Corrected, News, Probe, Stamps};
+
+/// A computer may be ahead by so much and still be trusted: clocks that are kept in step over a
+/// network differ by less [ns].
+const TRUSTED_AHEAD_NANOS: i64 = 2_000_000;
+/// A computer may seem to be behind by so much and still be trusted, as its messages may have been
+/// on their way for that long [ns].
+const TRUSTED_BEHIND_NANOS: i64 = 50_000_000;
+/// So much sooner than any message before may one be, and still be of the same clock [ns].
+const SOONER_NANOS: i64 = 100_000_000;
+/// So much later than the fastest may a message be, and still be believed [ns].
+const LATER_NANOS: i64 = 1_000_000_000;
+/// How long stamps must agree before their clock is taken to be known [ns].
+const KNOWN_NANOS: i64 = 500_000_000;
+/// How long all stamps must be elsewhere before the clock is taken to have jumped [ns].
+const JUMPED_NANOS: i64 = 3_000_000_000;
+/// What the fastest message may have taken, and no one-way stamp can show [s].
+const PATH_SECS: f64 = 0.010;
+/// How much news waits to be told.
+const NEWS: usize = 16;
+
+/// Another computer that stamps its messages.
+///
+/// The fastest of its messages tell how far its clock is off: if their stamps lie after their
+/// arrival it is ahead, and if even they seem old it is behind, or the way is long. One that is
+/// less than 2 ms ahead and less than 50 ms behind is trusted: its stamps are taken as they are.
+/// The stamps of any other are shifted by the estimated offset. With probes the offset is known to
+/// half their round trip, and one of more than 2 ms, or of more than is uncertain, is corrected.
+///
+/// The shift follows offset and skew by slewing, so that within an epoch later stamps have later
+/// times. A stamp that is more than a second older than the fastest would be, or more than 0.1 s
+/// younger, is not believed, and moves nothing. When all stamps are like that for three seconds the
+/// clock has jumped. A stamp of zero is none.
+///
+/// No time lies more than 2 ms behind its arrival.
+#[derive(Clone, Debug, Default)]
+pub struct Remote {
+    envelope: Envelope,
+    bursts: Bursts,
+    strangers: Strangers,
+    shift: Shift,
+    /// `None` until its clock is known.
+    trusted: Option<bool>,
+    epoch: u32,
+    now: i64,
+    news: VecDeque<News>,
+}
+
+impl ClockModel for Remote {
+    fn correct(&mut self, stamps: &Stamps) -> Corrected {
+        let arrival = stamps.arrival;
+        self.pass(arrival);
+        let arrived = |disbelieved| Corrected {
+            measured: arrival,
+            period_nanos: stamps.period_nanos,
+            disbelieved,
+        };
+        let Some(source) = stamps.source.filter(|source| *source != 0) else {
+            return arrived(false);
+        };
+        if source < 0 {
+            return arrived(true);
+        }
+        let last = source.saturating_add(stamps.span_nanos() as i64);
+        let delay = arrival.saturating_sub(last);
+        self.consider(delay);
+        if !self.believes(delay) {
+            return arrived(true);
+        }
+        if self.offset().is_some() {
+            self.envelope.push(arrival, delay);
+        }
+        let shifted = self.shift.apply(source);
+        let measured = shifted.min(arrival.saturating_add(TRUSTED_AHEAD_NANOS));
+        Corrected { measured, period_nanos: stamps.period_nanos, disbelieved: false }
+    }
+
+    fn probe(&mut self, probe: &Probe) {
+        self.pass(probe.arrival);
+        self.bursts.push(probe);
+    }
+
+    fn tick(&mut self, now: i64) {
+        self.pass(now);
+    }
+
+    fn state(&self) -> ClockState {
+        let (kind, known) = match self.probed() {
+            Some(probed) => (ClockKind::TwoWay, Some(probed)),
+            None => (ClockKind::Remote, self.envelope.line().map(Line::reversed)),
+        };
+        let nanos = known.map_or(f64::NAN, |line| line.at(self.now) as f64);
+        let uncorrected_secs = if self.trusted == Some(false) { 0.0 } else { nanos.abs() * 1e-9 };
+        let steady = match kind {
+            ClockKind::TwoWay => self.bursts.knows_skew(),
+            _ => self.envelope.knows_skew(),
+        };
+        ClockState {
+            kind,
+            epoch: self.epoch,
+            offset_secs: nanos * 1e-9,
+            skew_ppm: known.filter(|_| steady).map_or(f64::NAN, |line| line.slope * 1e6),
+            jitter_secs: self.envelope.spread_nanos() * 1e-9,
+            uncertainty_secs: uncorrected_secs
+                + match kind {
+                    ClockKind::TwoWay => self.bursts.uncertainty_nanos() * 1e-9,
+                    _ => PATH_SECS,
+                },
+        }
+    }
+
+    fn news(&mut self) -> Option<News> {
+        self.news.pop_front()
+    }
+}
+
+impl Remote {
+    /// Time passes.
+    fn pass(&mut self, now: i64) {
+        self.now = self.now.max(now);
+        match self.envelope.pass(self.now) {
+            Found::Line => self.judge(),
+            // Where probes say that the clock is the same, it is the way that has become long.
+            Found::Elsewhere(delay) if self.probed().is_none() => self.jump(delay),
+            Found::Elsewhere(_) | Found::Nothing => {}
+        }
+        if self.bursts.pass(self.now) {
+            self.judge();
+        }
+    }
+
+    /// Whether a message with this delay, by its stamp, is of the clock that is known.
+    fn believes(&self, delay: i64) -> bool {
+        match self.offset() {
+            Some(offset) => {
+                let late = delay.saturating_add(offset.at(self.now));
+                (-SOONER_NANOS..=LATER_NANOS).contains(&late)
+            }
+            None => (-TRUSTED_AHEAD_NANOS..=LATER_NANOS).contains(&delay),
+        }
+    }
+
+    /// Learns from a delay what the clock is, or that it is another than it was.
+    fn consider(&mut self, delay: i64) {
+        let known = self.offset().is_some();
+        if known && self.believes(delay) {
+            return self.strangers.forget();
+        }
+        let patience = if known { JUMPED_NANOS } else { KNOWN_NANOS };
+        match self.strangers.push(self.now, delay, patience) {
+            Some(lowest) if known => self.jump(lowest),
+            Some(lowest) => {
+                self.envelope = Envelope::new(self.now, lowest);
+                self.strangers.forget();
+                self.judge();
+            }
+            None => {}
+        }
+    }
+
+    /// The clock has jumped: now the fastest messages have this delay.
+    fn jump(&mut self, delay: i64) {
+        let before = self.offset().map_or(0, |offset| offset.at(self.now));
+        let secs = delay.saturating_add(before).saturating_neg() as f64 * 1e-9;
+        self.envelope = Envelope::new(self.now, delay);
+        self.bursts = Bursts::default();
+        self.strangers.forget();
+        let was_off = self.trusted.take() == Some(false);
+        self.begin_epoch(secs);
+        self.judge();
+        if was_off && self.trusted == Some(true) {
+            self.tell(News::Trusted);
+        }
+    }
+
+    fn begin_epoch(&mut self, secs: f64) {
+        self.epoch = self.epoch.saturating_add(1);
+        self.shift = Shift::default();
+        self.tell(News::Jumped { epoch: self.epoch, secs });
+    }
+
+    /// Decides whether the clock is trusted, and steers the shift accordingly.
+    fn judge(&mut self) {
+        let Some(offset) = self.offset() else { return };
+        let nanos = offset.at(self.now);
+        let trusted = self.is_near(nanos);
+        if !trusted && self.trusted != Some(false) {
+            self.tell(News::Off { secs: nanos as f64 * 1e-9 });
+        }
+        if trusted && self.trusted == Some(false) {
+            self.tell(News::Trusted);
+        }
+        self.trusted = Some(trusted);
+        let target = if trusted { Line::default() } else { offset };
+        let step = target.at(self.now).saturating_sub(self.shift.newest());
+        if self.shift.is_used() && step.saturating_abs() > LATER_NANOS {
+            self.begin_epoch(step as f64 * 1e-9);
+        }
+        self.shift.steer(target.at(self.now), target.slope);
+    }
+
+    /// Whether a clock that is ahead by this much needs no correction. What is corrected must come
+    /// twice as near before it is trusted again.
+    fn is_near(&self, ahead: i64) -> bool {
+        let (most_ahead, most_behind) = match self.probed() {
+            Some(_) => {
+                let most = TRUSTED_AHEAD_NANOS.max(self.bursts.uncertainty_nanos() as i64);
+                (most, most)
+            }
+            None => (TRUSTED_AHEAD_NANOS, TRUSTED_BEHIND_NANOS),
+        };
+        let strictness = if self.trusted == Some(false) { 2 } else { 1 };
+        (-most_behind / strictness..=most_ahead / strictness).contains(&ahead)
+    }
+
+    /// How far the clock is ahead [ns]: by probes where there are any, else by stamps.
+    fn offset(&self) -> Option<Line> {
+        self.probed().or_else(|| self.envelope.line().map(Line::reversed))
+    }
+
+    /// The same by probes, unless what stamps the messages is another clock than what answers.
+    fn probed(&self) -> Option<Line> {
+        let probed = self.bursts.line()?;
+        let fastest = self.envelope.line().map(|line| line.at(self.now));
+        let way = fastest.map(|delay| delay.saturating_add(probed.at(self.now)));
+        way.is_none_or(|way| (-SOONER_NANOS..=LATER_NANOS).contains(&way)).then_some(probed)
+    }
+
+    fn tell(&mut self, news: News) {
+        if self.news.len() == NEWS {
+            self.news.pop_front();
+        }
+        self.news.push_back(news);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,137 @@
+//! Lines: an offset or a delay, and how it changes.
+
+/// Clocks of computers differ in rate by about this much [ns/s].
+const USUAL_SKEW: f64 = 1e5;
+/// Points are no better than this [ns].
+const FINEST: f64 = 50_000.0;
+/// How often weights are found anew; they settle sooner.
+const ROUNDS: usize = 12;
+
+/// A time that changes steadily.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Line {
+    /// When it was `nanos` [ns].
+    pub(super) origin: i64,
+    /// What it was then [ns].
+    pub(super) nanos: i64,
+    /// By how much it grows [1].
+    pub(super) slope: f64,
+}
+
+/// A point for a line to pass by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) at: i64,
+    pub(super) nanos: i64,
+    /// How much it counts [0..1].
+    pub(super) weight: f64,
+}
+
+impl Line {
+    /// What it is at a time [ns].
+    pub(super) fn at(self, time: i64) -> i64 {
+        let since = time.saturating_sub(self.origin) as f64;
+        self.nanos.saturating_add((self.slope * since) as i64)
+    }
+
+    /// The same with the other sign.
+    pub(super) fn reversed(self) -> Line {
+        Line { nanos: self.nanos.saturating_neg(), slope: -self.slope, ..self }
+    }
+
+    /// The line for which points below weigh `1 − expectile` and those above `expectile`, with its
+    /// spread [ns]: a half is the least squares, and little a lower bound that some noise may
+    /// cross. Skew is taken to be usual as far as the points leave it open. `None` without points.
+    pub(super) fn fit(
+        points: impl Iterator<Item = Point> + Clone,
+        expectile: f64,
+    ) -> Option<(Line, f64)> {
+        let newest = points.clone().max_by_key(|point| point.at)?;
+        let relative = points.map(|point| {
+            let before_secs = point.at.saturating_sub(newest.at) as f64 * 1e-9;
+            (before_secs, point.nanos.saturating_sub(newest.nanos) as f64, point.weight)
+        });
+        let (mut level, mut slope, mut spread) = (0.0, 0.0, FINEST);
+        for round in 0..ROUNDS {
+            let mut sums = Sums::default();
+            for (x, y, weight) in relative.clone() {
+                let residual = y - level - slope * x;
+                let side = if residual > 0.0 { expectile } else { 1.0 - expectile };
+                sums.add(x, y, if round == 0 { weight } else { weight * side });
+            }
+            (level, slope) = sums.solve((spread / USUAL_SKEW).powi(2));
+            let mut squares = Sums::default();
+            for (x, y, weight) in relative.clone() {
+                let residual = y - level - slope * x;
+                let side = if residual > 0.0 { expectile } else { 1.0 - expectile };
+                squares.add(0.0, residual.powi(2), weight * side);
+            }
+            spread = (squares.wy / squares.w).sqrt().max(FINEST);
+        }
+        let nanos = newest.nanos.saturating_add(level as i64);
+        Some((Line { origin: newest.at, nanos, slope: slope * 1e-9 }, spread))
+    }
+}
+
+/// The sums of a weighted regression.
+#[derive(Default)]
+struct Sums {
+    w: f64,
+    wx: f64,
+    wy: f64,
+    wxx: f64,
+    wxy: f64,
+}
+
+impl Sums {
+    fn add(&mut self, x: f64, y: f64, w: f64) {
+        self.w += w;
+        self.wx += w * x;
+        self.wy += w * y;
+        self.wxx += w * x * x;
+        self.wxy += w * x * y;
+    }
+
+    /// Level and slope, where the square of the slope costs `ridge`.
+    fn solve(&self, ridge: f64) -> (f64, f64) {
+        let across = self.wxx - self.wx * self.wx / self.w + ridge;
+        let slope = (self.wxy - self.wx * self.wy / self.w) / across;
+        ((self.wy - slope * self.wx) / self.w, slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(noise: impl Fn(i64) -> i64) -> Vec<Point> {
+        (0..60)
+            .map(|k| {
+                let at = k * 2_000_000_000;
+                Point { at, nanos: 1_500_000_000 + at / 25_000 + noise(k), weight: 1.0 }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_line_is_found_again() {
+        let (line, _) = Line::fit(points(|_| 0).into_iter(), 0.5).unwrap();
+        let (truth, at) = (1_500_000_000 + 4_720_000, 118_000_000_000);
+        assert!((line.at(at) - truth).abs() < 100_000, "{line:?}");
+        assert!((line.slope * 1e6 - 40.0).abs() < 1.0, "{line:?}");
+    }
+
+    #[test]
+    fn what_is_only_late_does_not_lift_the_lower_line() {
+        let late = points(|k| (k * 7919 % 13) * 3_000_000);
+        let (line, _) = Line::fit(late.into_iter(), 0.05).unwrap();
+        let truth = 1_500_000_000 + 4_720_000;
+        let lifted = line.at(118_000_000_000) - truth;
+        assert!((-2_000_000..8_000_000).contains(&lifted), "{lifted}");
+    }
+
+    #[test]
+    fn nothing_has_no_line() {
+        assert!(Line::fit([].into_iter(), 0.5).is_none());
+    }
+}

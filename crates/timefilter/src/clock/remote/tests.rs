@@ -1,0 +1,275 @@
+use proptest::prelude::*;
+
+use super::*;
+
+const START: i64 = 1_700_000_000_000_000_000;
+const SECOND: i64 = 1_000_000_000;
+
+/// A computer whose clock is ahead and fast, and whose messages take their time.
+struct Computer {
+    ahead_nanos: i64,
+    fast_ppm: i64,
+    remote: Remote,
+    news: Vec<News>,
+    /// How far times lay from the truth at worst, from the tenth second on [ns].
+    worst_nanos: i64,
+    disbelieved: usize,
+    messages: usize,
+}
+
+impl Computer {
+    fn new(ahead_nanos: i64, fast_ppm: i64) -> Computer {
+        let remote = Remote::default();
+        let (news, worst_nanos) = (Vec::new(), 0);
+        let (disbelieved, messages) = (0, 0);
+        Computer { ahead_nanos, fast_ppm, remote, news, worst_nanos, disbelieved, messages }
+    }
+
+    fn stamp(&self, time: i64) -> i64 {
+        time + self.ahead_nanos + (time - START) / 1_000_000 * self.fast_ppm
+    }
+
+    /// Messages at 50 Hz of which the fastest take 1 ms and most some more.
+    fn run(&mut self, from_secs: i64, to_secs: i64) {
+        for k in from_secs * 50..to_secs * 50 {
+            let sent = START + k * SECOND / 50;
+            let way = 1_000_000 + (k * 7919 % 17) * 1_000_000;
+            let corrected = self.arrives(self.stamp(sent), sent + way);
+            if k > 500 && !corrected.disbelieved {
+                self.worst_nanos = self.worst_nanos.max((corrected.measured - sent).abs());
+            }
+        }
+    }
+
+    fn arrives(&mut self, stamp: i64, arrival: i64) -> Corrected {
+        let stamps = Stamps { source: Some(stamp), ..Stamps::arrived(arrival) };
+        let corrected = self.remote.correct(&stamps);
+        self.news.extend(std::iter::from_fn(|| self.remote.news()));
+        self.disbelieved += usize::from(corrected.disbelieved);
+        self.messages += 1;
+        corrected
+    }
+
+    /// A burst of probes of which the fastest takes 0.4 ms, unevenly.
+    fn probed(&mut self, at_secs: i64) {
+        for k in 0..8 {
+            let sent = START + at_secs * SECOND + k * 64_000_000;
+            let (there, back) = (250_000 + (k * 5 % 8) * 900_000, 150_000);
+            let over_there = self.stamp(sent + there);
+            let middle = sent + i64::midpoint(there, back);
+            self.remote.probe(&Probe {
+                arrival: sent + there + back,
+                offset_secs: (over_there - middle) as f64 * 1e-9,
+                round_trip_secs: (there + back) as f64 * 1e-9,
+            });
+        }
+    }
+
+    fn run_with_probes(&mut self, from_secs: i64, to_secs: i64) {
+        for second in from_secs..to_secs {
+            if second % 4 == 0 {
+                self.probed(second);
+            }
+            self.run(second, second + 1);
+        }
+    }
+
+    fn truth_secs(&self, at_secs: i64) -> f64 {
+        (self.ahead_nanos + at_secs * 1_000 * self.fast_ppm) as f64 * 1e-9
+    }
+}
+
+#[test]
+fn a_clock_in_step_is_trusted_and_its_stamps_taken_as_they_are() {
+    let mut computer = Computer::new(500_000, 0);
+    computer.run(0, 300);
+    assert_eq!(computer.worst_nanos, 500_000);
+    assert_eq!((computer.disbelieved, computer.news.len()), (0, 0));
+    assert_eq!(computer.remote.state().kind, ClockKind::Remote);
+    assert!(computer.remote.state().offset_secs.abs() < 0.003);
+}
+
+#[test]
+fn a_clock_that_is_off_is_shifted_to_within_its_fastest_message() {
+    for (ahead_nanos, fast_ppm) in
+        [(1_500_000_000, 40), (-1_500_000_000, -40), (-180_000_000, 200), (5_000_000, 200)]
+    {
+        let mut computer = Computer::new(ahead_nanos, fast_ppm);
+        computer.run(0, 300);
+        assert!(matches!(computer.news[..], [News::Off { .. }, ..]), "{:?}", computer.news);
+        assert!(computer.worst_nanos < 20_000_000, "{ahead_nanos}: {}", computer.worst_nanos);
+        assert!(computer.disbelieved < 30, "{}", computer.disbelieved);
+        let state = computer.remote.state();
+        let wrong_secs = (state.offset_secs - computer.truth_secs(300)).abs();
+        assert!(wrong_secs < 0.004 && wrong_secs < state.uncertainty_secs, "{state:?}");
+        assert!((state.skew_ppm - fast_ppm as f64).abs() < 25.0, "{state:?}");
+        assert!((0.005..0.02).contains(&state.jitter_secs), "{state:?}");
+    }
+}
+
+#[test]
+fn probes_tell_the_offset_to_half_their_round_trip() {
+    for (ahead_nanos, fast_ppm) in [(1_500_000_000, 40), (-20_000_000, -200), (0, 0)] {
+        let mut computer = Computer::new(ahead_nanos, fast_ppm);
+        computer.run_with_probes(0, 300);
+        let state = computer.remote.state();
+        assert_eq!(state.kind, ClockKind::TwoWay);
+        let wrong_secs = (state.offset_secs - computer.truth_secs(300)).abs();
+        assert!(wrong_secs < 0.000_5 && wrong_secs < state.uncertainty_secs, "{state:?}");
+        assert!(state.uncertainty_secs < 0.002, "{state:?}");
+        assert!((state.skew_ppm - fast_ppm as f64).abs() < 10.0, "{state:?}");
+        assert!(computer.worst_nanos < 2_500_000, "{}", computer.worst_nanos);
+    }
+}
+
+#[test]
+fn without_probes_for_a_minute_the_stamps_tell_again() {
+    let mut computer = Computer::new(1_500_000_000, 40);
+    computer.run_with_probes(0, 60);
+    computer.run(60, 180);
+    assert_eq!(computer.remote.state().kind, ClockKind::Remote);
+    assert!(computer.worst_nanos < 20_000_000, "{}", computer.worst_nanos);
+    assert_eq!(computer.remote.state().epoch, 0);
+}
+
+#[test]
+fn a_single_stamp_that_is_far_off_moves_nothing() {
+    let mut computer = Computer::new(1_500_000_000, 0);
+    computer.run(0, 60);
+    let (before, believed) = (computer.remote.state(), computer.disbelieved);
+    let arrival = START + 60 * SECOND;
+    let hour = 3_600 * SECOND;
+    let absurd =
+        [1, -5, i64::MIN, i64::MAX, arrival + hour, arrival - hour / 6, arrival + 2 * SECOND];
+    for stamp in absurd {
+        let corrected = computer.arrives(stamp, arrival);
+        assert!(corrected.disbelieved, "{stamp}");
+        assert_eq!(corrected.measured, arrival);
+    }
+    let none = computer.arrives(0, arrival);
+    assert_eq!((none.measured, none.disbelieved), (arrival, false));
+    computer.run(60, 90);
+    assert_eq!(computer.disbelieved, believed + absurd.len());
+    let after = computer.remote.state();
+    assert!((after.offset_secs - before.offset_secs).abs() < 1e-3, "{before:?} {after:?}");
+    assert_eq!(after.epoch, 0);
+}
+
+#[test]
+fn what_was_kept_for_late_joiners_does_not_set_the_clock() {
+    let mut computer = Computer::new(0, 0);
+    for k in 0..5 {
+        let kept = computer.arrives(START - 600 * SECOND + k, START);
+        assert!(kept.disbelieved);
+    }
+    computer.run(0, 60);
+    assert_eq!(computer.news, []);
+    assert_eq!(computer.disbelieved, 5);
+}
+
+#[test]
+fn a_clock_that_jumps_begins_an_epoch_within_some_seconds() {
+    for (jump, within_secs) in [(-2 * SECOND, 4), (SECOND / 2, 4), (-SECOND / 4, 25)] {
+        let mut computer = Computer::new(0, 0);
+        computer.run(0, 60);
+        computer.ahead_nanos += jump;
+        computer.run(60, 60 + within_secs);
+        let state = computer.remote.state();
+        assert_eq!(state.epoch, 1, "{jump}");
+        assert!((state.offset_secs - jump as f64 * 1e-9).abs() < 0.02, "{state:?}");
+        assert!(matches!(computer.news[..], [News::Jumped { .. }, News::Off { .. }]));
+        computer.ahead_nanos -= jump;
+        computer.run(60 + within_secs, 120);
+        assert_eq!(computer.remote.state().epoch, 2);
+        assert_eq!(computer.news.last(), Some(&News::Trusted), "{:?}", computer.news);
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_in_a_small_step_is_followed_without_one() {
+    let mut computer = Computer::new(0, 0);
+    computer.run_with_probes(0, 60);
+    computer.ahead_nanos = 30_000_000;
+    computer.run_with_probes(60, 120);
+    let state = computer.remote.state();
+    assert!((state.offset_secs - 0.030).abs() < 0.001, "{state:?}");
+    assert_eq!(state.epoch, 0);
+}
+
+#[test]
+fn simulated_time_is_not_taken_for_a_clock() {
+    let mut computer = Computer::new(0, 0);
+    for k in 0..5_000 {
+        let arrival = START + k * SECOND / 50;
+        let corrected = computer.arrives(100 * SECOND + k * SECOND / 5, arrival);
+        assert_eq!(corrected.measured, arrival);
+    }
+}
+
+#[test]
+fn probes_of_another_clock_than_that_of_the_stamps_are_not_used() {
+    let mut computer = Computer::new(0, 0);
+    computer.run(0, 20);
+    computer.ahead_nanos = 3_600 * SECOND;
+    for second in (20..60).step_by(4) {
+        computer.probed(second);
+        computer.ahead_nanos = 0;
+        computer.run(second, second + 4);
+        computer.ahead_nanos = 3_600 * SECOND;
+    }
+    assert_eq!(computer.remote.state().kind, ClockKind::Remote);
+    assert_eq!(computer.news, []);
+}
+
+fn any_stamp() -> impl Strategy<Value = i64> {
+    prop_oneof![any::<i64>(), -2 * SECOND..2 * SECOND, -200_000_000i64..200_000_000]
+}
+
+proptest! {
+    #[test]
+    fn any_stamps_and_probes_are_met(
+        given in prop::collection::vec(
+            (any::<Option<i64>>(), any::<i64>(), any::<u32>(), any::<f64>(), any::<f64>()),
+            0..200,
+        )
+    ) {
+        let mut remote = Remote::default();
+        for (source, arrival, count, offset_secs, round_trip_secs) in given {
+            let period_nanos = offset_secs;
+            let stamps = Stamps { source, count, period_nanos, ..Stamps::arrived(arrival) };
+            let corrected = remote.correct(&stamps);
+            prop_assert!(corrected.measured <= arrival.saturating_add(TRUSTED_AHEAD_NANOS));
+            remote.probe(&Probe { arrival, offset_secs, round_trip_secs });
+            remote.tick(arrival);
+            remote.state();
+            prop_assert!(remote.news.len() <= NEWS);
+        }
+    }
+
+    #[test]
+    fn within_an_epoch_later_stamps_have_later_times(
+        given in prop::collection::vec(
+            (0..3 * SECOND, any_stamp(), 0..50_000_000i64, -1.0..1.0f64, 0.0..0.01f64),
+            1..300,
+        )
+    ) {
+        let mut remote = Remote::default();
+        let (mut arrival, mut last) = (START, None::<(u32, i64, i64)>);
+        for (later, stamp, jitter, offset_secs, round_trip_secs) in given {
+            arrival += later;
+            let source = Some(arrival.saturating_add(stamp).saturating_sub(jitter));
+            let corrected = remote.correct(&Stamps { source, ..Stamps::arrived(arrival) });
+            prop_assert!(corrected.measured <= arrival + TRUSTED_AHEAD_NANOS);
+            let epoch = remote.state().epoch;
+            if let (Some(source), false) = (source, corrected.disbelieved) {
+                if let Some((_, _, before)) = last.filter(|l| l.0 == epoch && l.1 <= source) {
+                    prop_assert!(corrected.measured >= before);
+                }
+                if last.is_none_or(|l| l.0 != epoch || l.1 <= source) {
+                    last = Some((epoch, source, corrected.measured));
+                }
+            }
+            remote.probe(&Probe { arrival, offset_secs, round_trip_secs });
+        }
+    }
+}
