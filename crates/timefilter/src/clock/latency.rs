@@ -8,3 +8,131 @@ pub struct Latency {
     /// Half the width of the interval that holds it with a probability of 95 % [s].
     pub uncertainty_secs: f64,
 }
+
+impl Latency {
+    /// Over Bluetooth, when nothing more is known: a sensor's filters, its buffer and at least one
+    /// connection event, which are 7.5 to 50 ms apart on an ordinary host.
+    pub const BLUETOOTH: Latency = Latency::new(0.050, 0.050);
+    /// Over Wi-Fi, when nothing more is known: one medium access and the stacks of both ends.
+    pub const WIFI: Latency = Latency::new(0.005, 0.005);
+    /// Over USB, when nothing more is known: from a mouse polled each millisecond to a camera that
+    /// reads a frame out.
+    pub const USB: Latency = Latency::new(0.020, 0.020);
+
+    /// A latency and its uncertainty [s].
+    pub const fn new(secs: f64, uncertainty_secs: f64) -> Latency {
+        Latency { secs, uncertainty_secs }
+    }
+}
+
+/// What is known of a kind of device before any is calibrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownDevice {
+    /// Its name, as streams have it: `polar_h10`.
+    pub name: &'static str,
+    /// Its fixed latency.
+    pub latency: Latency,
+    /// After which time its counter is at zero again [ns]; `None` when it never is, or when it has
+    /// none.
+    pub wraps_nanos: Option<i64>,
+    /// Where the figures come from.
+    pub source: &'static str,
+}
+
+impl KnownDevice {
+    /// The device of that name, or of the longest name in the table that begins it:
+    /// `shimmer3_gsr` is a `shimmer3`.
+    pub fn find(name: &str) -> Option<&'static KnownDevice> {
+        DEVICES
+            .iter()
+            .filter(|device| begins(name, device.name))
+            .max_by_key(|device| device.name.len())
+    }
+
+    const fn new(name: &'static str, millis: (f64, f64), source: &'static str) -> KnownDevice {
+        let latency = Latency::new(millis.0 / 1e3, millis.1 / 1e3);
+        KnownDevice { name, latency, wraps_nanos: None, source }
+    }
+
+    const fn wrapping(self, nanos: i64) -> KnownDevice {
+        KnownDevice { wraps_nanos: Some(nanos), ..self }
+    }
+}
+
+/// Whether a name is `word`, alone or followed by an underscore and more.
+fn begins(name: &str, word: &str) -> bool {
+    name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
+}
+
+const BLUETOOTH: &str = "no published figure: any Bluetooth Low Energy sensor";
+
+/// The devices that are known. Latencies are `(middle, half of the 95 % interval)` in milliseconds,
+/// wide where nobody has published a measurement; `calibrate` narrows them.
+pub const DEVICES: &[KnownDevice] = &[
+    KnownDevice::new("polar_h10", (50.0, 50.0), BLUETOOTH),
+    KnownDevice::new("polar_verity_sense", (50.0, 50.0), BLUETOOTH),
+    KnownDevice::new("polar_oh1", (50.0, 50.0), BLUETOOTH),
+    KnownDevice::new(
+        "heart_rate_strap",
+        (1500.0, 1500.0),
+        "intervals between beats are up to 3 or 4 s late: polar-ble-sdk issues 227, 508",
+    ),
+    KnownDevice::new("myo", (20.0, 20.0), "no published figure: notifications come 10 ms apart"),
+    KnownDevice::new(
+        "empatica_e4",
+        (200.0, 200.0),
+        "no published figure: Bluetooth, then a program that stamps and relays by TCP",
+    ),
+    KnownDevice::new("shimmer3", (40.0, 40.0), "no published figure: Bluetooth Classic, RFCOMM")
+        .wrapping(512_000_000_000),
+    KnownDevice::new(
+        "camera_usb",
+        (50.0, 35.0),
+        "half an exposure, a frame read out (33 ms at 30 Hz), transfer",
+    ),
+    KnownDevice::new("camera", (50.0, 50.0), "as over USB, of an unknown make"),
+    KnownDevice::new("microphone", (10.0, 10.0), "converter and driver, beside the buffer itself"),
+    KnownDevice::new(
+        "keyboard",
+        (30.0, 25.0),
+        "15 to 60 ms from the start of a key's travel: D. Luu, Keyboard latency, 2017",
+    ),
+    KnownDevice::new("mouse", (10.0, 10.0), "polled each 1 to 8 ms, and debounced"),
+    KnownDevice::new("bluetooth", (50.0, 50.0), "`Latency::BLUETOOTH`"),
+    KnownDevice::new("wifi", (5.0, 5.0), "`Latency::WIFI`"),
+    KnownDevice::new("usb", (20.0, 20.0), "`Latency::USB`"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_is_found_by_the_beginning_of_its_name() {
+        let name = |name| KnownDevice::find(name).map(|device| device.name);
+        assert_eq!(name("shimmer3"), Some("shimmer3"));
+        assert_eq!(name("shimmer3_gsr"), Some("shimmer3"));
+        assert_eq!(name("camera_usb"), Some("camera_usb"));
+        assert_eq!(name("camera_front"), Some("camera"));
+        assert_eq!(name("shimmer32"), None);
+        assert_eq!(name(""), None);
+    }
+
+    #[test]
+    fn no_latency_can_be_negative() {
+        for device in DEVICES {
+            let Latency { secs, uncertainty_secs } = device.latency;
+            assert!(secs > 0.0 && (0.0..=secs).contains(&uncertainty_secs), "{}", device.name);
+            assert!(!device.source.is_empty());
+        }
+    }
+
+    #[test]
+    fn transports_are_in_the_table_as_they_are() {
+        for (name, latency) in
+            [("bluetooth", Latency::BLUETOOTH), ("wifi", Latency::WIFI), ("usb", Latency::USB)]
+        {
+            assert_eq!(KnownDevice::find(name).map(|device| device.latency), Some(latency));
+        }
+    }
+}

@@ -5,12 +5,24 @@
 
 mod host;
 mod latency;
+mod counter;
+mod envelope;
+mod line;
+mod batches;
+mod epoch;
+mod one_way;
+mod sample_index;
+#[cfg(test)]
+mod simulated;
 mod news;
 mod remote;
 
+pub use counter::Counter;
 pub use host::Host;
-pub use latency::Latency;
+pub use latency::{DEVICES, KnownDevice, Latency};
 pub use news::News;
+pub use one_way::{OneWay, OneWaySettings};
+pub use sample_index::SampleIndex;
 pub use remote::Remote;
 
 /// The stamps of one reading: of one sample, or of a batch that came at once.

@@ -1,0 +1,213 @@
+//! The lower envelope of delays: what arrival less device time is when nothing held a packet up.
+//!
+//! Bluetooth, Wi-Fi and USB only ever add to the shortest delay. So the smallest `arrival - device`
+//! of each bin of two seconds is kept, for five minutes, and a line is laid low through these by
+//! asymmetric least squares (an expectile; Newey & Powell 1987, doi:10.2307/1911031), iteratively
+//! reweighted. Its slope is the clock's skew, which quartz keeps within about 100 ppm.
+
+use std::collections::VecDeque;
+
+/// How long a bin is [ns].
+pub(super) const BIN_NANOS: i64 = 2_000_000_000;
+/// How many bins are kept.
+const BINS: usize = 150;
+/// Weight of what lies above the line; below it, the rest of one.
+const ABOVE: f64 = 0.05;
+const ITERATIONS: usize = 12;
+/// The spread of skews among clocks with a quartz (standard deviation, as a slope).
+pub(super) const USUAL_SKEW: f64 = 100e-6;
+/// The spread of skews among clocks that have shown to be poor.
+const POOR_SKEW: f64 = 0.03;
+
+/// One packet: device time since the epoch began [s], and the arrival less it [s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    pub device: f64,
+    pub delay: f64,
+}
+
+/// A line under the points, with what is known of how good it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Where the line's delay is given [s of device time].
+    pub device: f64,
+    /// The delay there [s].
+    pub delay: f64,
+    /// How the delay grows with device time.
+    pub slope: f64,
+    /// Standard error of the slope.
+    pub slope_error: f64,
+    /// Mean device time of the points, by their weights [s].
+    centre: f64,
+    /// Standard error of the delay at the centre [s].
+    centre_error: f64,
+}
+
+impl Fit {
+    /// A level line through the first point.
+    pub fn level(point: Point) -> Fit {
+        Fit {
+            device: point.device,
+            delay: point.delay,
+            slope: 0.0,
+            slope_error: USUAL_SKEW,
+            centre: point.device,
+            centre_error: 0.0,
+        }
+    }
+
+    /// The line's delay at a device time [s].
+    pub fn at(&self, device: f64) -> f64 {
+        self.delay + self.slope * (device - self.device)
+    }
+
+    /// The device time at which what was sent without delay arrives at `arrival` [s].
+    pub fn device_at(&self, arrival: f64) -> f64 {
+        (arrival - self.delay + self.slope * self.device) / (1.0 + self.slope)
+    }
+
+    /// How much faster than the session's clock the device's runs [ppm].
+    pub fn ppm(&self) -> f64 {
+        -self.slope / (1.0 + self.slope) * 1e6
+    }
+
+    /// Standard error of the delay at a device time [s].
+    pub fn error_at(&self, device: f64) -> f64 {
+        self.centre_error.hypot(self.slope_error * (device - self.centre))
+    }
+}
+
+/// The smallest delays of the last bins.
+#[derive(Clone, Debug)]
+pub(super) struct Envelope {
+    bins: VecDeque<Point>,
+    /// How far slopes spread among clocks of this kind.
+    usual_skew: f64,
+    poor: bool,
+}
+
+impl Envelope {
+    pub fn new(usual_skew: f64) -> Envelope {
+        Envelope { bins: VecDeque::with_capacity(BINS + 1), usual_skew, poor: false }
+    }
+
+    /// Takes the lowest point of a bin that is over.
+    pub fn push(&mut self, lowest: Point) {
+        if self.bins.len() == BINS {
+            self.bins.pop_front();
+        }
+        self.bins.push_back(lowest);
+        let oldest = lowest.device - BINS as f64 * (BIN_NANOS as f64 / 1e9);
+        while self.bins.front().is_some_and(|bin| bin.device < oldest) {
+            self.bins.pop_front();
+        }
+    }
+
+    /// How many bins there are.
+    pub fn len(&self) -> usize {
+        self.bins.len()
+    }
+
+    /// Whether the clock runs as no usual one does.
+    pub fn is_poor(&self) -> bool {
+        self.poor
+    }
+
+    /// Lays a line under the bins and the lowest point of the open one, beginning with `guess`.
+    ///
+    /// A slope that cannot be that of a usual clock widens what is held possible.
+    pub fn fit(&mut self, open: Option<Point>, guess: Fit) -> Fit {
+        let points = || self.bins.iter().copied().chain(open);
+        let count = points().count();
+        if count < 2 {
+            return points().next().map_or(guess, Fit::level);
+        }
+        let device = points().last().map_or(guess.device, |point| point.device);
+        let free = line_under(points, device, POOR_SKEW, guess);
+        let beyond = free.slope.abs() - 4.0 * free.slope_error;
+        self.poor = count >= 4 && (beyond > 3.0 * self.usual_skew || self.poor && beyond > 0.0);
+        if self.poor { free } else { line_under(points, device, self.usual_skew, guess) }
+    }
+}
+
+/// The expectile line under `points`, given at `device` [s]; `skew` is the spread of slopes that is
+/// expected beforehand.
+fn line_under<I: Iterator<Item = Point>>(
+    points: impl Fn() -> I,
+    device: f64,
+    skew: f64,
+    guess: Fit,
+) -> Fit {
+    let (mut delay, mut slope) = (guess.at(device), guess.slope);
+    let mut sums = Sums::default();
+    let mut spread = 0.0_f64;
+    for _ in 0..ITERATIONS {
+        let (mut absolute, mut count) = (0.0_f64, 0.0_f64);
+        for point in points() {
+            absolute += (point.delay - delay - slope * (point.device - device)).abs();
+            count += 1.0;
+        }
+        spread = (1.25 * absolute / count).max(1e-6);
+        sums = Sums::default();
+        for point in points() {
+            let x = point.device - device;
+            let residual = point.delay - delay - slope * x;
+            let above = ABOVE * (4.0 * spread / residual.abs()).min(1.0);
+            sums.add(if residual > 0.0 { above } else { 1.0 - ABOVE }, x, point.delay);
+        }
+        let before = (delay, slope);
+        (delay, slope) = sums.solve(spread, skew);
+        if (before.0 - delay).abs() < 1e-8 && (before.1 - slope).abs() < 1e-10 {
+            break;
+        }
+    }
+    sums.fit(device, (delay, slope), spread, skew)
+}
+
+/// Weighted sums of a straight line's least squares.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    w: f64,
+    x: f64,
+    xx: f64,
+    y: f64,
+    xy: f64,
+    count: f64,
+}
+
+impl Sums {
+    fn add(&mut self, weight: f64, x: f64, y: f64) {
+        self.w += weight;
+        self.x += weight * x;
+        self.xx += weight * x * x;
+        self.y += weight * y;
+        self.xy += weight * x * y;
+        self.count += 1.0;
+    }
+
+    /// Sum of squares of x around its mean, and what the expected slopes add to it.
+    fn squares(&self, spread: f64, skew: f64) -> (f64, f64) {
+        let prior = self.w / self.count * (spread / skew).powi(2);
+        ((self.xx - self.x * self.x / self.w).max(0.0), prior)
+    }
+
+    /// The line's value at x = 0, and its slope.
+    fn solve(&self, spread: f64, skew: f64) -> (f64, f64) {
+        let (squares, prior) = self.squares(spread, skew);
+        let slope = (self.xy - self.x * self.y / self.w) / (squares + prior);
+        ((self.y - slope * self.x) / self.w, slope)
+    }
+
+    fn fit(&self, device: f64, (delay, slope): (f64, f64), spread: f64, skew: f64) -> Fit {
+        let (squares, prior) = self.squares(spread, skew);
+        let per_point = self.w / self.count;
+        Fit {
+            device,
+            delay,
+            slope,
+            slope_error: spread * (per_point / (squares + prior)).sqrt(),
+            centre: device + self.x / self.w,
+            centre_error: spread / self.count.sqrt(),
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! One epoch of a device's clock: from when it began to run to when it is set or begins anew.
+
+use super::envelope::{BIN_NANOS, Envelope, Fit, Point};
+use super::line::Line;
+
+/// How long an epoch is young [s]: its first packets may all have been held up, so that what looks
+/// like a clock running ahead is only the envelope being found.
+const YOUNG_SECS: f64 = 30.0;
+/// What is never a jump [s].
+const STEADY_SECS: f64 = 0.25;
+/// What is never a jump in a young epoch, nor a packet too old to be from this epoch [s].
+const LOOSE_SECS: f64 = 10.0;
+/// How near to each other the delays of raised bins are after a jump [s].
+const AGREE_SECS: f64 = 0.1;
+/// How many bins of high delays in agreement mean that the clock was set back.
+const RAISED_BINS: usize = 3;
+/// How many bins of high delays mean so in any case.
+const RAISED_LONG: usize = 30;
+/// How fast the output may be corrected when all has settled: 0.5 ms a second.
+const SLOWEST_SLEW: f64 = 0.5e-3;
+/// How fast at most.
+const FASTEST_SLEW: f64 = 0.4;
+
+/// A packet: the device's time at its last sample, turns counted, and its arrival [ns].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Packet {
+    pub device: i64,
+    pub arrival: i64,
+}
+
+/// What a packet says of the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// It goes on as it did.
+    Runs,
+    /// This packet is not from a clock that goes on as it did: so much ahead [s].
+    Astray(f64),
+    /// It has been set, and these packets are of the new time: so much ahead [s].
+    Set(f64),
+}
+
+/// The state of an epoch.
+#[derive(Clone, Debug)]
+pub(super) struct Epoch {
+    origin: Packet,
+    envelope: Envelope,
+    fit: Fit,
+    line: Line,
+    /// The number of the bin that is open, and its lowest point.
+    bin: i64,
+    lowest: Option<(Point, Packet)>,
+    delays: Delays,
+    raised: Raised,
+}
+
+impl Epoch {
+    /// Begins with its first packet; slopes of clocks of this kind spread by `usual_skew`.
+    pub fn begin(first: Packet, usual_skew: f64) -> Epoch {
+        let point = Point { device: 0.0, delay: 0.0 };
+        Epoch {
+            origin: first,
+            envelope: Envelope::new(usual_skew),
+            fit: Fit::level(point),
+            line: Line::level(0.0),
+            bin: 0,
+            lowest: Some((point, first)),
+            delays: Delays::default(),
+            raised: Raised::default(),
+        }
+    }
+
+    /// Takes a packet, unless it is astray.
+    pub fn take(&mut self, packet: Packet) -> Verdict {
+        let point = self.point(packet);
+        let ahead = self.ahead(packet);
+        let before = seconds(self.line.frontier()) - point.device;
+        let limit = self.limit(point.device);
+        if ahead > limit || before > LOOSE_SECS || ahead.abs() > 1e9 {
+            return Verdict::Astray(ahead);
+        }
+        let bin = packet.arrival.saturating_sub(self.origin.arrival) / BIN_NANOS;
+        let verdict = if bin > self.bin { self.close() } else { Verdict::Runs };
+        self.bin = self.bin.max(bin);
+        self.delays.push(-ahead);
+        if self.lowest.is_none_or(|(lowest, _)| point.delay < lowest.delay) {
+            self.lowest = Some((point, packet));
+            if point.device < LOOSE_SECS && point.delay < self.fit.at(point.device) {
+                self.refit(Some(point));
+            }
+        }
+        verdict
+    }
+
+    /// The packets that show the new time after the clock was set.
+    pub fn raised(&self) -> &[Packet] {
+        &self.raised.packets[RAISED_BINS - self.raised.agreeing.min(RAISED_BINS)..]
+    }
+
+    /// Device time since the epoch began [ns].
+    pub fn since(&self, device: i64) -> i64 {
+        device.saturating_sub(self.origin.device)
+    }
+
+    /// The session's time of a device time since the epoch began, before the fixed latency is taken
+    /// off; what lies before it is settled [ns].
+    pub fn settle(&mut self, since: i64) -> i64 {
+        let offset = self.line.settle(since);
+        self.session(since, offset)
+    }
+
+    /// The same, without settling.
+    pub fn at(&self, since: i64) -> i64 {
+        self.session(since, self.line.at(since))
+    }
+
+    fn session(&self, since: i64, offset: f64) -> i64 {
+        self.origin.arrival.saturating_add(since).saturating_add(offset.round() as i64)
+    }
+
+    /// How far the device's time is ahead of arrivals [s], as far as delays can be told from it.
+    pub fn offset_secs(&self) -> f64 {
+        let origin = i128::from(self.origin.device) - i128::from(self.origin.arrival);
+        origin as f64 / 1e9 - self.line.at(self.line.frontier()) / 1e9
+    }
+
+    /// How much faster than the session's clock it runs [ppm]; NaN before that can be told.
+    pub fn skew_ppm(&self) -> f64 {
+        if self.envelope.len() < 2 { f64::NAN } else { self.fit.ppm() }
+    }
+
+    /// Whether it runs as no usual clock does.
+    pub fn is_poor(&self) -> bool {
+        self.envelope.is_poor()
+    }
+
+    /// The spread of delays [s].
+    pub fn jitter_secs(&self) -> f64 {
+        self.delays.rms()
+    }
+
+    /// Half the width of the 95 % interval of the map itself, the fixed latency apart [s].
+    pub fn uncertainty_secs(&self) -> f64 {
+        let now = self.line.frontier();
+        let age = seconds(now);
+        let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
+        1.96 * self.fit.error_at(age) + behind + 0.15 / (1.0 + age.max(0.0))
+    }
+
+    fn point(&self, packet: Packet) -> Point {
+        let device = self.since(packet.device);
+        let arrival = packet.arrival.saturating_sub(self.origin.arrival);
+        Point { device: seconds(device), delay: seconds(arrival.saturating_sub(device)) }
+    }
+
+    /// How far the device is ahead of where the envelope has it at this arrival [s]; negative for a
+    /// packet that was held up.
+    fn ahead(&self, packet: Packet) -> f64 {
+        let point = self.point(packet);
+        let arrival = seconds(packet.arrival.saturating_sub(self.origin.arrival));
+        point.device - self.fit.device_at(arrival)
+    }
+
+    /// How far a packet may be ahead, or a bin behind, and the clock still be as it was [s].
+    fn limit(&self, age: f64) -> f64 {
+        if age < YOUNG_SECS { LOOSE_SECS } else { STEADY_SECS.max(5.0 * self.delays.rms()) }
+    }
+
+    /// Ends a bin: the envelope learns from it, unless all of it came too late.
+    fn close(&mut self) -> Verdict {
+        let Some((point, packet)) = self.lowest.take() else { return Verdict::Runs };
+        let raised = point.delay - self.fit.at(point.device);
+        if raised > self.limit(point.device) {
+            let agreed = self.raised.push(point.delay, packet);
+            return if agreed { Verdict::Set(-raised) } else { Verdict::Runs };
+        }
+        self.raised = Raised::default();
+        self.envelope.push(point);
+        self.refit(None);
+        let apart =
+            self.line.at(self.line.frontier()) / 1e9 - self.fit.at(seconds(self.line.frontier()));
+        if point.device > YOUNG_SECS && apart.abs() > STEADY_SECS {
+            self.raised.push(point.delay, packet);
+            return Verdict::Set(apart);
+        }
+        Verdict::Runs
+    }
+
+    fn refit(&mut self, open: Option<Point>) {
+        self.fit = self.envelope.fit(open, self.fit);
+        let now = self.line.frontier();
+        let age = seconds(now).max(0.0);
+        let slew = (0.5 / age.max(1.0)).clamp(SLOWEST_SLEW, FASTEST_SLEW);
+        let within = (age / 4.0).clamp(0.5, 4.0) * 1e9;
+        self.line.lead_to(self.fit.at(age) * 1e9, self.fit.slope, within, slew);
+    }
+}
+
+fn seconds(nanos: i64) -> f64 {
+    nanos as f64 / 1e9
+}
+
+/// The spread of delays above the envelope.
+#[derive(Clone, Copy, Debug, Default)]
+struct Delays {
+    count: f64,
+    square: f64,
+}
+
+impl Delays {
+    /// Takes one delay [s]. A stall counts no more than any long delay.
+    fn push(&mut self, delay: f64) {
+        self.count = (self.count + 1.0).min(1000.0);
+        let most = if self.count < 10.0 { 0.1 } else { 4.0 * self.rms() + 0.005 };
+        let delay = delay.clamp(-most, most);
+        self.square += (delay * delay - self.square) / self.count;
+    }
+
+    fn rms(&self) -> f64 {
+        self.square.sqrt()
+    }
+}
+
+/// Bins in a row in which all came late.
+#[derive(Clone, Copy, Debug)]
+struct Raised {
+    bins: usize,
+    /// How many in a row agree with each other.
+    agreeing: usize,
+    delay: f64,
+    packets: [Packet; RAISED_BINS],
+}
+
+impl Default for Raised {
+    fn default() -> Raised {
+        let none = Packet { device: 0, arrival: 0 };
+        Raised { bins: 0, agreeing: 0, delay: 0.0, packets: [none; RAISED_BINS] }
+    }
+}
+
+impl Raised {
+    /// Takes a bin's lowest delay; whether the bins now show that the clock was set back.
+    fn push(&mut self, delay: f64, packet: Packet) -> bool {
+        let agrees = self.bins > 0 && (delay - self.delay).abs() < AGREE_SECS;
+        self.agreeing = if agrees { self.agreeing + 1 } else { 1 };
+        self.bins += 1;
+        self.delay = delay;
+        self.packets.rotate_left(1);
+        self.packets[RAISED_BINS - 1] = packet;
+        self.agreeing >= RAISED_BINS || self.bins >= RAISED_LONG
+    }
+}

@@ -1,0 +1,86 @@
+//! The map from a device's time to the session's: straight pieces that join.
+
+use std::collections::VecDeque;
+
+/// How many pieces are kept for device times that come late.
+const KNOTS: usize = 64;
+/// The steepest that a piece may be: it keeps the map strictly increasing.
+const STEEPEST: f64 = 0.5;
+
+/// Offsets of the session's time from the device's, as a continuous line of straight pieces.
+///
+/// What has been mapped is settled: a bend begins where the newest mapped device time lies, so that
+/// an older one is mapped by the same function later. Device times at least 4 ns apart keep their
+/// order.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    /// In order of device time, at least one.
+    knots: VecDeque<Knot>,
+    frontier: i64,
+}
+
+/// Where a piece begins.
+#[derive(Clone, Copy, Debug)]
+struct Knot {
+    /// Device time since the epoch's first reading [ns].
+    device: i64,
+    /// The session's time less the device's there [ns].
+    offset: f64,
+    /// How the offset grows with device time.
+    slope: f64,
+}
+
+impl Line {
+    /// A level line at `offset` [ns].
+    pub fn level(offset: f64) -> Line {
+        let mut knots = VecDeque::with_capacity(KNOTS + 2);
+        knots.push_back(Knot { device: 0, offset, slope: 0.0 });
+        Line { knots, frontier: 0 }
+    }
+
+    /// The offset at a device time [ns], without settling it.
+    pub fn at(&self, device: i64) -> f64 {
+        let newest = self.knots.len() - 1;
+        let piece = self.knots.iter().rposition(|knot| knot.device <= device);
+        let knot = &self.knots[piece.unwrap_or(0).min(newest)];
+        knot.offset + knot.slope * (i128::from(device) - i128::from(knot.device)) as f64
+    }
+
+    /// The offset at a device time [ns]; what lies before it is settled.
+    pub fn settle(&mut self, device: i64) -> f64 {
+        self.frontier = self.frontier.max(device);
+        self.at(device)
+    }
+
+    /// The newest device time that is settled [ns].
+    pub fn frontier(&self) -> i64 {
+        self.frontier
+    }
+
+    /// From the frontier on, leads to the offset `target` over `within` [ns] and goes on with
+    /// `slope`, correcting by no more than `limit` (a slope).
+    pub fn lead_to(&mut self, target: f64, slope: f64, within: f64, limit: f64) {
+        let here = Knot { device: self.frontier, offset: self.at(self.frontier), slope };
+        while self.knots.back().is_some_and(|knot| knot.device >= here.device) {
+            self.knots.pop_back();
+        }
+        let error = target - here.offset;
+        let correction = (error / within).clamp(-limit, limit);
+        let steep = (slope + correction).clamp(-STEEPEST, STEEPEST);
+        let first = Knot { slope: steep, ..here };
+        self.push(first);
+        if correction != 0.0 {
+            let end = here.device.saturating_add((error / correction).min(1e15) as i64);
+            let offset = first.offset + steep * (end - here.device) as f64;
+            let slope = slope.clamp(-STEEPEST, STEEPEST);
+            self.push(Knot { device: end, offset, slope });
+        }
+    }
+
+    fn push(&mut self, knot: Knot) {
+        if self.knots.len() > KNOTS {
+            self.knots.pop_front();
+        }
+        self.knots.push_back(knot);
+    }
+}

@@ -1,0 +1,386 @@
+//! The clock model of a device that stamps what it sends, and is never asked.
+
+use std::collections::VecDeque;
+
+use super::batches::Batches;
+use super::counter::Unwrap;
+use super::envelope::USUAL_SKEW;
+use super::epoch::{Epoch, Packet, Verdict};
+use super::{ClockKind, ClockModel, ClockState, Corrected, KnownDevice, Latency, News, Stamps};
+
+/// How many packets must agree that the clock was set.
+const AGREEING: usize = 3;
+/// For how long they must [ns]: a burst of old packets agrees for a moment only.
+const AGREEING_NANOS: i64 = 100_000_000;
+/// How near to each other they are [ns].
+const AGREE_NANOS: u64 = 250_000_000;
+/// How near to zero a clock is that began anew, beside how long it was silent [ns].
+const NEAR_ZERO_NANOS: i64 = 10_000_000_000;
+/// A clock this far back began anew from a fixed date [s].
+const FAR_BACK_SECS: f64 = 86_400.0;
+/// The longest batch [ns].
+const LONGEST_BATCH_NANOS: f64 = 3.6e12;
+/// How much news is kept until it is told.
+const NEWS: usize = 16;
+
+/// What is known of a device's clock beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneWaySettings {
+    /// The fixed latency of the device.
+    pub latency: Latency,
+    /// After which time its counter is at zero again [ns]; `None` when it never is.
+    pub wraps_nanos: Option<i64>,
+    /// How much clocks of this kind differ in speed (standard deviation) [ppm].
+    pub usual_skew_ppm: f64,
+}
+
+impl OneWaySettings {
+    /// A quartz clock that does not wrap.
+    pub fn new(latency: Latency) -> OneWaySettings {
+        OneWaySettings { latency, wraps_nanos: None, usual_skew_ppm: USUAL_SKEW * 1e6 }
+    }
+
+    /// What the table of devices knows of one.
+    pub fn of(device: &KnownDevice) -> OneWaySettings {
+        OneWaySettings { wraps_nanos: device.wraps_nanos, ..OneWaySettings::new(device.latency) }
+    }
+}
+
+/// A device's ticks against their arrival.
+///
+/// The lower envelope of the delays shows how the device's clock runs; the fixed latency, which no
+/// stamp can show, is taken off. The map from device time to session time is strictly increasing in
+/// steps of 4 ns or more, and bends by no more than 0.5 ms a second once it has settled. It steps
+/// only when the clock was set or began anew: that is a new epoch, and is told. A packet that cannot
+/// be placed while that is being found out is given its arrival, and is disbelieved.
+#[derive(Clone, Debug)]
+pub struct OneWay {
+    settings: OneWaySettings,
+    unwrap: Unwrap,
+    batches: Batches,
+    epoch: Option<Epoch>,
+    epochs: u32,
+    astray: Astray,
+    last_arrival: i64,
+    told_fast: bool,
+    news: VecDeque<News>,
+}
+
+/// Where a reading lies in its epoch, as the device's time since that began [ns].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placed {
+    pub epoch: u32,
+    pub first: i64,
+    pub last: i64,
+    pub packet: Packet,
+    pub count: u32,
+    /// Which of the device's streams of batches it belongs to, when it goes on after the last batch.
+    pub follows: Option<usize>,
+}
+
+impl OneWay {
+    /// A clock of which nothing has been heard so far.
+    pub fn new(settings: OneWaySettings) -> OneWay {
+        OneWay {
+            settings,
+            unwrap: Unwrap::new(settings.wraps_nanos),
+            batches: Batches::default(),
+            epoch: None,
+            epochs: 0,
+            astray: Astray::default(),
+            last_arrival: 0,
+            told_fast: false,
+            news: VecDeque::with_capacity(NEWS),
+        }
+    }
+
+    /// Finds a reading's place; `None` when it has no device time or one that is not believed.
+    pub(super) fn place(&mut self, stamps: &Stamps) -> Option<Placed> {
+        let (device, wrapped) = self.unwrap.follow(stamps.device?, stamps.arrival);
+        let batch = self.batch(stamps, device);
+        let last = device.saturating_add(batch.span);
+        let packet = Packet { device: last, arrival: stamps.arrival };
+        if !self.take(packet, stamps.device.unwrap_or(device)) {
+            return None;
+        }
+        if wrapped {
+            self.tell(News::Wrapped);
+        }
+        let epoch = self.epoch.as_ref()?;
+        let (first, last) = (epoch.since(device), epoch.since(last));
+        let (epoch, count) = (self.epochs, stamps.count.max(1));
+        Some(Placed { epoch, first, last, packet, count, follows: batch.follows })
+    }
+
+    /// The latency to be taken off [ns].
+    pub(super) fn latency_nanos(&self) -> i64 {
+        (self.settings.latency.secs * 1e9).round() as i64
+    }
+
+    /// Stands in for a time that is not known: the arrival, less the latency and the batch's length.
+    pub(super) fn arrived(&self, stamps: &Stamps) -> Corrected {
+        let before = self.latency_nanos().saturating_add(sane(stamps.span_nanos()) as i64);
+        Corrected {
+            measured: stamps.arrival.saturating_sub(before),
+            period_nanos: stamps.period_nanos,
+            disbelieved: stamps.device.is_some(),
+        }
+    }
+
+    /// The state, as a model of this kind.
+    pub(super) fn state_as(&self, kind: ClockKind) -> ClockState {
+        let latency = self.settings.latency;
+        let unknown = ClockState {
+            kind,
+            epoch: self.epochs,
+            offset_secs: f64::NAN,
+            skew_ppm: f64::NAN,
+            jitter_secs: f64::NAN,
+            uncertainty_secs: f64::NAN,
+        };
+        self.epoch.as_ref().map_or(unknown, |epoch| ClockState {
+            offset_secs: epoch.offset_secs() + latency.secs,
+            skew_ppm: epoch.skew_ppm(),
+            jitter_secs: epoch.jitter_secs(),
+            uncertainty_secs: latency.uncertainty_secs.hypot(epoch.uncertainty_secs()),
+            ..unknown
+        })
+    }
+
+    /// Gives times to a reading by `map`, which leads from device time since the epoch began to
+    /// session time [ns].
+    pub(super) fn correct_by(&mut self, placed: Placed, map: impl Fn(i64) -> i64) -> Corrected {
+        let latency = self.latency_nanos();
+        let mut measured = map(placed.first).saturating_sub(latency);
+        let end = map(placed.last).saturating_sub(latency);
+        if let Some(train) = placed.follows {
+            let before = self.batches.end_before(train);
+            if measured <= before && before < end {
+                measured = before + 1;
+            }
+            self.batches.ended(train, end);
+        }
+        let steps = f64::from(placed.count - 1).max(1.0);
+        let period_nanos = (i128::from(end) - i128::from(measured)) as f64 / steps;
+        Corrected { measured, period_nanos: period_nanos.max(0.0), disbelieved: false }
+    }
+
+    fn batch(&mut self, stamps: &Stamps, device: i64) -> Batch {
+        let span = sane(stamps.span_nanos());
+        if stamps.count < 2 || span < 1.0 {
+            return Batch { span: 0, follows: None };
+        }
+        let period = span / f64::from(stamps.count - 1);
+        let (train, period) = self.batches.period(device, stamps.index, period);
+        let span = sane(f64::from(stamps.count - 1) * period) as i64;
+        Batch { span, follows: train }
+    }
+
+    /// Gives a packet to the epoch, or begins a new one; whether it is believed.
+    fn take(&mut self, packet: Packet, raw: i64) -> bool {
+        let Some(epoch) = &mut self.epoch else {
+            self.begin(&[packet]);
+            return true;
+        };
+        match epoch.take(packet) {
+            Verdict::Runs => {
+                let fast = epoch.is_poor() && !self.told_fast;
+                if fast {
+                    let ppm = epoch.skew_ppm();
+                    self.told_fast = true;
+                    self.tell(News::Fast { ppm });
+                }
+            }
+            Verdict::Set(secs) => {
+                let packets = epoch.raised().to_vec();
+                self.begin(&packets);
+                self.tell(News::Jumped { epoch: self.epochs, secs });
+                return self.take(packet, raw);
+            }
+            Verdict::Astray(secs) => {
+                if !self.astray.push(packet) {
+                    return false;
+                }
+                let silence = self.astray.packets[0].arrival.saturating_sub(self.last_arrival);
+                let near_zero = silence.saturating_add(NEAR_ZERO_NANOS);
+                let restarted = (0..near_zero).contains(&raw) || secs < -FAR_BACK_SECS;
+                let packets = self.astray.packets;
+                self.begin(&packets);
+                let epoch = self.epochs;
+                self.tell(if restarted {
+                    News::Restarted { epoch }
+                } else {
+                    News::Jumped { epoch, secs }
+                });
+            }
+        }
+        self.astray = Astray::default();
+        self.last_arrival = packet.arrival;
+        true
+    }
+
+    /// Begins an epoch with its first packets, of which there is at least one.
+    fn begin(&mut self, packets: &[Packet]) {
+        self.epochs += u32::from(self.epoch.is_some());
+        self.told_fast = false;
+        self.batches.clear();
+        let Some((first, rest)) = packets.split_first() else { return };
+        let mut epoch = Epoch::begin(*first, self.settings.usual_skew_ppm * 1e-6);
+        for packet in rest {
+            epoch.take(*packet);
+        }
+        self.epoch = Some(epoch);
+    }
+
+    fn tell(&mut self, news: News) {
+        if self.news.len() < NEWS {
+            self.news.push_back(news);
+        }
+    }
+}
+
+impl ClockModel for OneWay {
+    fn correct(&mut self, stamps: &Stamps) -> Corrected {
+        let Some(placed) = self.place(stamps) else { return self.arrived(stamps) };
+        let Some(epoch) = &mut self.epoch else { return self.arrived(stamps) };
+        epoch.settle(placed.last);
+        let ends = (epoch.at(placed.first), epoch.at(placed.last));
+        self.correct_by(placed, |since| if since == placed.first { ends.0 } else { ends.1 })
+    }
+
+    fn state(&self) -> ClockState {
+        self.state_as(ClockKind::OneWay)
+    }
+
+    fn news(&mut self) -> Option<News> {
+        self.news.pop_front()
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Batch {
+    /// From its first to its last sample [ns].
+    span: i64,
+    follows: Option<usize>,
+}
+
+/// A length of a batch that can be computed with [ns].
+fn sane(span_nanos: f64) -> f64 {
+    if span_nanos > 0.0 { span_nanos.min(LONGEST_BATCH_NANOS) } else { 0.0 }
+}
+
+/// Packets in a row that are not of the epoch, but of one clock that runs.
+#[derive(Clone, Copy, Debug)]
+struct Astray {
+    count: usize,
+    packets: [Packet; AGREEING],
+}
+
+impl Default for Astray {
+    fn default() -> Astray {
+        Astray { count: 0, packets: [Packet { device: 0, arrival: 0 }; AGREEING] }
+    }
+}
+
+impl Astray {
+    /// Takes a packet; whether there are enough that agree.
+    fn push(&mut self, packet: Packet) -> bool {
+        let delay = |packet: Packet| packet.arrival.saturating_sub(packet.device);
+        let newest = self.packets[self.count.clamp(1, AGREEING) - 1];
+        let runs = packet.device > newest.device;
+        if self.count == 0 || !runs || delay(packet).abs_diff(delay(newest)) > AGREE_NANOS {
+            *self = Astray { count: 1, packets: [packet; AGREEING] };
+            return false;
+        }
+        self.count += 1;
+        self.packets[self.count.min(AGREEING) - 1] = packet;
+        let lasted = packet.arrival.saturating_sub(self.packets[0].arrival);
+        self.count >= AGREEING && lasted >= AGREEING_NANOS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::simulated::{Device, SECOND};
+
+    const LATENCY: Latency = Latency::new(0.0, 0.0);
+
+    fn model() -> OneWay {
+        OneWay::new(OneWaySettings::new(LATENCY))
+    }
+
+    fn news(clock: &mut OneWay) -> Vec<News> {
+        std::iter::from_fn(|| clock.news()).collect()
+    }
+
+    /// Feeds what a device sends in some seconds; the error of the last sample [s].
+    fn run(clock: &mut OneWay, device: &mut Device, secs: i64) -> f64 {
+        let mut error = f64::NAN;
+        let end = device.now + secs * SECOND;
+        while device.now < end {
+            let (truth, stamps) = device.send();
+            error = (clock.correct(&stamps).measured - truth) as f64 / 1e9;
+        }
+        error
+    }
+
+    #[test]
+    fn a_steady_clock_is_found_and_nothing_is_told() {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        device.rate = 1.0 + 40e-6;
+        let error = run(&mut clock, &mut device, 300) - device.least_delay;
+        assert!(error.abs() < 0.003, "{error}");
+        let state = clock.state();
+        assert!((state.skew_ppm - 40.0).abs() < 20.0, "{state:?}");
+        assert!(state.uncertainty_secs < 0.006 && state.epoch == 0, "{state:?}");
+        assert_eq!(news(&mut clock), []);
+    }
+
+    #[test]
+    fn a_clock_that_runs_two_percent_fast_is_followed_and_told() {
+        for rate in [0.98, 1.02] {
+            let (mut clock, mut device) = (model(), Device::new(10.0));
+            device.rate = rate;
+            run(&mut clock, &mut device, 60);
+            for _ in 0..20 {
+                let error = run(&mut clock, &mut device, 3) - device.least_delay;
+                assert!(error.abs() < 0.01, "{error}");
+            }
+            let told = news(&mut clock);
+            assert!(matches!(told[..], [News::Fast { .. }]), "{told:?}");
+            assert!((clock.state().skew_ppm - (rate - 1.0) * 1e6).abs() < 100.0);
+            assert_eq!(clock.state().epoch, 0);
+        }
+    }
+
+    #[test]
+    fn a_clock_that_is_set_begins_a_new_epoch() {
+        for hours in [1, -1] {
+            let (mut clock, mut device) = (model(), Device::new(10.0));
+            device.clock += 7200 * SECOND;
+            run(&mut clock, &mut device, 60);
+            device.clock += hours * 3600 * SECOND;
+            let error = run(&mut clock, &mut device, 60) - device.least_delay;
+            assert!(error.abs() < 0.01, "{error}");
+            match news(&mut clock)[..] {
+                [News::Jumped { epoch: 1, secs }] => {
+                    assert!((secs - hours as f64 * 3600.0).abs() < 1.0, "{secs}");
+                }
+                ref told => panic!("{told:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_device_that_is_switched_on_again_begins_a_new_epoch() {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        device.clock += 7200 * SECOND;
+        run(&mut clock, &mut device, 60);
+        device.now += 20 * SECOND;
+        device.clock = 0;
+        let error = run(&mut clock, &mut device, 30) - device.least_delay;
+        assert!(error.abs() < 0.02, "{error}");
+        assert_eq!(news(&mut clock), [News::Restarted { epoch: 1 }]);
+    }
+}
