@@ -3,6 +3,7 @@
 pub mod clock;
 pub mod matching;
 pub mod align;
+pub mod calibrate;
 mod ticks;
 
 pub use ticks::Ticks;
