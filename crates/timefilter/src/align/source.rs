@@ -1,0 +1,313 @@
+//! One source of an aligner.
+
+use super::policy::Policy;
+use super::row::{Aside, Output, Validity, Why};
+use super::samples::Samples;
+use super::settings::{SourceId, SourceSettings};
+use super::watermark::{Presence, Watermark};
+
+/// What has become of a source's samples so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// All that were given.
+    pub received: u64,
+    /// Those that came after a row of their time or later: [`super::Why::Late`].
+    pub late: u64,
+    /// Those that claimed to be measured after their arrival: [`super::Why::Ahead`].
+    pub ahead: u64,
+    /// Those that there was no room for: [`super::Why::Crowded`].
+    pub crowded: u64,
+    /// Those without a single number: they show that the source is there, and are no values.
+    pub blank: u64,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub id: SourceId,
+    pub watermark: Watermark,
+    pub policy: Policy,
+    pub channels: usize,
+    pub samples: Samples,
+    pub counts: Counts,
+}
+
+impl Source {
+    pub fn new(id: SourceId, settings: &SourceSettings, now: i64) -> Source {
+        Source {
+            id,
+            watermark: Watermark::new(settings, now),
+            policy: settings.policy,
+            channels: settings.channels,
+            samples: Samples::new(settings.channels, settings.capacity),
+            counts: Counts::default(),
+        }
+    }
+
+    /// Whether samples that are still expected could change its cell at `row`. No row before that
+    /// is to come.
+    #[inline]
+    pub fn could_change(&mut self, row: i64) -> bool {
+        if self.watermark.presence != Presence::Awaited {
+            return false;
+        }
+        let complete_until = self.watermark.complete_until;
+        complete_until < row || {
+            self.forget_before(row);
+            complete_until < self.decided_by(row)
+        }
+    }
+
+    /// The time until which its samples decide on its cell at `row`: the third of \psi's answers
+    /// (created, does not exist, more is needed) holds while the watermark is before it.
+    #[inline]
+    fn decided_by(&self, row: i64) -> i64 {
+        let (before, after) = self.neighbours(row);
+        match self.policy {
+            Policy::Exact | Policy::Hold { .. } | Policy::Window { .. } => row,
+            Policy::Nearest { tolerance_nanos } => {
+                let nearest = distance(before, row).min(distance(after, row));
+                row.saturating_add(nearest.min(tolerance_nanos))
+            }
+            Policy::Linear { max_gap_nanos } => match before {
+                None => row,
+                Some(before) if before == row => row,
+                Some(before) => {
+                    let end_of_gap = before.saturating_add(max_gap_nanos).max(row);
+                    after.map_or(end_of_gap, |after| after.min(end_of_gap))
+                }
+            },
+        }
+    }
+
+    /// The times of the last sample at or before `row` and of the first after it. Expects
+    /// [`Source::forget_before`] to have been called for it, and no window.
+    #[inline]
+    fn neighbours(&self, row: i64) -> (Option<i64>, Option<i64>) {
+        match self.samples.time(0) {
+            Some(first) if first <= row => (Some(first), self.samples.time(1)),
+            first => (None, first),
+        }
+    }
+
+    /// Forgets what no row from `row` on needs. The last sample before is always kept.
+    #[inline]
+    pub fn forget_before(&mut self, row: i64) {
+        match self.policy {
+            Policy::Window { length_nanos, .. } => {
+                let before_window = row.saturating_sub(length_nanos);
+                while self.samples.len() > 1
+                    && self.samples.time(0).is_some_and(|oldest| oldest <= before_window)
+                {
+                    self.samples.forget_oldest();
+                }
+            }
+            _ => {
+                while self.samples.time(1).is_some_and(|second| second <= row) {
+                    self.samples.forget_oldest();
+                }
+            }
+        }
+    }
+
+    /// Keeps a sample for rows after `last`, unless it is blank or of no use to them; at capacity
+    /// instead of the oldest.
+    #[inline]
+    pub fn keep<F>(&mut self, measured: i64, values: &[f64], last: Option<i64>, out: &mut F)
+    where
+        F: FnMut(Output<'_>),
+    {
+        if values.iter().all(|value| value.is_nan()) {
+            self.counts.blank += 1;
+            return;
+        }
+        if last.is_some_and(|last| measured <= last && !self.is_of_use_after(last, measured)) {
+            return;
+        }
+        if self.samples.is_full() {
+            self.counts.crowded += 1;
+            let (source, why) = (self.id, Why::Crowded);
+            let oldest = self.samples.time(0).unwrap_or(measured);
+            if measured < oldest {
+                return out(Output::Aside(Aside { source, measured, values, why }));
+            }
+            let (measured, values) = (oldest, self.samples.values(0));
+            out(Output::Aside(Aside { source, measured, values, why }));
+            self.samples.forget_oldest();
+        }
+        self.samples.insert(measured, values);
+    }
+
+    /// Whether a row after `row` may need a sample.
+    pub fn is_of_use_after(&self, row: i64, measured: i64) -> bool {
+        match (self.policy, self.samples.time(0)) {
+            (_, None) => true,
+            (Policy::Window { length_nanos, .. }, _) => measured > row.saturating_sub(length_nanos),
+            (_, Some(oldest)) => oldest > row || measured >= oldest,
+        }
+    }
+
+    /// Whether all that it could say until `row` is there.
+    pub fn is_complete(&self, row: i64) -> bool {
+        self.watermark.complete_until >= row
+    }
+}
+
+#[inline]
+fn distance(time: Option<i64>, row: i64) -> i64 {
+    time.map_or(i64::MAX, |time| i64::try_from(time.abs_diff(row)).unwrap_or(i64::MAX))
+}
+
+/// How a cell is made of a source's samples.
+impl Source {
+    /// Writes the values at `row` and says how old they are [ns] and what they are worth.
+    #[inline]
+    pub fn cell(&mut self, row: i64, available: bool, values: &mut [f64]) -> (i64, Validity) {
+        self.forget_before(row);
+        match self.policy {
+            Policy::Linear { max_gap_nanos } => self.linear(row, max_gap_nanos, available, values),
+            Policy::Hold { max_age_nanos } => self.hold(row, max_age_nanos, available, values),
+            Policy::Exact => self.nearest(row, 0, available, values),
+            Policy::Nearest { tolerance_nanos } => {
+                self.nearest(row, tolerance_nanos, available, values)
+            }
+            Policy::Window { length_nanos, aggregate } => {
+                let window = super::window::Window { row, length_nanos, aggregate };
+                self.window(&window, available, values)
+            }
+        }
+    }
+
+    #[inline]
+    fn linear(
+        &self,
+        row: i64,
+        max_gap_nanos: i64,
+        available: bool,
+        values: &mut [f64],
+    ) -> (i64, Validity) {
+        match self.neighbours(row) {
+            (Some(before), _) if before == row => {
+                values.copy_from_slice(self.samples.values(0));
+                (0, Validity::Fresh)
+            }
+            (Some(before), Some(after)) => {
+                let gap_nanos = after.abs_diff(before);
+                if gap_nanos > max_gap_nanos as u64 {
+                    return absent(values, row.saturating_sub(before), Validity::Gap);
+                }
+                let share = row.abs_diff(before) as f64 / gap_nanos as f64;
+                let ends = self.samples.values(0).iter().zip(self.samples.values(1));
+                for (value, (begin, end)) in values.iter_mut().zip(ends) {
+                    *value = begin + share * (end - begin);
+                }
+                (row.saturating_sub(after), Validity::Fresh)
+            }
+            (Some(before), None) if self.is_complete(row) => {
+                absent(values, row.saturating_sub(before), Validity::Gap)
+            }
+            (Some(_), None) => self.last(row, max_gap_nanos, available, values),
+            (None, _) => self.none(row, available, values),
+        }
+    }
+
+    #[inline]
+    fn hold(
+        &self,
+        row: i64,
+        max_age_nanos: i64,
+        available: bool,
+        values: &mut [f64],
+    ) -> (i64, Validity) {
+        match self.neighbours(row).0 {
+            None => self.none(row, available, values),
+            Some(before) if before == row => {
+                values.copy_from_slice(self.samples.values(0));
+                (0, Validity::Fresh)
+            }
+            Some(before) if self.is_complete(row) => {
+                values.copy_from_slice(self.samples.values(0));
+                let age_nanos = row.saturating_sub(before);
+                let held = age_nanos <= max_age_nanos;
+                (age_nanos, if held { Validity::Held } else { Validity::Stale })
+            }
+            Some(_) => self.last(row, max_age_nanos, available, values),
+        }
+    }
+
+    fn nearest(
+        &self,
+        row: i64,
+        tolerance_nanos: i64,
+        available: bool,
+        values: &mut [f64],
+    ) -> (i64, Validity) {
+        let (before, after) = self.neighbours(row);
+        let (earlier, later) = (distance(before, row), distance(after, row));
+        if earlier.min(later) > tolerance_nanos {
+            return self.none(row, available, values);
+        }
+        let place = usize::from(later < earlier && before.is_some());
+        values.copy_from_slice(self.samples.values(place));
+        (if later < earlier { -later } else { earlier }, Validity::Fresh)
+    }
+
+    /// The last value, while more could have come: held while it may be, then stale; late or stale
+    /// if the row did not wait.
+    fn last(
+        &self,
+        row: i64,
+        max_nanos: i64,
+        available: bool,
+        values: &mut [f64],
+    ) -> (i64, Validity) {
+        let Some(before) = self.neighbours(row).0 else {
+            return absent(values, i64::MAX, self.unawaited());
+        };
+        values.copy_from_slice(self.samples.values(0));
+        let age_nanos = row.saturating_sub(before);
+        let validity = match self.unawaited() {
+            Validity::Late if available && age_nanos <= max_nanos => Validity::Held,
+            Validity::Late if available => Validity::Stale,
+            other => other,
+        };
+        (age_nanos, validity)
+    }
+
+    /// No value, if that is sure; else the last one.
+    pub(super) fn none(&self, row: i64, available: bool, values: &mut [f64]) -> (i64, Validity) {
+        let before = self.last_until(row);
+        let age_nanos = before.map_or(i64::MAX, |(_, before)| row.saturating_sub(before));
+        let awaited = matches!(self.watermark.presence, Presence::Awaited | Presence::Behind);
+        let sure = self.is_complete(row) || (available && awaited);
+        match (before, self.unawaited()) {
+            _ if sure => absent(values, age_nanos, Validity::Missing),
+            (None, Validity::Late) => absent(values, age_nanos, Validity::Late),
+            (None, _) => absent(values, age_nanos, Validity::Missing),
+            (Some((place, _)), validity) => {
+                values.copy_from_slice(self.samples.values(place));
+                (age_nanos, validity)
+            }
+        }
+    }
+
+    /// The place and the time of the last sample until `row`.
+    fn last_until(&self, row: i64) -> Option<(usize, i64)> {
+        let until = |&place: &usize| self.samples.time(place).is_some_and(|time| time <= row);
+        let place = (0..self.samples.len()).take_while(until).last()?;
+        Some((place, self.samples.time(place)?))
+    }
+
+    /// What a value is worth that the row did not wait for.
+    pub(super) fn unawaited(&self) -> Validity {
+        match self.watermark.presence {
+            Presence::Awaited | Presence::Behind => Validity::Late,
+            Presence::Silent | Presence::Ended => Validity::Stale,
+        }
+    }
+}
+
+/// No value.
+pub(super) fn absent(values: &mut [f64], age_nanos: i64, validity: Validity) -> (i64, Validity) {
+    values.fill(f64::NAN);
+    (age_nanos, validity)
+}
