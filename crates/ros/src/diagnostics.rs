@@ -51,7 +51,7 @@ impl Sink for DiagnosticsSink {
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
-                    arrays(&batch).for_each(|array| send(&*publisher, &array))
+                    arrays(&batch).for_each(|array| send(&*publisher, &array));
                 }
                 Received::Silence => {}
                 Received::Closed => return Ok(()),
