@@ -20,7 +20,6 @@ pub mod robots {
 }
 
 pub mod context;
-mod readout;
 mod windows;
 mod whole_seconds;
 mod value;

@@ -7,3 +7,4 @@ pub mod definition;
 pub mod catalogue;
 pub mod fields;
 pub mod value;
+pub mod readout;

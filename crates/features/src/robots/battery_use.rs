@@ -13,6 +13,7 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
 
 use self::current::Direction;
 use self::estimates::estimate;
@@ -20,7 +21,6 @@ use self::gauge::{Gauges, Lines};
 use self::notes::{Note, Notes};
 use self::reading::{Layout, Quantity, Reading};
 use crate::context::FeatureContext;
-use crate::readout::Readout;
 use crate::value::window_of;
 use crate::windows::{View, Windows, window_name};
 

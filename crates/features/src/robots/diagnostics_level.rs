@@ -11,10 +11,10 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
 use teampulse_signal::estimate::Estimate;
 
 use crate::context::{FeatureContext, duration_setting};
-use crate::readout::Readout;
 use crate::value::{moment, window_of};
 use crate::windows::{Windows, window_name};
 

@@ -8,11 +8,11 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
 use teampulse_signal::estimate::Estimate;
 use teampulse_signal::robust::{mad, median_estimate};
 
 use crate::context::FeatureContext;
-use crate::readout::Readout;
 use crate::value::{Value, defined, window_of};
 use crate::windows::{View, Windows, window_name};
 

@@ -9,9 +9,9 @@ use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
+use teampulse_messages::readout::Readout;
 
 use crate::context::FeatureContext;
-use crate::readout::Readout;
 
 /// The numbers inside ROS messages: one reading for each message, in the units of its stream.
 ///

@@ -10,9 +10,9 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
 
 use crate::context::{FeatureContext, duration_setting};
-use crate::readout::Readout;
 use crate::value::moment;
 
 /// A speed below this is standing still [m/s].

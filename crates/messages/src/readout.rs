@@ -2,13 +2,14 @@
 
 use teampulse_core::data::Data;
 use teampulse_core::stream::{Schema, Shape, Stream};
-use teampulse_messages::catalogue::shipped;
-use teampulse_messages::definition::Definition;
-use teampulse_messages::fields::Fields;
+
+use crate::catalogue::shipped;
+use crate::definition::Definition;
+use crate::fields::Fields;
 
 /// Reads the numbers of a stream's channels out of its samples.
 #[derive(Debug)]
-pub(crate) struct Readout {
+pub struct Readout {
     way: Way,
     scale: f64,
     numbers: Vec<f64>,
@@ -17,7 +18,7 @@ pub(crate) struct Readout {
 /// Where the numbers are.
 #[derive(Debug)]
 enum Way {
-    /// The sample is these many numbers.
+    /// The sample, each sample of a wave, or the values of a feature are these many numbers.
     Plain { width: usize },
     /// They are fields of a message.
     Fields(Fields),
@@ -26,14 +27,14 @@ enum Way {
 impl Readout {
     /// Reads every channel that the stream declares; `None` while the definition of its messages is
     /// not known, or where they have no such fields.
-    pub(crate) fn of(stream: &Stream) -> Option<Readout> {
+    pub fn of(stream: &Stream) -> Option<Readout> {
         Readout::of_channels(stream, &stream.channels)
     }
 
     /// Reads these channels, whatever the stream declares.
-    pub(crate) fn of_channels(stream: &Stream, channels: &[String]) -> Option<Readout> {
+    pub fn of_channels(stream: &Stream, channels: &[String]) -> Option<Readout> {
         let way = match &stream.shape {
-            Shape::Sample => Way::Plain { width: channels.len() },
+            Shape::Sample | Shape::Wave | Shape::Feature => Way::Plain { width: channels.len() },
             Shape::Message(schema) => {
                 Way::Fields(Fields::compile(&definition(schema)?, channels).ok()?)
             }
@@ -42,13 +43,21 @@ impl Readout {
         Some(Readout { way, scale: stream.scale, numbers: Vec::new() })
     }
 
-    /// A number for each channel, NaN where the message has none; `None` when the sample can't be
-    /// read at all.
-    pub(crate) fn read(&mut self, data: &Data) -> Option<&[f64]> {
+    /// A number for each channel, NaN where the message has none, and of a wave those of all of its
+    /// samples, one after the other; `None` when the sample can't be read at all.
+    pub fn read(&mut self, data: &Data) -> Option<&[f64]> {
         match (&self.way, data) {
             (Way::Plain { width }, Data::Sample(numbers)) if numbers.len() == *width => {
                 self.numbers.clear();
                 self.numbers.extend_from_slice(numbers);
+            }
+            (Way::Plain { width }, Data::Wave(wave)) if wave.channels as usize == *width => {
+                self.numbers.clear();
+                self.numbers.extend_from_slice(&wave.samples);
+            }
+            (Way::Plain { width }, Data::Feature(feature)) if feature.values.len() == *width => {
+                self.numbers.clear();
+                self.numbers.extend_from_slice(&feature.values);
             }
             (Way::Fields(fields), Data::Message(cdr)) => {
                 fields.read(cdr, &mut self.numbers).ok()?;
@@ -72,15 +81,21 @@ mod tests {
 
     use bytes::Bytes;
     use proptest::prelude::*;
-    use teampulse_core::stream::Signal;
-    use teampulse_messages::standard::Message;
-    use teampulse_messages::standard::sensor_msgs::BatteryState;
+    use teampulse_core::data::Wave;
+    use teampulse_core::stream::Subject;
 
     use super::*;
-    use crate::drive::{messages, plain};
+    use crate::standard::Message;
+    use crate::standard::sensor_msgs::BatteryState;
 
     fn stream(channel: &str) -> Stream {
-        messages::<BatteryState>("/r1/battery_state", Signal::Battery, &[(channel, "V")])
+        let shape = Shape::Message(shipped(BatteryState::NAME).unwrap());
+        let stream = Stream::raw("/r1/battery_state", Subject::robot("r1"), shape);
+        stream.with_channels(&[(channel, "V")])
+    }
+
+    fn plain(shape: Shape) -> Stream {
+        Stream::raw("/r1/x", Subject::robot("r1"), shape).with_channels(&[("x", "m")])
     }
 
     #[test]
@@ -104,9 +119,16 @@ mod tests {
 
     #[test]
     fn a_sample_of_another_width_is_not_read() {
-        let mut readout = Readout::of(&plain("/r1/x", Signal::Other, &[("x", "m")])).unwrap();
+        let mut readout = Readout::of(&plain(Shape::Sample)).unwrap();
         assert_eq!(readout.read(&Data::Sample([1.0].into())), Some(&[1.0][..]));
         assert_eq!(readout.read(&Data::Sample([1.0, 2.0].into())), None);
+    }
+
+    #[test]
+    fn of_a_wave_every_sample_is_read() {
+        let mut readout = Readout::of(&plain(Shape::Wave)).unwrap();
+        let wave = Wave { period_ns: 1e6, channels: 1, samples: [1.0, 2.0].into() };
+        assert_eq!(readout.read(&Data::Wave(wave)), Some(&[1.0, 2.0][..]));
     }
 
     proptest! {
