@@ -21,6 +21,26 @@ fn the_package_and_the_catalogue_have_the_same_messages() {
         assert!(shipped.text.starts_with(&text), "{name} is shipped in another form");
         found.push(type_name);
     }
+    found.extend(built_services(&package, &built));
     found.sort();
     assert!(names().filter(|name| name.starts_with("teampulse_msgs/")).eq(found));
+}
+
+/// The messages of the package's services, each held against what is shipped.
+fn built_services(package: &Path, built: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for file in fs::read_dir(package.join("srv")).expect("a package has services") {
+        let path = file.expect("a readable folder").path();
+        let name = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
+        assert!(built.contains(&format!("\"srv/{name}.srv\"")), "{name} is not built");
+        let text = fs::read_to_string(path).expect("a readable file");
+        let (request, response) = text.split_once("---\n").expect("a service has two halves");
+        for (half, text) in [("Request", request), ("Response", response)] {
+            let type_name = format!("teampulse_msgs/srv/{name}_{half}");
+            let shipped = shipped(&type_name).expect("each half is shipped");
+            assert!(shipped.text.starts_with(text), "{type_name} is shipped in another form");
+            found.push(type_name);
+        }
+    }
+    found
 }

@@ -40,10 +40,22 @@ const OWN: [(&str, &str); 6] = [
     ("Wave", include_str!("../../../../msgs/teampulse_msgs/msg/Wave.msg")),
 ];
 
+/// Our own services, word for word too.
+const OWN_SERVICES: [(&str, &str); 1] =
+    [("ProbeClock", include_str!("../../../../msgs/teampulse_msgs/srv/ProbeClock.srv"))];
+
 /// The `.msg` text of each type, by its full name.
 pub(super) fn texts() -> Vec<(String, &'static str)> {
     let own = OWN.iter().map(|(name, text)| (format!("teampulse_msgs/msg/{name}"), *text));
-    PACKAGES.iter().flat_map(|(package, text)| types(package, text)).chain(own).collect()
+    let services = OWN_SERVICES.iter().flat_map(|(name, text)| halves(name, text));
+    let others = PACKAGES.iter().flat_map(|(package, text)| types(package, text));
+    others.chain(own).chain(services).collect()
+}
+
+/// What is asked of one of our services, and what it answers.
+fn halves(name: &str, text: &'static str) -> impl Iterator<Item = (String, &'static str)> {
+    let halves = text.split("---\n").zip(["Request", "Response"]);
+    halves.map(move |(text, half)| (format!("teampulse_msgs/srv/{name}_{half}"), text))
 }
 
 /// The types of a package, each with its full name and its text.

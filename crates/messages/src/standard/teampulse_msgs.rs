@@ -1,4 +1,7 @@
-//! `teampulse_msgs`: our own six. The package in `msgs/` documents them for ROS users.
+//! `teampulse_msgs`: our own six, and our service. The package in `msgs/` documents them for ROS
+//! users.
+
+use teampulse_core::time::Time;
 
 use super::message;
 use super::std_msgs::Header;
@@ -210,3 +213,25 @@ impl StreamStatus {
     /// The `lost_source` of a stream whose losses can't be known.
     pub const LOST_UNKNOWN: i64 = -1;
 }
+
+/// Asks another computer for its clock.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProbeClockRequest {
+    /// When this was sent, by the caller's clock.
+    pub sent: Time,
+}
+
+message!(ProbeClockRequest { sent } = "teampulse_msgs/srv/ProbeClock_Request");
+
+/// What another computer's clock shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProbeClockResponse {
+    /// What the caller sent.
+    pub sent: Time,
+    /// When the request arrived, by the clock of this computer.
+    pub received: Time,
+    /// When this was sent, by the same clock.
+    pub replied: Time,
+}
+
+message!(ProbeClockResponse { sent, received, replied } = "teampulse_msgs/srv/ProbeClock_Response");
