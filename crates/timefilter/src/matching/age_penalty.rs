@@ -17,6 +17,9 @@ impl AgePenalty {
     /// Whether a lateness counts as much as a gain, or more.
     #[inline]
     pub(super) fn outweighs(self, late_nanos: i64, gain_nanos: i64) -> bool {
+        if late_nanos == 0 {
+            return gain_nanos <= 0;
+        }
         let product = late_nanos as f64 * self.factor;
         let difference = product - gain_nanos as f64;
         // ROS's rounding is far within this: only what is nearer needs it.

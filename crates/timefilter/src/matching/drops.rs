@@ -58,6 +58,7 @@ impl Drops {
         Drops { counts: vec![[0; DropReason::ALL.len()]; topics + 1] }
     }
 
+    #[inline]
     pub(super) fn add(&mut self, topic: usize, reason: DropReason) {
         let row = self.row(topic);
         self.counts[row][reason as usize] += 1;
