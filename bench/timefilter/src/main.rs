@@ -2,6 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "figures go to standard output")]
 
+mod matching;
 mod recording;
 
 use std::process::ExitCode;
@@ -17,8 +18,13 @@ fn main() -> ExitCode {
             }
             Err(error) => refuse(&error.to_string()),
         },
+        ("matching", rest) => finish(matching::measure(rest)),
         _ => refuse(&format!("there is no part `{part}`")),
     }
+}
+
+fn finish(outcome: Result<(), Box<dyn std::error::Error>>) -> ExitCode {
+    outcome.map_or_else(|error| refuse(&error.to_string()), |()| ExitCode::SUCCESS)
 }
 
 fn refuse(message: &str) -> ExitCode {
