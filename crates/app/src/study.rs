@@ -1,5 +1,6 @@
 //! A study: what to watch, what to compute, what to keep, in one TOML file.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_core::clocks::ClockSettings;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
 use teampulse_sources::session::Phase;
 use thiserror::Error;
@@ -33,6 +35,8 @@ pub struct General {
     pub session: SessionSettings,
     /// What is computed.
     pub features: FeatureSettings,
+    /// What is known of the devices' clocks, by the device's name; `teampulse calibrate` finds it.
+    pub clocks: BTreeMap<String, ClockSettings>,
     /// The phases of the study, at set times; `baseline` is the reference.
     pub phases: Vec<Phase>,
     /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.

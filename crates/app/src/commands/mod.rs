@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod calibrate;
 mod check;
 mod demo;
 mod export;
@@ -33,6 +34,8 @@ pub enum Command {
     Play(play::Play),
     /// Computes everything derived again from what is raw, as fast as possible
     Replay(replay::Replay),
+    /// Finds a device's fixed latency from an event that two streams saw
+    Calibrate(calibrate::Calibrate),
     /// Shows what is in a bag
     Info(info::Info),
     /// Mends a damaged bag
@@ -57,6 +60,7 @@ impl Command {
             Command::Scan(command) => command.run().await,
             Command::Play(command) => command.run().await,
             Command::Replay(command) => command.run().await,
+            Command::Calibrate(command) => command.run(),
             Command::Info(command) => command.run(),
             Command::Recover(command) => command.run(),
             Command::Export(command) => command.run().await,

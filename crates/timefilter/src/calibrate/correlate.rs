@@ -4,8 +4,8 @@ use super::onset::Onset;
 
 /// The grid on which lags are compared [s].
 const GRID_SECS: f64 = 0.001;
-/// An onset is taken to be known no better than this [s], and no worse.
-const KNOWN_SECS: (f64, f64) = (0.005, 0.1);
+/// The lag between two onsets is taken to be known no better than this [s], and no worse.
+const KNOWN_SECS: (f64, f64) = (0.01, 0.1);
 /// Lags nearer than this belong to one peak [s].
 const PEAK_SECS: f64 = 0.05;
 
@@ -50,7 +50,7 @@ pub(super) fn pairs(a: &[Onset], b: &[Onset], lag_secs: f64) -> Vec<(Onset, Onse
         let nearest = near.min_by(|x, y| distance(&rest[*x]).total_cmp(&distance(&rest[*y])));
         let Some(place) = nearest else { continue };
         let other = rest[place];
-        if distance(&other) <= 2.0 * known(one, &other) {
+        if distance(&other) <= known(one, &other) {
             pairs.push((*one, other));
             rest = &rest[place + 1..];
         }
@@ -81,9 +81,9 @@ fn sum_of_pairs(a: &[Onset], b: &[Onset], max_lag_secs: f64) -> Vec<f64> {
     grid
 }
 
-/// How well the lag between two onsets is known [s].
+/// How far the lag between two onsets may be off [s].
 fn known(a: &Onset, b: &Onset) -> f64 {
-    (a.half_span_secs + b.half_span_secs).clamp(KNOWN_SECS.0, KNOWN_SECS.1)
+    (2.0 * (a.half_span_secs + b.half_span_secs)).clamp(KNOWN_SECS.0, KNOWN_SECS.1)
 }
 
 /// How wide a peak may be [s].

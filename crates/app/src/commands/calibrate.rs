@@ -1,0 +1,214 @@
+//! `teampulse calibrate`: a device's fixed latency from an event that two streams saw.
+
+mod edit;
+mod seen;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+use teampulse_bag::{Bag, STUDY_NAME, Unread};
+use teampulse_timefilter::calibrate::{Calibration, LONGEST_LAG_SECS, calibrate};
+use teampulse_timefilter::clock::KnownDevice;
+
+use crate::commands::info::{after_reading, open, warn_of_damage};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+use crate::study::Study;
+use seen::{Recorded, Span, Wanted, record};
+
+/// A latency that is known no better than this is not worth writing down [s].
+const WORST_SECS: f64 = 0.1;
+
+/// Finds a device's fixed latency from an event that two streams of a bag saw.
+///
+/// Record a session in which you tap the device, press a button or switch a light a few times, at
+/// uneven intervals of some seconds, so that a stream whose times are right sees it as well.
+///
+/// The lag is how much later the stream shows the events than the reference, by their corrected
+/// times. The device's latency is the one that it was recorded with plus the lag.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// The bag's folder, or one of its .mcap files
+    bag: PathBuf,
+    /// The stream whose times are right; behind a colon one of its channels, a field of its
+    /// messages, or the label of its events
+    #[arg(long, value_name = "STREAM[:CHANNEL]")]
+    reference: Wanted,
+    /// The stream of the device
+    #[arg(long, value_name = "STREAM[:CHANNEL]")]
+    stream: Wanted,
+    /// Begins so many seconds after the bag does
+    #[arg(long, value_name = "SECS", value_parser = some_seconds)]
+    from: Option<f64>,
+    /// Ends so many seconds after the bag begins
+    #[arg(long, value_name = "SECS", value_parser = some_seconds)]
+    to: Option<f64>,
+    /// The longest lag that is looked for, either way, at most 60 s
+    #[arg(long, value_name = "SECS", default_value = "1", value_parser = lag_seconds)]
+    max_lag: f64,
+    /// What the study calls the device; without it as the stream does
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+    /// Writes the latency into this study
+    #[arg(long, value_name = "STUDY")]
+    write: Option<PathBuf>,
+    /// Prints one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is told.
+#[derive(Debug, Serialize)]
+struct Told {
+    reference: String,
+    stream: String,
+    lag_secs: f64,
+    /// Of the lag, and so of the latency: half the width of the 95 % interval.
+    uncertainty_secs: f64,
+    events: usize,
+    correlation: f64,
+    next_correlation: f64,
+    device: String,
+    /// The latency that the device was recorded with.
+    recorded_latency_secs: f64,
+    latency_secs: f64,
+    /// Why it should not be relied on; null when there is no reason.
+    doubt: Option<String>,
+}
+
+impl Calibrate {
+    /// Does it.
+    pub fn run(self) -> Result<Exit, Failure> {
+        let bag = open(&self.bag)?;
+        warn_of_damage(&bag);
+        let span = Span::of(&bag, self.from, self.to);
+        let recorded = record(&bag, [&self.reference, &self.stream], span)?;
+        let [reference, stream] = &recorded.seen;
+        let found = calibrate(reference.seen(), stream.seen(), self.max_lag);
+        let found = found.map_err(|error| Failure::to(error).hint(error.hint()))?;
+        let told = self.tell(&bag, &recorded, &found)?;
+        if self.json {
+            output::json(&told);
+        } else {
+            show(&told);
+        }
+        match (&told.doubt, &self.write) {
+            (Some(doubt), Some(study)) => {
+                return Err(Failure::new(format!("{} is left as it is: {doubt}", study.display()))
+                    .hint("record more events, apart from other motion, or give --from and --to"));
+            }
+            (Some(doubt), None) => eprintln!("warning: {doubt}"),
+            (None, Some(study)) => write(study, &told)?,
+            (None, None) => {}
+        }
+        let exit = if recorded.is_whole { Exit::Fine } else { Exit::DataLost };
+        Ok(after_reading(&bag, &Unread::default(), exit))
+    }
+
+    fn tell(&self, bag: &Bag, recorded: &Recorded, found: &Calibration) -> Result<Told, Failure> {
+        let [_, stream] = &recorded.seen;
+        let device = self.device.clone().unwrap_or_else(|| stream.device());
+        let in_force = recorded.has_latency.then(|| latency_in_force(bag, &device)).transpose()?;
+        let recorded_latency_secs = in_force.unwrap_or(0.0);
+        let latency_secs = recorded_latency_secs + found.lag_secs;
+        // A latency of about none may come out as a little less.
+        let is_none = latency_secs < 0.0 && -latency_secs <= found.uncertainty_secs;
+        Ok(Told {
+            reference: self.reference.to_string(),
+            stream: self.stream.to_string(),
+            lag_secs: found.lag_secs,
+            uncertainty_secs: (found.uncertainty_secs * 1e4).ceil() / 1e4,
+            events: found.events,
+            correlation: found.correlation,
+            next_correlation: found.next_correlation,
+            device,
+            recorded_latency_secs,
+            latency_secs: if is_none { 0.0 } else { (latency_secs * 1e4).round() / 1e4 },
+            doubt: doubt(found, if is_none { 0.0 } else { latency_secs }),
+        })
+    }
+}
+
+/// Why a result should not be relied on.
+fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
+    if !found.is_trustworthy() {
+        let share = 100.0 * found.correlation;
+        return Some(format!("the streams agree in few events only (correlation {share:.0} %)"));
+    }
+    if found.uncertainty_secs > WORST_SECS {
+        let uncertainty_ms = 1e3 * found.uncertainty_secs;
+        return Some(format!("the latency is uncertain by {uncertainty_ms:.0} ms"));
+    }
+    let message = "the stream is earlier than its reference: a latency can't be below 0";
+    (latency_secs < 0.0).then(|| message.to_owned())
+}
+
+/// The latency of a device that the session took off: that of its study, or of the known devices.
+fn latency_in_force(bag: &Bag, device: &str) -> Result<f64, Failure> {
+    let kept = bag.attachment(STUDY_NAME);
+    let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
+    let text = kept.map(|kept| String::from_utf8_lossy(&kept).into_owned()).unwrap_or_default();
+    let study = Study::parse(Path::new(STUDY_NAME), text)?;
+    let settings = study.general.clocks.get(device).and_then(|clock| clock.latency_secs);
+    let known = || KnownDevice::find(device).map_or(0.0, |known| known.latency.secs);
+    Ok(settings.unwrap_or_else(known))
+}
+
+fn show(told: &Told) {
+    let Told { reference, stream, events, .. } = told;
+    let (lag_ms, uncertainty_ms) = (1e3 * told.lag_secs, 1e3 * told.uncertainty_secs);
+    output::line(format!(
+        "{stream} shows {events} {} of {reference} {:.1} ms {} (± {uncertainty_ms:.1} ms, 95 %)",
+        if *events == 1 { "event" } else { "events" },
+        lag_ms.abs(),
+        if lag_ms < 0.0 { "earlier" } else { "later" },
+    ));
+    output::line(format!(
+        "correlation {:.2}, at the next best lag {:.2}",
+        told.correlation, told.next_correlation
+    ));
+    if told.recorded_latency_secs > 0.0 {
+        let recorded_ms = 1e3 * told.recorded_latency_secs;
+        output::line(format!("recorded with a latency of {recorded_ms:.1} ms"));
+    }
+    output::line(format!("\n{}", edit::lines(&told.device, &told.clock())));
+}
+
+impl Told {
+    fn clock(&self) -> edit::Latency {
+        edit::Latency { secs: self.latency_secs, uncertainty_secs: self.uncertainty_secs }
+    }
+}
+
+/// Writes the latency into a study, which must be one before and after.
+fn write(path: &Path, told: &Told) -> Result<(), Failure> {
+    let shown = path.display();
+    let unreadable = |error| Failure::to(format!("read the study {shown}: {error}"));
+    let text = std::fs::read_to_string(path).map_err(unreadable)?;
+    Study::parse(path, text.clone())?;
+    let edited = edit::with_latency(&text, &told.device, &told.clock())
+        .map_err(|reason| Failure::to(format!("edit the study {shown}: {reason}")))?;
+    Study::parse(path, edited.clone())?;
+    let unwritten = |error| Failure::to(format!("write the study {shown}: {error}"));
+    std::fs::write(path, edited).map_err(unwritten)?;
+    eprintln!("written to {shown}");
+    Ok(())
+}
+
+/// Reads a finite number of seconds that is not negative.
+fn some_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(secs) if secs.is_finite() && secs >= 0.0 => Ok(secs),
+        _ => Err(format!("`{text}` is not a number of seconds")),
+    }
+}
+
+/// Reads the longest lag.
+fn lag_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(secs) if secs > 0.0 && secs <= LONGEST_LAG_SECS => Ok(secs),
+        _ => Err(format!("`{text}` is not a number of seconds from 0 to {LONGEST_LAG_SECS}")),
+    }
+}

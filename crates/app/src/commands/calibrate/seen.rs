@@ -1,0 +1,309 @@
+//! What two streams of a bag saw.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use teampulse_bag::{Bag, BagError, BagStream, Message};
+use teampulse_core::data::Data;
+use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::time::Time;
+use teampulse_messages::catalogue::shipped;
+use teampulse_messages::convert::{decode, type_name};
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields::{Fields, header_stamp, numbers, starts_with_header};
+use teampulse_messages::standard::Message as _;
+use teampulse_messages::standard::teampulse_msgs as msgs;
+use teampulse_timefilter::calibrate::Seen;
+use teampulse_timefilter::clock::ClockKind;
+
+use crate::failure::Failure;
+
+/// So many numbers are taken of a stream: half an hour of nine channels at 1 kHz, 128 MB.
+const MOST_NUMBERS: usize = 16 << 20;
+/// Messages that only tell that something happened.
+const MOMENTS: [&str; 2] = ["std_msgs/msg/Empty", "std_msgs/msg/String"];
+
+/// A stream that is asked for, and what of it.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted {
+    stream: String,
+    channel: Option<String>,
+}
+
+impl FromStr for Wanted {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Wanted, String> {
+        let (stream, channel) = match text.split_once(':') {
+            Some((stream, channel)) => (stream, Some(channel.to_owned())),
+            None => (text, None),
+        };
+        if stream.is_empty() || channel.as_ref().is_some_and(String::is_empty) {
+            return Err("expected a stream, or a stream and one of its channels".into());
+        }
+        Ok(Wanted { stream: stream.to_owned(), channel })
+    }
+}
+
+impl fmt::Display for Wanted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.stream)?;
+        self.channel.iter().try_for_each(|channel| write!(f, ":{channel}"))
+    }
+}
+
+/// The part of a bag that is looked at, by log time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    from: Time,
+    to: Time,
+}
+
+impl Span {
+    /// From and to so many seconds after the bag's beginning.
+    pub(super) fn of(bag: &Bag, from_secs: Option<f64>, to_secs: Option<f64>) -> Span {
+        let (first, last) = bag.bounds().unwrap_or_default();
+        let after = |secs: f64| Time::from_nanos(first.nanos().saturating_add((secs * 1e9) as i64));
+        Span { from: from_secs.map_or(first, after), to: to_secs.map_or(last, after) }
+    }
+}
+
+/// What was found in the bag.
+pub(super) struct Recorded {
+    pub seen: [SeenBy; 2],
+    /// Whether a fixed latency was taken off the times of the second stream.
+    pub has_latency: bool,
+    /// Whether all of the bag could be read.
+    pub is_whole: bool,
+}
+
+/// Reads what two streams saw.
+pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Recorded, Failure> {
+    let [a, b] = wanted;
+    let mut seen = [SeenBy::new(bag, a)?, SeenBy::new(bag, b)?];
+    let (mut has_latency, mut is_whole) = (false, true);
+    for message in bag.messages(Some(span.from)) {
+        let message = match message {
+            Ok(message) => message,
+            Err(error @ BagError::Damaged { .. }) => {
+                eprintln!("damaged: {error}; passed over");
+                is_whole = false;
+                continue;
+            }
+            Err(error) => return Err(Failure::to(&error).hint(error.hint())),
+        };
+        if message.log_time > span.to {
+            break;
+        }
+        for each in seen.iter_mut().filter(|each| each.place == message.stream) {
+            each.take(&message);
+            if each.values.len() > MOST_NUMBERS {
+                return Err(Failure::to(format!(
+                    "read all of {}: it is too much",
+                    each.stream.name
+                ))
+                .hint("choose the part with the events by --from and --to"));
+            }
+        }
+        if bag.streams()[message.stream].stream.shape == Shape::Status {
+            has_latency |= tells_latency(&message, &seen[1].stream.name);
+        }
+    }
+    Ok(Recorded { seen, has_latency, is_whole })
+}
+
+/// Whether a message is the status of the stream and tells that its clock takes off a latency.
+fn tells_latency(message: &Message, stream: &str) -> bool {
+    let with_latency = [ClockKind::OneWay as u8, ClockKind::SampleIndex as u8];
+    match decode(msgs::StreamStatus::NAME, &message.cdr).map(|decoded| decoded.data) {
+        Ok(Data::Status(status)) => status.name == stream && with_latency.contains(&status.clock),
+        _ => false,
+    }
+}
+
+/// What a stream saw.
+pub(super) struct SeenBy {
+    stream: Arc<Stream>,
+    place: usize,
+    way: Way,
+    times: Vec<i64>,
+    /// Sample by sample, each of the same width.
+    values: Vec<f64>,
+    width: Option<usize>,
+    numbers: Vec<f64>,
+}
+
+/// How it is read.
+enum Way {
+    /// Each of its events counts, or each with this label or of this kind.
+    Events(Option<String>),
+    /// Each of its messages counts.
+    Moments,
+    /// Its samples have numbers: all of them, or the one at a place.
+    Own(Option<usize>),
+    /// Its messages have fields.
+    Fields { fields: Fields, by_header: bool },
+}
+
+impl SeenBy {
+    fn new(bag: &Bag, wanted: &Wanted) -> Result<SeenBy, Failure> {
+        let known = |known: &BagStream| known.stream.name == wanted.stream && known.messages > 0;
+        let Some(place) = bag.streams().iter().position(known) else {
+            return Err(missing(bag, wanted));
+        };
+        let stream = Arc::clone(&bag.streams()[place].stream);
+        let way = Way::of(&stream, wanted)?;
+        let (times, values, numbers) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(SeenBy { stream, place, way, times, values, width: None, numbers })
+    }
+
+    pub(super) fn seen(&self) -> Seen<'_> {
+        match self.way {
+            Way::Events(_) | Way::Moments => Seen::Events(&self.times),
+            _ => Seen::Samples { times: &self.times, values: &self.values },
+        }
+    }
+
+    /// What the device is called: as the stream says, or by the last part of its name.
+    pub(super) fn device(&self) -> String {
+        let Stream { device, name, .. } = &*self.stream;
+        let last = name.rsplit('/').next().unwrap_or(name);
+        if device.is_empty() { last.to_owned() } else { device.clone() }
+    }
+
+    /// Takes what a message tells. One that can't be read is passed over.
+    fn take(&mut self, message: &Message) {
+        match &self.way {
+            Way::Moments => self.times.push(message.publish_time.nanos()),
+            Way::Fields { fields, by_header } => {
+                let mut numbers = std::mem::take(&mut self.numbers);
+                if fields.read(&message.cdr, &mut numbers).is_ok() {
+                    let stamp = by_header.then(|| header_stamp(&message.cdr)).flatten();
+                    self.push(stamp.unwrap_or(message.publish_time).nanos(), &numbers);
+                }
+                self.numbers = numbers;
+            }
+            Way::Events(_) | Way::Own(_) => self.take_own(message),
+        }
+    }
+
+    fn take_own(&mut self, message: &Message) {
+        let Ok(decoded) = decode(own_type(&self.stream), &message.cdr) else { return };
+        let stamp = decoded.stamp.nanos();
+        match &decoded.data {
+            Data::Event(event) => {
+                let Way::Events(label) = &self.way else { return };
+                let is_meant = |label: &String| *label == event.label || label == event.kind.word();
+                if label.as_ref().is_none_or(is_meant) {
+                    self.times.push(stamp);
+                }
+            }
+            Data::Sample(numbers) => self.push(stamp, numbers),
+            Data::Feature(feature) => self.push(stamp, &feature.values),
+            Data::Wave(wave) => {
+                for (k, numbers) in wave.samples.chunks_exact(wave.channels as usize).enumerate() {
+                    self.push(stamp.saturating_add((k as f64 * wave.period_ns) as i64), numbers);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A sample, unless it has not as many numbers as the ones before.
+    fn push(&mut self, time: i64, numbers: &[f64]) {
+        let numbers = match self.way {
+            Way::Own(Some(place)) => numbers.get(place..=place).unwrap_or_default(),
+            _ => numbers,
+        };
+        if !numbers.is_empty() && *self.width.get_or_insert(numbers.len()) == numbers.len() {
+            self.times.push(time);
+            self.values.extend_from_slice(numbers);
+        }
+    }
+}
+
+impl Way {
+    fn of(stream: &Stream, wanted: &Wanted) -> Result<Way, Failure> {
+        let own = own_type(stream);
+        if own == msgs::Event::NAME {
+            return Ok(Way::Events(wanted.channel.clone()));
+        }
+        if [msgs::Sample::NAME, msgs::Wave::NAME, msgs::Feature::NAME].contains(&own) {
+            return own_channel(stream, wanted).map(Way::Own);
+        }
+        match &stream.shape {
+            Shape::Message(schema)
+                if wanted.channel.is_none() && MOMENTS.contains(&&*schema.name) =>
+            {
+                Ok(Way::Moments)
+            }
+            Shape::Message(schema) => {
+                let definition = Definition::of(schema).ok();
+                let definition =
+                    definition.or_else(|| Definition::of(&*shipped(&schema.name)?).ok());
+                let definition = definition.ok_or_else(|| {
+                    Failure::to(format!("read {}: the bag has no definition of it", schema.name))
+                })?;
+                Way::of_fields(stream, &definition, wanted)
+            }
+            _ => Err(Failure::to(format!("see an event in {wanted}: it tells of streams"))
+                .hint("`teampulse info` lists the streams of the bag")),
+        }
+    }
+
+    /// The named field, all numbers within it, or the channels that the stream declares.
+    fn of_fields(
+        stream: &Stream,
+        definition: &Definition,
+        wanted: &Wanted,
+    ) -> Result<Way, Failure> {
+        let all = numbers(definition);
+        let paths: Vec<String> = match &wanted.channel {
+            Some(channel) => {
+                let within = all.iter().filter(|path| path.starts_with(&format!("{channel}.")));
+                let within: Vec<String> = within.cloned().collect();
+                if within.is_empty() { vec![channel.clone()] } else { within }
+            }
+            None if !stream.channels.is_empty() => stream.channels.clone(),
+            None => {
+                let mut all = all.iter().filter(|path| !path.starts_with("header."));
+                let first = all.next().cloned().unwrap_or_default();
+                let name = &stream.name;
+                return Err(Failure::new(format!("{name} has messages: no field is named"))
+                    .hint(format!("name one behind a colon, as in {name}:{first}")));
+            }
+        };
+        let fields = Fields::compile(definition, &paths).map_err(Failure::to)?;
+        Ok(Way::Fields { fields, by_header: starts_with_header(definition) })
+    }
+}
+
+/// The place of the channel that is asked for, by its name or its number from 0.
+fn own_channel(stream: &Stream, wanted: &Wanted) -> Result<Option<usize>, Failure> {
+    let Some(channel) = &wanted.channel else { return Ok(None) };
+    let named = stream.channels.iter().position(|name| name == channel);
+    let place = named.or_else(|| channel.parse().ok());
+    place.map(Some).ok_or_else(|| {
+        Failure::new(format!("{} has no channel `{channel}`", stream.name))
+            .hint(format!("it has {}", stream.channels.join(", ")))
+    })
+}
+
+/// The type of its messages.
+fn own_type(stream: &Stream) -> &str {
+    match &stream.shape {
+        Shape::Message(schema) => &schema.name,
+        shape => type_name(shape),
+    }
+}
+
+fn missing(bag: &Bag, wanted: &Wanted) -> Failure {
+    let names = bag.streams().iter().map(|known| known.stream.name.as_str());
+    let alike = |name: &&str| strsim::jaro_winkler(name, &wanted.stream);
+    let near = names.max_by(|a, b| alike(a).total_cmp(&alike(b)));
+    let near = near.filter(|near| alike(near) > 0.75 && *near != wanted.stream);
+    let hint = "`teampulse info` lists the streams of the bag".to_owned();
+    Failure::new(format!("nothing of {} is in {}", wanted.stream, bag.path().display()))
+        .hint(near.map_or(hint, |near| format!("did you mean {near}?")))
+}
