@@ -14,8 +14,9 @@ pub struct ApproximateSettings {
     /// How much more a later end of a set counts against it than a later start counts for it;
     /// 0.1 in ROS. Negative and NaN count as 0.
     pub age_penalty: f64,
-    /// The longest interval from a set's oldest to its newest stamp that begins a search [ns];
-    /// without end in ROS. The set that comes out is never longer than the one that began it.
+    /// The longest interval from a set's oldest to its newest stamp [ns]; without end in ROS.
+    /// Negative counts as 0. Where stamps are out of order, a set may be longer than that: a search
+    /// begins within the interval, and goes on to what is better by the age penalty.
     pub max_interval_nanos: i64,
 }
 
@@ -43,11 +44,12 @@ impl ApproximateSettings {
 /// The sets of ROS's C++ `message_filters::sync_policies::ApproximateTime`, for any number of
 /// topics.
 ///
-/// The newest of the oldest messages is the *pivot*: it is in the next set for sure. Of all sets
-/// around the pivot the shortest is given out, as soon as no message to come can make a shorter
-/// one; an older set is preferred to a slightly shorter one ([`ApproximateSettings::age_penalty`]).
-/// So there are at most as many sets as the slowest topic has messages, and none while a topic is
-/// silent. Sets do not cross: of each topic, a later set has a later arrival.
+/// The newest of the oldest messages is the *pivot*: the next set has it, unless a queue overflows
+/// before. Of all sets around the pivot the shortest is given out, as soon as no message to come can
+/// make a shorter one; an older set is preferred to a slightly shorter one
+/// ([`ApproximateSettings::age_penalty`]). So there are at most as many sets as the slowest topic
+/// has messages, and none while a topic is silent. Sets do not cross: of each topic, a later set has
+/// a later arrival.
 ///
 /// Sets are those of `message_filters` 1.15.15 to the message, where stamps are what `ros::Time`
 /// can hold. Stamps out of order are taken as they are. Memory is bounded by the queue sizes, and
@@ -113,7 +115,7 @@ impl<T> ApproximateTime<T> {
         let topics = settings.topics.len();
         ApproximateTime {
             age_penalty: AgePenalty::new(settings.age_penalty),
-            max_interval_nanos: settings.max_interval_nanos,
+            max_interval_nanos: settings.max_interval_nanos.max(0),
             queues: settings.topics.iter().copied().map(Queue::new).collect(),
             heads: vec![0; topics],
             ready: 0,
@@ -262,20 +264,28 @@ impl<T> ApproximateTime<T> {
     /// Gives the candidate out; all messages that were passed over count again.
     fn publish(&mut self, listener: &mut impl Listener<T>) {
         self.candidate = None;
-        self.ready = 0;
-        for (queue, head) in self.queues.iter_mut().zip(&mut self.heads) {
-            queue.passed = 0;
+        for queue in &mut self.queues {
             self.set.extend(queue.messages.pop_front());
-            if let Some(oldest) = queue.messages.front() {
-                *head = oldest.stamp;
-                self.ready += 1;
-            }
         }
+        self.rewind();
         listener.set(self.set.drain(..));
     }
 
-    /// Drops the oldest message of a full queue, and begins the search anew.
+    /// Drops the oldest message of a full queue; a search begins anew without it.
     fn shed(&mut self, topic: usize, listener: &mut impl Listener<T>) {
+        let searching = self.candidate.take().is_some();
+        if searching {
+            self.rewind();
+        }
+        self.drop_oldest(topic, DropReason::QueueFull, listener);
+        self.lossy[topic] = true;
+        if searching {
+            self.search(listener);
+        }
+    }
+
+    /// All messages that were passed over count again.
+    fn rewind(&mut self) {
         self.ready = 0;
         for (queue, head) in self.queues.iter_mut().zip(&mut self.heads) {
             queue.passed = 0;
@@ -283,11 +293,6 @@ impl<T> ApproximateTime<T> {
                 *head = oldest.stamp;
                 self.ready += 1;
             }
-        }
-        self.drop_oldest(topic, DropReason::QueueFull, listener);
-        self.lossy[topic] = true;
-        if self.candidate.take().is_some() {
-            self.search(listener);
         }
     }
 

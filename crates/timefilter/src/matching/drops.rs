@@ -7,8 +7,7 @@ use std::fmt;
 pub enum DropReason {
     /// It was the oldest of more messages than its topic may keep.
     QueueFull,
-    /// The other topics have no message near enough: within the longest interval of a set, or with
-    /// the same stamp.
+    /// Another topic has no message near enough for the longest interval of a set.
     NoPartner,
     /// The topic that would decide about its set has lost messages to a full queue, so that a
     /// better set may be lost too.
