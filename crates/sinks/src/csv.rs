@@ -248,7 +248,7 @@ fn columns(stream: &Stream) -> Vec<String> {
 }
 
 /// A time as seconds with all of its nanoseconds.
-fn exact_secs(time: Time) -> String {
+pub(crate) fn exact_secs(time: Time) -> String {
     let nanos = time.nanos();
     let sign = if nanos < 0 { "-" } else { "" };
     format!(
@@ -259,12 +259,12 @@ fn exact_secs(time: Time) -> String {
 }
 
 /// A number; an empty cell where there is none.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if value.is_nan() { String::new() } else { value.to_string() }
 }
 
 /// A text as a CSV cell (RFC 4180).
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -1,6 +1,7 @@
 //! Sinks: whatever keeps or shows data. The condition monitoring of the paper.
 
 mod bag;
+mod aligned;
 mod csv;
 mod terminal;
 
@@ -10,6 +11,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 
+pub use aligned::Aligned;
 pub use bag::Bag;
 pub use csv::Csv;
 pub use terminal::{Board, Terminal};

@@ -1,25 +1,30 @@
 //! `teampulse export`: hands a bag's contents out as tables.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use teampulse_bag::{BagSource, Selection};
+use teampulse_bag::{Bag, BagSource, BagStream, Selection};
 use teampulse_core::clock::Clock;
-use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::Sink;
+use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::Csv;
+use teampulse_sinks::{Aligned, Csv};
+use teampulse_sources::pattern::Pattern;
+use teampulse_timefilter::align::{Onto, Policy};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
+use crate::commands::replay::clocks_of;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 use crate::setup::conclude;
 use crate::stop::Stop;
 
-/// Hands a bag's contents out as tables, one file for each stream.
+/// Hands a bag's contents out as tables: one file for each stream, or one of many streams at common
+/// times.
 #[derive(Debug, Args)]
 pub struct Export {
     /// The bag's folder, or one of its .mcap files
@@ -30,6 +35,20 @@ pub struct Export {
     /// Where the tables are written; without it beside the bag
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// One table of all streams instead, so many rows a second
+    #[arg(long, value_name = "HZ", value_parser = rate, conflicts_with = "pivot")]
+    grid: Option<f64>,
+    /// One table of all streams instead, a row for each sample of this one
+    #[arg(long, value_name = "STREAM")]
+    pivot: Option<String>,
+    /// How values at a row's time are made: exact, nearest:TIME, hold:TIME, linear:TIME (the most
+    /// between two samples), or mean, min, max, last or count over the time before the row; for
+    /// all streams, or for some as in `/robot*/odom=hold:2s`
+    #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule)]
+    policy: Vec<Rule>,
+    /// Which streams stand in that table; without it all that have numbers
+    #[arg(long, value_name = "STREAM", value_parser = Pattern::parse)]
+    stream: Vec<Pattern>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -38,21 +57,37 @@ enum Format {
     Csv,
 }
 
+/// A policy, for the streams of a pattern or for all.
+#[derive(Clone, Debug)]
+struct Rule {
+    streams: Option<Pattern>,
+    policy: Policy,
+}
+
+/// What is done where no rule says anything else.
+const POLICY: Policy = Policy::Linear { max_gap_nanos: 1_000_000_000 };
+
+/// What the one table is called.
+const TABLE: &str = "aligned.csv";
+
 impl Export {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
         let bag = Arc::new(open(&self.bag)?);
         warn_of_damage(&bag);
-        let folder = self.out.unwrap_or_else(|| self.bag.with_extension("csv"));
-        let sink = match self.format {
-            Format::Csv => Csv::into_folder(folder.clone()),
+        let folder = self.out.clone().unwrap_or_else(|| self.bag.with_extension("csv"));
+        let (sink, written) = match self.onto() {
+            Some(onto) => (self.aligned(onto, &bag, &folder)?, folder.join(TABLE)),
+            None => match self.format {
+                Format::Csv => (Csv::into_folder(folder.clone()), folder),
+            },
         };
         let source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived);
         let unread = source.unread();
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
-            clocks: Clocks::default(),
+            clocks: clocks_of(&bag)?,
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),
@@ -62,8 +97,85 @@ impl Export {
         let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
         let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
-            output::line(folder.display().to_string());
+            output::line(written.display().to_string());
         }
         Ok(exit)
     }
+
+    /// Onto which times streams are to be aligned, if they are.
+    fn onto(&self) -> Option<Onto> {
+        let period_nanos = |hz: f64| (1e9 / hz).round() as i64;
+        let grid = self.grid.map(|hz| Onto::Grid { period_nanos: period_nanos(hz) });
+        grid.or(self.pivot.as_ref().map(|_| Onto::Pivot))
+    }
+
+    fn aligned(&self, onto: Onto, bag: &Bag, folder: &Path) -> Result<Box<dyn Sink>, Failure> {
+        let mut streams: Vec<Stream> = bag
+            .streams()
+            .iter()
+            .filter(|each| is_numeric(each) && self.wants(&each.stream))
+            .map(|each| Stream::clone(&each.stream))
+            .collect();
+        streams.sort_by(|a, b| a.name.cmp(&b.name));
+        if let Some(pivot) = &self.pivot {
+            let place = streams.iter().position(|stream| stream.name == *pivot);
+            let place = place.ok_or_else(|| {
+                Failure::new(format!("the bag has no stream {pivot} with numbers"))
+                    .hint("`teampulse info` lists its streams")
+            })?;
+            streams[..=place].rotate_right(1);
+        }
+        if streams.is_empty() {
+            return Err(Failure::new("the bag has no such streams with numbers")
+                .hint("`teampulse info` lists its streams"));
+        }
+        let streams = streams.into_iter().map(|stream| {
+            let policy = self.policy_of(&stream);
+            (stream, policy)
+        });
+        let aligned = Aligned::new(&folder.join(TABLE), onto, streams);
+        Ok(Box::new(
+            aligned.map_err(|error| Failure::new(format!("the table can't be made: {error}")))?,
+        ))
+    }
+
+    fn wants(&self, stream: &Stream) -> bool {
+        let is_pivot = self.pivot.as_ref() == Some(&stream.name);
+        let named = self.stream.iter().any(|pattern| pattern.matches(&stream.name));
+        is_pivot || named || (self.stream.is_empty() && stream.about != About::Session)
+    }
+
+    /// The last rule that names the stream, else the last for all.
+    fn policy_of(&self, stream: &Stream) -> Policy {
+        let mut rules = self.policy.iter().rev();
+        let named = |rule: &&Rule| {
+            rule.streams.as_ref().is_some_and(|pattern| pattern.matches(&stream.name))
+        };
+        let rule = rules.clone().find(named).or_else(|| rules.find(|rule| rule.streams.is_none()));
+        rule.map_or(POLICY, |rule| rule.policy)
+    }
+}
+
+/// Whether a stream of a bag has numbers.
+fn is_numeric(each: &BagStream) -> bool {
+    let shape = &each.stream.shape;
+    let shaped = matches!(shape, Shape::Sample | Shape::Wave | Shape::Feature | Shape::Message(_));
+    shaped && each.messages > 0 && !each.stream.channels.is_empty()
+}
+
+/// Reads a rate of 1e-4 to 1e6 Hz.
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(hz) if (1e-4..=1e6).contains(&hz) => Ok(hz),
+        _ => Err(format!("`{text}` is not a rate: expected 0.0001 to 1000000 rows a second")),
+    }
+}
+
+fn rule(text: &str) -> Result<Rule, String> {
+    let (streams, policy) = match text.split_once('=') {
+        Some((streams, policy)) => (Some(Pattern::parse(streams)?), policy),
+        None => (None, text),
+    };
+    let policy = policy.parse::<Policy>().map_err(|error| error.to_string())?;
+    Ok(Rule { streams, policy })
 }

@@ -19,6 +19,9 @@ use crate::setup::{bag_folder, conclude, features};
 use crate::stop::Stop;
 use crate::study::Study;
 
+/// The note of a bag whose times `retime` has made.
+pub const RETIMED: &str = "teampulse.times";
+
 /// Computes everything derived again from what is raw in a bag, as fast as possible, into a new bag.
 ///
 /// With the study of the recording the derived streams come out byte for byte as they were.
@@ -52,7 +55,7 @@ impl Replay {
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
-            clocks: Clocks::default(),
+            clocks: clocks_of(&bag)?,
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: features(&study)?,
@@ -66,6 +69,15 @@ impl Replay {
         }
         Ok(exit)
     }
+}
+
+/// How the samples of a bag get their place in time: as the study says that is kept in it, or as
+/// they are stamped where `retime` has done that for good.
+pub fn clocks_of(bag: &Bag) -> Result<Clocks, Failure> {
+    if bag.notes().contains_key(RETIMED) {
+        return Ok(Clocks::as_stamped());
+    }
+    Ok(Clocks::default())
 }
 
 /// The study that is kept in a bag.

@@ -22,8 +22,8 @@ pub use host::Host;
 pub use latency::{DEVICES, KnownDevice, Latency};
 pub use news::News;
 pub use one_way::{OneWay, OneWaySettings};
-pub use sample_index::SampleIndex;
 pub use remote::Remote;
+pub use sample_index::SampleIndex;
 
 /// The stamps of one reading: of one sample, or of a batch that came at once.
 #[derive(Clone, Copy, Debug, PartialEq)]

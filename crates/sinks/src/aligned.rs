@@ -1,0 +1,242 @@
+//! One table of many streams at common times.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use teampulse_core::data::Data;
+use teampulse_core::pump::TICK;
+use teampulse_core::sample::{Record, Sample, Turn};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::stream::{Stream, StreamId};
+use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
+use teampulse_timefilter::Ticks;
+use teampulse_timefilter::align::{
+    AlignError, Aligner, Cell, Mode, Onto, Output, Policy, Row, Run, SourceId, SourceSettings,
+};
+
+use crate::csv::{exact_secs, number, quoted};
+
+/// How long to wait for something new before looking again.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// How much later than others of its stream a sample may come and still find its place [ns].
+const LATENESS_NANOS: i64 = 100_000_000;
+/// How many samples of a stream are kept while rows wait for another: 16 s at 1 kHz.
+const CAPACITY: usize = 16_384;
+/// The most numbers that are kept of one stream, however wide it is.
+const KEPT_NUMBERS: usize = 1 << 22;
+/// Half the width of a 95 % interval, in standard uncertainties.
+const SIGMAS_95: f64 = 1.96;
+
+/// One CSV file with many streams at common times: of each stream its values, the age of the newest
+/// sample that they come from, what they are worth, and the 95 % uncertainty of its times.
+pub struct Aligned {
+    path: PathBuf,
+    members: Vec<Member>,
+    aligner: Aligner,
+}
+
+/// One stream of the table.
+struct Member {
+    stream: Stream,
+    source: SourceId,
+    readout: Option<Readout>,
+}
+
+impl Aligned {
+    /// A sink that writes `path`, with these streams from left to right. Onto a pivot, that is the
+    /// first of them.
+    pub fn new(
+        path: &Path,
+        onto: Onto,
+        streams: impl IntoIterator<Item = (Stream, Policy)>,
+    ) -> Result<Aligned, AlignError> {
+        let mut aligner = Aligner::new(onto, Mode::Reproducible)?;
+        let mut members = Vec::new();
+        for (stream, policy) in streams {
+            let channels = stream.channels.len();
+            let settings = SourceSettings {
+                channels,
+                lateness_nanos: LATENESS_NANOS,
+                capacity: CAPACITY.min(KEPT_NUMBERS / channels.max(1)),
+                ..SourceSettings::new(policy)
+            };
+            let source = aligner.add(settings)?;
+            let readout = Readout::of(&stream);
+            members.push(Member { stream, source, readout });
+        }
+        Ok(Aligned { path: path.to_owned(), members, aligner })
+    }
+}
+
+impl Sink for Aligned {
+    fn name(&self) -> &'static str {
+        "aligned"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let path = self.path.clone();
+        let lost = |error: &io::Error| SinkError::Lost {
+            message: format!("write {}: {error}", path.display()),
+            hint: "look at the disk's free space and at the folder's permissions".into(),
+        };
+        let mut desk = Desk::open(*self).map_err(|error| lost(&error))?;
+        loop {
+            match inbox.receive(PATIENCE) {
+                Received::Batch(batch) => {
+                    let written = batch.iter().try_for_each(|record| desk.take(record));
+                    written.map_err(|error| lost(&error))?;
+                }
+                Received::Silence => {}
+                Received::Closed => return desk.finish().map_err(|error| lost(&error)),
+            }
+        }
+    }
+}
+
+/// The sink at work.
+struct Desk {
+    members: Vec<Member>,
+    /// The place of each stream of the session among the members; `None` for those that are not
+    /// in the table.
+    places: BTreeMap<StreamId, Option<usize>>,
+    aligner: Aligner,
+    ticks: Ticks,
+    table: Table,
+}
+
+/// The file, and what went wrong with it.
+struct Table {
+    file: BufWriter<File>,
+    failed: Option<io::Error>,
+    /// Of the times of each stream, as last told [s].
+    uncertainties_secs: Vec<f64>,
+}
+
+impl Desk {
+    fn open(sink: Aligned) -> io::Result<Desk> {
+        if let Some(folder) = sink.path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut file = BufWriter::new(File::create(&sink.path)?);
+        let columns = sink.members.iter().flat_map(|member| columns(&member.stream));
+        writeln!(file, "time_secs,{}", columns.collect::<Vec<_>>().join(","))?;
+        let uncertainties_secs = vec![f64::NAN; sink.members.len()];
+        Ok(Desk {
+            members: sink.members,
+            places: BTreeMap::new(),
+            aligner: sink.aligner,
+            ticks: Ticks::every(TICK.as_nanos() as i64),
+            table: Table { file, failed: None, uncertainties_secs },
+        })
+    }
+
+    fn take(&mut self, record: &Record) -> io::Result<()> {
+        let now = record.sample.log_time.nanos();
+        for tick in self.ticks.until(now) {
+            let table = &mut self.table;
+            self.aligner.tick(tick, |output| table.take(output));
+        }
+        if let Data::Status(status) = &record.sample.data {
+            let named = self.members.iter().position(|each| each.stream.name == status.name);
+            if let Some(place) = named {
+                self.table.uncertainties_secs[place] = SIGMAS_95 * status.sigma_secs;
+            }
+        } else if let Some(place) = self.place(record)
+            && record.sample.turn != Turn::Duplicate
+        {
+            self.push(place, &record.sample, &record.stream);
+        }
+        self.table.failed.take().map_or(Ok(()), Err)
+    }
+
+    fn place(&mut self, record: &Record) -> Option<usize> {
+        *self.places.entry(record.sample.stream).or_insert_with(|| {
+            let (name, origin) = (&record.stream.name, record.stream.origin);
+            let is_it = |each: &Member| each.stream.name == *name && each.stream.origin == origin;
+            self.members.iter().position(is_it)
+        })
+    }
+
+    fn push(&mut self, place: usize, sample: &Sample, stream: &Stream) {
+        let member = &mut self.members[place];
+        if member.readout.is_none() {
+            let described = Stream { channels: member.stream.channels.clone(), ..stream.clone() };
+            member.readout = Readout::of(&described);
+        }
+        let Some(readout) = &mut member.readout else { return };
+        let Some(values) = readout.read(&sample.data) else { return };
+        let (measured, arrival) = (sample.measured.nanos(), sample.log_time.nanos());
+        let run = Run { measured, period_nanos: sample.period_ns, arrival, values };
+        let table = &mut self.table;
+        let taken = self.aligner.push_run(member.source, run, |output| table.take(output));
+        if let Err(error) = taken {
+            tracing::warn!("failed to align {}: {error}", stream.name);
+        }
+    }
+
+    fn finish(mut self) -> io::Result<()> {
+        for member in &self.members {
+            let counts = self.aligner.counts(member.source).unwrap_or_default();
+            if counts.late + counts.ahead + counts.crowded > 0 {
+                tracing::warn!(
+                    "{}: rows went without {} late, {} untimely and {} crowded out of {} samples",
+                    member.stream.name,
+                    counts.late,
+                    counts.ahead,
+                    counts.crowded,
+                    counts.received
+                );
+            }
+        }
+        let table = &mut self.table;
+        self.aligner.finish(|output| table.take(output));
+        self.table.failed.take().map_or(Ok(()), Err)?;
+        self.table.file.flush()
+    }
+}
+
+impl Table {
+    fn take(&mut self, output: Output<'_>) {
+        if let (Output::Row(row), None) = (output, &self.failed)
+            && let Err(error) = self.write(row)
+        {
+            self.failed = Some(error);
+        }
+    }
+
+    fn write(&mut self, row: &Row<'_>) -> io::Result<()> {
+        write!(self.file, "{}", exact_secs(Time::from_nanos(row.at)))?;
+        for (place, (_, cell)) in row.cells().enumerate() {
+            let uncertainty_secs = self.uncertainties_secs.get(place).copied();
+            self.write_cell(&cell, uncertainty_secs.unwrap_or(f64::NAN))?;
+        }
+        writeln!(self.file)
+    }
+
+    fn write_cell(&mut self, cell: &Cell<'_>, uncertainty_secs: f64) -> io::Result<()> {
+        for value in cell.values {
+            write!(self.file, ",{}", number(*value))?;
+        }
+        let age_secs =
+            if cell.age_nanos == i64::MAX { f64::NAN } else { cell.age_nanos as f64 / 1e9 };
+        let (age, uncertainty) = (number(age_secs), number(uncertainty_secs));
+        write!(self.file, ",{age},{},{uncertainty}", cell.validity.word())
+    }
+}
+
+/// What a stream's columns are called.
+fn columns(stream: &Stream) -> Vec<String> {
+    let name = &stream.name;
+    let values = stream.channels.iter().zip(&stream.units);
+    let values = values.map(|(channel, unit)| format!("{name}:{channel} [{unit}]"));
+    let about = ["age_secs", "validity", "uncertainty_secs"].map(|word| format!("{name}:{word}"));
+    values.chain(about).map(|column| quoted(&column)).collect()
+}
