@@ -6,7 +6,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_timefilter::clock::{
-    ClockKind, ClockModel, ClockState, Corrected, Host, News, Probe, Stamps,
+    ClockKind, ClockModel, ClockState, Corrected, Host, KnownDevice, Latency, News, OneWay,
+    OneWaySettings, Probe, Remote, SampleIndex, Stamps,
 };
 
 use crate::stream::{About, Shape, Stream, StreamId, Subject};
@@ -23,6 +24,9 @@ pub struct ClockSettings {
     /// After how long the device's counter begins at zero again [s].
     pub wraps_secs: Option<f64>,
 }
+
+/// The 95 % uncertainty of a latency that a study gives without one [s].
+const CALIBRATED_SECS: f64 = 0.005;
 
 /// How times come about in a session.
 #[derive(Default)]
@@ -169,14 +173,31 @@ impl Clocks {
     }
 
     /// The model of a clock that is new.
-    fn begin(&self, owner: &Owner, _rate_hz: f64) -> Box<dyn ClockModel> {
+    fn begin(&self, owner: &Owner, rate_hz: f64) -> Box<dyn ClockModel> {
         match owner {
-            Owner::Device(_, device) | Owner::Counted(_, device) => {
-                let _settings = self.settings.get(device);
-                Box::new(Host::default())
+            Owner::Host => Box::new(Host::default()),
+            Owner::Device(_, device) => Box::new(OneWay::new(self.settings_of(device))),
+            Owner::Counted(_, device) => {
+                Box::new(SampleIndex::new(rate_hz, self.settings_of(device).latency))
             }
-            Owner::Host | Owner::Computer(_) => Box::new(Host::default()),
+            Owner::Computer(_) => Box::new(Remote::default()),
         }
+    }
+
+    /// What is known of the clock of a kind of device: from the study, else from the table.
+    fn settings_of(&self, device: &str) -> OneWaySettings {
+        let known = KnownDevice::find(device);
+        let unknown = || OneWaySettings::new(Latency::BLUETOOTH);
+        let mut settings = known.map_or_else(unknown, OneWaySettings::of);
+        let Some(told) = self.settings.get(device) else { return settings };
+        if let Some(secs) = told.latency_secs {
+            settings.latency.secs = secs;
+            settings.latency.uncertainty_secs = told.uncertainty_secs.unwrap_or(CALIBRATED_SECS);
+        }
+        if let Some(secs) = told.wraps_secs.filter(|secs| *secs > 0.0) {
+            settings.wraps_nanos = Some((secs * 1e9) as i64);
+        }
+        settings
     }
 }
 

@@ -16,7 +16,7 @@ use teampulse_sources::pattern::Pattern;
 use teampulse_timefilter::align::{Onto, Policy};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::clocks_of;
+use crate::commands::replay::{clocks_of, study_of};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -87,7 +87,7 @@ impl Export {
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
-            clocks: clocks_of(&bag)?,
+            clocks: clocks_of(&bag, study_of(&bag).ok().as_ref()),
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),

@@ -55,7 +55,7 @@ impl Replay {
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
-            clocks: clocks_of(&bag)?,
+            clocks: clocks_of(&bag, Some(&study)),
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: features(&study)?,
@@ -71,17 +71,17 @@ impl Replay {
     }
 }
 
-/// How the samples of a bag get their place in time: as the study says that is kept in it, or as
-/// they are stamped where `retime` has done that for good.
-pub fn clocks_of(bag: &Bag) -> Result<Clocks, Failure> {
+/// How the samples of a bag get their place in time: with the clocks of a study, or as they are
+/// stamped where `retime` has done that for good.
+pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     if bag.notes().contains_key(RETIMED) {
-        return Ok(Clocks::as_stamped());
+        return Clocks::as_stamped();
     }
-    Ok(Clocks::default())
+    Clocks::new(study.map(|study| study.general.clocks.clone()).unwrap_or_default())
 }
 
 /// The study that is kept in a bag.
-fn study_of(bag: &Bag) -> Result<Study, Failure> {
+pub fn study_of(bag: &Bag) -> Result<Study, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
     let Some(kept) = kept else {
