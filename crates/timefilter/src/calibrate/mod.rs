@@ -45,8 +45,9 @@ pub struct Calibration {
     pub lag_secs: f64,
     /// Half the width of the interval that holds the lag with a probability of 95 % [s].
     ///
-    /// The scatter of the events' lags (Student's t), and at least half the span in which either
-    /// stream rose: half of its sample interval where it rose from one sample to the next.
+    /// The scatter of the events' lags (Student's t), and at least half the time in which the
+    /// streams rose and a quarter of their sample intervals, however many events there were: so
+    /// much is unknown of what a sensor stamps.
     pub uncertainty_secs: f64,
     /// How many events both saw.
     pub events: usize,

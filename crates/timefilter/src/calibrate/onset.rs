@@ -25,15 +25,19 @@ const APART_SECS: f64 = 0.2;
 const RISE_SECS: f64 = 0.06;
 /// A rise over a gap of more sample intervals than this does not tell when it happened.
 const GAP_INTERVALS: f64 = 3.0;
+/// The share of a short event's first sample is weighed no less than this: a compromise between
+/// sensors that average over their interval and those that take a moment of it.
+const LEAST_LASTS: f64 = 0.5;
 /// So many of the largest onsets are looked at.
 const MOST: usize = 1000;
 
 /// A moment at which a stream leaves its quiet level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Onset {
-    /// The centre of its rise, each step between two samples counted in their middle [s].
+    /// When it left the quiet level, as well as its first samples tell [s].
     pub at_secs: f64,
-    /// Half of the time in which it rose [s].
+    /// Half of the time in which it rose, and a quarter of the interval, as sensors differ in what
+    /// of their interval they stamp [s].
     pub half_span_secs: f64,
     height: f64,
 }
@@ -205,21 +209,22 @@ impl Rises<'_> {
         let is_told = height >= LEAST_SHARE && gap_secs <= GAP_INTERVALS * self.interval_secs;
         is_told.then(|| Onset {
             at_secs: self.secs[begin + 1] + self.interval_secs * self.part(begin + 1),
-            half_span_secs: (self.secs[end] - self.secs[begin]) / 2.0,
+            half_span_secs: (self.secs[end] - self.secs[begin]) / 2.0 + self.interval_secs / 4.0,
             height,
         })
     }
 
     /// Where in its interval the first sample of an event saw it begin, from the middle on [-0.5..0.5].
     ///
-    /// A step fills the rest of the interval, so that the sample's share of the step tells exactly.
-    /// The shorter an event lasts, the less its share tells, and the middle is the best guess.
+    /// A step fills the rest of the interval, so that the sample's share of the step tells exactly
+    /// when the sensor averages over it, and a full share means "before" when it takes a moment of
+    /// it. The shorter an event lasts, the less its share tells, and the nearer is the middle.
     fn part(&self, first: usize) -> f64 {
         let [at, next, then] =
             [0, 1, 2].map(|k| self.deviations.get(first + k).copied().unwrap_or(0.0));
         let lasts = (next.min(then) / at.max(next)).clamp(0.0, 1.0);
         let share = if next > 0.0 { (at / next).min(1.0) } else { 1.0 };
-        lasts * (0.5 - share)
+        lasts.max(LEAST_LASTS) * (0.5 - share)
     }
 
     /// The last quiet sample before the one that passes the threshold.
