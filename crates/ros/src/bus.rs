@@ -45,6 +45,27 @@ pub trait Bus: Send + Sync {
         qos: &Qos,
     ) -> Result<Box<dyn Publisher>, BusError>;
 
+    /// The full name of our node: `/teampulse`.
+    fn node(&self) -> String;
+
+    /// Offers a service, of the type `teampulse_msgs/srv/ProbeClock`. `answer` is called on a thread
+    /// of the bus for each request and must not wait. The service ends when it is dropped.
+    fn serve(
+        &self,
+        service: &str,
+        type_name: &str,
+        answer: Answer,
+    ) -> Result<Subscription, BusError>;
+
+    /// Becomes a client of a service: of all who offer one of this name, but for ourselves. `hear` is
+    /// called on a thread of the bus for each answer to what this client asked, and must not wait.
+    fn client(
+        &self,
+        service: &str,
+        type_name: &str,
+        hear: Hear,
+    ) -> Result<Box<dyn Client>, BusError>;
+
     /// The definition of a type, from whoever on the bus can tell it.
     async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError>;
 }
@@ -78,6 +99,31 @@ pub struct Arrival {
     pub sequence: Option<u64>,
 }
 
+/// What is called for each request: CDR with its four-byte header, and so is the answer. `None`
+/// leaves the request without one.
+pub type Answer = Arc<dyn Fn(&[u8]) -> Option<Bytes> + Send + Sync>;
+
+/// What is called for each reply.
+pub type Hear = Arc<dyn Fn(Reply) + Send + Sync>;
+
+/// A reply as it arrives.
+#[derive(Clone, Debug)]
+pub struct Reply {
+    /// The number that the request was given.
+    pub number: i64,
+    /// CDR with its four-byte header.
+    pub bytes: Bytes,
+    /// Who answered.
+    pub server: Gid,
+}
+
+/// The asking end of a service.
+pub trait Client: Send + Sync {
+    /// Sends a request: CDR with its four-byte header, at most once. Whoever answers it tells the
+    /// number.
+    fn ask(&self, number: i64, request: &[u8]) -> Result<(), BusError>;
+}
+
 /// A subscription; it ends when this is dropped.
 pub struct Subscription(#[expect(dead_code, reason = "held for its drop")] Box<dyn Send + Sync>);
 
@@ -92,6 +138,9 @@ impl Subscription {
 pub trait Publisher: Send + Sync {
     /// Publishes a message: CDR with its four-byte header, at most once, stamped now.
     fn publish(&self, cdr: &[u8]) -> Result<(), BusError>;
+
+    /// The same, stamped as told.
+    fn publish_at(&self, cdr: &[u8], stamp: Time) -> Result<(), BusError>;
 
     /// How many subscribers are matched now.
     fn subscribers(&self) -> usize;

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::bus::{Bus, BusError};
+use teampulse_core::clock;
+
+use crate::bus::{Bus, BusError, Subscription};
+use crate::clocks::{ReadClock, tell_clock};
 use crate::cyclone::configuration::configuration;
 use crate::cyclone::{CycloneBus, Participation};
 use crate::environment::Environment;
@@ -14,41 +17,61 @@ pub struct Buses(Arc<Pool>);
 
 struct Pool {
     joining: Joining,
-    joined: Mutex<BTreeMap<u32, Arc<dyn Bus>>>,
+    joined: Mutex<BTreeMap<u32, Joined>>,
+}
+
+/// A domain that was joined.
+struct Joined {
+    /// Before `bus`, on which it is told.
+    _clock: Option<Subscription>,
+    bus: Arc<dyn Bus>,
 }
 
 /// How a domain that is not yet joined is joined.
 enum Joining {
     /// Over DDS, as a node of this name.
-    Dds { environment: Box<Environment>, node_name: String },
+    Dds { environment: Box<Environment>, node_name: String, clock: ReadClock },
     /// Not at all.
     Never,
 }
 
 impl Buses {
     /// The ROS domains in reach, joined when they are first asked for as a node of this name:
-    /// `teampulse`.
+    /// `teampulse`. Others who ask are told the machine's clock.
     pub fn new(environment: Environment, node_name: &str) -> Buses {
-        let environment = Box::new(environment);
-        let joining = Joining::Dds { environment, node_name: node_name.to_owned() };
+        Buses::telling(environment, node_name, Arc::new(clock::wall))
+    }
+
+    /// The same, with another clock for those who ask.
+    pub fn telling(environment: Environment, node_name: &str, clock: ReadClock) -> Buses {
+        let (environment, node_name) = (Box::new(environment), node_name.to_owned());
+        let joining = Joining::Dds { environment, node_name, clock };
         Buses(Arc::new(Pool { joining, joined: Mutex::default() }))
     }
 
     /// These buses and no others, for tests.
     pub fn holding(buses: impl IntoIterator<Item = (u32, Arc<dyn Bus>)>) -> Buses {
-        let joined = Mutex::new(buses.into_iter().collect());
+        let held = |(domain, bus)| (domain, Joined { _clock: None, bus });
+        let joined = Mutex::new(buses.into_iter().map(held).collect());
         Buses(Arc::new(Pool { joining: Joining::Never, joined }))
     }
 
     /// The bus of a domain, joined if it was not yet.
     pub fn get(&self, domain: u32) -> Result<Arc<dyn Bus>, BusError> {
         let mut joined = self.0.joined.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(bus) = joined.get(&domain) {
-            return Ok(Arc::clone(bus));
+        if let Some(known) = joined.get(&domain) {
+            return Ok(Arc::clone(&known.bus));
         }
-        let bus = self.0.joining.join(domain)?;
-        joined.insert(domain, Arc::clone(&bus));
+        let new = self.0.joining.join(domain)?;
+        let bus = Arc::clone(&new.bus);
+        joined.insert(domain, new);
         Ok(bus)
+    }
+
+    /// The buses that were joined so far.
+    pub fn joined(&self) -> Vec<Arc<dyn Bus>> {
+        let joined = self.0.joined.lock().unwrap_or_else(PoisonError::into_inner);
+        joined.values().map(|known| Arc::clone(&known.bus)).collect()
     }
 
     /// The domain that is meant where none is named.
@@ -61,19 +84,22 @@ impl Buses {
 }
 
 impl Joining {
-    fn join(&self, domain: u32) -> Result<Arc<dyn Bus>, BusError> {
-        let Joining::Dds { environment, node_name } = self else {
+    fn join(&self, domain: u32) -> Result<Joined, BusError> {
+        let Joining::Dds { environment, node_name, clock } = self else {
             let (bus, reason) = (format!("ROS domain {domain}"), "it is not in this test".into());
             return Err(BusError::Join { bus, reason });
         };
-        CycloneBus::join(Participation {
+        let bus = CycloneBus::join(Participation {
             domain,
             namespace: "/".into(),
             node_name: node_name.clone(),
             configuration: configuration(environment),
             gid_width: environment.gid_width(),
             prefixes: environment.prefixes(),
-        })
+        })?;
+        let told = tell_clock(&*bus, Arc::clone(clock));
+        let told = told.map_err(|error| tracing::warn!("failed to {error}"));
+        Ok(Joined { _clock: told.ok(), bus })
     }
 }
 

@@ -10,6 +10,8 @@ mod census;
 mod type_search;
 mod type_client;
 mod type_server;
+mod client;
+mod server;
 mod service;
 mod names;
 mod wake;
@@ -32,12 +34,17 @@ use std::thread::{self, JoinHandle};
 use async_trait::async_trait;
 use teampulse_core::qos::Qos;
 use teampulse_core::stream::Schema;
+use teampulse_core::time::Time;
 use teampulse_messages::standard::rmw_dds_common::GidWidth;
 use tokio::sync::{broadcast, watch};
 
-use crate::bus::{Asked, Bus, BusError, Deliver, Incident, Publisher, Subscription};
+use crate::bus::{
+    Answer, Asked, Bus, BusError, Client, Deliver, Hear, Incident, Publisher, Subscription,
+};
 use crate::graph::Graph;
 use domain::Participant;
+use server::Server;
+use service::Service;
 use site::{Site, Watcher};
 use subscription::Listening;
 use type_server::TypeServer;
@@ -158,6 +165,39 @@ impl Bus for CycloneBus {
         Ok(Box::new(Publishing { topic: topic.to_owned(), writer, _participant: participant }))
     }
 
+    fn node(&self) -> String {
+        names::node(&self.site.namespace, &self.site.node_name)
+    }
+
+    fn serve(
+        &self,
+        service: &str,
+        type_name: &str,
+        answer: Answer,
+    ) -> Result<Subscription, BusError> {
+        let [request, reply] = halves(type_name);
+        let participant = Arc::clone(&self.site.participant);
+        let answer = move |request: &[u8]| answer(request);
+        let named = Service::named(service);
+        let server = Server::open(&participant, &named, (&request, &reply), answer);
+        let server = server.map_err(|reason| not_opened(service, type_name, reason))?;
+        Ok(Subscription::new(Serving { _server: server, _participant: participant }))
+    }
+
+    fn client(
+        &self,
+        service: &str,
+        type_name: &str,
+        hear: Hear,
+    ) -> Result<Box<dyn Client>, BusError> {
+        let [request, reply] = halves(type_name);
+        let participant = Arc::clone(&self.site.participant);
+        let (named, hear) = (Service::named(service), move |reply| hear(reply));
+        let client = client::Client::open(&self.site, &named, (&request, &reply), hear);
+        let client = client.map_err(|reason| not_opened(service, type_name, reason))?;
+        Ok(Box::new(Asking { service: service.to_owned(), client, _participant: participant }))
+    }
+
     async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError> {
         let found = type_search::find(&self.site, &self.prefixes, type_name, hash).await;
         let type_name = type_name.to_owned();
@@ -167,6 +207,33 @@ impl Bus for CycloneBus {
 
 fn not_opened(topic: &str, type_name: &str, reason: String) -> BusError {
     BusError::Topic { topic: topic.to_owned(), type_name: type_name.to_owned(), reason }
+}
+
+/// The types of what is asked of a service of this type, and of what it answers.
+fn halves(type_name: &str) -> [String; 2] {
+    [format!("{type_name}_Request"), format!("{type_name}_Response")]
+}
+
+/// A service that we offer.
+struct Serving {
+    /// Before `_participant`, in which it lives.
+    _server: Server,
+    _participant: Arc<Participant>,
+}
+
+/// A client of a service.
+struct Asking {
+    service: String,
+    /// Before `_participant`, in which it lives.
+    client: client::Client,
+    _participant: Arc<Participant>,
+}
+
+impl Client for Asking {
+    fn ask(&self, number: i64, request: &[u8]) -> Result<(), BusError> {
+        let failed = |reason| BusError::Publish { topic: self.service.clone(), reason };
+        self.client.ask(number, request).map_err(failed)
+    }
 }
 
 /// Closes a subscription when it is dropped, whoever else holds it for a moment.
@@ -189,7 +256,12 @@ struct Publishing {
 impl Publisher for Publishing {
     fn publish(&self, cdr: &[u8]) -> Result<(), BusError> {
         let failed = |reason| BusError::Publish { topic: self.topic.clone(), reason };
-        self.writer.write(cdr).map_err(failed)
+        self.writer.write(cdr, None).map_err(failed)
+    }
+
+    fn publish_at(&self, cdr: &[u8], stamp: Time) -> Result<(), BusError> {
+        let failed = |reason| BusError::Publish { topic: self.topic.clone(), reason };
+        self.writer.write(cdr, Some(stamp)).map_err(failed)
     }
 
     fn subscribers(&self) -> usize {

@@ -1,5 +1,6 @@
 //! The graph: who publishes and subscribes to what.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use teampulse_core::qos::Qos;
@@ -11,6 +12,10 @@ pub struct Graph {
     pub endpoints: Vec<Endpoint>,
     /// The full names of all nodes: `/robot1/driver`; sorted.
     pub nodes: Vec<String>,
+    /// The services that can be asked.
+    pub services: Vec<Service>,
+    /// What the computers of participants are called, where they tell it.
+    pub computers: BTreeMap<Participant, String>,
 }
 
 impl Graph {
@@ -20,6 +25,27 @@ impl Graph {
             move |each: &&Endpoint| each.kind == EndpointKind::Publisher && each.topic == topic;
         self.endpoints.iter().filter(writes)
     }
+
+    /// What the computer behind an endpoint is called: by its host and process where its participant
+    /// tells them, else by its node. Different for each participant.
+    pub fn computer(&self, of: Gid) -> String {
+        let participant = of.participant();
+        let known = self.computers.get(&participant);
+        known.cloned().unwrap_or_else(|| participant.to_string())
+    }
+}
+
+/// A service that somebody offers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Service {
+    /// Its name: `/teampulse/probe_clock`.
+    pub name: String,
+    /// Its type: `teampulse_msgs/srv/ProbeClock`.
+    pub type_name: String,
+    /// The id of what takes its requests.
+    pub gid: Gid,
+    /// Whether it is ours.
+    pub own: bool,
 }
 
 /// A publisher or a subscription.
@@ -55,6 +81,26 @@ pub enum EndpointKind {
 /// The id of an endpoint on its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Gid(pub [u8; 16]);
+
+impl Gid {
+    /// The participant that has the endpoint.
+    pub fn participant(self) -> Participant {
+        let [prefix @ .., _, _, _, _] = self.0;
+        Participant(prefix)
+    }
+}
+
+/// The id of a participant: what the ids of its endpoints begin with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Participant(pub [u8; 12]);
+
+impl fmt::Display for Participant {
+    /// The part that differs between participants: without the number of the vendor before it, and
+    /// the count within a process behind it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0[2..8].iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
 
 impl fmt::Display for Gid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,6 +4,7 @@ pub mod bus;
 pub mod graph;
 pub mod offer;
 pub mod losses;
+pub mod clocks;
 mod runs;
 pub mod memory;
 pub mod cyclone;

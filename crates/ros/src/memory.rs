@@ -5,14 +5,18 @@ mod network;
 use std::sync::Arc;
 
 use async_trait::async_trait;
+use teampulse_core::clock;
 use teampulse_core::qos::Qos;
 use teampulse_core::stream::Schema;
+use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
 use tokio::sync::{broadcast, watch};
 
-use crate::bus::{Asked, Bus, BusError, Deliver, Incident, Publisher, Subscription};
+use crate::bus::{
+    Answer, Asked, Bus, BusError, Client, Deliver, Hear, Incident, Publisher, Reply, Subscription,
+};
 use crate::graph::{Gid, Graph};
-use network::{Member, Network, Reader, Writer};
+use network::{Member, Network, Reader, Server, Writer};
 
 /// A participant of a bus in memory.
 ///
@@ -87,6 +91,32 @@ impl Bus for MemoryBus {
         Ok(Box::new(Membership { network: Arc::clone(&self.network), gid }))
     }
 
+    fn node(&self) -> String {
+        self.member.node.clone()
+    }
+
+    fn serve(
+        &self,
+        service: &str,
+        type_name: &str,
+        answer: Answer,
+    ) -> Result<Subscription, BusError> {
+        let member = Arc::clone(&self.member);
+        let (service, type_name) = (service.to_owned(), type_name.to_owned());
+        let gid = self.network.serve(Server { member, service, type_name, answer });
+        Ok(Subscription::new(Membership { network: Arc::clone(&self.network), gid }))
+    }
+
+    fn client(
+        &self,
+        service: &str,
+        _type_name: &str,
+        hear: Hear,
+    ) -> Result<Box<dyn Client>, BusError> {
+        let (network, member) = (Arc::clone(&self.network), Arc::clone(&self.member));
+        Ok(Box::new(Asking { network, member, service: service.to_owned(), hear }))
+    }
+
     async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError> {
         let is_it = |schema: &Arc<Schema>| hash.is_empty() || schema.hash == hash;
         let shipped = || Some(Schema::clone(&*catalogue::shipped(type_name).filter(is_it)?));
@@ -106,7 +136,11 @@ struct Membership {
 
 impl Publisher for Membership {
     fn publish(&self, cdr: &[u8]) -> Result<(), BusError> {
-        self.network.publish(self.gid, cdr);
+        self.publish_at(cdr, clock::wall())
+    }
+
+    fn publish_at(&self, cdr: &[u8], stamp: Time) -> Result<(), BusError> {
+        self.network.publish(self.gid, cdr, stamp);
         Ok(())
     }
 
@@ -118,6 +152,25 @@ impl Publisher for Membership {
 impl Drop for Membership {
     fn drop(&mut self) {
         self.network.remove(self.gid);
+    }
+}
+
+/// A client of a service.
+struct Asking {
+    network: Arc<Network>,
+    member: Arc<Member>,
+    service: String,
+    hear: Hear,
+}
+
+impl Client for Asking {
+    fn ask(&self, number: i64, request: &[u8]) -> Result<(), BusError> {
+        for (server, answer) in self.network.servers(&self.member, &self.service) {
+            if let Some(bytes) = answer(request) {
+                (self.hear)(Reply { number, bytes, server });
+            }
+        }
+        Ok(())
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::btree_map::{BTreeMap, Entry};
 use std::sync::Arc;
 use std::time::Duration;
 
+use teampulse_core::clock;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError, Wants};
@@ -42,23 +43,31 @@ pub struct RosSink {
     publish: Publish,
     delivery: Delivery,
     clock: bool,
+    stamps: Option<clock::Clock>,
 }
 
 impl RosSink {
     /// A sink that skips what it has no time for: for a session that monitors.
     pub fn fresh(bus: Arc<dyn Bus>, publish: Publish) -> RosSink {
-        RosSink { bus, publish, delivery: Delivery::Fresh, clock: false }
+        RosSink { bus, publish, delivery: Delivery::Fresh, clock: false, stamps: None }
     }
 
     /// A sink that publishes every sample: for robots that are simulated, or recordings played.
     pub fn lossless(bus: Arc<dyn Bus>, publish: Publish) -> RosSink {
-        RosSink { bus, publish, delivery: Delivery::Lossless, clock: false }
+        RosSink { bus, publish, delivery: Delivery::Lossless, clock: false, stamps: None }
     }
 
     /// The same sink, telling the session's time on `/clock` before each run of samples.
     #[must_use]
     pub fn with_clock(mut self) -> RosSink {
         self.clock = true;
+        self
+    }
+
+    /// The same sink, stamping what it publishes by this clock instead of the machine's.
+    #[must_use]
+    pub fn stamped_by(mut self, clock: clock::Clock) -> RosSink {
+        self.stamps = Some(clock);
         self
     }
 }
@@ -94,6 +103,7 @@ impl Sink for RosSink {
 struct Desk<'a> {
     bus: &'a dyn Bus,
     publish: &'a Publish,
+    stamps: Option<&'a clock::Clock>,
     clock: Option<Box<dyn Publisher>>,
     /// `None` for what is not published.
     publishers: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
@@ -109,6 +119,7 @@ impl<'a> Desk<'a> {
         Ok(Desk {
             bus: &*sink.bus,
             publish: &sink.publish,
+            stamps: sink.stamps.as_ref(),
             clock: sink.clock.then(clock).transpose()?,
             publishers: BTreeMap::new(),
             refused: BTreeMap::new(),
@@ -130,9 +141,13 @@ impl<'a> Desk<'a> {
     }
 
     fn publish_record(&mut self, record: &Record) -> Result<(), BusError> {
-        if let Some(publisher) = self.publisher(record)?
-            && let Err(refused) = publisher.publish(&record.cdr)
-        {
+        let stamps = self.stamps;
+        let Some(publisher) = self.publisher(record)? else { return Ok(()) };
+        let published = match stamps {
+            Some(clock) => publisher.publish_at(&record.cdr, clock.now()),
+            None => publisher.publish(&record.cdr),
+        };
+        if let Err(refused) = published {
             self.refuse(&record.stream.name, &refused);
         }
         Ok(())

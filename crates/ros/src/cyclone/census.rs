@@ -6,7 +6,8 @@ use teampulse_core::qos::Qos;
 use teampulse_messages::standard::rmw_dds_common::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 
 use super::names;
-use crate::graph::{Endpoint, EndpointKind, Gid, Graph};
+use super::service;
+use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Participant, Service};
 
 /// The topic on which participants tell which nodes they have.
 pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
@@ -14,8 +15,8 @@ pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
 /// Something that was discovered.
 #[derive(Debug)]
 pub(super) enum Change {
-    /// A participant is there.
-    Participant(Gid),
+    /// A participant is there, on a computer of which it may tell what it is called.
+    Participant(Gid, Option<String>),
     /// An endpoint is there, or more is known about it.
     Endpoint(Found),
     /// An endpoint is there no more.
@@ -40,7 +41,8 @@ pub(super) struct Found {
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
-    participants: BTreeSet<Gid>,
+    /// By id, the computer that each tells.
+    participants: BTreeMap<Gid, Option<String>>,
     endpoints: BTreeMap<Gid, Found>,
     nodes: BTreeMap<Gid, Vec<NodeEntitiesInfo>>,
 }
@@ -48,14 +50,14 @@ pub(super) struct Census {
 impl Census {
     /// An empty census, as taken by this participant.
     pub(super) fn new(own: Gid) -> Census {
-        let participants = BTreeSet::from([own]);
+        let participants = BTreeMap::from([(own, None)]);
         Census { own, participants, endpoints: BTreeMap::new(), nodes: BTreeMap::new() }
     }
 
     pub(super) fn apply(&mut self, change: Change) {
         match change {
-            Change::Participant(gid) => {
-                self.participants.insert(gid);
+            Change::Participant(gid, computer) => {
+                self.participants.insert(gid, computer);
             }
             Change::Endpoint(found) => {
                 self.endpoints.insert(found.gid, found);
@@ -73,7 +75,7 @@ impl Census {
 
     /// Takes what a participant tells of its nodes; nothing from who is not there.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
-        if self.participants.contains(&Gid(info.gid)) {
+        if self.participants.contains_key(&Gid(info.gid)) {
             self.nodes.insert(Gid(info.gid), info.node_entities_info_seq);
         }
     }
@@ -113,7 +115,38 @@ impl Census {
         let mut endpoints: Vec<Endpoint> = self.endpoints.values().filter_map(endpoint).collect();
         endpoints.sort_by(|one, other| (&one.topic, one.gid).cmp(&(&other.topic, other.gid)));
         let nodes: BTreeSet<String> = self.nodes.values().flatten().map(full_name).collect();
-        Graph { endpoints, nodes: nodes.into_iter().collect() }
+        let nodes = nodes.into_iter().collect();
+        Graph { endpoints, nodes, services: self.services(), computers: self.computers() }
+    }
+
+    /// The services of those who speak our mapping.
+    fn services(&self) -> Vec<Service> {
+        let service = |found: &Found| {
+            let type_name = names::ros_type(&found.type_name);
+            Some(Service {
+                name: names::ros_service(&found.topic)?,
+                type_name: type_name.strip_suffix("_Request")?.to_owned(),
+                gid: found.gid,
+                own: found.participant == self.own,
+            })
+        };
+        let takes = |found: &&Found| {
+            found.kind == EndpointKind::Subscription && service::speaks_it(found.gid)
+        };
+        self.endpoints.values().filter(takes).filter_map(service).collect()
+    }
+
+    /// What the computers of participants are called: by what they tell, else by their first node.
+    fn computers(&self) -> BTreeMap<Participant, String> {
+        let computer = |(gid, told): (&Gid, &Option<String>)| {
+            let participant = gid.participant();
+            let node = || self.nodes.get(gid).and_then(|nodes| nodes.first()).map(full_name);
+            let text = told.clone().or_else(node)?;
+            let (name, process) = text.split_once(' ').unwrap_or((&text, ""));
+            let separator = if process.is_empty() { "" } else { ", " };
+            Some((participant, format!("{name} ({process}{separator}{participant})")))
+        };
+        self.participants.iter().filter_map(computer).collect()
     }
 
     /// The nodes that publish a ROS type, others' only, each once.
@@ -183,7 +216,7 @@ mod tests {
 
     fn census() -> Census {
         let mut census = Census::new(OURS);
-        census.apply(Change::Participant(ROBOT));
+        census.apply(Change::Participant(ROBOT, Some("laptop2 driver".into())));
         let publisher = found(EndpointKind::Publisher, ROBOT, 21, "rt/r1/x");
         let service = found(EndpointKind::Subscription, ROBOT, 22, "rq/r1/driver/yRequest");
         let ours = found(EndpointKind::Subscription, OURS, 11, "rt/r1/x");
@@ -210,6 +243,31 @@ mod tests {
         let publisher = graph.publishers("/r1/x").next().unwrap();
         assert_eq!((publisher.node.as_deref(), publisher.own), (Some("/r1/driver"), false));
         assert_eq!(publisher.type_name, "a/msg/X");
+    }
+
+    #[test]
+    fn a_computer_is_called_by_what_its_participant_tells_else_by_its_node() {
+        let mut census = census();
+        let robot = |census: &Census| census.graph().computer(Gid([2; 16]));
+        assert_eq!(robot(&census), "laptop2 (driver, 020202020202)");
+        census.participants.insert(ROBOT, None);
+        assert_eq!(robot(&census), "/r1/driver (020202020202)");
+        assert_eq!(census.graph().computer(Gid([3; 16])), "030303030303");
+    }
+
+    #[test]
+    fn services_of_those_who_speak_our_mapping_can_be_asked() {
+        let mut census = census();
+        assert_eq!(census.graph().services, []);
+        let topic = "rq/r1/driver/probe_clockRequest";
+        let mut server = found(EndpointKind::Subscription, ROBOT, 0, topic);
+        server.gid.0[..2].copy_from_slice(&[0x01, 0x10]);
+        server.type_name = "teampulse_msgs::srv::dds_::ProbeClock_Request_".into();
+        let gid = server.gid;
+        census.apply(Change::Endpoint(server));
+        let (name, type_name) = ("/r1/driver/probe_clock", "teampulse_msgs/srv/ProbeClock");
+        let service = Service { name: name.into(), type_name: type_name.into(), gid, own: false };
+        assert_eq!(census.graph().services, [service]);
     }
 
     #[test]

@@ -57,8 +57,11 @@ impl Discovery {
         unsafe {
             take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
                 let gid = Gid(sample.key.v);
-                let there = if alive { Change::Participant } else { Change::ParticipantGone };
-                changes.push(there(gid));
+                changes.push(if alive {
+                    Change::Participant(gid, computer(sample.qos))
+                } else {
+                    Change::ParticipantGone(gid)
+                });
             });
             take(&self.publishers, |sample, alive| {
                 changes.push(endpoint(EndpointKind::Publisher, sample, alive));
@@ -105,6 +108,22 @@ unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
         unsafe { c::dds_return_loan(reader.handle(), samples.as_mut_ptr(), taken) };
         samples = [ptr::null_mut(); BATCH];
     }
+}
+
+/// What a participant tells of its host and its process, the former first and a space between: as
+/// Cyclone DDS names them, and as Fast DDS does.
+///
+/// # Safety
+///
+/// `policies` is null or a set that is alive.
+unsafe fn computer(policies: *const c::dds_qos_t) -> Option<String> {
+    // SAFETY: as the caller promises.
+    let read = |name| unsafe { qos::property(policies, name) };
+    let host = read(c"__Hostname").or_else(|| read(c"fastdds.physical_data.host"))?;
+    let process = read(c"__ProcessName").or_else(|| read(c"fastdds.physical_data.process"));
+    // The first space ends the host: it is what one computer's processes share.
+    let host: String = host.split_whitespace().collect();
+    Some(format!("{host} {}", process.unwrap_or_default()).trim().to_owned())
 }
 
 fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: bool) -> Change {

@@ -10,6 +10,12 @@ pub(super) fn ros_topic(dds_topic: &str) -> Option<String> {
     dds_topic.strip_prefix("rt").filter(|topic| topic.starts_with('/')).map(str::to_owned)
 }
 
+/// The ROS service of which a DDS topic carries the requests; `None` for any other.
+pub(super) fn ros_service(dds_topic: &str) -> Option<String> {
+    let service = dds_topic.strip_prefix("rq")?.strip_suffix("Request")?;
+    service.starts_with('/').then(|| service.to_owned())
+}
+
 /// Whether a DDS topic is a ROS topic or half of a ROS service.
 pub(super) fn is_ros(dds_topic: &str) -> bool {
     ["rt/", "rq/", "rr/"].iter().any(|prefix| dds_topic.starts_with(prefix))
@@ -78,6 +84,11 @@ mod tests {
             assert_eq!(ros_topic(topic), None, "{topic}");
         }
         assert!(is_ros("rq/driver/get_parametersRequest") && !is_ros("ros_discovery_info"));
+        let service = ros_service("rq/driver/get_parametersRequest");
+        assert_eq!(service.as_deref(), Some("/driver/get_parameters"));
+        for topic in ["rr/driver/get_parametersReply", "rqxRequest", "rt/xRequest", "rq"] {
+            assert_eq!(ros_service(topic), None, "{topic}");
+        }
     }
 
     #[test]

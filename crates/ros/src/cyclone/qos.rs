@@ -1,6 +1,6 @@
 //! Quality of service in the library's own form.
 
-use std::ffi::c_void;
+use std::ffi::{CStr, c_void};
 use std::ptr;
 use std::time::Duration;
 
@@ -88,6 +88,28 @@ impl Drop for Policies {
     fn drop(&mut self) {
         // SAFETY: the set is ours, and this is its only end.
         unsafe { c::dds_delete_qos(self.0) };
+    }
+}
+
+/// Reads a property of a participant; `None` when it is empty or has none of this name.
+///
+/// # Safety
+///
+/// `policies` is null or a set that is alive.
+pub(super) unsafe fn property(policies: *const c::dds_qos_t, name: &CStr) -> Option<String> {
+    if policies.is_null() {
+        return None;
+    }
+    let mut value = ptr::null_mut();
+    // SAFETY: the set is alive as the caller promises. The library gives a copy that is ours to
+    // free, or leaves null.
+    unsafe {
+        if !c::dds_qget_prop(policies, name.as_ptr(), &raw mut value) || value.is_null() {
+            return None;
+        }
+        let text = CStr::from_ptr(value).to_string_lossy().into_owned();
+        c::dds_free(value.cast());
+        Some(text).filter(|text| !text.trim().is_empty())
     }
 }
 

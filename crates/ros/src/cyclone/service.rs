@@ -1,5 +1,7 @@
 //! Services in the mapping of `rmw_cyclonedds`: two topics, and a header in each message.
 
+use teampulse_core::qos::Qos;
+
 use crate::graph::Gid;
 
 /// The length of CDR's own header [bytes].
@@ -12,6 +14,9 @@ pub(super) struct Service {
     pub(super) request_topic: String,
     pub(super) reply_topic: String,
 }
+
+/// What services ask of the network in ROS 2.
+pub(super) const QOS: Qos = Qos::reliable(10);
 
 /// How the ids of participants on Cyclone DDS begin: RTPS's number of its vendor.
 const CYCLONE_DDS: [u8; 2] = [0x01, 0x10];
@@ -34,10 +39,12 @@ pub(super) struct Call {
 impl Service {
     /// The service with which a node tells the definitions of its types.
     pub(super) fn get_type_description(node: &str) -> Service {
-        Service {
-            request_topic: format!("rq{node}/get_type_descriptionRequest"),
-            reply_topic: format!("rr{node}/get_type_descriptionReply"),
-        }
+        Service::named(&format!("{node}/get_type_description"))
+    }
+
+    /// The service of this name.
+    pub(super) fn named(name: &str) -> Service {
+        Service { request_topic: format!("rq{name}Request"), reply_topic: format!("rr{name}Reply") }
     }
 }
 

@@ -11,12 +11,10 @@ use teampulse_messages::standard::type_description_interfaces::{
 use tokio::sync::mpsc;
 use tokio::time::{sleep, timeout};
 
-use super::names;
-use super::reader::{Reader, Told};
-use super::service::{self, Call, Service};
+use super::client::Client;
+use super::service::{self, Service};
 use super::site::Site;
-use super::type_server::{QOS, shipped_hash};
-use super::writer::Writer;
+use crate::bus::Reply;
 use crate::definitions;
 
 /// How long a node has for its answer.
@@ -38,10 +36,10 @@ pub(super) async fn ask(
     if !service::speaks_it(server.ok_or("it has no service for this")?) {
         return Err("its services are not those of Cyclone DDS".into());
     }
-    let mut client = Client::open(site, &service)?;
+    let mut asker = Asker::open(site, &service)?;
     let (name, hash_text) = (type_name.to_owned(), hash.to_owned());
     let request = Request { type_name: name, type_hash: hash_text, include_type_sources: true };
-    let Ok(answered) = timeout(PATIENCE, client.call(&request.encode())).await else {
+    let Ok(answered) = timeout(PATIENCE, asker.call(&request.encode())).await else {
         return Err(format!("it gave no answer within {} s", PATIENCE.as_secs()));
     };
     let response = answered?;
@@ -59,58 +57,33 @@ fn text_of(response: &Response, part: &str) -> Option<String> {
     Some(source.raw_file_contents.clone())
 }
 
-/// A client of the service of one node.
-struct Client {
-    writer: Writer,
-    _reader: Reader,
+/// An asker of one node.
+struct Asker {
+    client: Client,
     replies: mpsc::Receiver<Bytes>,
-    call: Call,
 }
 
-impl Client {
-    fn open(site: &Site, service: &Service) -> Result<Client, String> {
-        let participant = &site.participant;
+impl Asker {
+    fn open(site: &Site, service: &Service) -> Result<Asker, String> {
         let (sender, replies) = mpsc::channel(16);
-        let hear = Box::new(move |told| {
-            if let Told::Arrived(arrival) = told {
-                // Replies that nobody waits for are others'.
-                sender.try_send(arrival.bytes).ok();
-            }
-        });
-        let number = site.next_call();
-        let id = format!("clientid={}.{number};", participant.entity().gid());
-        let names = (&*service.reply_topic, &*names::dds_type(Response::NAME));
-        let user_data = id.clone() + &shipped_hash(Response::NAME);
-        let reader = Reader::open(participant, names, &QOS, &user_data, hear)?;
-        let names = (&*service.request_topic, &*names::dds_type(Request::NAME));
-        let user_data = id + &shipped_hash(Request::NAME);
-        let writer = Writer::open(participant, names, &QOS, &user_data, Box::new(|_| {}))?;
-        let own = writer.gid().0;
-        let client = u64::from_be_bytes(*own.last_chunk().expect("an id has sixteen bytes"));
-        Ok(Client { writer, _reader: reader, replies, call: Call { client, number } })
+        let hear = move |reply: Reply| {
+            // Answers to what was asked again wait for nobody.
+            sender.try_send(reply.bytes).ok();
+        };
+        let client = Client::open(site, service, (Request::NAME, Response::NAME), hear)?;
+        Ok(Asker { client, replies })
     }
 
     /// Asks until there is an answer.
     async fn call(&mut self, request: &[u8]) -> Result<Response, String> {
-        while self.writer.readers() == 0 {
+        while self.client.servers() == 0 {
             sleep(GLANCE).await;
         }
         loop {
-            self.writer.write(&self.call.wrap(request))?;
-            if let Ok(response) = timeout(AGAIN, self.reply()).await {
-                return response;
-            }
-        }
-    }
-
-    /// The next reply to our call.
-    async fn reply(&mut self) -> Result<Response, String> {
-        loop {
-            let bytes = self.replies.recv().await.ok_or("the reader is gone")?;
-            if let Some((call, cdr)) = Call::unwrap(&bytes)
-                && call == self.call
-            {
-                return Response::decode(&cdr).map_err(|error| format!("it failed to {error}"));
+            self.client.ask(1, request)?;
+            if let Ok(reply) = timeout(AGAIN, self.replies.recv()).await {
+                let reply = reply.ok_or("the reader is gone")?;
+                return Response::decode(&reply).map_err(|error| format!("it failed to {error}"));
             }
         }
     }

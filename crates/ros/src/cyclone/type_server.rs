@@ -1,8 +1,5 @@
 //! Telling others the definitions of our types, as every node of ROS 2 does.
 
-use std::sync::Arc;
-
-use teampulse_core::qos::Qos;
 use teampulse_messages::catalogue;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::standard::Message;
@@ -12,45 +9,22 @@ use teampulse_messages::standard::type_description_interfaces::{
 
 use super::domain::Participant;
 use super::names;
-use super::reader::{Reader, Told};
-use super::service::{Call, Service};
-use super::writer::Writer;
+use super::server::Server;
+use super::service::Service;
 use crate::definitions;
-
-/// What services ask of the network in ROS 2.
-pub(super) const QOS: Qos = Qos::reliable(10);
 
 /// The service `get_type_description` of our node.
 pub(super) struct TypeServer {
-    _reader: Reader,
+    _server: Server,
 }
 
 impl TypeServer {
     /// Begins to answer as this node.
     pub(super) fn open(participant: &Participant, node: &str) -> Result<TypeServer, String> {
         let service = Service::get_type_description(node);
-        let id = format!("serviceid={};", participant.entity().gid());
-        let (replies, requests) = (names::dds_type(Response::NAME), names::dds_type(Request::NAME));
-        let writer = Writer::open(
-            participant,
-            (&service.reply_topic, &replies),
-            &QOS,
-            &(id.clone() + &shipped_hash(Response::NAME)),
-            Box::new(|_| {}),
-        )?;
-        let writer = Arc::new(writer);
-        let answer_all = Box::new(move |told| {
-            let Told::Arrived(arrival) = told else { return };
-            let Some((call, cdr)) = Call::unwrap(&arrival.bytes) else { return };
-            let Ok(request) = Request::decode(&cdr) else { return };
-            if let Err(reason) = writer.write(&call.wrap(&answer(&request).encode())) {
-                tracing::warn!("failed to tell the type {}: {reason}", request.type_name);
-            }
-        });
-        let names = (&*service.request_topic, &*requests);
-        let user_data = id + &shipped_hash(Request::NAME);
-        let reader = Reader::open(participant, names, &QOS, &user_data, answer_all)?;
-        Ok(TypeServer { _reader: reader })
+        let answer = |request: &[u8]| Some(answer(&Request::decode(request).ok()?).encode());
+        let server = Server::open(participant, &service, (Request::NAME, Response::NAME), answer)?;
+        Ok(TypeServer { _server: server })
     }
 }
 

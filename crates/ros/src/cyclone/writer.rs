@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use cyclors as c;
 use teampulse_core::qos::Qos;
+use teampulse_core::time::Time;
 
 use super::domain::Participant;
 use super::entity::{Entity, checked};
@@ -56,8 +57,9 @@ impl Writer {
         Ok(Writer { entity, _differs: differs, written: Mutex::new(0) })
     }
 
-    /// Writes a message: CDR with its header. Waits for slow subscribers for a second at most.
-    pub(super) fn write(&self, cdr: &[u8]) -> Result<(), String> {
+    /// Writes a message: CDR with its header; stamped now, or as told. Waits for slow subscribers for
+    /// a second at most.
+    pub(super) fn write(&self, cdr: &[u8], stamp: Option<Time>) -> Result<(), String> {
         if cdr.len() < message::HEADER_BYTES {
             return Err(format!("it has {} bytes, and CDR begins with four", cdr.len()));
         }
@@ -69,7 +71,14 @@ impl Writer {
             let found = c::dds_get_entity_sertype(self.entity.handle(), &raw mut sertype);
             checked(found)?;
             let message = message::outgoing(sertype, cdr, *written + 1);
-            c::dds_writecdr(self.entity.handle(), message)
+            match stamp {
+                None => c::dds_writecdr(self.entity.handle(), message),
+                Some(stamp) => {
+                    (*message).statusinfo = 0;
+                    (*message).timestamp.v = stamp.nanos();
+                    c::dds_forwardcdr(self.entity.handle(), message)
+                }
+            }
         })?;
         // A message that was refused was given no number.
         *written += 1;

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
-use teampulse_core::clock;
 use teampulse_core::qos::{Durability, History, Qos};
 use teampulse_core::stream::Schema;
+use teampulse_core::time::Time;
 use tokio::sync::{broadcast, watch};
 
-use crate::bus::{Arrival, Asked, Deliver, Incident};
-use crate::graph::{Endpoint, EndpointKind, Gid, Graph};
+use crate::bus::{Answer, Arrival, Asked, Deliver, Incident};
+use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Participant, Service};
 use crate::offer;
 
 /// How many incidents wait for a slow listener.
@@ -23,14 +23,16 @@ pub(super) struct Network(Mutex<State>);
 
 #[derive(Default)]
 struct State {
-    last_gid: u128,
+    last_number: u32,
     members: Vec<Arc<Member>>,
     writers: BTreeMap<Gid, Writer>,
     readers: BTreeMap<Gid, Reader>,
+    servers: BTreeMap<Gid, Server>,
 }
 
 /// A participant.
 pub(super) struct Member {
+    number: u32,
     pub(super) node: String,
     pub(super) graph: watch::Sender<Arc<Graph>>,
     pub(super) incidents: broadcast::Sender<Incident>,
@@ -55,14 +57,23 @@ pub(super) struct Reader {
     pub(super) deliver: Deliver,
 }
 
+/// A service.
+pub(super) struct Server {
+    pub(super) member: Arc<Member>,
+    pub(super) service: String,
+    pub(super) type_name: String,
+    pub(super) answer: Answer,
+}
+
 impl Network {
     pub(super) fn join(&self, node: &str) -> Arc<Member> {
+        let mut state = self.lock();
         let member = Arc::new(Member {
+            number: state.next_number(),
             node: node.to_owned(),
             graph: watch::Sender::default(),
             incidents: broadcast::Sender::new(INCIDENTS),
         });
-        let mut state = self.lock();
         state.members.push(Arc::clone(&member));
         state.tell_graph();
         member
@@ -84,16 +95,34 @@ impl Network {
                 writer.kept.iter().cloned().for_each(|arrival| (reader.deliver)(arrival));
             }
         }
-        let gid = state.next_gid();
+        let gid = state.next_gid(&reader.member);
         state.readers.insert(gid, reader);
         state.tell_graph();
         gid
     }
 
+    pub(super) fn serve(&self, server: Server) -> Gid {
+        let mut state = self.lock();
+        let gid = state.next_gid(&server.member);
+        state.servers.insert(gid, server);
+        state.tell_graph();
+        gid
+    }
+
+    /// Who of others offers a service.
+    pub(super) fn servers(&self, asker: &Arc<Member>, service: &str) -> Vec<(Gid, Answer)> {
+        let state = self.lock();
+        let offers = |(_, server): &(&Gid, &Server)| {
+            server.service == service && !Arc::ptr_eq(&server.member, asker)
+        };
+        let servers = state.servers.iter().filter(offers);
+        servers.map(|(gid, server)| (*gid, Arc::clone(&server.answer))).collect()
+    }
+
     pub(super) fn write(&self, writer: Writer) -> Gid {
         let mut state = self.lock();
         state.writer_differs(&writer);
-        let gid = state.next_gid();
+        let gid = state.next_gid(&writer.member);
         state.writers.insert(gid, writer);
         state.tell_graph();
         gid
@@ -103,17 +132,17 @@ impl Network {
         let mut state = self.lock();
         let reader = state.readers.remove(&gid);
         let writer = state.writers.remove(&gid);
+        let server = state.servers.remove(&gid);
         state.tell_graph();
         drop(state);
         // What a subscription holds may itself own an endpoint, so it is let go without the lock.
-        drop((reader, writer));
+        drop((reader, writer, server));
     }
 
-    pub(super) fn publish(&self, gid: Gid, cdr: &[u8]) {
+    pub(super) fn publish(&self, gid: Gid, cdr: &[u8], stamp: Time) {
         let mut state = self.lock();
-        let Some(arrival) = state.writers.get_mut(&gid).map(|writer| writer.stamp(gid, cdr)) else {
-            return;
-        };
+        let Some(writer) = state.writers.get_mut(&gid) else { return };
+        let arrival = writer.number(gid, cdr, stamp);
         for reader in state.matched(gid) {
             (reader.deliver)(arrival.clone());
         }
@@ -140,9 +169,15 @@ impl Network {
 }
 
 impl State {
-    fn next_gid(&mut self) -> Gid {
-        self.last_gid += 1;
-        Gid(self.last_gid.to_be_bytes())
+    fn next_number(&mut self) -> u32 {
+        self.last_number += 1;
+        self.last_number
+    }
+
+    /// An id that begins with that of its participant.
+    fn next_gid(&mut self, member: &Member) -> Gid {
+        let number = u128::from(self.next_number());
+        Gid((u128::from(member.number) << 64 | number).to_be_bytes())
     }
 
     /// What a subscription requests with the publishers that are there now.
@@ -196,8 +231,28 @@ impl State {
         nodes.sort();
         for member in &self.members {
             let endpoints = self.endpoints(member);
-            member.graph.send_replace(Arc::new(Graph { endpoints, nodes: nodes.clone() }));
+            let (nodes, services) = (nodes.clone(), self.services(member));
+            let computers = self.computers();
+            member.graph.send_replace(Arc::new(Graph { endpoints, nodes, services, computers }));
         }
+    }
+
+    fn services(&self, seen_by: &Arc<Member>) -> Vec<Service> {
+        let service = |(gid, server): (&Gid, &Server)| Service {
+            name: server.service.clone(),
+            type_name: server.type_name.clone(),
+            gid: *gid,
+            own: Arc::ptr_eq(&server.member, seen_by),
+        };
+        self.servers.iter().map(service).collect()
+    }
+
+    fn computers(&self) -> BTreeMap<Participant, String> {
+        let computer = |member: &Arc<Member>| {
+            let participant = Gid((u128::from(member.number) << 64).to_be_bytes()).participant();
+            (participant, format!("{} ({participant})", member.node))
+        };
+        self.members.iter().map(computer).collect()
     }
 
     fn endpoints(&self, seen_by: &Arc<Member>) -> Vec<Endpoint> {
@@ -248,11 +303,11 @@ impl Writer {
     }
 
     /// Numbers a message, and keeps it if late joiners are to have it.
-    fn stamp(&mut self, gid: Gid, cdr: &[u8]) -> Arrival {
+    fn number(&mut self, gid: Gid, cdr: &[u8], stamp: Time) -> Arrival {
         self.sequence += 1;
         let arrival = Arrival {
             bytes: Bytes::copy_from_slice(cdr),
-            source_time: Some(clock::wall()),
+            source_time: Some(stamp),
             publisher: gid,
             sequence: Some(self.sequence),
         };

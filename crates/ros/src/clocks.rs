@@ -1,0 +1,210 @@
+//! Asking other computers for their clocks, and telling ours.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use teampulse_core::clock::Clock;
+use teampulse_core::time::Time;
+use teampulse_messages::standard::Message;
+use teampulse_messages::standard::teampulse_msgs::{
+    ProbeClockRequest as Request, ProbeClockResponse as Response,
+};
+use tokio::sync::mpsc::{self, Sender};
+use tokio::time::sleep;
+
+use crate::bus::{Bus, BusError, Client, Reply, Subscription};
+use crate::graph::{Gid, Graph};
+
+/// The type of the service.
+const PROBE_CLOCK: &str = "teampulse_msgs/srv/ProbeClock";
+/// How many requests make a burst.
+const BURST: u32 = 8;
+/// From one request of a burst to the next.
+const WITHIN_BURST: Duration = Duration::from_millis(64);
+/// From one burst to the next.
+const BETWEEN_BURSTS: Duration = Duration::from_secs(4);
+/// A reply that took longer says nothing [ns].
+const LONGEST_NANOS: i64 = 1_000_000_000;
+/// How many services are asked at most.
+const MOST_ASKED: usize = 64;
+/// How many replies wait to be read; of one burst there are fewer.
+const WAITING: usize = 4096;
+
+/// What the time is by a clock that is told to others.
+pub type ReadClock = Arc<dyn Fn() -> Time + Send + Sync>;
+
+/// What one exchange with another computer's clock found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exchange {
+    /// How far it is ahead of ours [s]: half the round trip at most wrong.
+    pub offset_secs: f64,
+    /// How long the exchange took, without the time spent over there [s].
+    pub round_trip_secs: f64,
+}
+
+/// Offers the service `probe_clock` of our node: others ask it how far our clock is ahead.
+pub fn tell_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusError> {
+    let answer = move |request: &[u8]| {
+        let received = clock();
+        let sent = Request::decode(request).ok()?.sent;
+        Some(Response { sent, received, replied: clock() }.encode())
+    };
+    bus.serve(&format!("{}/probe_clock", bus.node()), PROBE_CLOCK, Arc::new(answer))
+}
+
+/// Asks all other computers for their clocks, in bursts, until it is dropped; `told` is given what
+/// each exchange found, with the name of the computer. A reply that is lost is just missing.
+pub async fn probe_clocks(bus: &dyn Bus, clock: &Clock, mut told: impl FnMut(&str, Exchange)) {
+    let mut graph = bus.graph();
+    let (sender, mut replies) = mpsc::channel(WAITING);
+    let mut clients = Clients::new();
+    loop {
+        let seen = Arc::clone(&graph.borrow_and_update());
+        meet(bus, clock, &seen, &mut clients, &sender);
+        for number in 0..BURST {
+            ask(clock, &clients, number);
+            sleep(WITHIN_BURST).await;
+            while let Ok((server, exchange)) = replies.try_recv() {
+                told(&seen.computer(server), exchange);
+            }
+        }
+        let unknown = |graph: &Arc<Graph>| services(graph).any(|name| !clients.contains_key(name));
+        let newcomer = async { graph.wait_for(unknown).await.is_ok() };
+        tokio::select! {
+            () = sleep(BETWEEN_BURSTS) => {}
+            true = newcomer => {}
+        }
+    }
+}
+
+/// What an exchange found, and who answered.
+type Found = (Gid, Exchange);
+
+/// The clients by name of their service; `None` for one that the bus would not have.
+type Clients = BTreeMap<String, Option<Box<dyn Client>>>;
+
+/// The names of others' services that tell a clock.
+fn services(graph: &Graph) -> impl Iterator<Item = &String> {
+    let others = graph.services.iter().filter(|each| !each.own && each.type_name == PROBE_CLOCK);
+    others.map(|service| &service.name).take(MOST_ASKED)
+}
+
+/// Becomes a client of each service that is new, and forgets those that are gone.
+fn meet(
+    bus: &dyn Bus,
+    clock: &Clock,
+    graph: &Graph,
+    clients: &mut Clients,
+    sender: &Sender<Found>,
+) {
+    let names: Vec<&String> = services(graph).collect();
+    clients.retain(|name, _| names.contains(&name));
+    for name in names {
+        if clients.contains_key(name) {
+            continue;
+        }
+        let (clock, sender) = (clock.clone(), sender.clone());
+        let hear = move |reply: Reply| {
+            let arrived = clock.now();
+            if let Some(exchange) = exchange(&reply, arrived) {
+                // With so many waiting, one more or less makes no difference.
+                sender.try_send((reply.server, exchange)).ok();
+            }
+        };
+        let client = bus.client(name, PROBE_CLOCK, Arc::new(hear));
+        let opened = client.map_err(|error| tracing::warn!("failed to {error}"));
+        clients.insert(name.clone(), opened.ok());
+    }
+}
+
+fn ask(clock: &Clock, clients: &Clients, number: u32) {
+    for client in clients.values().flatten() {
+        let request = Request { sent: clock.now() }.encode();
+        if let Err(error) = client.ask(number.into(), &request) {
+            tracing::debug!("failed to {error}");
+        }
+    }
+}
+
+/// What a reply tells; `None` for one that can't be right.
+fn exchange(reply: &Reply, arrived: Time) -> Option<Exchange> {
+    let Response { sent, received, replied } = Response::decode(&reply.bytes).ok()?;
+    let took = arrived.nanos_since(sent);
+    let over_there = replied.nanos_since(received);
+    let possible = (0..=LONGEST_NANOS).contains(&took) && (0..=took).contains(&over_there);
+    let there = received.nanos_since(sent) as f64;
+    let back = replied.nanos_since(arrived) as f64;
+    possible.then(|| Exchange {
+        offset_secs: (there + back) * 0.5e-9,
+        round_trip_secs: (took - over_there) as f64 * 1e-9,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::memory::MemoryBus;
+
+    /// Probes for so long; gives what was told.
+    async fn probed(bus: &dyn Bus, clock: &Clock, secs: u64) -> Vec<(String, Exchange)> {
+        let told = Mutex::default();
+        let probing = probe_clocks(bus, clock, |computer, exchange| {
+            let mut told: std::sync::MutexGuard<'_, Vec<_>> = told.lock().unwrap();
+            told.push((computer.to_owned(), exchange));
+        });
+        tokio::time::timeout(Duration::from_secs(secs), probing).await.unwrap_err();
+        told.into_inner().unwrap()
+    }
+
+    fn ahead(clock: &Clock, by: Duration) -> ReadClock {
+        let clock = clock.clone();
+        Arc::new(move || clock.now() + by)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn every_other_computer_tells_how_far_it_is_ahead_and_we_do_not_ask_ourselves() {
+        let ours = MemoryBus::new("/teampulse");
+        let (robot, namesake) = (ours.join("/teampulse_simulator"), ours.join("/teampulse"));
+        let clock = Clock::host();
+        let _services = [
+            tell_clock(&*ours, ahead(&clock, Duration::from_secs(9))).unwrap(),
+            tell_clock(&*robot, ahead(&clock, Duration::from_millis(1500))).unwrap(),
+            tell_clock(&*namesake, ahead(&clock, Duration::ZERO)).unwrap(),
+        ];
+        let told = probed(&*ours, &clock, 3).await;
+        assert_eq!(told.len(), 2 * BURST as usize);
+        for (computer, exchange) in told {
+            let expected = if computer.starts_with("/teampulse_simulator (") { 1.5 } else { 0.0 };
+            let wrong_secs = (exchange.offset_secs - expected).abs();
+            assert!(wrong_secs <= exchange.round_trip_secs, "{computer}: {exchange:?}");
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_computer_that_comes_later_is_asked_and_one_that_left_is_not() {
+        let ours = MemoryBus::new("/teampulse");
+        let robot = ours.join("/teampulse_simulator");
+        let clock = Clock::host();
+        assert_eq!(probed(&*ours, &clock, 5).await.len(), 0);
+        let service = tell_clock(&*robot, ahead(&clock, Duration::ZERO)).unwrap();
+        assert!(!probed(&*ours, &clock, 5).await.is_empty());
+        drop(service);
+        assert_eq!(probed(&*ours, &clock, 5).await.len(), 0);
+    }
+
+    proptest! {
+        #[test]
+        fn any_reply_is_read(bytes: Vec<u8>, at: i64) {
+            let bytes = [&[0, 1, 0, 0], &bytes[..]].concat().into();
+            let reply = Reply { number: 0, bytes, server: Gid::default() };
+            if let Some(exchange) = exchange(&reply, Time::from_nanos(at)) {
+                prop_assert!((0.0..=1.0).contains(&exchange.round_trip_secs));
+            }
+        }
+    }
+}
