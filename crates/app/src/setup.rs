@@ -20,7 +20,7 @@ use teampulse_ros::buses::Buses;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sinks::{SINKS, SinkContext};
-use teampulse_sources::session::{Keys, Phases, RosEvents, follow_clock};
+use teampulse_sources::session::{Computers, Keys, Phases, RosEvents, follow_clock};
 use teampulse_sources::{SOURCES, SourceContext};
 
 use crate::exit::Exit;
@@ -133,11 +133,15 @@ impl Setup {
     }
 
     /// Runs a session with these parts until it ends or is asked to stop.
-    pub async fn run(self, parts: Parts, stop: impl Future<Output = ()>) -> Outcome {
+    pub async fn run(self, mut parts: Parts, stop: impl Future<Output = ()>) -> Outcome {
+        for bus in self.buses.joined() {
+            let name = format!("clocks on {}", bus.name());
+            parts.sources.push((name, Box::new(Computers::new(bus))));
+        }
         let session = Session {
             clock: self.clock,
             pace: Pace::Live,
-            clocks: Clocks::new(self.study.general.clocks.clone()),
+            clocks: Clocks::default(),
             streams: Streams::default(),
             sources: parts.sources,
             features: parts.features,

@@ -22,6 +22,8 @@ use crate::tally::Tally;
 /// How many messages a subscription keeps until they are taken. They are taken at once, so this
 /// bounds a burst, not a delay.
 const DEPTH: u32 = 2000;
+/// The computer of a topic that several publish.
+const SEVERAL: &str = "several";
 /// How often counted losses are told, at the latest.
 const TELL_LOSSES: Duration = Duration::from_millis(500);
 
@@ -39,6 +41,7 @@ pub(crate) async fn follow(
     loop {
         let seen = Arc::clone(&graph.borrow_and_update());
         following.look_at(&seen, &choose);
+        following.tell_computers(&seen);
         tokio::select! {
             changed = graph.changed() => if changed.is_err() {
                 return Err(gone("follow the bus: it was closed"));
@@ -77,7 +80,10 @@ struct Following<'a> {
 }
 
 struct Followed {
+    id: StreamId,
     stream: Stream,
+    /// Which computer stamps it, as it was told last.
+    computer: Option<String>,
     tally: Arc<Mutex<Tally>>,
     /// `None` when the bus would not have it; not tried again.
     _subscription: Option<Subscription>,
@@ -106,12 +112,12 @@ impl<'a> Following<'a> {
                 let publishers = graph.publishers(&endpoint.topic);
                 let of_type = publishers.filter(|each| each.type_name == endpoint.type_name);
                 stream.qos = of_type.map(|each| each.qos.clone()).collect();
-                self.begin(key, endpoint, stream);
+                self.begin(key, endpoint, stream, graph);
             }
         }
     }
 
-    fn begin(&mut self, key: Key, endpoint: &Endpoint, mut stream: Stream) {
+    fn begin(&mut self, key: Key, endpoint: &Endpoint, mut stream: Stream, graph: &Graph) {
         let other = self.followed.keys().find(|(topic, _)| *topic == endpoint.topic);
         if let Some((topic, other)) = other {
             let mut types = [other.as_str(), endpoint.type_name.as_str()];
@@ -123,12 +129,42 @@ impl<'a> Following<'a> {
         stream.shape = Shape::Message(Arc::new(schema));
         self.leave_out_wrong_fields(&mut stream);
         let id = self.outlet.declare(stream.clone());
+        let computer = self.stamping(&key, graph);
+        if let Some(computer) = &computer {
+            self.outlet.stamped_by(id, computer);
+        }
         let tally = Arc::new(Mutex::new(Tally::new(id)));
         let subscription = self.subscribe(endpoint, id, stamped, &tally);
         if missing {
             self.ask_for_definition(key.clone(), endpoint.type_hash.clone());
         }
-        self.followed.insert(key, Followed { stream, tally, _subscription: subscription });
+        let followed = Followed { id, stream, computer, tally, _subscription: subscription };
+        self.followed.insert(key, followed);
+    }
+
+    /// Tells which computer stamps a topic, where that is another than before.
+    fn tell_computers(&mut self, graph: &Graph) {
+        let keys: Vec<Key> = self.followed.keys().cloned().collect();
+        for key in keys {
+            let Some(computer) = self.stamping(&key, graph) else { continue };
+            let Some(followed) = self.followed.get_mut(&key) else { continue };
+            if followed.computer.as_ref() != Some(&computer) {
+                self.outlet.stamped_by(followed.id, &computer);
+                followed.computer = Some(computer);
+            }
+        }
+    }
+
+    /// The computer by whose clock a topic is stamped; `None` while nobody publishes it, and in
+    /// simulated time, which all computers share.
+    fn stamping(&self, (topic, type_name): &Key, graph: &Graph) -> Option<String> {
+        if self.outlet.clock().is_told() {
+            return None;
+        }
+        let publishers = graph.publishers(topic);
+        let theirs = publishers.filter(|each| !each.own && each.type_name == *type_name);
+        let computers: BTreeSet<String> = theirs.map(|each| graph.computer(each.gid)).collect();
+        if computers.len() > 1 { Some(SEVERAL.into()) } else { computers.into_iter().next() }
     }
 
     fn subscribe(

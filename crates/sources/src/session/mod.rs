@@ -1,11 +1,13 @@
 //! What belongs to the session itself: its phases, its markers, its simulated clock.
 
 mod clock;
+mod computers;
 mod events;
 mod keys;
 mod phases;
 
 pub use clock::follow_clock;
+pub use computers::Computers;
 pub use events::RosEvents;
 pub use keys::{Keys, PauseKeys, pause_by_key};
 pub use phases::{Phase, Phases};
