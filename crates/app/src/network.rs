@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use teampulse_core::clock::Clock;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::environment::Environment;
 
@@ -11,6 +12,12 @@ use crate::failure::Failure;
 /// The buses that the environment leads to, joined as a node of this name.
 pub fn buses(node_name: &str) -> Arc<Buses> {
     Arc::new(Buses::new(Environment::read(), node_name))
+}
+
+/// The buses that the environment leads to, with another clock for those who ask than the machine's.
+pub fn buses_telling(node_name: &str, clock: Clock) -> Arc<Buses> {
+    let read = Arc::new(move || clock.now());
+    Arc::new(Buses::telling(Environment::read(), node_name, read))
 }
 
 /// The same, with definitions of messages also looked for in a folder.

@@ -13,7 +13,13 @@ pub struct Clock(Arc<Kind>);
 
 #[derive(Debug)]
 enum Kind {
-    Host { wall_at_start: Time, started: Instant },
+    /// Ahead of the machine's clock by so much when it started [s], and faster by so much [ppm].
+    Host {
+        wall_at_start: Time,
+        started: Instant,
+        ahead_secs: f64,
+        fast_ppm: f64,
+    },
     Told(AtomicI64),
 }
 
@@ -21,7 +27,14 @@ impl Clock {
     /// The host's clock: its wall clock now, and its monotonic clock from here on. A later step of
     /// the wall clock does not move it; see [`Clock::wall_offset_nanos`].
     pub fn host() -> Clock {
-        Clock(Arc::new(Kind::Host { wall_at_start: wall(), started: Instant::now() }))
+        Clock::host_off(0.0, 0.0)
+    }
+
+    /// The host's clock as it would be if it were ahead by so much now [s], and ran so much faster
+    /// [ppm]: for a simulated computer.
+    pub fn host_off(ahead_secs: f64, fast_ppm: f64) -> Clock {
+        let (wall_at_start, started) = (wall(), Instant::now());
+        Clock(Arc::new(Kind::Host { wall_at_start, started, ahead_secs, fast_ppm }))
     }
 
     /// A clock that shows what it was last told: simulated time, a recording's, or a test's. Before
@@ -33,7 +46,12 @@ impl Clock {
     /// The time of the session.
     pub fn now(&self) -> Time {
         match &*self.0 {
-            Kind::Host { wall_at_start, started } => *wall_at_start + started.elapsed(),
+            Kind::Host { wall_at_start, started, ahead_secs, fast_ppm } => {
+                let elapsed = started.elapsed();
+                let ahead_secs = ahead_secs + elapsed.as_secs_f64() * fast_ppm * 1e-6;
+                let truth = *wall_at_start + elapsed;
+                Time::from_nanos(truth.nanos().saturating_add((ahead_secs * 1e9) as i64))
+            }
             Kind::Told(nanos) => Time::from_nanos(nanos.load(Ordering::Acquire)),
         }
     }
@@ -52,10 +70,15 @@ impl Clock {
         matches!(*self.0, Kind::Told(_))
     }
 
-    /// How far the machine's wall clock is ahead of this clock [ns]: the steps and slews of the
-    /// wall clock since the session began. Zero for a told clock.
+    /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero
+    /// for a told clock.
     pub fn wall_offset_nanos(&self) -> i64 {
-        if self.is_told() { 0 } else { wall().nanos_since(self.now()) }
+        match &*self.0 {
+            Kind::Host { wall_at_start, started, .. } => {
+                wall().nanos_since(*wall_at_start + started.elapsed())
+            }
+            Kind::Told(_) => 0,
+        }
     }
 }
 
@@ -78,6 +101,13 @@ mod tests {
         assert!(clock.tell(Time::from_nanos(5)));
         assert!(!clock.tell(Time::from_nanos(3)));
         assert_eq!(clock.now(), Time::from_nanos(5));
+    }
+
+    #[test]
+    fn a_clock_that_is_off_is_off_by_so_much_and_that_is_no_step() {
+        let clock = Clock::host_off(1.5, 40.0);
+        assert!((clock.now().secs_since(wall()) - 1.5).abs() < 1.0);
+        assert!(clock.wall_offset_nanos().abs() < 1_000_000_000);
     }
 
     #[test]

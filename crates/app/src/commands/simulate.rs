@@ -37,6 +37,28 @@ pub struct Simulate {
     /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<u32>,
+    /// How far the clock of the robots' computer is ahead of the true time [s]
+    #[arg(long, value_name = "SECS", default_value_t = 0.0, value_parser = any_number)]
+    #[arg(allow_negative_numbers = true)]
+    clock_offset: f64,
+    /// How much too fast that clock runs [ppm]
+    #[arg(long, value_name = "PPM", default_value_t = 0.0, value_parser = skew)]
+    #[arg(allow_negative_numbers = true)]
+    clock_skew_ppm: f64,
+}
+
+/// A number of seconds that a clock may be off.
+fn any_number(text: &str) -> Result<f64, String> {
+    number(text, 1e8).ok_or_else(|| format!("`{text}` is not a number of seconds below 100000000"))
+}
+
+/// A skew that a clock may have.
+fn skew(text: &str) -> Result<f64, String> {
+    number(text, 1e5).ok_or_else(|| format!("`{text}` is not a skew of less than 100000 ppm"))
+}
+
+fn number(text: &str, most: f64) -> Option<f64> {
+    text.parse().ok().filter(|number: &f64| number.abs() <= most)
 }
 
 impl Simulate {
@@ -52,38 +74,49 @@ impl Simulate {
             )
         })?;
         team.seed = self.seed.unwrap_or(team.seed);
-        simulate(team, self.domain, self.duration).await
+        let off = self.clock_offset != 0.0 || self.clock_skew_ppm != 0.0;
+        if off && is_fast(&team) {
+            let message = "a clock can't be off in simulated time, which all computers share";
+            return Err(Failure::new(message)
+                .hint("leave out `speed`, or --clock-offset and --clock-skew-ppm")
+                .exit(Exit::BadArguments));
+        }
+        self.simulate(team).await
     }
 }
 
-/// Runs a simulated team until it ends or is asked to stop.
-async fn simulate(
-    team: SimulatedTeam,
-    domain: Option<u32>,
-    duration_secs: Option<f64>,
-) -> Result<Exit, Failure> {
-    let buses = network::buses("teampulse_simulator");
-    let domain = domain.map_or_else(|| network::default_domain(&buses), Ok)?;
-    let bus = buses.get(domain).map_err(Failure::to)?;
-    let robots = team.robots;
-    let fast = (team.speed - 1.0).abs() > f64::EPSILON;
-    let clock = if fast { Clock::told() } else { Clock::host() };
-    let context = SourceContext { clock: clock.clone(), buses };
-    let source = team.build(&context).map_err(|error| Failure::new(error.message))?;
-    let mut sink = RosSink::lossless(bus, Publish::Raw);
-    if fast {
-        sink = sink.with_clock();
+/// Whether a team is simulated faster or slower than real time.
+fn is_fast(team: &SimulatedTeam) -> bool {
+    (team.speed - 1.0).abs() > f64::EPSILON
+}
+
+impl Simulate {
+    /// Runs a simulated team until it ends or is asked to stop.
+    async fn simulate(&self, mut team: SimulatedTeam) -> Result<Exit, Failure> {
+        let host = Clock::host_off(self.clock_offset, self.clock_skew_ppm);
+        let buses = network::buses_telling("teampulse_simulator", host.clone());
+        let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
+        let bus = buses.get(domain).map_err(Failure::to)?;
+        let robots = team.robots;
+        let fast = is_fast(&team);
+        // What is due by a clock that runs fast is due sooner.
+        team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
+        let clock = if fast { Clock::told() } else { host.clone() };
+        let context = SourceContext { clock: clock.clone(), buses };
+        let source = team.build(&context).map_err(|error| Failure::new(error.message))?;
+        let mut sink = RosSink::lossless(bus, Publish::Raw);
+        sink = if fast { sink.with_clock() } else { sink.stamped_by(host) };
+        eprintln!("simulating {robots} robots on ROS domain {domain}; Ctrl-C ends it");
+        let session = Session {
+            clock: clock.clone(),
+            pace: Pace::Live,
+            clocks: Clocks::as_stamped(),
+            streams: Streams::default(),
+            sources: vec![("simulation".into(), source)],
+            features: Vec::new(),
+            sinks: vec![Box::new(sink)],
+            encode,
+        };
+        Ok(conclude(session.run(Stop::default().asked(clock, self.duration)).await))
     }
-    eprintln!("simulating {robots} robots on ROS domain {domain}; Ctrl-C ends it");
-    let session = Session {
-        clock: clock.clone(),
-        pace: Pace::Live,
-        clocks: Clocks::as_stamped(),
-        streams: Streams::default(),
-        sources: vec![("simulation".into(), source)],
-        features: Vec::new(),
-        sinks: vec![Box::new(sink)],
-        encode,
-    };
-    Ok(conclude(session.run(Stop::default().asked(clock, duration_secs)).await))
 }
