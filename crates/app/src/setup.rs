@@ -141,7 +141,7 @@ impl Setup {
         let session = Session {
             clock: self.clock,
             pace: Pace::Live,
-            clocks: Clocks::default(),
+            clocks: Clocks::new(self.study.general.clocks.clone()),
             streams: Streams::default(),
             sources: parts.sources,
             features: parts.features,
