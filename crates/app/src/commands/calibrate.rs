@@ -9,7 +9,7 @@ use clap::Args;
 use serde::Serialize;
 use teampulse_bag::{Bag, STUDY_NAME, Unread};
 use teampulse_timefilter::calibrate::{Calibration, LONGEST_LAG_SECS, calibrate};
-use teampulse_timefilter::clock::KnownDevice;
+use teampulse_timefilter::clock::{KnownDevice, Latency};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
@@ -109,8 +109,10 @@ impl Calibrate {
 
     fn tell(&self, bag: &Bag, recorded: &Recorded, found: &Calibration) -> Result<Told, Failure> {
         let [_, stream] = &recorded.seen;
-        let device = self.device.clone().unwrap_or_else(|| stream.device());
-        let in_force = recorded.has_latency.then(|| latency_in_force(bag, &device)).transpose()?;
+        let recorded_as = stream.device();
+        let in_force = recorded.has_latency.then(|| latency_in_force(bag, &recorded_as));
+        let in_force = in_force.transpose()?;
+        let device = self.device.clone().unwrap_or(recorded_as);
         let recorded_latency_secs = in_force.unwrap_or(0.0);
         let latency_secs = recorded_latency_secs + found.lag_secs;
         // A latency of about none may come out as a little less.
@@ -145,15 +147,16 @@ fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
     (latency_secs < 0.0).then(|| message.to_owned())
 }
 
-/// The latency of a device that the session took off: that of its study, or of the known devices.
+/// The latency of a device that the session took off: that of its study, else of the known devices,
+/// else that of Bluetooth.
 fn latency_in_force(bag: &Bag, device: &str) -> Result<f64, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
     let text = kept.map(|kept| String::from_utf8_lossy(&kept).into_owned()).unwrap_or_default();
     let study = Study::parse(Path::new(STUDY_NAME), text)?;
     let settings = study.general.clocks.get(device).and_then(|clock| clock.latency_secs);
-    let known = || KnownDevice::find(device).map_or(0.0, |known| known.latency.secs);
-    Ok(settings.unwrap_or_else(known))
+    let known = || KnownDevice::find(device).map_or(Latency::BLUETOOTH, |known| known.latency);
+    Ok(settings.unwrap_or_else(|| known().secs))
 }
 
 fn show(told: &Told) {
