@@ -2,6 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "figures go to standard output")]
 
+mod calibration;
 mod matching;
 mod recording;
 
@@ -18,6 +19,8 @@ fn main() -> ExitCode {
             }
             Err(error) => refuse(&error.to_string()),
         },
+        ("calibration", []) if calibration::measure() => ExitCode::SUCCESS,
+        ("calibration", []) => ExitCode::FAILURE,
         ("matching", rest) => finish(matching::measure(rest)),
         _ => refuse(&format!("there is no part `{part}`")),
     }
