@@ -51,7 +51,8 @@ pub struct Aligner {
     silence_due: i64,
     /// The longest time that a row waits for any source [ns].
     patience_nanos: i64,
-    ended: usize,
+    /// How many sources have left, and are still in the rows.
+    leaving: usize,
     rows: u64,
     skipped: u64,
 }
@@ -83,7 +84,7 @@ impl Aligner {
             row_due: NEVER,
             silence_due: NEVER,
             patience_nanos: 0,
-            ended: 0,
+            leaving: 0,
             rows: 0,
             skipped: 0,
         })
@@ -119,7 +120,10 @@ impl Aligner {
         F: FnMut(Output<'_>),
     {
         let place = self.place(source)?;
-        self.end(place);
+        if let Some(source) = &mut self.sources[place] {
+            source.watermark.end(Presence::Left);
+            self.leaving += 1;
+        }
         self.settle_anew(&mut out);
         Ok(())
     }
@@ -176,12 +180,14 @@ impl Aligner {
 
     /// Nothing more will come: gives out the rows up to the newest sample, and lets all sources go.
     pub fn finish<F: FnMut(Output<'_>)>(&mut self, mut out: F) {
-        for place in 0..self.sources.len() {
-            self.end(place);
+        for source in self.sources.iter_mut().flatten() {
+            if source.is_here() {
+                source.watermark.end(Presence::Ended);
+            }
         }
         self.settle_anew(&mut out);
         self.sources.fill(None);
-        self.ended = 0;
+        self.leaving = 0;
         self.arrange();
     }
 
@@ -221,11 +227,7 @@ impl Aligner {
     fn place(&self, id: SourceId) -> Result<usize, AlignError> {
         let place = id.place as usize;
         match self.sources.get(place) {
-            Some(Some(source))
-                if source.id == id && source.watermark.presence != Presence::Ended =>
-            {
-                Ok(place)
-            }
+            Some(Some(source)) if source.id == id && source.is_here() => Ok(place),
             _ => Err(AlignError::Unknown),
         }
     }
@@ -235,24 +237,15 @@ impl Aligner {
         self.sources[place].as_ref().map_or(1, |source| source.channels)
     }
 
-    fn end(&mut self, place: usize) {
-        if let Some(source) = &mut self.sources[place]
-            && source.watermark.presence != Presence::Ended
-        {
-            source.watermark.end();
-            self.ended += 1;
-        }
-    }
-
-    /// Lets go of the sources that have ended before `row`.
+    /// Lets go of the sources that have left before `row`.
     fn let_go(&mut self, row: i64) {
         let is_over = |source: &Source| {
-            source.watermark.presence == Presence::Ended && source.watermark.newest < row
+            source.watermark.presence == Presence::Left && source.watermark.newest < row
         };
         for slot in &mut self.sources {
             if slot.as_ref().is_some_and(is_over) {
                 *slot = None;
-                self.ended -= 1;
+                self.leaving -= 1;
             }
         }
         self.arrange();
@@ -376,6 +369,7 @@ impl Aligner {
         }
     }
 
+    #[inline]
     fn is_pivot(&self, place: usize) -> bool {
         self.pivot.is_some_and(|pivot| pivot.place as usize == place && self.place(pivot).is_ok())
     }
@@ -470,17 +464,19 @@ impl Aligner {
 
     #[cold]
     fn catch_up<F: FnMut(Output<'_>)>(&mut self, place: usize, out: &mut F) -> bool {
-        let row = self.next_row().or(self.last).unwrap_or(i64::MIN);
+        let now = self.now.unwrap_or(i64::MIN);
         let Some(source) = &mut self.sources[place] else { return false };
-        if source.watermark.catches_up(row) {
+        let is_back = source.watermark.catch_up(now);
+        if is_back {
             out(Output::News(News::Back(source.id)));
             self.settled = 0;
         }
-        self.waits_for.is_none()
+        is_back || self.waits_for.is_none()
     }
 }
 
 /// The first whole multiple of a period at or after a time.
+#[inline]
 fn multiple_from(period_nanos: i64, time: i64) -> Option<i64> {
     match time.rem_euclid(period_nanos) {
         0 => Some(time),
@@ -496,6 +492,7 @@ impl Aligner {
     }
 
     /// Gives out all rows that are due.
+    #[inline]
     fn settle<F: FnMut(Output<'_>)>(&mut self, out: &mut F) {
         self.waits_for = None;
         self.row_due = NEVER;
@@ -527,6 +524,7 @@ impl Aligner {
     }
 
     /// Whether it is time for a row in available mode.
+    #[inline]
     fn is_time(&mut self, row: i64) -> bool {
         let is_grid = self.onto != Onto::Pivot;
         if is_grid && row <= self.reach {
@@ -561,8 +559,7 @@ impl Aligner {
     /// waited for.
     #[cold]
     fn is_due_in_silence(&mut self, row: i64, now: i64) -> bool {
-        let alive = |source: &Source| source.watermark.presence != Presence::Ended;
-        if row > self.reach || !self.sources.iter().flatten().any(alive) {
+        if row > self.reach || !self.sources.iter().flatten().any(Source::is_here) {
             return false;
         }
         self.row_due = row.saturating_add(self.patience_nanos);
@@ -571,7 +568,7 @@ impl Aligner {
 
     /// Gives out a row.
     fn give<F: FnMut(Output<'_>)>(&mut self, row: i64, out: &mut F) {
-        if self.ended > 0 {
+        if self.leaving > 0 {
             self.let_go(row);
         }
         let available = self.mode == Mode::Available;

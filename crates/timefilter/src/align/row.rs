@@ -25,6 +25,7 @@ pub struct Row<'a> {
 impl<'a> Row<'a> {
     /// The cells of all sources, always in the same order; a source that joins takes the place of
     /// one that left, or the last.
+    #[inline]
     pub fn cells(&self) -> impl ExactSizeIterator<Item = (SourceId, Cell<'a>)> + use<'a> {
         let values = self.values;
         self.columns.iter().map(move |column| (column.source, column.cell(values)))
@@ -136,6 +137,7 @@ pub(super) struct Column {
 }
 
 impl Column {
+    #[inline]
     fn cell<'a>(&self, values: &'a [f64]) -> Cell<'a> {
         Cell {
             values: &values[self.begin..self.end],

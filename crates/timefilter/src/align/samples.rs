@@ -39,6 +39,7 @@ impl Samples {
         self.len
     }
 
+    #[inline]
     pub fn is_full(&self) -> bool {
         self.len >= self.capacity
     }

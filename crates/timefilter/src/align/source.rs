@@ -95,7 +95,7 @@ impl Source {
         match self.policy {
             Policy::Window { length_nanos, .. } => {
                 let before_window = row.saturating_sub(length_nanos);
-                while self.samples.len() > 1
+                while self.samples.time(1).is_some_and(|second| second <= row)
                     && self.samples.time(0).is_some_and(|oldest| oldest <= before_window)
                 {
                     self.samples.forget_oldest();
@@ -146,7 +146,14 @@ impl Source {
         }
     }
 
+    /// Whether it may say more.
+    #[inline]
+    pub fn is_here(&self) -> bool {
+        !matches!(self.watermark.presence, Presence::Ended | Presence::Left)
+    }
+
     /// Whether all that it could say until `row` is there.
+    #[inline]
     pub fn is_complete(&self, row: i64) -> bool {
         self.watermark.complete_until >= row
     }
@@ -191,11 +198,11 @@ impl Source {
                 (0, Validity::Fresh)
             }
             (Some(before), Some(after)) => {
-                let gap_nanos = after.abs_diff(before);
-                if gap_nanos > max_gap_nanos as u64 {
+                let gap_nanos = after.saturating_sub(before);
+                if gap_nanos > max_gap_nanos {
                     return absent(values, row.saturating_sub(before), Validity::Gap);
                 }
-                let share = row.abs_diff(before) as f64 / gap_nanos as f64;
+                let share = (row - before) as f64 / gap_nanos as f64;
                 let ends = self.samples.values(0).iter().zip(self.samples.values(1));
                 for (value, (begin, end)) in values.iter_mut().zip(ends) {
                     *value = begin + share * (end - begin);
@@ -301,7 +308,7 @@ impl Source {
     pub(super) fn unawaited(&self) -> Validity {
         match self.watermark.presence {
             Presence::Awaited | Presence::Behind => Validity::Late,
-            Presence::Silent | Presence::Ended => Validity::Stale,
+            Presence::Silent | Presence::Ended | Presence::Left => Validity::Stale,
         }
     }
 }

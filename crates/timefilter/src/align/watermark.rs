@@ -25,8 +25,10 @@ pub(super) enum Presence {
     Silent,
     /// It delivers too late.
     Behind,
-    /// It has said all.
+    /// It has said all, as all others have.
     Ended,
+    /// It has said all, and goes from the rows after its last sample.
+    Left,
 }
 
 impl Watermark {
@@ -73,14 +75,15 @@ impl Watermark {
     }
 
     /// It has said all.
-    pub fn end(&mut self) {
-        self.presence = Presence::Ended;
+    pub fn end(&mut self, presence: Presence) {
+        self.presence = presence;
         self.complete_until = i64::MAX;
     }
 
-    /// Whether rows wait for it again, because it has come as far as they have.
-    pub fn catches_up(&mut self, row: i64) -> bool {
-        let catches_up = self.presence == Presence::Behind && self.complete_until >= row;
+    /// Whether rows wait for a source again that was behind: its time would not be out at once.
+    pub fn catch_up(&mut self, now: i64) -> bool {
+        let due = self.complete_until.saturating_add(self.patience_nanos());
+        let catches_up = self.presence == Presence::Behind && due > now;
         if catches_up {
             self.presence = Presence::Awaited;
         }
@@ -88,6 +91,7 @@ impl Watermark {
     }
 
     /// How long a row waits for it at most [ns after the row's time].
+    #[inline]
     pub fn patience_nanos(&self) -> i64 {
         self.lateness_nanos + self.idle_nanos
     }

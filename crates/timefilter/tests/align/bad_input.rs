@@ -1,0 +1,96 @@
+//! Stamps, values and settings that make no sense.
+
+use proptest::prelude::*;
+use teampulse_timefilter::align::{
+    AlignError, Aligner, LONGEST_NANOS, MOST_SOURCES, Mode, Onto, Output, Policy, Run, Sample,
+    SourceSettings,
+};
+
+fn times() -> impl Strategy<Value = i64> {
+    let near = 1_700_000_000_000_000_000..1_700_000_010_000_000_000_i64;
+    let edges =
+        prop::sample::select(&[i64::MIN, i64::MIN + 1, -1, 0, 1, i64::MAX - 1, i64::MAX][..]);
+    prop_oneof![4 => near, 1 => edges, 1 => any::<i64>()]
+}
+
+fn numbers() -> impl Strategy<Value = f64> {
+    prop_oneof![3 => any::<f64>(), 1 => Just(f64::NAN), 1 => Just(f64::INFINITY)]
+}
+
+const POLICIES: [&str; 6] =
+    ["exact", "nearest:86400s", "hold:0s", "linear:86400s", "mean:1ms", "count:86400s"];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn no_stamp_and_no_value_makes_it_panic_or_grow(
+        policies in [prop::sample::select(&POLICIES[..]), prop::sample::select(&POLICIES[..])],
+        pushes in prop::collection::vec((0..2_usize, times(), times(), numbers(), numbers()), 1..4),
+        on_pivot in any::<bool>(),
+        available in any::<bool>(),
+        period_nanos in prop::sample::select(&[1, 1_000, 15_625_000, LONGEST_NANOS][..]),
+    ) {
+        let onto = if on_pivot { Onto::Pivot } else { Onto::Grid { period_nanos } };
+        let mode = if available { Mode::Available } else { Mode::Reproducible };
+        let mut aligner = Aligner::new(onto, mode).unwrap();
+        let settings = |policy: &str| SourceSettings {
+            capacity: 8,
+            idle_nanos: 20_000,
+            ..SourceSettings::new(policy.parse().unwrap())
+        };
+        let sources = policies.map(|policy| aligner.add(settings(policy)).unwrap());
+        let mut rows = 0_u64;
+        let mut count = |output: Output<'_>| {
+            rows += u64::from(matches!(output, Output::Row(_)));
+        };
+        for (source, measured, arrival, value, period_nanos) in pushes {
+            let values = &[value, 1.0, f64::NAN];
+            aligner.push(sources[source], Sample { measured, arrival, values: &[value] }, &mut count).unwrap();
+            let run = Run { measured, period_nanos, arrival, values };
+            aligner.push_run(sources[source], run, &mut count).unwrap();
+            aligner.tick(arrival, &mut count);
+        }
+        aligner.finish(&mut count);
+        // For each push, tick and sample of a run: rows up to it, and on through silence.
+        prop_assert!(rows <= 3 * 5 * 2 * 20_000);
+        prop_assert!(aligner.bytes_bound() < 20_000);
+    }
+}
+
+#[test]
+fn a_million_sources_are_refused() {
+    let mut aligner = Aligner::new(Onto::Pivot, Mode::Reproducible).unwrap();
+    let settings = SourceSettings::new(Policy::Exact);
+    let added = (0..1_000_000).take_while(|_| aligner.add(settings).is_ok()).count();
+    assert_eq!(added, MOST_SOURCES);
+    let error = aligner.add(settings).unwrap_err().to_string();
+    assert_eq!(error, "expected at most 4096 sources at once, got one more");
+}
+
+#[test]
+fn what_is_out_of_range_is_told() {
+    let mut aligner = Aligner::new(Onto::Pivot, Mode::Reproducible).unwrap();
+    let fine = SourceSettings::new(Policy::Exact);
+    for settings in [
+        SourceSettings { channels: 0, ..fine },
+        SourceSettings { channels: usize::MAX, ..fine },
+        SourceSettings { capacity: 0, ..fine },
+        SourceSettings { capacity: usize::MAX, ..fine },
+        SourceSettings { idle_nanos: 0, ..fine },
+        SourceSettings { idle_nanos: i64::MAX, ..fine },
+        SourceSettings { lateness_nanos: -1, ..fine },
+        SourceSettings { policy: Policy::Hold { max_age_nanos: i64::MIN }, ..fine },
+    ] {
+        let error = aligner.add(settings).unwrap_err().to_string();
+        assert!(error.starts_with("expected ") && error.contains(", got "), "{error}");
+    }
+    for period_nanos in [i64::MIN, -1, 0, LONGEST_NANOS + 1] {
+        assert!(Aligner::new(Onto::Grid { period_nanos }, Mode::Reproducible).is_err());
+    }
+    let two = aligner.add(SourceSettings { channels: 2, ..fine }).unwrap();
+    let sample = Sample { measured: 0, arrival: 0, values: &[1.0] };
+    let refused = Err(AlignError::Channels { expected: 2, got: 1 });
+    assert_eq!(aligner.push(two, sample, |_| ()), refused);
+    let run = Run { measured: 0, period_nanos: 1.0, arrival: 0, values: &[1.0] };
+    assert_eq!(aligner.push_run(two, run, |_| ()), refused);
+}

@@ -1,0 +1,66 @@
+//! Sources that join and leave while rows go on.
+
+use teampulse_timefilter::align::{AlignError, Sample, Validity};
+
+use crate::story::{MS, SECOND, Told};
+
+#[test]
+fn a_source_that_joins_has_cells_from_then_on_and_disturbs_no_other() {
+    let mut told = Told::grid(100 * MS);
+    let old = told.add("linear:1s");
+    for time in (0..5 * SECOND).step_by(50 * MS as usize) {
+        told.at(old, time, time as f64);
+    }
+    let new = told.add("linear:1s");
+    for time in (5 * SECOND..10 * SECOND).step_by(50 * MS as usize) {
+        told.at(old, time, time as f64);
+        told.at(new, time, -1.0);
+    }
+    told.finish();
+    assert_eq!(told.times().len(), 100);
+    for row in told.rows() {
+        assert_eq!(row.cell(old).value(), row.at as f64);
+        let joined = row.find(new).map(|cell| cell.validity);
+        assert_eq!(joined, (row.at > 4_900 * MS).then_some(Validity::Fresh), "{}", row.at);
+    }
+}
+
+#[test]
+fn a_source_that_leaves_is_used_to_its_last_sample() {
+    let mut told = Told::grid(100 * MS);
+    let (stays, leaves, slow) = (told.add("hold:1s"), told.add("hold:1s"), told.add("hold:1s"));
+    for time in (0..10 * SECOND).step_by(100 * MS as usize) {
+        told.at(stays, time, 1.0);
+        if time < 5 * SECOND {
+            told.at(leaves, time, 1.0);
+        }
+        if time == 5 * SECOND {
+            told.leave(leaves);
+            let sample = Sample { measured: time, arrival: time, values: &[1.0] };
+            let refused = told.aligner.push(leaves, sample, |_| ());
+            assert_eq!(refused, Err(AlignError::Unknown));
+        }
+        told.push(slow, time - 500 * MS, time, 1.0);
+    }
+    told.finish();
+    assert_eq!(told.times().len(), 105);
+    for row in told.rows() {
+        assert_eq!(row.find(leaves).is_some(), row.at < 5 * SECOND, "{}", row.at);
+        assert!(row.find(leaves).is_none_or(|cell| cell.validity != Validity::Late));
+    }
+}
+
+#[test]
+fn a_place_that_was_left_is_taken_again_by_a_source_of_its_own() {
+    let mut told = Told::grid(100 * MS);
+    let (first, stays) = (told.add("hold:1s"), told.add("hold:1s"));
+    for round in 0..10_000 {
+        let passing = told.add("hold:1s");
+        told.leave(passing);
+        assert!(passing != first && passing != stays);
+        told.at(first, round * 100 * MS, 1.0);
+        told.at(stays, round * 100 * MS, 1.0);
+    }
+    assert_eq!(told.times().len(), 10_000);
+    assert!(told.aligner.bytes_bound() < 300_000, "{}", told.aligner.bytes_bound());
+}

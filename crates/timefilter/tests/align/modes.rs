@@ -1,0 +1,48 @@
+//! Rows for screens, with what is there.
+
+use teampulse_timefilter::align::{Mode, Onto, Validity};
+
+use crate::story::{MS, SECOND, Told};
+
+#[test]
+fn a_row_for_a_screen_is_out_at_its_time() {
+    let mut told = Told::new(Onto::Grid { period_nanos: 100 * MS }, Mode::Available);
+    let (moving, slow, dying) =
+        (told.add("linear:500ms"), told.add("hold:2s"), told.add("hold:1s"));
+    for time in (0..10 * SECOND).step_by(10 * MS as usize) {
+        told.push(moving, time - 150 * MS, time, time as f64);
+        if time % SECOND == 0 {
+            told.at(slow, time, 5.0);
+        }
+        if time < 5 * SECOND {
+            told.at(dying, time, 7.0);
+        }
+        let newest = told.times().last().copied();
+        assert_eq!(newest, (time >= 100 * MS).then_some(time / (100 * MS) * 100 * MS));
+    }
+    assert!(told.asides().is_empty());
+    for row in &told.rows()[5..] {
+        let moving = row.cell(moving);
+        assert_eq!((moving.validity, moving.age_nanos), (Validity::Held, 160 * MS));
+        assert!(row.cell(slow).age_nanos <= SECOND);
+        let expected = if row.at < 6 * SECOND { Validity::Held } else { Validity::Stale };
+        assert_eq!(
+            (row.cell(dying).value(), row.cell(dying).validity),
+            (7.0, expected),
+            "{}",
+            row.at
+        );
+    }
+}
+
+#[test]
+fn onto_a_pivot_for_a_screen_a_row_comes_with_its_sample() {
+    let mut told = Told::new(Onto::Pivot, Mode::Available);
+    let (pivot, other) = (told.add("exact"), told.add("hold:1s"));
+    told.at(other, 5 * MS, 3.0);
+    told.push(pivot, 10 * MS, 40 * MS, 1.0);
+    assert_eq!(told.times(), [10 * MS]);
+    assert_eq!(told.rows()[0].cell(other).value(), 3.0);
+    told.push(pivot, 8 * MS, 41 * MS, 1.0);
+    assert_eq!(told.aligner.counts(pivot).unwrap().late, 1);
+}
