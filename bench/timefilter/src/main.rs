@@ -3,6 +3,7 @@
 #![expect(clippy::print_stdout, reason = "figures go to standard output")]
 
 mod calibration;
+mod grid;
 mod matching;
 mod recording;
 
@@ -21,6 +22,7 @@ fn main() -> ExitCode {
         },
         ("calibration", []) if calibration::measure() => ExitCode::SUCCESS,
         ("calibration", []) => ExitCode::FAILURE,
+        ("grid", rest) => finish(grid::measure(rest)),
         ("matching", rest) => finish(matching::measure(rest)),
         _ => refuse(&format!("there is no part `{part}`")),
     }
