@@ -227,7 +227,11 @@ impl Life {
         }
         if disbelieved > 0 {
             let ahead_secs = self.disbelieved_ahead_secs;
-            return Some(format!("its stamps are {ahead_secs:+.1} s off"));
+            return Some(if ahead_secs.is_nan() {
+                format!("{disbelieved} of its stamps can't be believed")
+            } else {
+                format!("its stamps are {ahead_secs:+.1} s off")
+            });
         }
         if let Some(slow) = self.too_slow() {
             return Some(slow);

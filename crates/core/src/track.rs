@@ -82,7 +82,9 @@ impl Track {
         let measured = Time::from_nanos(measured);
         self.position = self.position.saturating_add(u64::from(stamps.count));
         self.last_count = stamps.count;
-        self.life.arrived(log_time, measured, reading.source_time);
+        // Of our own shapes a recording has no stamp of the source's.
+        let told = matches!(self.stream.shape, Shape::Message(_));
+        self.life.arrived(log_time, measured, reading.source_time.filter(|_| told));
         if disbelieved {
             self.life.was_disbelieved();
         }

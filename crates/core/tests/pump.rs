@@ -1,6 +1,8 @@
 //! The pump's contract, with sources and sinks made for it.
 
-use std::sync::{Arc, Mutex};
+mod session;
+
+use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
@@ -12,11 +14,12 @@ use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session::{Outcome, Pace, Session};
-use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{About, Origin, Schema, Shape, Stream, StreamId, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
+
+use session::{Keeper, Recording, derived, encode};
 
 /// Counts samples and ticks of a robot's raw streams, and tells both at each tenth sample.
 struct Counting;
@@ -115,72 +118,6 @@ impl Source for Robot {
     }
 }
 
-/// Hands what is raw over again, as a bag would.
-struct Recording(Vec<Record>);
-
-#[async_trait]
-impl Source for Recording {
-    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        for record in self.0.drain(..) {
-            let sample = record.sample;
-            if let Data::Description(stream) = &sample.data {
-                if stream.origin == Origin::Raw {
-                    outlet.declare_at((**stream).clone(), sample.log_time);
-                }
-                continue;
-            }
-            if record.stream.origin == Origin::Derived {
-                continue;
-            }
-            let stream = outlet.declare_at((*record.stream).clone(), sample.log_time);
-            let reading = Reading {
-                stream,
-                device_time: sample.device_time,
-                source_time: sample.source_time,
-                data: sample.data,
-            };
-            if outlet.send(reading, sample.log_time).await.is_err() {
-                break;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Keeps everything, taking its time now and then.
-struct Keeper {
-    kept: Arc<Mutex<Vec<Record>>>,
-    pause: Duration,
-}
-
-impl Sink for Keeper {
-    fn name(&self) -> &'static str {
-        "keeper"
-    }
-
-    fn delivery(&self) -> Delivery {
-        Delivery::Lossless
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        loop {
-            match inbox.receive(Duration::from_secs(1)) {
-                Received::Batch(batch) => {
-                    self.kept.lock().expect("nobody panicked").extend(batch.iter().cloned());
-                    std::thread::sleep(self.pause);
-                }
-                Received::Silence => {}
-                Received::Closed => return Ok(()),
-            }
-        }
-    }
-}
-
-fn encode(sample: &Sample) -> Bytes {
-    let Sample { measured, log_time, index, data, .. } = sample;
-    Bytes::from(format!("{measured:?} {log_time:?} {index} {data:?}"))
-}
-
 async fn keep(
     sources: Vec<Box<dyn Source>>,
     pace: Pace,
@@ -207,14 +144,6 @@ async fn live() -> Vec<Record> {
     let robots = ["r1", "r2", "r3"].map(|id| Robot { id, messages: 700, failures: 0 });
     let sources = robots.into_iter().map(|robot| Box::new(robot) as Box<dyn Source>).collect();
     keep(sources, Pace::Live, Duration::ZERO).await.0
-}
-
-/// All that was computed, byte by byte, in order.
-fn derived(records: &[Record]) -> Vec<(&str, &Bytes)> {
-    let computed = records.iter().filter(|record| {
-        record.stream.origin == Origin::Derived && record.stream.name != "/teampulse/streams"
-    });
-    computed.map(|record| (record.stream.name.as_str(), &record.cdr)).collect()
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -1,0 +1,229 @@
+//! Clocks of devices and computers in a session: corrected, told, and the same again in a replay.
+
+mod session;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
+use teampulse_core::data::{Data, Event, Wave};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::sample::Record;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::status::{State, StreamStatus};
+use teampulse_core::stream::{About, Schema, Shape, Stream, Subject};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+
+use session::{Keeper, Recording, derived, encode};
+
+const SECOND_NANOS: i64 = 1_000_000_000;
+const BEGAN_NANOS: i64 = 1_700_000_000 * SECOND_NANOS;
+
+/// A reading as it comes, with the stream that it belongs to.
+struct Coming {
+    arrival: i64,
+    stream: Stream,
+    device: Option<i64>,
+    source: Option<i64>,
+    data: Data,
+}
+
+/// Hands readings over at the times at which they come, and what is told of computers' clocks.
+struct Script {
+    readings: Vec<Coming>,
+    stamped_by: Vec<(&'static str, &'static str)>,
+}
+
+#[async_trait]
+impl Source for Script {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let began = Time::from_nanos(BEGAN_NANOS);
+        for (topic, computer) in self.stamped_by.drain(..) {
+            let stream = outlet.declare_at(messages(topic), began);
+            outlet.stamped_by(stream, computer);
+        }
+        self.readings.sort_by_key(|reading| reading.arrival);
+        for each in self.readings.drain(..) {
+            let arrival = Time::from_nanos(each.arrival);
+            let reading = Reading {
+                stream: outlet.declare_at(each.stream, arrival),
+                device_time: each.device,
+                source_time: each.source.map(Time::from_nanos),
+                data: each.data,
+            };
+            if outlet.send(reading, arrival).await.is_err() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn messages(topic: &str) -> Stream {
+    let schema = Schema {
+        name: "test_msgs/msg/Any".into(),
+        encoding: "ros2msg".into(),
+        text: String::new(),
+        hash: String::new(),
+    };
+    let robot = topic.split('/').nth(1).unwrap_or_default();
+    Stream::raw(topic, Subject::robot(robot), Shape::Message(Arc::new(schema)))
+}
+
+fn ecg() -> Stream {
+    let subject = Subject { about: About::Person, id: "p001".into() };
+    let mut stream = Stream::raw("/humans/persons/p001/polar_h10/ecg", subject, Shape::Wave);
+    stream.device = "polar_h10".into();
+    stream.rate_hz = 130.0;
+    stream.with_channels(&[("ecg", "V")])
+}
+
+/// A heart strap: 73 samples in a notification, 60 to 150 ms late, its clock 40 ppm fast and an
+/// hour ahead from `jump_secs` on.
+fn strap(secs: i64, jump_secs: f64) -> Vec<Coming> {
+    let period_nanos = SECOND_NANOS as f64 / 130.0;
+    let batches = secs * 130 / 73;
+    let batch = |k: i64| {
+        let first_secs = (73 * k) as f64 / 130.0;
+        let last_secs = first_secs + 72.0 / 130.0;
+        let delay_secs = 0.06 + 0.09 * ((k * 7919) % 97) as f64 / 97.0;
+        let jump_secs = if first_secs >= jump_secs { 3600.0 } else { 0.0 };
+        let device_secs = 55.0 + first_secs * 1.000_04 + jump_secs;
+        let wave =
+            Wave { period_ns: period_nanos, channels: 1, samples: vec![k as f64; 73].into() };
+        Coming {
+            arrival: BEGAN_NANOS + ((last_secs + delay_secs) * 1e9) as i64,
+            stream: ecg(),
+            device: Some((device_secs * 1e9) as i64),
+            source: None,
+            data: Data::Wave(wave),
+        }
+    };
+    (0..batches).map(batch).collect()
+}
+
+/// A robot that talks ten times a second, 2 to 6 ms late, its clock ahead by `offset_secs`.
+fn robot(topic: &str, secs: i64, offset_secs: f64) -> Vec<Coming> {
+    let message = |k: i64| {
+        let sent = BEGAN_NANOS + k * SECOND_NANOS / 10;
+        Coming {
+            arrival: sent + 2_000_000 + (k * 7919) % 97 * 40_000,
+            stream: messages(topic),
+            device: None,
+            source: Some(sent + (offset_secs * 1e9) as i64),
+            data: Data::Message(k.to_le_bytes().to_vec().into()),
+        }
+    };
+    (1..10 * secs).map(message).collect()
+}
+
+async fn keep(source: impl Source + 'static, pause_ms: u64) -> Vec<Record> {
+    let kept = Arc::default();
+    let pause = Duration::from_millis(pause_ms);
+    let session = Session {
+        clock: Clock::told(),
+        pace: Pace::Recorded,
+        clocks: Clocks::default(),
+        streams: Streams::default(),
+        sources: vec![("test".into(), Box::new(source))],
+        features: Vec::new(),
+        sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
+        encode,
+    };
+    session.run(std::future::pending()).await;
+    let mut kept = kept.lock().expect("nobody panicked");
+    std::mem::take(&mut *kept)
+}
+
+fn last_status<'a>(records: &'a [Record], name: &str) -> &'a StreamStatus {
+    let mut statuses = records.iter().rev().filter_map(|record| match &record.sample.data {
+        Data::Status(status) => Some(&**status),
+        _ => None,
+    });
+    statuses.find(|status| status.name == name).expect("its health is told")
+}
+
+fn told_of_clocks(records: &[Record]) -> Vec<&Event> {
+    let told = records.iter().filter(|record| record.stream.name == "/teampulse/clocks");
+    told.filter_map(|record| match &record.sample.data {
+        Data::Event(event) => Some(&**event),
+        _ => None,
+    })
+    .collect()
+}
+
+/// How wrong the first sample of each batch is placed in time, from 60 s on [s].
+fn errors_secs(records: &[Record]) -> Vec<f64> {
+    let waves = records.iter().filter_map(|record| match &record.sample.data {
+        Data::Wave(wave) => Some((record.sample.measured, wave.samples[0])),
+        _ => None,
+    });
+    let placed = waves.map(|(measured, k)| {
+        let true_secs = 73.0 * k / 130.0;
+        (true_secs, (measured.nanos() - BEGAN_NANOS) as f64 / 1e9 - true_secs)
+    });
+    placed.filter(|(at, _)| *at > 60.0).map(|(_, error)| error).collect()
+}
+
+#[tokio::test]
+async fn a_strap_is_placed_by_its_own_clock_and_not_by_its_arrivals() {
+    let records = keep(Script { readings: strap(180, f64::MAX), stamped_by: vec![] }, 0).await;
+    let errors = errors_secs(&records);
+    let (least, most) = errors
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(least, most), error| (least.min(*error), most.max(*error)));
+    assert!(errors.len() > 200 && most - least < 0.010, "{least} to {most} s");
+    let status = last_status(&records, &ecg().name);
+    assert_eq!((status.clock, status.epoch), (1, 0));
+    assert!((status.skew_ppm - 40.0).abs() < 60.0, "{} ppm", status.skew_ppm);
+    let uncertainty_secs = 1.96 * status.sigma_secs;
+    assert!(errors.iter().all(|error| error.abs() < uncertainty_secs), "{uncertainty_secs} s");
+}
+
+#[tokio::test]
+async fn a_device_clock_that_jumps_begins_an_epoch_and_is_told() {
+    let records = keep(Script { readings: strap(180, 100.0), stamped_by: vec![] }, 0).await;
+    let told = told_of_clocks(&records);
+    let jump = told.iter().find(|event| event.label.starts_with("polar_h10 of p001 jumped by +"));
+    assert!(jump.is_some_and(|event| (event.value - 3600.0).abs() < 0.2), "{told:?}");
+    assert_eq!(last_status(&records, &ecg().name).epoch, 1);
+    assert!(errors_secs(&records).iter().all(|error| error.abs() < 0.5), "no sample an hour off");
+}
+
+#[tokio::test]
+async fn a_computer_whose_clock_is_off_is_named_and_its_stamps_are_shifted() {
+    let mut readings = robot("/r1/odom", 60, 1.5);
+    readings.extend(robot("/r2/odom", 60, 0.0));
+    let stamped_by = vec![("/r1/odom", "laptop2 (driver)"), ("/r2/odom", "laptop3 (driver)")];
+    let records = keep(Script { readings, stamped_by }, 0).await;
+    let told = told_of_clocks(&records);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].label.starts_with("laptop2 (driver) is +1."), "{}", told[0].label);
+    assert!((told[0].value - 1.5).abs() < 0.02, "{told:?}");
+    let (off, right) = (last_status(&records, "/r1/odom"), last_status(&records, "/r2/odom"));
+    assert_eq!((off.state, right.state), (State::Degraded, State::Ok));
+    assert!((off.offset_secs - 1.5).abs() < 0.02, "{} s", off.offset_secs);
+    let of_r1 = records.iter().filter(|record| record.stream.name == "/r1/odom").skip(50);
+    let worst = of_r1.map(|record| record.sample.log_time.secs_since(record.sample.measured));
+    assert!(worst.map(f64::abs).fold(0.0, f64::max) < 0.02);
+}
+
+#[tokio::test]
+async fn a_replay_gives_the_same_times_as_the_run() {
+    let mut readings = strap(120, 70.0);
+    readings.extend(robot("/r1/odom", 120, 1.5));
+    let stamped_by = vec![("/r1/odom", "laptop2")];
+    let run = keep(Script { readings, stamped_by }, 0).await;
+    for pause_ms in [0, 1] {
+        let replay = keep(Recording(run.clone()), pause_ms).await;
+        assert!(derived(&replay) == derived(&run), "a pause of {pause_ms} ms changed the replay");
+        let times = |records: &[Record]| -> Vec<Time> {
+            records.iter().map(|record| record.sample.measured).collect()
+        };
+        assert!(times(&replay) == times(&run));
+    }
+}
