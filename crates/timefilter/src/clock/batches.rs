@@ -70,9 +70,4 @@ impl Batches {
             train.end = train.end.max(end);
         }
     }
-
-    /// Forgets all: the device's clock began anew.
-    pub fn clear(&mut self) {
-        *self = Batches::default();
-    }
 }

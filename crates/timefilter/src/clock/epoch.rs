@@ -13,9 +13,12 @@ const LOOSE_SECS: f64 = 10.0;
 /// How near to each other the delays of raised bins are after a jump [s].
 const AGREE_SECS: f64 = 0.1;
 /// How many bins of high delays in agreement mean that the clock was set back.
-const RAISED_BINS: usize = 3;
+const RAISED_BINS: usize = 6;
 /// How many bins of high delays mean so in any case.
-const RAISED_LONG: usize = 30;
+const RAISED_LONG: usize = 60;
+
+/// Every how many bins a line is laid, once an epoch is not young.
+const FIT_EVERY: i64 = 2;
 /// How fast the output may be corrected when all has settled: 0.5 ms a second.
 const SLOWEST_SLEW: f64 = 0.5e-3;
 /// How fast at most.
@@ -101,19 +104,20 @@ impl Epoch {
         device.saturating_sub(self.origin.device)
     }
 
-    /// The session's time of a device time since the epoch began, before the fixed latency is taken
-    /// off; what lies before it is settled [ns].
-    pub fn settle(&mut self, since: i64) -> i64 {
-        let offset = self.line.settle(since);
-        self.session(since, offset)
+    /// Settles the map up to a device time since the epoch began [ns].
+    pub fn settle(&mut self, since: i64) {
+        self.line.settle(since);
     }
 
-    /// The same, without settling.
+    /// The session's time of a device time since the epoch began, before the fixed latency is taken
+    /// off [ns].
     pub fn at(&self, since: i64) -> i64 {
         self.session(since, self.line.at(since))
     }
 
-    fn session(&self, since: i64, offset: f64) -> i64 {
+    /// The same by another map: `offset` is the session's time less the device's, both since the
+    /// epoch began [ns].
+    pub fn session(&self, since: i64, offset: f64) -> i64 {
         self.origin.arrival.saturating_add(since).saturating_add(offset.round() as i64)
     }
 
@@ -143,10 +147,11 @@ impl Epoch {
         let now = self.line.frontier();
         let age = seconds(now);
         let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
-        1.96 * self.fit.error_at(age) + behind + 0.15 / (1.0 + age.max(0.0))
+        self.fit.uncertainty_at(age) + behind + 0.15 / (1.0 + age.max(0.0))
     }
 
-    fn point(&self, packet: Packet) -> Point {
+    /// A packet's place in the epoch.
+    pub fn point(&self, packet: Packet) -> Point {
         let device = self.since(packet.device);
         let arrival = packet.arrival.saturating_sub(self.origin.arrival);
         Point { device: seconds(device), delay: seconds(arrival.saturating_sub(device)) }
@@ -175,7 +180,9 @@ impl Epoch {
         }
         self.raised = Raised::default();
         self.envelope.push(point);
-        self.refit(None);
+        if self.bin % FIT_EVERY == 0 || point.device < YOUNG_SECS {
+            self.refit(None);
+        }
         let apart =
             self.line.at(self.line.frontier()) / 1e9 - self.fit.at(seconds(self.line.frontier()));
         if point.device > YOUNG_SECS && apart.abs() > STEADY_SECS {

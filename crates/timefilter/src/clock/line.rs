@@ -46,10 +46,9 @@ impl Line {
         knot.offset + knot.slope * (i128::from(device) - i128::from(knot.device)) as f64
     }
 
-    /// The offset at a device time [ns]; what lies before it is settled.
-    pub fn settle(&mut self, device: i64) -> f64 {
+    /// What lies before this device time is settled [ns].
+    pub fn settle(&mut self, device: i64) {
         self.frontier = self.frontier.max(device);
-        self.at(device)
     }
 
     /// The newest device time that is settled [ns].

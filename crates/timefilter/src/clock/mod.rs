@@ -12,6 +12,7 @@ mod batches;
 mod epoch;
 mod one_way;
 mod sample_index;
+mod smooth;
 #[cfg(test)]
 mod simulated;
 mod news;
@@ -24,6 +25,7 @@ pub use news::News;
 pub use one_way::{OneWay, OneWaySettings};
 pub use remote::Remote;
 pub use sample_index::SampleIndex;
+pub use smooth::{Smoothed, Smoother};
 
 /// The stamps of one reading: of one sample, or of a batch that came at once.
 #[derive(Clone, Copy, Debug, PartialEq)]

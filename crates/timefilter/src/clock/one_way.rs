@@ -106,10 +106,16 @@ impl OneWay {
         if wrapped {
             self.tell(News::Wrapped);
         }
-        let epoch = self.epoch.as_ref()?;
+        let epoch = self.epoch.as_mut()?;
         let (first, last) = (epoch.since(device), epoch.since(last));
+        epoch.settle(last);
         let (epoch, count) = (self.epochs, stamps.count.max(1));
         Some(Placed { epoch, first, last, packet, count, follows: batch.follows })
+    }
+
+    /// What it was begun with.
+    pub(super) fn settings(&self) -> OneWaySettings {
+        self.settings
     }
 
     /// The latency to be taken off [ns].
@@ -147,12 +153,17 @@ impl OneWay {
         })
     }
 
-    /// Gives times to a reading by `map`, which leads from device time since the epoch began to
-    /// session time [ns].
-    pub(super) fn correct_by(&mut self, placed: Placed, map: impl Fn(i64) -> i64) -> Corrected {
+    /// The epoch that a reading was placed in.
+    pub(super) fn epoch(&self) -> Option<&Epoch> {
+        self.epoch.as_ref()
+    }
+
+    /// Gives times to a reading whose first and last samples have these session times, the latency
+    /// not yet taken off [ns].
+    pub(super) fn between(&mut self, placed: Placed, first: i64, last: i64) -> Corrected {
         let latency = self.latency_nanos();
-        let mut measured = map(placed.first).saturating_sub(latency);
-        let end = map(placed.last).saturating_sub(latency);
+        let mut measured = first.saturating_sub(latency);
+        let end = last.saturating_sub(latency);
         if let Some(train) = placed.follows {
             let before = self.batches.end_before(train);
             if measured <= before && before < end {
@@ -223,7 +234,6 @@ impl OneWay {
     fn begin(&mut self, packets: &[Packet]) {
         self.epochs += u32::from(self.epoch.is_some());
         self.told_fast = false;
-        self.batches.clear();
         let Some((first, rest)) = packets.split_first() else { return };
         let mut epoch = Epoch::begin(*first, self.settings.usual_skew_ppm * 1e-6);
         for packet in rest {
@@ -242,10 +252,9 @@ impl OneWay {
 impl ClockModel for OneWay {
     fn correct(&mut self, stamps: &Stamps) -> Corrected {
         let Some(placed) = self.place(stamps) else { return self.arrived(stamps) };
-        let Some(epoch) = &mut self.epoch else { return self.arrived(stamps) };
-        epoch.settle(placed.last);
-        let ends = (epoch.at(placed.first), epoch.at(placed.last));
-        self.correct_by(placed, |since| if since == placed.first { ends.0 } else { ends.1 })
+        let Some(epoch) = &self.epoch else { return self.arrived(stamps) };
+        let (first, last) = (epoch.at(placed.first), epoch.at(placed.last));
+        self.between(placed, first, last)
     }
 
     fn state(&self) -> ClockState {
@@ -382,5 +391,100 @@ mod tests {
         let error = run(&mut clock, &mut device, 30) - device.least_delay;
         assert!(error.abs() < 0.02, "{error}");
         assert_eq!(news(&mut clock), [News::Restarted { epoch: 1 }]);
+    }
+
+    #[test]
+    fn a_counter_that_wraps_goes_on_and_is_told() {
+        let settings =
+            OneWaySettings { wraps_nanos: Some(64 * SECOND), ..OneWaySettings::new(LATENCY) };
+        let (mut clock, mut device) = (OneWay::new(settings), Device::new(10.0));
+        device.wraps = 64 * SECOND;
+        let error = run(&mut clock, &mut device, 200) - device.least_delay;
+        assert!(error.abs() < 0.01, "{error}");
+        assert_eq!(news(&mut clock), [News::Wrapped; 3]);
+        assert_eq!(clock.state().epoch, 0);
+    }
+
+    #[test]
+    fn a_repeated_or_reordered_packet_keeps_its_time() {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        let mut sent = Vec::new();
+        for _ in 0..600 {
+            let (_, stamps) = device.send();
+            sent.push((clock.correct(&stamps).measured, stamps));
+        }
+        let arrival = sent[599].1.arrival;
+        for (measured, stamps) in &sent[560..] {
+            let again = clock.correct(&Stamps { arrival, ..*stamps });
+            assert_eq!(again.measured, *measured);
+        }
+        assert_eq!(news(&mut clock), []);
+    }
+
+    #[test]
+    fn a_late_burst_after_a_stall_is_no_jump() {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        run(&mut clock, &mut device, 60);
+        let until = device.now + 30 * SECOND;
+        for _ in 0..300 {
+            let (truth, stamps) = device.send();
+            let late = Stamps { arrival: stamps.arrival.max(until), ..stamps };
+            let error = clock.correct(&late).measured - truth;
+            assert!(error.abs() < SECOND / 20, "{error}");
+        }
+        assert_eq!(news(&mut clock), []);
+    }
+
+    #[test]
+    fn batches_follow_each_other_though_their_period_is_nominal() {
+        let (mut clock, mut device) = (model(), Device::new(130.0));
+        (device.batch, device.rate) = (73, 0.98); // by its clock a sample comes early
+        let mut end = i64::MIN;
+        for batch in 0..200 {
+            let (_, stamps) = device.send();
+            let corrected = clock.correct(&stamps);
+            assert!(corrected.measured > end, "batch {batch}");
+            let last = 72.0 * corrected.period_nanos;
+            end = corrected.measured + last as i64;
+            if batch > 60 {
+                let period = corrected.period_nanos / device.period as f64;
+                assert!((period - 1.0).abs() < 0.002, "{period}");
+            }
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_stamps_are_placed_without_a_panic(
+            wraps: Option<i64>,
+            stamps: Vec<(Option<i64>, i64, u64, u32, f64)>,
+        ) {
+            let settings = OneWaySettings { wraps_nanos: wraps, ..OneWaySettings::new(LATENCY) };
+            let mut clock = OneWay::new(settings);
+            for (device, arrival, index, count, period_nanos) in stamps {
+                let arrived = Stamps::arrived(arrival);
+                clock.correct(&Stamps { device, index, count, period_nanos, ..arrived });
+                clock.state();
+            }
+        }
+
+        #[test]
+        fn time_is_strictly_increasing_in_device_time(
+            packets in proptest::collection::vec((4_i64..4_000_000_000, 0_i64..2_000_000_000), 2..200),
+        ) {
+            let mut clock = model();
+            let (mut device, mut placed) = (0, Vec::new());
+            for (step, delay) in packets {
+                device += step;
+                let stamps = Stamps { device: Some(device), ..Stamps::arrived(device + delay) };
+                let corrected = clock.correct(&stamps);
+                if !corrected.disbelieved {
+                    placed.push((clock.state().epoch, device, corrected.measured));
+                }
+            }
+            for pair in placed.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+                proptest::prop_assert!(pair[0].2 < pair[1].2, "{:?}", pair);
+            }
+        }
     }
 }

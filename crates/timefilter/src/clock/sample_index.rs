@@ -23,10 +23,8 @@ impl SampleIndex {
     /// at their arrival, less the latency.
     pub fn new(rate_hz: f64, latency: Latency) -> SampleIndex {
         let usable = rate_hz.is_finite() && rate_hz > 0.0;
-        let settings =
-            OneWaySettings { usual_skew_ppm: USUAL_SKEW_PPM, ..OneWaySettings::new(latency) };
         let period_nanos = if usable { 1e9 / rate_hz } else { f64::NAN };
-        SampleIndex { period_nanos, clock: OneWay::new(settings) }
+        SampleIndex { period_nanos, clock: OneWay::new(settings(latency)) }
     }
 
     /// The true rate as far as it is known [Hz].
@@ -35,11 +33,22 @@ impl SampleIndex {
         1e9 / self.period_nanos * if skew.is_nan() { 1.0 } else { 1.0 + skew }
     }
 
-    fn by_number(&self, stamps: &Stamps) -> Stamps {
+    /// What its clock was begun with.
+    pub(super) fn settings(&self) -> OneWaySettings {
+        self.clock.settings()
+    }
+
+    /// The stamps with the sample's number in place of the device's time.
+    pub(super) fn by_number(&self, stamps: &Stamps) -> Stamps {
         let device = (stamps.index as f64 * self.period_nanos).round();
         let device = (device < 9e18).then_some(device as i64);
         Stamps { device, period_nanos: self.period_nanos, ..*stamps }
     }
+}
+
+/// How a clock is modelled that counts samples.
+pub(super) fn settings(latency: Latency) -> OneWaySettings {
+    OneWaySettings { usual_skew_ppm: USUAL_SKEW_PPM, ..OneWaySettings::new(latency) }
 }
 
 impl ClockModel for SampleIndex {
@@ -57,5 +66,68 @@ impl ClockModel for SampleIndex {
 
     fn news(&mut self) -> Option<News> {
         self.clock.news()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::simulated::{Device, SECOND};
+
+    const LATENCY: Latency = Latency::new(0.0, 0.0);
+
+    fn run(clock: &mut SampleIndex, device: &mut Device, secs: i64) -> f64 {
+        let mut error = f64::NAN;
+        let end = device.now + secs * SECOND;
+        while device.now < end {
+            let (truth, stamps) = device.send();
+            let measured = clock.correct(&Stamps { device: None, ..stamps }).measured;
+            error = (measured - truth) as f64 / 1e9 - device.least_delay;
+        }
+        error
+    }
+
+    #[test]
+    fn the_true_rate_is_found() {
+        for nominal in [190.0, 200.0, 210.0] {
+            let (mut clock, mut device) = (SampleIndex::new(nominal, LATENCY), Device::new(200.0));
+            device.batch = 2;
+            let error = run(&mut clock, &mut device, 120);
+            assert!(error.abs() < 0.01, "{error}");
+            assert!((clock.rate_hz() - 200.0).abs() < 0.05, "{}", clock.rate_hz());
+        }
+    }
+
+    #[test]
+    fn a_jump_in_numbers_is_a_gap_in_time() {
+        let (mut clock, mut device) = (SampleIndex::new(50.0, LATENCY), Device::new(50.0));
+        run(&mut clock, &mut device, 60);
+        for _ in 0..500 {
+            device.send(); // lost
+        }
+        let (truth, stamps) = device.send();
+        let error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
+        assert!(error.abs() < 0.01, "{error}");
+        assert_eq!(clock.news(), None);
+    }
+
+    #[test]
+    fn a_silent_pause_begins_a_new_epoch() {
+        let (mut clock, mut device) = (SampleIndex::new(50.0, LATENCY), Device::new(50.0));
+        run(&mut clock, &mut device, 60);
+        device.now += 20 * SECOND;
+        let error = run(&mut clock, &mut device, 30);
+        assert!(error.abs() < 0.02, "{error}");
+        assert!(matches!(clock.news(), Some(News::Jumped { epoch: 1, .. })));
+        assert!((clock.rate_hz() - 50.0).abs() < 0.2, "{}", clock.rate_hz());
+    }
+
+    #[test]
+    fn without_a_rate_the_arrival_stands_in() {
+        for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let mut clock = SampleIndex::new(rate_hz, Latency::new(1e-6, 0.0));
+            let corrected = clock.correct(&Stamps::arrived(5_000));
+            assert_eq!((corrected.measured, corrected.disbelieved), (4_000, false));
+        }
     }
 }
