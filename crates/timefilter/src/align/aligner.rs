@@ -178,7 +178,7 @@ impl Aligner {
         self.advance(now, &mut out);
     }
 
-    /// Nothing more will come: gives out the rows up to the newest sample, and lets all sources go.
+    /// Nothing more will come: gives out the rows up to the newest sample. No source may say more.
     pub fn finish<F: FnMut(Output<'_>)>(&mut self, mut out: F) {
         for source in self.sources.iter_mut().flatten() {
             if source.is_here() {
@@ -186,17 +186,12 @@ impl Aligner {
             }
         }
         self.settle_anew(&mut out);
-        self.sources.fill(None);
-        self.leaving = 0;
-        self.arrange();
     }
 
-    /// What has become of a source's samples so far.
-    pub fn counts(&self, source: SourceId) -> Result<Counts, AlignError> {
-        Ok(self.sources[self.place(source)?]
-            .as_ref()
-            .map(|source| source.counts)
-            .unwrap_or_default())
+    /// What has become of a source's samples so far; `None` when it is gone from the rows.
+    pub fn counts(&self, source: SourceId) -> Option<Counts> {
+        let present = self.sources.get(source.place as usize)?.as_ref()?;
+        (present.id == source).then_some(present.counts)
     }
 
     /// How many rows were given out.

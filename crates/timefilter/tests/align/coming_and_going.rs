@@ -64,3 +64,20 @@ fn a_place_that_was_left_is_taken_again_by_a_source_of_its_own() {
     assert_eq!(told.times().len(), 10_000);
     assert!(told.aligner.bytes_bound() < 300_000, "{}", told.aligner.bytes_bound());
 }
+
+#[test]
+fn the_end_of_a_recording_gives_all_rows_to_its_newest_sample() {
+    let mut told = Told::grid(100 * MS);
+    let (ecg, battery) = (told.add("linear:1s"), told.add("hold:5s"));
+    told.at(battery, 0, 0.5);
+    for time in (0..=1_050).step_by(50) {
+        told.at(ecg, time * MS, time as f64);
+    }
+    assert_eq!(told.times(), [0]); // the battery may still tell something
+    told.finish();
+    assert_eq!(told.times(), (0..=10).map(|row| row * 100 * MS).collect::<Vec<_>>());
+    let last = told.row(SECOND);
+    assert_eq!((last.cell(ecg).value(), last.cell(ecg).validity), (1_000.0, Validity::Fresh));
+    assert_eq!((last.cell(battery).value(), last.cell(battery).validity), (0.5, Validity::Held));
+    assert_eq!(told.aligner.counts(ecg).unwrap().received, 22);
+}
