@@ -1,0 +1,162 @@
+//! How an aligner takes samples.
+
+use super::super::row::{Aside, News, Output, Why};
+use super::super::settings::{Mode, Onto};
+use super::super::watermark::Presence;
+use super::{AHEAD_NANOS, Aligner, NEVER, ROWS_IN_SILENCE};
+
+impl Aligner {
+    #[inline]
+    pub(super) fn take<F>(&mut self, place: usize, measured: i64, values: &[f64], out: &mut F)
+    where
+        F: FnMut(Output<'_>),
+    {
+        let now = self.now.unwrap_or(measured);
+        let Some(source) = &mut self.sources[place] else { return };
+        source.counts.received += 1;
+        if measured > now.saturating_add(AHEAD_NANOS) {
+            source.counts.ahead += 1;
+            let source = source.id;
+            return out(Output::Aside(Aside { source, measured, values, why: Why::Ahead }));
+        }
+        if source.samples.is_full() {
+            self.make_room(place, measured);
+        }
+        self.extend(measured, out);
+        let is_pivot = self.is_pivot(place);
+        let Some(source) = &mut self.sources[place] else { return };
+        let is_late = self.last.is_some_and(|last| measured <= last)
+            && (is_pivot || self.mode == Mode::Reproducible);
+        if is_late {
+            source.counts.late += 1;
+            let source = source.id;
+            out(Output::Aside(Aside { source, measured, values, why: Why::Late }));
+        }
+        let is_back = source.watermark.hear(measured, now);
+        source.keep(measured, values, self.last, out);
+        if is_back {
+            out(Output::News(News::Back(source.id)));
+            self.find_silence();
+        }
+        let begins_anew = is_back || is_pivot || self.begin_rows(measured);
+        if begins_anew {
+            self.settle_anew(out);
+        } else if self.may_settle(place, out) {
+            self.settle(out);
+        }
+    }
+
+    #[inline]
+    pub(super) fn is_pivot(&self, place: usize) -> bool {
+        self.pivot.is_some_and(|pivot| pivot.place as usize == place && self.place(pivot).is_ok())
+    }
+
+    /// Forgets what no row to come needs of a source whose samples are at capacity.
+    #[cold]
+    pub(super) fn make_room(&mut self, place: usize, measured: i64) {
+        let now = self.now.unwrap_or(measured);
+        let oldest_row = match self.onto {
+            Onto::Grid { .. } => self.last.and(self.next),
+            Onto::Pivot => {
+                let expected = now.saturating_sub(self.patience_nanos);
+                Some(self.next_row().map_or(expected, |row| row.min(expected)))
+            }
+        };
+        if let (Some(row), Some(source)) = (oldest_row, &mut self.sources[place]) {
+            source.forget_before(row);
+        }
+    }
+
+    /// Moves the end of what a grid may have rows for; over a hole in which no source delivered.
+    #[inline]
+    pub(super) fn extend<F: FnMut(Output<'_>)>(&mut self, measured: i64, out: &mut F) {
+        let Onto::Grid { period_nanos } = self.onto else { return };
+        let silence_nanos = period_nanos.saturating_mul(ROWS_IN_SILENCE);
+        if self.mode == Mode::Available {
+            let now = self.now.unwrap_or(measured);
+            if self.next.is_none_or(|next| next <= now) {
+                self.skip_to(period_nanos, now.saturating_add(1));
+            }
+            self.reach = now.saturating_add(silence_nanos);
+            self.row_due = self.next.unwrap_or(NEVER);
+        } else if measured > self.newest {
+            if self.newest > i64::MIN && measured > self.reach {
+                self.cross_hole(period_nanos, measured, out);
+            }
+            self.newest = measured;
+            self.reach = measured.saturating_add(silence_nanos);
+        }
+    }
+
+    #[cold]
+    pub(super) fn cross_hole<F>(&mut self, period_nanos: i64, measured: i64, out: &mut F)
+    where
+        F: FnMut(Output<'_>),
+    {
+        while let Some(row) = self.next.filter(|&row| row <= self.reach) {
+            self.give(row, out);
+        }
+        self.skip_to(period_nanos, measured);
+        self.waits_for = None;
+    }
+
+    #[cold]
+    pub(super) fn skip_to(&mut self, period_nanos: i64, time: i64) {
+        let after = multiple_from(period_nanos, time);
+        if let (Some(next), Some(after)) = (self.next, after) {
+            self.skipped += after.abs_diff(next.min(after)) / period_nanos as u64;
+        }
+        self.next = self.next.max(after);
+    }
+
+    /// Before the first row of a reproducible grid: lets it be no later than a sample, unless that
+    /// came too late for rows to wait for it. Says whether it did.
+    #[inline]
+    pub(super) fn begin_rows(&mut self, measured: i64) -> bool {
+        if self.last.is_some() || self.mode == Mode::Available {
+            return false;
+        }
+        let Onto::Grid { period_nanos } = self.onto else { return false };
+        let earliest = self.now.unwrap_or(measured).saturating_sub(self.patience_nanos);
+        let Some(row) = multiple_from(period_nanos, measured.max(earliest)) else { return false };
+        let is_earlier = self.next.is_none_or(|next| row < next);
+        if is_earlier {
+            self.next = Some(row);
+        }
+        is_earlier
+    }
+
+    /// Whether the next row may not have to wait any longer, after a source has delivered.
+    #[inline]
+    pub(super) fn may_settle<F: FnMut(Output<'_>)>(&mut self, place: usize, out: &mut F) -> bool {
+        let Some(source) = &self.sources[place] else { return false };
+        if source.watermark.presence == Presence::Behind {
+            return self.catch_up(place, out);
+        }
+        match self.waits_for {
+            None => self.mode == Mode::Reproducible,
+            Some((awaited, row)) => awaited == place && source.watermark.complete_until >= row,
+        }
+    }
+
+    #[cold]
+    pub(super) fn catch_up<F: FnMut(Output<'_>)>(&mut self, place: usize, out: &mut F) -> bool {
+        let now = self.now.unwrap_or(i64::MIN);
+        let Some(source) = &mut self.sources[place] else { return false };
+        let is_back = source.watermark.catch_up(now);
+        if is_back {
+            out(Output::News(News::Back(source.id)));
+            self.settled = 0;
+        }
+        is_back || self.waits_for.is_none()
+    }
+}
+
+/// The first whole multiple of a period at or after a time.
+#[inline]
+fn multiple_from(period_nanos: i64, time: i64) -> Option<i64> {
+    match time.rem_euclid(period_nanos) {
+        0 => Some(time),
+        since => time.checked_add(period_nanos - since),
+    }
+}

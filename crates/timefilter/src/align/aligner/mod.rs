@@ -1,0 +1,224 @@
+//! The values of many sources at common times.
+
+mod sources;
+mod time;
+mod arrivals;
+mod rows;
+
+use super::error::AlignError;
+use super::row::{Column, Output};
+use super::settings::{
+    MOST_SOURCES, Mode, Onto, Run, Sample, SourceId, SourceSettings, time as checked,
+};
+use super::source::{Counts, Source};
+use super::watermark::Presence;
+
+/// How much later than its arrival a sample may claim to be measured [ns].
+pub const AHEAD_NANOS: i64 = 1_000_000_000;
+/// For how many periods rows of a grid go on when no source delivers: five minutes at 64 Hz.
+pub const ROWS_IN_SILENCE: i64 = 19_200;
+
+/// The values of many sources at common times: a view that throws nothing away.
+///
+/// A pure function of what it is given and in which order. Extra ticks, and the cutting of runs
+/// into pieces that arrive at the same time, change nothing.
+///
+/// A row is given out when no sample that is still expected could change it: each source is
+/// complete up to its watermark, which is its newest sample's time less its bounded lateness. A
+/// source that says nothing for its idle time-out is not waited for; nor is one that has not come
+/// as far as a row when its lateness and idle time-out have passed since the row's time. Both come
+/// back by themselves: with the next sample, and when they have caught up.
+#[derive(Clone, Debug)]
+pub struct Aligner {
+    onto: Onto,
+    mode: Mode,
+    sources: Vec<Option<Source>>,
+    pivot: Option<SourceId>,
+    serial: u32,
+    /// A column for each source that is there, in their order, and the values of all.
+    columns: Vec<Column>,
+    values: Vec<f64>,
+    /// The session's time; `None` before it begins.
+    now: Option<i64>,
+    /// The newest sample of all; `i64::MIN` without any.
+    newest: i64,
+    /// The next row of a grid.
+    next: Option<i64>,
+    /// The time of the newest row.
+    last: Option<i64>,
+    /// Up to when a grid may have rows before another sample comes.
+    reach: i64,
+    /// All sources before this place are complete for the next row, or are not waited for.
+    settled: usize,
+    /// Which source the next row waits for, and until when that must be complete at least.
+    waits_for: Option<(usize, i64)>,
+    /// When the next row is given out without more samples.
+    row_due: i64,
+    /// No source falls silent before.
+    silence_due: i64,
+    /// The longest time that a row waits for any source [ns].
+    patience_nanos: i64,
+    /// How many sources have left, and are still in the rows.
+    leaving: usize,
+    rows: u64,
+    skipped: u64,
+}
+
+/// Never, as a time when something is due.
+const NEVER: i64 = i64::MAX;
+
+impl Aligner {
+    /// An aligner without sources. The period of a grid is refused unless it is 1 ns to a day.
+    pub fn new(onto: Onto, mode: Mode) -> Result<Aligner, AlignError> {
+        if let Onto::Grid { period_nanos } = onto {
+            checked("grid's period", 1, period_nanos)?;
+        }
+        Ok(Aligner {
+            onto,
+            mode,
+            sources: Vec::new(),
+            pivot: None,
+            serial: 0,
+            columns: Vec::new(),
+            values: Vec::new(),
+            now: None,
+            newest: i64::MIN,
+            next: None,
+            last: None,
+            reach: i64::MIN,
+            settled: 0,
+            waits_for: None,
+            row_due: NEVER,
+            silence_due: NEVER,
+            patience_nanos: 0,
+            leaving: 0,
+            rows: 0,
+            skipped: 0,
+        })
+    }
+
+    /// Adds a source, at any time; rows wait for its first sample up to its idle time-out.
+    /// Refuses what is out of range, and more than [`MOST_SOURCES`](super::MOST_SOURCES) at once.
+    pub fn add(&mut self, settings: SourceSettings) -> Result<SourceId, AlignError> {
+        let settings = settings.checked()?;
+        let free = self.sources.iter().position(Option::is_none);
+        let place = free.unwrap_or(self.sources.len());
+        if place >= MOST_SOURCES {
+            return Err(AlignError::Crowded { most: MOST_SOURCES });
+        }
+        if place == self.sources.len() {
+            self.sources.push(None);
+        }
+        let id = SourceId { place: place as u32, serial: self.serial };
+        let mut source = Source::new(id, &settings, self.now.unwrap_or(i64::MIN));
+        if self.onto == Onto::Pivot && self.serial == 0 {
+            self.pivot = Some(id);
+            source.policy = super::Policy::Exact;
+        }
+        self.serial = self.serial.wrapping_add(1);
+        self.sources[place] = Some(source);
+        self.arrange();
+        Ok(id)
+    }
+
+    /// A source has ended: its samples are used up to the last, then it is gone from the rows.
+    pub fn leave<F>(&mut self, source: SourceId, mut out: F) -> Result<(), AlignError>
+    where
+        F: FnMut(Output<'_>),
+    {
+        let place = self.place(source)?;
+        if let Some(source) = &mut self.sources[place] {
+            source.watermark.end(Presence::Left);
+            self.leaving += 1;
+        }
+        self.settle_anew(&mut out);
+        Ok(())
+    }
+
+    /// Takes a sample of a source.
+    #[inline]
+    pub fn push<F>(
+        &mut self,
+        source: SourceId,
+        sample: Sample<'_>,
+        mut out: F,
+    ) -> Result<(), AlignError>
+    where
+        F: FnMut(Output<'_>),
+    {
+        let place = self.place(source)?;
+        let expected = self.channels(place);
+        if sample.values.len() != expected {
+            return Err(AlignError::Channels { expected, got: sample.values.len() });
+        }
+        self.advance(sample.arrival, &mut out);
+        self.take(place, sample.measured, sample.values, &mut out);
+        Ok(())
+    }
+
+    /// Takes samples of a source that arrived at once: the same as each by itself, with the
+    /// arrival of all.
+    pub fn push_run<F>(
+        &mut self,
+        source: SourceId,
+        run: Run<'_>,
+        mut out: F,
+    ) -> Result<(), AlignError>
+    where
+        F: FnMut(Output<'_>),
+    {
+        let place = self.place(source)?;
+        let expected = self.channels(place);
+        if !run.values.len().is_multiple_of(expected) {
+            return Err(AlignError::Channels { expected, got: run.values.len() });
+        }
+        self.advance(run.arrival, &mut out);
+        for (number, values) in run.values.chunks_exact(expected).enumerate() {
+            let since_first = (number as f64 * run.period_nanos).round() as i64;
+            self.take(place, run.measured.saturating_add(since_first), values, &mut out);
+        }
+        Ok(())
+    }
+
+    /// Time passes: it is `now` [ns of session time], and all that arrived before was pushed.
+    pub fn tick<F: FnMut(Output<'_>)>(&mut self, now: i64, mut out: F) {
+        self.advance(now, &mut out);
+    }
+
+    /// Nothing more will come: gives out the rows up to the newest sample. No source may say more.
+    pub fn finish<F: FnMut(Output<'_>)>(&mut self, mut out: F) {
+        for source in self.sources.iter_mut().flatten() {
+            if source.is_here() {
+                source.watermark.end(Presence::Ended);
+            }
+        }
+        self.settle_anew(&mut out);
+    }
+
+    /// What has become of a source's samples so far; `None` when it is gone from the rows.
+    pub fn counts(&self, source: SourceId) -> Option<Counts> {
+        let present = self.sources.get(source.place as usize)?.as_ref()?;
+        (present.id == source).then_some(present.counts)
+    }
+
+    /// How many rows were given out.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// How many rows of a grid were left out, because no source delivered.
+    pub fn skipped(&self) -> u64 {
+        self.skipped
+    }
+
+    /// The most memory that it takes with its present sources [B]: for each its capacity, rounded
+    /// up to a power of two, times 8 B for each channel and 8 B for the time, and what is kept of a
+    /// source and of a row.
+    pub fn bytes_bound(&self) -> usize {
+        let of_samples = |source: &Source| source.samples.bytes_bound() + 8 * source.channels;
+        let of_source = size_of::<Option<Source>>() + size_of::<Column>();
+        let samples: usize = self.sources.iter().flatten().map(of_samples).sum();
+        // Vectors double when they grow.
+        size_of::<Aligner>() + samples + 2 * of_source * self.sources.len().max(4)
+    }
+}
