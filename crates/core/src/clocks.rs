@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_timefilter::clock::{
     ClockKind, ClockModel, ClockState, Corrected, Host, KnownDevice, Latency, News, OneWay,
-    OneWaySettings, Probe, Remote, SampleIndex, Stamps,
+    OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
 };
 
 use crate::stream::{About, Shape, Stream, StreamId, Subject};
@@ -34,6 +35,10 @@ pub struct Clocks {
     settings: BTreeMap<String, ClockSettings>,
     /// Times are taken as they are stamped.
     as_stamped: bool,
+    /// The stamps of a whole recording.
+    hindsight: Option<Hindsight>,
+    /// Whether those are known already, or only now collected.
+    knows: bool,
     /// By topic, the computer that stamps it.
     computers: BTreeMap<String, String>,
     at_work: Vec<Clock>,
@@ -50,7 +55,7 @@ struct Clock {
 }
 
 /// Whose clock it is.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Owner {
     /// This host.
     Host,
@@ -73,6 +78,25 @@ impl Clocks {
         Clocks { as_stamped: true, ..Clocks::default() }
     }
 
+    /// Times are corrected, and their stamps collected, to correct them with hindsight.
+    pub fn collecting(settings: BTreeMap<String, ClockSettings>, hindsight: &Hindsight) -> Clocks {
+        Clocks { settings, hindsight: Some(hindsight.clone()), ..Clocks::default() }
+    }
+
+    /// Times are corrected with the stamps of the whole recording, which is handed over once more.
+    /// From now on samples are stamped with them.
+    pub fn with_hindsight(
+        settings: BTreeMap<String, ClockSettings>,
+        hindsight: Hindsight,
+    ) -> Clocks {
+        Clocks { settings, hindsight: Some(hindsight), knows: true, ..Clocks::default() }
+    }
+
+    /// Whether samples are to be stamped anew.
+    pub(crate) fn stamps_anew(&self) -> bool {
+        self.knows
+    }
+
     /// The place in time of a reading of a raw stream.
     pub(crate) fn correct(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Corrected {
         if self.as_stamped {
@@ -80,7 +104,11 @@ impl Clocks {
             return Corrected { measured, period_nanos: stamps.period_nanos, disbelieved: false };
         }
         let clock = self.clock_of(id, stream, stamps);
-        self.at_work[clock].model.correct(stamps)
+        let Clock { owner, model, .. } = &mut self.at_work[clock];
+        if let (Some(hindsight), false) = (&self.hindsight, self.knows) {
+            hindsight.push(owner, stamps);
+        }
+        model.correct(stamps)
     }
 
     /// From now on the stamps of the streams of this name are by the clock of this computer.
@@ -174,6 +202,15 @@ impl Clocks {
 
     /// The model of a clock that is new.
     fn begin(&self, owner: &Owner, rate_hz: f64) -> Box<dyn ClockModel> {
+        match &self.hindsight {
+            Some(hindsight) if self.knows => {
+                if let Some(smoother) = hindsight.take(owner) {
+                    return Box::new(smoother.finish());
+                }
+            }
+            Some(hindsight) => hindsight.begin(owner, self.smoother(owner, rate_hz)),
+            None => {}
+        }
         match owner {
             Owner::Host => Box::new(Host::default()),
             Owner::Device(_, device) => Box::new(OneWay::new(self.settings_of(device))),
@@ -181,6 +218,17 @@ impl Clocks {
                 Box::new(SampleIndex::new(rate_hz, self.settings_of(device).latency))
             }
             Owner::Computer(_) => Box::new(Remote::default()),
+        }
+    }
+
+    /// What collects the stamps of a clock; `None` for those that are corrected as they come.
+    fn smoother(&self, owner: &Owner, rate_hz: f64) -> Option<Smoother> {
+        match owner {
+            Owner::Device(_, device) => Some(Smoother::new(self.settings_of(device))),
+            Owner::Counted(_, device) => {
+                Some(Smoother::of_samples(rate_hz, self.settings_of(device).latency))
+            }
+            Owner::Host | Owner::Computer(_) => None,
         }
     }
 
@@ -198,6 +246,32 @@ impl Clocks {
             settings.wraps_nanos = Some((secs * 1e9) as i64);
         }
         settings
+    }
+}
+
+/// The stamps of a whole recording, by their clock; clones share them.
+#[derive(Clone, Default)]
+pub struct Hindsight(Arc<Mutex<BTreeMap<Owner, Smoother>>>);
+
+impl Hindsight {
+    fn begin(&self, owner: &Owner, smoother: Option<Smoother>) {
+        if let Some(smoother) = smoother {
+            self.lock().entry(owner.clone()).or_insert(smoother);
+        }
+    }
+
+    fn push(&self, owner: &Owner, stamps: &Stamps) {
+        if let Some(smoother) = self.lock().get_mut(owner) {
+            smoother.push(stamps);
+        }
+    }
+
+    fn take(&self, owner: &Owner) -> Option<Smoother> {
+        self.lock().remove(owner)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Owner, Smoother>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -2,12 +2,13 @@
 
 mod session;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
-use teampulse_core::clocks::Clocks;
+use teampulse_core::clocks::{Clocks, Hindsight};
 use teampulse_core::data::{Data, Event, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::sample::Record;
@@ -122,12 +123,16 @@ fn robot(topic: &str, secs: i64, offset_secs: f64) -> Vec<Coming> {
 }
 
 async fn keep(source: impl Source + 'static, pause_ms: u64) -> Vec<Record> {
+    keep_with(Clocks::default(), source, pause_ms).await
+}
+
+async fn keep_with(clocks: Clocks, source: impl Source + 'static, pause_ms: u64) -> Vec<Record> {
     let kept = Arc::default();
     let pause = Duration::from_millis(pause_ms);
     let session = Session {
         clock: Clock::told(),
         pace: Pace::Recorded,
-        clocks: Clocks::default(),
+        clocks,
         streams: Streams::default(),
         sources: vec![("test".into(), Box::new(source))],
         features: Vec::new(),
@@ -156,8 +161,8 @@ fn told_of_clocks(records: &[Record]) -> Vec<&Event> {
     .collect()
 }
 
-/// How wrong the first sample of each batch is placed in time, from 60 s on [s].
-fn errors_secs(records: &[Record]) -> Vec<f64> {
+/// How wrong the first sample of each batch is placed in time, from some time on [s].
+fn errors_secs(records: &[Record], from_secs: f64) -> Vec<f64> {
     let waves = records.iter().filter_map(|record| match &record.sample.data {
         Data::Wave(wave) => Some((record.sample.measured, wave.samples[0])),
         _ => None,
@@ -166,13 +171,13 @@ fn errors_secs(records: &[Record]) -> Vec<f64> {
         let true_secs = 73.0 * k / 130.0;
         (true_secs, (measured.nanos() - BEGAN_NANOS) as f64 / 1e9 - true_secs)
     });
-    placed.filter(|(at, _)| *at > 60.0).map(|(_, error)| error).collect()
+    placed.filter(|(at, _)| *at > from_secs).map(|(_, error)| error).collect()
 }
 
 #[tokio::test]
 async fn a_strap_is_placed_by_its_own_clock_and_not_by_its_arrivals() {
     let records = keep(Script { readings: strap(180, f64::MAX), stamped_by: vec![] }, 0).await;
-    let errors = errors_secs(&records);
+    let errors = errors_secs(&records, 60.0);
     let (least, most) = errors
         .iter()
         .fold((f64::MAX, f64::MIN), |(least, most), error| (least.min(*error), most.max(*error)));
@@ -191,7 +196,10 @@ async fn a_device_clock_that_jumps_begins_an_epoch_and_is_told() {
     let jump = told.iter().find(|event| event.label.starts_with("polar_h10 of p001 jumped by +"));
     assert!(jump.is_some_and(|event| (event.value - 3600.0).abs() < 0.2), "{told:?}");
     assert_eq!(last_status(&records, &ecg().name).epoch, 1);
-    assert!(errors_secs(&records).iter().all(|error| error.abs() < 0.5), "no sample an hour off");
+    assert!(
+        errors_secs(&records, 60.0).iter().all(|error| error.abs() < 0.5),
+        "no sample an hour off"
+    );
 }
 
 #[tokio::test]
@@ -226,4 +234,28 @@ async fn a_replay_gives_the_same_times_as_the_run() {
         };
         assert!(times(&replay) == times(&run));
     }
+}
+
+#[tokio::test]
+async fn with_hindsight_a_recording_is_placed_right_from_its_beginning_and_stays_so() {
+    let run = keep(Script { readings: strap(180, f64::MAX), stamped_by: vec![] }, 0).await;
+    let hindsight = Hindsight::default();
+    let first = Clocks::collecting(BTreeMap::new(), &hindsight);
+    keep_with(first, Recording(run.clone()), 0).await;
+    let second = Clocks::with_hindsight(BTreeMap::new(), hindsight);
+    let retimed = keep_with(second, Recording(run.clone()), 0).await;
+    let spread = |records: &[Record]| {
+        let errors = errors_secs(records, 0.0);
+        errors.iter().copied().fold(f64::MIN, f64::max)
+            - errors.iter().copied().fold(f64::MAX, f64::min)
+    };
+    let (live_secs, retimed_secs) = (spread(&run), spread(&retimed));
+    assert!(retimed_secs < 0.006 && retimed_secs < live_secs, "{live_secs}, {retimed_secs} s");
+
+    let viewed = keep_with(Clocks::as_stamped(), Recording(retimed.clone()), 0).await;
+    let times = |records: &[Record]| -> Vec<(Time, f64)> {
+        let waves = records.iter().filter(|record| record.stream.shape == Shape::Wave);
+        waves.map(|record| (record.sample.measured, record.sample.period_ns)).collect()
+    };
+    assert!(times(&viewed) == times(&retimed), "what is stamped anew is not corrected again");
 }

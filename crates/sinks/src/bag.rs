@@ -77,6 +77,7 @@ split_mib   = 4096"#;
             split_secs: self.split_secs,
             metadata_version,
             keep_free_bytes: self.keep_free_mib << 20,
+            ..Options::default()
         };
         let (folder, study) = (context.bag.clone(), context.study.clone());
         Ok(Box::new(BagSink { folder, study, options }))

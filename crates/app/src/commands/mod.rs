@@ -9,6 +9,7 @@ mod list;
 mod play;
 mod recover;
 mod replay;
+mod retime;
 mod run;
 mod scan;
 mod schema;
@@ -34,6 +35,8 @@ pub enum Command {
     Play(play::Play),
     /// Computes everything derived again from what is raw, as fast as possible
     Replay(replay::Replay),
+    /// Writes a new bag with better times
+    Retime(retime::Retime),
     /// Finds a device's fixed latency from an event that two streams saw
     Calibrate(calibrate::Calibrate),
     /// Shows what is in a bag
@@ -60,6 +63,7 @@ impl Command {
             Command::Scan(command) => command.run().await,
             Command::Play(command) => command.run().await,
             Command::Replay(command) => command.run().await,
+            Command::Retime(command) => command.run().await,
             Command::Calibrate(command) => command.run(),
             Command::Info(command) => command.run(),
             Command::Recover(command) => command.run(),

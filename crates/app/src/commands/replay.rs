@@ -1,5 +1,6 @@
 //! `teampulse replay`: computes everything derived again from what is raw.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -47,7 +48,11 @@ impl Replay {
             None => study_of(&bag)?,
         };
         let folder = bag_folder(&self.out, &format!("{}_replay", study.general.session.name));
-        let options = Options { session: study.general.session.name.clone(), ..Options::default() };
+        let options = Options {
+            session: study.general.session.name.clone(),
+            notes: retimed(&bag),
+            ..Options::default()
+        };
         let text = study.text().to_owned();
         let sink = BagSink { folder: folder.clone(), study: text, options };
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
@@ -69,6 +74,12 @@ impl Replay {
         }
         Ok(exit)
     }
+}
+
+/// The note of a bag whose times are made for good, to be kept in what is computed from it.
+fn retimed(bag: &Bag) -> BTreeMap<String, String> {
+    let note = bag.notes().get_key_value(RETIMED);
+    note.map(|(key, word)| (key.clone(), word.clone())).into_iter().collect()
 }
 
 /// How the samples of a bag get their place in time: with the clocks of a study, or as they are

@@ -43,6 +43,8 @@ pub struct Options {
     pub split_secs: Option<f64>,
     /// The version of `metadata.yaml`.
     pub metadata_version: Version,
+    /// Words about the whole recording, kept in the bag.
+    pub notes: BTreeMap<String, String>,
     /// The recording ends when the disk has less room than this [bytes].
     pub keep_free_bytes: u64,
 }
@@ -55,6 +57,7 @@ impl Default for Options {
             split_bytes: None,
             split_secs: None,
             metadata_version: Version::default(),
+            notes: BTreeMap::new(),
             keep_free_bytes: 64 << 20,
         }
     }
@@ -108,7 +111,8 @@ impl BagWriter {
         let spare: Arc<Mutex<dyn Spare>> = Arc::new(Mutex::new(SpareFile::new(folder)));
         let path = folder.join(format!("{name}_0.mcap"));
         let (part, disk) = begin(&path, &spare, options)?;
-        let custom = [("session".to_owned(), options.session.clone())].into();
+        let mut custom = options.notes.clone();
+        custom.insert("session".to_owned(), options.session.clone());
         let mut writer = BagWriter {
             folder: folder.to_owned(),
             name,

@@ -1,0 +1,98 @@
+//! `teampulse retime`: better times afterwards.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use teampulse_bag::{BagSink, BagSource, Options, Selection};
+use teampulse_core::clock::Clock;
+use teampulse_core::clocks::{Clocks, Hindsight};
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::streams::Streams;
+use teampulse_messages::convert::encode;
+
+use crate::commands::info::{after_reading, open, warn_of_damage};
+use crate::commands::replay::{RETIMED, study_of};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+use crate::setup::{bag_folder, conclude, features};
+use crate::stop::Stop;
+use crate::study::Study;
+
+/// Writes a new bag with better times: of every device clock, what came later is known too.
+///
+/// Samples of devices are stamped anew, from the whole course of their clock; messages of robots
+/// keep their content, and are indexed by their corrected time. What is derived is computed again
+/// from these times.
+#[derive(Debug, Args)]
+pub struct Retime {
+    /// The bag's folder, or one of its .mcap files
+    bag: PathBuf,
+    /// The study; without it the one that is kept in the bag
+    #[arg(long)]
+    study: Option<PathBuf>,
+    /// Where the new bag's folder is made
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+impl Retime {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let bag = Arc::new(open(&self.bag)?);
+        if bag.notes().contains_key(RETIMED) {
+            return Err(Failure::new(format!("{} has such times already", self.bag.display()))
+                .hint("retime the bag that it was made from"));
+        }
+        warn_of_damage(&bag);
+        let study = match &self.study {
+            Some(path) => Study::read(path)?,
+            None => study_of(&bag)?,
+        };
+        let (settings, hindsight) = (study.general.clocks.clone(), Hindsight::default());
+        let folder = bag_folder(&self.out, &format!("{}_retimed", study.general.session.name));
+        let options = Options {
+            session: study.general.session.name.clone(),
+            notes: [(RETIMED.to_owned(), "two-sided".to_owned())].into(),
+            ..Options::default()
+        };
+        let text = study.text().to_owned();
+        let sink = BagSink { folder: folder.clone(), study: text, options };
+
+        let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
+        let first = Session {
+            clock: Clock::told(),
+            pace: Pace::Recorded,
+            clocks: Clocks::collecting(settings.clone(), &hindsight),
+            streams: Streams::default(),
+            sources: vec![("bag".into(), Box::new(source))],
+            features: Vec::new(),
+            sinks: Vec::new(),
+            encode,
+        };
+        let collected = conclude(first.run(Stop::default().asked(Clock::host(), None)).await);
+        if collected != Exit::Fine {
+            return Ok(collected);
+        }
+
+        let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
+        let unread = source.unread();
+        let second = Session {
+            clock: Clock::told(),
+            pace: Pace::Recorded,
+            clocks: Clocks::with_hindsight(settings, hindsight),
+            streams: Streams::default(),
+            sources: vec![("bag".into(), Box::new(source))],
+            features: features(&study)?,
+            sinks: vec![Box::new(sink)],
+            encode,
+        };
+        let exit = conclude(second.run(Stop::default().asked(Clock::host(), None)).await);
+        let exit = after_reading(&bag, &unread, exit);
+        if exit != Exit::Failed {
+            output::line(folder.display().to_string());
+        }
+        Ok(exit)
+    }
+}
