@@ -1,6 +1,7 @@
 //! The `teampulse` program: its commands, its studies, its exit codes.
 
 mod commands;
+mod computers;
 pub mod study;
 pub mod exit;
 mod failure;

@@ -1,4 +1,6 @@
-//! The machine that records: its network buffers and its disk.
+//! The machine that records: its network buffers, its disk and its clock.
+
+mod host_clock;
 
 use std::path::Path;
 
@@ -12,7 +14,7 @@ const LEAST_DISK: u64 = 64 << 20;
 
 /// One line for each thing about the machine that a recording depends on.
 pub fn check(out: &Path) -> Vec<String> {
-    vec![receive_buffer(), free_disk(out)]
+    vec![receive_buffer(), free_disk(out), host_clock::line()]
 }
 
 /// Why nothing can be recorded into a folder.

@@ -13,6 +13,7 @@ use teampulse_core::stream::{About, Origin, Shape, Stream};
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 
 use crate::commands::run::seconds;
+use crate::computers;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::machine;
@@ -50,8 +51,10 @@ impl Check {
         drop((setup.features()?, setup.sinks(&setup.bag_folder(&self.out))?));
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(machine::check(&self.out));
+        let buses = Arc::clone(&setup.buses);
         let heard = listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
+        output::lines(computers::lines(&buses, &heard));
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
         output::lines(robots.iter().map(robot_line));

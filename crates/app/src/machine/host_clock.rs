@@ -1,0 +1,65 @@
+//! Whether the clock of this machine is kept in step with the world's.
+#![expect(unsafe_code, reason = "the kernel's word on its clock has no safe binding")]
+
+/// What the kernel says of its clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Clock {
+    /// Something keeps it in step, to within so much [s].
+    Synchronised { within_secs: f64 },
+    /// Nothing does.
+    Free,
+}
+
+/// One line about the clock.
+pub(super) fn line() -> String {
+    match ask() {
+        Ok(clock) => describe(clock),
+        Err(error) => format!("clock    ?     failed to ask whether it is synchronised: {error}"),
+    }
+}
+
+fn describe(clock: Clock) -> String {
+    match clock {
+        Clock::Synchronised { within_secs } => {
+            format!("clock    ok    synchronised to within {:.0} ms", within_secs * 1e3)
+        }
+        Clock::Free => {
+            "clock    free  this machine's clock is not synchronised: what it records can't \
+                        be held against other recordings; start chrony or systemd-timesyncd"
+                .into()
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn ask() -> std::io::Result<Clock> {
+    // SAFETY: all zeros is a value of this C structure; with no mode set nothing is changed, and
+    // the kernel only writes into it.
+    let (state, told) = unsafe {
+        let mut told: libc::timex = std::mem::zeroed();
+        (libc::adjtimex(&raw mut told), told)
+    };
+    if state < 0 {
+        return Err(std::io::Error::last_os_error());
+    }
+    let free = state == libc::TIME_ERROR || told.status & libc::STA_UNSYNC != 0;
+    let within_secs = told.maxerror as f64 * 1e-6;
+    Ok(if free { Clock::Free } else { Clock::Synchronised { within_secs } })
+}
+
+#[cfg(not(target_os = "linux"))]
+fn ask() -> std::io::Result<Clock> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_nothing_keeps_in_step_is_told_with_a_remedy() {
+        assert!(describe(Clock::Free).contains("start chrony"));
+        let kept = describe(Clock::Synchronised { within_secs: 0.012_3 });
+        assert_eq!(kept, "clock    ok    synchronised to within 12 ms");
+    }
+}
