@@ -4,10 +4,12 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use bytes::Bytes;
 use teampulse_core::qos::Qos;
 use teampulse_core::stream::Schema;
+use teampulse_core::time::Time;
 use teampulse_messages::standard::rmw_dds_common::GidWidth;
-use teampulse_ros::bus::{Arrival, Asked, Bus, Deliver, Incident, Publisher, Subscription};
+use teampulse_ros::bus::{Arrival, Asked, Bus, Deliver, Incident, Publisher, Reply, Subscription};
 use teampulse_ros::cyclone::{CycloneBus, Participation};
 use teampulse_ros::graph::{EndpointKind, Graph};
 use tokio::sync::broadcast;
@@ -339,4 +341,45 @@ fn what_is_no_cdr_is_refused_and_short_messages_pass() {
     until("two messages", || heard.lock().unwrap().len() >= 2);
     assert_eq!(numbers(&heard), [1, 2]);
     assert_eq!(&heard.lock().unwrap()[1].bytes[..], [0, 1, 0, 0, 1, 0, 0, 0], "whole words");
+}
+
+#[test]
+fn a_message_may_be_stamped_by_another_clock() {
+    let (robot, monitor) = pair(117);
+    let publisher = speak(&robot, "/r1/x", &Qos::reliable(10));
+    let (_subscription, heard) = listen(&monitor, "/r1/x", ADAPTIVE);
+    until_matched(&*publisher);
+    let stamp = Time::from_stamp(1_234_567_890, 5);
+    publisher.publish_at(&message(1, 8), stamp).unwrap();
+    until("the message", || !heard.lock().unwrap().is_empty());
+    assert_eq!(heard.lock().unwrap()[0].source_time, Some(stamp));
+}
+
+#[test]
+fn a_service_answers_whoever_asks_and_tells_who_answered() {
+    let (robot, monitor) = pair(118);
+    let type_name = "teampulse_msgs/srv/ProbeClock";
+    let answer = |request: &[u8]| Some(Bytes::from([request, &[7]].concat()));
+    let _service = robot.serve("/robot/probe_clock", type_name, Arc::new(answer)).unwrap();
+    let offered =
+        |graph: &Graph| graph.services.iter().find(|each| each.type_name == type_name).cloned();
+    until_graph(&monitor, "the service", |graph| offered(graph).is_some());
+    let graph = Arc::clone(&monitor.graph().borrow());
+    let service = offered(&graph).unwrap();
+    assert_eq!((&*service.name, service.own), ("/robot/probe_clock", false));
+    let replies = Arc::<Mutex<Vec<Reply>>>::default();
+    let kept = Arc::clone(&replies);
+    let hear = Arc::new(move |reply| kept.lock().unwrap().push(reply));
+    let client = monitor.client(&service.name, type_name, hear).unwrap();
+    until("a reply", || {
+        client.ask(5, &message(1, 8)).unwrap();
+        !replies.lock().unwrap().is_empty()
+    });
+    let reply = replies.lock().unwrap()[0].clone();
+    // The network pads what it carries.
+    assert_eq!((reply.number, &reply.bytes[..13]), (5, &[&message(1, 8)[..], &[7]].concat()[..]));
+    assert_eq!(reply.server.participant(), service.gid.participant());
+    // The host and the process of whoever runs this test, and the participant.
+    let computer = graph.computer(reply.server);
+    assert!(computer.ends_with(&format!(", {})", reply.server.participant())), "{computer}");
 }

@@ -1,0 +1,109 @@
+"""Other computers' clocks: stamps that are off are recognised, and by how much is known."""
+
+import struct
+import sys
+import time
+from pathlib import Path
+
+import bags
+import harness
+
+CLOCK_PEER = [sys.executable, harness.TESTS / "peers/clock_peer.py"]
+
+TEAM = """
+[session]
+name = "team"
+[[sources]]
+type = "robots"
+namespace = "/robot*"
+[[sinks]]
+type = "bag"
+[simulate]
+robots = 2
+"""
+
+OFFSET_SECS, SKEW_PPM = 1.5, 40
+TWO_WAY, REMOTE = 2, 4
+
+
+def off(stage, study: Path) -> float:
+    """Simulates a team whose clock is off; gives the time at which it began."""
+    began_secs = time.time()
+    clock = ("--clock-offset", OFFSET_SECS, "--clock-skew-ppm", SKEW_PPM)
+    stage.teampulse("simulate", study, *clock).wait_for("simulating")
+    return began_secs
+
+
+def last_statuses(bag: Path, topics: str) -> dict[str, bags.Message]:
+    """By stream, the last that was told of it."""
+    told = bags.messages(bag, "/teampulse/status")
+    return {each.content.name: each for each in told if each.content.name.startswith(topics)}
+
+
+def test_probes_tell_a_robots_offset_to_two_milliseconds(stage, figure):
+    study, out = stage.study(TEAM), stage.folder / "sessions"
+    began_secs = off(stage, study)
+    monitor = stage.teampulse("run", study, "--duration", 20, "--out", out)
+    assert monitor.ended(within_secs=60) in (0, 3), monitor.report()
+    statuses = last_statuses(harness.the_bag(out), "/robot")
+    assert len(statuses) >= 6
+    worst_ms = 0.0
+    for status in statuses.values():
+        ran_secs = status.log_secs - began_secs
+        truth_secs = OFFSET_SECS + ran_secs * SKEW_PPM * 1e-6
+        assert status.content.clock == TWO_WAY, status
+        assert "off" in status.content.reason, status
+        worst_ms = max(worst_ms, abs(status.content.offset_secs - truth_secs) * 1e3)
+    figure(f"offset of a simulated team by probes: wrong by {worst_ms:.3f} ms (bar 2)")
+    assert worst_ms < 2
+
+
+def test_stamps_alone_tell_an_offset_to_twenty_milliseconds(stage, figure):
+    recorder, out = stage.record("/r9/*")
+    peer = stage.cyclone("send", "/r9/position", "--type", "geometry_msgs/msg/PointStamped")
+    peer.answer("matched")
+    for _ in range(400):
+        peer.say(point_stamped(time.time() + OFFSET_SECS).hex())
+        time.sleep(0.02)
+    assert recorder.interrupt() in (0, 3), recorder.report()
+    [status] = last_statuses(harness.the_bag(out), "/r9").values()
+    wrong_ms = abs(status.content.offset_secs - OFFSET_SECS) * 1e3
+    figure(f"offset of a peer by its stamps: wrong by {wrong_ms:.3f} ms (bar 20)")
+    assert status.content.clock == REMOTE
+    assert "off" in status.content.reason
+    assert wrong_ms < 20
+
+
+def test_any_node_may_ask_a_computer_for_its_clock(stage, figure):
+    off(stage, stage.study(TEAM))
+    client = stage.start(*CLOCK_PEER, "--domain", stage.domain, "/teampulse_simulator/probe_clock")
+    answer = client.answer("offset_secs")
+    wrong_ms = abs(answer["offset_secs"] - OFFSET_SECS) * 1e3
+    figure(f"offset as an independent client reckons it: wrong by {wrong_ms:.3f} ms (bar 2)")
+    assert wrong_ms < 2 + answer["round_trip_secs"] * 500
+
+
+def test_check_tells_the_offset_of_each_computer_and_of_this_one(stage):
+    study = stage.study(TEAM)
+    off(stage, study)
+    answer = stage.ask("check", study, "--out", stage.folder)
+    clocks = [line for line in answer.stdout.splitlines() if line.startswith("clock ")]
+    [ours, theirs] = clocks
+    assert ours.split()[1] in ("ok", "free", "?"), ours
+    assert theirs.split()[1] == "off" and "by probes" in theirs, theirs
+    assert "+1500." in theirs, theirs
+
+
+def test_a_clock_is_not_off_in_simulated_time(stage):
+    study = stage.study(TEAM + "speed = 2.0\n")
+    answer = stage.ask("simulate", study, "--clock-offset", 1.5)
+    assert answer.returncode == 2
+    assert "simulated time" in answer.stderr
+
+
+def point_stamped(stamp_secs: float) -> bytes:
+    """A `geometry_msgs/msg/PointStamped`."""
+    secs = int(stamp_secs)
+    nanos = int((stamp_secs - secs) * 1e9)
+    header = struct.pack("<iII4x", secs, nanos, 1)
+    return b"\0\1\0\0" + header + struct.pack("<ddd", 1.0, 2.0, 3.0)
