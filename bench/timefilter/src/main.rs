@@ -2,7 +2,9 @@
 
 #![expect(clippy::print_stdout, reason = "figures go to standard output")]
 
+mod accuracy;
 mod calibration;
+mod clocks;
 mod grid;
 mod matching;
 mod recording;
@@ -20,12 +22,19 @@ fn main() -> ExitCode {
             }
             Err(error) => refuse(&error.to_string()),
         },
-        ("calibration", []) if calibration::measure() => ExitCode::SUCCESS,
-        ("calibration", []) => ExitCode::FAILURE,
+        ("accuracy", rest) => {
+            accuracy::measure(rest).map_or_else(|error| refuse(&error.to_string()), judge)
+        }
+        ("calibration", []) => judge(calibration::measure()),
+        ("clocks", []) => judge(clocks::measure()),
         ("grid", rest) => finish(grid::measure(rest)),
         ("matching", rest) => finish(matching::measure(rest)),
         _ => refuse(&format!("there is no part `{part}`")),
     }
+}
+
+fn judge(passed: bool) -> ExitCode {
+    if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 fn finish(outcome: Result<(), Box<dyn std::error::Error>>) -> ExitCode {

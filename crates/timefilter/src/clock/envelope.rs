@@ -26,7 +26,7 @@ const FAR: f64 = 1.0;
 const LEAST_SPREAD: f64 = 1e-6;
 /// How many standard errors the 95 % interval is to either side. Errors of a line last for minutes,
 /// so that whole sessions must be covered rather than moments.
-const ERRORS: f64 = 3.0;
+const ERRORS: f64 = 4.0;
 const ITERATIONS: usize = 12;
 /// The spread of skews among clocks with a quartz (standard deviation, as a slope).
 pub(super) const USUAL_SKEW: f64 = 50e-6;
