@@ -96,6 +96,21 @@ fn faults(records: &[Record]) -> Vec<String> {
 const ROBOTS: &str = r#"namespace = "/robot*""#;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn whose_clock_stamps_a_topic_is_told_before_its_first_message() {
+    let topic = "/robot1/motor/temperature";
+    let records = watch::<Robots>(ROBOTS, async move |bus: Arc<MemoryBus>| {
+        let publisher = publisher(&bus, topic, "sensor_msgs/msg/Temperature");
+        subscribed(&*publisher).await;
+        publisher.publish(&temperature(100, 21.5)).expect("published");
+    })
+    .await;
+    let told = of(&records, "/teampulse/stamped_by");
+    let Data::Event(event) = &told[0].sample.data else { panic!("{told:?}") };
+    assert!(event.label.starts_with(&format!("{topic} /robot1/driver (")), "{}", event.label);
+    assert!(told[0].sample.log_time < of(&records, topic)[0].sample.log_time);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_robot_that_appears_is_watched_byte_for_byte() {
     let sent = temperature(100, 21.5);
     let message = sent.clone();
