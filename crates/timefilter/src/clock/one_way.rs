@@ -422,6 +422,61 @@ mod tests {
     }
 
     #[test]
+    fn a_stamp_of_zero_is_disbelieved_and_changes_nothing() {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        run(&mut clock, &mut device, 60);
+        for device in [0, i64::MIN, i64::MAX, 0, 0, 0] {
+            let arrival = 1_700_000_061 * SECOND;
+            let corrected =
+                clock.correct(&Stamps { device: Some(device), ..Stamps::arrived(arrival) });
+            assert_eq!((corrected.measured, corrected.disbelieved), (arrival, true));
+        }
+        let error = run(&mut clock, &mut device, 30) - device.least_delay;
+        assert!(error.abs() < 0.01, "{error}");
+        assert_eq!(news(&mut clock), []);
+    }
+
+    #[test]
+    fn a_clock_that_stood_still_for_a_second_begins_a_new_epoch() {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        run(&mut clock, &mut device, 60);
+        device.clock -= SECOND;
+        let error = run(&mut clock, &mut device, 30) - device.least_delay;
+        assert!(error.abs() < 0.02, "{error}");
+        assert!(matches!(news(&mut clock)[..], [News::Jumped { epoch: 1, secs }] if secs < -0.9));
+    }
+
+    #[test]
+    fn one_device_does_not_change_anothers_times() {
+        let mut devices = [Device::new(10.0), Device::new(13.0)];
+        let alone = devices.clone().map(|mut device| {
+            let mut clock = model();
+            (0..500).map(|_| clock.correct(&device.send().1)).collect::<Vec<_>>()
+        });
+        let (mut clocks, mut together) = ([model(), model()], [Vec::new(), Vec::new()]);
+        for _ in 0..500 {
+            for (number, device) in devices.iter_mut().enumerate() {
+                together[number].push(clocks[number].correct(&device.send().1));
+            }
+        }
+        assert!(together == alone);
+    }
+
+    #[test]
+    fn the_uncertainty_shrinks_to_that_of_the_latency() {
+        let latency = Latency::BLUETOOTH;
+        let (mut clock, mut device) =
+            (OneWay::new(OneWaySettings::new(latency)), Device::new(10.0));
+        assert!(clock.state().uncertainty_secs.is_nan());
+        clock.correct(&device.send().1);
+        let first = clock.state().uncertainty_secs;
+        run(&mut clock, &mut device, 600);
+        let last = clock.state().uncertainty_secs;
+        assert!(first > 2.0 * last && last > latency.uncertainty_secs, "{first} {last}");
+        assert!(last < 1.01 * latency.uncertainty_secs, "{last}");
+    }
+
+    #[test]
     fn a_late_burst_after_a_stall_is_no_jump() {
         let (mut clock, mut device) = (model(), Device::new(10.0));
         run(&mut clock, &mut device, 60);
