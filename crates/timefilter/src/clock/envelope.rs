@@ -4,9 +4,10 @@
 //! of each second is kept, for a quarter of an hour, and a line is laid low through these by
 //! asymmetric least squares (an expectile; Newey & Powell 1987, doi:10.2307/1911031), iteratively
 //! reweighted; what lies far above counts by its sign alone (Huber). Its slope is the clock's skew,
-//! which quartz keeps within about 100 ppm. That is as exact as the delays of a heart strap allow:
-//! its standard error is within a tenth of the Cramér-Rao bound of log-normal delays on a grid of
-//! connection events.
+//! which quartz keeps within about 100 ppm.
+//!
+//! The weight, the window and the bins were chosen on seeds 1 to 10 of `bench/timefilter`; on others
+//! a stream of two packets a second was up to 6 ms off in its first minutes.
 
 use std::collections::VecDeque;
 
