@@ -13,6 +13,9 @@ use teampulse_timefilter::clock::{
 
 use crate::stream::{About, Shape, Stream, StreamId, Subject};
 
+/// The computer by whose clock everything is stamped where time is simulated: the session's own.
+pub const SIMULATED_TIME: &str = "simulated time";
+
 /// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -180,6 +183,7 @@ impl Clocks {
         let device = || stream.device.clone();
         match &stream.shape {
             Shape::Message(_) => Owner::Computer(match self.computers.get(&stream.name) {
+                Some(computer) if computer == SIMULATED_TIME => return Owner::Host,
                 Some(computer) => computer.clone(),
                 None if stream.about == About::Session => stream.name.clone(),
                 None => stream.id.clone(),

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use teampulse_core::clocks::SIMULATED_TIME;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::pump::session_events;
@@ -155,11 +156,10 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// The computer by whose clock a topic is stamped; `None` while nobody publishes it, and in
-    /// simulated time, which all computers share.
+    /// The computer by whose clock a topic is stamped; `None` while nobody publishes it.
     fn stamping(&self, (topic, type_name): &Key, graph: &Graph) -> Option<String> {
         if self.outlet.clock().is_told() {
-            return None;
+            return Some(SIMULATED_TIME.into());
         }
         let publishers = graph.publishers(topic);
         let theirs = publishers.filter(|each| !each.own && each.type_name == *type_name);
