@@ -8,6 +8,8 @@ use teampulse_core::stream::{Origin, Schema, Shape, Stream, Subject};
 use crate::metadata::qos;
 use crate::schema::is_description;
 use teampulse_messages::convert::shape_of;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields::starts_with_header;
 
 /// The keys of a channel's metadata: rosbag2's, then ours.
 const QOS_KEY: &str = "offered_qos_profiles";
@@ -63,6 +65,13 @@ impl Channel {
     pub(crate) fn shape(&self) -> Shape {
         let is_ours = self.is(SHAPE_KEY, OWN) || is_description(&self.topic, &self.schema.name);
         if is_ours { shape_of(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
+    }
+
+    /// Whether its messages begin with a header that nobody has read yet: teampulse keeps the stamp
+    /// as the publish time.
+    pub(crate) fn has_unread_headers(&self) -> bool {
+        let is_foreign = !self.metadata.contains_key(ORIGIN_KEY);
+        is_foreign && Definition::of(&self.schema).is_ok_and(|each| starts_with_header(&each))
     }
 
     fn is(&self, key: &str, word: &str) -> bool {

@@ -13,6 +13,7 @@ use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::{DecodeError, decode};
+use teampulse_messages::fields::header_stamp;
 
 use crate::error::BagError;
 use crate::pace::{Pace, Pacer};
@@ -156,7 +157,8 @@ impl<'a> Playback<'a> {
 
     /// The reading that a message is; `None` for one that is not handed over.
     fn reading(&mut self, message: &Message) -> Result<Option<Reading>, SourceError> {
-        let known = &self.source.bag.streams()[message.stream].stream;
+        let bag_stream = &self.source.bag.streams()[message.stream];
+        let known = &bag_stream.stream;
         match &known.shape {
             Shape::Description => {
                 self.take_description(message);
@@ -165,7 +167,10 @@ impl<'a> Playback<'a> {
             _ if !self.selects(known) => Ok(None),
             Shape::Message(_) => {
                 let stream = self.declare_as(message);
-                let source_time = Some(message.publish_time).filter(|at| *at != message.log_time);
+                let headed = bag_stream.has_unread_headers;
+                let stamp = headed.then(|| header_stamp(&message.cdr)).flatten();
+                let source_time = Some(stamp.unwrap_or(message.publish_time));
+                let source_time = source_time.filter(|at| *at != message.log_time);
                 let data = Data::Message(message.cdr.clone());
                 Ok(Some(Reading { stream, device_time: None, source_time, data }))
             }

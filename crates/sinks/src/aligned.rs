@@ -236,7 +236,10 @@ impl Table {
 fn columns(stream: &Stream) -> Vec<String> {
     let name = &stream.name;
     let values = stream.channels.iter().zip(&stream.units);
-    let values = values.map(|(channel, unit)| format!("{name}:{channel} [{unit}]"));
+    let values = values.map(|(channel, unit)| match unit.as_str() {
+        "" => format!("{name}:{channel}"),
+        unit => format!("{name}:{channel} [{unit}]"),
+    });
     let about = ["age_secs", "validity", "uncertainty_secs"].map(|word| format!("{name}:{word}"));
     values.chain(about).map(|column| quoted(&column)).collect()
 }

@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use teampulse_bag::{Bag, BagSource, BagStream, Selection};
+use teampulse_bag::{Bag, BagSource, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields;
 use teampulse_sinks::{Aligned, Csv};
 use teampulse_sources::pattern::Pattern;
 use teampulse_timefilter::align::{Onto, Policy};
@@ -67,6 +69,9 @@ struct Rule {
 /// What is done where no rule says anything else.
 const POLICY: Policy = Policy::Linear { max_gap_nanos: 1_000_000_000 };
 
+/// The most numbers that are taken of a message that nobody has described.
+const MOST_CHANNELS: usize = 64;
+
 /// What the one table is called.
 const TABLE: &str = "aligned.csv";
 
@@ -113,8 +118,8 @@ impl Export {
         let mut streams: Vec<Stream> = bag
             .streams()
             .iter()
-            .filter(|each| is_numeric(each) && self.wants(&each.stream))
-            .map(|each| Stream::clone(&each.stream))
+            .filter(|each| each.messages > 0 && self.wants(&each.stream))
+            .filter_map(|each| with_numbers(&each.stream))
             .collect();
         streams.sort_by(|a, b| a.name.cmp(&b.name));
         if let Some(pivot) = &self.pivot {
@@ -156,11 +161,19 @@ impl Export {
     }
 }
 
-/// Whether a stream of a bag has numbers.
-fn is_numeric(each: &BagStream) -> bool {
-    let shape = &each.stream.shape;
-    let shaped = matches!(shape, Shape::Sample | Shape::Wave | Shape::Feature | Shape::Message(_));
-    shaped && each.messages > 0 && !each.stream.channels.is_empty()
+/// A stream with its numbers as channels: of messages of which none are named, all that there are;
+/// `None` when there are none.
+fn with_numbers(stream: &Stream) -> Option<Stream> {
+    let mut stream = stream.clone();
+    if let (Shape::Message(schema), true) = (&stream.shape, stream.channels.is_empty()) {
+        let paths = fields::numbers(&Definition::of(schema).ok()?).into_iter();
+        stream.channels = paths.filter(|path| !path.starts_with("header.")).collect();
+        stream.channels.truncate(MOST_CHANNELS);
+        stream.units = vec![String::new(); stream.channels.len()];
+    }
+    let shaped =
+        matches!(stream.shape, Shape::Sample | Shape::Wave | Shape::Feature | Shape::Message(_));
+    (shaped && !stream.channels.is_empty()).then_some(stream)
 }
 
 /// Reads a rate of 1e-4 to 1e6 Hz.

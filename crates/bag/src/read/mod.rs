@@ -59,6 +59,8 @@ pub struct BagStream {
     pub stream: Arc<Stream>,
     /// How many messages of it are in the bag.
     pub messages: u64,
+    /// Whether its stamps are to be read out of its messages.
+    pub(crate) has_unread_headers: bool,
     /// Its type, as it became known.
     pub(crate) schemas: Vec<Arc<Schema>>,
 }
@@ -241,7 +243,8 @@ fn place_of(streams: &mut Vec<BagStream>, channel: &Channel) -> usize {
     let known = streams.iter().position(|known| is_same(&known.stream, &stream));
     let Some(place) = known else {
         let stream = Arc::new(stream);
-        streams.push(BagStream { stream, messages: 0, schemas: vec![schema] });
+        let has_unread_headers = channel.has_unread_headers();
+        streams.push(BagStream { stream, messages: 0, has_unread_headers, schemas: vec![schema] });
         return streams.len() - 1;
     };
     let known = &mut streams[place];
