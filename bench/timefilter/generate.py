@@ -64,6 +64,7 @@ def stream(rate, transport, detail, drift_ppm, duration, rng):
         delay = detail + np.abs(rng.normal(0, 0.002, count))
         arrival, together, place = alone(true, delay)
     device = true * (1 + drift_ppm * 1e-6) + rng.uniform(0, 1000)
+    rng.uniform(size=count)  # who is lost: nobody, but the next stream's numbers follow these
     return arrival, device, true, together, place
 
 
