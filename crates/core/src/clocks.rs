@@ -45,8 +45,12 @@ pub struct Clocks {
     /// By topic, the computer that stamps it.
     computers: BTreeMap<String, String>,
     at_work: Vec<Clock>,
+    /// The place of each clock at work.
+    places: BTreeMap<Owner, usize>,
     /// The clock of each stream, by its id.
     of: Vec<Option<usize>>,
+    /// By topic, the streams of messages that have a clock.
+    messages: BTreeMap<String, Vec<StreamId>>,
 }
 
 /// One clock at work.
@@ -117,8 +121,10 @@ impl Clocks {
     /// From now on the stamps of the streams of this name are by the clock of this computer.
     pub(crate) fn stamped_by(&mut self, stream: String, computer: String) {
         if self.computers.get(&stream) != Some(&computer) {
+            for id in self.messages.remove(&stream).unwrap_or_default() {
+                self.of[id.0 as usize] = None;
+            }
             self.computers.insert(stream, computer);
-            self.of.clear();
         }
     }
 
@@ -174,6 +180,9 @@ impl Clocks {
             self.of.resize(index + 1, None);
         }
         self.of[index] = Some(clock);
+        if matches!(stream.shape, Shape::Message(_)) {
+            self.messages.entry(stream.name.clone()).or_default().push(id);
+        }
         clock
     }
 
@@ -196,12 +205,14 @@ impl Clocks {
     }
 
     fn owned_by(&mut self, owner: &Owner, rate_hz: f64) -> usize {
-        if let Some(known) = self.at_work.iter().position(|clock| clock.owner == *owner) {
-            return known;
+        if let Some(known) = self.places.get(owner) {
+            return *known;
         }
         let model = self.begin(owner, rate_hz);
+        let place = self.at_work.len();
         self.at_work.push(Clock { owner: owner.clone(), model, off_secs: None });
-        self.at_work.len() - 1
+        self.places.insert(owner.clone(), place);
+        place
     }
 
     /// The model of a clock that is new.
@@ -300,3 +311,58 @@ pub(crate) const UNKNOWN: ClockState = ClockState {
     jitter_secs: f64::NAN,
     uncertainty_secs: f64::NAN,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::Schema;
+
+    const STREAMS: u32 = 100_000;
+    const NOW: i64 = 1_700_000_000_000_000_000;
+
+    fn messages(number: u32, schema: &Arc<Schema>) -> Stream {
+        let subject = Subject::robot(format!("robot{number}"));
+        Stream::raw(format!("/robot{number}/x"), subject, Shape::Message(Arc::clone(schema)))
+    }
+
+    fn schema() -> Arc<Schema> {
+        let name = "test_msgs/msg/Any".into();
+        Arc::new(Schema { name, encoding: String::new(), text: String::new(), hash: String::new() })
+    }
+
+    /// Would take hours if each were compared with all others.
+    #[test]
+    fn a_hundred_thousand_computers_have_a_clock_each() {
+        let (mut clocks, schema) = (Clocks::default(), schema());
+        for round in 0..3 {
+            for number in 0..STREAMS {
+                let stream = messages(number, &schema);
+                let arrival = NOW + round * 1_000_000_000 + i64::from(number);
+                let stamps = Stamps { source: Some(arrival - 1_000), ..Stamps::arrived(arrival) };
+                let corrected = clocks.correct(StreamId(number), &stream, &stamps);
+                assert_eq!(corrected.measured, arrival - 1_000);
+                if round == 1 {
+                    clocks.stamped_by(stream.name, format!("computer{number}"));
+                }
+            }
+            assert_eq!(clocks.tick(NOW + (round + 1) * 1_000_000_000).len(), 0);
+        }
+        let (of_robots, of_computers) = (STREAMS as usize, STREAMS as usize);
+        assert_eq!(clocks.at_work.len(), of_robots + of_computers);
+        assert!((0..STREAMS).all(|number| clocks.state(StreamId(number)).is_some()));
+    }
+
+    #[test]
+    fn a_stream_keeps_its_clock_when_another_is_told_whose_it_is() {
+        let (mut clocks, schema) = (Clocks::default(), schema());
+        let stamps = Stamps { source: Some(NOW), ..Stamps::arrived(NOW) };
+        for number in 0..2 {
+            clocks.correct(StreamId(number), &messages(number, &schema), &stamps);
+        }
+        clocks.stamped_by("/robot1/x".into(), "laptop".into());
+        assert_eq!(clocks.of, [Some(0), None]);
+        clocks.correct(StreamId(1), &messages(1, &schema), &stamps);
+        assert_eq!(clocks.of, [Some(0), Some(2)]);
+        assert_eq!(clocks.at_work[2].owner, Owner::Computer("laptop".into()));
+    }
+}
