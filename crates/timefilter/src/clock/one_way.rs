@@ -30,7 +30,8 @@ pub struct OneWaySettings {
     pub latency: Latency,
     /// After which time its counter is at zero again [ns]; `None` when it never is.
     pub wraps_nanos: Option<i64>,
-    /// How much clocks of this kind differ in speed (standard deviation) [ppm].
+    /// How much clocks of this kind differ in speed (standard deviation) [ppm, 0.001 to 100,000;
+    /// what is out of range counts as the nearest that is not, and NaN as a quartz's].
     pub usual_skew_ppm: f64,
 }
 
@@ -38,6 +39,13 @@ impl OneWaySettings {
     /// A quartz clock that does not wrap.
     pub fn new(latency: Latency) -> OneWaySettings {
         OneWaySettings { latency, wraps_nanos: None, usual_skew_ppm: USUAL_SKEW * 1e6 }
+    }
+
+    /// The same within range.
+    pub(super) fn sound(self) -> OneWaySettings {
+        let told = self.usual_skew_ppm;
+        let skew_ppm = if told.is_nan() { USUAL_SKEW * 1e6 } else { told.clamp(1e-3, 1e5) };
+        OneWaySettings { usual_skew_ppm: skew_ppm, ..self }
     }
 
     /// What the table of devices knows of one.
@@ -81,6 +89,7 @@ pub(super) struct Placed {
 impl OneWay {
     /// A clock of which nothing has been heard so far.
     pub fn new(settings: OneWaySettings) -> OneWay {
+        let settings = settings.sound();
         OneWay {
             settings,
             unwrap: Unwrap::new(settings.wraps_nanos),

@@ -22,6 +22,7 @@ pub struct Smoother {
 impl Smoother {
     /// A device that stamps what it sends.
     pub fn new(settings: OneWaySettings) -> Smoother {
+        let settings = settings.sound();
         Smoother {
             source: Source::Stamped(settings),
             clock: OneWay::new(settings),
@@ -44,14 +45,12 @@ impl Smoother {
         self.epochs.resize_with(placed.epoch as usize + 1, Vec::new);
         let Some(bins) = self.epochs.last_mut() else { return };
         let bin = |point: Point| ((point.device + point.delay) * 1e9) as i64 / BIN_NANOS;
-        match bins.last_mut() {
-            Some(lowest) if bin(*lowest) >= bin(point) => {
-                if point.delay < lowest.delay {
-                    *lowest = point;
-                }
-            }
-            _ => bins.push(point),
-        }
+        let open = bins.pop_if(|lowest| bin(*lowest) >= bin(point));
+        // A bin of which all was held up so long that it is older than the bin before tells nothing,
+        // and bins are in order of device time.
+        let goes_on = bins.last().is_none_or(|before| before.device < point.device);
+        let lower = open.is_none_or(|lowest| point.delay < lowest.delay);
+        bins.extend(if goes_on && lower { Some(point) } else { open });
     }
 
     /// The clock, to be told the same stamps once more, in the same order.
@@ -254,6 +253,34 @@ mod tests {
         let mut smoothed = smoother.finish();
         assert!(error(&mut smoothed, &sent, device.least_delay) < 0.01);
         assert_eq!(smoothed.state().epoch, 1);
+    }
+
+    #[test]
+    fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
+        let mut device = Device::new(10.0);
+        let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
+        let (truth, old) = sent[570];
+        sent.push((truth, Stamps { arrival: sent[599].1.arrival + 2 * SECOND, ..old }));
+        let mut smoother = Smoother::new(OneWaySettings::new(Latency::new(0.0, 0.0)));
+        for (_, stamps) in &sent {
+            smoother.push(stamps);
+        }
+        assert!(error(&mut smoother.finish(), &sent, device.least_delay) < 0.01);
+    }
+
+    #[test]
+    fn any_settings_are_smoothed_without_a_panic() {
+        for usual_skew_ppm in [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300] {
+            let latency = Latency::new(f64::NAN, f64::INFINITY);
+            let mut device = Device::new(10.0);
+            let sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
+            let mut smoother =
+                Smoother::new(OneWaySettings { usual_skew_ppm, ..OneWaySettings::new(latency) });
+            for (_, stamps) in &sent {
+                smoother.push(stamps);
+            }
+            assert!(error(&mut smoother.finish(), &sent, device.least_delay) < 0.01);
+        }
     }
 
     proptest::proptest! {
