@@ -50,6 +50,20 @@ impl Samples {
         if place < self.len { Some(self.times[self.slot(place)]) } else { None }
     }
 
+    /// The place of the first sample after a time.
+    pub fn place_after(&self, time: i64) -> usize {
+        let (mut before, mut after) = (0, self.len);
+        while before < after {
+            let middle = usize::midpoint(before, after);
+            if self.times[self.slot(middle)] <= time {
+                before = middle + 1;
+            } else {
+                after = middle;
+            }
+        }
+        before
+    }
+
     /// The values of the sample at a place below [`Samples::len`].
     #[inline]
     pub fn values(&self, place: usize) -> &[f64] {

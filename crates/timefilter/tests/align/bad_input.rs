@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use teampulse_timefilter::align::{
-    AlignError, Aligner, LONGEST_NANOS, MOST_SOURCES, Mode, Onto, Output, Policy, Run, Sample,
-    SourceSettings,
+    AlignError, Aligner, LONGEST_NANOS, MOST_SOURCES, Mode, Onto, Output, Policy, ROWS_IN_SILENCE,
+    Run, Sample, SourceSettings,
 };
 
 fn times() -> impl Strategy<Value = i64> {
@@ -29,17 +29,18 @@ proptest! {
         on_pivot in any::<bool>(),
         available in any::<bool>(),
         period_nanos in prop::sample::select(&[1, 1_000, 15_625_000, LONGEST_NANOS][..]),
+        idle_nanos in prop::sample::select(&[1, 20_000, 2_000_000_000, LONGEST_NANOS][..]),
     ) {
         let onto = if on_pivot { Onto::Pivot } else { Onto::Grid { period_nanos } };
         let mode = if available { Mode::Available } else { Mode::Reproducible };
         let mut aligner = Aligner::new(onto, mode).unwrap();
         let settings = |policy: &str| SourceSettings {
             capacity: 8,
-            idle_nanos: 20_000,
+            idle_nanos,
             ..SourceSettings::new(policy.parse().unwrap())
         };
         let sources = policies.map(|policy| aligner.add(settings(policy)).unwrap());
-        let mut rows = 0_u64;
+        let (mut rows, given) = (0, 4 * pushes.len() as u64);
         let mut count = |output: Output<'_>| {
             rows += u64::from(matches!(output, Output::Row(_)));
         };
@@ -51,9 +52,50 @@ proptest! {
             aligner.tick(arrival, &mut count);
         }
         aligner.finish(&mut count);
-        // For each push, tick and sample of a run: rows up to it, and on through silence.
-        prop_assert!(rows <= 3 * 5 * 2 * 20_000);
+        prop_assert!(rows <= (given + 1) * (ROWS_IN_SILENCE as u64 + 1), "{rows} {given}");
         prop_assert!(aligner.bytes_bound() < 20_000);
+    }
+}
+
+/// How many rows a grid gives out of pushes `(measured, arrival)` of two sources in turn.
+fn rows(period_nanos: i64, mode: Mode, idle_nanos: i64, pushes: &[(i64, i64)]) -> u64 {
+    let mut aligner = Aligner::new(Onto::Grid { period_nanos }, mode).unwrap();
+    let settings = SourceSettings { idle_nanos, ..SourceSettings::new(Policy::Exact) };
+    let sources = [(); 2].map(|()| aligner.add(settings).unwrap());
+    for (source, &(measured, arrival)) in sources.iter().cycle().zip(pushes) {
+        aligner.push(*source, Sample { measured, arrival, values: &[1.0] }, |_| ()).unwrap();
+        // A bound that is broken is broken by billions of rows: the test should fail, not hang.
+        assert!(aligner.rows() < 1_000_000);
+    }
+    aligner.finish(|_| ());
+    aligner.rows()
+}
+
+#[test]
+fn a_sample_gives_no_more_rows_than_silence_has_whatever_the_period() {
+    let now = 1_700_000_000_000_000_000;
+    let most = ROWS_IN_SILENCE as u64 + 1;
+    let day = LONGEST_NANOS;
+    for pushes in [
+        &[(now, now), (now - day, now)][..],
+        &[(i64::MIN, now), (now, now)],
+        &[(now - day, now), (now, now)],
+        &[(0, now), (now, now + day)],
+    ] {
+        let rows = rows(1, Mode::Reproducible, day, pushes);
+        assert!(rows <= most * (pushes.len() as u64 + 1), "{rows} {pushes:?}");
+    }
+}
+
+#[test]
+fn rows_end_with_all_time() {
+    let begin = i64::MAX - 100_000_000_000;
+    for mode in [Mode::Reproducible, Mode::Available] {
+        for period_nanos in [1, 15_625_000] {
+            let pushes = [(begin, begin), (i64::MAX, i64::MAX), (i64::MAX, i64::MAX)];
+            let rows = rows(period_nanos, mode, 20_000, &pushes);
+            assert!(rows <= 4 * (ROWS_IN_SILENCE as u64 + 1), "{rows}");
+        }
     }
 }
 

@@ -92,6 +92,17 @@ fn a_source_that_never_says_anything_is_missing_after_its_time_out() {
 }
 
 #[test]
+fn rows_begin_with_the_first_sample_of_a_source_that_was_late_to_begin() {
+    let mut told = Told::grid(PERIOD);
+    let only = told.add("hold:1s");
+    told.tick(0);
+    told.at(only, 5 * SECOND, 1.0);
+    told.at(only, 6 * SECOND, 2.0);
+    told.finish();
+    assert_eq!(told.times(), (250..=300).map(|row| row * PERIOD).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_pivot_that_dies_and_returns_misses_no_row() {
     let mut told = Told::new(Onto::Pivot, Mode::Reproducible);
     let pivot = told.add("exact");

@@ -38,8 +38,8 @@ impl Aligner {
             out(Output::News(News::Back(source.id)));
             self.find_silence();
         }
-        let begins_anew = is_back || is_pivot || self.begin_rows(measured);
-        if begins_anew {
+        let begins_rows = self.begin_rows(measured);
+        if begins_rows || is_back || is_pivot {
             self.settle_anew(out);
         } else if self.may_settle(place, out) {
             self.settle(out);
@@ -79,8 +79,8 @@ impl Aligner {
             }
             self.reach = now.saturating_add(silence_nanos);
             self.row_due = self.next.unwrap_or(NEVER);
-        } else if measured > self.newest {
-            if self.newest > i64::MIN && measured > self.reach {
+        } else if measured > self.newest || self.reach == i64::MIN {
+            if self.reach > i64::MIN && measured > self.reach {
                 self.cross_hole(period_nanos, measured, out);
             }
             self.newest = measured;
@@ -100,24 +100,31 @@ impl Aligner {
         self.waits_for = None;
     }
 
+    /// Goes on with the first row at or after a time; there is none near the end of all time.
     #[cold]
     pub(super) fn skip_to(&mut self, period_nanos: i64, time: i64) {
         let after = multiple_from(period_nanos, time);
-        if let (Some(next), Some(after)) = (self.next, after) {
-            self.skipped += after.abs_diff(next.min(after)) / period_nanos as u64;
-        }
-        self.next = self.next.max(after);
+        let Some(next) = self.next else {
+            self.next = after.filter(|&row| self.last.is_none_or(|last| row > last));
+            return;
+        };
+        let skipped_nanos = after.unwrap_or(i64::MAX).abs_diff(next.min(time));
+        self.skipped += skipped_nanos / period_nanos as u64;
+        self.next = after.map(|after| after.max(next));
     }
 
     /// Before the first row of a reproducible grid: lets it be no later than a sample, unless that
-    /// came too late for rows to wait for it. Says whether it did.
+    /// came too late for rows to wait for it, or is too old for rows without end. Says whether it
+    /// did.
     #[inline]
     pub(super) fn begin_rows(&mut self, measured: i64) -> bool {
         if self.last.is_some() || self.mode == Mode::Available {
             return false;
         }
         let Onto::Grid { period_nanos } = self.onto else { return false };
-        let earliest = self.now.unwrap_or(measured).saturating_sub(self.patience_nanos);
+        let waited_for = self.now.unwrap_or(measured).saturating_sub(self.patience_nanos);
+        let silence_nanos = period_nanos.saturating_mul(ROWS_IN_SILENCE);
+        let earliest = waited_for.max(self.newest.saturating_sub(silence_nanos));
         let Some(row) = multiple_from(period_nanos, measured.max(earliest)) else { return false };
         let is_earlier = self.next.is_none_or(|next| row < next);
         if is_earlier {

@@ -28,6 +28,10 @@ pub const ROWS_IN_SILENCE: i64 = 19_200;
 /// source that says nothing for its idle time-out is not waited for; nor is one that has not come
 /// as far as a row when its lateness and idle time-out have passed since the row's time. Both come
 /// back by themselves: with the next sample, and when they have caught up.
+///
+/// Whatever the times are: n samples give no more than (n + 1) · ([`ROWS_IN_SILENCE`] + 1) rows,
+/// and ticks none beyond these. A row costs a step for each source, and one for each sample in a
+/// window.
 #[derive(Clone, Debug)]
 pub struct Aligner {
     onto: Onto,
@@ -46,7 +50,7 @@ pub struct Aligner {
     next: Option<i64>,
     /// The time of the newest row.
     last: Option<i64>,
-    /// Up to when a grid may have rows before another sample comes.
+    /// Up to when a grid may have rows before another sample comes; `i64::MIN` before the first.
     reach: i64,
     /// All sources before this place are complete for the next row, or are not waited for.
     settled: usize,

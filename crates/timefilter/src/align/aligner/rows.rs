@@ -36,10 +36,8 @@ impl Aligner {
             Onto::Pivot => {
                 let pivot = self.pivot?;
                 let source = self.sources[pivot.place as usize].as_ref()?;
-                let times =
-                    (0..source.samples.len()).filter_map(|place| source.samples.time(place));
-                let mut rows = times.filter(|&time| self.last.is_none_or(|last| time > last));
-                if source.id == pivot { rows.next() } else { None }
+                let place = self.last.map_or(0, |last| source.samples.place_after(last));
+                if source.id == pivot { source.samples.time(place) } else { None }
             }
         }
     }
