@@ -8,6 +8,7 @@ mod clocks;
 mod grid;
 mod matching;
 mod recording;
+mod soak;
 
 use std::process::ExitCode;
 
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         ("calibration", []) => judge(calibration::measure()),
         ("clocks", []) => judge(clocks::measure()),
         ("grid", rest) => finish(grid::measure(rest)),
+        ("soak", []) => finish(soak::measure()),
         ("matching", rest) => finish(matching::measure(rest)),
         _ => refuse(&format!("there is no part `{part}`")),
     }

@@ -102,6 +102,9 @@ pub(super) struct Envelope {
 }
 
 impl Envelope {
+    /// What it allocates [B].
+    pub const BYTES: usize = (BINS + 1) * size_of::<Point>();
+
     pub fn new(usual_skew: f64) -> Envelope {
         Envelope { bins: VecDeque::with_capacity(BINS + 1), usual_skew, poor: false }
     }

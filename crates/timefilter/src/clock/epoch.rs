@@ -57,6 +57,9 @@ pub(super) struct Epoch {
 }
 
 impl Epoch {
+    /// What it allocates [B].
+    pub const BYTES: usize = Envelope::BYTES + Line::BYTES;
+
     /// Begins with its first packet; slopes of clocks of this kind spread by `usual_skew`.
     pub fn begin(first: Packet, usual_skew: f64) -> Epoch {
         let point = Point { device: 0.0, delay: 0.0 };

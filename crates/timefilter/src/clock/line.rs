@@ -31,6 +31,9 @@ struct Knot {
 }
 
 impl Line {
+    /// What it allocates [B].
+    pub const BYTES: usize = (KNOTS + 2) * size_of::<Knot>();
+
     /// A level line at `offset` [ns].
     pub fn level(offset: f64) -> Line {
         let mut knots = VecDeque::with_capacity(KNOTS + 2);

@@ -87,6 +87,10 @@ pub(super) struct Placed {
 }
 
 impl OneWay {
+    /// The most memory that one takes, itself included [B]; when an epoch begins there are two of
+    /// them for a moment.
+    pub const MOST_BYTES: usize = size_of::<OneWay>() + 2 * Epoch::BYTES + NEWS * size_of::<News>();
+
     /// A clock of which nothing has been heard so far.
     pub fn new(settings: OneWaySettings) -> OneWay {
         let settings = settings.sound();

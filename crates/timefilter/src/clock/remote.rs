@@ -130,6 +130,11 @@ impl ClockModel for Remote {
 }
 
 impl Remote {
+    /// The most memory that one takes, itself included [B]; a vector that grows is there twice for
+    /// a moment.
+    pub const MOST_BYTES: usize = size_of::<Remote>()
+        + 2 * (Envelope::BYTES + Bursts::BYTES + Shift::BYTES + NEWS * size_of::<News>());
+
     /// Time passes.
     fn pass(&mut self, now: i64) {
         self.now = self.now.max(now);

@@ -19,6 +19,9 @@ pub struct SampleIndex {
 }
 
 impl SampleIndex {
+    /// The most memory that one takes, itself included [B].
+    pub const MOST_BYTES: usize = size_of::<SampleIndex>() + OneWay::MOST_BYTES;
+
     /// A stream of nominally `rate_hz` samples a second. Without a usable rate, readings are placed
     /// at their arrival, less the latency.
     pub fn new(rate_hz: f64, latency: Latency) -> SampleIndex {

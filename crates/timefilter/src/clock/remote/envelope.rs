@@ -53,6 +53,10 @@ pub(super) enum Found {
 }
 
 impl Envelope {
+    /// What it allocates at most [B].
+    pub(super) const BYTES: usize = (BINS + 1).next_power_of_two() * size_of::<Point>()
+        + ELSEWHERE.next_power_of_two() * size_of::<i64>();
+
     /// An envelope of which one point is known.
     pub(super) fn new(now: i64, nanos: i64) -> Envelope {
         let line = Some(Line { origin: now, nanos, slope: 0.0 });

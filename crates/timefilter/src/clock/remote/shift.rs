@@ -31,6 +31,9 @@ struct Corner {
 }
 
 impl Shift {
+    /// What it allocates at most [B].
+    pub(super) const BYTES: usize = CORNERS.next_power_of_two() * size_of::<Corner>();
+
     /// A stamp, shifted.
     pub(super) fn apply(&mut self, stamp: i64) -> i64 {
         self.latest = self.latest.max(Some(stamp));
