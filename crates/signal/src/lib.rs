@@ -4,9 +4,12 @@
     expect(clippy::float_cmp, reason = "tests compare exactly where the arithmetic is exact")
 )]
 
+pub mod error;
 pub mod estimate;
 pub mod robust;
 pub mod slope;
 pub mod trend;
 pub mod window;
 pub mod coverage;
+pub mod gaps;
+pub mod filter;

@@ -1,0 +1,124 @@
+//! A filter that runs sample by sample.
+
+use super::{Design, Section};
+use crate::gaps::is_usable;
+
+/// A running filter: second-order sections in a row, in transposed direct form II.
+///
+/// Gives what SciPy's `sosfilt` gives, bit for bit the same for any chunking, and never allocates.
+/// A sample that is [no usable number](crate::gaps::is_usable) counts as the one before it, so that
+/// one bad sample does not spoil all that follow.
+#[derive(Clone, Debug)]
+pub struct Cascade {
+    stages: Vec<Stage>,
+    /// The last usable sample; NaN before the first one of a filter that settles on it.
+    held: f64,
+}
+
+#[derive(Clone, Debug)]
+struct Stage {
+    section: Section,
+    state: [f64; 2],
+    /// The state after an endless constant input of 1 to the whole cascade.
+    settled: [f64; 2],
+}
+
+impl Cascade {
+    /// A filter before which there was nothing but zeros: `sosfilt` without `zi`.
+    pub fn at_rest(design: &Design) -> Cascade {
+        let mut level = 1.0;
+        let stage = |section: &Section| {
+            let settled = section.settled_state().map(|state| state * level);
+            level *= section.constant_gain();
+            Stage { section: *section, state: [0.0; 2], settled }
+        };
+        Cascade { stages: design.sections().iter().map(stage).collect(), held: 0.0 }
+    }
+
+    /// A filter before which the first usable sample stood forever, so that it begins without a
+    /// jump: `sosfilt` with `zi = sosfilt_zi(sos) * x[0]`. Gives NaN until there is such a sample.
+    pub fn settled(design: &Design) -> Cascade {
+        Cascade { held: f64::NAN, ..Cascade::at_rest(design) }
+    }
+
+    /// Takes in the next sample, and gives the filtered one.
+    pub fn push(&mut self, sample: f64) -> f64 {
+        let input = if is_usable(sample) { sample } else { self.held };
+        if self.held.is_nan() {
+            self.settle(input);
+        }
+        self.held = input;
+        self.stages.iter_mut().fold(input, |value, stage| stage.push(value))
+    }
+
+    /// Filters the next samples in their place.
+    pub fn filter(&mut self, samples: &mut [f64]) {
+        for sample in samples {
+            *sample = self.push(*sample);
+        }
+    }
+
+    /// Goes to the state after an endless input of `level`.
+    pub fn settle(&mut self, level: f64) {
+        self.held = level;
+        let level = if is_usable(level) { level } else { 0.0 };
+        for stage in &mut self.stages {
+            stage.state = stage.settled.map(|state| state * level);
+        }
+    }
+
+    /// The two numbers that each section remembers: SciPy's `zf`.
+    pub fn states(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.stages.iter().map(|stage| stage.state)
+    }
+}
+
+impl Stage {
+    fn push(&mut self, input: f64) -> f64 {
+        let ([b0, b1, b2], [a1, a2]) = (self.section.b, self.section.a);
+        let output = b0 * input + self.state[0];
+        self.state = [b1 * input - a1 * output + self.state[1], b2 * input - a2 * output];
+        output
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filter::butterworth::band_pass;
+
+    fn band() -> Design {
+        band_pass(2, 5.0, 15.0, 130.0).unwrap()
+    }
+
+    #[test]
+    fn a_settled_filter_begins_without_a_jump() {
+        let mut filter = Cascade::settled(&band());
+        assert!(filter.push(f64::NAN).is_nan());
+        assert!((0..50).all(|_| filter.push(1000.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_bad_sample_counts_as_the_one_before_it() {
+        let run = |samples: [f64; 4]| {
+            samples.map({
+                let mut filter = Cascade::settled(&band());
+                move |sample| filter.push(sample)
+            })
+        };
+        assert_eq!(run([1.0, 2.0, f64::NAN, 3.0]), run([1.0, 2.0, 2.0, 3.0]));
+        assert_eq!(run([1.0, 2.0, f64::INFINITY, 3.0]), run([1.0, 2.0, 2.0, 3.0]));
+    }
+
+    proptest! {
+        #[test]
+        fn no_input_spoils_what_follows(
+            samples in prop::collection::vec(prop::num::f64::ANY, 1..200),
+        ) {
+            let mut filter = Cascade::at_rest(&band());
+            prop_assert!(samples.iter().all(|&sample| filter.push(sample).is_finite()));
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Places of a signal without a usable number.
+
+use crate::error::SignalError;
+
+/// Values beyond this are taken for missing, as those that are not finite: squares and sums of what
+/// is left cannot overflow.
+pub const LARGEST: f64 = 1e100;
+
+/// Whether a value is a number that can be computed with: finite, and at most [`LARGEST`].
+pub fn is_usable(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
+/// The signal with straight lines across its gaps; before the first and after the last usable value
+/// stand those values.
+///
+/// An error when no value is [usable](is_usable).
+///
+/// ```
+/// use teampulse_signal::gaps::bridged;
+/// let gap = f64::NAN;
+/// assert_eq!(bridged(&[gap, 1.0, gap, gap, 4.0])?, [1.0, 1.0, 2.0, 3.0, 4.0]);
+/// # Ok::<(), teampulse_signal::error::SignalError>(())
+/// ```
+pub fn bridged(signal: &[f64]) -> Result<Vec<f64>, SignalError> {
+    let first = signal.iter().position(|&value| is_usable(value));
+    let first = first.ok_or(SignalError::NothingFinite)?;
+    let mut bridged = signal.to_vec();
+    bridged[..first].fill(signal[first]);
+    let mut last = first;
+    for (index, _) in signal.iter().enumerate().filter(|(_, value)| is_usable(**value)) {
+        draw_line(&mut bridged[last..=index]);
+        last = index;
+    }
+    bridged[last..].fill(signal[last]);
+    Ok(bridged)
+}
+
+/// Fills what lies between the first and the last value.
+fn draw_line(signal: &mut [f64]) {
+    let [begin, between @ .., end] = signal else { return };
+    let steps = (between.len() + 1) as f64;
+    for (index, value) in between.iter_mut().enumerate() {
+        *value = *begin + (*end - *begin) * ((index + 1) as f64 / steps);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn nothing_cannot_be_bridged() {
+        assert_eq!(bridged(&[]), Err(SignalError::NothingFinite));
+        assert_eq!(bridged(&[f64::NAN, f64::INFINITY]), Err(SignalError::NothingFinite));
+    }
+
+    proptest! {
+        #[test]
+        fn usable_values_stay_and_all_become_usable(
+            signal in prop::collection::vec(prop::num::f64::ANY, 0..50),
+        ) {
+            if let Ok(bridged) = bridged(&signal) {
+                for (new, old) in bridged.iter().zip(&signal) {
+                    prop_assert!(is_usable(*new) && (new == old || !is_usable(*old)));
+                }
+            }
+        }
+    }
+}
