@@ -13,3 +13,4 @@ pub mod window;
 pub mod coverage;
 pub mod gaps;
 pub mod filter;
+pub mod statistics;

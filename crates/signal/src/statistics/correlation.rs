@@ -1,0 +1,70 @@
+use super::distributions::{Alternative, normal_quantile, t_p};
+use super::error::{StatisticsError, checked, checked_level, finite_or};
+use super::mean_interval::Interval;
+use super::moments::mean;
+use super::ranks::average_ranks;
+
+/// A correlation and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correlation {
+    /// The coefficient [−1..1].
+    pub r: f64,
+    /// How likely one so far from zero is among unrelated values, two-sided [0..1].
+    pub p: f64,
+    /// Number of pairs.
+    pub n: usize,
+}
+
+impl Correlation {
+    /// Confidence interval by Fisher's transform, tanh(artanh r ± z/√(n − 3)).
+    ///
+    /// Fisher (1921), doi:10.2307/2331838; as SciPy's for Pearson's r. From −1 to 1 with fewer than four
+    /// pairs. Limits: for ranks only approximate.
+    pub fn interval(&self, level: f64) -> Result<Interval, StatisticsError> {
+        let z = normal_quantile(f64::midpoint(1.0, checked_level(level)?));
+        if self.n < 4 {
+            return Ok(Interval { low: -1.0, high: 1.0 });
+        }
+        let half = z / (self.n as f64 - 3.0).sqrt();
+        let centre = self.r.atanh();
+        Ok(Interval { low: (centre - half).tanh(), high: (centre + half).tanh() })
+    }
+}
+
+/// Pearson's correlation of paired values, with its p from t = r·√((n − 2)/(1 − r²)).
+///
+/// Pearson (1895), doi:10.1098/rspl.1895.0041; as `scipy.stats.pearsonr`. Limits: at least three pairs,
+/// a straight relation, nearly normal values.
+pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsError> {
+    checked(&[first, second], 2, 3)?;
+    let (about_first, about_second) = (unit(first)?, unit(second)?);
+    let products = about_first.iter().zip(&about_second).map(|(a, b)| a * b);
+    let (r, df) = (products.sum::<f64>().clamp(-1.0, 1.0), first.len() as f64 - 2.0);
+    let t = r * (df / ((1.0 - r) * (1.0 + r))).sqrt();
+    let p = if t.is_finite() { t_p(t, df, Alternative::TwoSided) } else { 0.0 };
+    Ok(Correlation { r, p, n: first.len() })
+}
+
+/// Spearman's correlation of ranks: [`pearson`]'s of the average ranks, with its p from t as there.
+///
+/// Spearman (1904), doi:10.2307/1412159; as `scipy.stats.spearmanr`. Limits: below about ten pairs the
+/// p is approximate.
+pub fn spearman(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsError> {
+    checked(&[first, second], 2, 3)?;
+    pearson(&average_ranks(first), &average_ranks(second))
+}
+
+/// The deviations from the mean, over their length.
+fn unit(values: &[f64]) -> Result<Vec<f64>, StatisticsError> {
+    let mean = mean(values);
+    let about: Vec<f64> = values.iter().map(|each| each - mean).collect();
+    let largest = about.iter().fold(0.0, |most: f64, each| most.max(each.abs()));
+    finite_or(&[mean, largest], StatisticsError::OutOfRange)?;
+    // Scaled first: squares of tiny or huge numbers vanish or overflow.
+    let length = largest * about.iter().map(|each| (each / largest).powi(2)).sum::<f64>().sqrt();
+    // What is left by rounding equal values is no spread.
+    if largest <= mean.abs() * 1e-13 || length == 0.0 {
+        return Err(StatisticsError::NoSpread);
+    }
+    Ok(about.iter().map(|each| each / length).collect())
+}

@@ -1,0 +1,93 @@
+use thiserror::Error;
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum StatisticsError {
+    /// Fewer values than the question needs.
+    #[error("answer from {got} values where at least {need} are needed")]
+    TooFew {
+        /// How many there are.
+        got: usize,
+        /// How many are needed.
+        need: usize,
+    },
+    /// More values than an exact answer is worth.
+    #[error("answer exactly from {got} values where at most {most} can be")]
+    TooMany {
+        /// How many there are.
+        got: usize,
+        /// How many can be.
+        most: usize,
+    },
+    /// Columns that should be paired are not equally long.
+    #[error("pair {first} values with {other}")]
+    UnequalLengths {
+        /// Length of the first column.
+        first: usize,
+        /// Length of one that differs.
+        other: usize,
+    },
+    /// A value is NaN or infinite.
+    #[error("calculate with a value that is missing or not finite")]
+    NotFinite,
+    /// All values are equal, or all differences zero: nothing to compare with.
+    #[error("compare values without any spread")]
+    NoSpread,
+    /// The values are so large or so small that the answer is not a number.
+    #[error("calculate with values of such a size")]
+    OutOfRange,
+    /// A setting is outside its range.
+    #[error("use {value} as {name}, expected {expected}")]
+    Setting {
+        /// What it is called.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+}
+
+/// The same columns, known to be finite, equally long, and as many and long as needed.
+pub(super) fn checked<'a, 'b>(
+    columns: &'a [&'b [f64]],
+    least_columns: usize,
+    least_rows: usize,
+) -> Result<&'a [&'b [f64]], StatisticsError> {
+    if columns.len() < least_columns {
+        return Err(StatisticsError::TooFew { got: columns.len(), need: least_columns });
+    }
+    let first = columns.first().map_or(0, |column| column.len());
+    if let Some(odd) = columns.iter().find(|column| column.len() != first) {
+        return Err(StatisticsError::UnequalLengths { first, other: odd.len() });
+    }
+    if first < least_rows {
+        return Err(StatisticsError::TooFew { got: first, need: least_rows });
+    }
+    let all_finite = columns.iter().all(|column| column.iter().all(|value| value.is_finite()));
+    if all_finite { Ok(columns) } else { Err(StatisticsError::NotFinite) }
+}
+
+/// The differences first − second of two paired columns.
+pub(super) fn differences(
+    first: &[f64],
+    second: &[f64],
+    least: usize,
+) -> Result<Vec<f64>, StatisticsError> {
+    checked(&[first, second], 2, least)?;
+    let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
+    finite_or(&differences, StatisticsError::OutOfRange)?;
+    Ok(differences)
+}
+
+/// The error when one of the results is not finite.
+pub(super) fn finite_or(results: &[f64], error: StatisticsError) -> Result<(), StatisticsError> {
+    if results.iter().all(|each| each.is_finite()) { Ok(()) } else { Err(error) }
+}
+
+/// A confidence level, known to lie between 0 and 1.
+pub(super) fn checked_level(level: f64) -> Result<f64, StatisticsError> {
+    let expected = "more than 0 and less than 1";
+    let error = StatisticsError::Setting { name: "level", value: level, expected };
+    if level > 0.0 && level < 1.0 { Ok(level) } else { Err(error) }
+}

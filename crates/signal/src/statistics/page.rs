@@ -1,0 +1,115 @@
+use super::distributions::normal_upper;
+use super::error::{StatisticsError, checked};
+use super::friedman::{rank_sums, rows};
+
+/// Most conditions that an exact p-value is computed for: it orders them in every way.
+const MOST_CONDITIONS: usize = 8;
+
+/// Most cells that an exact p-value is computed for.
+const MOST_EXACT: usize = 2000;
+
+/// How the p-value is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum PageMethod {
+    /// As SciPy chooses: exact with up to eight conditions and 12 participants (20 with three
+    /// conditions), else normal.
+    #[default]
+    Auto,
+    /// From all orders of the ranks, for up to eight conditions; with ties it errs on the safe side.
+    Exact,
+    /// From the normal approximation.
+    Normal,
+}
+
+/// The result of Page's test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Page {
+    /// Page's L, Σ place · rank sum.
+    pub l: f64,
+    /// How likely so great an L is without a trend, one-sided [0..1].
+    pub p: f64,
+    /// Whether `p` is exact.
+    pub exact: bool,
+}
+
+/// Page's test of a trend: whether values rise along the conditions (columns, a row a participant).
+///
+/// For falling values turn the columns round. Page (1963), doi:10.1080/01621459.1963.10500843; as
+/// `scipy.stats.page_trend_test`. Limits: the order must be predicted, not read from the data.
+///
+/// ```
+/// use teampulse_signal::statistics::{PageMethod, page_trend};
+/// let heart_rates: [&[f64]; 3] = [&[61.0, 70.0, 66.0], &[64.0, 72.0, 65.0], &[70.0, 80.0, 71.0]];
+/// assert_eq!(page_trend(&heart_rates, PageMethod::Auto)?.l, 41.0);
+/// # Ok::<(), teampulse_signal::statistics::StatisticsError>(())
+/// ```
+pub fn page_trend(conditions: &[&[f64]], method: PageMethod) -> Result<Page, StatisticsError> {
+    checked(conditions, 3, 2)?;
+    let (n, k) = (conditions[0].len(), conditions.len());
+    let sums = rank_sums(&rows(conditions));
+    let l = sums.iter().zip(1..).map(|(sum, place)| sum * f64::from(place)).sum();
+    let exact = match method {
+        PageMethod::Auto => k <= MOST_CONDITIONS && n <= if k == 3 { 20 } else { 12 },
+        PageMethod::Exact => true,
+        PageMethod::Normal => false,
+    };
+    if exact && k > MOST_CONDITIONS {
+        return Err(StatisticsError::TooMany { got: k, most: MOST_CONDITIONS });
+    }
+    if exact && n * k > MOST_EXACT {
+        return Err(StatisticsError::TooMany { got: n * k, most: MOST_EXACT });
+    }
+    let p = if exact { exact_upper(l, n, k) } else { normal_upper(z(l, n as f64, k as f64)) };
+    Ok(Page { l, p, exact })
+}
+
+fn z(l: f64, n: f64, k: f64) -> f64 {
+    let middle = n * k * (k + 1.0).powi(2) / 4.0;
+    let variance = n * k * k * (k + 1.0) * (k * k - 1.0) / 144.0;
+    (l - middle) / variance.sqrt()
+}
+
+/// P(L ≥ l): the distribution of one participant, added up `n` times.
+fn exact_upper(l: f64, n: usize, k: usize) -> f64 {
+    let one = one_participant(k);
+    let mut all = vec![1.0];
+    for _ in 0..n {
+        let mut next = vec![0.0; all.len() + one.len() - 1];
+        for (at, share) in all.iter().enumerate() {
+            for (slot, of_one) in next[at..].iter_mut().zip(&one) {
+                *slot += share * of_one;
+            }
+        }
+        all = next;
+    }
+    let above_least = (l.floor() as usize).saturating_sub(n * least(k));
+    all.iter().skip(above_least).sum::<f64>().min(1.0)
+}
+
+/// The least L of one participant, with all ranks the wrong way round.
+fn least(k: usize) -> usize {
+    k * (k + 1) * (k + 2) / 6
+}
+
+/// How the L of one participant is distributed, from the least on.
+fn one_participant(k: usize) -> Vec<f64> {
+    let greatest = k * (k + 1) * (2 * k + 1) / 6;
+    let mut counts = vec![0.0; greatest - least(k) + 1];
+    count_orders(k, &mut vec![false; k], 0, &mut |l| counts[l - least(k)] += 1.0);
+    let orders: f64 = counts.iter().sum();
+    counts.iter().map(|count| count / orders).collect()
+}
+
+/// Tells the L of each order in which the remaining ranks can be given to the remaining places.
+fn count_orders(remaining: usize, given: &mut [bool], l: usize, tell: &mut impl FnMut(usize)) {
+    if remaining == 0 {
+        return tell(l);
+    }
+    for rank in 0..given.len() {
+        if !given[rank] {
+            given[rank] = true;
+            count_orders(remaining - 1, given, l + remaining * (rank + 1), tell);
+            given[rank] = false;
+        }
+    }
+}
