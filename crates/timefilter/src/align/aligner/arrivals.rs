@@ -80,7 +80,7 @@ impl Aligner {
             self.reach = now.saturating_add(silence_nanos);
             self.row_due = self.next.unwrap_or(NEVER);
         } else if measured > self.newest || self.reach == i64::MIN {
-            if self.reach > i64::MIN && measured > self.reach {
+            if measured > self.reach {
                 self.cross_hole(period_nanos, measured, out);
             }
             self.newest = measured;
@@ -88,11 +88,15 @@ impl Aligner {
         }
     }
 
+    /// Gives the rows before a hole and goes on behind it; before the first sample there is none.
     #[cold]
     pub(super) fn cross_hole<F>(&mut self, period_nanos: i64, measured: i64, out: &mut F)
     where
         F: FnMut(Output<'_>),
     {
+        if self.reach == i64::MIN {
+            return;
+        }
         while let Some(row) = self.next.filter(|&row| row <= self.reach) {
             self.give(row, out);
         }
@@ -118,10 +122,14 @@ impl Aligner {
     /// did.
     #[inline]
     pub(super) fn begin_rows(&mut self, measured: i64) -> bool {
-        if self.last.is_some() || self.mode == Mode::Available {
+        self.last.is_none() && self.begin_earlier(measured)
+    }
+
+    #[cold]
+    fn begin_earlier(&mut self, measured: i64) -> bool {
+        let (Onto::Grid { period_nanos }, Mode::Reproducible) = (self.onto, self.mode) else {
             return false;
-        }
-        let Onto::Grid { period_nanos } = self.onto else { return false };
+        };
         let waited_for = self.now.unwrap_or(measured).saturating_sub(self.patience_nanos);
         let silence_nanos = period_nanos.saturating_mul(ROWS_IN_SILENCE);
         let earliest = waited_for.max(self.newest.saturating_sub(silence_nanos));
