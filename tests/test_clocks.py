@@ -91,7 +91,7 @@ def test_check_tells_the_offset_of_each_computer_and_of_this_one(stage):
     [ours, theirs] = clocks
     assert ours.split()[1] in ("ok", "free", "?"), ours
     assert theirs.split()[1] == "off" and "by probes" in theirs, theirs
-    assert "+1500." in theirs, theirs
+    assert "+1.50" in theirs, theirs
 
 
 def test_a_clock_is_not_off_in_simulated_time(stage):

@@ -50,12 +50,41 @@ fn is_probed(status: &StreamStatus) -> bool {
 
 fn line(computer: &str, status: &StreamStatus) -> String {
     let off = status.offset_secs.abs() > WARNED_SECS;
-    let uncertainty_ms = status.sigma_secs * SIGMAS_95 * 1e3;
     let word = if off { "off  " } else { "ok   " };
     let how = if is_probed(status) { "by probes" } else { "by its stamps" };
-    let remedy = if off { ": its stamps are corrected; better start chrony on it" } else { "" };
-    let ahead_ms = status.offset_secs * 1e3;
-    format!("clock    {word} {computer}  {ahead_ms:+.1} ms ± {uncertainty_ms:.1} ms {how}{remedy}")
+    let remedy = if off { remedy(status) } else { String::new() };
+    let sign = if status.offset_secs < 0.0 { '-' } else { '+' };
+    let offset = sized(status.offset_secs.abs());
+    let uncertainty = sized(status.sigma_secs * SIGMAS_95);
+    format!("clock    {word} {computer}  {sign}{offset} ± {uncertainty} {how}{remedy}")
+}
+
+/// What is known of a computer that is off, and what to do: its stamps alone cannot tell a clock
+/// that is behind from messages that are sent late.
+fn remedy(status: &StreamStatus) -> String {
+    if is_probed(status) {
+        return ": its stamps are corrected; better synchronise its clock (chrony)".into();
+    }
+    let away = sized(status.offset_secs.abs());
+    if status.offset_secs > 0.0 {
+        return format!(
+            ": its stamps lie {away} after their arrival, so its clock is ahead; they are \
+             corrected; better synchronise it (chrony)"
+        );
+    }
+    format!(
+        ": its stamps lie {away} behind their arrival: a slow stream, or a clock that is off; run \
+         teampulse there (its probes tell) or synchronise it"
+    )
+}
+
+/// A time without sign, in milliseconds below one second, in seconds from there on.
+fn sized(secs: f64) -> String {
+    match secs {
+        10.0.. => format!("{secs:.1} s"),
+        0.9995.. => format!("{secs:.3} s"),
+        _ => format!("{:.1} ms", secs * 1e3),
+    }
 }
 
 #[cfg(test)]
@@ -64,9 +93,8 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn a_computer_that_is_more_than_50_ms_off_is_warned_of() {
-        let status = |offset_secs, clock| StreamStatus {
+    fn status(offset_secs: f64, clock: ClockKind) -> StreamStatus {
+        StreamStatus {
             name: "/r1/odom".into(),
             state: State::Ok,
             reason: String::new(),
@@ -77,20 +105,47 @@ mod tests {
             lost_queue: 0,
             late: 0,
             duplicates: 0,
-            clock,
+            clock: clock as u8,
             epoch: 0,
             offset_secs,
             skew_ppm: 0.0,
             jitter_secs: 0.0,
             sigma_secs: 0.001 / SIGMAS_95,
             latency_secs: 0.0,
-        };
-        let near = line("laptop2", &status(-0.004, ClockKind::Remote as u8));
+        }
+    }
+
+    #[test]
+    fn a_computer_in_step_is_fine() {
+        let near = line("laptop2", &status(-0.004, ClockKind::Remote));
         assert_eq!(near, "clock    ok    laptop2  -4.0 ms ± 1.0 ms by its stamps");
-        let off = line("laptop2", &status(1.5, ClockKind::TwoWay as u8));
+    }
+
+    #[test]
+    fn a_computer_that_is_more_than_50_ms_off_is_warned_of() {
+        let probed = line("laptop2", &status(1.5, ClockKind::TwoWay));
         assert!(
-            off.starts_with("clock    off   laptop2  +1500.0 ms ± 1.0 ms by probes: "),
-            "{off}"
+            probed.starts_with("clock    off   laptop2  +1.500 s ± 1.0 ms by probes: "),
+            "{probed}"
         );
+        let ahead = line("laptop2", &status(0.3, ClockKind::Remote));
+        assert!(ahead.contains("lie 300.0 ms after their arrival, so its clock is ahead"));
+    }
+
+    #[test]
+    fn what_stamps_alone_cannot_tell_is_not_told() {
+        let behind = line("camera", &status(-0.201, ClockKind::Remote));
+        assert_eq!(
+            behind,
+            "clock    off   camera  -201.0 ms ± 1.0 ms by its stamps: its stamps lie 201.0 ms \
+             behind their arrival: a slow stream, or a clock that is off; run teampulse there \
+             (its probes tell) or synchronise it"
+        );
+    }
+
+    #[test]
+    fn long_times_are_told_in_seconds() {
+        let hour = line("laptop2", &status(-3600.0, ClockKind::Remote));
+        assert!(hour.starts_with("clock    off   laptop2  -3600.0 s ± 1.0 ms"), "{hour}");
     }
 }

@@ -29,8 +29,8 @@ const LATER_NANOS: i64 = 1_000_000_000;
 const KNOWN_NANOS: i64 = 500_000_000;
 /// How long all stamps must be elsewhere before the clock is taken to have jumped [ns].
 const JUMPED_NANOS: i64 = 3_000_000_000;
-/// What the fastest message may have taken, and no one-way stamp can show [s].
-const PATH_SECS: f64 = 0.010;
+/// What the fastest message may have taken, and no one-way stamp can show [ns].
+const PATH_NANOS: f64 = 10e6;
 /// How much news waits to be told.
 const NEWS: usize = 16;
 
@@ -42,12 +42,17 @@ const NEWS: usize = 16;
 /// The stamps of any other are shifted by the estimated offset. With probes the offset is known to
 /// half their round trip, and one of more than 2 ms, or of more than is uncertain, is corrected.
 ///
+/// Stamps after their arrival are a clock that is ahead: only the way is unknown then, and taken to
+/// be within 10 ms. Stamps before their arrival may be a clock that is behind as well as messages
+/// that are sent late, and without probes nobody can tell: the stated uncertainty is then all of
+/// that time and the way.
+///
 /// The shift follows offset and skew by slewing, so that within an epoch later stamps have later
 /// times. A stamp that is more than a second older than the fastest would be, or more than 0.1 s
 /// younger, is not believed, and moves nothing. When all stamps are like that for three seconds the
 /// clock has jumped. A stamp of zero is none.
 ///
-/// No time lies more than 2 ms behind its arrival.
+/// No time lies more than 2 ms after its arrival.
 #[derive(Clone, Debug, Default)]
 pub struct Remote {
     envelope: Envelope,
@@ -105,7 +110,6 @@ impl ClockModel for Remote {
             None => (ClockKind::Remote, self.envelope.line().map(Line::reversed)),
         };
         let nanos = known.map_or(f64::NAN, |line| line.at(self.now) as f64);
-        let uncorrected_secs = if self.trusted == Some(false) { 0.0 } else { nanos.abs() * 1e-9 };
         let steady = match kind {
             ClockKind::TwoWay => self.bursts.knows_skew(),
             _ => self.envelope.knows_skew(),
@@ -116,11 +120,7 @@ impl ClockModel for Remote {
             offset_secs: nanos * 1e-9,
             skew_ppm: known.filter(|_| steady).map_or(f64::NAN, |line| line.slope * 1e6),
             jitter_secs: self.envelope.spread_nanos() * 1e-9,
-            uncertainty_secs: uncorrected_secs
-                + match kind {
-                    ClockKind::TwoWay => self.bursts.uncertainty_nanos() * 1e-9,
-                    _ => PATH_SECS,
-                },
+            uncertainty_secs: self.uncertainty_nanos() * 1e-9,
         }
     }
 
@@ -231,6 +231,16 @@ impl Remote {
         };
         let strictness = if self.trusted == Some(false) { 2 } else { 1 };
         (-most_behind / strictness..=most_ahead / strictness).contains(&ahead)
+    }
+
+    /// How wrong a time may be [ns]: by what is left uncorrected, and by what cannot be told.
+    fn uncertainty_nanos(&self) -> f64 {
+        let Some(offset) = self.offset() else { return f64::NAN };
+        let ahead = offset.at(self.now) as f64;
+        let is_probed = self.probed().is_some();
+        let is_told = is_probed || ahead > 0.0;
+        let left = if is_told && self.trusted == Some(false) { 0.0 } else { ahead.abs() };
+        left + if is_probed { self.bursts.uncertainty_nanos() } else { PATH_NANOS }
     }
 
     /// How far the clock is ahead [ns]: by probes where there are any, else by stamps.

@@ -108,6 +108,48 @@ fn a_clock_that_is_off_is_shifted_to_within_its_fastest_message() {
 }
 
 #[test]
+fn stamps_alone_do_not_tell_a_late_publisher_from_a_clock_that_is_behind() {
+    for held_nanos in [20_000_000, 200_000_000, 800_000_000] {
+        let mut computer = Computer::new(0, 0);
+        for k in 0..1_000 {
+            let measured = START + k * SECOND / 50;
+            let way = held_nanos + 1_000_000 + (k * 7919 % 17) * 1_000_000;
+            let corrected = computer.arrives(measured, measured + way);
+            let wrong_secs = (corrected.measured - measured).abs() as f64 * 1e-9;
+            let stated_secs = computer.remote.state().uncertainty_secs;
+            assert!(k < 50 || wrong_secs <= stated_secs, "{wrong_secs} {stated_secs}");
+        }
+        let stated_secs = computer.remote.state().uncertainty_secs;
+        assert!(stated_secs < held_nanos as f64 * 1e-9 + 0.02, "{stated_secs}");
+    }
+}
+
+#[test]
+fn stamps_after_their_arrival_are_a_clock_that_is_ahead() {
+    let mut computer = Computer::new(1_500_000_000, 0);
+    computer.run(0, 60);
+    let state = computer.remote.state();
+    assert!(state.uncertainty_secs < 0.02, "{state:?}");
+    assert!((state.offset_secs - 1.5).abs() < state.uncertainty_secs, "{state:?}");
+}
+
+#[test]
+fn probes_tell_a_late_publisher_from_a_clock_that_is_behind() {
+    let mut computer = Computer::new(0, 0);
+    for k in 0..3_000 {
+        let measured = START + k * SECOND / 50;
+        if k % 200 == 0 {
+            computer.probed(k / 50);
+        }
+        let corrected = computer.arrives(measured, measured + 201_000_000);
+        let wrong_nanos = (corrected.measured - measured).abs();
+        assert!(k < 2_000 || wrong_nanos < 1_000_000, "{k}: {wrong_nanos}");
+    }
+    let state = computer.remote.state();
+    assert!(state.uncertainty_secs < 0.002, "{state:?}");
+}
+
+#[test]
 fn probes_tell_the_offset_to_half_their_round_trip() {
     for (ahead_nanos, fast_ppm) in [(1_500_000_000, 40), (-20_000_000, -200), (0, 0)] {
         let mut computer = Computer::new(ahead_nanos, fast_ppm);
