@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum SignalError {
     /// The sampling rate is no rate.
-    #[error("the sampling rate is {rate_hz} Hz; it must be positive and finite")]
+    #[error("the sampling rate is {rate_hz} Hz; it must lie between 1e-9 and 1e12 Hz")]
     Rate {
         /// What was given [Hz].
         rate_hz: f64,
@@ -64,6 +64,12 @@ pub enum SignalError {
         /// Which one (from 0).
         index: usize,
     },
+    /// Nothing varies, so that there is nothing to take a share of.
+    #[error("all values are the same")]
+    Constant,
+    /// Numbers left the range of what can be computed with.
+    #[error("the numbers are too far apart to compute with")]
+    Overflow,
     /// No value is a usable number.
     #[error("no value is finite")]
     NothingFinite,
@@ -71,8 +77,7 @@ pub enum SignalError {
 
 /// The sampling rate, if it is one.
 pub(crate) fn checked_rate_hz(rate_hz: f64) -> Result<f64, SignalError> {
-    let is_rate = rate_hz.is_finite() && rate_hz > 0.0;
-    if is_rate { Ok(rate_hz) } else { Err(SignalError::Rate { rate_hz }) }
+    if (1e-9..=1e12).contains(&rate_hz) { Ok(rate_hz) } else { Err(SignalError::Rate { rate_hz }) }
 }
 
 /// A setting, if it lies in its range.

@@ -13,4 +13,6 @@ pub mod window;
 pub mod coverage;
 pub mod gaps;
 pub mod filter;
+pub mod spectrum;
+pub mod cubic;
 pub mod statistics;

@@ -1,0 +1,251 @@
+//! The spectrum of an uneven series.
+
+use std::f64::consts::TAU;
+
+use super::Spectrum;
+use crate::error::SignalError;
+use crate::gaps::is_usable;
+
+/// Periodogram of Lomb and Scargle: the power of the sinusoid of least squares at each frequency.
+///
+/// `scipy.signal.lombscargle` (of which the frequencies are in Hertz here). For beat intervals with
+/// gaps, without resampling. Lomb (1976), doi:10.1007/BF00648343; Scargle (1982),
+/// doi:10.1086/160554; floating mean: Zechmeister & Kürster (2009), doi:10.1051/0004-6361:200811296.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LombScargle {
+    /// What is done about the mean.
+    pub mean: Mean,
+    /// The unit of the result.
+    pub normalisation: Normalisation,
+}
+
+/// What is done about the mean of the values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mean {
+    /// It is zero already: SciPy's default.
+    Zero,
+    /// It is taken off first.
+    Subtracted,
+    /// A constant is fitted together with each sinusoid: astropy's default.
+    Floating,
+}
+
+/// The unit of a periodogram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Normalisation {
+    /// Amplitude² · N / 4 [unit²]: SciPy's default.
+    Power,
+    /// Share of the sum of squares that the sinusoid explains [0..1]: SciPy's `normalize=True`,
+    /// astropy's "standard".
+    Standard,
+    /// [`Normalisation::Power`] times twice the mean interval of the times [unit² / Hz for times in
+    /// seconds]: its integral is about the variance, comparable to [`Welch`](super::Welch).
+    Density,
+}
+
+impl LombScargle {
+    /// Power of `values` at `times_secs`, at each of the ascending `frequencies_hz`.
+    ///
+    /// Points that are not usable are left out. An error when fewer than three are left, when times
+    /// do not ascend, when the two differ in length, for a frequency that is not usable, and for a
+    /// share of values that do not vary.
+    pub fn of(
+        self,
+        times_secs: &[f64],
+        values: &[f64],
+        frequencies_hz: &[f64],
+    ) -> Result<Spectrum, SignalError> {
+        let points = Points::new(times_secs, values, self.mean)?;
+        if let Some(&frequency_hz) = frequencies_hz.iter().find(|f| !is_usable(**f)) {
+            return Err(SignalError::Frequency { frequency_hz, nyquist_hz: f64::INFINITY });
+        }
+        let is_floating = self.mean == Mean::Floating;
+        let scale = self.normalisation.scale(&points, is_floating)?;
+        let power = |&f: &f64| points.sums(f).amplitude_squared(is_floating) * scale;
+        let spectrum = Spectrum {
+            power: frequencies_hz.iter().map(power).collect(),
+            frequencies_hz: frequencies_hz.to_vec(),
+            segments: 1,
+        };
+        spectrum.finite()
+    }
+}
+
+impl Normalisation {
+    /// The factor on the square of an amplitude.
+    fn scale(self, points: &Points, is_floating: bool) -> Result<f64, SignalError> {
+        let count = points.values.len() as f64;
+        match self {
+            Normalisation::Power => Ok(count / 4.0),
+            Normalisation::Density => Ok(count / 2.0 * points.mean_interval_secs()),
+            Normalisation::Standard => {
+                let mean = if is_floating { points.mean() } else { 0.0 };
+                let squares = points.values.iter().map(|y| (y - mean).powi(2)).sum::<f64>();
+                let scale = 0.5 * count / squares;
+                if scale.is_finite() { Ok(scale) } else { Err(SignalError::Constant) }
+            }
+        }
+    }
+}
+
+/// Usable points, from time zero on.
+struct Points {
+    times_secs: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Points {
+    fn new(times_secs: &[f64], values: &[f64], mean: Mean) -> Result<Points, SignalError> {
+        let (left, right) = (times_secs.len(), values.len());
+        if left != right {
+            return Err(SignalError::Lengths { left, right });
+        }
+        let usable = times_secs.iter().copied().zip(values.iter().copied());
+        let usable = usable.filter(|(t, y)| is_usable(*t) && is_usable(*y));
+        let (times_secs, values): (Vec<f64>, Vec<f64>) = usable.unzip();
+        if values.len() < 3 {
+            return Err(SignalError::TooShort { count: values.len(), least: 3 });
+        }
+        if let Some(before) = times_secs.windows(2).position(|pair| pair[1] <= pair[0]) {
+            return Err(SignalError::Order { index: before + 1 });
+        }
+        // The power does not depend on where time begins, its rounding does.
+        let begin = times_secs[0];
+        let mut points =
+            Points { times_secs: times_secs.iter().map(|t| t - begin).collect(), values };
+        if mean == Mean::Subtracted {
+            let mean = points.mean();
+            points.values.iter_mut().for_each(|value| *value -= mean);
+        }
+        Ok(points)
+    }
+
+    fn mean(&self) -> f64 {
+        self.values.iter().sum::<f64>() / self.values.len() as f64
+    }
+
+    fn mean_interval_secs(&self) -> f64 {
+        self.times_secs[self.times_secs.len() - 1] / (self.times_secs.len() - 1) as f64
+    }
+
+    fn sums(&self, frequency_hz: f64) -> Sums {
+        let mut sums = Sums::default();
+        for (time, value) in self.times_secs.iter().zip(&self.values) {
+            let (sin, cos) = (TAU * frequency_hz * time).sin_cos();
+            sums.cos += cos;
+            sums.sin += sin;
+            sums.cos_cos += cos * cos;
+            sums.cos_sin += cos * sin;
+            sums.value += value;
+            sums.value_cos += value * cos;
+            sums.value_sin += value * sin;
+        }
+        sums.over(self.values.len() as f64)
+    }
+}
+
+/// Means of products, as in equations 7 to 15 of Zechmeister & Kürster.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    cos: f64,
+    sin: f64,
+    cos_cos: f64,
+    cos_sin: f64,
+    value: f64,
+    value_cos: f64,
+    value_sin: f64,
+}
+
+impl Sums {
+    fn over(self, count: f64) -> Sums {
+        Sums {
+            cos: self.cos / count,
+            sin: self.sin / count,
+            cos_cos: self.cos_cos / count,
+            cos_sin: self.cos_sin / count,
+            value: self.value / count,
+            value_cos: self.value_cos / count,
+            value_sin: self.value_sin / count,
+        }
+    }
+
+    /// Twice the explained mean square.
+    fn amplitude_squared(self, is_floating: bool) -> f64 {
+        let (cos, sin) = if is_floating { (self.cos, self.sin) } else { (0.0, 0.0) };
+        let cc = self.cos_cos - cos * cos;
+        let ss = 1.0 - self.cos_cos - sin * sin;
+        let cs = self.cos_sin - cos * sin;
+        let yc = self.value_cos - self.value * cos;
+        let ys = self.value_sin - self.value * sin;
+        // Turned by τ the products of sine and cosine vanish.
+        let (sin_tau, cos_tau) = (0.5 * (2.0 * cs).atan2(cc - ss)).sin_cos();
+        let (turned_yc, turned_ys) = (yc * cos_tau + ys * sin_tau, ys * cos_tau - yc * sin_tau);
+        let cross = 2.0 * cs * sin_tau * cos_tau;
+        let turned_cc = cc * cos_tau * cos_tau + ss * sin_tau * sin_tau + cross;
+        let turned_ss = cc * sin_tau * sin_tau + ss * cos_tau * cos_tau - cross;
+        let least = f64::EPSILON / 2.0;
+        2.0 * (turned_yc.powi(2) / turned_cc.max(least) + turned_ys.powi(2) / turned_ss.max(least))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::spectrum::{Rule, Welch};
+
+    #[test]
+    fn the_density_of_an_even_series_is_that_of_welch() {
+        let times: Vec<f64> = (0..400).map(|k| f64::from(k) / 4.0).collect();
+        let values: Vec<f64> = times.iter().map(|t| (TAU * 0.25 * t).sin() + 5.0).collect();
+        let frequencies: Vec<f64> = (1..200).map(|k| f64::from(k) / 100.0).collect();
+        let settings =
+            LombScargle { mean: Mean::Subtracted, normalisation: Normalisation::Density };
+        let lomb = settings.of(&times, &values, &frequencies).unwrap();
+        let welch = Welch::new(4.0, 400).of(&values).unwrap();
+        let powers = [lomb, welch].map(|each| each.band_power(0.15, 0.4, Rule::Sum).unwrap());
+        assert!((powers[0] - 0.5).abs() < 1e-3 && (powers[1] - 0.5).abs() < 1e-3, "{powers:?}");
+    }
+
+    #[test]
+    fn a_constant_has_no_shares() {
+        let settings =
+            LombScargle { mean: Mean::Subtracted, normalisation: Normalisation::Standard };
+        let times = [0.0, 1.0, 2.5, 3.0];
+        assert_eq!(settings.of(&times, &[7.0; 4], &[0.1]), Err(SignalError::Constant));
+        let backwards = settings.of(&[0.0, 2.0, 1.0], &[1.0; 3], &[0.1]);
+        assert_eq!(backwards, Err(SignalError::Order { index: 2 }));
+    }
+
+    proptest! {
+        #[test]
+        fn any_points_give_finite_numbers_or_an_error(
+            mut times in prop::collection::vec(prop::num::f64::ANY, 0..40),
+            values in prop::collection::vec(prop::num::f64::ANY, 40),
+            frequencies in prop::collection::vec(-1e3..1e3, 0..5),
+        ) {
+            times.sort_by(f64::total_cmp);
+            for mean in [Mean::Zero, Mean::Subtracted, Mean::Floating] {
+                for normalisation in [Normalisation::Power, Normalisation::Standard] {
+                    let settings = LombScargle { mean, normalisation };
+                    let spectrum = settings.of(&times, &values[..times.len()], &frequencies);
+                    if let Ok(spectrum) = spectrum {
+                        prop_assert!(spectrum.power.iter().all(|power| power.is_finite()));
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn a_share_is_a_share(
+            values in prop::collection::vec(-1e3..1e3, 5..40),
+            frequency in 0.0..3.0f64,
+        ) {
+            let times: Vec<f64> = (0..values.len()).map(|k| k as f64 + (k % 3) as f64 / 5.0).collect();
+            let settings = LombScargle { mean: Mean::Floating, normalisation: Normalisation::Standard };
+            let share = settings.of(&times, &values, &[frequency]).unwrap().power[0];
+            prop_assert!((-1e-9..=1.0 + 1e-9).contains(&share), "{share}");
+        }
+    }
+}
