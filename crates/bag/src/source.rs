@@ -9,6 +9,7 @@ use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
 use teampulse_core::outlet::Outlet;
+use teampulse_core::pump::CLOCKS;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
@@ -185,7 +186,8 @@ impl<'a> Playback<'a> {
     }
 
     fn selects(&self, stream: &Stream) -> bool {
-        let is_word = matches!(stream.shape, Shape::Status | Shape::Description);
+        let is_word = matches!(stream.shape, Shape::Status | Shape::Description)
+            || (stream.origin == Origin::Derived && stream.name == CLOCKS);
         let is_wanted =
             stream.origin == Origin::Raw || self.source.selection == Selection::RawAndDerived;
         is_wanted && !is_word

@@ -1,8 +1,9 @@
 //! The clocks of a session: one model for each device and computer, shared by its streams.
 
+mod owner;
+mod hindsight;
+
 use std::collections::BTreeMap;
-use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -11,12 +12,16 @@ use teampulse_timefilter::clock::{
     OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
 };
 
-use crate::stream::{About, Shape, Stream, StreamId, Subject};
+use crate::stream::{About, Shape, Stream, StreamId};
+
+pub use hindsight::Hindsight;
+use owner::Owner;
 
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
 
-/// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study.
+/// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study. Of messages the
+/// last word of the topic is the device: `[clocks.imu]` for `/strap/imu`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClockSettings {
@@ -32,26 +37,55 @@ pub struct ClockSettings {
 /// The 95 % uncertainty of a latency that a study gives without one [s].
 const CALIBRATED_SECS: f64 = 0.005;
 
+impl ClockSettings {
+    fn latency(&self) -> Option<Latency> {
+        let uncertainty_secs = self.uncertainty_secs.unwrap_or(CALIBRATED_SECS);
+        Some(Latency::new(self.latency_secs?, uncertainty_secs))
+    }
+}
+
 /// How times come about in a session.
 #[derive(Default)]
 pub struct Clocks {
     settings: BTreeMap<String, ClockSettings>,
-    /// Times are taken as they are stamped.
-    as_stamped: bool,
-    /// The stamps of a whole recording.
-    hindsight: Option<Hindsight>,
-    /// Whether those are known already, or only now collected.
-    knows: bool,
+    way: Way,
     /// By topic, the computer that stamps it.
     computers: BTreeMap<String, String>,
     at_work: Vec<Clock>,
     /// The place of each clock at work.
     places: BTreeMap<Owner, usize>,
     /// The clock of each stream, by its id.
-    of: Vec<Option<usize>>,
+    of: Vec<Option<Placed>>,
     /// By topic, the streams of messages that have a clock.
     messages: BTreeMap<String, Vec<StreamId>>,
 }
+
+/// How times come about.
+#[derive(Default)]
+enum Way {
+    /// They are corrected.
+    #[default]
+    Corrected,
+    /// They are as stamped.
+    Stamped,
+    /// Those of devices are as stamped, by `retime`; what is known of their clocks is modelled.
+    Retimed,
+    /// They are corrected, and the stamps of devices collected.
+    Collecting(Hindsight),
+    /// They are corrected with all stamps of devices known.
+    Known(Hindsight),
+}
+
+/// The clock of a stream.
+#[derive(Clone, Copy)]
+struct Placed {
+    clock: usize,
+    /// What the study says of a stream of messages: how long before its stamp it was measured.
+    latency: Latency,
+}
+
+/// Stamped at once.
+const NO_LATENCY: Latency = Latency::new(0.0, 0.0);
 
 /// One clock at work.
 struct Clock {
@@ -61,33 +95,25 @@ struct Clock {
     off_secs: Option<f64>,
 }
 
-/// Whose clock it is.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Owner {
-    /// This host.
-    Host,
-    /// A device with a clock.
-    Device(Subject, String),
-    /// A device without: one for each of its streams.
-    Counted(StreamId, String),
-    /// A computer that stamps messages.
-    Computer(String),
-}
-
 impl Clocks {
     /// Times are corrected; `settings` by name of the device.
     pub fn new(settings: BTreeMap<String, ClockSettings>) -> Clocks {
         Clocks { settings, ..Clocks::default() }
     }
 
-    /// Times are taken as they are stamped: for views of a recording, and for simulations.
+    /// Times are taken as they are stamped: for simulations, and what is played.
     pub fn as_stamped() -> Clocks {
-        Clocks { as_stamped: true, ..Clocks::default() }
+        Clocks { way: Way::Stamped, ..Clocks::default() }
+    }
+
+    /// Times of devices are taken as `retime` has stamped them.
+    pub fn retimed(settings: BTreeMap<String, ClockSettings>) -> Clocks {
+        Clocks { settings, way: Way::Retimed, ..Clocks::default() }
     }
 
     /// Times are corrected, and their stamps collected, to correct them with hindsight.
     pub fn collecting(settings: BTreeMap<String, ClockSettings>, hindsight: &Hindsight) -> Clocks {
-        Clocks { settings, hindsight: Some(hindsight.clone()), ..Clocks::default() }
+        Clocks { settings, way: Way::Collecting(hindsight.clone()), ..Clocks::default() }
     }
 
     /// Times are corrected with the stamps of the whole recording, which is handed over once more.
@@ -96,26 +122,37 @@ impl Clocks {
         settings: BTreeMap<String, ClockSettings>,
         hindsight: Hindsight,
     ) -> Clocks {
-        Clocks { settings, hindsight: Some(hindsight), knows: true, ..Clocks::default() }
+        Clocks { settings, way: Way::Known(hindsight), ..Clocks::default() }
     }
 
-    /// Whether samples are to be stamped anew.
+    /// Whether waves are to be given their period by the session's clock.
     pub(crate) fn stamps_anew(&self) -> bool {
-        self.knows
+        matches!(self.way, Way::Known(_))
     }
 
     /// The place in time of a reading of a raw stream.
     pub(crate) fn correct(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Corrected {
-        if self.as_stamped {
-            let measured = stamps.source.unwrap_or(stamps.arrival);
-            return Corrected { measured, period_nanos: stamps.period_nanos, disbelieved: false };
+        let stamped = Corrected {
+            measured: stamps.source.unwrap_or(stamps.arrival),
+            period_nanos: stamps.period_nanos,
+            disbelieved: false,
+        };
+        if matches!(self.way, Way::Stamped) {
+            return stamped;
         }
-        let clock = self.clock_of(id, stream, stamps);
+        let Placed { clock, latency } = self.placed(id, stream, stamps);
         let Clock { owner, model, .. } = &mut self.at_work[clock];
-        if let (Some(hindsight), false) = (&self.hindsight, self.knows) {
+        if let Way::Collecting(hindsight) = &self.way {
             hindsight.push(owner, stamps);
         }
-        model.correct(stamps)
+        let corrected = model.correct(stamps);
+        if matches!(self.way, Way::Retimed)
+            && matches!(owner, Owner::Device(..) | Owner::Counted(..))
+        {
+            return stamped;
+        }
+        let latency_nanos = (latency.secs * 1e9) as i64;
+        Corrected { measured: corrected.measured.saturating_sub(latency_nanos), ..corrected }
     }
 
     /// From now on the stamps of the streams of this name are by the clock of this computer.
@@ -153,7 +190,10 @@ impl Clocks {
 
     /// What is known of the clock of a stream; `None` before its first sample.
     pub(crate) fn state(&self, id: StreamId) -> Option<ClockState> {
-        Some(self.clock(id)?.model.state())
+        let Placed { clock, latency } = (*self.of.get(id.0 as usize)?)?;
+        let state = self.at_work[clock].model.state();
+        let uncertainty_secs = state.uncertainty_secs.hypot(latency.uncertainty_secs);
+        Some(ClockState { uncertainty_secs, ..state })
     }
 
     /// What is wrong with the clock of a stream.
@@ -164,26 +204,28 @@ impl Clocks {
     }
 
     fn clock(&self, id: StreamId) -> Option<&Clock> {
-        let clock = (*self.of.get(id.0 as usize)?)?;
-        Some(&self.at_work[clock])
+        let placed = (*self.of.get(id.0 as usize)?)?;
+        Some(&self.at_work[placed.clock])
     }
 
     /// The clock of a stream, chosen at the stream's first reading.
-    fn clock_of(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> usize {
+    fn placed(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Placed {
         let index = id.0 as usize;
-        if let Some(Some(clock)) = self.of.get(index) {
-            return *clock;
+        if let Some(Some(placed)) = self.of.get(index) {
+            return *placed;
         }
         let owner = self.owner_of(id, stream, stamps);
         let clock = self.owned_by(&owner, stream.rate_hz);
         if self.of.len() <= index {
             self.of.resize(index + 1, None);
         }
-        self.of[index] = Some(clock);
+        let mut placed = Placed { clock, latency: NO_LATENCY };
         if matches!(stream.shape, Shape::Message(_)) {
             self.messages.entry(stream.name.clone()).or_default().push(id);
+            placed.latency = self.latency_of(stream);
         }
-        clock
+        self.of[index] = Some(placed);
+        placed
     }
 
     /// Whose clock stamps a stream. Messages of which it was never told who sent them are stamped
@@ -217,14 +259,14 @@ impl Clocks {
 
     /// The model of a clock that is new.
     fn begin(&self, owner: &Owner, rate_hz: f64) -> Box<dyn ClockModel> {
-        match &self.hindsight {
-            Some(hindsight) if self.knows => {
+        match &self.way {
+            Way::Known(hindsight) => {
                 if let Some(smoother) = hindsight.take(owner) {
                     return Box::new(smoother.finish());
                 }
             }
-            Some(hindsight) => hindsight.begin(owner, self.smoother(owner, rate_hz)),
-            None => {}
+            Way::Collecting(hindsight) => hindsight.begin(owner, self.smoother(owner, rate_hz)),
+            Way::Corrected | Way::Stamped | Way::Retimed => {}
         }
         match owner {
             Owner::Host => Box::new(Host::default()),
@@ -247,58 +289,25 @@ impl Clocks {
         }
     }
 
+    /// What the study says of a stream of messages, by the last word of its device or its topic:
+    /// a driver's messages are stamped later than they were measured.
+    fn latency_of(&self, stream: &Stream) -> Latency {
+        let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
+        let told = name.rsplit('/').next().and_then(|word| self.settings.get(word));
+        told.and_then(ClockSettings::latency).unwrap_or(NO_LATENCY)
+    }
+
     /// What is known of the clock of a kind of device: from the study, else from the table.
     fn settings_of(&self, device: &str) -> OneWaySettings {
         let known = KnownDevice::find(device);
         let unknown = || OneWaySettings::new(Latency::BLUETOOTH);
         let mut settings = known.map_or_else(unknown, OneWaySettings::of);
         let Some(told) = self.settings.get(device) else { return settings };
-        if let Some(secs) = told.latency_secs {
-            settings.latency.secs = secs;
-            settings.latency.uncertainty_secs = told.uncertainty_secs.unwrap_or(CALIBRATED_SECS);
-        }
+        settings.latency = told.latency().unwrap_or(settings.latency);
         if let Some(secs) = told.wraps_secs.filter(|secs| *secs > 0.0) {
             settings.wraps_nanos = Some((secs * 1e9) as i64);
         }
         settings
-    }
-}
-
-/// The stamps of a whole recording, by their clock; clones share them.
-#[derive(Clone, Default)]
-pub struct Hindsight(Arc<Mutex<BTreeMap<Owner, Smoother>>>);
-
-impl Hindsight {
-    fn begin(&self, owner: &Owner, smoother: Option<Smoother>) {
-        if let Some(smoother) = smoother {
-            self.lock().entry(owner.clone()).or_insert(smoother);
-        }
-    }
-
-    fn push(&self, owner: &Owner, stamps: &Stamps) {
-        if let Some(smoother) = self.lock().get_mut(owner) {
-            smoother.push(stamps);
-        }
-    }
-
-    fn take(&self, owner: &Owner) -> Option<Smoother> {
-        self.lock().remove(owner)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Owner, Smoother>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl fmt::Display for Owner {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Owner::Host => f.write_str("this host"),
-            Owner::Device(subject, device) if subject.id.is_empty() => f.write_str(device),
-            Owner::Device(subject, device) => write!(f, "{device} of {}", subject.id),
-            Owner::Counted(_, device) => f.write_str(device),
-            Owner::Computer(name) => f.write_str(name),
-        }
     }
 }
 
@@ -314,8 +323,14 @@ pub(crate) const UNKNOWN: ClockState = ClockState {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::stream::Schema;
+    use crate::stream::{Schema, Subject};
+
+    fn clocks_of(clocks: &Clocks) -> Vec<Option<usize>> {
+        clocks.of.iter().map(|placed| placed.map(|placed| placed.clock)).collect()
+    }
 
     const STREAMS: u32 = 100_000;
     const NOW: i64 = 1_700_000_000_000_000_000;
@@ -360,9 +375,9 @@ mod tests {
             clocks.correct(StreamId(number), &messages(number, &schema), &stamps);
         }
         clocks.stamped_by("/robot1/x".into(), "laptop".into());
-        assert_eq!(clocks.of, [Some(0), None]);
+        assert_eq!(clocks_of(&clocks), [Some(0), None]);
         clocks.correct(StreamId(1), &messages(1, &schema), &stamps);
-        assert_eq!(clocks.of, [Some(0), Some(2)]);
+        assert_eq!(clocks_of(&clocks), [Some(0), Some(2)]);
         assert_eq!(clocks.at_work[2].owner, Owner::Computer("laptop".into()));
     }
 }

@@ -15,6 +15,9 @@ const STAMPED_BY: &str = "/teampulse/stamped_by";
 /// The topic on which probes of other computers' clocks are told.
 const PROBES: &str = "/teampulse/clock_probes";
 
+/// The topics of what is told of computers' clocks: too often to be shown to people.
+pub const UNTOLD: [&str; 2] = [STAMPED_BY, PROBES];
+
 /// What is told of another computer's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Told {

@@ -11,7 +11,7 @@ pub mod sample;
 pub mod status;
 pub mod loss;
 pub mod clocks;
-mod computers;
+pub mod computers;
 pub mod source;
 pub mod outlet;
 pub mod feature;

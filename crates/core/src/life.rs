@@ -230,7 +230,7 @@ impl Life {
             return Some(if ahead_secs.is_nan() {
                 format!("{disbelieved} of its stamps can't be believed")
             } else {
-                format!("its stamps are {ahead_secs:+.1} s off")
+                format!("its stamps are {ahead_secs:+.3} s off")
             });
         }
         if let Some(slow) = self.too_slow() {

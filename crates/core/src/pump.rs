@@ -321,9 +321,12 @@ pub fn session_events() -> Stream {
     stream
 }
 
+/// The topic of what happens to clocks; a replay makes it anew.
+pub const CLOCKS: &str = "/teampulse/clocks";
+
 /// The stream of what happens to the clocks of devices and computers.
 fn clock_events() -> Stream {
-    let mut stream = Stream::raw("/teampulse/clocks", Subject::session(), Shape::Event);
+    let mut stream = Stream::raw(CLOCKS, Subject::session(), Shape::Event);
     stream.origin = Origin::Derived;
     stream.signal = Signal::Event;
     stream.qos = vec![Qos::latched(1000)];

@@ -1,23 +1,35 @@
 //! The streams of a session, shared by all who need to look one up.
 
-use std::sync::{Arc, PoisonError, RwLock};
+use std::collections::HashMap;
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 use crate::stream::{Shape, Stream, StreamId};
 
 /// The streams of a session. Ids are given in the order of declaration and never reused, so a
 /// robot that comes back is the same robot.
 #[derive(Clone, Debug, Default)]
-pub struct Streams(Arc<RwLock<Vec<Arc<Stream>>>>);
+pub struct Streams(Arc<RwLock<Known>>);
+
+/// What was declared so far.
+#[derive(Debug, Default)]
+struct Known {
+    streams: Vec<Arc<Stream>>,
+    /// The places of the streams of each name.
+    named: HashMap<String, Vec<usize>>,
+}
 
 impl Streams {
     /// Declares a stream. One of the same name, origin and type keeps its id, and what is newly
     /// known about it replaces what was; another type on the same topic is another stream.
     pub fn declare(&self, stream: Stream) -> Declared {
-        let mut streams = self.0.write().unwrap_or_else(PoisonError::into_inner);
-        let known = streams.iter().position(|known| is_same(known, &stream));
+        let mut declared = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        let Known { streams, named } = &mut *declared;
+        let mut of_name = named.get(&stream.name).into_iter().flatten();
+        let known = of_name.find(|index| is_same(&streams[**index], &stream)).copied();
         let index = known.unwrap_or(streams.len());
         let news = known.is_none_or(|index| *streams[index] != stream);
         if known.is_none() {
+            named.entry(stream.name.clone()).or_default().push(index);
             streams.push(Arc::new(stream));
         } else if news {
             streams[index] = Arc::new(stream);
@@ -28,19 +40,25 @@ impl Streams {
 
     /// The stream of an id that was declared here.
     pub fn get(&self, id: StreamId) -> Arc<Stream> {
-        let streams = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        Arc::clone(&streams[id.0 as usize])
+        Arc::clone(&self.known().streams[id.0 as usize])
     }
 
     /// The first declared stream of a name.
     pub fn find(&self, name: &str) -> Option<(StreamId, Arc<Stream>)> {
-        self.all().into_iter().find(|(_, stream)| stream.name == name)
+        let known = self.known();
+        let index = *known.named.get(name)?.first()?;
+        Some((StreamId(index as u32), Arc::clone(&known.streams[index])))
     }
 
     /// All streams, in the order in which they were declared.
     pub fn all(&self) -> Vec<(StreamId, Arc<Stream>)> {
-        let streams = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        streams.iter().enumerate().map(|(k, each)| (StreamId(k as u32), Arc::clone(each))).collect()
+        let known = self.known();
+        let numbered = known.streams.iter().enumerate();
+        numbered.map(|(k, each)| (StreamId(k as u32), Arc::clone(each))).collect()
+    }
+
+    fn known(&self) -> RwLockReadGuard<'_, Known> {
+        self.0.read().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -80,8 +80,8 @@ impl Track {
             },
         };
         let measured = Time::from_nanos(measured);
-        if clocks.stamps_anew() {
-            stamp(&mut reading, measured, period_nanos);
+        if let (Data::Wave(wave), true) = (&mut reading.data, clocks.stamps_anew()) {
+            wave.period_ns = period_nanos;
         }
         self.position = self.position.saturating_add(u64::from(stamps.count));
         self.last_count = stamps.count;
@@ -173,14 +173,5 @@ impl Track {
             self.neighbours.pop_front();
         }
         false
-    }
-}
-
-/// Stamps a reading anew: from now on it says itself when it was measured.
-fn stamp(reading: &mut Reading, measured: Time, period_nanos: f64) {
-    match &mut reading.data {
-        Data::Wave(wave) => wave.period_ns = period_nanos,
-        Data::Message(_) => reading.source_time = Some(measured),
-        _ => {}
     }
 }

@@ -252,7 +252,7 @@ async fn with_hindsight_a_recording_is_placed_right_from_its_beginning_and_stays
     let (live_secs, retimed_secs) = (spread(&run), spread(&retimed));
     assert!(retimed_secs < 0.006 && retimed_secs < live_secs, "{live_secs}, {retimed_secs} s");
 
-    let viewed = keep_with(Clocks::as_stamped(), Recording(retimed.clone()), 0).await;
+    let viewed = keep_with(Clocks::retimed(BTreeMap::new()), Recording(retimed.clone()), 0).await;
     let times = |records: &[Record]| -> Vec<(Time, f64)> {
         let waves = records.iter().filter(|record| record.stream.shape == Shape::Wave);
         waves.map(|record| (record.sample.measured, record.sample.period_ns)).collect()

@@ -1,6 +1,6 @@
 //! One table of many streams at common times.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,11 @@ use crate::csv::{exact_secs, number, quoted};
 const PATIENCE: Duration = Duration::from_secs(1);
 /// How much later than others of its stream a sample may come and still find its place [ns].
 const LATENESS_NANOS: i64 = 100_000_000;
+/// How long rows wait for a silent stream at least, and at most [ns].
+const LEAST_IDLE_NANOS: i64 = 2_000_000_000;
+const MOST_IDLE_NANOS: i64 = 600_000_000_000;
+/// For how long uncertainties are kept that no row has asked for yet [s].
+const LONGEST_WAIT_SECS: usize = 700;
 /// How many samples of a stream are kept while rows wait for another: 16 s at 1 kHz.
 const CAPACITY: usize = 16_384;
 /// The most numbers that are kept of one stream, however wide it is.
@@ -61,6 +66,7 @@ impl Aligned {
             let settings = SourceSettings {
                 channels,
                 lateness_nanos: LATENESS_NANOS,
+                idle_nanos: idle_nanos(policy),
                 capacity: CAPACITY.min(KEPT_NUMBERS / channels.max(1)),
                 ..SourceSettings::new(policy)
             };
@@ -116,8 +122,8 @@ struct Desk {
 struct Table {
     file: BufWriter<File>,
     failed: Option<io::Error>,
-    /// Of the times of each stream, as last told [s].
-    uncertainties_secs: Vec<f64>,
+    /// Of the times of each stream, as they were told.
+    uncertainties: Vec<Told>,
 }
 
 impl Desk {
@@ -128,13 +134,13 @@ impl Desk {
         let mut file = BufWriter::new(File::create(&sink.path)?);
         let columns = sink.members.iter().flat_map(|member| columns(&member.stream));
         writeln!(file, "time_secs,{}", columns.collect::<Vec<_>>().join(","))?;
-        let uncertainties_secs = vec![f64::NAN; sink.members.len()];
+        let uncertainties = sink.members.iter().map(|_| Told::default()).collect();
         Ok(Desk {
             members: sink.members,
             places: BTreeMap::new(),
             aligner: sink.aligner,
             ticks: Ticks::every(TICK.as_nanos() as i64),
-            table: Table { file, failed: None, uncertainties_secs },
+            table: Table { file, failed: None, uncertainties },
         })
     }
 
@@ -147,7 +153,7 @@ impl Desk {
         if let Data::Status(status) = &record.sample.data {
             let named = self.members.iter().position(|each| each.stream.name == status.name);
             if let Some(place) = named {
-                self.table.uncertainties_secs[place] = SIGMAS_95 * status.sigma_secs;
+                self.table.uncertainties[place].take(now, SIGMAS_95 * status.sigma_secs);
             }
         } else if let Some(place) = self.place(record)
             && record.sample.turn != Turn::Duplicate
@@ -187,14 +193,18 @@ impl Desk {
             let counts = self.aligner.counts(member.source).unwrap_or_default();
             if counts.late + counts.ahead + counts.crowded > 0 {
                 tracing::warn!(
-                    "{}: rows went without {} late, {} untimely and {} crowded out of {} samples",
+                    "{}: of {} samples, {} came too late for their row, {} are stamped after \
+                     their arrival, {} had no room while rows waited",
                     member.stream.name,
+                    counts.received,
                     counts.late,
                     counts.ahead,
-                    counts.crowded,
-                    counts.received
+                    counts.crowded
                 );
             }
+        }
+        if self.aligner.skipped() > 0 {
+            tracing::warn!("{} rows are left out where no stream delivers", self.aligner.skipped());
         }
         let table = &mut self.table;
         self.aligner.finish(|output| table.take(output));
@@ -215,8 +225,9 @@ impl Table {
     fn write(&mut self, row: &Row<'_>) -> io::Result<()> {
         write!(self.file, "{}", exact_secs(Time::from_nanos(row.at)))?;
         for (place, (_, cell)) in row.cells().enumerate() {
-            let uncertainty_secs = self.uncertainties_secs.get(place).copied();
-            self.write_cell(&cell, uncertainty_secs.unwrap_or(f64::NAN))?;
+            let told = self.uncertainties.get_mut(place);
+            let uncertainty_secs = told.map_or(f64::NAN, |told| told.at(row.at));
+            self.write_cell(&cell, uncertainty_secs)?;
         }
         writeln!(self.file)
     }
@@ -227,9 +238,44 @@ impl Table {
         }
         let age_secs =
             if cell.age_nanos == i64::MAX { f64::NAN } else { cell.age_nanos as f64 / 1e9 };
+        let is_there = cell.values.iter().any(|value| !value.is_nan());
+        let uncertainty_secs = if is_there { uncertainty_secs } else { f64::NAN };
         let (age, uncertainty) = (number(age_secs), number(uncertainty_secs));
         write!(self.file, ",{age},{},{uncertainty}", cell.validity.word())
     }
+}
+
+/// The uncertainties of a stream's times, as they were told second by second.
+#[derive(Default)]
+struct Told(VecDeque<(i64, f64)>);
+
+impl Told {
+    fn take(&mut self, at: i64, uncertainty_secs: f64) {
+        if self.0.len() == LONGEST_WAIT_SECS {
+            self.0.pop_front();
+        }
+        self.0.push_back((at, uncertainty_secs));
+    }
+
+    /// What was told last until a time, whatever was told since; before the first, that [s].
+    fn at(&mut self, at: i64) -> f64 {
+        while self.0.get(1).is_some_and(|(told, _)| *told <= at) {
+            self.0.pop_front();
+        }
+        self.0.front().map_or(f64::NAN, |(_, uncertainty_secs)| *uncertainty_secs)
+    }
+}
+
+/// How long rows wait for a stream that is silent, so that its policy can look as far as it asks.
+fn idle_nanos(policy: Policy) -> i64 {
+    let reach_nanos = match policy {
+        Policy::Exact => 0,
+        Policy::Nearest { tolerance_nanos: nanos }
+        | Policy::Hold { max_age_nanos: nanos }
+        | Policy::Linear { max_gap_nanos: nanos }
+        | Policy::Window { length_nanos: nanos, .. } => nanos,
+    };
+    reach_nanos.clamp(LEAST_IDLE_NANOS, MOST_IDLE_NANOS)
 }
 
 /// What a stream's columns are called.

@@ -8,7 +8,7 @@ use teampulse_bag::{Bag, BagSource, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
-use teampulse_core::stream::{About, Shape, Stream};
+use teampulse_core::stream::{About, Origin, Shape, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_messages::definition::Definition;
@@ -27,6 +27,16 @@ use crate::stop::Stop;
 
 /// Hands a bag's contents out as tables: one file for each stream, or one of many streams at common
 /// times.
+///
+/// In the table at common times each stream has its numbers and three columns more: the age of the
+/// newest sample that they come from (negative when that was measured after the row's time, as
+/// between two samples), what they are worth, and half the width of the interval that holds their
+/// true time with a probability of 95 %.
+///
+/// They are `fresh` (as the policy asks for), `held` (the last value, not too old), `stale` (the
+/// last value, too old or of a silent stream), `gap` (samples too far apart), `missing` (no sample
+/// yet, or none near), or `late` (it came after its row). Without --policy it is linear:1s. Rows
+/// wait for a silent stream as long as its policy reaches back, two seconds at least.
 #[derive(Debug, Args)]
 pub struct Export {
     /// The bag's folder, or one of its .mcap files
@@ -38,18 +48,18 @@ pub struct Export {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One table of all streams instead, so many rows a second
-    #[arg(long, value_name = "HZ", value_parser = rate, conflicts_with = "pivot")]
+    #[arg(long, value_name = "HZ", value_parser = rate, group = "times")]
     grid: Option<f64>,
     /// One table of all streams instead, a row for each sample of this one
-    #[arg(long, value_name = "STREAM")]
+    #[arg(long, value_name = "STREAM", group = "times")]
     pivot: Option<String>,
     /// How values at a row's time are made: exact, nearest:TIME, hold:TIME, linear:TIME (the most
     /// between two samples), or mean, min, max, last or count over the time before the row; for
     /// all streams, or for some as in `/robot*/odom=hold:2s`
-    #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule)]
+    #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule, requires = "times")]
     policy: Vec<Rule>,
     /// Which streams stand in that table; without it all that have numbers
-    #[arg(long, value_name = "STREAM", value_parser = Pattern::parse)]
+    #[arg(long, value_name = "STREAM", value_parser = Pattern::parse, requires = "times")]
     stream: Vec<Pattern>,
 }
 
@@ -134,6 +144,7 @@ impl Export {
             return Err(Failure::new("the bag has no such streams with numbers")
                 .hint("`teampulse info` lists its streams"));
         }
+        self.each_rule_names_some(&streams)?;
         let streams = streams.into_iter().map(|stream| {
             let policy = self.policy_of(&stream);
             (stream, policy)
@@ -144,10 +155,25 @@ impl Export {
         ))
     }
 
+    /// A rule that names no stream is a mistake.
+    fn each_rule_names_some(&self, streams: &[Stream]) -> Result<(), Failure> {
+        let named = self.policy.iter().filter_map(|rule| rule.streams.as_ref());
+        let idle = |pattern: &&Pattern| !streams.iter().any(|each| pattern.matches(&each.name));
+        match named.clone().find(idle) {
+            None => Ok(()),
+            Some(pattern) => {
+                let message =
+                    format!("a policy names {}: no such stream has numbers", pattern.text());
+                Err(Failure::new(message).hint("`teampulse info` lists the streams of a bag"))
+            }
+        }
+    }
+
     fn wants(&self, stream: &Stream) -> bool {
         let is_pivot = self.pivot.as_ref() == Some(&stream.name);
         let named = self.stream.iter().any(|pattern| pattern.matches(&stream.name));
-        is_pivot || named || (self.stream.is_empty() && stream.about != About::Session)
+        let is_own = stream.about == About::Session && stream.origin == Origin::Derived;
+        is_pivot || named || (self.stream.is_empty() && !is_own)
     }
 
     /// The last rule that names the stream, else the last for all.
@@ -176,11 +202,11 @@ fn with_numbers(stream: &Stream) -> Option<Stream> {
     (shaped && !stream.channels.is_empty()).then_some(stream)
 }
 
-/// Reads a rate of 1e-4 to 1e6 Hz.
+/// Reads a rate of 1e-4 to 1e5 Hz.
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(hz) if (1e-4..=1e6).contains(&hz) => Ok(hz),
-        _ => Err(format!("`{text}` is not a rate: expected 0.0001 to 1000000 rows a second")),
+        Ok(hz) if (1e-4..=1e5).contains(&hz) => Ok(hz),
+        _ => Err(format!("`{text}` is not a rate: expected 0.0001 to 100000 rows a second")),
     }
 }
 

@@ -85,10 +85,12 @@ fn retimed(bag: &Bag) -> BTreeMap<String, String> {
 /// How the samples of a bag get their place in time: with the clocks of a study, or as they are
 /// stamped where `retime` has done that for good.
 pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
+    let settings = study.map(|study| study.general.clocks.clone()).unwrap_or_default();
     if bag.notes().contains_key(RETIMED) {
-        return Clocks::as_stamped();
+        Clocks::retimed(settings)
+    } else {
+        Clocks::new(settings)
     }
-    Clocks::new(study.map(|study| study.general.clocks.clone()).unwrap_or_default())
 }
 
 /// The study that is kept in a bag.

@@ -22,9 +22,9 @@ use crate::study::Study;
 
 /// Writes a new bag with better times: of every device clock, what came later is known too.
 ///
-/// Samples of devices are stamped anew, from the whole course of their clock; messages of robots
-/// keep their content, and are indexed by their corrected time. What is derived is computed again
-/// from these times.
+/// Samples of devices are stamped anew, from the whole course of their clock. Messages of robots
+/// stay as they are, and their computers' clocks are corrected as they come. What is derived is
+/// computed again from these times.
 #[derive(Debug, Args)]
 pub struct Retime {
     /// The bag's folder, or one of its .mcap files
@@ -74,6 +74,9 @@ impl Retime {
         let collected = conclude(first.run(Stop::default().asked(Clock::host(), None)).await);
         if collected != Exit::Fine {
             return Ok(collected);
+        }
+        if hindsight.is_empty() {
+            eprintln!("warning: no device with a clock is in the bag: its times stay as they are");
         }
 
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);

@@ -1,14 +1,16 @@
 //! Events, as they are told to people.
 
+use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
-use teampulse_core::pump::END;
+use teampulse_core::pump::{CLOCKS, END};
 use teampulse_core::stream::{Origin, Stream};
 
 /// What is told of an event; `None` for what happens too often, or is told elsewhere.
 pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
     let is_counted = stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat;
-    (!is_note && !is_counted).then(|| sentence(stream, event))
+    let is_input = UNTOLD.contains(&stream.name.as_str());
+    (!is_note && !is_counted && !is_input).then(|| sentence(stream, event))
 }
 
 fn sentence(stream: &Stream, event: &Event) -> String {
@@ -17,6 +19,7 @@ fn sentence(stream: &Stream, event: &Event) -> String {
         EventKind::Fault if is_silence(stream, *value) => format!("fault: {label} for {value} s"),
         EventKind::Fault => format!("fault: {label}"),
         EventKind::Clock if label == END => "session ended".into(),
+        EventKind::Clock if stream.name == CLOCKS => format!("clock: {label}"),
         EventKind::Clock if value.is_finite() => format!("{label} of {value:+.3} s"),
         EventKind::Clock => format!("clock: {label}"),
         EventKind::Report if value.is_finite() => format!("report: {label} {value}"),
@@ -76,7 +79,16 @@ mod tests {
     }
 
     #[test]
+    fn what_a_clock_does_is_told_in_its_own_words() {
+        let told = told_of(CLOCKS, Origin::Derived, EventKind::Clock, "laptop2 is +1.5 s off", 1.5);
+        assert_eq!(told, "clock: laptop2 is +1.5 s off");
+    }
+
+    #[test]
     fn what_happens_all_the_time_is_not_told() {
+        for input in UNTOLD {
+            assert_eq!(told_of(input, Origin::Raw, EventKind::Clock, "laptop2", 0.1), "");
+        }
         let beat = told_of("/p/ecg/beats", Origin::Derived, EventKind::Beat, "beat", f64::NAN);
         assert_eq!(beat, "");
     }

@@ -1,0 +1,30 @@
+//! Whose clock it is.
+
+use std::fmt;
+
+use crate::stream::{StreamId, Subject};
+
+/// Whose clock it is.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Owner {
+    /// This host.
+    Host,
+    /// A device with a clock.
+    Device(Subject, String),
+    /// A device without: one for each of its streams.
+    Counted(StreamId, String),
+    /// A computer that stamps messages.
+    Computer(String),
+}
+
+impl fmt::Display for Owner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Owner::Host => f.write_str("this host"),
+            Owner::Device(subject, device) if subject.id.is_empty() => f.write_str(device),
+            Owner::Device(subject, device) => write!(f, "{device} of {}", subject.id),
+            Owner::Counted(_, device) => f.write_str(device),
+            Owner::Computer(name) => f.write_str(name),
+        }
+    }
+}
