@@ -16,3 +16,5 @@ pub mod filter;
 pub mod spectrum;
 pub mod cubic;
 pub mod statistics;
+pub mod intervals;
+pub mod hrv;

@@ -1,0 +1,16 @@
+/// A feature by name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measure {
+    /// As NeuroKit2 spells it.
+    pub name: &'static str,
+    /// Its unit; `1` for none.
+    pub unit: &'static str,
+    /// NaN where there is none.
+    pub value: f64,
+}
+
+impl Measure {
+    pub(super) fn all<const N: usize>(of: [(&'static str, &'static str, f64); N]) -> Vec<Measure> {
+        of.into_iter().map(|(name, unit, value)| Measure { name, unit, value }).collect()
+    }
+}

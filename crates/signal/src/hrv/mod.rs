@@ -1,0 +1,24 @@
+//! Heart rate variability: features of the intervals between normal beats [ms].
+//!
+//! Give them corrected (see [`intervals`](crate::intervals)). An interval that is missing is NaN and
+//! keeps its place: nothing is computed across it. Names are those of NeuroKit2 where it has the
+//! feature; where its definition is not the textbook's, the textbook's is meant, and said.
+
+mod measure;
+mod series;
+mod time;
+mod geometric;
+mod poincare;
+mod asymmetry;
+mod fragmentation;
+mod entropy;
+mod dfa;
+
+pub use asymmetry::{Asymmetry, asymmetry};
+pub use dfa::{ALPHA1_BEATS, ALPHA2_BEATS, DetrendedFluctuation, detrended_fluctuation, dfa_alpha};
+pub use entropy::{Entropies, approximate_entropy, entropies, sample_entropy};
+pub use fragmentation::{Fragmentation, fragmentation};
+pub use geometric::{BIN_MS, Geometric, geometric};
+pub use measure::Measure;
+pub use poincare::{Poincare, poincare};
+pub use time::{TimeDomain, time_domain};

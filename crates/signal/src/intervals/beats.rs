@@ -1,0 +1,131 @@
+/// Times of heart beats, and which of them a person has decided on.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Beats {
+    times_secs: Vec<f64>,
+    decided: Vec<bool>,
+}
+
+/// What a person says about a beat. Edits are kept beside the detected beats, never instead of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Edit {
+    /// There is a beat that was not detected.
+    Add {
+        /// When [s].
+        at_secs: f64,
+    },
+    /// The detected beat nearest to a time is none.
+    Remove {
+        /// When [s].
+        at_secs: f64,
+    },
+    /// The detected beat nearest to a time was at another.
+    Move {
+        /// When it was detected [s].
+        from_secs: f64,
+        /// When it was [s].
+        to_secs: f64,
+    },
+    /// The detected beat nearest to a time is right, however odd it looks.
+    Keep {
+        /// When [s].
+        at_secs: f64,
+    },
+}
+
+impl Beats {
+    /// Beats as detected; times that are not finite are left out, the rest put in order.
+    pub fn detected(times_secs: &[f64]) -> Beats {
+        let mut times_secs: Vec<f64> =
+            times_secs.iter().copied().filter(|each| each.is_finite()).collect();
+        times_secs.sort_by(f64::total_cmp);
+        times_secs.dedup();
+        Beats { decided: vec![false; times_secs.len()], times_secs }
+    }
+
+    /// The same beats with a person's edits over them, one after the other.
+    ///
+    /// A beat is meant when it lies within `within_secs` [s] of the time named. Also tells which edits
+    /// (by place) mean no beat, or no time, and were left out.
+    ///
+    /// ```
+    /// use teampulse_signal::intervals::{Beats, Edit};
+    /// let detected = Beats::detected(&[0.0, 0.8, 1.1, 1.6]);
+    /// let (beats, left_out) = detected.edited(&[Edit::Remove { at_secs: 1.1 }], 0.05);
+    /// assert_eq!(beats.times_secs(), [0.0, 0.8, 1.6]);
+    /// assert!(left_out.is_empty());
+    /// ```
+    #[must_use]
+    pub fn edited(&self, edits: &[Edit], within_secs: f64) -> (Beats, Vec<usize>) {
+        let mut beats = self.clone();
+        let fits = |&(_, edit): &(usize, &Edit)| !beats.edit(*edit, within_secs);
+        let left_out = edits.iter().enumerate().filter(fits).map(|(place, _)| place).collect();
+        (beats, left_out)
+    }
+
+    /// The beats with whether a person decided on each, which nobody else has to put in order.
+    pub(super) fn ordered(beats: impl Iterator<Item = (f64, bool)>) -> Beats {
+        let (times_secs, decided) = beats.unzip();
+        Beats { times_secs, decided }
+    }
+
+    /// Times [s], finite and ascending.
+    pub fn times_secs(&self) -> &[f64] {
+        &self.times_secs
+    }
+
+    /// Of each beat, whether a person added, moved or confirmed it: then no correction touches it.
+    pub fn decided(&self) -> &[bool] {
+        &self.decided
+    }
+
+    /// Intervals between successive beats [ms].
+    pub fn intervals_ms(&self) -> Vec<f64> {
+        self.times_secs.windows(2).map(|pair| (pair[1] - pair[0]) * 1000.0).collect()
+    }
+
+    /// Whether the edit could be done.
+    fn edit(&mut self, edit: Edit, within_secs: f64) -> bool {
+        match edit {
+            Edit::Add { at_secs } => at_secs.is_finite() && self.add(at_secs),
+            Edit::Remove { at_secs } => {
+                self.nearest(at_secs, within_secs).is_some_and(|index| self.remove(index))
+            }
+            Edit::Keep { at_secs } => {
+                self.nearest(at_secs, within_secs).is_some_and(|index| self.keep(index))
+            }
+            Edit::Move { from_secs, to_secs } => {
+                let found = self.nearest(from_secs, within_secs).filter(|_| to_secs.is_finite());
+                found.is_some_and(|index| self.remove(index) && self.add(to_secs))
+            }
+        }
+    }
+
+    fn nearest(&self, at_secs: f64, within_secs: f64) -> Option<usize> {
+        let after = self.times_secs.partition_point(|&each| each < at_secs);
+        let around = after.saturating_sub(1)..(after + 1).min(self.times_secs.len());
+        let distance = |index: usize| (self.times_secs[index] - at_secs).abs();
+        let nearest = around.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
+        (distance(nearest) <= within_secs).then_some(nearest)
+    }
+
+    fn add(&mut self, at_secs: f64) -> bool {
+        let index = self.times_secs.partition_point(|&each| each < at_secs);
+        if self.times_secs.get(index).is_some_and(|&each| each <= at_secs) {
+            return self.keep(index);
+        }
+        self.times_secs.insert(index, at_secs);
+        self.decided.insert(index, true);
+        true
+    }
+
+    fn remove(&mut self, index: usize) -> bool {
+        self.times_secs.remove(index);
+        self.decided.remove(index);
+        true
+    }
+
+    fn keep(&mut self, index: usize) -> bool {
+        self.decided[index] = true;
+        true
+    }
+}

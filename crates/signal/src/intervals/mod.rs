@@ -1,0 +1,21 @@
+//! Intervals between heart beats: which of them are wrong, and what they should have been.
+//!
+//! Times of beats are in seconds, ascending; an interval belongs to the beat that ends it. First what a
+//! person said about single beats ([`Beats::edited`]), then the [`Correction`] of Lipponen and
+//! Tarvainen, which leaves alone what a person decided, then the [`gate`](gated_ms) against what no
+//! heart does. What was done is counted and told; above [`MOST_PERCENT`] the rest is not to be trusted.
+
+mod beats;
+mod artefacts;
+mod rolling;
+mod correction;
+mod range;
+
+pub use artefacts::{Artefact, Artefacts, Kind};
+pub use beats::{Beats, Edit};
+pub use correction::{Corrected, Correction, Passes};
+pub use range::{PLAUSIBLE_MS, gated_ms};
+
+/// A series with more beats corrected than this share [%] is to be looked at by a person. Task Force
+/// (1996), doi:10.1161/01.CIR.93.5.1043, asks for editing; the usual limit is 5 %.
+pub const MOST_PERCENT: f64 = 5.0;

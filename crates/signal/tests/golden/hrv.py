@@ -1,0 +1,58 @@
+"""Prints the golden values of ../hrv.rs and ../intervals.rs.
+
+python 3.11 with neurokit2 0.2.13, scipy 1.17.1, numpy 2.4.6
+"""
+import warnings
+import neurokit2 as nk, numpy as np
+
+warnings.filterwarnings("ignore")
+
+
+def intervals(count):
+    """The same in the tests: two waves and noise from a linear congruential generator, in whole ms."""
+    state, rr = 1, []
+    for k in range(count):
+        state = (state * 1664525 + 1013904223) % 2**32
+        noise = (state >> 8) / 2**23 - 1
+        rr.append(round(850 + 40 * np.sin(0.55 * k) + 25 * np.sin(0.09 * k) + 30 * noise))
+    return np.array(rr, float)
+
+
+def show(name, *values):
+    print(name, " ".join(repr(float(v)) for v in values))
+
+
+rr = intervals(350)
+d = np.diff(rr)
+show("sum", rr.sum())
+show("formulas", rr.mean(), np.median(rr), rr.std(ddof=1), np.sqrt(np.mean(d**2)), d.std(ddof=1), (abs(d) > 50).sum(),
+     100 * (abs(d) > 50).mean(), 100 * (abs(d) > 20).mean(), (60000 / rr).mean(), (60000 / rr).std(ddof=1), 60000 / rr.mean())
+show("poincare", np.sqrt(np.var(d, ddof=1) / 2), np.sqrt(2 * np.var(rr, ddof=1) - np.var(d, ddof=1) / 2))
+peaks = np.concatenate([[0], np.cumsum(rr)]).astype(int)
+out = {**nk.hrv_time(peaks, 1000).iloc[0], **nk.hrv_nonlinear(peaks, 1000).iloc[0]}
+for name in ("CVNN CVSD SDRMSSD MadNN MCVNN IQRNN Prc20NN Prc80NN MinNN MaxNN HTI TINN PIP IALS PSS PAS GI SI AI PI "
+             "C1d C1a C2d C2a Cd Ca ApEn SampEn DFA_alpha1 DFA_alpha2").split():
+    show("HRV_" + name, out["HRV_" + name])
+for low, high in ((4, 16), (16, 64), (4, 11)):
+    show(f"dfa {low} {high}", nk.fractal_dfa(rr, scale=np.arange(low, high + 1))[0])
+gap = rr.copy()
+gap[[50, 51, 200]] = np.nan
+e = np.diff(gap)
+e = e[np.isfinite(e)]
+g = gap[np.isfinite(gap)]
+show("gap", np.nanmean(gap), np.nanstd(gap, ddof=1), np.sqrt(np.mean(e**2)), e.std(ddof=1))
+
+clean = peaks.copy()
+times = list(clean)
+times[200] -= 190                      # an ectopic beat
+times[300] += 170                      # another, late
+times.insert(120, (times[119] + times[120]) // 2 + 40)  # an extra beat
+del times[60]                          # a missed one
+times = np.array(times[:240] + [t + 650 for t in times[240:]])  # a long interval
+for iterative in (False, True):
+    info, fixed = nk.signal_fixpeaks(times, 1000, iterative=iterative, method="kubios")
+    for kind in ("ectopic", "missed", "extra", "longshort"):
+        print("kubios", iterative, kind, [int(k) for k in info[kind]])
+info, fixed = nk.signal_fixpeaks(clean, 1000, iterative=False, method="kubios")
+print("normal", [(k, [int(i) for i in info[k]]) for k in ("ectopic", "missed", "extra", "longshort")])
+print("normal fixed", fixed[263:268], np.flatnonzero(fixed != clean))
