@@ -83,6 +83,22 @@ def test_a_source_that_dies_for_five_minutes_stops_no_row(stage, figure):
     assert back <= SILENT_UNTIL_SECS + 1
 
 
+def test_a_slow_stream_is_waited_for_as_long_as_its_policy_looks_back(stage):
+    kind, path = Temperature.__msgtype__, stage.folder / "bag"
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {
+            name: writer.add_connection(name, kind, typestore=store) for name in ["/fast", "/slow"]
+        }
+        for k in range(1200):
+            at = BEGIN_NS + k * 10**8
+            for topic in ["/fast"] + (["/slow"] if k % 100 == 0 else []):
+                writer.write(topics[topic], at, store.serialize_cdr(temperature(at, k / 10), kind))
+    for policy, values in [("hold:60s", {"held", "fresh"}), ("linear:60s", {"fresh"})]:
+        table = rows(aligned(stage, path, "--grid", 1, "--policy", policy))
+        seen = {row["/slow:validity"] for row in table[1:110]}
+        assert seen <= values, f"{policy}: {seen}"
+
+
 def test_a_table_is_the_same_from_a_run_and_from_its_replay(demo_bag, stage):
     original = aligned(stage, demo_bag, "--grid", 64, "--stream", "/robot*/**")
     answer = stage.ask("replay", demo_bag, "--out", stage.folder / "replay")

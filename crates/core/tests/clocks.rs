@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
-use teampulse_core::clocks::{Clocks, Hindsight};
+use teampulse_core::clocks::{ClockSettings, Clocks, Hindsight};
 use teampulse_core::data::{Data, Event, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::sample::Record;
@@ -258,4 +258,23 @@ async fn with_hindsight_a_recording_is_placed_right_from_its_beginning_and_stays
         waves.map(|record| (record.sample.measured, record.sample.period_ns)).collect()
     };
     assert!(times(&viewed) == times(&retimed), "what is stamped anew is not corrected again");
+}
+
+#[tokio::test]
+async fn a_latency_that_the_study_gives_is_taken_off_a_drivers_messages() {
+    let latency = ClockSettings { latency_secs: Some(0.08), ..ClockSettings::default() };
+    let clocks = Clocks::new([("imu".to_owned(), latency)].into());
+    let mut readings = robot("/r1/imu", 20, 0.0);
+    readings.extend(robot("/r1/odom", 20, 0.0));
+    let records = keep_with(clocks, Script { readings, stamped_by: vec![] }, 0).await;
+    let before_stamp_nanos = |name: &str| -> Vec<i64> {
+        let of_name = records.iter().filter(|record| record.stream.name == name);
+        let sample = of_name.map(|record| &record.sample);
+        sample.filter_map(|it| Some(it.source_time?.nanos_since(it.measured))).collect()
+    };
+    assert!(before_stamp_nanos("/r1/imu").iter().all(|nanos| *nanos == 80_000_000));
+    assert!(before_stamp_nanos("/r1/odom").iter().all(|nanos| *nanos == 0));
+    assert!(
+        last_status(&records, "/r1/imu").sigma_secs > last_status(&records, "/r1/odom").sigma_secs
+    );
 }
