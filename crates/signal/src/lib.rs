@@ -15,6 +15,8 @@ pub mod gaps;
 pub mod filter;
 pub mod spectrum;
 pub mod cubic;
+pub mod peaks;
+pub mod sliding;
 pub mod statistics;
 pub mod intervals;
 pub mod hrv;

@@ -1,0 +1,148 @@
+//! Peaks of a signal.
+//!
+//! ```
+//! use teampulse_signal::peaks::{Rules, find_peaks};
+//!
+//! let signal = [0.0, 3.0, 1.0, 1.5, 0.5, 2.0, 2.0, 2.0, 0.0];
+//! let peaks = find_peaks(&signal, &Rules { prominence: 1.0..=f64::INFINITY, ..Rules::default() });
+//! let indices: Vec<usize> = peaks.iter().map(|peak| peak.index).collect();
+//! assert_eq!(indices, [1, 6]);
+//! assert_eq!(peaks[1].prominence, 1.5);
+//! ```
+
+mod maxima;
+mod distance;
+mod prominence;
+mod width;
+
+use std::ops::RangeInclusive;
+
+/// Which local maxima count as peaks; all of them by default.
+///
+/// Bounds are inclusive, as SciPy's; a maximum of which the number is not finite fails.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rules {
+    /// Value at the peak.
+    pub height: RangeInclusive<f64>,
+    /// Fewest samples from one peak to the next; of two that are closer the lower one goes.
+    pub distance: usize,
+    /// Height above the higher of the two valleys that part it from higher ground.
+    pub prominence: RangeInclusive<f64>,
+    /// Width [samples] at [`relative_height`](Rules::relative_height).
+    pub width: RangeInclusive<f64>,
+    /// At which share of the prominence below the peak its width is measured [0..1]: half, usually.
+    pub relative_height: f64,
+}
+
+/// A peak, in the terms of SciPy's `find_peaks`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// Where it stands; in the middle of a plateau, rounded down.
+    pub index: usize,
+    /// The value there.
+    pub height: f64,
+    /// Height above the higher of its two bases.
+    pub prominence: f64,
+    /// Lowest sample between it and higher ground to the left, or the beginning.
+    pub left_base: usize,
+    /// Lowest sample between it and higher ground to the right, or the end.
+    pub right_base: usize,
+    /// Width at the relative height [samples].
+    pub width: f64,
+    /// Where the signal crosses that height on the left, between two samples.
+    pub left_crossing: f64,
+    /// Where the signal crosses that height on the right, between two samples.
+    pub right_crossing: f64,
+}
+
+impl Default for Rules {
+    fn default() -> Rules {
+        let any = f64::NEG_INFINITY..=f64::INFINITY;
+        let (height, prominence) = (any.clone(), any.clone());
+        Rules { height, distance: 1, prominence, width: any, relative_height: 0.5 }
+    }
+}
+
+/// The local maxima of `signal` that keep the `rules`, in order.
+///
+/// `scipy.signal.find_peaks`: height is judged first, then distance, then prominence, then width; of
+/// two peaks of one height that are too close, the later one stays. A maximum is higher than both
+/// neighbours; the first and the last sample are none, nor is a neighbour of a NaN, which parts the
+/// signal like higher ground. Not causal: a prominence looks at the whole signal.
+pub fn find_peaks(signal: &[f64], rules: &Rules) -> Vec<Peak> {
+    let mut indices = maxima::local_maxima(signal);
+    indices.retain(|&index| rules.height.contains(&signal[index]));
+    distance::keep_apart(signal, &mut indices, rules.distance);
+    let mut peaks = prominence::measured(signal, &indices);
+    peaks.retain(|peak| rules.prominence.contains(&peak.prominence));
+    for peak in &mut peaks {
+        width::measure(signal, peak, rules.relative_height);
+    }
+    peaks.retain(|peak| rules.width.contains(&peak.width));
+    peaks
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn indices(signal: &[f64], rules: &Rules) -> Vec<usize> {
+        find_peaks(signal, rules).iter().map(|peak| peak.index).collect()
+    }
+
+    #[test]
+    fn ends_flats_and_slopes_are_no_peaks() {
+        for signal in [&[][..], &[1.0], &[1.0; 9], &[0.0, 1.0, 2.0], &[0.0, 2.0, 2.0]] {
+            assert_eq!(indices(signal, &Rules::default()), []);
+        }
+        assert_eq!(indices(&[0.0, 2.0, 2.0, 1.0], &Rules::default()), [1]);
+    }
+
+    #[test]
+    fn a_gap_parts_the_signal() {
+        let signal = [0.0, 5.0, 1.0, f64::NAN, 0.0, 2.0, -1.0];
+        let peaks = find_peaks(&signal, &Rules::default());
+        assert_eq!(peaks.iter().map(|peak| peak.index).collect::<Vec<_>>(), [1, 5]);
+        assert_eq!((peaks[0].prominence, peaks[1].prominence), (4.0, 2.0));
+    }
+
+    #[test]
+    fn of_two_that_are_close_the_higher_one_stays() {
+        let rules = Rules { distance: 3, ..Rules::default() };
+        assert_eq!(indices(&[0.0, 3.0, 0.0, 2.0, 0.0], &rules), [1]);
+        assert_eq!(indices(&[0.0, 3.0, 0.0, 0.0, 2.0, 0.0], &rules), [1, 4]);
+    }
+
+    /// The definition, walked out from one peak.
+    fn prominence(signal: &[f64], peak: usize) -> f64 {
+        let until_higher = |side: &mut dyn Iterator<Item = usize>| {
+            let lower = side.map(|k| signal[k]).take_while(|height| *height <= signal[peak]);
+            lower.fold(signal[peak], f64::min)
+        };
+        let left = until_higher(&mut (0..peak).rev());
+        signal[peak] - left.max(until_higher(&mut (peak..signal.len())))
+    }
+
+    proptest! {
+        #[test]
+        fn prominences_keep_their_definition(
+            signal in prop::collection::vec((0..9i32).prop_map(f64::from), 0..80),
+        ) {
+            for peak in find_peaks(&signal, &Rules::default()) {
+                prop_assert_eq!(peak.prominence, prominence(&signal, peak.index));
+            }
+        }
+
+        #[test]
+        fn any_signal_is_survived(
+            signal in prop::collection::vec(prop::num::f64::ANY, 0..60),
+            distance in any::<usize>(),
+            relative_height in prop::num::f64::ANY,
+        ) {
+            let rules = Rules { distance, relative_height, ..Rules::default() };
+            prop_assert!(find_peaks(&signal, &rules).len() <= signal.len());
+        }
+    }
+}

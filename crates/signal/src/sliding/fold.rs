@@ -1,0 +1,54 @@
+//! Anything that can be merged, over the newest samples.
+
+/// What several samples come to.
+pub(super) trait Merge: Copy {
+    /// What no samples come to.
+    const NOTHING: Self;
+
+    /// What both come to together.
+    fn merged(self, other: Self) -> Self;
+}
+
+/// The merged newest `length` samples, in constant time a sample on average.
+///
+/// A queue of two stacks: the older samples are held as what each and all newer ones of them come
+/// to, the newer ones as they are. When the older ones are used up, the newer ones become them.
+#[derive(Clone, Debug)]
+pub(super) struct Fold<T> {
+    length: usize,
+    older: Vec<T>,
+    newer: Vec<T>,
+    newer_merged: T,
+}
+
+impl<T: Merge> Fold<T> {
+    pub(super) fn new(length: usize) -> Fold<T> {
+        let stack = || Vec::with_capacity(length);
+        Fold { length, older: stack(), newer: stack(), newer_merged: T::NOTHING }
+    }
+
+    pub(super) fn push(&mut self, sample: T) {
+        if self.older.len() + self.newer.len() == self.length {
+            self.let_go();
+        }
+        self.newer.push(sample);
+        self.newer_merged = self.newer_merged.merged(sample);
+    }
+
+    pub(super) fn merged(&self) -> T {
+        let older = self.older.last().copied().unwrap_or(T::NOTHING);
+        older.merged(self.newer_merged)
+    }
+
+    fn let_go(&mut self) {
+        if self.older.is_empty() {
+            let mut merged = T::NOTHING;
+            while let Some(sample) = self.newer.pop() {
+                merged = sample.merged(merged);
+                self.older.push(merged);
+            }
+            self.newer_merged = T::NOTHING;
+        }
+        self.older.pop();
+    }
+}

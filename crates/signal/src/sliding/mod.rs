@@ -1,0 +1,41 @@
+//! Statistics of the newest samples, kept up to date sample by sample.
+//!
+//! Windows are counted in samples: each push takes in one and lets the oldest of a full window go. A
+//! sample that is [no usable number](crate::gaps::is_usable) takes its place but counts for nothing.
+//! Nothing is ever subtracted, so that rounding does not add up over hours, and nothing is allocated
+//! after [`new`](SlidingMoments::new).
+//!
+//! ```
+//! use teampulse_signal::sliding::{SlidingExtremes, SlidingMoments, SlidingQuantiles};
+//!
+//! let (mut moments, mut extremes, mut quantiles) =
+//!     (SlidingMoments::new(3)?, SlidingExtremes::new(3)?, SlidingQuantiles::new(3)?);
+//! for sample in [100.0, 1.0, 2.0, 6.0] {
+//!     moments.push(sample);
+//!     extremes.push(sample);
+//!     quantiles.push(sample);
+//! }
+//! assert_eq!((moments.mean(), moments.variance()), (Some(3.0), Some(7.0)));
+//! assert_eq!((extremes.least(), extremes.greatest()), (Some(1.0), Some(6.0)));
+//! assert_eq!((quantiles.median(), quantiles.quantile(0.25)), (Some(2.0), Some(1.5)));
+//! # Ok::<(), teampulse_signal::error::SignalError>(())
+//! ```
+
+mod fold;
+mod moments;
+mod extremes;
+mod tree;
+mod quantiles;
+
+pub use extremes::SlidingExtremes;
+pub use moments::SlidingMoments;
+pub use quantiles::SlidingQuantiles;
+
+use crate::error::{SignalError, checked};
+
+/// Longest window [samples].
+pub const MOST_SAMPLES: usize = 1 << 24;
+
+fn checked_length(length: usize) -> Result<usize, SignalError> {
+    checked("window length", length as f64, (1.0, MOST_SAMPLES as f64)).map(|_| length)
+}
