@@ -5,10 +5,12 @@ mod envelope;
 mod bursts;
 mod strangers;
 mod shift;
+mod doubt;
 
 use std::collections::VecDeque;
 
 use self::bursts::Bursts;
+use self::doubt::Doubt;
 use self::envelope::{Envelope, Found};
 use self::line::Line;
 use self::shift::Shift;
@@ -45,7 +47,8 @@ const NEWS: usize = 16;
 /// Stamps after their arrival are a clock that is ahead: only the way is unknown then, and taken to
 /// be within 10 ms. Stamps before their arrival may be a clock that is behind as well as messages
 /// that are sent late, and without probes nobody can tell: the stated uncertainty is then all of
-/// that time and the way.
+/// that time and the way. It grows by what is not worked off yet and by what the last messages and
+/// bursts of probes say against the line that is known, as after a jump.
 ///
 /// The shift follows offset and skew by slewing, so that within an epoch later stamps have later
 /// times. A stamp that is more than a second older than the fastest would be, or more than 0.1 s
@@ -59,6 +62,7 @@ pub struct Remote {
     bursts: Bursts,
     strangers: Strangers,
     shift: Shift,
+    doubt: Doubt,
     /// `None` until its clock is known.
     trusted: Option<bool>,
     epoch: u32,
@@ -79,15 +83,18 @@ impl ClockModel for Remote {
             return arrived(false);
         };
         if source < 0 {
+            self.doubt.disbelieve();
             return arrived(true);
         }
         let last = source.saturating_add(stamps.span_nanos() as i64);
         let delay = arrival.saturating_sub(last);
         self.consider(delay);
         if !self.believes(delay) {
+            self.doubt.disbelieve();
             return arrived(true);
         }
-        if self.offset().is_some() {
+        if let Some(offset) = self.offset() {
+            self.compare(delay, offset);
             self.envelope.push(arrival, delay);
         }
         let shifted = self.shift.apply(source);
@@ -178,12 +185,21 @@ impl Remote {
         }
     }
 
+    /// Holds a delay against what is known.
+    fn compare(&mut self, delay: i64, offset: Line) {
+        let fastest = self.envelope.line().map_or(delay, |line| line.at(self.now));
+        let late = delay.saturating_sub(fastest) as f64;
+        let ahead = delay.saturating_add(offset.at(self.now)).saturating_neg() as f64;
+        self.doubt.push(self.now, late, ahead.max(-late));
+    }
+
     /// The clock has jumped: now the fastest messages have this delay.
     fn jump(&mut self, delay: i64) {
         let before = self.offset().map_or(0, |offset| offset.at(self.now));
         let secs = delay.saturating_add(before).saturating_neg() as f64 * 1e-9;
         self.envelope = Envelope::new(self.now, delay);
         self.bursts = Bursts::default();
+        self.doubt = Doubt::default();
         self.strangers.forget();
         let was_off = self.trusted.take() == Some(false);
         self.begin_epoch(secs);
@@ -233,14 +249,39 @@ impl Remote {
         (-most_behind / strictness..=most_ahead / strictness).contains(&ahead)
     }
 
-    /// How wrong a time may be [ns]: by what is left uncorrected, and by what cannot be told.
+    /// How wrong a time may be [ns]: by what is left uncorrected, by what cannot be told, and by
+    /// what speaks against that which is known.
     fn uncertainty_nanos(&self) -> f64 {
         let Some(offset) = self.offset() else { return f64::NAN };
         let ahead = offset.at(self.now) as f64;
-        let is_probed = self.probed().is_some();
-        let is_told = is_probed || ahead > 0.0;
+        let probes = self.probed().map(|_| &self.bursts);
+        let is_told = probes.is_some() || ahead > 0.0;
         let left = if is_told && self.trusted == Some(false) { 0.0 } else { ahead.abs() };
-        left + if is_probed { self.bursts.uncertainty_nanos() } else { PATH_NANOS }
+        let line = probes.map_or(PATH_NANOS, Bursts::uncertainty_nanos);
+        let contradiction = probes.map_or(0.0, |probes| probes.doubt_nanos(self.now));
+        let doubt = self.doubt.nanos(probes).max(contradiction);
+        (left + line + self.unsteered_nanos() + doubt).max(self.arrival_nanos())
+    }
+
+    /// What the shift is still away from where it is steered to [ns].
+    fn unsteered_nanos(&self) -> f64 {
+        let Some(offset) = self.offset().filter(|_| self.shift.is_used()) else { return 0.0 };
+        let target = if self.trusted == Some(false) { offset.at(self.now) } else { 0 };
+        target.saturating_sub(self.shift.newest()).saturating_abs() as f64
+    }
+
+    /// How wrong an arrival that stands in may be [ns]; 0 where none does.
+    fn arrival_nanos(&self) -> f64 {
+        if self.doubt.believes_all() {
+            return 0.0;
+        }
+        let fastest = self.envelope.line().map(|line| line.at(self.now));
+        let way = self
+            .probed()
+            .zip(fastest)
+            .map_or(0, |(probed, fastest)| fastest.saturating_add(probed.at(self.now)));
+        let spread = self.envelope.spread_nanos();
+        PATH_NANOS.max(way as f64) + if spread.is_nan() { 0.0 } else { 2.0 * spread }
     }
 
     /// How far the clock is ahead [ns]: by probes where there are any, else by stamps.

@@ -19,6 +19,8 @@ const FURTHEST_SECS: f64 = 9.2e9;
 const ELSEWHERE_NANOS: f64 = 2_000_000.0;
 /// From how many bursts on the skew is known.
 const SKEW_BURSTS: usize = 4;
+/// How far a clock may drift while its skew is unknown [1].
+const SKEWED: f64 = 5e-4;
 /// No exchange is better known than this [ns].
 const FINEST: f64 = 1_000.0;
 
@@ -27,8 +29,12 @@ const FINEST: f64 = 1_000.0;
 pub(super) struct Bursts {
     open: Option<(i64, Exchange)>,
     closed: VecDeque<Exchange>,
-    /// Whether the last burst was elsewhere.
-    astray: bool,
+    /// The last burst, where it was elsewhere.
+    astray: Option<Exchange>,
+    /// How far the last burst was from what was known before, and how fast it came to that.
+    away: Away,
+    /// When a burst last agreed with the line.
+    agreed: Option<i64>,
     line: Option<Line>,
     spread: f64,
 }
@@ -40,6 +46,22 @@ struct Exchange {
     offset: i64,
     /// How far the offset may be wrong [ns].
     uncertainty: f64,
+}
+
+/// A contradiction.
+#[derive(Clone, Copy, Debug, Default)]
+struct Away {
+    nanos: f64,
+    /// By how much it may grow [1].
+    rate: f64,
+}
+
+impl Away {
+    fn between(exchange: &Exchange, at: i64, offset: i64) -> Away {
+        let nanos = exchange.offset.saturating_sub(offset) as f64;
+        let since = exchange.at.saturating_sub(at).max(BURST_NANOS) as f64;
+        Away { nanos: nanos.abs(), rate: nanos.abs() / since }
+    }
 }
 
 impl Bursts {
@@ -60,6 +82,19 @@ impl Bursts {
     pub(super) fn uncertainty_nanos(&self) -> f64 {
         let lowest = self.closed.iter().map(|each| each.uncertainty).reduce(f64::min);
         lowest.map_or(f64::NAN, |lowest| lowest + self.spread)
+    }
+
+    /// How far the clock may be from the line for what the last burst said, and since then [ns].
+    pub(super) fn doubt_nanos(&self, now: i64) -> f64 {
+        let newest = self.astray.as_ref().or(self.closed.back());
+        let Some(newest) = newest else { return 0.0 };
+        let rate = if self.knows_skew() { self.away.rate } else { self.away.rate.max(SKEWED) };
+        self.away.nanos + rate * now.saturating_sub(newest.at).max(0) as f64
+    }
+
+    /// When a burst last agreed with the line; `None` before.
+    pub(super) fn agreed(&self) -> Option<i64> {
+        self.agreed
     }
 
     /// A probe has ended. What is absurd is passed over.
@@ -97,14 +132,25 @@ impl Bursts {
     }
 
     fn close(&mut self, exchange: Exchange) {
-        if self.is_elsewhere(&exchange) {
+        self.away = Away::default();
+        let mut agreed = self.line.map(|_| exchange.at);
+        if let Some(line) = self.line.filter(|_| self.is_elsewhere(&exchange)) {
             // One may be an exchange that stalled on one way only; two are a clock that was set.
-            if !std::mem::replace(&mut self.astray, true) {
+            let Some(before) = self.astray.replace(exchange) else {
+                let last = self.closed.back().map_or(line.origin, |last| last.at);
+                self.away = Away::between(&exchange, last, line.at(exchange.at));
                 return;
+            };
+            let apart = Away::between(&exchange, before.at, before.offset);
+            let unsure = before.uncertainty + exchange.uncertainty + ELSEWHERE_NANOS;
+            if apart.nanos > unsure {
+                self.away = apart;
             }
             self.closed.clear();
+            agreed = None;
         }
-        self.astray = false;
+        self.astray = None;
+        self.agreed = agreed;
         if self.closed.len() == BURSTS {
             self.closed.pop_front();
         }

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -236,6 +238,68 @@ fn a_clock_that_is_set_in_a_small_step_is_followed_without_one() {
     let state = computer.remote.state();
     assert!((state.offset_secs - 0.030).abs() < 0.001, "{state:?}");
     assert_eq!(state.epoch, 0);
+}
+
+/// Of how many messages the true time lies outside of what is stated then [0..1].
+fn outside(computer: &mut Computer, seconds: Range<i64>, probe_secs: Option<i64>) -> f64 {
+    let (mut outside, mut all) = (0, 0);
+    for k in seconds.start * 50..seconds.end * 50 {
+        if probe_secs.is_some_and(|every| k % (every * 50) == 0) {
+            computer.probed(k / 50);
+        }
+        let sent = START + k * SECOND / 50;
+        let way = 1_000_000 + (k * 7919 % 17) * 1_000_000;
+        let corrected = computer.arrives(computer.stamp(sent), sent + way);
+        let wrong_secs = (corrected.measured - sent).abs() as f64 * 1e-9;
+        all += 1;
+        outside += i32::from(wrong_secs > computer.remote.state().uncertainty_secs);
+    }
+    f64::from(outside) / f64::from(all)
+}
+
+#[test]
+fn after_a_jump_the_stated_uncertainty_holds_the_truth() {
+    for jump in [-500, -250, -60, -30, -12, 12, 30, 60, 150, 250, 500, 5_000, -5_000] {
+        for probe_secs in [None, Some(4)] {
+            for ahead_nanos in [0, 1_500_000_000] {
+                let mut computer = Computer::new(ahead_nanos, 40);
+                outside(&mut computer, 0..41, probe_secs);
+                computer.ahead_nanos += jump * 1_000_000;
+                for (from, to) in [(41, 43), (43, 50), (50, 120)] {
+                    let part = outside(&mut computer, from..to, probe_secs);
+                    assert!(part <= 0.05, "{jump} ms {probe_secs:?} {ahead_nanos} {from}: {part}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn however_fast_a_clock_runs_the_stated_uncertainty_holds_the_truth() {
+    for fast_ppm in [-20_000, -2_000, 2_000, 20_000] {
+        for probe_secs in [None, Some(4)] {
+            let mut computer = Computer::new(0, fast_ppm);
+            for from in [1, 5, 20, 60] {
+                let part = outside(&mut computer, from..from * 2, probe_secs);
+                assert!(part <= 0.05, "{fast_ppm} ppm {probe_secs:?} {from}: {part}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_way_that_becomes_long_is_not_taken_for_doubt_of_a_probed_clock() {
+    let mut computer = Computer::new(0, 0);
+    computer.run_with_probes(0, 60);
+    for k in 0..1_000 {
+        let sent = START + 60 * SECOND + k * SECOND / 50;
+        if k % 200 == 0 {
+            computer.probed(60 + k / 50);
+        }
+        computer.arrives(sent, sent + 40_000_000 + (k * 7919 % 17) * 1_000_000);
+    }
+    let state = computer.remote.state();
+    assert!(state.uncertainty_secs < 0.002, "{state:?}");
 }
 
 #[test]
