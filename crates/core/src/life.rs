@@ -170,10 +170,7 @@ impl Life {
         clock: &ClockState,
         complaint: Option<String>,
     ) -> StreamStatus {
-        let (state, reason) = match (self.judge(now), complaint) {
-            ((State::Ok, _), Some(complaint)) => (State::Degraded, complaint),
-            (judged, _) => judged,
-        };
+        let (state, reason) = self.judge(now, complaint);
         StreamStatus {
             name: name.to_owned(),
             state,
@@ -195,7 +192,7 @@ impl Life {
         }
     }
 
-    fn judge(&self, now: Time) -> (State, String) {
+    fn judge(&self, now: Time, of_clock: Option<String>) -> (State, String) {
         let Some(newest) = self.newest else {
             return (State::Never, "no sample yet".into());
         };
@@ -210,20 +207,23 @@ impl Life {
                 return (State::Stale, silent());
             }
         }
-        match self.complaint() {
+        match self.complaint(of_clock) {
             Some(reason) => (State::Degraded, reason),
             None => (State::Ok, String::new()),
         }
     }
 
-    /// What is wrong with a stream that does come.
-    fn complaint(&self) -> Option<String> {
+    /// What is wrong with a stream that does come, with what is wrong with its clock.
+    fn complaint(&self, of_clock: Option<String>) -> Option<String> {
         let lost = self.sum(|second| second.lost);
         let disbelieved = self.sum(|second| second.disbelieved);
         let late = self.sum(|second| second.late);
         let duplicates = self.sum(|second| second.duplicates);
         if lost > 0 {
             return Some(format!("{lost} lost in the last {WINDOW_SECS} s"));
+        }
+        if of_clock.is_some() {
+            return of_clock;
         }
         if disbelieved > 0 {
             let ahead_secs = self.disbelieved_ahead_secs;
