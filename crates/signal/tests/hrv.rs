@@ -150,6 +150,55 @@ fn asymmetry_and_fragmentation_are_neurokits() {
     same(&named(&fragmentation(&intervals_ms(350)).unwrap().measures(), &names), &golden);
 }
 
+/// The intervals, and when each ends [s].
+fn timed(count: u32) -> (Vec<f64>, Vec<f64>) {
+    let rr = intervals_ms(count);
+    let mut end_ms = 0.0;
+    let end = |interval: &f64| {
+        end_ms += interval;
+        end_ms / 1000.0
+    };
+    (rr.iter().map(end).collect(), rr)
+}
+
+#[test]
+fn band_powers_are_scipys_with_the_same_recipe() {
+    let (ends, rr) = timed(350);
+    let welch = |segment_secs| Recipe::Welch { rate_hz: 4.0, segment_secs };
+    let golden = [
+        (Recipe::default(), [788.8791293068568, 127.84054182742483]),
+        (welch(64.0), [804.3014573416946, 122.13653907769947]),
+        (Recipe::LombScargle, [805.8675303810219, 132.77060862182955]),
+    ];
+    for (recipe, [lf, hf]) in golden {
+        let features = frequency_domain(&ends, &rr, &recipe).unwrap();
+        same(&[features.lf_ms2, features.hf_ms2, features.lf_hf()], &[lf, hf, lf / hf]);
+        // 298 s are too short for the slowest waves.
+        assert!(features.vlf_ms2.is_nan() && features.span_secs < 300.0);
+    }
+    let (ends, rr) = timed(400);
+    assert!(frequency_domain(&ends, &rr, &Recipe::default()).unwrap().vlf_ms2 > 0.0);
+}
+
+#[test]
+fn a_band_needs_its_time() {
+    let (ends, rr) = timed(100);
+    let features = frequency_domain(&ends, &rr, &Recipe::default()).unwrap();
+    assert!(features.lf_ms2.is_nan() && features.lf_hf().is_nan() && features.hf_ms2 > 0.0);
+    let features = frequency_domain(&ends[..60], &rr[..60], &Recipe::default()).unwrap();
+    assert!(features.hf_ms2.is_nan());
+}
+
+#[test]
+fn lomb_and_scargle_bridge_a_gap() {
+    let (mut ends, mut rr) = timed(400);
+    let whole = frequency_domain(&ends, &rr, &Recipe::LombScargle).unwrap();
+    ends.drain(150..170);
+    rr.drain(150..170);
+    let gapped = frequency_domain(&ends, &rr, &Recipe::LombScargle).unwrap();
+    assert!((gapped.lf_hf() / whole.lf_hf() - 1.0).abs() < 0.15, "{gapped:?} {whole:?}");
+}
+
 #[test]
 fn equal_intervals_have_no_variability() {
     let features = time_domain(&[800.0; 60]).unwrap();
@@ -206,6 +255,12 @@ proptest! {
         }
         if let Some(exponents) = detrended_fluctuation(&rr) {
             prop_assert!(exponents.alpha1.is_finite());
+        }
+        let ends: Vec<f64> = (0..rr.len()).map(|k| k as f64).collect();
+        for recipe in [Recipe::default(), Recipe::LombScargle] {
+            for (ends, rr) in [(&ends, &rr), (&rr, &ends)] {
+                frequency_domain(ends, rr, &recipe).ok();
+            }
         }
         geometric(&rr);
         poincare(&rr);

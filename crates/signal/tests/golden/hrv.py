@@ -4,6 +4,8 @@ python 3.11 with neurokit2 0.2.13, scipy 1.17.1, numpy 2.4.6
 """
 import warnings
 import neurokit2 as nk, numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import lombscargle, welch
 
 warnings.filterwarnings("ignore")
 
@@ -35,6 +37,16 @@ for name in ("CVNN CVSD SDRMSSD MadNN MCVNN IQRNN Prc20NN Prc80NN MinNN MaxNN HT
     show("HRV_" + name, out["HRV_" + name])
 for low, high in ((4, 16), (16, 64), (4, 11)):
     show(f"dfa {low} {high}", nk.fractal_dfa(rr, scale=np.arange(low, high + 1))[0])
+ends = np.cumsum(rr) / 1000
+even = CubicSpline(ends, rr)(np.arange(ends[0], ends[-1] + 1e-9, 0.25))
+for segment in (128, 64):
+    f, p = welch(even, 4, nperseg=4 * segment)
+    bands = [p[(f >= low) & (f < high)].sum() * f[1] for low, high in ((0.0033, 0.04), (0.04, 0.15), (0.15, 0.4))]
+    show(f"welch {segment}", *bands)
+span = ends[-1] - ends[0]
+f = np.arange(1, int(0.4 * span) + 1) / span
+p = lombscargle(ends, rr - rr.mean(), 2 * np.pi * f) * 2 * span / (len(rr) - 1)
+show("lomb", *[p[(f >= low) & (f < high)].sum() / span for low, high in ((0.0033, 0.04), (0.04, 0.15), (0.15, 0.4))])
 gap = rr.copy()
 gap[[50, 51, 200]] = np.nan
 e = np.diff(gap)
