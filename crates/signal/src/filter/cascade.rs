@@ -114,6 +114,19 @@ mod tests {
 
     proptest! {
         #[test]
+        fn chunks_of_any_length_give_the_same_bits(
+            samples in prop::collection::vec(prop::num::f64::ANY, 1..500),
+            chunk in 1..4097usize,
+        ) {
+            let (mut whole, mut chunks) = (samples.clone(), samples);
+            Cascade::settled(&band()).filter(&mut whole);
+            let mut filter = Cascade::settled(&band());
+            chunks.chunks_mut(chunk).for_each(|chunk| filter.filter(chunk));
+            let bits = |samples: &[f64]| samples.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            prop_assert_eq!(bits(&whole), bits(&chunks));
+        }
+
+        #[test]
         fn no_input_spoils_what_follows(
             samples in prop::collection::vec(prop::num::f64::ANY, 1..200),
         ) {

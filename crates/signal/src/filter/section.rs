@@ -32,6 +32,13 @@ impl Section {
         [first, (1.0 + a1) * first - (b1 - a1 * b0)]
     }
 
+    /// Distance of the outer pole from the origin: what an impulse's echo shrinks by each sample.
+    pub fn pole_radius(&self) -> f64 {
+        let [a1, a2] = self.a;
+        let discriminant = a1 * a1 / 4.0 - a2;
+        if discriminant < 0.0 { a2.sqrt() } else { a1.abs() / 2.0 + discriminant.sqrt() }
+    }
+
     /// H at z⁻¹ = `delay`.
     pub(super) fn response(&self, delay: Complex64) -> Complex64 {
         let (numerator, denominator) = self.polynomials();

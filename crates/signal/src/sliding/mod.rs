@@ -33,8 +33,8 @@ pub use quantiles::SlidingQuantiles;
 
 use crate::error::{SignalError, checked};
 
-/// Longest window [samples].
-pub const MOST_SAMPLES: usize = 1 << 24;
+/// Longest window [samples]: an hour at 1 kHz.
+pub const MOST_SAMPLES: usize = 3_600_000;
 
 fn checked_length(length: usize) -> Result<usize, SignalError> {
     checked("window length", length as f64, (1.0, MOST_SAMPLES as f64)).map(|_| length)

@@ -80,22 +80,16 @@ impl Welch {
         let mut transform = Transform::new(self, lengths);
         let segments = signal.windows(lengths.segment).step_by(lengths.step);
         let whole = segments.filter(|segment| segment.iter().all(|&value| is_usable(value)));
-        let powers: Vec<Vec<f64>> = whole.map(|segment| transform.power(segment)).collect();
-        if powers.is_empty() {
+        let mut averaging = Averaging::new(self.average, lengths.transform / 2 + 1);
+        whole.for_each(|segment| averaging.add(transform.power(segment)));
+        if averaging.segments == 0 {
             return Err(SignalError::NothingFinite);
         }
-        let bins = 0..=lengths.transform / 2;
-        let at = |bin: usize| powers.iter().map(|power| power[bin]).collect::<Vec<f64>>();
-        let spectrum = Spectrum {
-            frequencies_hz: bins.clone().map(|bin| self.frequency_hz(bin, lengths)).collect(),
-            power: bins.map(|bin| self.average.of(&mut at(bin))).collect(),
-            segments: powers.len(),
-        };
+        let frequency_hz = |bin: usize| bin as f64 * self.rate_hz / lengths.transform as f64;
+        let frequencies_hz = (0..=lengths.transform / 2).map(frequency_hz).collect();
+        let segments = averaging.segments;
+        let spectrum = Spectrum { frequencies_hz, power: averaging.average(), segments };
         spectrum.finite()
-    }
-
-    fn frequency_hz(&self, bin: usize, lengths: Lengths) -> f64 {
-        bin as f64 * self.rate_hz / lengths.transform as f64
     }
 
     fn lengths(&self, count: usize) -> Result<Lengths, SignalError> {
@@ -113,13 +107,38 @@ impl Welch {
     }
 }
 
-impl Average {
-    fn of(self, values: &mut [f64]) -> f64 {
-        let count = values.len();
-        match self {
-            Average::Mean => values.iter().sum::<f64>() / count as f64,
-            Average::Median => median_in_place(values).unwrap_or(f64::NAN) / median_bias(count),
+/// What the segments so far come to.
+struct Averaging {
+    average: Average,
+    /// Of each bin the sum of all powers, or for the median each of them.
+    powers: Vec<Vec<f64>>,
+    segments: usize,
+}
+
+impl Averaging {
+    fn new(average: Average, bins: usize) -> Averaging {
+        Averaging { average, powers: vec![Vec::new(); bins], segments: 0 }
+    }
+
+    fn add(&mut self, power: impl Iterator<Item = f64>) {
+        self.segments += 1;
+        for (bin, power) in self.powers.iter_mut().zip(power) {
+            match (self.average, bin.as_mut_slice()) {
+                (Average::Mean, [sum]) => *sum += power,
+                _ => bin.push(power),
+            }
         }
+    }
+
+    fn average(self) -> Vec<f64> {
+        let count = self.segments as f64;
+        let of_bin = |mut bin: Vec<f64>| match self.average {
+            Average::Mean => bin.iter().sum::<f64>() / count,
+            Average::Median => {
+                median_in_place(&mut bin).unwrap_or(f64::NAN) / median_bias(self.segments)
+            }
+        };
+        self.powers.into_iter().map(of_bin).collect()
     }
 }
 
@@ -168,7 +187,7 @@ impl Transform {
     }
 
     /// One-sided power: all but the constant and half the sampling rate stand for two frequencies.
-    fn power(&mut self, segment: &[f64]) -> Vec<f64> {
+    fn power(&mut self, segment: &[f64]) -> impl Iterator<Item = f64> {
         self.buffer.fill(0.0);
         let tapered = &mut self.buffer[..segment.len()];
         tapered.copy_from_slice(segment);
@@ -181,9 +200,9 @@ impl Transform {
         );
         done.expect("its buffers are of the lengths it asked for");
         let length = self.buffer.len();
-        let sides = |bin: usize| if bin == 0 || 2 * bin == length { 1.0 } else { 2.0 };
-        let bins = self.output.iter().enumerate();
-        bins.map(|(bin, value)| value.norm_sqr() * self.scale * sides(bin)).collect()
+        let sides = move |bin: usize| if bin == 0 || 2 * bin == length { 1.0 } else { 2.0 };
+        let (bins, scale) = (self.output.iter().enumerate(), self.scale);
+        bins.map(move |(bin, value)| value.norm_sqr() * scale * sides(bin))
     }
 }
 
