@@ -26,6 +26,8 @@ const PATIENCE: Duration = Duration::from_millis(20);
 const GATHER: Duration = Duration::from_millis(4);
 /// How many records make a batch at most.
 const BATCH: usize = 1024;
+/// A recording that comes in smaller portions than this is played in time: nothing is held back.
+const FEW: usize = 64;
 /// The pauses before a source is run again double from the first to the last.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(30);
@@ -234,7 +236,7 @@ impl Line {
             let ended = self.queue.has_ended();
             let now = self.clock.now();
             self.queue.take(&mut items, PATIENCE);
-            let silent = items.is_empty();
+            let (silent, few) = (items.is_empty(), items.len() < FEW);
             for item in items.drain(..) {
                 self.pump.take(item);
                 if self.pump.records().len() >= BATCH {
@@ -250,6 +252,8 @@ impl Line {
                 }
                 deliver(&mut self.posts, self.pump.records());
                 std::thread::sleep(GATHER);
+            } else if few {
+                deliver(&mut self.posts, self.pump.records());
             }
         }
         if self.pace == Pace::Live {

@@ -212,3 +212,43 @@ async fn the_end_is_recorded_after_everything_raw() {
         matches!(last, Some(Data::Event(event)) if event.kind == end.kind && event.label == end.label)
     );
 }
+
+/// Hands over a reading, and the next only when the first was delivered.
+struct Paced(Arc<std::sync::Mutex<Vec<Record>>>);
+
+#[async_trait]
+impl Source for Paced {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let stream = outlet.declare_at(robot_stream("r1"), Time::from_nanos(1));
+        for k in 1..=3_i64 {
+            let data = Data::Message(Bytes::copy_from_slice(&k.to_le_bytes()));
+            let reading = Reading { stream, device_time: None, source_time: None, data };
+            outlet.send(reading, Time::from_nanos(10 * k)).await.expect("the session goes on");
+            let delivered = || {
+                let kept = self.0.lock().expect("nobody panicked");
+                kept.iter().filter(|record| record.stream.name == "/r1/any").count() as i64
+            };
+            while delivered() < k {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recording_that_is_played_slowly_is_delivered_as_it_comes() {
+    let kept = Arc::default();
+    let session = Session {
+        clock: Clock::told(),
+        pace: Pace::Recorded,
+        clocks: Clocks::default(),
+        streams: Streams::default(),
+        sources: vec![("test".into(), Box::new(Paced(Arc::clone(&kept))))],
+        features: Vec::new(),
+        sinks: vec![Box::new(Keeper { kept, pause: Duration::ZERO })],
+        encode,
+    };
+    let ended = tokio::time::timeout(Duration::from_secs(30), session.run(std::future::pending()));
+    assert!(ended.await.is_ok(), "readings are held back");
+}
