@@ -55,7 +55,10 @@ pub(crate) async fn follow(
             Some(Ok((key, found))) = following.definitions.join_next() => {
                 following.learn(&key, found);
             }
-            _ = tell_losses.tick() => following.tell_losses(),
+            _ = tell_losses.tick() => {
+                following.tell_losses();
+                following.tell_several(&seen);
+            }
             () = outlet.closed() => {
                 following.tell_losses();
                 return Ok(());
@@ -77,6 +80,8 @@ struct Following<'a> {
     followed: BTreeMap<Key, Followed>,
     /// What was told to be wrong: each thing once.
     told: BTreeSet<String>,
+    /// The topics that are published from several places, and whether that was told.
+    several: BTreeMap<Key, bool>,
     definitions: JoinSet<(Key, Result<Schema, BusError>)>,
 }
 
@@ -97,6 +102,7 @@ impl<'a> Following<'a> {
             outlet,
             followed: BTreeMap::new(),
             told: BTreeSet::new(),
+            several: BTreeMap::new(),
             definitions: JoinSet::new(),
         }
     }
@@ -156,14 +162,29 @@ impl<'a> Following<'a> {
         }
     }
 
+    /// Tells which topics are published from several places, each once: nobody can tell by which
+    /// clock a message of theirs is stamped. Told at the second look, as names come with a delay.
+    fn tell_several(&mut self, graph: &Graph) {
+        let keys: Vec<Key> = self.followed.keys().cloned().collect();
+        for key in keys {
+            let several = several(&publishing(&key, graph));
+            let Some(several) = several.filter(|_| !self.outlet.clock().is_told()) else {
+                continue;
+            };
+            let told = self.several.get(&key).copied();
+            if told == Some(false) {
+                self.fault(format!("{}: published by {several}", key.0));
+            }
+            self.several.insert(key, told.is_some());
+        }
+    }
+
     /// The computer by whose clock a topic is stamped; `None` while nobody publishes it.
-    fn stamping(&self, (topic, type_name): &Key, graph: &Graph) -> Option<String> {
+    fn stamping(&self, key: &Key, graph: &Graph) -> Option<String> {
         if self.outlet.clock().is_told() {
             return Some(SIMULATED_TIME.into());
         }
-        let publishers = graph.publishers(topic);
-        let theirs = publishers.filter(|each| !each.own && each.type_name == *type_name);
-        let computers: BTreeSet<String> = theirs.map(|each| graph.computer(each.gid)).collect();
+        let computers = publishing(key, graph);
         if computers.len() > 1 { Some(SEVERAL.into()) } else { computers.into_iter().next() }
     }
 
@@ -269,6 +290,28 @@ impl<'a> Following<'a> {
     }
 }
 
+/// The computers that publish a topic.
+fn publishing((topic, type_name): &Key, graph: &Graph) -> BTreeSet<String> {
+    let publishers = graph.publishers(topic);
+    let theirs = publishers.filter(|each| !each.own && each.type_name == *type_name);
+    theirs.map(|each| graph.computer(each.gid)).collect()
+}
+
+/// Names several computers; `None` where all are processes of one host, which has one clock. Those
+/// that told no host may be one.
+fn several(computers: &BTreeSet<String>) -> Option<String> {
+    let host = |computer: &String| {
+        let (host, _) = computer.split_once(" (")?;
+        (!host.starts_with('/')).then(|| host.to_owned())
+    };
+    let hosts: Option<BTreeSet<String>> = computers.iter().map(host).collect();
+    let kind = if hosts.is_some() { "computers" } else { "processes" };
+    let several = hosts.map_or(computers.len(), |hosts| hosts.len());
+    let count = if several == 2 { "two".into() } else { several.to_string() };
+    let names: Vec<&str> = computers.iter().map(String::as_str).collect();
+    (several > 1).then(|| format!("{count} {kind}: {}", names.join(", ")))
+}
+
 /// Who says when a message was measured.
 #[derive(Clone, Copy)]
 enum Stamped {
@@ -296,5 +339,20 @@ fn known_schema(endpoint: &Endpoint) -> (Schema, Stamped) {
             };
             (schema, Stamped::ByBus)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::several;
+
+    #[test]
+    fn processes_of_one_host_are_one_computer() {
+        let told = |names: [&str; 2]| several(&names.map(str::to_owned).into());
+        let two = "two computers: laptop1 (driver, 01), laptop2 (driver, 02)";
+        assert_eq!(told(["laptop1 (driver, 01)", "laptop2 (driver, 02)"]).as_deref(), Some(two));
+        assert_eq!(told(["laptop1 (driver, 01)", "laptop1 (driver, 02)"]), None);
+        let two = "two processes: /r1/driver (01), /r2/driver (02)";
+        assert_eq!(told(["/r1/driver (01)", "/r2/driver (02)"]).as_deref(), Some(two));
     }
 }

@@ -179,3 +179,24 @@ async fn two_types_on_one_topic_are_both_recorded_and_told() {
     let told = faults(&records);
     assert!(told.iter().any(|label| label.contains("two types")), "{told:?}");
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn two_publishers_of_one_topic_are_told_once_by_name() {
+    let topic = "/robot1/temperature";
+    let records = watch::<Robots>(ROBOTS, async move |bus: Arc<MemoryBus>| {
+        let other = bus.join("/robot1/second_driver");
+        let first = publisher(&bus, topic, "sensor_msgs/msg/Temperature");
+        subscribed(&*first).await;
+        for _ in 0..2 {
+            let second = publisher(&other, topic, "sensor_msgs/msg/Temperature");
+            subscribed(&*second).await;
+            tokio::time::sleep(Duration::from_millis(1_200)).await;
+        }
+    })
+    .await;
+    let told = faults(&records);
+    let several: Vec<_> = told.iter().filter(|label| label.contains("published by")).collect();
+    let [label] = several[..] else { panic!("{told:?}") };
+    assert!(label.starts_with(&format!("{topic}: published by two processes: ")), "{label}");
+    assert!(label.contains("/robot1/driver") && label.contains("/robot1/second_driver"), "{label}");
+}
