@@ -9,6 +9,7 @@ use teampulse_core::stream::Origin;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
+use crate::commands::replay::RETIMED;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -32,6 +33,8 @@ struct Told {
     /// Null for a bag without messages.
     start_secs: Option<f64>,
     duration_secs: f64,
+    /// Whether `retime` made the times: each then also depends on what came after it.
+    two_sided: bool,
     damage: Vec<String>,
     notes: std::collections::BTreeMap<String, String>,
     streams: Vec<Row>,
@@ -45,7 +48,8 @@ struct Row {
     type_name: String,
     origin: &'static str,
     messages: u64,
-    rate_hz: f64,
+    /// Null where one message or none, or no time, leaves it unknown.
+    rate_hz: Option<f64>,
     /// How many were lost on the way and in our own queue; null where unknown.
     lost: Option<u64>,
 }
@@ -125,6 +129,7 @@ fn tell(bag: &Bag) -> Told {
         messages: bag.messages_count(),
         start_secs: bag.bounds().map(|(first, _)| first.secs()),
         duration_secs,
+        two_sided: bag.notes().contains_key(RETIMED),
         damage: damage(bag),
         notes: bag.notes().clone(),
         streams,
@@ -140,9 +145,14 @@ fn row(bag: &Bag, known: &BagStream, duration_secs: f64) -> Row {
         type_name: schema_of(&known.stream.shape).name.clone(),
         origin: if known.stream.origin == Origin::Raw { "raw" } else { "derived" },
         messages: known.messages,
-        rate_hz: known.messages as f64 / duration_secs.max(f64::MIN_POSITIVE),
+        rate_hz: rate_hz(known.messages, duration_secs),
         lost,
     }
+}
+
+/// How many messages came in a second; `None` where that cannot be known.
+fn rate_hz(messages: u64, duration_secs: f64) -> Option<f64> {
+    (messages > 1 && duration_secs > 0.0).then(|| messages as f64 / duration_secs)
 }
 
 fn show(told: &Told) {
@@ -150,6 +160,9 @@ fn show(told: &Told) {
     if let Some(start_secs) = told.start_secs {
         let start = Time::from_nanos((start_secs * 1e9) as i64);
         output::line(format!("from {start} for {:.1} s", told.duration_secs));
+    }
+    if told.two_sided {
+        output::line("times are two-sided: retime made them from all of each clock's course");
     }
     output::lines(told.damage.iter().map(|each| format!("damaged: {each}")));
     output::line(format!(
@@ -162,9 +175,23 @@ fn show(told: &Told) {
             ("raw", None) => "?".into(),
             _ => String::new(),
         };
+        let rate = row.rate_hz.map_or_else(|| "?".into(), |rate_hz| format!("{rate_hz:.2}"));
         output::line(format!(
-            "{:<44} {:<36} {:<8} {:>9} {:>9.2} {lost:>6}",
-            row.name, row.type_name, row.origin, row.messages, row.rate_hz
+            "{:<44} {:<36} {:<8} {:>9} {rate:>9} {lost:>6}",
+            row.name, row.type_name, row.origin, row.messages
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_rate_is_known_from_one_message_or_without_time() {
+        assert_eq!(rate_hz(1, 0.0), None);
+        assert_eq!(rate_hz(1, 60.0), None);
+        assert_eq!(rate_hz(5, 0.0), None);
+        assert_eq!(rate_hz(600, 60.0), Some(10.0));
     }
 }
