@@ -49,6 +49,17 @@ def test_check_says_no_go_where_nobody_is(stage):
     assert answer.stdout.splitlines()[-1] == "no-go"
 
 
+def test_check_says_that_no_robot_matches_and_goes_where_none_is_required(stage):
+    study = stage.study('[[sources]]\ntype = "robots"\nnamespace = "/alpha*"\n')
+    answer = stage.ask("check", study, "--seconds", 2, "--out", stage.folder)
+    assert answer.returncode == 0, answer.stdout
+    assert "robot    none  no robot matches /alpha*" in answer.stdout.splitlines()
+    required = stage.study('[[sources]]\ntype = "robots"\nrequired = ["battery"]\n')
+    answer = stage.ask("check", required, "--seconds", 2, "--out", stage.folder)
+    assert answer.returncode == 5
+    assert "missing  no robot matches /*" in answer.stdout.splitlines()
+
+
 def test_check_tells_of_a_network_without_room_for_images(stage, team):
     lines = stage.ask("check", team, "--out", stage.folder).stdout.splitlines()
     [network] = [line for line in lines if line.startswith("network")]

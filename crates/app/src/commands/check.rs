@@ -58,7 +58,10 @@ impl Check {
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
         output::lines(robots.iter().map(robot_line));
+        let absent: Vec<&Robots> = wanted.iter().filter(|each| !is_there(each, &heard)).collect();
+        output::lines(absent.iter().map(|each| format!("robot    none  {}", no_robot(each))));
         let mut missing = missing(&wanted, &robots);
+        missing.extend(absent.into_iter().filter(|each| requires(each)).map(no_robot));
         missing.extend(missing_fields(&wanted, &heard));
         missing.extend(machine::unfit(&self.out));
         if missing.is_empty() {
@@ -173,13 +176,24 @@ fn missing_fields(wanted: &[Robots], heard: &[(Arc<Stream>, StreamStatus)]) -> V
     missing
 }
 
-/// What the study requires and nobody offers.
+/// Whether any stream of the robots that are wanted was heard of.
+fn is_there(wanted: &Robots, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
+    heard.iter().any(|(stream, _)| stream.about == About::Robot && wanted.describe(stream))
+}
+
+fn no_robot(wanted: &Robots) -> String {
+    format!("no robot matches {}", wanted.namespace)
+}
+
+/// Whether there is no go without robots.
+fn requires(wanted: &Robots) -> bool {
+    !(wanted.required.is_empty() && wanted.robots.is_empty())
+}
+
+/// What the study requires of robots and they do not offer.
 fn missing(wanted: &[Robots], robots: &[Robot]) -> Vec<String> {
     let mut missing = Vec::new();
     for wanted in wanted {
-        if robots.is_empty() && !(wanted.required.is_empty() && wanted.robots.is_empty()) {
-            missing.push(format!("no robot below {}", wanted.namespace));
-        }
         for id in &wanted.robots {
             if robots.iter().all(|robot| robot.id != *id) {
                 missing.push(format!("robot {id}"));

@@ -171,6 +171,21 @@ mod tests {
     }
 
     #[test]
+    fn settings_describe_the_streams_of_their_robots_and_no_others() {
+        let settings = |text: &str| toml::from_str::<Robots>(text).expect("settings");
+        let temperature = |text: &str, topic: &str| {
+            let stream = choice(text).stream(topic, "sensor_msgs/msg/Temperature");
+            stream.expect("a robot's temperature")
+        };
+        let one = temperature(r#"namespace = "/robot*""#, "/robot1/temperature");
+        assert!(settings(r#"namespace = "/robot*""#).describe(&one));
+        assert!(!settings(r#"namespace = "/alpha*""#).describe(&one));
+        let wide = "namespace = \"/\"\nprefix = \"/r5\"";
+        assert!(settings(wide).describe(&temperature(wide, "/temperature")));
+        assert!(!settings(wide).describe(&one));
+    }
+
+    #[test]
     fn a_robot_without_a_namespace_is_given_one() {
         let choice = choice("namespace = \"/\"\nprefix = \"/r5\"");
         let odometry = choice.stream("/odom", "nav_msgs/msg/Odometry").expect("watched");

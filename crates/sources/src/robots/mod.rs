@@ -13,6 +13,7 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
+use teampulse_core::stream::Stream;
 use teampulse_ros::bus::Bus;
 
 use crate::follow::follow;
@@ -107,6 +108,16 @@ impl Robots {
     /// All fields that the study names.
     pub fn fields(&self) -> impl Iterator<Item = &Field> {
         self.mapped().into_values().chain(&self.numbers)
+    }
+
+    /// Whether a stream is of a robot that these settings describe.
+    pub fn describe(&self, stream: &Stream) -> bool {
+        let Ok(choice) = Choice::new(self) else { return false };
+        let topic = match &self.prefix {
+            Some(prefix) => stream.name.strip_prefix(prefix.text()),
+            None => Some(stream.name.as_str()),
+        };
+        topic.and_then(|topic| choice.robot(topic)).is_some_and(|(id, _)| id == stream.id)
     }
 
     /// The fields that the study maps itself, by parameter.
