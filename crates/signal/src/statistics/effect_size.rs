@@ -18,13 +18,15 @@ pub fn hedges_gz(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> 
     Ok(cohen_dz(first, second)? * hedges_correction(first.len() as f64 - 1.0))
 }
 
-/// Cohen's `d_av`: mean of `first` − `second` over the mean of both standard deviations, without unit.
+/// Cohen's `d_av`: mean of `first` − `second` over the root of their mean variance, without unit.
 ///
-/// Lakens (2013), doi:10.3389/fpsyg.2013.00863.
+/// Cumming (2012), doi:10.4324/9780203807002; as `pingouin.compute_effsize(paired=True)`. Lakens
+/// (2013), doi:10.3389/fpsyg.2013.00863, divides by the mean of both standard deviations, which is a
+/// little less.
 pub fn cohen_d_average(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
     checked(&[first, second], 2, 2)?;
-    let spread = f64::midpoint(sample_sd(first), sample_sd(second));
-    ratio(mean(first) - mean(second), spread)
+    let variance = f64::midpoint(sample_sd(first).powi(2), sample_sd(second).powi(2));
+    ratio(mean(first) - mean(second), variance.sqrt())
 }
 
 /// Hedges' factor against the bias of d in small groups, J = 1 − 3/(4·df − 1).
