@@ -20,3 +20,4 @@ pub mod sliding;
 pub mod statistics;
 pub mod intervals;
 pub mod hrv;
+pub mod ecg;

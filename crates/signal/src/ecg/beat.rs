@@ -1,0 +1,32 @@
+//! A beat of the heart.
+
+use super::candidates::Candidate;
+
+/// When a beat was found.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Found {
+    /// As soon as it had passed.
+    InTime,
+    /// When the beat after it was missed, or when the usual height of beats had been learnt.
+    Later,
+}
+
+/// A beat of the heart in an ECG.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beat {
+    /// Time of the main deflection (the R peak) [samples from the first one], between samples.
+    pub sample: f64,
+    /// Height of the envelope around 17 Hz [unit of the signal].
+    pub strength: f64,
+    /// Whether the main deflection points upwards.
+    pub upright: bool,
+    /// When it was found.
+    pub found: Found,
+}
+
+impl Candidate {
+    pub(super) fn beat(&self, found: Found) -> Beat {
+        let Candidate { strength, deflection, .. } = *self;
+        Beat { sample: deflection.sample, strength, upright: deflection.upright, found }
+    }
+}

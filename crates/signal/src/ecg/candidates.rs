@@ -1,0 +1,143 @@
+//! Places where a beat may be: the maxima of the envelope of QRS complexes.
+
+use super::history::History;
+use super::intake::Intake;
+use super::kernel::{Kernel, sigma_secs, sum};
+use super::peak::{Deflection, PeakFinder};
+use crate::error::{SignalError, checked, checked_rate_hz};
+
+/// Rates at which QRS complexes are known well enough, and which cost no more than they tell [Hz].
+const RATES_HZ: (f64, f64) = (80.0, 4000.0);
+/// Where QRS complexes stand out most from P and T waves, motion and muscles [Hz].
+const QRS_HZ: f64 = 17.0;
+/// Half of how long the weights of the envelope reach [standard deviations of the Gaussian].
+const REACH_SIGMAS: f64 = 2.5;
+/// The duration of a broad QRS complex, over which the envelope is smoothed [s].
+const QRS_SECS: f64 = 0.12;
+/// How long before a beat it is looked for quiet [s], and how much of that must be quiet.
+const QUIET_SECS: f64 = 0.9;
+const QUIET_SHARE: f64 = 0.25;
+/// Every how manieth value of the envelope tells how quiet it is.
+const QUIET_STEP: usize = 4;
+
+/// A place where a beat may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// Time of the maximum of the envelope [s].
+    pub(super) secs: f64,
+    /// Height of the envelope.
+    pub(super) strength: f64,
+    /// Height of the envelope in the quietest quarter of the time before it, as share of its own.
+    pub(super) restlessness: f64,
+    pub(super) deflection: Deflection,
+    /// Whether there was a long gap since the candidate before it.
+    pub(super) after_gap: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Candidates {
+    rate_hz: f64,
+    /// How long a maximum must stay unsurpassed [samples at the working rate], as all below.
+    wait: i64,
+    intake: Intake,
+    raw: History,
+    working: History,
+    energy: History,
+    envelope: History,
+    even: Kernel,
+    odd: Kernel,
+    /// How far the envelope lags behind the samples.
+    lag: i64,
+    smooth: usize,
+    quiet: i64,
+    quiet_values: Vec<f64>,
+    top: Option<(i64, f64)>,
+    before: f64,
+    peaks: PeakFinder,
+    resumed: Option<i64>,
+}
+
+impl Candidates {
+    /// An error when the rate is not between 80 and 4000 Hz.
+    pub(super) fn new(rate_hz: f64, wait_secs: f64) -> Result<Candidates, SignalError> {
+        let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
+        let intake = Intake::new(rate_hz);
+        let working_hz = rate_hz / intake.group() as f64;
+        let places = |secs: f64| (secs * working_hz).round() as usize;
+        let half = (REACH_SIGMAS * sigma_secs(3, QRS_HZ) * working_hz).ceil() as usize;
+        let smooth = 2 * places(QRS_SECS / 2.0) + 1;
+        let quiet = places(QUIET_SECS);
+        let wait = places(wait_secs);
+        // What a peak is refined with lies less than a second back.
+        let second = places(1.0);
+        Ok(Candidates {
+            rate_hz,
+            wait: wait as i64,
+            raw: History::new(second * intake.group()),
+            working: History::new(second),
+            energy: History::new(smooth),
+            envelope: History::new(quiet + wait + 1),
+            even: Kernel::even(QRS_HZ, half, working_hz),
+            odd: Kernel::odd(QRS_HZ, half, working_hz),
+            lag: (half + smooth / 2) as i64,
+            smooth,
+            quiet: quiet as i64,
+            quiet_values: Vec::with_capacity((quiet + wait) / QUIET_STEP + 1),
+            top: None,
+            before: 0.0,
+            peaks: PeakFinder::new(working_hz, intake.group()),
+            resumed: None,
+            intake,
+        })
+    }
+
+    /// How many samples after its maximum a candidate is known at the latest.
+    pub(super) fn latency(&self) -> usize {
+        (self.lag + self.wait + 1) as usize * self.intake.group()
+    }
+
+    pub(super) fn push(&mut self, sample: f64) -> Option<Candidate> {
+        let taken = self.intake.push(sample);
+        self.raw.push(taken.sample);
+        if taken.resumed {
+            self.resumed = Some(self.working.count);
+        }
+        let place = self.envelope.count;
+        let height = self.envelope_with(taken.mean?);
+        if height > self.before && self.top.is_none_or(|(_, top)| height > top) {
+            self.top = Some((place, height));
+        }
+        self.before = height;
+        let (top, strength) = self.top.filter(|(top, _)| place - top >= self.wait)?;
+        self.top = None;
+        Some(self.candidate(top, strength))
+    }
+
+    fn envelope_with(&mut self, sample: f64) -> f64 {
+        self.working.push(sample);
+        let samples = self.working.newest(self.even.length());
+        self.energy.push(self.even.apply(samples).powi(2) + self.odd.apply(samples).powi(2));
+        let energy = sum(self.energy.newest(self.smooth));
+        let height = (energy / self.smooth as f64).sqrt();
+        self.envelope.push(height);
+        height
+    }
+
+    fn candidate(&mut self, top: i64, strength: f64) -> Candidate {
+        let place = (top - self.lag).max(0);
+        let secs = self.peaks.raw_place(place) / self.rate_hz;
+        let restlessness = self.quiet_height(top) / strength;
+        let deflection = self.peaks.find(place, strength, &self.working, &self.raw);
+        let after_gap = self.resumed.take_if(|resumed| *resumed <= place).is_some();
+        Candidate { secs, strength, restlessness, deflection, after_gap }
+    }
+
+    /// The height of the envelope that it is below in a quarter of the time around.
+    fn quiet_height(&mut self, top: i64) -> f64 {
+        let around = self.envelope.at(top - self.quiet..top + self.wait + 1);
+        self.quiet_values.clear();
+        self.quiet_values.extend(around.iter().step_by(QUIET_STEP));
+        let index = (self.quiet_values.len() as f64 * QUIET_SHARE) as usize;
+        *self.quiet_values.select_nth_unstable_by(index, f64::total_cmp).1
+    }
+}

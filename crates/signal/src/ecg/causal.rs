@@ -1,0 +1,205 @@
+//! Beats while the ECG comes in.
+
+use std::collections::VecDeque;
+
+use super::beat::{Beat, Found};
+use super::candidates::{Candidate, Candidates};
+use super::judge::{FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_t_wave, stands_out};
+use super::recent::Recent;
+use crate::error::SignalError;
+
+/// How long a maximum of the envelope must stay unsurpassed [s].
+const WAIT_SECS: f64 = 0.11;
+/// No two beats follow faster [s]: the ventricles are refractory. (A P wave that was taken for a
+/// beat shall not hide the QRS complex after it.)
+const REFRACTORY_SECS: f64 = 0.16;
+/// A beat is missed after so many cycles (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and
+/// sought among what came later than this share of a cycle.
+const MISSED_CYCLES: f64 = 1.66;
+const EARLIEST_CYCLES: f64 = 0.3;
+/// It must surpass this share of the threshold for one that is due.
+const SEARCH_BACK_SHARE: f64 = 0.9;
+/// After so long without a beat [s], the height of beats is learnt anew.
+const SILENCE_SECS: f64 = 8.0;
+/// How much of the highest candidate the height of beats is taken for at first.
+const FIRST_SHARE: f64 = 0.8;
+/// A longer interval is none between neighbours [s].
+const LONGEST_SECS: f64 = 3.0;
+/// How many candidates are kept that were not taken for beats.
+const MOST_PASSED: usize = 128;
+
+/// Finds beats in an ECG that comes in sample by sample.
+///
+/// A beat is reported within 250 ms of data time (half of them within 215 ms), unless it was found
+/// later: in the first two seconds, or because a beat was missing. The output is the same bit for
+/// bit for any chunking, and no sample allocates. Samples that are no
+/// [usable numbers](crate::gaps::is_usable) are bridged; intervals across long gaps teach nothing.
+#[derive(Clone, Debug)]
+pub struct BeatDetector {
+    candidates: Candidates,
+    learning_until_secs: Option<f64>,
+    is_learning: bool,
+    beats: Recent,
+    others: Recent,
+    cycles_secs: Recent,
+    last: Option<Candidate>,
+    quiet_since_secs: f64,
+    passed: VecDeque<Candidate>,
+    /// Beats that were found at once with another one.
+    found: VecDeque<(Candidate, Found)>,
+}
+
+impl BeatDetector {
+    /// A detector for samples at a rate of 80 to 4000 Hz, in any unit and of either polarity.
+    ///
+    /// An error when the rate lies outside.
+    pub fn new(rate_hz: f64) -> Result<BeatDetector, SignalError> {
+        Ok(BeatDetector::over(Candidates::new(rate_hz, WAIT_SECS)?))
+    }
+
+    pub(super) fn over(candidates: Candidates) -> BeatDetector {
+        BeatDetector {
+            candidates,
+            learning_until_secs: None,
+            is_learning: true,
+            beats: Recent::default(),
+            others: Recent::default(),
+            cycles_secs: Recent::default(),
+            last: None,
+            quiet_since_secs: 0.0,
+            passed: VecDeque::with_capacity(MOST_PASSED + 1),
+            found: VecDeque::with_capacity(MOST_PASSED + 1),
+        }
+    }
+
+    /// Takes in the next sample, and tells of a beat if one became known.
+    ///
+    /// Beats that become known at once are told of one a sample, in their order.
+    pub fn push(&mut self, sample: f64) -> Option<Beat> {
+        if let Some(candidate) = self.candidates.push(sample) {
+            self.take(candidate);
+        }
+        self.next_found().map(|(candidate, found)| candidate.beat(found))
+    }
+
+    pub(super) fn next_found(&mut self) -> Option<(Candidate, Found)> {
+        self.found.pop_front()
+    }
+
+    /// Takes in the next candidate.
+    pub(super) fn take(&mut self, candidate: Candidate) {
+        if candidate.after_gap {
+            self.forget_rhythm(candidate.secs);
+        }
+        if !self.is_learning && candidate.secs - self.quiet_since_secs > SILENCE_SECS {
+            self.forget_height();
+        }
+        if self.is_learning {
+            self.learn(candidate);
+            return;
+        }
+        while self.search_back(candidate.secs) {}
+        self.judge(candidate, Found::InTime);
+    }
+
+    fn forget_rhythm(&mut self, secs: f64) {
+        self.last = None;
+        self.quiet_since_secs = secs;
+        if !self.is_learning {
+            self.passed.clear();
+        }
+    }
+
+    fn forget_height(&mut self) {
+        self.last = None;
+        self.beats = Recent::default();
+        self.others = Recent::default();
+        self.passed.clear();
+        self.is_learning = true;
+        self.learning_until_secs = None;
+    }
+
+    fn learn(&mut self, candidate: Candidate) {
+        let until = self.learning_until_secs.get_or_insert(candidate.secs + LEARNING_SECS);
+        let is_learnt = candidate.secs >= *until;
+        self.pass(candidate);
+        if !is_learnt {
+            return;
+        }
+        let highest = self.passed.iter().filter(|candidate| stands_out(candidate));
+        let highest = highest.map(|candidate| candidate.strength).fold(0.0, f64::max);
+        self.is_learning = highest <= 0.0;
+        self.learning_until_secs = None;
+        if self.is_learning {
+            self.passed.clear();
+            return;
+        }
+        self.beats.push(FIRST_SHARE * highest);
+        self.quiet_since_secs = candidate.secs;
+        for _ in 0..self.passed.len() {
+            if let Some(candidate) = self.passed.pop_front() {
+                self.judge(candidate, Found::Later);
+            }
+        }
+    }
+
+    /// Whether a beat was missing before this time, and is found now.
+    fn search_back(&mut self, until_secs: f64) -> bool {
+        let usual = self.usual();
+        let Some(last) = self.last else { return false };
+        if until_secs - last.secs <= MISSED_CYCLES * usual.cycle_secs {
+            return false;
+        }
+        let earliest = last.secs + REFRACTORY_SECS.max(EARLIEST_CYCLES * usual.cycle_secs);
+        let late = self.passed.iter().filter(|passed| passed.secs >= earliest);
+        let best = late.max_by(|a, b| a.strength.total_cmp(&b.strength)).copied();
+        let least = SEARCH_BACK_SHARE * usual.threshold(usual.cycle_secs);
+        let beat = best.filter(|best| best.strength > least.max(usual.other) && stands_out(best));
+        beat.inspect(|beat| self.accept(*beat, Found::Later)).is_some()
+    }
+
+    fn judge(&mut self, candidate: Candidate, found: Found) {
+        let usual = self.usual();
+        let secs = self.last.map_or(usual.cycle_secs, |last| candidate.secs - last.secs);
+        if secs < REFRACTORY_SECS {
+            return;
+        }
+        let is_t_wave = self.last.is_some_and(|last| is_t_wave(&candidate, &last));
+        if candidate.strength > usual.threshold(secs) && stands_out(&candidate) && !is_t_wave {
+            self.accept(candidate, found);
+        } else {
+            self.others.push(candidate.strength);
+            self.pass(candidate);
+        }
+    }
+
+    fn accept(&mut self, candidate: Candidate, found: Found) {
+        if let Some(last) = self.last {
+            self.cycles_secs.push((candidate.secs - last.secs).min(LONGEST_SECS));
+        }
+        self.beats.push(candidate.strength);
+        self.last = Some(candidate);
+        self.quiet_since_secs = candidate.secs;
+        if found == Found::InTime {
+            self.passed.clear();
+        } else {
+            self.passed.retain(|passed| passed.secs > candidate.secs);
+        }
+        self.found.push_back((candidate, found));
+    }
+
+    fn pass(&mut self, candidate: Candidate) {
+        if self.passed.len() == MOST_PASSED {
+            self.passed.pop_front();
+        }
+        self.passed.push_back(candidate);
+    }
+
+    fn usual(&self) -> Usual {
+        Usual {
+            beat: self.beats.median().unwrap_or(0.0),
+            other: self.others.median().unwrap_or(0.0),
+            cycle_secs: self.cycles_secs.median().unwrap_or(FIRST_CYCLE_SECS),
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The newest values of a stream, in one piece.
+
+use std::ops::Range;
+
+/// The newest `length` values at least, addressed by their place in the stream (from 0).
+///
+/// Before the first value stand copies of it.
+#[derive(Clone, Debug)]
+pub(super) struct History {
+    values: Vec<f64>,
+    length: usize,
+    /// How many were taken in.
+    pub(super) count: i64,
+}
+
+impl History {
+    pub(super) fn new(length: usize) -> History {
+        let length = length.max(1);
+        History { values: Vec::with_capacity(2 * length), length, count: 0 }
+    }
+
+    pub(super) fn push(&mut self, value: f64) {
+        if self.count == 0 {
+            self.values.resize(self.length, value);
+        }
+        if self.values.len() == 2 * self.length {
+            self.values.copy_within(self.length.., 0);
+            self.values.truncate(self.length);
+        }
+        self.values.push(value);
+        self.count += 1;
+    }
+
+    /// The values at these places, as far as they are still or already there.
+    pub(super) fn at(&self, places: Range<i64>) -> &[f64] {
+        let origin = self.count - self.values.len() as i64;
+        let index = |place: i64| (place - origin).clamp(0, self.values.len() as i64) as usize;
+        let (begin, end) = (index(places.start), index(places.end));
+        &self.values[begin..end.max(begin)]
+    }
+
+    pub(super) fn newest(&self, length: usize) -> &[f64] {
+        &self.values[self.values.len().saturating_sub(length)..]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_values_stand_at_their_places() {
+        let mut history = History::new(4);
+        (0..23).for_each(|value| history.push(f64::from(value)));
+        assert_eq!(history.at(19..23), [19.0, 20.0, 21.0, 22.0]);
+        assert_eq!(history.newest(2), [21.0, 22.0]);
+        assert_eq!(history.at(30..40), [0.0; 0]);
+    }
+
+    #[test]
+    fn before_the_first_value_stand_copies_of_it() {
+        let mut history = History::new(3);
+        history.push(7.0);
+        assert_eq!(history.at(-2..1), [7.0, 7.0, 7.0]);
+    }
+}

@@ -1,0 +1,99 @@
+//! Band-passes of derivatives of a Gaussian: smooth, short, without any shift.
+
+use std::f64::consts::TAU;
+
+/// A derivative of a Gaussian as weights of the samples from `-half` to `half`, with gain 1 at the
+/// frequency where it is most sensitive.
+#[derive(Clone, Debug)]
+pub(super) struct Kernel {
+    weights: Vec<f64>,
+}
+
+impl Kernel {
+    /// The (negative) second derivative: the deflection itself, upright.
+    pub(super) fn even(frequency_hz: f64, half: usize, rate_hz: f64) -> Kernel {
+        let sigma = sigma_secs(2, frequency_hz) * rate_hz;
+        let bell = samples(half, |place| (-(place / sigma).powi(2) / 2.0).exp());
+        let mut weights = samples(half, |place| {
+            let x = place / sigma;
+            (1.0 - x * x) * (-x * x / 2.0).exp()
+        });
+        let excess = weights.iter().sum::<f64>() / bell.iter().sum::<f64>();
+        weights.iter_mut().zip(bell).for_each(|(weight, bell)| *weight -= excess * bell);
+        Kernel { weights }.normal(frequency_hz, rate_hz)
+    }
+
+    /// The third derivative: the slopes.
+    pub(super) fn odd(frequency_hz: f64, half: usize, rate_hz: f64) -> Kernel {
+        let sigma = sigma_secs(3, frequency_hz) * rate_hz;
+        let weights = samples(half, |place| {
+            let x = place / sigma;
+            (x * x * x - 3.0 * x) * (-x * x / 2.0).exp()
+        });
+        Kernel { weights }.normal(frequency_hz, rate_hz)
+    }
+
+    pub(super) fn length(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// What it gives in the middle of as many samples as it is long.
+    pub(super) fn apply(&self, samples: &[f64]) -> f64 {
+        products(samples, &self.weights, |sample, weight| sample * weight)
+    }
+
+    fn normal(mut self, frequency_hz: f64, rate_hz: f64) -> Kernel {
+        let half = (self.weights.len() / 2) as f64;
+        let (mut real, mut imaginary) = (0.0, 0.0);
+        for (index, weight) in self.weights.iter().enumerate() {
+            let angle = TAU * frequency_hz * (index as f64 - half) / rate_hz;
+            real += weight * angle.cos();
+            imaginary += weight * angle.sin();
+        }
+        let gain = real.hypot(imaginary);
+        self.weights.iter_mut().for_each(|weight| *weight /= gain);
+        self
+    }
+}
+
+/// The sum of values; in the same order whatever their place.
+pub(super) fn sum(values: &[f64]) -> f64 {
+    products(values, values, |value, _| value)
+}
+
+/// The sum of what is made of pairs, as eight sums which the processor can add up at once.
+fn products(left: &[f64], right: &[f64], product: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut sums = [0.0; 8];
+    let (left, right) = (left.chunks_exact(8), right.chunks_exact(8));
+    let rest = left.remainder().iter().zip(right.remainder());
+    let rest: f64 = rest.map(|(&left, &right)| product(left, right)).sum();
+    for (left, right) in left.zip(right) {
+        for k in 0..8 {
+            sums[k] += product(left[k], right[k]);
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Width of the Gaussian whose derivative of this order is most sensitive at a frequency [s].
+pub(super) fn sigma_secs(order: u32, frequency_hz: f64) -> f64 {
+    f64::from(order).sqrt() / (TAU * frequency_hz)
+}
+
+fn samples(half: usize, value: impl Fn(f64) -> f64) -> Vec<f64> {
+    (0..=2 * half).map(|index| value(index as f64 - half as f64)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sine_at_its_frequency_keeps_its_height_and_a_level_vanishes() {
+        let (half, rate_hz) = (40, 360.0);
+        let cosine = samples(half, |place| (TAU * 10.0 * place / rate_hz).cos() * 3.0);
+        let even = Kernel::even(10.0, half, rate_hz);
+        assert!((even.apply(&cosine) - 3.0).abs() < 1e-12);
+        assert!(even.apply(&samples(half, |_| 1000.0)).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,129 @@
+//! From somewhere in a QRS complex to its main deflection.
+
+use super::history::History;
+use super::kernel::{Kernel, sigma_secs};
+
+/// Where the main deflection stands out most [Hz].
+const DEFLECTION_HZ: f64 = 10.0;
+/// Half of how long its weights reach [standard deviations of the Gaussian].
+const REACH_SIGMAS: f64 = 3.0;
+/// How far from the maximum of the energy it may be [s].
+const SEARCH_SECS: f64 = 0.07;
+/// How far the highest sample may be from the maximum of the smoothed deflection [s].
+const SNAP_SECS: f64 = 0.012;
+/// A parabola through the peak and samples so far beside it gives the time between samples [s].
+const PARABOLA_SECS: f64 = 0.004;
+/// How much higher the other way a deflection must be when the channel has one clear direction.
+const PREFERENCE: f64 = 1.5;
+/// The mean logarithm of up/down at which a direction is clear.
+const CLEAR_DIRECTION: f64 = 0.3;
+/// Over how many beats the direction is averaged.
+const DIRECTION_BEATS: f64 = 16.0;
+
+/// The main deflection of a QRS complex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Deflection {
+    /// Time [samples from the first one].
+    pub(super) sample: f64,
+    pub(super) upright: bool,
+}
+
+/// Finds main deflections; knows to which side they use to point in this channel, because the two
+/// deflections of a broad complex can be equally high.
+#[derive(Clone, Debug)]
+pub(super) struct PeakFinder {
+    group: i64,
+    kernel: Kernel,
+    search: i64,
+    snap: i64,
+    shoulder: i64,
+    /// Mean logarithm of the height of upward over downward deflections.
+    direction: f64,
+    usual_strength: f64,
+    heights: Vec<f64>,
+}
+
+impl PeakFinder {
+    pub(super) fn new(working_hz: f64, group: usize) -> PeakFinder {
+        let rate_hz = working_hz * group as f64;
+        let half = (REACH_SIGMAS * sigma_secs(2, DEFLECTION_HZ) * working_hz).ceil() as usize;
+        let search = (SEARCH_SECS * working_hz).round() as usize;
+        PeakFinder {
+            group: group as i64,
+            kernel: Kernel::even(DEFLECTION_HZ, half, working_hz),
+            search: search as i64,
+            snap: (SNAP_SECS * rate_hz).round().max(2.0) as i64,
+            shoulder: (PARABOLA_SECS * rate_hz).round().max(1.0) as i64,
+            direction: 0.0,
+            usual_strength: 0.0,
+            heights: Vec::with_capacity(2 * search + 1),
+        }
+    }
+
+    /// The place in the raw signal of one at the working rate: the middle of its group.
+    pub(super) fn raw_place(&self, place: i64) -> f64 {
+        (place * self.group) as f64 + (self.group - 1) as f64 / 2.0
+    }
+
+    pub(super) fn find(
+        &mut self,
+        place: i64,
+        strength: f64,
+        working: &History,
+        raw: &History,
+    ) -> Deflection {
+        self.smoothed_deflections(place, working);
+        let (up, down) = extremes(&self.heights);
+        let ratio = (up.1.max(f64::MIN_POSITIVE) / (-down.1).max(f64::MIN_POSITIVE)).ln();
+        let bias = (self.direction / CLEAR_DIRECTION).clamp(-1.0, 1.0) * PREFERENCE.ln();
+        let upright = ratio + bias >= 0.0;
+        self.learn_direction(ratio, strength);
+        let peak = place - self.search + if upright { up.0 } else { down.0 } as i64;
+        let begin = self.raw_place(peak).round() as i64;
+        Deflection { sample: self.true_peak(begin, upright, raw).max(0.0), upright }
+    }
+
+    fn smoothed_deflections(&mut self, place: i64, working: &History) {
+        let half = (self.kernel.length() / 2) as i64;
+        let (begin, end) = (place - self.search - half, place + self.search + half + 1);
+        let around = working.at(begin..end);
+        let kernel = &self.kernel;
+        self.heights.clear();
+        self.heights.extend(around.windows(kernel.length()).map(|part| kernel.apply(part)));
+    }
+
+    fn learn_direction(&mut self, ratio: f64, strength: f64) {
+        // P and T waves have no say.
+        if strength > self.usual_strength / 2.0 {
+            self.direction += (ratio.clamp(-1.0, 1.0) - self.direction) / DIRECTION_BEATS;
+        }
+        let weight = if strength > self.usual_strength { 0.3 } else { 0.03 };
+        self.usual_strength += weight * (strength - self.usual_strength);
+    }
+
+    /// The extreme of the raw signal nearby, or the beginning if there is none.
+    fn true_peak(&self, begin: i64, upright: bool, raw: &History) -> f64 {
+        let sign = if upright { 1.0 } else { -1.0 };
+        let around = raw.at(begin - self.snap..begin + self.snap + 1);
+        let highest = (0..around.len())
+            .max_by(|&a, &b| (sign * around[a]).total_cmp(&(sign * around[b])).then(b.cmp(&a)));
+        let inside = highest.filter(|&index| index > 0 && index + 1 < around.len());
+        let peak = inside.map_or(begin, |index| begin - self.snap + index as i64);
+        let at = |place: i64| raw.at(place..place + 1).first().copied();
+        let beside = (at(peak - self.shoulder), at(peak), at(peak + self.shoulder));
+        let (Some(left), Some(middle), Some(right)) = beside else { return peak as f64 };
+        let (bend, tilt) = (left - 2.0 * middle + right, left - right);
+        let shift = 0.5 * tilt / bend;
+        let fits = sign * bend < 0.0 && shift.abs() <= 0.5;
+        peak as f64 + if fits { shift * self.shoulder as f64 } else { 0.0 }
+    }
+}
+
+/// Place and height of the highest and of the lowest value.
+fn extremes(values: &[f64]) -> ((usize, f64), (usize, f64)) {
+    let first = (values.len() / 2, values.get(values.len() / 2).copied().unwrap_or(0.0));
+    values.iter().enumerate().fold((first, first), |(up, down), (index, &value)| {
+        let new = (index, value);
+        (if value > up.1 { new } else { up }, if value < down.1 { new } else { down })
+    })
+}
