@@ -1,0 +1,29 @@
+//! What `bench/signal/run` measures of the signal crate; each part prints its own figures.
+
+#![expect(clippy::print_stdout, reason = "figures go to standard output")]
+#![expect(clippy::print_stderr, reason = "errors go to standard error")]
+
+mod beats;
+mod records;
+mod resampling;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match words[..] {
+        ["beats", data] => beats::measure(Path::new(data)),
+        ["beats", data, "each"] => beats::list(Path::new(data)),
+        _ => Err("there is no such part".into()),
+    };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
