@@ -129,6 +129,9 @@ def test_times_made_afterwards_keep_the_raw_content_and_are_marked(demo_bag, sta
     assert len(robots) > 10
     for topic in robots:
         assert before[topic] == after[topic], f"{topic}: content and log times stay"
+    assert json.loads(stage.ask("info", bag, "--json").stdout)["two_sided"]
+    assert not json.loads(stage.ask("info", demo_bag, "--json").stdout)["two_sided"]
+    assert "times are two-sided" in stage.ask("info", bag).stdout
     again = stage.ask("retime", bag, "--out", stage.folder / "again")
     assert again.returncode == 1 and "already" in again.stderr
 
