@@ -4,6 +4,9 @@
 #![expect(clippy::print_stderr, reason = "errors go to standard error")]
 
 mod beats;
+mod hrv;
+mod statistics;
+mod golden;
 mod records;
 mod resampling;
 
@@ -16,6 +19,8 @@ fn main() -> ExitCode {
     let outcome = match words[..] {
         ["beats", data] => beats::measure(Path::new(data)),
         ["beats", data, "each"] => beats::list(Path::new(data)),
+        ["hrv", data] => hrv::measure(Path::new(data)),
+        ["statistics", data] => statistics::measure(Path::new(data)),
         _ => Err("there is no such part".into()),
     };
     match outcome {
