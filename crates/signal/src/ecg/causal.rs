@@ -30,8 +30,8 @@ const MOST_PASSED: usize = 128;
 
 /// Finds beats in an ECG that comes in sample by sample.
 ///
-/// A beat is reported within 250 ms of data time (half of them within 215 ms), unless it was found
-/// later: in the first two seconds, or because a beat was missing. The output is the same bit for
+/// Of 100 beats, 99 are reported within 250 ms of data time after them, and half within 220 ms; the
+/// others are [found later](Found::Later): in the first two seconds, or because a beat was missing. The output is the same bit for
 /// bit for any chunking, and no sample allocates. Samples that are no
 /// [usable numbers](crate::gaps::is_usable) are bridged; intervals across long gaps teach nothing.
 #[derive(Clone, Debug)]
