@@ -30,10 +30,11 @@ const MOST_PASSED: usize = 128;
 
 /// Finds beats in an ECG that comes in sample by sample.
 ///
-/// Of 100 beats, 99 are reported within 250 ms of data time after them, and half within 220 ms; the
-/// others are [found later](Found::Later): in the first two seconds, or because a beat was missing. The output is the same bit for
-/// bit for any chunking, and no sample allocates. Samples that are no
-/// [usable numbers](crate::gaps::is_usable) are bridged; intervals across long gaps teach nothing.
+/// Half of the beats are reported within 220 ms of data time after them, and 99 of 100 within 250 ms,
+/// but for those [found later](Found::Later): in the first two seconds, or because a beat was
+/// missing. The output is the same bit for bit for any chunking, and no sample allocates. Samples
+/// that are no [usable numbers](crate::gaps::is_usable) are bridged; intervals across long gaps
+/// teach nothing.
 #[derive(Clone, Debug)]
 pub struct BeatDetector {
     candidates: Candidates,
