@@ -3,13 +3,13 @@ use super::error::{StatisticsError, checked, checked_level, finite_or};
 use super::mean_interval::Interval;
 use super::moments::{mean, sample_sd};
 
-/// Most values that are drawn altogether.
-const MOST_DRAWS: usize = 1 << 32;
+/// Most resamples: more add no digit that means anything.
+const MOST_RESAMPLES: usize = 1_000_000;
 
 /// How values are drawn anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bootstrap {
-    /// How often; 2000 are few for the ends of an interval, 10 000 are enough.
+    /// How often; 2000 are few for the ends of an interval, 10 000 are enough, a million the most.
     pub resamples: usize,
     /// Confidence of the intervals, 0.95 for 95 %.
     pub level: f64,
@@ -62,9 +62,9 @@ pub fn bootstrap(
     if settings.resamples < 2 {
         return Err(StatisticsError::TooFew { got: settings.resamples, need: 2 });
     }
-    if settings.resamples.saturating_mul(values.len()) > MOST_DRAWS {
-        let most = MOST_DRAWS / values.len();
-        return Err(StatisticsError::TooMany { got: settings.resamples, most });
+    if settings.resamples > MOST_RESAMPLES {
+        let got = settings.resamples;
+        return Err(StatisticsError::TooMany { got, most: MOST_RESAMPLES });
     }
     let value = statistic(values);
     let mut drawn = draws(values, &statistic, settings);

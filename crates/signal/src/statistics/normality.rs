@@ -29,6 +29,7 @@ pub fn shapiro_wilk(values: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
     if range <= 0.0 {
         return Err(StatisticsError::NoSpread);
     }
+    finite_or(&[range], StatisticsError::OutOfRange)?;
     let scaled: Vec<f64> = sorted.iter().map(|each| (each - centre) / range).collect();
     finite_or(&scaled, StatisticsError::OutOfRange)?;
     let shortfall = shortfall(&scaled, &weights(values.len()));
