@@ -1,9 +1,9 @@
 //! Matching makes the sets of ROS's C++ `message_filters`.
 //!
 //! The expected hashes are what Debian's `libmessage-filters-dev` 1.15.15 gave. To have them again:
-//! `cargo test --package teampulse-timefilter --test message_filters -- --ignored` writes the
-//! messages of each case, and `bench/timefilter/message_filters.cpp` (built as `measure_matching`
-//! does it) is called with what the file `calls` beside them says.
+//! these tests leave the messages of each case in `target/tmp`, and
+//! `bench/timefilter/message_filters.cpp` (built as `measure_matching` does it) is called with what
+//! the file `calls` beside them says.
 
 use std::fmt::Write as _;
 
@@ -176,7 +176,6 @@ fn sets_are_those_of_message_filters() {
 }
 
 #[test]
-#[ignore = "writes what message_filters.cpp reads"]
 fn the_messages_of_each_case_are_written() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
     let mut calls = String::new();
