@@ -63,6 +63,16 @@ fn finite(values: &[f64]) -> Vec<f64> {
     values.iter().copied().filter(|each| each.is_finite()).collect()
 }
 
+/// Quantile of sorted values, linear between them, as `numpy.quantile`; NaN of none. The share lies
+/// between 0 and 1.
+pub fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = share.clamp(0.0, 1.0) * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -14,15 +14,6 @@ pub(super) fn differences(intervals_ms: &[f64]) -> Vec<f64> {
     pairs(intervals_ms).iter().map(|(first, second)| second - first).collect()
 }
 
-/// Quantile of sorted values, linear between them; NaN of none.
-pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let place = share * last as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(last);
-    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
-}
-
 /// The mean; NaN of none.
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64

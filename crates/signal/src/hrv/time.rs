@@ -1,6 +1,6 @@
 use super::measure::Measure;
-use super::series::{differences, mean, present, quantile, sample_sd};
-use crate::robust::{mad, median};
+use super::series::{differences, mean, present, sample_sd};
+use crate::robust::{mad, median, quantile_of_sorted};
 
 /// Standard deviation over median absolute deviation, as rounded by R and NeuroKit2.
 const MAD_SCALE: f64 = 1.4826;
@@ -92,11 +92,11 @@ pub fn time_domain(intervals_ms: &[f64]) -> Option<TimeDomain> {
         sd_rmssd: sdnn_ms / rmssd_ms,
         mad_nn_ms,
         mcv_nn: mad_nn_ms / median_nn_ms,
-        iqr_nn_ms: quantile(&nn, 0.75) - quantile(&nn, 0.25),
-        prc20_nn_ms: quantile(&nn, 0.2),
-        prc80_nn_ms: quantile(&nn, 0.8),
-        min_nn_ms: quantile(&nn, 0.0),
-        max_nn_ms: quantile(&nn, 1.0),
+        iqr_nn_ms: quantile_of_sorted(&nn, 0.75) - quantile_of_sorted(&nn, 0.25),
+        prc20_nn_ms: quantile_of_sorted(&nn, 0.2),
+        prc80_nn_ms: quantile_of_sorted(&nn, 0.8),
+        min_nn_ms: quantile_of_sorted(&nn, 0.0),
+        max_nn_ms: quantile_of_sorted(&nn, 1.0),
         mean_hr_bpm: mean(&rates),
         std_hr_bpm: sample_sd(&rates),
         hr_of_mean_nn_bpm: 60_000.0 / mean_nn_ms,

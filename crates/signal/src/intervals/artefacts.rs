@@ -1,4 +1,5 @@
-use super::rolling::{around_each, quantile};
+use super::rolling::around_each;
+use crate::robust::quantile_of_sorted;
 
 /// Beats around each that its thresholds come from.
 const THRESHOLD_BEATS: usize = 91;
@@ -94,7 +95,7 @@ impl Series {
         let rr = differences_with_mean_first(times_secs);
         let mut change = differences_with_mean_first(&rr);
         let change_threshold = threshold(&change);
-        let usual = around_each(&rr, MEDIAN_BEATS, |sorted| quantile(sorted, 0.5));
+        let usual = around_each(&rr, MEDIAN_BEATS, |sorted| quantile_of_sorted(sorted, 0.5));
         let off = rr.iter().zip(&usual).map(|(rr, usual)| rr - usual);
         // A short interval is less off than a long one of the same kind of error.
         let mut off: Vec<f64> =
@@ -185,6 +186,8 @@ fn differences_with_mean_first(values: &[f64]) -> Vec<f64> {
 
 fn threshold(values: &[f64]) -> Vec<f64> {
     let sizes: Vec<f64> = values.iter().map(|each| each.abs()).collect();
-    let deviation = |sorted: &[f64]| (quantile(sorted, 0.75) - quantile(sorted, 0.25)) / 2.0;
+    let deviation = |sorted: &[f64]| {
+        (quantile_of_sorted(sorted, 0.75) - quantile_of_sorted(sorted, 0.25)) / 2.0
+    };
     around_each(&sizes, THRESHOLD_BEATS, |sorted| ALPHA * deviation(sorted))
 }

@@ -20,12 +20,3 @@ pub(super) fn around_each(values: &[f64], width: usize, of: impl Fn(&[f64]) -> f
     }
     around
 }
-
-/// Quantile of sorted values, linear between them; NaN of none.
-pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let place = share * last as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(last);
-    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
-}

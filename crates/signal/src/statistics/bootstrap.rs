@@ -2,6 +2,7 @@ use super::distributions::{normal_quantile, normal_upper};
 use super::error::{StatisticsError, checked, checked_level, finite_or};
 use super::mean_interval::Interval;
 use super::moments::{mean, sample_sd};
+use crate::robust::quantile_of_sorted;
 
 /// Most resamples: more add no digit that means anything.
 const MOST_RESAMPLES: usize = 1_000_000;
@@ -72,8 +73,10 @@ pub fn bootstrap(
     finite_or(&[value], StatisticsError::OutOfRange)?;
     drawn.sort_unstable_by(f64::total_cmp);
     let tail = (1.0 - level) / 2.0;
-    let between =
-        |low: f64, high: f64| Interval { low: quantile(&drawn, low), high: quantile(&drawn, high) };
+    let between = |low: f64, high: f64| Interval {
+        low: quantile_of_sorted(&drawn, low),
+        high: quantile_of_sorted(&drawn, high),
+    };
     let shares = corrected_shares(values, &statistic, &drawn, tail);
     Ok(BootstrapInterval {
         value,
@@ -129,14 +132,6 @@ fn acceleration(values: &[f64], statistic: &impl Fn(&[f64]) -> f64) -> f64 {
     let centre = mean(&left_out);
     let sum = |power| left_out.iter().map(|each| (centre - each).powi(power)).sum::<f64>();
     sum(3) / (6.0 * sum(2).powf(1.5))
-}
-
-/// Quantile of sorted values, linear between them, as `numpy.quantile`.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share.clamp(0.0, 1.0) * (sorted.len() as f64 - 1.0);
-    let below = place.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
 }
 
 struct SplitMix64(u64);
