@@ -1,0 +1,230 @@
+use super::*;
+use crate::clock::simulated::{Device, SECOND};
+
+const LATENCY: Latency = Latency::new(0.0, 0.0);
+
+fn model() -> OneWay {
+    OneWay::new(OneWaySettings::new(LATENCY))
+}
+
+fn news(clock: &mut OneWay) -> Vec<News> {
+    std::iter::from_fn(|| clock.news()).collect()
+}
+
+/// Feeds what a device sends in some seconds; the error of the last sample [s].
+fn run(clock: &mut OneWay, device: &mut Device, secs: i64) -> f64 {
+    let mut error = f64::NAN;
+    let end = device.now + secs * SECOND;
+    while device.now < end {
+        let (truth, stamps) = device.send();
+        error = (clock.correct(&stamps).measured - truth) as f64 / 1e9;
+    }
+    error
+}
+
+#[test]
+fn a_steady_clock_is_found_and_nothing_is_told() {
+    let (mut clock, mut device) = (model(), Device::new(10.0));
+    device.rate = 1.0 + 40e-6;
+    let error = run(&mut clock, &mut device, 300) - device.least_delay;
+    assert!(error.abs() < 0.003, "{error}");
+    let state = clock.state();
+    assert!((state.skew_ppm - 40.0).abs() < 20.0, "{state:?}");
+    assert!(state.uncertainty_secs < 0.006 && state.epoch == 0, "{state:?}");
+    assert_eq!(news(&mut clock), []);
+}
+
+#[test]
+fn a_clock_that_runs_two_percent_fast_is_followed_and_told() {
+    for rate in [0.98, 1.02] {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        device.rate = rate;
+        run(&mut clock, &mut device, 60);
+        for _ in 0..20 {
+            let error = run(&mut clock, &mut device, 3) - device.least_delay;
+            assert!(error.abs() < 0.01, "{error}");
+        }
+        let told = news(&mut clock);
+        assert!(matches!(told[..], [News::Fast { .. }]), "{told:?}");
+        assert!((clock.state().skew_ppm - (rate - 1.0) * 1e6).abs() < 100.0);
+        assert_eq!(clock.state().epoch, 0);
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_begins_a_new_epoch() {
+    for hours in [1, -1] {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        device.clock += 7200 * SECOND;
+        run(&mut clock, &mut device, 60);
+        device.clock += hours * 3600 * SECOND;
+        let error = run(&mut clock, &mut device, 60) - device.least_delay;
+        assert!(error.abs() < 0.01, "{error}");
+        match news(&mut clock)[..] {
+            [News::Jumped { epoch: 1, secs }] => {
+                assert!((secs - hours as f64 * 3600.0).abs() < 1.0, "{secs}");
+            }
+            ref told => panic!("{told:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_device_that_is_switched_on_again_begins_a_new_epoch() {
+    let (mut clock, mut device) = (model(), Device::new(10.0));
+    device.clock += 7200 * SECOND;
+    run(&mut clock, &mut device, 60);
+    device.now += 20 * SECOND;
+    device.clock = 0;
+    let error = run(&mut clock, &mut device, 30) - device.least_delay;
+    assert!(error.abs() < 0.02, "{error}");
+    assert_eq!(news(&mut clock), [News::Restarted { epoch: 1 }]);
+}
+
+#[test]
+fn a_counter_that_wraps_goes_on_and_is_told() {
+    let settings =
+        OneWaySettings { wraps_nanos: Some(64 * SECOND), ..OneWaySettings::new(LATENCY) };
+    let (mut clock, mut device) = (OneWay::new(settings), Device::new(10.0));
+    device.wraps = 64 * SECOND;
+    let error = run(&mut clock, &mut device, 200) - device.least_delay;
+    assert!(error.abs() < 0.01, "{error}");
+    assert_eq!(news(&mut clock), [News::Wrapped; 3]);
+    assert_eq!(clock.state().epoch, 0);
+}
+
+#[test]
+fn a_repeated_or_reordered_packet_keeps_its_time() {
+    let (mut clock, mut device) = (model(), Device::new(10.0));
+    let mut sent = Vec::new();
+    for _ in 0..600 {
+        let (_, stamps) = device.send();
+        sent.push((clock.correct(&stamps).measured, stamps));
+    }
+    let arrival = sent[599].1.arrival;
+    for (measured, stamps) in &sent[560..] {
+        let again = clock.correct(&Stamps { arrival, ..*stamps });
+        assert_eq!(again.measured, *measured);
+    }
+    assert_eq!(news(&mut clock), []);
+}
+
+#[test]
+fn a_stamp_of_zero_is_disbelieved_and_changes_nothing() {
+    let (mut clock, mut device) = (model(), Device::new(10.0));
+    run(&mut clock, &mut device, 60);
+    for device in [0, i64::MIN, i64::MAX, 0, 0, 0] {
+        let arrival = 1_700_000_061 * SECOND;
+        let corrected = clock.correct(&Stamps { device: Some(device), ..Stamps::arrived(arrival) });
+        assert_eq!((corrected.measured, corrected.disbelieved), (arrival, true));
+    }
+    let error = run(&mut clock, &mut device, 30) - device.least_delay;
+    assert!(error.abs() < 0.01, "{error}");
+    assert_eq!(news(&mut clock), []);
+}
+
+#[test]
+fn a_clock_that_stood_still_for_a_second_begins_a_new_epoch() {
+    let (mut clock, mut device) = (model(), Device::new(10.0));
+    run(&mut clock, &mut device, 60);
+    device.clock -= SECOND;
+    let error = run(&mut clock, &mut device, 30) - device.least_delay;
+    assert!(error.abs() < 0.02, "{error}");
+    assert!(matches!(news(&mut clock)[..], [News::Jumped { epoch: 1, secs }] if secs < -0.9));
+}
+
+#[test]
+fn one_device_does_not_change_anothers_times() {
+    let mut devices = [Device::new(10.0), Device::new(13.0)];
+    let alone = devices.clone().map(|mut device| {
+        let mut clock = model();
+        (0..500).map(|_| clock.correct(&device.send().1)).collect::<Vec<_>>()
+    });
+    let (mut clocks, mut together) = ([model(), model()], [Vec::new(), Vec::new()]);
+    for _ in 0..500 {
+        for (number, device) in devices.iter_mut().enumerate() {
+            together[number].push(clocks[number].correct(&device.send().1));
+        }
+    }
+    assert!(together == alone);
+}
+
+#[test]
+fn the_uncertainty_shrinks_to_that_of_the_latency() {
+    let latency = Latency::BLUETOOTH;
+    let (mut clock, mut device) = (OneWay::new(OneWaySettings::new(latency)), Device::new(10.0));
+    assert!(clock.state().uncertainty_secs.is_nan());
+    clock.correct(&device.send().1);
+    let first = clock.state().uncertainty_secs;
+    run(&mut clock, &mut device, 600);
+    let last = clock.state().uncertainty_secs;
+    assert!(first > 2.0 * last && last > latency.uncertainty_secs, "{first} {last}");
+    assert!(last < 1.01 * latency.uncertainty_secs, "{last}");
+}
+
+#[test]
+fn a_late_burst_after_a_stall_is_no_jump() {
+    let (mut clock, mut device) = (model(), Device::new(10.0));
+    run(&mut clock, &mut device, 60);
+    let until = device.now + 30 * SECOND;
+    for _ in 0..300 {
+        let (truth, stamps) = device.send();
+        let late = Stamps { arrival: stamps.arrival.max(until), ..stamps };
+        let error = clock.correct(&late).measured - truth;
+        assert!(error.abs() < SECOND / 20, "{error}");
+    }
+    assert_eq!(news(&mut clock), []);
+}
+
+#[test]
+fn batches_follow_each_other_though_their_period_is_nominal() {
+    let (mut clock, mut device) = (model(), Device::new(130.0));
+    (device.batch, device.rate) = (73, 0.98); // by its clock a sample comes early
+    let mut end = i64::MIN;
+    for batch in 0..200 {
+        let (_, stamps) = device.send();
+        let corrected = clock.correct(&stamps);
+        assert!(corrected.measured > end, "batch {batch}");
+        let last = 72.0 * corrected.period_nanos;
+        end = corrected.measured + last as i64;
+        if batch > 60 {
+            let period = corrected.period_nanos / device.period as f64;
+            assert!((period - 1.0).abs() < 0.002, "{period}");
+        }
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn any_stamps_are_placed_without_a_panic(
+        wraps: Option<i64>,
+        stamps: Vec<(Option<i64>, i64, u64, u32, f64)>,
+    ) {
+        let settings = OneWaySettings { wraps_nanos: wraps, ..OneWaySettings::new(LATENCY) };
+        let mut clock = OneWay::new(settings);
+        for (device, arrival, index, count, period_nanos) in stamps {
+            let arrived = Stamps::arrived(arrival);
+            clock.correct(&Stamps { device, index, count, period_nanos, ..arrived });
+            clock.state();
+        }
+    }
+
+    #[test]
+    fn time_is_strictly_increasing_in_device_time(
+        packets in proptest::collection::vec((4_i64..4_000_000_000, 0_i64..2_000_000_000), 2..200),
+    ) {
+        let mut clock = model();
+        let (mut device, mut placed) = (0, Vec::new());
+        for (step, delay) in packets {
+            device += step;
+            let stamps = Stamps { device: Some(device), ..Stamps::arrived(device + delay) };
+            let corrected = clock.correct(&stamps);
+            if !corrected.disbelieved {
+                placed.push((clock.state().epoch, device, corrected.measured));
+            }
+        }
+        for pair in placed.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            proptest::prop_assert!(pair[0].2 < pair[1].2, "{:?}", pair);
+        }
+    }
+}
