@@ -16,13 +16,6 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let Some((part, rest)) = arguments.split_first() else { return refuse("no part is named") };
     match (part.as_str(), rest) {
-        ("count", [path]) => match recording::read(path) {
-            Ok(samples) => {
-                println!("{}", samples.len());
-                ExitCode::SUCCESS
-            }
-            Err(error) => refuse(&error.to_string()),
-        },
         ("accuracy", rest) => {
             accuracy::measure(rest).map_or_else(|error| refuse(&error.to_string()), judge)
         }
