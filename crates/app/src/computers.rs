@@ -10,8 +10,6 @@ use teampulse_timefilter::clock::ClockKind;
 
 /// An offset of more than this is worth a warning [s].
 const WARNED_SECS: f64 = 0.050;
-/// Half the width of an interval that holds the truth with a probability of 95 %, in sigmas.
-const SIGMAS_95: f64 = 1.96;
 
 /// One line for each computer that stamps any of these streams.
 pub fn lines(buses: &Buses, heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
@@ -55,7 +53,7 @@ fn line(computer: &str, status: &StreamStatus) -> String {
     let remedy = if off { remedy(status) } else { String::new() };
     let sign = if status.offset_secs < 0.0 { '-' } else { '+' };
     let offset = sized(status.offset_secs.abs());
-    let uncertainty = sized(status.sigma_secs * SIGMAS_95);
+    let uncertainty = sized(status.uncertainty_secs());
     format!("clock    {word} {computer}  {sign}{offset} ± {uncertainty} {how}{remedy}")
 }
 
@@ -110,7 +108,7 @@ mod tests {
             offset_secs,
             skew_ppm: 0.0,
             jitter_secs: 0.0,
-            sigma_secs: 0.001 / SIGMAS_95,
+            sigma_secs: 0.001 / 1.96,
             latency_secs: 0.0,
         }
     }

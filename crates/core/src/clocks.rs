@@ -34,6 +34,17 @@ pub struct ClockSettings {
     pub wraps_secs: Option<f64>,
 }
 
+/// What a study calls the device of a stream (`[clocks.imu]`): the last word of its device, or of
+/// its topic where it names none.
+pub fn device_of(stream: &Stream) -> &str {
+    let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
+    last_word(name)
+}
+
+fn last_word(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
 /// The 95 % uncertainty of a latency that a study gives without one [s].
 const CALIBRATED_SECS: f64 = 0.005;
 
@@ -289,16 +300,15 @@ impl Clocks {
         }
     }
 
-    /// What the study says of a stream of messages, by the last word of its device or its topic:
-    /// a driver's messages are stamped later than they were measured.
+    /// What the study says of a stream of messages: a driver's messages are stamped later than they were measured.
     fn latency_of(&self, stream: &Stream) -> Latency {
-        let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
-        let told = name.rsplit('/').next().and_then(|word| self.settings.get(word));
+        let told = self.settings.get(device_of(stream));
         told.and_then(ClockSettings::latency).unwrap_or(NO_LATENCY)
     }
 
     /// What is known of the clock of a kind of device: from the study, else from the table.
     fn settings_of(&self, device: &str) -> OneWaySettings {
+        let device = last_word(device);
         let known = KnownDevice::find(device);
         let unknown = || OneWaySettings::new(Latency::BLUETOOTH);
         let mut settings = known.map_or_else(unknown, OneWaySettings::of);
@@ -346,6 +356,14 @@ mod tests {
     }
 
     /// Would take hours if each were compared with all others.
+    #[test]
+    fn a_device_is_called_by_its_last_word_or_that_of_its_topic() {
+        let mut stream = Stream::raw("/strap/imu", Subject::robot("strap"), Shape::Sample);
+        assert_eq!(device_of(&stream), "imu");
+        stream.device = "power/state".into();
+        assert_eq!(device_of(&stream), "state");
+    }
+
     #[test]
     fn a_hundred_thousand_computers_have_a_clock_each() {
         let (mut clocks, schema) = (Clocks::default(), schema());

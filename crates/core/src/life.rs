@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use teampulse_timefilter::clock::ClockState;
 
-use crate::status::{State, StreamStatus};
+use crate::status::{SIGMAS_95, State, StreamStatus};
 use crate::time::Time;
 
 /// Over how many seconds a rate is counted, and a loss remembered [s].
@@ -16,8 +16,6 @@ const DELAYS: usize = 32;
 const LEARNED_FROM: u64 = 5;
 const LEARNED_FROM_SECS: f64 = 2.0;
 const LEARNED_WITHIN_SECS: f64 = 60.0;
-/// Half the width of a 95 % interval, in standard deviations of a normal distribution.
-const SIGMAS_95: f64 = 1.96;
 /// The shortest time over which a rate is counted [s].
 const SHORTEST_SECS: f64 = 0.2;
 

@@ -43,6 +43,18 @@ pub struct StreamStatus {
     pub latency_secs: f64,
 }
 
+/// Half the width of an interval that holds the truth with a probability of 95 %, in standard
+/// uncertainties.
+pub(crate) const SIGMAS_95: f64 = 1.96;
+
+impl StreamStatus {
+    /// Half the width of the interval that holds the true time of a sample with a probability of
+    /// 95 % [s]; NaN where unknown.
+    pub fn uncertainty_secs(&self) -> f64 {
+        SIGMAS_95 * self.sigma_secs
+    }
+}
+
 /// The life cycle of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]

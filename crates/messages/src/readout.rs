@@ -69,8 +69,8 @@ impl Readout {
     }
 }
 
-/// The definition that came with the stream, or else the one that is shipped.
-fn definition(schema: &Schema) -> Option<Definition> {
+/// The definition that came with a type, or else the one that is shipped.
+pub fn definition(schema: &Schema) -> Option<Definition> {
     let own = Definition::of(schema).ok();
     own.or_else(|| Definition::of(&*shipped(&schema.name)?).ok())
 }

@@ -33,8 +33,6 @@ const LONGEST_WAIT_SECS: usize = 700;
 const CAPACITY: usize = 16_384;
 /// The most numbers that are kept of one stream, however wide it is.
 const KEPT_NUMBERS: usize = 1 << 22;
-/// Half the width of a 95 % interval, in standard uncertainties.
-const SIGMAS_95: f64 = 1.96;
 
 /// One CSV file with many streams at common times: of each stream its values, the age of the newest
 /// sample that they come from, what they are worth, and the 95 % uncertainty of its times.
@@ -153,7 +151,7 @@ impl Desk {
         if let Data::Status(status) = &record.sample.data {
             let named = self.members.iter().position(|each| each.stream.name == status.name);
             if let Some(place) = named {
-                self.table.uncertainties[place].take(now, SIGMAS_95 * status.sigma_secs);
+                self.table.uncertainties[place].take(now, status.uncertainty_secs());
             }
         } else if let Some(place) = self.place(record)
             && record.sample.turn != Turn::Duplicate

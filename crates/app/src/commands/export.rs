@@ -11,8 +11,7 @@ use teampulse_core::sink::Sink;
 use teampulse_core::stream::{About, Origin, Shape, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
-use teampulse_messages::definition::Definition;
-use teampulse_messages::fields;
+use teampulse_messages::{fields, readout};
 use teampulse_sinks::{Aligned, Csv};
 use teampulse_sources::pattern::Pattern;
 use teampulse_timefilter::align::{Onto, Policy};
@@ -192,7 +191,7 @@ impl Export {
 fn with_numbers(stream: &Stream) -> Option<Stream> {
     let mut stream = stream.clone();
     if let (Shape::Message(schema), true) = (&stream.shape, stream.channels.is_empty()) {
-        let paths = fields::numbers(&Definition::of(schema).ok()?).into_iter();
+        let paths = fields::numbers(&readout::definition(schema)?).into_iter();
         stream.channels = paths.filter(|path| !path.starts_with("header.")).collect();
         stream.channels.truncate(MOST_CHANNELS);
         stream.units = vec![String::new(); stream.channels.len()];

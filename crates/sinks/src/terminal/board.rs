@@ -17,9 +17,6 @@ const EVENTS: usize = 5;
 /// After how many statuses a stream's rate is settled: before, a window is not full.
 const SETTLED: u32 = 3;
 
-/// Half the width of the interval that is shown for a time, in standard uncertainties: 95 %.
-const UNCERTAINTY_SIGMAS: f64 = 1.96;
-
 /// The last that is known of every robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
@@ -198,7 +195,7 @@ fn board_line(name: &str, status: &StreamStatus) -> String {
 
 /// How certain the times of a stream are; empty where that is unknown.
 fn certainty(status: &StreamStatus) -> String {
-    let millis = 1e3 * UNCERTAINTY_SIGMAS * status.sigma_secs;
+    let millis = 1e3 * status.uncertainty_secs();
     if millis.is_nan() { String::new() } else { format!("±{millis:.1} ms") }
 }
 

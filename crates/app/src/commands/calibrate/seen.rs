@@ -5,13 +5,14 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use teampulse_bag::{Bag, BagError, BagStream, Message};
+use teampulse_core::clocks;
 use teampulse_core::data::Data;
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
-use teampulse_messages::catalogue::shipped;
 use teampulse_messages::convert::{decode, type_name};
 use teampulse_messages::definition::Definition;
 use teampulse_messages::fields::{Fields, header_stamp, numbers, starts_with_header};
+use teampulse_messages::readout;
 use teampulse_messages::standard::Message as _;
 use teampulse_messages::standard::teampulse_msgs as msgs;
 use teampulse_timefilter::calibrate::Seen;
@@ -165,11 +166,9 @@ impl SeenBy {
         }
     }
 
-    /// What the device is called: as the stream says, or by the last part of its name.
+    /// What the study calls the device.
     pub(super) fn device(&self) -> String {
-        let Stream { device, name, .. } = &*self.stream;
-        let last = name.rsplit('/').next().unwrap_or(name);
-        if device.is_empty() { last.to_owned() } else { device.clone() }
+        clocks::device_of(&self.stream).to_owned()
     }
 
     /// Takes what a message tells. One that can't be read is passed over.
@@ -239,10 +238,7 @@ impl Way {
                 Ok(Way::Moments)
             }
             Shape::Message(schema) => {
-                let definition = Definition::of(schema).ok();
-                let definition =
-                    definition.or_else(|| Definition::of(&*shipped(&schema.name)?).ok());
-                let definition = definition.ok_or_else(|| {
+                let definition = readout::definition(schema).ok_or_else(|| {
                     Failure::to(format!("read {}: the bag has no definition of it", schema.name))
                 })?;
                 Way::of_fields(stream, &definition, wanted)
