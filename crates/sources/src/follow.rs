@@ -23,8 +23,9 @@ use crate::tally::Tally;
 /// How many messages a subscription keeps until they are taken. They are taken at once, so this
 /// bounds a burst, not a delay.
 const DEPTH: u32 = 2000;
-/// The computer of a topic that several publish.
-const SEVERAL: &str = "several";
+/// How the name of the computer begins whose clock stamps a topic that several publish: each such
+/// topic has one of its own.
+const SEVERAL: &str = "several on ";
 /// How often counted losses are told, at the latest.
 const TELL_LOSSES: Duration = Duration::from_millis(500);
 
@@ -165,12 +166,13 @@ impl<'a> Following<'a> {
     /// Tells which topics are published from several places, each once: nobody can tell by which
     /// clock a message of theirs is stamped. Told at the second look, as names come with a delay.
     fn tell_several(&mut self, graph: &Graph) {
-        let keys: Vec<Key> = self.followed.keys().cloned().collect();
+        let shared = |followed: &Followed| {
+            followed.computer.as_ref().is_some_and(|name| name.starts_with(SEVERAL))
+        };
+        let followed = self.followed.iter().filter(|(_, followed)| shared(followed));
+        let keys: Vec<Key> = followed.map(|(key, _)| key.clone()).collect();
         for key in keys {
-            let several = several(&publishing(&key, graph));
-            let Some(several) = several.filter(|_| !self.outlet.clock().is_told()) else {
-                continue;
-            };
+            let Some(several) = several(&publishing(&key, graph)) else { continue };
             let told = self.several.get(&key).copied();
             if told == Some(false) {
                 self.fault(format!("{}: published by {several}", key.0));
@@ -185,7 +187,11 @@ impl<'a> Following<'a> {
             return Some(SIMULATED_TIME.into());
         }
         let computers = publishing(key, graph);
-        if computers.len() > 1 { Some(SEVERAL.into()) } else { computers.into_iter().next() }
+        if computers.len() > 1 {
+            Some(format!("{SEVERAL}{}", key.0))
+        } else {
+            computers.into_iter().next()
+        }
     }
 
     fn subscribe(
