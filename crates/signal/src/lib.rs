@@ -20,4 +20,5 @@ pub mod sliding;
 pub mod statistics;
 pub mod intervals;
 pub mod hrv;
+pub mod analysis;
 pub mod ecg;

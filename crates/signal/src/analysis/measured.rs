@@ -1,0 +1,76 @@
+use std::borrow::Cow;
+use std::fmt;
+
+/// With less of the data of a span than this share, none of its values is told.
+pub const LEAST_COVERAGE: f64 = 0.5;
+
+/// What a value is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Value {
+    /// As NeuroKit2 spells it where it has one; of one channel of several, with that channel behind
+    /// a slash.
+    pub name: Cow<'static, str>,
+    /// Its unit; `1` for none.
+    pub unit: &'static str,
+    /// The recipe: what a reader needs to compute the same.
+    pub method: Cow<'static, str>,
+}
+
+impl Value {
+    /// A value of which all is known beforehand.
+    pub const fn new(name: &'static str, unit: &'static str, method: &'static str) -> Value {
+        Value { name: Cow::Borrowed(name), unit, method: Cow::Borrowed(method) }
+    }
+}
+
+/// What a span of a signal tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The share of the span that has data [0..1].
+    pub coverage: f64,
+    /// How far the data can be relied on [0..1].
+    pub quality: f64,
+    /// The values in their order, or why there is none.
+    pub values: Vec<Result<f64, Reason>>,
+}
+
+impl Measured {
+    /// A span of which no value can be told, for one reason.
+    pub fn nothing(coverage: f64, quality: f64, count: usize, reason: Reason) -> Measured {
+        Measured { coverage, quality, values: vec![Err(reason); count] }
+    }
+}
+
+/// Why a value is not told.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Reason {
+    /// The span is too short, or holds too few events.
+    Short,
+    /// Too much of the data is missing.
+    Gap,
+    /// The data are too poor.
+    Quality,
+    /// The input does not have this quantity.
+    Missing,
+    /// The formula has no answer for these data.
+    Undefined,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Reason::Short => "window too short",
+            Reason::Gap => "data missing in the window",
+            Reason::Quality => "data too poor",
+            Reason::Missing => "not measured by this device",
+            Reason::Undefined => "undefined for these data",
+        })
+    }
+}
+
+impl Reason {
+    /// The number, or that it is undefined when it is not finite.
+    pub fn unless_finite(value: f64) -> Result<f64, Reason> {
+        if value.is_finite() { Ok(value) } else { Err(Reason::Undefined) }
+    }
+}
