@@ -10,8 +10,8 @@ pub struct Value {
     /// As NeuroKit2 spells it where it has one; of one channel of several, with that channel behind
     /// a slash.
     pub name: Cow<'static, str>,
-    /// Its unit; `1` for none.
-    pub unit: &'static str,
+    /// Its unit; `1` for none. Where only the host knows what a signal is measured in, made of that.
+    pub unit: Cow<'static, str>,
     /// The recipe: what a reader needs to compute the same.
     pub method: Cow<'static, str>,
 }
@@ -19,7 +19,21 @@ pub struct Value {
 impl Value {
     /// A value of which all is known beforehand.
     pub const fn new(name: &'static str, unit: &'static str, method: &'static str) -> Value {
-        Value { name: Cow::Borrowed(name), unit, method: Cow::Borrowed(method) }
+        let [name, unit, method] =
+            [Cow::Borrowed(name), Cow::Borrowed(unit), Cow::Borrowed(method)];
+        Value { name, unit, method }
+    }
+
+    /// A value of one channel of several: `name/channel`; `name` alone where the channel has none.
+    pub fn of_channel(
+        name: &str,
+        channel: &str,
+        unit: impl Into<Cow<'static, str>>,
+        method: impl Into<Cow<'static, str>>,
+    ) -> Value {
+        let of = if channel.is_empty() { "" } else { "/" };
+        let name = Cow::Owned(format!("{name}{of}{channel}"));
+        Value { name, unit: unit.into(), method: method.into() }
     }
 }
 
