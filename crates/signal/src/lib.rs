@@ -20,5 +20,6 @@ pub mod sliding;
 pub mod statistics;
 pub mod intervals;
 pub mod hrv;
+pub mod agreement;
 pub mod analysis;
 pub mod ecg;
