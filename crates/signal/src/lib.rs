@@ -23,3 +23,4 @@ pub mod hrv;
 pub mod agreement;
 pub mod analysis;
 pub mod ecg;
+pub mod respiration;

@@ -1,0 +1,78 @@
+//! The rhythm that modulations have in common.
+
+use std::ops::Range;
+
+use super::grid::Grid;
+use super::modulation::Modulation;
+use crate::estimate::Estimate;
+
+/// How long the stretches are in which one rate is looked for [s].
+pub(super) const STRETCH_SECS: f64 = 30.0;
+/// The slowest and the fastest breathing that is looked for, and the grid between them [Hz].
+const LOW_HZ: f64 = 4.0 / 60.0;
+const HIGH_HZ: f64 = 45.0 / 60.0;
+const STEP_HZ: f64 = 0.1 / 60.0;
+/// As fast as that can be told from beats [share of their rate]; half of it is the limit.
+const HIGHEST_SHARE: f64 = 0.47;
+/// The peak is as wide as a steady breathing under Hann's window is.
+const PEAK_HZ: f64 = 1.5 / STRETCH_SECS;
+/// What each modulation grants to every frequency [mean share]: it may miss the rhythm.
+const FLOOR: f64 = 0.1;
+/// A stretch tells with this share of the product around its peak.
+const LEAST_CLARITY: f64 = 0.8;
+/// … and with no greater uncertainty [1/min].
+const LARGEST_SIGMA: f64 = 2.0;
+/// Fewer beats or intervals of a stretch tell nothing.
+const FEWEST_VALUES: usize = 12;
+
+/// What a stretch tells.
+pub(super) struct Stretch {
+    pub(super) rate_per_min: Estimate,
+    /// The share of the product around its peak [0..1].
+    pub(super) clarity: f64,
+}
+
+pub(super) fn rate_of_stretch(
+    intervals: &Modulation,
+    heights: &[Modulation],
+    stretch: &Range<f64>,
+) -> Option<Stretch> {
+    let intervals = intervals.within(stretch);
+    let high_hz = (HIGHEST_SHARE / intervals.median()?).min(HIGH_HZ);
+    let heights = heights.iter().map(|each| each.within(stretch));
+    let all = std::iter::once(intervals).chain(heights);
+    let all: Vec<Modulation> = all.filter(|each| each.count() >= FEWEST_VALUES).collect();
+    let count = ((high_hz - LOW_HZ) / STEP_HZ).max(0.0) as usize;
+    if all.len() < 2 || count < 2 {
+        return None;
+    }
+    let grid = Grid { low_hz: LOW_HZ, step_hz: STEP_HZ, count };
+    let common = product(all.iter().map(|each| each.shares(stretch, grid)), all.len(), count);
+    let told = peak_of(&common, grid)?;
+    let tells = told.clarity >= LEAST_CLARITY && told.rate_per_min.sigma <= LARGEST_SIGMA;
+    tells.then_some(told)
+}
+
+/// The rate of the greatest product, and how narrowly the rest lies around it.
+fn peak_of(common: &[f64], grid: Grid) -> Option<Stretch> {
+    let places = 0..grid.count;
+    let peak = places.clone().max_by(|&a, &b| common[a].total_cmp(&common[b]))?;
+    let away_hz = |k: usize| grid.hz(k) - grid.hz(peak);
+    let near = places.clone().filter(|&k| away_hz(k).abs() <= PEAK_HZ);
+    let clarity = near.map(|k| common[k]).sum::<f64>() / common.iter().sum::<f64>();
+    let squares: f64 = common.iter().map(|each| each * each).sum();
+    let spread: f64 = places.map(|k| (common[k] * away_hz(k)).powi(2)).sum();
+    let sigma = 60.0 * (spread / squares).sqrt();
+    Some(Stretch { rate_per_min: Estimate { value: 60.0 * grid.hz(peak), sigma }, clarity })
+}
+
+/// The product of shares with their floors; of more than two modulations as sharp as of two.
+fn product(shares: impl Iterator<Item = Vec<f64>>, modulations: usize, count: usize) -> Vec<f64> {
+    let mut product = vec![1.0; count];
+    for shares in shares {
+        let factors = shares.into_iter().map(|share| share * count as f64 + FLOOR);
+        product.iter_mut().zip(factors).for_each(|(product, factor)| *product *= factor);
+    }
+    let power = 2.0 / modulations as f64;
+    product.into_iter().map(|each: f64| each.powf(power)).collect()
+}

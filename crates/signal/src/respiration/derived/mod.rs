@@ -1,0 +1,143 @@
+//! The breathing rate, read off what breathing does to the heart beats of an ECG or to the pulses of
+//! a PPG.
+//!
+//! Breathing turns the heart's electrical axis and fills the chest (amplitudes), lets the heart
+//! speed up and slow down (intervals), and moves blood (baseline). Each of these modulations is
+//! known once a beat. Where they show the same rhythm, that is breathing; where only one of them
+//! does, it may be another: the waves of blood pressure of 6 a minute show in intervals, too.
+//!
+//! ```
+//! use std::f64::consts::TAU;
+//! use teampulse_signal::respiration::derived::rate_from_beats;
+//!
+//! // 70 beats a minute; 15 breaths a minute move their intervals and amplitudes.
+//! let breath = |secs: f64| (TAU * 15.0 / 60.0 * secs).sin();
+//! let times_secs: Vec<f64> = (0..69).map(|k| 0.857 * f64::from(k)).map(|t| t + 0.03 * breath(t)).collect();
+//! let amplitudes: Vec<f64> = times_secs.iter().map(|&t| 1.0 + 0.1 * breath(t)).collect();
+//! let derived = rate_from_beats(&times_secs, &amplitudes, 0.0..60.0)?;
+//! assert!((derived.rate_per_min.value - 15.0).abs() < 0.5);
+//! assert!(derived.rate_per_min.sigma < 1.0);
+//! # Ok::<(), teampulse_signal::analysis::Reason>(())
+//! ```
+
+mod grid;
+mod modulation;
+mod fusion;
+
+use std::ops::Range;
+
+use fusion::{STRETCH_SECS, Stretch, rate_of_stretch};
+use modulation::{Modulation, intervals};
+
+use crate::analysis::Reason;
+use crate::estimate::Estimate;
+
+/// The largest standard uncertainty that is worth telling [1/min].
+const LARGEST_SIGMA: f64 = 2.0;
+/// Less of a window within intervals between beats is a gap.
+const LEAST_COVERED: f64 = 0.5;
+
+/// A breathing rate that was derived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derived {
+    /// Breaths a minute [1/min].
+    pub rate_per_min: Estimate,
+    /// How clearly the modulations agree on one rhythm [0..1]: the share of their common spectrum
+    /// around its peak, mean of the stretches, times the share of stretches that tell.
+    pub clarity: f64,
+}
+
+/// The breathing rate from the beats of an ECG within a window [s].
+///
+/// - *What*: the common rhythm of the intervals between beats (respiratory sinus arrhythmia) and of
+///   their amplitudes [any unit]: the height of R above S, or the strength of the QRS complex
+///   ([`Beat::strength`](crate::ecg::Beat)). Heights above the baseline alone show far less of it.
+/// - *Formula*: in stretches of 30 s, half overlapping, each modulation without its outliers
+///   (4 · 1.4826 · MAD) and its line under a Hann window; its power from 4 a minute up to 45 or 0.47
+///   of the heart rate, times the frequency (against the slow waves that all have); the product of
+///   the modulations' shares, each with a floor of a tenth of the mean; the rate of the greatest
+///   product, and as its uncertainty the root mean square distance of the squared product from it.
+///   A stretch tells when 80 % of the product lie within 1.5 / 30 s of the peak and its uncertainty
+///   is below 2 a minute; a window when half of its stretches do, with their mean.
+/// - *Window*: at least 30 s.
+/// - *Reference*: fusion of modulations after Karlen et al. (2013), doi:10.1109/TBME.2013.2246160;
+///   stretches and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
+/// - *Limits*: breaths faster than about half the heart rate look slower; pauses count as breaths;
+///   a rate that changes within 30 s is told by its commonest value. Of 30 s without any rhythm, one
+///   in six shows one by chance; of 60 s, one in a hundred. Premature beats are left out, but
+///   bigeminy is not survived.
+///
+/// Times that don't ascend are left out, amplitudes that are missing are NaN. The reason is `Short`
+/// for a short window, `Missing` without amplitudes, `Gap` when beats cover less than half of the
+/// window, `Quality` when there is no common rhythm.
+pub fn rate_from_beats(
+    times_secs: &[f64],
+    amplitudes: &[f64],
+    window_secs: Range<f64>,
+) -> Result<Derived, Reason> {
+    rate(times_secs, &[amplitudes], window_secs)
+}
+
+/// The breathing rate from the pulses of a PPG within a window [s].
+///
+/// As [`rate_from_beats`], with three modulations: the intervals between pulses, their `amplitudes`
+/// (foot to peak) and their `baselines` (the height of the foot, or of the middle), in any unit.
+/// `Missing` when neither amplitudes nor baselines are there. Karlen et al. (2013),
+/// doi:10.1109/TBME.2013.2246160, refuse when the three differ by more than 4 a minute; here the
+/// uncertainty decides.
+pub fn rate_from_pulses(
+    times_secs: &[f64],
+    amplitudes: &[f64],
+    baselines: &[f64],
+    window_secs: Range<f64>,
+) -> Result<Derived, Reason> {
+    rate(times_secs, &[amplitudes, baselines], window_secs)
+}
+
+fn rate(times_secs: &[f64], others: &[&[f64]], window: Range<f64>) -> Result<Derived, Reason> {
+    let length_secs = window.end - window.start;
+    // Also for a window of no number.
+    if !(length_secs >= STRETCH_SECS - 1e-6 && length_secs.is_finite()) {
+        return Err(Reason::Short);
+    }
+    let heights = others.iter().map(|values| Modulation::at(times_secs, values, &window));
+    let heights: Vec<Modulation> = heights.filter(|each| each.count() > 0).collect();
+    if heights.is_empty() && !times_secs.is_empty() {
+        return Err(Reason::Missing);
+    }
+    let intervals = intervals(times_secs, &window);
+    if intervals.covered_secs() < LEAST_COVERED * length_secs {
+        return Err(Reason::Gap);
+    }
+    let stretches = stretches(&window);
+    let told = stretches.iter().map(|stretch| rate_of_stretch(&intervals, &heights, stretch));
+    let told: Vec<Stretch> = told.flatten().collect();
+    if told.is_empty() || 2 * told.len() < stretches.len() {
+        return Err(Reason::Quality);
+    }
+    let rate_per_min = mean_of(&told);
+    if rate_per_min.sigma > LARGEST_SIGMA {
+        return Err(Reason::Quality);
+    }
+    let clarities: f64 = told.iter().map(|stretch| stretch.clarity).sum();
+    Ok(Derived { rate_per_min, clarity: clarities / stretches.len() as f64 })
+}
+
+/// Half overlapping stretches that fill the window.
+fn stretches(window: &Range<f64>) -> Vec<Range<f64>> {
+    let spare_secs = (window.end - window.start - STRETCH_SECS).max(0.0);
+    let steps = (spare_secs / (STRETCH_SECS / 2.0) - 1e-6).ceil().max(0.0);
+    let begin = |k: usize| window.start + spare_secs * k as f64 / steps.max(1.0);
+    (0..=steps as usize).map(|k| begin(k)..begin(k) + STRETCH_SECS).collect()
+}
+
+/// The mean rate; two stretches that overlap by half tell as much as one and a half.
+fn mean_of(told: &[Stretch]) -> Estimate {
+    let rates: Vec<f64> = told.iter().map(|stretch| stretch.rate_per_min.value).collect();
+    let value = rates.iter().sum::<f64>() / rates.len() as f64;
+    let within: f64 = told.iter().map(|each| each.rate_per_min.sigma.powi(2)).sum();
+    let between: f64 = rates.iter().map(|rate| (rate - value).powi(2)).sum();
+    let count = rates.len() as f64;
+    let variance = within / count + between / (count - 1.0).max(1.0);
+    Estimate { value, sigma: (variance / (count / 2.0 + 0.5)).sqrt() }
+}
