@@ -92,6 +92,16 @@ pub fn frequency_domain(
     intervals_ms: &[f64],
     recipe: &Recipe,
 ) -> Result<FrequencyDomain, SignalError> {
+    let (spectrum, span_secs) = spectrum(ends_secs, intervals_ms, recipe)?;
+    Ok(FrequencyDomain::of(&spectrum, span_secs))
+}
+
+/// The spectrum of intervals, and the time from the first one's end to the last's [s].
+pub(super) fn spectrum(
+    ends_secs: &[f64],
+    intervals_ms: &[f64],
+    recipe: &Recipe,
+) -> Result<(Spectrum, f64), SignalError> {
     let (left, right) = (ends_secs.len(), intervals_ms.len());
     if left != right {
         return Err(SignalError::Lengths { left, right });
@@ -99,12 +109,10 @@ pub fn frequency_domain(
     let points = ends_secs.iter().copied().zip(intervals_ms.iter().copied());
     let (ends_secs, intervals_ms): (Vec<f64>, Vec<f64>) =
         points.filter(|(end, interval)| end.is_finite() && interval.is_finite()).unzip();
-    let [first_secs, .., last_secs] = ends_secs[..] else {
+    let [first_secs, _, _, .., last_secs] = ends_secs[..] else {
         return Err(SignalError::TooShort { count: ends_secs.len(), least: 4 });
     };
-    if ends_secs.len() < 4 {
-        return Err(SignalError::TooShort { count: ends_secs.len(), least: 4 });
-    }
+    let span_secs = last_secs - first_secs;
     let spectrum = match *recipe {
         Recipe::Welch { rate_hz, segment_secs } => {
             let even = CubicSpline::new(&ends_secs, &intervals_ms, Ends::NotAKnot)?
@@ -112,9 +120,9 @@ pub fn frequency_domain(
             let segment = (rate_hz * segment_secs).round().max(0.0) as usize;
             Welch::new(rate_hz, segment.min(even.len())).of(&even)?
         }
-        Recipe::LombScargle => periodogram(&ends_secs, &intervals_ms, last_secs - first_secs)?,
+        Recipe::LombScargle => periodogram(&ends_secs, &intervals_ms, span_secs)?,
     };
-    Ok(FrequencyDomain::of(&spectrum, last_secs - first_secs))
+    Ok((spectrum, span_secs))
 }
 
 fn periodogram(
@@ -133,7 +141,8 @@ fn periodogram(
 }
 
 impl FrequencyDomain {
-    fn of(spectrum: &Spectrum, span_secs: f64) -> FrequencyDomain {
+    /// Of a spectrum of intervals over `span_secs` [s].
+    pub(super) fn of(spectrum: &Spectrum, span_secs: f64) -> FrequencyDomain {
         let long_enough = |band: usize| span_secs >= LEAST_SECS[band];
         let power = |band: usize| {
             let (low_hz, high_hz) = BANDS_HZ[band];

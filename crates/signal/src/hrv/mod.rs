@@ -7,6 +7,7 @@
 mod measure;
 mod series;
 mod time;
+mod segments;
 mod geometric;
 mod frequency;
 mod poincare;
@@ -14,6 +15,7 @@ mod asymmetry;
 mod fragmentation;
 mod entropy;
 mod dfa;
+mod windows;
 
 pub use asymmetry::{Asymmetry, asymmetry};
 pub use dfa::{ALPHA1_BEATS, ALPHA2_BEATS, DetrendedFluctuation, detrended_fluctuation, dfa_alpha};
@@ -23,4 +25,6 @@ pub use frequency::{FrequencyDomain, Recipe, frequency_domain};
 pub use geometric::{BIN_MS, Geometric, geometric};
 pub use measure::Measure;
 pub use poincare::{Poincare, poincare};
+pub use segments::{Segments, segments};
 pub use time::{TimeDomain, time_domain};
+pub use windows::{BEFORE_SECS, Domain, EDIT_WITHIN_SECS, HeartWindows};

@@ -68,6 +68,23 @@ impl Beats {
         Beats { times_secs, decided }
     }
 
+    /// The beats in stretches: a new one begins where `apart` says so of two successive times [s].
+    pub fn split(&self, apart: impl Fn(f64, f64) -> bool) -> Vec<Beats> {
+        let mut stretches: Vec<Beats> = Vec::new();
+        for (&at_secs, &decided) in self.times_secs.iter().zip(&self.decided) {
+            let follows =
+                |last: &Beats| last.times_secs.last().is_some_and(|&last| !apart(last, at_secs));
+            if !stretches.last().is_some_and(follows) {
+                stretches.push(Beats::default());
+            }
+            if let Some(stretch) = stretches.last_mut() {
+                stretch.times_secs.push(at_secs);
+                stretch.decided.push(decided);
+            }
+        }
+        stretches
+    }
+
     /// Times [s], finite and ascending.
     pub fn times_secs(&self) -> &[f64] {
         &self.times_secs

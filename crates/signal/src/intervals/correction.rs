@@ -48,6 +48,8 @@ pub struct Corrected {
     pub beats: Beats,
     /// What was corrected in each pass; places are those before the pass.
     pub passes: Vec<Artefacts>,
+    /// What was corrected where [s], pass by pass.
+    pub corrections: Vec<(f64, Kind)>,
     /// How many beats there were.
     pub detected: usize,
 }
@@ -81,6 +83,7 @@ impl Correction {
         let mut corrected = Corrected {
             beats: beats.clone(),
             passes: Vec::new(),
+            corrections: Vec::new(),
             detected: beats.times_secs().len(),
         };
         for _ in 0..most {
@@ -89,6 +92,9 @@ impl Correction {
             if artefacts.total() == 0 || !corrected.passes.last().is_none_or(fewer) {
                 break;
             }
+            let times_secs = corrected.beats.times_secs();
+            let places = artefacts.found.iter().map(|each| (times_secs[each.beat], each.kind));
+            corrected.corrections.extend(places);
             corrected.beats = applied(&corrected.beats, &artefacts.found);
             corrected.passes.push(artefacts);
         }

@@ -1,0 +1,93 @@
+//! Beats as they should have been.
+
+use super::EDIT_WITHIN_SECS;
+use super::cut::{Cut, LONGEST_EDGE_SECS};
+use super::holes::Holes;
+use crate::analysis::Span;
+use crate::intervals::{Beats, Correction, Edit, Kind, PLAUSIBLE_MS};
+
+/// Longer without a beat [s] is a hole: more than one beat missed at the longest interval.
+const LONGEST_SECS: f64 = 4.0;
+
+/// Beats after correction, each stretch between holes on its own.
+#[derive(Clone, Debug)]
+pub(super) struct CorrectedBeats {
+    origin_ns: i64,
+    /// When [s since the origin], and whether an interval ends there.
+    beats: Vec<(f64, bool)>,
+    /// Beats as they were detected and edited [s].
+    detected_secs: Vec<f64>,
+    /// What was corrected where [s], in the order of times.
+    corrections: Vec<(f64, Kind)>,
+    /// Times without data [s].
+    holes_secs: Vec<(f64, f64)>,
+}
+
+impl CorrectedBeats {
+    pub(super) fn of(
+        origin_ns: i64,
+        at_ns: impl Iterator<Item = i64>,
+        holes: &Holes,
+        edits: &[Edit],
+    ) -> CorrectedBeats {
+        let secs = |at_ns: i64| at_ns.saturating_sub(origin_ns) as f64 / 1e9;
+        let detected = Beats::detected(&at_ns.map(secs).collect::<Vec<_>>());
+        let (detected, _) = detected.edited(edits, EDIT_WITHIN_SECS);
+        let holes_secs: Vec<(f64, f64)> =
+            holes.iter().map(|(from_ns, to_ns)| (secs(from_ns), secs(to_ns))).collect();
+        let (mut beats, mut corrections) = (Vec::new(), Vec::new());
+        for stretch in
+            detected.split(|from, to| to - from > LONGEST_SECS || crosses(&holes_secs, from, to))
+        {
+            let corrected = Correction::default().correct(&stretch);
+            let times_secs = corrected.beats.times_secs().iter().enumerate();
+            beats.extend(times_secs.map(|(place, &at_secs)| (at_secs, place > 0)));
+            corrections.extend(corrected.corrections);
+        }
+        corrections.sort_by(|a: &(f64, Kind), b| a.0.total_cmp(&b.0));
+        let detected_secs = detected.times_secs().to_vec();
+        CorrectedBeats { origin_ns, beats, detected_secs, corrections, holes_secs }
+    }
+
+    /// What of them lies in a span.
+    pub(super) fn cut(&self, span: Span) -> Cut {
+        let secs = |at_ns: i64| at_ns.saturating_sub(self.origin_ns) as f64 / 1e9;
+        let (begin_secs, end_secs) = (secs(span.begin_ns), secs(span.end_ns));
+        let held = |at_secs: f64| (begin_secs..end_secs).contains(&at_secs);
+        let first = self.beats.partition_point(|beat| beat.0 < begin_secs);
+        let end = self.beats.partition_point(|beat| beat.0 < end_secs).max(first);
+        let beats = &self.beats[first..end];
+        let detected = self.detected_secs.iter().filter(|&&at_secs| held(at_secs)).count();
+        let corrections = self.corrections.iter().filter(|each| held(each.0));
+        let interval = |pair: &[(f64, bool)]| {
+            let interval_ms = (pair[1].0 - pair[0].0) * 1000.0;
+            let is_one = pair[1].1 && PLAUSIBLE_MS.contains(&interval_ms);
+            if is_one { interval_ms } else { f64::NAN }
+        };
+        let intervals_ms: Vec<f64> = beats.windows(2).map(interval).collect();
+        let present_ms: f64 = intervals_ms.iter().filter(|each| each.is_finite()).sum();
+        let edge = |from: f64, to: f64| {
+            let counts = to - from <= LONGEST_EDGE_SECS && !crosses(&self.holes_secs, from, to);
+            if counts { to - from } else { 0.0 }
+        };
+        let edges_secs = match (beats.first(), beats.last()) {
+            (Some(first), Some(last)) => edge(begin_secs, first.0) + edge(last.0, end_secs),
+            _ => 0.0,
+        };
+        let covered = (present_ms / 1000.0 + edges_secs) / span.secs();
+        Cut {
+            coverage: if covered.is_finite() { covered.clamp(0.0, 1.0) } else { 0.0 },
+            window_secs: span.secs(),
+            ends_secs: beats.iter().skip(1).map(|beat| beat.0 - begin_secs).collect(),
+            intervals_ms,
+            detected,
+            corrections: corrections.map(|each| each.1).collect(),
+        }
+    }
+}
+
+/// Whether a hole lies between two times [s].
+fn crosses(holes_secs: &[(f64, f64)], from: f64, to: f64) -> bool {
+    let first = holes_secs.partition_point(|hole| hole.1 <= from);
+    holes_secs.get(first).is_some_and(|hole| hole.0 < to)
+}

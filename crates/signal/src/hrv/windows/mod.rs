@@ -1,0 +1,173 @@
+//! Heart beats of which any span can be asked.
+
+mod holes;
+mod corrected;
+mod cut;
+mod recipes;
+mod rows;
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use corrected::CorrectedBeats;
+use cut::Cut;
+use holes::Holes;
+pub use recipes::Domain;
+
+use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value, Windows};
+use crate::intervals::{Edit, MOST_PERCENT};
+
+/// Causally, the beats of a span are corrected together with those from this time before it [s]: what
+/// is usual takes 45 beats on both sides to know.
+pub const BEFORE_SECS: f64 = 60.0;
+
+/// Heart beats, of which the variability in any span can be asked: what the analyses of ECG, pulse
+/// waves and intervals have in common.
+///
+/// The values are those of [`time_domain`](super::time_domain), [`segments`](super::segments),
+/// [`frequency_domain`](super::frequency_domain), [`poincare`](super::poincare) and the others of
+/// [`hrv`](super), of the intervals of which both beats lie in the span, corrected as Lipponen and
+/// Tarvainen do ([`Correction`](crate::intervals::Correction)) and outside of 300 to 2000 ms left out.
+/// Nothing is computed across a [hole](HeartWindows::mark_gap), nor across more than 4 s without a
+/// beat. How many beats were corrected is told, too: above 5 % (`quality` below 0.5) the rest is
+/// doubtful, but stays, as is the custom.
+///
+/// [Causally](HeartWindows::causal) a span's beats are corrected with those from [`BEFORE_SECS`] before
+/// it and none after it, so that the answer depends on nothing else; [of a whole
+/// recording](HeartWindows::whole) all beats are corrected at once. `coverage` is the share of the span
+/// in which intervals lie, up to 2 s at its ends included. `quality` is 1/(1 + c/5) with c the
+/// corrected beats in percent of those in the span: 0.5 at 5 %.
+///
+/// ```
+/// use teampulse_signal::analysis::{Span, Windows};
+/// use teampulse_signal::hrv::HeartWindows;
+///
+/// let mut heart = HeartWindows::causal();
+/// (0..40).for_each(|k| heart.push(k * 800_000_000 + k % 2 * 20_000_000));
+/// let measured = heart.measure(Span { begin_ns: 0, end_ns: 30_000_000_000 });
+/// let place = heart.values().iter().position(|value| value.name == "HRV_RMSSD").expect("it is one");
+/// assert!((measured.values[place].expect("there are 38 beats") - 40.0).abs() < 1e-9);
+/// ```
+#[derive(Clone, Debug)]
+pub struct HeartWindows {
+    values: Vec<Value>,
+    beats: Beats,
+}
+
+#[derive(Clone, Debug)]
+enum Beats {
+    Causal { at_ns: VecDeque<i64>, holes: Holes },
+    Whole(CorrectedBeats),
+}
+
+impl HeartWindows {
+    /// Of beats that come in one after the other; none yet.
+    pub fn causal() -> HeartWindows {
+        let values = recipes::values(&format!("with the beats of {BEFORE_SECS} s before"));
+        HeartWindows {
+            values,
+            beats: Beats::Causal { at_ns: VecDeque::new(), holes: Holes::default() },
+        }
+    }
+
+    /// Of all beats of a recording [ns], in any order, with its `holes` [ns, from and to], and a
+    /// person's edits over them, in seconds since `begin_ns`.
+    ///
+    /// An edit means the beat within [`EDIT_WITHIN_SECS`] of its time. Beats that the person added,
+    /// moved or kept are not corrected.
+    pub fn whole(
+        begin_ns: i64,
+        at_ns: &[i64],
+        holes: &[(i64, i64)],
+        edits: &[Edit],
+    ) -> HeartWindows {
+        let mut all = Holes::default();
+        for &(from_ns, to_ns) in holes {
+            all.mark(from_ns, to_ns);
+        }
+        let beats = CorrectedBeats::of(begin_ns, at_ns.iter().copied(), &all, edits);
+        HeartWindows {
+            values: recipes::values("over the whole recording"),
+            beats: Beats::Whole(beats),
+        }
+    }
+
+    /// Takes in a beat [ns]. One that is older than the last takes its place among them.
+    ///
+    /// Nothing where the recording was whole.
+    pub fn push(&mut self, beat_ns: i64) {
+        let Beats::Causal { at_ns, .. } = &mut self.beats else { return };
+        let place = at_ns.partition_point(|&each| each < beat_ns);
+        if at_ns.get(place) != Some(&beat_ns) {
+            at_ns.insert(place, beat_ns);
+        }
+    }
+
+    /// There are no data in this time [ns]: no interval lies across it.
+    ///
+    /// To be told of what is long enough for a beat to hide in, or to shift one: 100 ms. Nothing where
+    /// the recording was whole.
+    pub fn mark_gap(&mut self, from_ns: i64, to_ns: i64) {
+        let Beats::Causal { holes, .. } = &mut self.beats else { return };
+        holes.mark(from_ns, to_ns);
+    }
+
+    /// Lets go of what only spans that begin before a time [ns] need.
+    pub fn forget(&mut self, before_ns: i64) {
+        let Beats::Causal { at_ns, holes } = &mut self.beats else { return };
+        let before_ns = Span { begin_ns: before_ns, end_ns: before_ns };
+        let before_ns = before_ns.with_before(BEFORE_SECS).begin_ns;
+        while at_ns.front().is_some_and(|&each| each < before_ns) {
+            at_ns.pop_front();
+        }
+        holes.forget(before_ns);
+    }
+
+    /// The places of a domain's values among all, for [`measure_domain`](Self::measure_domain).
+    pub fn places(&self, domain: Domain) -> Range<usize> {
+        recipes::places(domain)
+    }
+
+    /// As [`measure`](Windows::measure), but only the values of one domain, those at its
+    /// [places](Self::places): for who wants the cheap ones more often.
+    pub fn measure_domain(&self, span: Span, domain: Domain) -> Measured {
+        self.measure_domains(span, &[domain])
+    }
+
+    fn measure_domains(&self, span: Span, domains: &[Domain]) -> Measured {
+        let cut = self.cut(span);
+        let quality = 1.0 / (1.0 + cut.corrected_percent() / MOST_PERCENT);
+        if cut.coverage < LEAST_COVERAGE {
+            let count = domains.iter().map(|&domain| recipes::places(domain).len()).sum();
+            return Measured::nothing(cut.coverage, quality, count, Reason::Gap);
+        }
+        let values = domains.iter().flat_map(|&domain| recipes::measure(domain, &cut)).collect();
+        Measured { coverage: cut.coverage, quality, values }
+    }
+
+    fn cut(&self, span: Span) -> Cut {
+        match &self.beats {
+            Beats::Whole(beats) => beats.cut(span),
+            Beats::Causal { at_ns, holes } => {
+                let begin_ns = span.with_before(BEFORE_SECS).begin_ns;
+                let place = |time_ns: i64| at_ns.partition_point(|&each| each < time_ns);
+                let (begin, end) = (place(begin_ns), place(span.end_ns));
+                let beats = at_ns.range(begin..end.max(begin)).copied();
+                CorrectedBeats::of(span.begin_ns, beats, holes, &[]).cut(span)
+            }
+        }
+    }
+}
+
+/// An edit means the beat within this time of the one that it names [s].
+pub const EDIT_WITHIN_SECS: f64 = 0.15;
+
+impl Windows for HeartWindows {
+    fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.measure_domains(span, &Domain::ALL)
+    }
+}

@@ -1,0 +1,193 @@
+//! The values of a span, domain by domain.
+
+use std::ops::Range;
+
+use super::cut::Cut;
+use super::rows::{FREQUENCY, NONLINEAR, Need, Row, TIME};
+use crate::analysis::{Reason, Value};
+use crate::hrv::frequency::{FrequencyDomain, spectrum};
+use crate::hrv::measure::Measure;
+use crate::hrv::segments;
+use crate::hrv::{
+    Recipe, asymmetry, detrended_fluctuation, entropies, fragmentation, geometric, poincare,
+    time_domain,
+};
+use crate::intervals::Kind;
+
+/// Least share of the time that a band needs that must lie between the first interval and the last.
+const LEAST_SHARE: f64 = 0.95;
+/// The longest time without an interval that a spline may bridge [s].
+const LONGEST_BRIDGE_SECS: f64 = 3.0;
+
+/// A group of values that are computed together.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Domain {
+    /// The time domain, SDANN and SDNNI, and what was corrected.
+    Time,
+    /// Powers of bands.
+    Frequency,
+    /// Geometry, the Poincaré plot, asymmetry, fragmentation, entropies and fluctuation.
+    Nonlinear,
+}
+
+impl Domain {
+    /// All of them, in the order of the values.
+    pub const ALL: [Domain; 3] = [Domain::Time, Domain::Frequency, Domain::Nonlinear];
+
+    fn rows(self) -> &'static [Row] {
+        match self {
+            Domain::Time => &TIME,
+            Domain::Frequency => &FREQUENCY,
+            Domain::Nonlinear => &NONLINEAR,
+        }
+    }
+}
+
+pub(super) fn places(domain: Domain) -> Range<usize> {
+    let before = Domain::ALL.iter().take_while(|&&each| each != domain);
+    let begin: usize = before.map(|each| each.rows().len()).sum();
+    begin..begin + domain.rows().len()
+}
+
+/// The values in their order; `corrected` says with what beats those of a span are corrected.
+pub(super) fn values(corrected: &str) -> Vec<Value> {
+    let rows = Domain::ALL
+        .into_iter()
+        .flat_map(|domain| domain.rows().iter().map(move |row| (domain, row)));
+    let value = |(domain, &(name, unit, recipe, need)): (Domain, &Row)| {
+        let spectrum = match need {
+            Need::Bridged(_) => format!("; {}", Recipe::default()),
+            _ if domain == Domain::Frequency => format!("; {}", Recipe::LombScargle),
+            _ => String::new(),
+        };
+        let beats = format!("beats corrected (Lipponen & Tarvainen 2019) {corrected}");
+        let method = format!("{recipe}{spectrum}; {beats}");
+        Value { name: name.into(), unit: unit.into(), method: method.into() }
+    };
+    rows.map(value).collect()
+}
+
+/// The values of a domain in their order.
+pub(super) fn measure(domain: Domain, cut: &Cut) -> Vec<Result<f64, Reason>> {
+    let computed = match domain {
+        Domain::Time => time(cut),
+        Domain::Frequency => frequency(cut),
+        Domain::Nonlinear => nonlinear(cut),
+    };
+    let (ends_secs, _) = cut.present();
+    let shown = Shown {
+        count: ends_secs.len(),
+        window_secs: cut.window_secs,
+        secs: ends_secs.last().zip(ends_secs.first()).map_or(0.0, |(last, first)| last - first),
+        longest_secs: ends_secs.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max),
+    };
+    let told = |(row, value): (&Row, f64)| match shown.lacks(row.3, value) {
+        Some(reason) => Err(reason),
+        None => Reason::unless_finite(value),
+    };
+    domain.rows().iter().zip(computed).map(told).collect()
+}
+
+/// What there is of intervals.
+struct Shown {
+    count: usize,
+    window_secs: f64,
+    secs: f64,
+    longest_secs: f64,
+}
+
+impl Shown {
+    fn lacks(&self, need: Need, value: f64) -> Option<Reason> {
+        let short = |secs: u32| {
+            let secs = f64::from(secs);
+            self.window_secs < secs || self.secs < LEAST_SHARE * secs
+        };
+        let is_short = match need {
+            Need::Nothing => false,
+            Need::Intervals(least) => self.count < least,
+            Need::Secs(secs) | Need::Bridged(secs) => short(secs),
+            Need::Segments => value.is_nan(),
+        };
+        let has_hole = matches!(need, Need::Bridged(_)) && self.longest_secs > LONGEST_BRIDGE_SECS;
+        if is_short { Some(Reason::Short) } else { has_hole.then_some(Reason::Gap) }
+    }
+}
+
+/// The features' values, or as many NaN.
+fn padded(measures: Option<Vec<Measure>>, count: usize) -> Vec<f64> {
+    measures.map_or(vec![f64::NAN; count], |all| all.iter().map(|each| each.value).collect())
+}
+
+fn time(cut: &Cut) -> Vec<f64> {
+    let counts = [
+        cut.intervals_ms.iter().filter(|each| each.is_finite()).count() as f64,
+        cut.count(Kind::Ectopic),
+        cut.count(Kind::Missed),
+        cut.count(Kind::Extra),
+        cut.count(Kind::LongShort),
+        cut.corrected_percent(),
+    ];
+    let segments = segments::measures(&cut.ends_secs, &cut.intervals_ms);
+    let features = time_domain(&cut.intervals_ms).map(|each| each.measures());
+    let features = padded(features, TIME.len() - segments.len() - counts.len());
+    features.into_iter().chain(padded(Some(segments), 0)).chain(counts).collect()
+}
+
+fn frequency(cut: &Cut) -> Vec<f64> {
+    let (ends_secs, intervals_ms) = cut.present();
+    let is_bridged = ends_secs.windows(2).all(|pair| pair[1] - pair[0] <= LONGEST_BRIDGE_SECS);
+    let of = |recipe: Recipe| {
+        let (spectrum, _) = spectrum(&ends_secs, &intervals_ms, &recipe).ok()?;
+        Some(FrequencyDomain::of(&spectrum, cut.window_secs))
+    };
+    // A spline over a long hole would be long, and of no use.
+    let welch = if is_bridged { of(Recipe::default()) } else { None };
+    let lomb = of(Recipe::LombScargle);
+    let lomb = lomb.map_or([f64::NAN; 3], |each| [each.lf_ms2, each.hf_ms2, each.lf_hf()]);
+    padded(welch.map(|each| each.measures()), FREQUENCY.len() - lomb.len())
+        .into_iter()
+        .chain(lomb)
+        .collect()
+}
+
+fn nonlinear(cut: &Cut) -> Vec<f64> {
+    let nn = &cut.intervals_ms;
+    [
+        padded(geometric(nn).map(|each| each.measures()), 2),
+        padded(poincare(nn).map(|each| each.measures()), 7),
+        padded(asymmetry(nn).map(|each| each.measures()), 10),
+        padded(fragmentation(nn).map(|each| each.measures()), 4),
+        padded(entropies(nn).map(|each| each.measures()), 2),
+        padded(detrended_fluctuation(nn).map(|each| each.measures()), 2),
+    ]
+    .concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_value_is_called_and_measured_as_its_feature() {
+        let nn: Vec<f64> = (0..400u32).map(|k| 800.0 + f64::from(k * k % 37)).collect();
+        let ends_secs: Vec<f64> = (1..=400u32).map(|k| 0.8 * f64::from(k)).collect();
+        let (spectrum, _) = spectrum(&ends_secs, &nn, &Recipe::default()).unwrap();
+        let named = [
+            (&TIME[..], time_domain(&nn).unwrap().measures()),
+            (&TIME[20..], segments::measures(&ends_secs, &nn)),
+            (&FREQUENCY, FrequencyDomain::of(&spectrum, 320.0).measures()),
+            (&NONLINEAR, geometric(&nn).unwrap().measures()),
+            (&NONLINEAR[2..], poincare(&nn).unwrap().measures()),
+            (&NONLINEAR[9..], asymmetry(&nn).unwrap().measures()),
+            (&NONLINEAR[19..], fragmentation(&nn).unwrap().measures()),
+            (&NONLINEAR[23..], entropies(&nn).unwrap().measures()),
+            (&NONLINEAR[25..], detrended_fluctuation(&nn).unwrap().measures()),
+        ];
+        for (rows, measures) in named {
+            for (row, measure) in rows.iter().zip(&measures) {
+                assert_eq!((row.0, row.1), (measure.name, measure.unit));
+            }
+        }
+        assert_eq!(places(Domain::Nonlinear).end, values("").len());
+    }
+}

@@ -1,0 +1,140 @@
+//! The values of windows: what each is called, and what it needs.
+
+/// What a span must have for a value to mean something.
+#[derive(Clone, Copy)]
+pub(super) enum Need {
+    /// Nothing: it is a count.
+    Nothing,
+    /// So many intervals.
+    Intervals(usize),
+    /// So long a span [s], with intervals over most of it.
+    Secs(u32),
+    /// The same, and no hole that a spline cannot bridge.
+    Bridged(u32),
+    /// Two segments.
+    Segments,
+}
+
+use Need::{Bridged, Intervals, Nothing, Secs, Segments};
+
+/// Intervals for a spread: ten seconds or so. Munoz et al. (2015), doi:10.1371/journal.pone.0138921,
+/// found RMSSD of 10 s close to that of minutes.
+const FEW: usize = 10;
+/// Intervals for shares of runs.
+const SOME: usize = 50;
+/// Intervals for the entropies, 10 to the power of m = 2 at least (Richman & Moorman 2000,
+/// doi:10.1152/ajpheart.2000.278.6.H2039), and for a histogram.
+const MANY: usize = 100;
+
+/// Name, unit, recipe and need of each value.
+pub(super) type Row = (&'static str, &'static str, &'static str, Need);
+
+/// In the order of [`TimeDomain`](crate::hrv::TimeDomain), [`segments`](crate::hrv::segments) and the counts.
+pub(super) const TIME: [Row; 32] = [
+    ("HRV_MeanNN", "ms", "mean interval", Intervals(1)),
+    ("HRV_MedianNN", "ms", "median interval", Intervals(1)),
+    ("HRV_SDNN", "ms", "standard deviation of intervals, n - 1", Intervals(FEW)),
+    ("HRV_RMSSD", "ms", "root mean square of successive differences", Intervals(FEW)),
+    ("HRV_SDSD", "ms", "standard deviation of successive differences, n - 1", Intervals(FEW)),
+    ("HRV_NN50", "1", "successive differences over 50 ms", Intervals(FEW)),
+    ("HRV_pNN50", "%", "their share of the successive differences", Intervals(FEW)),
+    ("HRV_pNN20", "%", "share of successive differences over 20 ms", Intervals(FEW)),
+    ("HRV_CVNN", "1", "SDNN over mean interval", Intervals(FEW)),
+    ("HRV_CVSD", "1", "RMSSD over mean interval", Intervals(FEW)),
+    ("HRV_SDRMSSD", "1", "SDNN over RMSSD", Intervals(FEW)),
+    ("HRV_MadNN", "ms", "1.4826 times the median absolute deviation of intervals", Intervals(FEW)),
+    ("HRV_MCVNN", "1", "MadNN over median interval", Intervals(FEW)),
+    ("HRV_IQRNN", "ms", "interquartile range of intervals", Intervals(FEW)),
+    ("HRV_Prc20NN", "ms", "20th percentile of intervals", Intervals(FEW)),
+    ("HRV_Prc80NN", "ms", "80th percentile of intervals", Intervals(FEW)),
+    ("HRV_MinNN", "ms", "shortest interval", Intervals(1)),
+    ("HRV_MaxNN", "ms", "longest interval", Intervals(1)),
+    ("HRV_MeanHR", "bpm", "mean of 60000 over each interval", Intervals(1)),
+    ("HRV_StdHR", "bpm", "standard deviation of 60000 over each interval, n - 1", Intervals(FEW)),
+    ("HRV_SDANN1", "ms", "standard deviation of the mean intervals of segments of 60 s", Segments),
+    ("HRV_SDNNI1", "ms", "mean of the standard deviations of segments of 60 s", Segments),
+    ("HRV_SDANN2", "ms", "standard deviation of the mean intervals of segments of 120 s", Segments),
+    ("HRV_SDNNI2", "ms", "mean of the standard deviations of segments of 120 s", Segments),
+    ("HRV_SDANN5", "ms", "standard deviation of the mean intervals of segments of 300 s", Segments),
+    ("HRV_SDNNI5", "ms", "mean of the standard deviations of segments of 300 s", Segments),
+    ("HRV_N", "1", "intervals that count", Nothing),
+    ("HRV_Ectopic", "1", "beats found too early or late and moved", Nothing),
+    ("HRV_Missed", "1", "beats found missing and added", Nothing),
+    ("HRV_Extra", "1", "beats found to be none and left out", Nothing),
+    ("HRV_LongShort", "1", "beats found too long or short after the one before and moved", Nothing),
+    ("HRV_Corrected", "%", "these four over the beats detected", Nothing),
+];
+
+/// In the order of [`FrequencyDomain`](crate::hrv::FrequencyDomain), and by Lomb and Scargle.
+pub(super) const FREQUENCY: [Row; 15] = [
+    ("HRV_VLF", "ms^2", "power from 0.0033 to 0.04 Hz", Bridged(300)),
+    ("HRV_LF", "ms^2", "power from 0.04 to 0.15 Hz", Bridged(120)),
+    ("HRV_HF", "ms^2", "power from 0.15 to 0.4 Hz", Bridged(60)),
+    ("HRV_TP", "ms^2", "VLF + LF + HF", Bridged(300)),
+    ("HRV_LFHF", "1", "LF over HF", Bridged(120)),
+    ("HRV_LFn", "1", "LF over VLF + LF + HF", Bridged(300)),
+    ("HRV_HFn", "1", "HF over VLF + LF + HF", Bridged(300)),
+    ("HRV_LFnu", "1", "LF over LF + HF", Bridged(120)),
+    ("HRV_HFnu", "1", "HF over LF + HF", Bridged(120)),
+    ("HRV_LnHF", "ln(ms^2)", "natural logarithm of HF", Bridged(60)),
+    ("HRV_LF_peak", "Hz", "where power is greatest from 0.04 to 0.15 Hz", Bridged(120)),
+    ("HRV_HF_peak", "Hz", "where power is greatest from 0.15 to 0.4 Hz", Bridged(60)),
+    ("HRV_LF_Lomb", "ms^2", "power from 0.04 to 0.15 Hz", Secs(120)),
+    ("HRV_HF_Lomb", "ms^2", "power from 0.15 to 0.4 Hz", Secs(60)),
+    ("HRV_LFHF_Lomb", "1", "LF over HF", Secs(120)),
+];
+
+/// In the order of [`Geometric`](crate::hrv::Geometric), [`Poincare`](crate::hrv::Poincare),
+/// [`Asymmetry`](crate::hrv::Asymmetry), [`Fragmentation`](crate::hrv::Fragmentation),
+/// [`Entropies`](crate::hrv::Entropies) and
+/// [`DetrendedFluctuation`](crate::hrv::DetrendedFluctuation). Fluctuation at a scale wants four
+/// windows of it.
+pub(super) const NONLINEAR: [Row; 27] = [
+    ("HRV_HTI", "1", "intervals over those in the fullest bin of 7.8125 ms", Intervals(MANY)),
+    (
+        "HRV_TINN",
+        "ms",
+        "base of the triangle that fits the histogram in bins of 7.8125 ms best",
+        Intervals(MANY),
+    ),
+    ("HRV_SD1", "ms", "root of half the variance of successive differences, n - 1", Intervals(FEW)),
+    (
+        "HRV_SD2",
+        "ms",
+        "root of twice the variance of intervals less SD1 squared, n - 1",
+        Intervals(FEW),
+    ),
+    ("HRV_SD1SD2", "1", "SD1 over SD2", Intervals(FEW)),
+    ("HRV_S", "ms^2", "pi SD1 SD2", Intervals(FEW)),
+    ("HRV_CSI", "1", "SD2 over SD1", Intervals(FEW)),
+    ("HRV_CVI", "1", "decadic logarithm of 16 SD1 SD2", Intervals(FEW)),
+    ("HRV_CSI_Modified", "ms", "4 SD2^2 over SD1", Intervals(FEW)),
+    ("HRV_GI", "%", "distances of decelerations from identity in all", Intervals(SOME)),
+    ("HRV_SI", "%", "angles of decelerations in all", Intervals(SOME)),
+    ("HRV_AI", "%", "sectors of decelerations in all", Intervals(SOME)),
+    ("HRV_PI", "%", "accelerations in all changes", Intervals(SOME)),
+    ("HRV_C1d", "1", "share of decelerations in SD1 squared", Intervals(SOME)),
+    ("HRV_C1a", "1", "share of accelerations in SD1 squared", Intervals(SOME)),
+    ("HRV_C2d", "1", "share of decelerations in SD2 squared", Intervals(SOME)),
+    ("HRV_C2a", "1", "share of accelerations in SD2 squared", Intervals(SOME)),
+    ("HRV_Cd", "1", "share of decelerations in SDNN squared", Intervals(SOME)),
+    ("HRV_Ca", "1", "share of accelerations in SDNN squared", Intervals(SOME)),
+    ("HRV_PIP", "1", "share of intervals where the direction changes", Intervals(SOME)),
+    ("HRV_IALS", "1", "one over the mean length of runs of one direction", Intervals(SOME)),
+    ("HRV_PSS", "1", "share of runs shorter than 3", Intervals(SOME)),
+    ("HRV_PAS", "1", "share of runs of alternation of 4 or more", Intervals(SOME)),
+    ("HRV_SampEn", "1", "sample entropy, m = 2, r = 0.2 SD (n - 1)", Intervals(MANY)),
+    ("HRV_ApEn", "1", "approximate entropy, m = 2, r = 0.2 SD (n - 1)", Intervals(MANY)),
+    (
+        "HRV_DFA_alpha1",
+        "1",
+        "detrended fluctuation analysis, scales of 4 to 16 beats",
+        Intervals(64),
+    ),
+    (
+        "HRV_DFA_alpha2",
+        "1",
+        "detrended fluctuation analysis, scales of 16 to 64 beats",
+        Intervals(256),
+    ),
+];
