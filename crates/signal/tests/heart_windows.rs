@@ -199,6 +199,10 @@ fn a_domain_alone_tells_the_same() {
     for domain in Domain::ALL {
         let alone = heart.measure_domain(span, domain);
         assert_eq!(alone.values, all.values[heart.places(domain)]);
+        let only = heart.clone().only(&[domain]);
+        assert_eq!(text(&only.measure(span)), text(&alone));
+        assert_eq!(only.values(), &heart.values()[heart.places(domain)]);
+        assert_eq!(only.places(domain), 0..alone.values.len());
     }
 }
 

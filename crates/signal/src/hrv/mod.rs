@@ -16,6 +16,7 @@ mod fragmentation;
 mod entropy;
 mod dfa;
 mod windows;
+pub mod analysis;
 
 pub use asymmetry::{Asymmetry, asymmetry};
 pub use dfa::{ALPHA1_BEATS, ALPHA2_BEATS, DetrendedFluctuation, detrended_fluctuation, dfa_alpha};

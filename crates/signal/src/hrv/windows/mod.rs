@@ -50,6 +50,7 @@ pub const BEFORE_SECS: f64 = 60.0;
 /// ```
 #[derive(Clone, Debug)]
 pub struct HeartWindows {
+    domains: Vec<Domain>,
     values: Vec<Value>,
     beats: Beats,
 }
@@ -63,11 +64,8 @@ enum Beats {
 impl HeartWindows {
     /// Of beats that come in one after the other; none yet.
     pub fn causal() -> HeartWindows {
-        let values = recipes::values(&format!("with the beats of {BEFORE_SECS} s before"));
-        HeartWindows {
-            values,
-            beats: Beats::Causal { at_ns: VecDeque::new(), holes: Holes::default() },
-        }
+        let beats = Beats::Causal { at_ns: VecDeque::new(), holes: Holes::default() };
+        HeartWindows::of(beats, &format!("with the beats of {BEFORE_SECS} s before"))
     }
 
     /// Of all beats of a recording [ns], in any order, with its `holes` [ns, from and to], and a
@@ -86,10 +84,19 @@ impl HeartWindows {
             all.mark(from_ns, to_ns);
         }
         let beats = CorrectedBeats::of(begin_ns, at_ns.iter().copied(), &all, edits);
-        HeartWindows {
-            values: recipes::values("over the whole recording"),
-            beats: Beats::Whole(beats),
-        }
+        HeartWindows::of(Beats::Whole(beats), "over the whole recording")
+    }
+
+    fn of(beats: Beats, corrected: &str) -> HeartWindows {
+        HeartWindows { domains: Domain::ALL.to_vec(), values: recipes::values(corrected), beats }
+    }
+
+    /// The same with the values of these domains only, for who has no use for the others.
+    #[must_use]
+    pub fn only(self, domains: &[Domain]) -> HeartWindows {
+        let places = domains.iter().flat_map(|&domain| self.places(domain));
+        let values = places.map(|place| self.values[place].clone()).collect();
+        HeartWindows { domains: domains.to_vec(), values, ..self }
     }
 
     /// Takes in a beat [ns]. One that is older than the last takes its place among them.
@@ -123,9 +130,13 @@ impl HeartWindows {
         holes.forget(before_ns);
     }
 
-    /// The places of a domain's values among all, for [`measure_domain`](Self::measure_domain).
+    /// The places of a domain's values among all, for [`measure_domain`](Self::measure_domain); none
+    /// where it was left out.
     pub fn places(&self, domain: Domain) -> Range<usize> {
-        recipes::places(domain)
+        let before = self.domains.iter().take_while(|&&each| each != domain);
+        let begin = before.map(|each| each.count()).sum();
+        let count = if self.domains.contains(&domain) { domain.count() } else { 0 };
+        begin..begin + count
     }
 
     /// As [`measure`](Windows::measure), but only the values of one domain, those at its
@@ -138,7 +149,7 @@ impl HeartWindows {
         let cut = self.cut(span);
         let quality = 1.0 / (1.0 + cut.corrected_percent() / MOST_PERCENT);
         if cut.coverage < LEAST_COVERAGE {
-            let count = domains.iter().map(|&domain| recipes::places(domain).len()).sum();
+            let count = domains.iter().map(|domain| domain.count()).sum();
             return Measured::nothing(cut.coverage, quality, count, Reason::Gap);
         }
         let values = domains.iter().flat_map(|&domain| recipes::measure(domain, &cut)).collect();
@@ -168,6 +179,6 @@ impl Windows for HeartWindows {
     }
 
     fn measure(&self, span: Span) -> Measured {
-        self.measure_domains(span, &Domain::ALL)
+        self.measure_domains(span, &self.domains)
     }
 }

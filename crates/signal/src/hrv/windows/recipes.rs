@@ -1,7 +1,5 @@
 //! The values of a span, domain by domain.
 
-use std::ops::Range;
-
 use super::cut::Cut;
 use super::rows::{FREQUENCY, NONLINEAR, Need, Row, TIME};
 use crate::analysis::{Reason, Value};
@@ -34,6 +32,11 @@ impl Domain {
     /// All of them, in the order of the values.
     pub const ALL: [Domain; 3] = [Domain::Time, Domain::Frequency, Domain::Nonlinear];
 
+    /// How many values it has.
+    pub(super) fn count(self) -> usize {
+        self.rows().len()
+    }
+
     fn rows(self) -> &'static [Row] {
         match self {
             Domain::Time => &TIME,
@@ -41,12 +44,6 @@ impl Domain {
             Domain::Nonlinear => &NONLINEAR,
         }
     }
-}
-
-pub(super) fn places(domain: Domain) -> Range<usize> {
-    let before = Domain::ALL.iter().take_while(|&&each| each != domain);
-    let begin: usize = before.map(|each| each.rows().len()).sum();
-    begin..begin + domain.rows().len()
 }
 
 /// The values in their order; `corrected` says with what beats those of a span are corrected.
@@ -188,6 +185,5 @@ mod tests {
                 assert_eq!((row.0, row.1), (measure.name, measure.unit));
             }
         }
-        assert_eq!(places(Domain::Nonlinear).end, values("").len());
     }
 }

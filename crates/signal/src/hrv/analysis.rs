@@ -1,0 +1,169 @@
+//! The analysis of intervals that a device tells, as heart rate straps do.
+
+use std::collections::VecDeque;
+
+use super::{Domain, HeartWindows};
+use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
+use crate::error::SignalError;
+use crate::intervals::Edit;
+
+/// A longer interval [ms] is none, nor is one of zero or less.
+const LONGEST_MS: f64 = 60_000.0;
+/// How far the sum of intervals may be from the time of the host [ns]: straps tell of two or three
+/// intervals at once, about once a second. Beyond, intervals were lost.
+const MOST_ASTRAY_NS: i64 = 1_500_000_000;
+/// A hole where intervals were lost has this length at least [ns].
+const LEAST_HOLE_NS: i64 = 1_000_000;
+
+/// What there is to set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Which values: all of them.
+    pub domains: Vec<Domain>,
+    /// What a person says about single beats, in seconds since the first interval's beginning: none. For whole
+    /// recordings only.
+    pub edits: Vec<Edit>,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { domains: Domain::ALL.to_vec(), edits: Vec::new() }
+    }
+}
+
+/// Variability of intervals [ms] that come in one by one, in the first channel: see [`HeartWindows`].
+///
+/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there: times
+/// of the host only tell where the first one lies, and when intervals were lost, because they are more
+/// than 1.5 s from the sum of the intervals since. So does one that is NaN, zero or less or over a
+/// minute: there is a hole then. The rate does not matter, intervals have none; never an error.
+/// Limits: a single lost interval of which nobody tells is not noticed.
+pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
+    Ok(Box::new(Intervals {
+        heart: HeartWindows::causal().only(&settings.domains),
+        chain: Chain::default(),
+        count: 0,
+        events: VecDeque::new(),
+    }))
+}
+
+/// The same of a recording, in which the first interval begins where the recording does, and each
+/// other where the last ended. One that is lost (see [`causal`]) takes the time of the one before it,
+/// a second at first. The rate does not matter.
+pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
+    let intervals_ms = recording.channels.first().map_or(&[][..], Vec::as_slice);
+    let (mut beats_ns, mut holes, mut events) = (Vec::new(), Vec::new(), Vec::new());
+    let mut chain = Chain::default();
+    let (mut end_ns, mut usual_ns) = (recording.begin_ns, 1_000_000_000);
+    for (sample, &interval_ms) in intervals_ms.iter().enumerate() {
+        let interval_ns = nanos(interval_ms);
+        usual_ns = interval_ns.unwrap_or(usual_ns);
+        end_ns = end_ns.saturating_add(usual_ns);
+        let Some(placed) = chain.place(end_ns, interval_ns) else { continue };
+        holes.extend(placed.hole);
+        beats_ns.extend(placed.begin_ns);
+        beats_ns.push(placed.end_ns);
+        events.push(beat(sample, placed.end_ns, interval_ms));
+    }
+    let heart = HeartWindows::whole(recording.begin_ns, &beats_ns, &holes, &settings.edits);
+    Ok(Whole { events, windows: Box::new(heart.only(&settings.domains)) })
+}
+
+struct Intervals {
+    heart: HeartWindows,
+    chain: Chain,
+    count: usize,
+    events: VecDeque<Event>,
+}
+
+impl Windows for Intervals {
+    fn values(&self) -> &[Value] {
+        self.heart.values()
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.heart.measure(span)
+    }
+}
+
+impl Causal for Intervals {
+    fn push(&mut self, at_ns: i64, channels: &[f64]) {
+        let interval_ms = channels.first().copied().unwrap_or(f64::NAN);
+        if let Some(placed) = self.chain.place(at_ns, nanos(interval_ms)) {
+            if let Some((from_ns, to_ns)) = placed.hole {
+                self.heart.mark_gap(from_ns, to_ns);
+            }
+            placed.begin_ns.into_iter().for_each(|begin_ns| self.heart.push(begin_ns));
+            self.heart.push(placed.end_ns);
+            self.events.push_back(beat(self.count, placed.end_ns, interval_ms));
+        }
+        self.count += 1;
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    fn forget(&mut self, before_ns: i64) {
+        self.heart.forget(before_ns);
+    }
+}
+
+fn nanos(interval_ms: f64) -> Option<i64> {
+    let is_one = interval_ms > 0.0 && interval_ms <= LONGEST_MS;
+    is_one.then(|| (interval_ms * 1e6).round() as i64)
+}
+
+fn beat(sample: usize, at_ns: i64, interval_ms: f64) -> Event {
+    let details = vec![("interval_ms", interval_ms)];
+    Event { kind: "beat", sample: sample as f64, at_ns, details }
+}
+
+/// Intervals one after the other.
+#[derive(Default)]
+struct Chain {
+    last_ns: Option<i64>,
+    is_broken: bool,
+}
+
+/// Where an interval lies.
+struct Placed {
+    /// What is missing before it [ns].
+    hole: Option<(i64, i64)>,
+    /// The beat that begins it, where that is not the last one's end [ns].
+    begin_ns: Option<i64>,
+    /// The beat that ends it [ns].
+    end_ns: i64,
+}
+
+impl Chain {
+    /// Puts the next interval [ns], told of at a time, behind the last; `None` where it is lost.
+    fn place(&mut self, at_ns: i64, interval_ns: Option<i64>) -> Option<Placed> {
+        let Some(interval_ns) = interval_ns else {
+            self.is_broken = true;
+            return None;
+        };
+        let follows = |last_ns: &i64| {
+            let end_ns = last_ns.saturating_add(interval_ns);
+            let astray_ns = end_ns.saturating_sub(at_ns).saturating_abs();
+            !self.is_broken && astray_ns <= MOST_ASTRAY_NS
+        };
+        let placed = match self.last_ns {
+            Some(last_ns) if follows(&last_ns) => {
+                Placed { hole: None, begin_ns: None, end_ns: last_ns.saturating_add(interval_ns) }
+            }
+            last_ns => {
+                let earliest_ns = last_ns.map_or(i64::MIN, |ns| ns.saturating_add(LEAST_HOLE_NS));
+                let begin_ns = at_ns.saturating_sub(interval_ns).max(earliest_ns);
+                Placed {
+                    hole: last_ns.map(|last_ns| (last_ns, begin_ns)),
+                    begin_ns: Some(begin_ns),
+                    end_ns: begin_ns.saturating_add(interval_ns),
+                }
+            }
+        };
+        self.last_ns = Some(placed.end_ns);
+        self.is_broken = false;
+        Some(placed)
+    }
+}
