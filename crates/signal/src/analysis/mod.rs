@@ -9,13 +9,17 @@
 //! A causal analysis is a pure function of its samples: it gives the same, bit for bit, for any
 //! chunking, live and afterwards.
 
+mod cadence;
 mod event;
+mod live;
 mod measured;
 mod recording;
 mod span;
 mod track;
 
+pub use cadence::Cadence;
 pub use event::Event;
+pub use live::{Live, Make, Told};
 pub use measured::{LEAST_COVERAGE, Measured, Reason, Value};
 pub use recording::Recording;
 pub use span::Span;

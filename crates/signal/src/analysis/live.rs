@@ -1,0 +1,178 @@
+use super::{Cadence, Causal, Event, LEAST_COVERAGE, Measured, Reason, Span, Value};
+use crate::error::SignalError;
+
+/// Makes an analysis for a rate [Hz].
+pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> + Send>;
+
+/// An analysis at work on a stream of samples: fills its gaps, tells of events as they become known,
+/// and of windows as they end.
+///
+/// Windows of each length end together, each hop after the first sample, and are told of when the first
+/// sample at or after their end has come. A gap is filled with samples that are missing; after one that
+/// is longer than the longest window everything begins anew. All that is told is a function of the
+/// samples and their times alone: what a session computes live is what a replay, or an analysis
+/// afterwards, computes from the same samples, bit for bit.
+pub struct Live {
+    make: Make,
+    analysis: Box<dyn Causal + Send>,
+    rate_hz: f64,
+    lengths_ns: Vec<i64>,
+    hop_ns: i64,
+    cadence: Cadence,
+    begin_ns: Option<i64>,
+    /// When windows end next.
+    end_ns: i64,
+    /// Samples before the analysis began anew.
+    before: usize,
+    pushed: usize,
+    nothing: Vec<f64>,
+}
+
+/// What a live analysis tells of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Told {
+    /// An event.
+    Event(Event),
+    /// What a window, by its place among the lengths, tells.
+    Window(usize, Span, Measured),
+}
+
+impl Live {
+    /// Analyses `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], told of each
+    /// `hop_ns` [ns]. Without lengths only events are told of, and everything is kept. At a rate of 0
+    /// samples come when they like, and none is ever missing.
+    pub fn new(
+        make: Make,
+        rate_hz: f64,
+        channels: usize,
+        lengths_ns: &[i64],
+        hop_ns: i64,
+    ) -> Result<Live, SignalError> {
+        let nothing = vec![f64::NAN; channels];
+        Ok(Live {
+            analysis: make(rate_hz)?,
+            make,
+            rate_hz,
+            lengths_ns: lengths_ns.iter().map(|length_ns| (*length_ns).max(1)).collect(),
+            hop_ns: hop_ns.max(1),
+            cadence: Cadence::new(rate_hz),
+            begin_ns: None,
+            end_ns: 0,
+            before: 0,
+            pushed: 0,
+            nothing,
+        })
+    }
+
+    /// The same with windows that end each hop after a time [ns], instead of the first sample's.
+    #[must_use]
+    pub fn beginning_at(mut self, begin_ns: i64) -> Live {
+        self.begin_ns = Some(begin_ns);
+        self.end_ns = begin_ns.saturating_add(self.hop_ns);
+        self
+    }
+
+    /// What the values of a window are.
+    pub fn values(&self) -> &[Value] {
+        self.analysis.values()
+    }
+
+    /// What a span tells now, as far as its samples are still held.
+    pub fn measure(&self, span: Span) -> Measured {
+        let measured = self.analysis.measure(span);
+        let is_young = self.begin_ns.is_none_or(|begin_ns| span.begin_ns < begin_ns);
+        if is_young && measured.coverage < LEAST_COVERAGE { young(measured) } else { measured }
+    }
+
+    /// Takes in the sample that was measured at `at_ns` [ns], and tells of what became known by it.
+    ///
+    /// How many samples are missing before it; `None` when it is not after the last one and was left
+    /// out.
+    pub fn push(
+        &mut self,
+        at_ns: i64,
+        channels: &[f64],
+        tell: &mut dyn FnMut(Told),
+    ) -> Option<usize> {
+        let last_ns = self.cadence.last_ns();
+        let missing = self.cadence.missing_before(at_ns)?;
+        let Some(last_ns) = last_ns else {
+            if self.begin_ns.is_none() {
+                self.begin_ns = Some(at_ns);
+                self.end_ns = at_ns.saturating_add(self.hop_ns);
+            }
+            self.end_ns = self.end_ns.max(self.next_end_ns(at_ns.saturating_sub(self.hop_ns)));
+            self.take(at_ns, channels, tell);
+            return Some(0);
+        };
+        if self.is_too_long(at_ns.saturating_sub(last_ns)) {
+            self.begin_anew(missing);
+            self.end_ns = self.next_end_ns(at_ns);
+        } else {
+            for number in 1..=missing {
+                let missing_ns = Cadence::missing_ns(last_ns, at_ns, number, missing);
+                let nothing = std::mem::take(&mut self.nothing);
+                self.take(missing_ns, &nothing, tell);
+                self.nothing = nothing;
+            }
+        }
+        self.take(at_ns, channels, tell);
+        Some(missing)
+    }
+
+    /// Whether a gap [ns] leaves nothing of what was before it in any window.
+    fn is_too_long(&self, gap_ns: i64) -> bool {
+        self.lengths_ns.iter().max().is_some_and(|&longest_ns| gap_ns > longest_ns)
+    }
+
+    /// When windows end next after a time [ns]; those that ended in between have nothing to tell.
+    fn next_end_ns(&self, at_ns: i64) -> i64 {
+        let [at, end, hop] = [at_ns, self.end_ns, self.hop_ns].map(i128::from);
+        let hops = (at - end).div_euclid(hop) + 1;
+        i64::try_from(end + hops.max(0) * hop).unwrap_or(i64::MAX)
+    }
+
+    fn begin_anew(&mut self, missing: usize) {
+        // The same rate was good enough at first.
+        if let Ok(analysis) = (self.make)(self.rate_hz) {
+            self.analysis = analysis;
+        }
+        self.before += self.pushed + missing;
+        self.pushed = 0;
+    }
+
+    fn take(&mut self, at_ns: i64, channels: &[f64], tell: &mut dyn FnMut(Told)) {
+        // At the end of all time no other window ends.
+        while at_ns >= self.end_ns && self.end_ns < i64::MAX && !self.lengths_ns.is_empty() {
+            self.tell_windows(tell);
+        }
+        self.analysis.push(at_ns, channels);
+        self.pushed += 1;
+        while let Some(mut event) = self.analysis.next_event() {
+            event.sample += self.before as f64;
+            tell(Told::Event(event));
+        }
+    }
+
+    fn tell_windows(&mut self, tell: &mut dyn FnMut(Told)) {
+        let mut earliest_ns = self.end_ns;
+        for place in 0..self.lengths_ns.len() {
+            let begin_ns = self.end_ns.saturating_sub(self.lengths_ns[place]);
+            let span = Span { begin_ns, end_ns: self.end_ns };
+            tell(Told::Window(place, span, self.measure(span)));
+            earliest_ns = earliest_ns.min(begin_ns);
+        }
+        self.analysis.forget(earliest_ns.saturating_add(self.hop_ns));
+        self.end_ns = self.end_ns.saturating_add(self.hop_ns);
+    }
+}
+
+/// What lies before the first sample is not missing: the window is not full yet.
+fn young(measured: Measured) -> Measured {
+    let reason = |reason| if reason == Reason::Gap { Reason::Short } else { reason };
+    let values = measured.values.into_iter().map(|value| value.map_err(reason)).collect();
+    Measured { values, ..measured }
+}
+
+#[cfg(test)]
+mod tests;

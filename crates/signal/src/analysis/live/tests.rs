@@ -1,0 +1,116 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::analysis::{Track, Windows};
+
+const SEC: i64 = 1_000_000_000;
+static VALUES: [Value; 1] = [Value::new("Mean", "1", "mean of the span")];
+
+/// The mean of a span; each usable sample at a whole number of ten is an event.
+struct Means {
+    track: Track,
+    events: Vec<Event>,
+}
+
+impl Windows for Means {
+    fn values(&self) -> &[Value] {
+        &VALUES
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        let mut values = self.track.values_in(span);
+        values.retain(|value| value.is_finite());
+        let coverage = self.track.coverage(span);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let value = if coverage < LEAST_COVERAGE { Err(Reason::Gap) } else { Ok(mean) };
+        Measured { coverage, quality: 1.0, values: vec![value] }
+    }
+}
+
+impl Causal for Means {
+    fn push(&mut self, at_ns: i64, channels: &[f64]) {
+        self.track.push(at_ns, channels[0]);
+        if channels[0] % 10.0 == 0.0 {
+            let sample = self.track.held().end as f64 - 1.0;
+            self.events.push(Event { kind: "beat", sample, at_ns, details: Vec::new() });
+        }
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        self.events.pop()
+    }
+
+    fn forget(&mut self, before_ns: i64) {
+        self.track.forget(before_ns);
+    }
+}
+
+fn live(lengths_secs: &[i64]) -> Live {
+    let make: Make =
+        Box::new(|rate_hz| Ok(Box::new(Means { track: Track::new(rate_hz), events: Vec::new() })));
+    let lengths_ns: Vec<i64> = lengths_secs.iter().map(|secs| secs * SEC).collect();
+    Live::new(make, 2.0, 1, &lengths_ns, SEC).unwrap()
+}
+
+/// Each window as (end [s], value); each event as its sample.
+fn told(live: &mut Live, samples: &[(f64, f64)]) -> (Vec<(f64, Result<f64, Reason>)>, Vec<f64>) {
+    let (mut windows, mut events) = (Vec::new(), Vec::new());
+    for (secs, value) in samples {
+        live.push((secs * 1e9) as i64, &[*value], &mut |told| match told {
+            Told::Event(event) => events.push(event.sample),
+            Told::Window(_, span, measured) => {
+                windows.push((span.end_ns as f64 / 1e9, measured.values[0]));
+            }
+        });
+    }
+    (windows, events)
+}
+
+/// Samples at 2 Hz of the given half seconds; each has its number as its value.
+fn halves(range: std::ops::Range<u32>) -> Vec<(f64, f64)> {
+    range.map(|k| (5.0 + f64::from(k) / 2.0, f64::from(k))).collect()
+}
+
+#[test]
+fn a_window_is_told_of_when_the_first_sample_after_it_has_come() {
+    let (windows, _) = told(&mut live(&[2]), &halves(0..9));
+    assert_eq!(windows, [(6.0, Ok(0.5)), (7.0, Ok(1.5)), (8.0, Ok(3.5)), (9.0, Ok(5.5))]);
+}
+
+#[test]
+fn a_window_that_is_not_full_yet_is_short_and_one_with_a_hole_has_a_gap() {
+    let samples = [halves(0..10), halves(16..30)].concat();
+    let (windows, _) = told(&mut live(&[4]), &samples);
+    let of = |secs: f64| windows.iter().find(|window| window.0 == secs).unwrap().1;
+    assert_eq!(of(6.0), Err(Reason::Short));
+    assert_eq!(of(9.0), Ok(3.5));
+    assert_eq!(of(13.0), Err(Reason::Gap));
+    assert!(of(17.0).is_ok());
+}
+
+#[test]
+fn samples_are_counted_through_gaps_short_and_long() {
+    let samples = [halves(0..11), halves(14..25), halves(1000..1015)].concat();
+    let (windows, events) = told(&mut live(&[4]), &samples);
+    assert_eq!(events, [0.0, 10.0, 20.0, 1000.0, 1010.0]);
+    // Nothing is told of the silence, and all windows end at whole seconds after the beginning.
+    assert!(windows.iter().all(|(secs, _)| secs.fract() == 0.0 && !(18.0..505.0).contains(secs)));
+}
+
+#[test]
+fn a_sample_that_is_not_after_the_last_one_is_left_out() {
+    let mut live = live(&[2]);
+    assert_eq!(live.push(SEC, &[1.0], &mut |_| ()), Some(0));
+    assert_eq!(live.push(SEC, &[1.0], &mut |_| ()), None);
+    assert_eq!(live.push(3 * SEC, &[1.0], &mut |_| ()), Some(3));
+}
+
+proptest! {
+    #[test]
+    fn no_times_do_harm(times in prop::collection::vec(any::<i64>(), 0..20)) {
+        let mut live = live(&[1, 3]);
+        for at_ns in times {
+            live.push(at_ns, &[1.0], &mut |_| ());
+        }
+    }
+}
