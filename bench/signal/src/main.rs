@@ -4,6 +4,7 @@
 #![expect(clippy::print_stderr, reason = "errors go to standard error")]
 
 mod beats;
+mod emg;
 mod hrv;
 mod statistics;
 mod golden;
@@ -19,6 +20,7 @@ fn main() -> ExitCode {
     let outcome = match words[..] {
         ["beats", data] => beats::measure(Path::new(data)),
         ["beats", data, "each"] => beats::list(Path::new(data)),
+        ["emg", data] => emg::measure(Path::new(data)),
         ["hrv", data] => hrv::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
         _ => Err("there is no such part".into()),

@@ -24,3 +24,4 @@ pub mod agreement;
 pub mod analysis;
 pub mod ecg;
 pub mod respiration;
+pub mod emg;

@@ -39,6 +39,36 @@ pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<Line> {
     intercept.is_finite().then_some(Line { slope, intercept })
 }
 
+/// The line of least squares: the least sum of squared distances in y.
+///
+/// Takes all points, also of long noisy series of which [`theil_sen`] would take a few; one wild point
+/// turns it. The uncertainty is the standard error of the slope, √(Σe² / (n − 2) / Σ(x − x̄)²), which
+/// assumes independent errors (infinite with two points). Points that are not finite are left out.
+/// `None` when fewer than two points differ in x, or when the numbers are too far apart.
+///
+/// ```
+/// use teampulse_signal::slope::least_squares;
+/// let line = least_squares(&[0.0, 1.0, 2.0], &[1.0, 3.0, 5.0]).expect("there are three points");
+/// assert_eq!((line.slope.value, line.slope.sigma, line.at(3.0)), (2.0, 0.0, 7.0));
+/// ```
+pub fn least_squares(x: &[f64], y: &[f64]) -> Option<Line> {
+    let points = finite_points(x, y);
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (mean_x, mean_y) = (mean(|point| point.0), mean(|point| point.1));
+    let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        points.iter().map(|(x, y)| of(x - mean_x, y - mean_y)).sum()
+    };
+    let spread = sum(&|x, _| x * x);
+    let value = sum(&|x, y| x * y) / spread;
+    let errors = sum(&|x, y| (y - value * x).powi(2));
+    let sigma = (errors / (count - 2.0) / spread).sqrt();
+    let sigma = if points.len() > 2 { sigma } else { f64::INFINITY };
+    let intercept = mean_y - value * mean_x;
+    let is_line = value.is_finite() && intercept.is_finite() && !sigma.is_nan();
+    is_line.then_some(Line { slope: Estimate { value, sigma }, intercept })
+}
+
 fn finite_points(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
     let points = x.iter().copied().zip(y.iter().copied());
     points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
@@ -131,6 +161,16 @@ mod tests {
     }
 
     #[test]
+    fn the_line_of_least_squares_has_the_slope_of_numpy() {
+        // numpy.polyfit(range(5), [1, 3, 2, 5, 4], 1); scipy.stats.linregress for the standard error.
+        let line = least_squares(&seconds(5), &[1.0, 3.0, 2.0, 5.0, 4.0]).unwrap();
+        assert!((line.slope.value - 0.8).abs() < 1e-15 && (line.intercept - 1.4).abs() < 1e-15);
+        assert!((line.slope.sigma - 0.346_410_161_513_775_4).abs() < 1e-15);
+        assert_eq!(least_squares(&[1.0, 1.0], &[1.0, 2.0]), None);
+        assert_eq!(least_squares(&[1.0, 2.0], &[1.0, 2.0]).unwrap().slope.sigma, f64::INFINITY);
+    }
+
+    #[test]
     fn many_points_give_the_slope_of_few() {
         let x = seconds(10_000);
         let y: Vec<f64> = x.iter().map(|x| x * 0.5).collect();
@@ -144,6 +184,10 @@ mod tests {
         ) {
             let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
             if let Some(line) = theil_sen(&x, &y) {
+                prop_assert!(line.slope.value.is_finite() && line.intercept.is_finite());
+                prop_assert!(line.slope.sigma >= 0.0);
+            }
+            if let Some(line) = least_squares(&x, &y) {
                 prop_assert!(line.slope.value.is_finite() && line.intercept.is_finite());
                 prop_assert!(line.slope.sigma >= 0.0);
             }

@@ -1,0 +1,250 @@
+//! The values of an electromyogram's windows, with its bursts as events.
+//!
+//! A `burst` stands at its onset; its details are the `channel`'s index, `duration_secs`, and
+//! `mean_envelope` and `peak_envelope` in the signal's unit.
+//!
+//! Features are those of 0.25 s [frames](super::Frames), 0.125 s apart, counted from the first sample;
+//! the value of a window is their mean over the frames that lie in it, so that windows of any length can
+//! be compared. A window without a whole frame is too short. A frame needs nine tenths of its samples.
+
+use std::collections::VecDeque;
+
+use super::Thresholds;
+use super::band::{clean, envelope};
+use super::burst::{Burst, BurstDetector, BurstSettings, bursts_of};
+use super::channel::Taken;
+use super::store::{Pair, Store};
+use super::values::{measure, values};
+use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
+use crate::error::{SignalError, checked};
+
+/// Most channels that are taken.
+const MOST_CHANNELS: usize = 256;
+/// Bursts that were not asked for yet, of which the oldest are let go.
+const MOST_EVENTS: usize = 4096;
+
+/// What is known of the signal beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The channels in their order: 1 to 256. Samples for further ones are left out.
+    pub channels: Vec<Channel>,
+    /// What the signal is measured in.
+    pub unit: String,
+    /// What a zero crossing and a slope sign change need [unit].
+    pub thresholds: Thresholds,
+    /// How bursts are told from rest.
+    pub bursts: BurstSettings,
+    /// Which channels (indices) lie over muscles that work against each other.
+    pub antagonists: Vec<[usize; 2]>,
+}
+
+/// A channel: a muscle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Channel {
+    /// What it is called, as in `EMG_RMS/ch1`; empty for no more than `EMG_RMS`.
+    pub name: String,
+    /// The mean of the envelope (mean absolute value) during a maximal voluntary contraction [unit], if
+    /// that was measured.
+    pub mvc: Option<f64>,
+}
+
+impl Default for Settings {
+    /// One channel without a name, in mV, no thresholds, nothing known of its maximum.
+    fn default() -> Settings {
+        Settings {
+            channels: vec![Channel::default()],
+            unit: "mV".into(),
+            thresholds: Thresholds::default(),
+            bursts: BurstSettings::default(),
+            antagonists: Vec::new(),
+        }
+    }
+}
+
+impl Settings {
+    fn store(&self, rate_hz: f64) -> Result<Store, SignalError> {
+        let count = self.channels.len();
+        checked("number of channels", count as f64, (1.0, MOST_CHANNELS as f64))?;
+        for threshold in [self.thresholds.zero_crossing, self.thresholds.slope_change] {
+            checked("threshold", threshold, (0.0, f64::MAX))?;
+        }
+        for mvc in self.channels.iter().filter_map(|channel| channel.mvc) {
+            checked("maximal voluntary contraction", mvc, (f64::MIN_POSITIVE, f64::MAX))?;
+        }
+        for &index in self.antagonists.iter().flatten() {
+            checked("index of an antagonist", index as f64, (0.0, count as f64 - 1.0))?;
+        }
+        Store::new(rate_hz, self.thresholds, count, self.pairs())
+    }
+
+    fn pairs(&self) -> Vec<Pair> {
+        let mvc = |index: usize| self.channels[index].mvc;
+        let pair = |&[one, other]: &[usize; 2]| Pair {
+            channels: [one, other],
+            mvc: mvc(one).zip(mvc(other)).map(|(one, other)| [one, other]),
+        };
+        self.antagonists.iter().map(pair).collect()
+    }
+
+    fn values(&self, rate_hz: f64, run: &str) -> Vec<Value> {
+        let high_hz = 450f64.min(rate_hz / 2.0 * 0.95);
+        values(self, &format!("band 20–{high_hz:.0} Hz (Butterworth 4, {run})"))
+    }
+}
+
+/// An analysis of a signal that comes in, at a rate of 100 Hz to 10 kHz.
+///
+/// The band and the envelope are late by 10 to 50 ms, which is not made up for in windows; bursts are
+/// told of when they ended, at their corrected times, so that the number of those that begin in a
+/// window may grow afterwards. No sample allocates in steady state.
+///
+/// An error for another rate, or settings out of their ranges.
+pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
+    let store = settings.store(rate_hz)?;
+    let detectors = settings.channels.iter().map(|_| BurstDetector::new(rate_hz, settings.bursts));
+    let detectors: Vec<BurstDetector> = detectors.collect::<Result<_, _>>()?;
+    let opened_ns = vec![0; detectors.len()];
+    let taken = vec![Taken::default(); detectors.len()];
+    let answers =
+        Answers { values: settings.values(rate_hz, "causal"), settings: settings.clone(), store };
+    Ok(Box::new(Running { answers, detectors, opened_ns, taken, events: VecDeque::new() }))
+}
+
+/// An analysis of a whole recording: band and envelope without delay, rest from both sides.
+///
+/// A channel without enough usable samples has gaps only. Errors as for [`causal`].
+pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
+    let mut store = settings.store(recording.rate_hz)?;
+    let nothing = vec![f64::NAN; recording.len()];
+    let (mut lanes, mut events) = (Vec::new(), Vec::new());
+    for index in 0..settings.channels.len() {
+        let raw = recording.channels.get(index).unwrap_or(&nothing);
+        let lane = Lane::of(&raw[..recording.len()], recording.rate_hz);
+        let take = |burst| events.push(event(index, &burst, recording));
+        bursts_of(&lane.raw, &lane.envelope, recording.rate_hz, settings.bursts, take)?;
+        lanes.push(lane);
+    }
+    let mut taken = vec![Taken::default(); lanes.len()];
+    for sample in 0..recording.len() {
+        taken.iter_mut().zip(&lanes).for_each(|(taken, lane)| *taken = lane.at(sample));
+        store.push(recording.time_ns(sample as f64), &taken);
+    }
+    events.sort_by_key(|event| event.at_ns);
+    for event in &events {
+        store.begin_burst(event.at_ns, event.details[0].1 as usize);
+    }
+    let values = settings.values(recording.rate_hz, "zero phase");
+    let windows = Box::new(Answers { values, settings: settings.clone(), store });
+    Ok(Whole { events, windows })
+}
+
+fn event(channel: usize, burst: &Burst, recording: &Recording<'_>) -> Event {
+    let at_ns = recording.time_ns(burst.onset);
+    burst_event(channel, burst, at_ns, recording.rate_hz)
+}
+
+fn burst_event(channel: usize, burst: &Burst, at_ns: i64, rate_hz: f64) -> Event {
+    let details = vec![
+        ("channel", channel as f64),
+        ("duration_secs", (burst.offset - burst.onset) / rate_hz),
+        ("mean_envelope", burst.mean),
+        ("peak_envelope", burst.peak),
+    ];
+    Event { kind: "burst", sample: burst.onset, at_ns, details }
+}
+
+/// A channel of a whole recording.
+struct Lane {
+    raw: Vec<f64>,
+    band: Vec<f64>,
+    envelope: Vec<f64>,
+}
+
+impl Lane {
+    fn of(raw: &[f64], rate_hz: f64) -> Lane {
+        // One that can't be filtered is too short, or has no usable sample.
+        let band = clean(raw, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
+        let envelope = envelope(&band, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
+        Lane { raw: raw.to_vec(), band, envelope }
+    }
+
+    fn at(&self, sample: usize) -> Taken {
+        let (raw, band) = (self.raw[sample], self.band[sample]);
+        Taken { raw, band, envelope: self.envelope[sample] }
+    }
+}
+
+/// What spans are asked.
+struct Answers {
+    settings: Settings,
+    values: Vec<Value>,
+    store: Store,
+}
+
+impl Windows for Answers {
+    fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        measure(&self.settings, &self.store, span)
+    }
+}
+
+struct Running {
+    answers: Answers,
+    detectors: Vec<BurstDetector>,
+    /// When what is open in each channel began [ns].
+    opened_ns: Vec<i64>,
+    taken: Vec<Taken>,
+    events: VecDeque<Event>,
+}
+
+impl Windows for Running {
+    fn values(&self) -> &[Value] {
+        self.answers.values()
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.answers.measure(span)
+    }
+}
+
+impl Running {
+    fn tell(&mut self, index: usize, burst: &Burst) {
+        let rate_hz = self.answers.store.rate_hz();
+        let delay_ns = (self.detectors[index].delay() / rate_hz * 1e9) as i64;
+        let at_ns = self.opened_ns[index].saturating_sub(delay_ns);
+        self.answers.store.begin_burst(at_ns, index);
+        if self.events.len() == MOST_EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back(burst_event(index, burst, at_ns, rate_hz));
+    }
+}
+
+impl Causal for Running {
+    fn push(&mut self, at_ns: i64, channels: &[f64]) {
+        for index in 0..self.detectors.len() {
+            let raw = channels.get(index).copied().unwrap_or(f64::NAN);
+            let was_open = self.detectors[index].is_open();
+            let (band, envelope, burst) = self.detectors[index].follow(raw);
+            self.taken[index] = Taken { raw, band, envelope };
+            if let Some(burst) = burst {
+                self.tell(index, &burst);
+            }
+            if !was_open && self.detectors[index].is_open() {
+                self.opened_ns[index] = at_ns;
+            }
+        }
+        self.answers.store.push(at_ns, &self.taken);
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    fn forget(&mut self, before_ns: i64) {
+        self.answers.store.forget(before_ns);
+    }
+}

@@ -1,0 +1,134 @@
+//! From the raw signal to the muscle's band, and to how loud it is.
+
+use crate::error::{SignalError, checked, checked_rate_hz};
+use crate::filter::{Cascade, Design, butterworth, zero_phase};
+use crate::gaps::is_usable;
+
+/// Slowest and fastest rate that is taken [Hz].
+pub const RATES_HZ: (f64, f64) = (100.0, 10_000.0);
+/// What a muscle's activity lies between [Hz], as far as the rate shows it.
+const LOW_HZ: f64 = 20.0;
+const HIGH_HZ: f64 = 450.0;
+/// Of half the sampling rate, what a filter can still end at.
+const MOST_OF_NYQUIST: f64 = 0.95;
+const ORDER: u32 = 4;
+/// What the envelope follows [Hz].
+const ENVELOPE_HZ: f64 = 6.0;
+const ENVELOPE_ORDER: u32 = 2;
+/// Where muscles have most of their power [Hz]: the delay there is the delay of what is seen.
+const USUAL_HZ: f64 = 80.0;
+
+/// The band of a muscle's activity: Butterworth, order 4, from 20 Hz to the lesser of 450 Hz and 95 % of
+/// half the rate.
+///
+/// An error for a rate outside of [`RATES_HZ`].
+pub fn band(rate_hz: f64) -> Result<Design, SignalError> {
+    let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
+    let high_hz = HIGH_HZ.min(rate_hz / 2.0 * MOST_OF_NYQUIST);
+    butterworth::band_pass(ORDER, LOW_HZ, high_hz, rate_hz)
+}
+
+/// What makes an envelope of the rectified signal: Butterworth low-pass, order 2, 6 Hz.
+pub fn envelope_filter(rate_hz: f64) -> Result<Design, SignalError> {
+    let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
+    butterworth::low_pass(ENVELOPE_ORDER, ENVELOPE_HZ, rate_hz)
+}
+
+/// The [band](band()) of a whole recording, without delay: its mean taken off, then filtered forwards
+/// and backwards.
+///
+/// Samples that are not [usable](is_usable) are bridged. An error for a rate outside of
+/// [`RATES_HZ`], a recording of fewer than 28 samples, or one without a usable number.
+pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
+    let band = band(rate_hz)?;
+    let usable = || signal.iter().filter(|&&sample| is_usable(sample));
+    let mean = usable().sum::<f64>() / usable().count().max(1) as f64;
+    let centred: Vec<f64> = signal.iter().map(|sample| sample - mean).collect();
+    zero_phase(&band, &centred)
+}
+
+/// The envelope of a [cleaned](clean) recording, without delay: rectified, then a low-pass of 6 Hz
+/// forwards and backwards, never below zero. In the unit of the signal; its mean is the mean absolute
+/// value.
+pub fn envelope(clean: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
+    let rectified: Vec<f64> = clean.iter().map(|sample| sample.abs()).collect();
+    let envelope = zero_phase(&envelope_filter(rate_hz)?, &rectified)?;
+    Ok(envelope.into_iter().map(|height| height.max(0.0)).collect())
+}
+
+/// The band and the envelope of a signal that comes in sample by sample.
+///
+/// The same for any chunking; no sample allocates. A sample that is not usable counts as the one before
+/// it; before the first usable one, both are zero.
+#[derive(Clone, Debug)]
+pub struct Cleaner {
+    band: Cascade,
+    envelope: Cascade,
+    delay_secs: f64,
+}
+
+impl Cleaner {
+    /// For a signal at a rate; an error when it lies outside of [`RATES_HZ`].
+    pub fn new(rate_hz: f64) -> Result<Cleaner, SignalError> {
+        let (band, envelope) = (band(rate_hz)?, envelope_filter(rate_hz)?);
+        let usual_hz = USUAL_HZ.min(rate_hz / 4.0);
+        let delay_secs = band.group_delay_secs(usual_hz) + envelope.group_delay_secs(0.0);
+        let (band, envelope) = (Cascade::settled(&band), Cascade::at_rest(&envelope));
+        Ok(Cleaner { band, envelope, delay_secs })
+    }
+
+    /// How late the envelope is [s]: 45 ms or so.
+    pub fn delay_secs(&self) -> f64 {
+        self.delay_secs
+    }
+
+    /// Takes in the next sample; gives the band's and the envelope's.
+    pub fn push(&mut self, sample: f64) -> (f64, f64) {
+        let band = self.band.push(sample);
+        let band = if band.is_nan() { 0.0 } else { band };
+        (band, self.envelope.push(band.abs()).max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn the_band_ends_at_450_hz_or_before_half_the_rate() {
+        let gain = |rate_hz: f64, at_hz: f64| band(rate_hz).unwrap().gain(at_hz);
+        for (rate_hz, high_hz) in [(200.0, 95.0), (1000.0, 450.0), (4000.0, 450.0)] {
+            assert!((gain(rate_hz, 20.0) - 0.5f64.sqrt()).abs() < 1e-9);
+            assert!((gain(rate_hz, high_hz) - 0.5f64.sqrt()).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn other_rates_are_refused() {
+        for rate_hz in [0.0, 1e-9, 99.0, 10_001.0, 1e9, f64::NAN, f64::INFINITY] {
+            assert!(band(rate_hz).is_err() && envelope_filter(rate_hz).is_err());
+            assert!(Cleaner::new(rate_hz).is_err() && clean(&[0.0; 100], rate_hz).is_err());
+        }
+    }
+
+    #[test]
+    fn the_envelope_of_an_oscillation_is_its_mean_absolute_value() {
+        let wave = |k: u32| 3.0 * (TAU * 80.0 * f64::from(k) / 1000.0).sin();
+        let clean: Vec<f64> = (0..2000).map(wave).collect();
+        let envelope = envelope(&clean, 1000.0).unwrap();
+        assert!((envelope[1000] - 3.0 * 2.0 / std::f64::consts::PI).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_envelope_is_as_late_as_stated() {
+        let mut cleaner = Cleaner::new(1000.0).unwrap();
+        let burst = |k: u32| (-((f64::from(k) - 1000.0) / 150.0).powi(2)).exp();
+        let wave = |k: u32| burst(k) * (TAU * 80.0 * f64::from(k) / 1000.0).sin();
+        let envelope: Vec<f64> = (0..2000).map(|k| cleaner.push(wave(k)).1).collect();
+        let sum: f64 = envelope.iter().sum();
+        let centre = envelope.iter().enumerate().map(|(k, v)| k as f64 * v).sum::<f64>() / sum;
+        assert!((centre - 1000.0 - 1000.0 * cleaner.delay_secs()).abs() < 1.0, "{centre}");
+    }
+}

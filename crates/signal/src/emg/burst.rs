@@ -1,0 +1,332 @@
+//! When a muscle was active.
+
+use super::band::{Cleaner, RATES_HZ, clean, envelope};
+use super::rest::{Rest, levels};
+use crate::error::{SignalError, checked, checked_rate_hz};
+
+/// How bursts are told from rest.
+///
+/// A double threshold: a burst begins where the envelope rises above the lower one, if it goes on to the
+/// upper one, and ends where it falls below the lower one for some time. Both are multiples of the
+/// envelope's height at rest, the 10 % quantile of its means over 0.1 s. (After Hodges & Bui 1996,
+/// doi:10.1016/S0921-884X(96)95190-5, who take a mean and a standard deviation of a rest that is known;
+/// here none is.) With a muscle at rest a tenth of the time at least, noise that stays the same gives no
+/// bursts, and what is less than about twice as loud as its mean is not found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BurstSettings {
+    /// What the envelope must reach, over that at rest: 1 to 1000.
+    pub upper: f64,
+    /// Where a burst begins and ends, over the envelope at rest: 1 to `upper`.
+    pub lower: f64,
+    /// The shortest burst [s], 0 to 10.
+    pub least_secs: f64,
+    /// Shorter pauses are none [s], 0 to 10.
+    pub pause_secs: f64,
+    /// How long rest is remembered [s], 10 to 600: the longest activity without rest is a little less.
+    pub memory_secs: f64,
+}
+
+impl Default for BurstSettings {
+    fn default() -> BurstSettings {
+        BurstSettings {
+            upper: 3.0,
+            lower: 2.0,
+            least_secs: 0.1,
+            pause_secs: 0.1,
+            memory_secs: 120.0,
+        }
+    }
+}
+
+impl BurstSettings {
+    fn checked(&self) -> Result<(), SignalError> {
+        checked("upper threshold of bursts", self.upper, (1.0, 1000.0))?;
+        checked("lower threshold of bursts", self.lower, (1.0, self.upper))?;
+        checked("shortest burst [s]", self.least_secs, (0.0, 10.0))?;
+        checked("shortest pause [s]", self.pause_secs, (0.0, 10.0))?;
+        checked("memory of rest [s]", self.memory_secs, (10.0, 600.0))?;
+        Ok(())
+    }
+
+    /// The recipe in words.
+    pub(super) fn recipe(&self) -> String {
+        let BurstSettings { upper, lower, least_secs, pause_secs, memory_secs } = self;
+        format!(
+            "envelope above {lower} × rest for {least_secs} s or longer with a part above {upper} × rest, \
+             pauses below {pause_secs} s bridged; rest = 10 % quantile of its 0.1 s means in {memory_secs} s"
+        )
+    }
+}
+
+/// A span of activity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Burst {
+    /// Where it begins [samples from the first one].
+    pub onset: f64,
+    /// Where it ends [samples from the first one].
+    pub offset: f64,
+    /// Mean of the envelope in it [unit of the signal].
+    pub mean: f64,
+    /// Greatest envelope in it [unit of the signal].
+    pub peak: f64,
+}
+
+/// Bursts of a whole recording: band and envelope without delay, rest from both sides.
+///
+/// An error for a rate outside of 100 Hz to 10 kHz, a recording of fewer than 28 samples, or one without a
+/// usable number.
+pub fn find_bursts(signal: &[f64], rate_hz: f64) -> Result<Vec<Burst>, SignalError> {
+    let envelope = envelope(&clean(signal, rate_hz)?, rate_hz)?;
+    let mut all = Vec::new();
+    bursts_of(signal, &envelope, rate_hz, BurstSettings::default(), |burst| all.push(burst))?;
+    Ok(all)
+}
+
+/// Hands over the bursts of a whole recording, one after the other; one that the end cuts off ends there.
+pub(super) fn bursts_of(
+    signal: &[f64],
+    envelope: &[f64],
+    rate_hz: f64,
+    settings: BurstSettings,
+    take: impl FnMut(Burst),
+) -> Result<(), SignalError> {
+    let levels = levels(signal, envelope, rate_hz, settings.memory_secs)?;
+    let mut gate = Gate::new(rate_hz, settings)?;
+    let known = envelope.iter().zip(levels);
+    let mut found: Vec<Burst> =
+        known.filter_map(|(&envelope, level)| gate.push(envelope, level)).collect();
+    found.extend(gate.finish());
+    found.into_iter().for_each(take);
+    Ok(())
+}
+
+/// Finds bursts in a signal that comes in sample by sample.
+///
+/// A burst is told when it ended and its pause has passed. Nothing is found in the first 1.3 s, and rest is
+/// what it was so far: until there was some, activity is taken for it. Places are corrected for the
+/// [delay](Cleaner::delay_secs) of the envelope. The same for any chunking; no sample allocates.
+#[derive(Clone, Debug)]
+pub struct BurstDetector {
+    cleaner: Cleaner,
+    rest: Rest,
+    gate: Gate,
+    delay: f64,
+}
+
+impl BurstDetector {
+    /// For a signal at a rate of 100 Hz to 10 kHz; an error for another rate, or settings out of their
+    /// ranges.
+    pub fn new(rate_hz: f64, settings: BurstSettings) -> Result<BurstDetector, SignalError> {
+        let (cleaner, gate) = (Cleaner::new(rate_hz)?, Gate::new(rate_hz, settings)?);
+        let delay = cleaner.delay_secs() * rate_hz;
+        Ok(BurstDetector { cleaner, rest: Rest::new(rate_hz, settings.memory_secs)?, gate, delay })
+    }
+
+    /// Takes in the next sample, and tells of a burst that ended.
+    pub fn push(&mut self, sample: f64) -> Option<Burst> {
+        let (_, envelope) = self.cleaner.push(sample);
+        self.take(envelope, sample)
+    }
+
+    /// How late the envelope is [samples].
+    pub(super) fn delay(&self) -> f64 {
+        self.delay
+    }
+
+    /// Whether a burst may have begun.
+    pub(super) fn is_open(&self) -> bool {
+        self.gate.open.is_some()
+    }
+
+    /// The band and the envelope of the next sample; the burst that ended with it, if any.
+    pub(super) fn follow(&mut self, sample: f64) -> (f64, f64, Option<Burst>) {
+        let (band, envelope) = self.cleaner.push(sample);
+        (band, envelope, self.take(envelope, sample))
+    }
+
+    fn take(&mut self, envelope: f64, raw: f64) -> Option<Burst> {
+        self.rest.push(envelope, raw);
+        let burst = self.gate.push(envelope, self.rest.level())?;
+        let earlier = |place: f64| (place - self.delay).max(0.0);
+        Some(Burst { onset: earlier(burst.onset), offset: earlier(burst.offset), ..burst })
+    }
+}
+
+/// The double threshold on an envelope.
+#[derive(Clone, Debug)]
+struct Gate {
+    settings: BurstSettings,
+    least: f64,
+    pause: f64,
+    place: f64,
+    open: Option<Open>,
+}
+
+/// What may become a burst.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    begin: f64,
+    is_loud: bool,
+    /// Where the envelope was last above the lower threshold.
+    last: f64,
+    peak: f64,
+    sum: f64,
+    /// The sum at `last`.
+    sum_at_last: f64,
+}
+
+impl Gate {
+    fn new(rate_hz: f64, settings: BurstSettings) -> Result<Gate, SignalError> {
+        let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
+        settings.checked()?;
+        let (least, pause) = (settings.least_secs * rate_hz, settings.pause_secs * rate_hz);
+        Ok(Gate { settings, least, pause, place: 0.0, open: None })
+    }
+
+    fn push(&mut self, envelope: f64, rest: Option<f64>) -> Option<Burst> {
+        let place = self.place;
+        self.place += 1.0;
+        let rest = rest.unwrap_or(f64::INFINITY);
+        let is_above = envelope >= self.settings.lower * rest;
+        let Some(open) = &mut self.open else {
+            if is_above {
+                let (peak, sum) = (0.0, 0.0);
+                let open =
+                    Open { begin: place, is_loud: false, last: place, peak, sum, sum_at_last: 0.0 };
+                self.open = Some(open);
+                self.follow(envelope, rest, is_above, place);
+            }
+            return None;
+        };
+        if !is_above && place - open.last > self.pause {
+            return self.finish();
+        }
+        self.follow(envelope, rest, is_above, place);
+        None
+    }
+
+    fn follow(&mut self, envelope: f64, rest: f64, is_above: bool, place: f64) {
+        let Some(open) = &mut self.open else { return };
+        open.sum += envelope;
+        if is_above {
+            open.is_loud |= envelope >= self.settings.upper * rest;
+            open.peak = open.peak.max(envelope);
+            (open.last, open.sum_at_last) = (place, open.sum);
+        }
+    }
+
+    /// What is open, if it is a burst.
+    fn finish(&mut self) -> Option<Burst> {
+        let open = self.open.take()?;
+        let offset = open.last + 1.0;
+        let length = offset - open.begin;
+        let burst =
+            Burst { onset: open.begin, offset, mean: open.sum_at_last / length, peak: open.peak };
+        (open.is_loud && length >= self.least).then_some(burst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Noise at 1000 Hz, and what it is multiplied with at each time [s].
+    fn noise(secs: f64, gain: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut state = 1u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1u32 << 23) - 1.0
+        };
+        (0..(secs * 1000.0) as usize).map(|k| gain(k as f64 / 1000.0) * next()).collect()
+    }
+
+    fn causal(signal: &[f64]) -> Vec<Burst> {
+        let mut detector = BurstDetector::new(1000.0, BurstSettings::default()).unwrap();
+        signal.iter().filter_map(|&sample| detector.push(sample)).collect()
+    }
+
+    fn both(signal: &[f64]) -> [Vec<Burst>; 2] {
+        [causal(signal), find_bursts(signal, 1000.0).unwrap()]
+    }
+
+    #[test]
+    fn a_burst_begins_and_ends_where_it_does() {
+        let loud = |secs: f64| (secs % 5.0) > 3.0 && (secs % 5.0) < 4.5;
+        let signal = noise(30.0, |secs| if loud(secs) { 1.0 } else { 0.1 });
+        for bursts in both(&signal) {
+            assert_eq!(bursts.len(), 6);
+            for (k, burst) in bursts.iter().enumerate() {
+                assert!((burst.onset / 1000.0 - 3.0 - 5.0 * k as f64).abs() < 0.06, "{burst:?}");
+                assert!((burst.offset / 1000.0 - 4.5 - 5.0 * k as f64).abs() < 0.12, "{burst:?}");
+                assert!(burst.peak >= burst.mean && burst.mean > 0.3);
+            }
+        }
+    }
+
+    #[test]
+    fn noise_that_stays_the_same_has_no_bursts() {
+        for gain in [1e-6, 1.0, 1e9] {
+            assert!(both(&noise(60.0, |_| gain)).iter().all(Vec::is_empty));
+        }
+    }
+
+    #[test]
+    fn a_flat_line_has_no_bursts() {
+        for level in [0.0, 1e6, -3.3] {
+            assert!(both(&vec![level; 20_000]).iter().all(Vec::is_empty));
+        }
+        assert!(causal(&vec![f64::NAN; 20_000]).is_empty());
+    }
+
+    #[test]
+    fn a_click_is_too_short() {
+        let mut signal = noise(20.0, |_| 0.1);
+        signal[10_000] = 0.6;
+        assert!(both(&signal).iter().all(Vec::is_empty));
+    }
+
+    #[test]
+    fn a_muscle_that_is_silent_at_rest_has_its_bursts() {
+        let signal = noise(20.0, |secs| f64::from((8.0..9.0).contains(&secs)));
+        for bursts in both(&signal) {
+            assert_eq!(bursts.len(), 1);
+            assert!((bursts[0].onset / 1000.0 - 8.0).abs() < 0.2, "{bursts:?}");
+        }
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        for value in [f64::NAN, -1.0, f64::INFINITY, 1e9] {
+            let usual = BurstSettings::default();
+            for settings in [
+                BurstSettings { upper: value, ..usual },
+                BurstSettings { lower: value, ..usual },
+                BurstSettings { least_secs: value, ..usual },
+                BurstSettings { pause_secs: value, ..usual },
+                BurstSettings { memory_secs: value, ..usual },
+            ] {
+                assert!(BurstDetector::new(1000.0, settings).is_err());
+            }
+            assert!(BurstDetector::new(value, usual).is_err());
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+        #[test]
+        fn bursts_of_any_input_follow_each_other(
+            signal in prop::collection::vec(prop_oneof![prop::num::f64::ANY, -1.0..1.0], 0..3000),
+            rate_hz in 100.0..400.0,
+        ) {
+            let mut detector = BurstDetector::new(rate_hz, BurstSettings::default()).unwrap();
+            let causal: Vec<Burst> = signal.iter().filter_map(|&sample| detector.push(sample)).collect();
+            for bursts in [causal, find_bursts(&signal, rate_hz).unwrap_or_default()] {
+                prop_assert!(bursts.iter().all(|burst| burst.onset < burst.offset && burst.mean.is_finite()));
+                prop_assert!(bursts.windows(2).all(|pair| pair[0].offset <= pair[1].onset));
+                prop_assert!(bursts.iter().all(|burst| burst.offset <= signal.len() as f64));
+            }
+        }
+    }
+}

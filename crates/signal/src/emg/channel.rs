@@ -1,0 +1,67 @@
+//! One channel on its way into rows.
+
+use super::faults::{Faults, Phases, Watch};
+use super::frames::{Features, Frames};
+use crate::error::SignalError;
+
+/// A sample of one channel: as measured, in the muscle's band, and its envelope.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Taken {
+    pub(super) raw: f64,
+    pub(super) band: f64,
+    pub(super) envelope: f64,
+}
+
+/// What one channel comes to in a row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Cell {
+    pub(super) samples: f64,
+    pub(super) faults: Faults,
+    /// Sum of the envelope over usable samples.
+    pub(super) envelope: f64,
+    /// Of the frame that ends with the row.
+    pub(super) features: Option<Features>,
+}
+
+/// Watches one channel and keeps what the next frame needs.
+#[derive(Clone, Debug)]
+pub(super) struct Channel {
+    watch: Watch,
+    /// The newest samples in the band, as many as a frame has at least.
+    band: Vec<f64>,
+    length: usize,
+    pub(super) cell: Cell,
+    before: Cell,
+}
+
+impl Channel {
+    pub(super) fn new(rate_hz: f64, length: usize) -> Result<Channel, SignalError> {
+        let (cell, before) = (Cell::default(), Cell::default());
+        let band = Vec::with_capacity(2 * length);
+        Ok(Channel { watch: Watch::new(rate_hz)?, band, length, cell, before })
+    }
+
+    pub(super) fn push(&mut self, taken: Taken, phases: &Phases) {
+        self.cell.samples += 1.0;
+        if crate::gaps::is_usable(taken.raw) {
+            self.cell.envelope += taken.envelope;
+        }
+        self.watch.push(taken.raw, taken.band, phases, &mut self.cell.faults);
+        if self.band.len() == 2 * self.length {
+            self.band.copy_within(self.length.., 0);
+            self.band.truncate(self.length);
+        }
+        self.band.push(taken.band);
+    }
+
+    /// Ends the row with the frame that ends here.
+    pub(super) fn finish(&mut self, frames: &mut Frames) -> Cell {
+        let newest = &self.band[self.band.len().saturating_sub(self.length)..];
+        let both = |of: fn(&Cell) -> f64| of(&self.before) + of(&self.cell);
+        let usable = both(|cell| cell.faults.usable) / both(|cell| cell.samples);
+        let features = frames.of_one(newest).filter(|_| usable >= super::store::LEAST_USABLE);
+        self.before = Cell { features, ..self.cell };
+        self.cell = Cell::default();
+        self.before
+    }
+}

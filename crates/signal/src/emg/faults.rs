@@ -1,0 +1,284 @@
+//! How far a signal can be relied on.
+
+use std::f64::consts::TAU;
+
+use super::band::RATES_HZ;
+use crate::error::{SignalError, checked, checked_rate_hz};
+use crate::gaps::is_usable;
+
+/// A signal that stays the same for longer is flat: an electrode or a cable is off [s].
+const FLAT_SECS: f64 = 0.2;
+/// So many equal samples in a row at an end of the range are cut off.
+const CLIPPED_RUN: usize = 3;
+/// A range of fewer steps than this is too small to have ends.
+const LEAST_STEPS: f64 = 20.0;
+/// What power lines may swing at [Hz].
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+/// What the line's swing is averaged over [s]: 1 s tells it from the muscle, which has a hundredth of its
+/// power in the same width.
+const MAINS_SECS: f64 = 1.0;
+/// What is slower than this counts as the level [s].
+const LEVEL_SECS: f64 = 0.5;
+
+/// What was seen in a run of samples of one channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// How many samples were usable numbers.
+    pub usable: f64,
+    /// How many of those had been the same for more than 0.2 s.
+    pub flat: f64,
+    /// How many of those were cut off: the third and further equal ones in a row at an end of the range so
+    /// far, if that has at least twenty of its smallest steps.
+    pub clipped: f64,
+    /// Sum of the power line's squares, 50 or 60 Hz, whichever is louder [unit²].
+    pub mains: f64,
+    /// Sum of the band's squares [unit²].
+    pub band: f64,
+    /// Sum of the squares of what was measured, without its level of the last 0.5 s [unit²].
+    pub all: f64,
+}
+
+impl Faults {
+    /// The sums of both.
+    #[must_use]
+    pub fn with(self, other: &Faults) -> Faults {
+        Faults {
+            usable: self.usable + other.usable,
+            flat: self.flat + other.flat,
+            clipped: self.clipped + other.clipped,
+            mains: self.mains + other.mains,
+            band: self.band + other.band,
+            all: self.all + other.all,
+        }
+    }
+
+    /// A share of all.
+    #[must_use]
+    pub(super) fn scaled(self, share: f64) -> Faults {
+        Faults {
+            usable: share * self.usable,
+            flat: share * self.flat,
+            clipped: share * self.clipped,
+            mains: share * self.mains,
+            band: share * self.band,
+            all: share * self.all,
+        }
+    }
+
+    /// The share of flat samples [0..1].
+    pub fn flat_share(&self) -> f64 {
+        share(self.flat, self.usable)
+    }
+
+    /// The share of clipped samples [0..1].
+    pub fn clipped_share(&self) -> f64 {
+        share(self.clipped, self.usable)
+    }
+
+    /// The power line's share of the band's power [0..1].
+    pub fn mains_share(&self) -> f64 {
+        share(self.mains, self.band)
+    }
+
+    /// The share of all power that lies outside of the muscle's band [0..1]: motion of the electrodes and
+    /// their cables, bad contact.
+    pub fn outside_share(&self) -> f64 {
+        if self.all > 0.0 { (1.0 - self.band / self.all).clamp(0.0, 1.0) } else { 0.0 }
+    }
+}
+
+fn share(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Signal quality from 0 (useless) to 1: the share of samples that are neither flat nor clipped, times
+/// √((1 − mains share) · (1 − share outside of the band)).
+///
+/// Sinderby et al. (1995), doi:10.1152/jappl.1995.79.5.1803, judge by the same shares of power. It tells
+/// nothing of how loud the muscle is, nor of its neighbours. 0 without a usable sample.
+pub fn quality(faults: &Faults) -> f64 {
+    if faults.usable <= 0.0 {
+        return 0.0;
+    }
+    let living = (1.0 - faults.flat_share() - faults.clipped_share()).max(0.0);
+    living * ((1.0 - faults.mains_share()) * (1.0 - faults.outside_share())).sqrt()
+}
+
+/// Watches one channel.
+#[derive(Clone, Debug)]
+pub(super) struct Watch {
+    flat_run: usize,
+    decay: f64,
+    level: Option<f64>,
+    last: f64,
+    run: usize,
+    least: f64,
+    greatest: f64,
+    step: f64,
+    line_decay: f64,
+    lines: [[f64; 2]; 2],
+}
+
+impl Watch {
+    pub(super) fn new(rate_hz: f64) -> Result<Watch, SignalError> {
+        let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
+        Ok(Watch {
+            flat_run: (FLAT_SECS * rate_hz) as usize,
+            decay: 1.0 / (LEVEL_SECS * rate_hz),
+            level: None,
+            last: f64::NAN,
+            run: 0,
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+            step: f64::INFINITY,
+            line_decay: 1.0 / (MAINS_SECS * rate_hz),
+            lines: [[0.0; 2]; 2],
+        })
+    }
+
+    /// What a sample adds, with that of the band, at a [phase of the lines](Phases).
+    pub(super) fn push(&mut self, raw: f64, band: f64, phases: &Phases, faults: &mut Faults) {
+        let line = self.line(band, phases);
+        if !is_usable(raw) {
+            self.run = 0;
+            return;
+        }
+        faults.usable += 1.0;
+        faults.band += band * band;
+        faults.mains += line;
+        let level = self.level.get_or_insert(raw);
+        *level += self.decay * (raw - *level);
+        faults.all += (raw - *level).powi(2);
+        self.see_run(raw);
+        if self.run > self.flat_run {
+            faults.flat += 1.0;
+        } else if self.run >= CLIPPED_RUN && self.is_at_an_end(raw) {
+            faults.clipped += 1.0;
+        }
+    }
+
+    fn see_run(&mut self, raw: f64) {
+        let step = (raw - self.last).abs();
+        self.run = if step > 0.0 || step.is_nan() { 1 } else { self.run + 1 };
+        if step > 0.0 {
+            self.step = self.step.min(step);
+        }
+        self.last = raw;
+        self.least = self.least.min(raw);
+        self.greatest = self.greatest.max(raw);
+    }
+
+    fn is_at_an_end(&self, raw: f64) -> bool {
+        let has_ends = self.greatest - self.least >= LEAST_STEPS * self.step;
+        has_ends && (raw <= self.least || raw >= self.greatest)
+    }
+
+    /// The power of the louder line.
+    fn line(&mut self, band: f64, phases: &Phases) -> f64 {
+        let mut loudest = 0.0f64;
+        for (line, phase) in self.lines.iter_mut().zip(&phases.now) {
+            for (part, phase) in line.iter_mut().zip(phase) {
+                *part += self.line_decay * (band * phase - *part);
+            }
+            loudest = loudest.max(2.0 * (line[0] * line[0] + line[1] * line[1]));
+        }
+        loudest
+    }
+}
+
+/// Where the power lines stand in their period, for all channels.
+#[derive(Clone, Debug)]
+pub(super) struct Phases {
+    turns: [f64; 2],
+    steps: [f64; 2],
+    now: [[f64; 2]; 2],
+}
+
+impl Phases {
+    pub(super) fn new(rate_hz: f64) -> Phases {
+        // A line above half the rate can't be told.
+        let step = |at_hz: f64| if at_hz < 0.45 * rate_hz { at_hz / rate_hz } else { f64::NAN };
+        Phases { turns: [0.0; 2], steps: MAINS_HZ.map(step), now: [[0.0; 2]; 2] }
+    }
+
+    /// Goes on by a sample.
+    pub(super) fn advance(&mut self) {
+        for ((turn, step), now) in self.turns.iter_mut().zip(self.steps).zip(&mut self.now) {
+            if step.is_nan() {
+                continue;
+            }
+            *turn = (*turn + step).fract();
+            let (sine, cosine) = (TAU * *turn).sin_cos();
+            *now = [cosine, sine];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE_HZ: f64 = 500.0;
+
+    fn watched(signal: impl Iterator<Item = (f64, f64)>) -> Faults {
+        let (mut watch, mut phases) = (Watch::new(RATE_HZ).unwrap(), Phases::new(RATE_HZ));
+        let mut faults = Faults::default();
+        for (raw, band) in signal {
+            phases.advance();
+            watch.push(raw, band, &phases, &mut faults);
+        }
+        faults
+    }
+
+    fn noise(k: u32) -> f64 {
+        f64::from((k * k % 977) * 31 % 1009) / 1009.0 - 0.5
+    }
+
+    fn twice(value: f64) -> (f64, f64) {
+        (value, value)
+    }
+
+    #[test]
+    fn a_muscle_is_good() {
+        let faults = watched((0..5000).map(|k| twice(noise(k))));
+        assert!(quality(&faults) > 0.9, "{faults:?}");
+    }
+
+    #[test]
+    fn a_flat_line_is_worth_nothing() {
+        assert!(quality(&watched((0..5000).map(|_| twice(3.0)))) < 0.03);
+        assert_eq!(quality(&watched((0..5000).map(|_| twice(f64::NAN)))), 0.0);
+        assert_eq!(quality(&Faults::default()), 0.0);
+    }
+
+    #[test]
+    fn the_share_of_the_power_line_is_told() {
+        for at_hz in MAINS_HZ {
+            let line = |k: u32| (TAU * at_hz * f64::from(k) / RATE_HZ).sin();
+            // As much power as uniform noise between −½ and ½ has.
+            let both = |k: u32| twice(noise(k) + line(k) / 6f64.sqrt());
+            let share = watched((0..20_000).map(both)).mains_share();
+            assert!((share - 0.5).abs() < 0.05, "{share}");
+            assert!(watched((0..20_000).map(|k| twice(line(k)))).mains_share() > 0.9);
+        }
+    }
+
+    #[test]
+    fn what_is_cut_off_is_told() {
+        let clipped =
+            |k: u32| twice((20.0 * (f64::from(k) / 20.0).sin()).round().clamp(-15.0, 15.0));
+        let share = watched((0..5000).map(clipped)).clipped_share();
+        assert!((0.3..0.5).contains(&share), "{share}");
+        let whole = |k: u32| twice((20.0 * (f64::from(k) * 0.7).sin()).round());
+        assert_eq!(watched((0..5000).map(whole)).clipped_share(), 0.0);
+        let coarse = |k: u32| twice((1.4 * noise(k)).round());
+        assert_eq!(watched((0..5000).map(coarse)).clipped_share(), 0.0);
+    }
+
+    #[test]
+    fn motion_lowers_quality() {
+        let moved = |k: u32| (noise(k) + 3.0 * (f64::from(k) / 50.0).sin(), noise(k));
+        let faults = watched((0..5000).map(moved));
+        assert!(faults.outside_share() > 0.9 && quality(&faults) < 0.3, "{faults:?}");
+    }
+}

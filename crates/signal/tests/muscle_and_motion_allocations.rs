@@ -1,0 +1,59 @@
+//! Analyses of muscles and motion ask for no memory in steady state, while the host lets go of the past.
+
+#![expect(unsafe_code, reason = "an allocator that counts is one")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use teampulse_signal::analysis::Causal;
+use teampulse_signal::emg::analysis as emg;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: everything is handed to the system's allocator as it is.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller keeps the allocator's contract, which is the system's.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// Two minutes that the host lets go of after ten seconds, then one that is watched; how often the last
+/// asked for memory. Nothing is asked of the analysis, and nothing happens in the signal.
+fn allocations(analysis: &mut dyn Causal, channels: usize, rate_hz: f64) -> u64 {
+    let mut before = 0;
+    let mut row = vec![0.0; channels];
+    for sample in 0..(180.0 * rate_hz) as i64 {
+        if sample == (120.0 * rate_hz) as i64 {
+            before = ALLOCATIONS.get();
+        }
+        let at_ns = (sample as f64 / rate_hz * 1e9) as i64;
+        let noise = (sample * sample % 977 * 31 % 1009) as f64 / 1009.0;
+        row.fill(if sample % 1000 == 17 { f64::NAN } else { 30.0 + noise });
+        analysis.push(at_ns, &row);
+        if sample % (rate_hz.ceil() as i64) == 0 {
+            analysis.forget(at_ns - 10_000_000_000);
+        }
+    }
+    ALLOCATIONS.get() - before
+}
+
+#[test]
+fn muscles_ask_for_no_memory() {
+    let channels = vec![emg::Channel::default(); 8];
+    let settings = emg::Settings { channels, ..emg::Settings::default() };
+    assert_eq!(allocations(&mut *emg::causal(&settings, 200.0).unwrap(), 8, 200.0), 0);
+}
