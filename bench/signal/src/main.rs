@@ -9,6 +9,7 @@ mod hrv;
 mod statistics;
 mod golden;
 mod records;
+mod noise;
 mod resampling;
 
 use std::path::Path;

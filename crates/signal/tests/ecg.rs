@@ -1,37 +1,12 @@
 //! Laws of the detectors of heart beats, on made-up ECGs.
 
+#[path = "synthetic/ecg.rs"]
+mod synthetic;
+
 use proptest::prelude::*;
+use synthetic::{beat_secs, ecg};
 use teampulse_signal::ecg::{Beat, BeatDetector, Found, find_beats};
 use teampulse_signal::error::SignalError;
-
-/// P, Q, R, S and T of a beat: time [s] from R, height [mV], width [s].
-const WAVES: [(f64, f64, f64); 5] = [
-    (-0.16, 0.12, 0.025),
-    (-0.03, -0.12, 0.008),
-    (0.0, 1.0, 0.01),
-    (0.03, -0.25, 0.01),
-    (0.25, 0.3, 0.05),
-];
-
-/// When beats come [s]: about 73 a minute, not evenly.
-fn beat_secs(count: u32) -> Vec<f64> {
-    (0..count).map(|k| 0.6 + 0.82 * f64::from(k) + 0.04 * (0.7 * f64::from(k)).sin()).collect()
-}
-
-fn ecg(beats: &[f64], length_secs: f64, rate_hz: f64) -> Vec<f64> {
-    let sample = |k: usize| {
-        let secs = k as f64 / rate_hz;
-        let near = beats.iter().filter(|&&beat| (secs - beat).abs() < 1.0);
-        let wave = |beat: &f64| {
-            let at = |(offset, height, width): (f64, f64, f64)| {
-                height * (-((secs - beat - offset) / width).powi(2) / 2.0).exp()
-            };
-            WAVES.map(at).iter().sum::<f64>()
-        };
-        near.map(wave).sum::<f64>() + 0.2 * (secs * 1.3).sin()
-    };
-    (0..(length_secs * rate_hz) as usize).map(sample).collect()
-}
 
 fn causal(signal: &[f64], rate_hz: f64) -> Vec<Beat> {
     let mut detector = BeatDetector::new(rate_hz).expect("a usual rate");
@@ -150,6 +125,20 @@ fn too_little_has_no_beats() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn chunks_of_any_length_give_the_same_beats(chunk in 1..4097usize, rate_hz in 100.0..600.0) {
+        let mut signal = ecg(&beat_secs(40), 33.0, rate_hz);
+        signal[2000..2400].fill(f64::NAN);
+        let mut detector = BeatDetector::new(rate_hz).expect("a usual rate");
+        let mut beats = Vec::new();
+        for chunk in signal.chunks(chunk) {
+            // Whatever is done between chunks: the detector goes on as a copy of itself.
+            detector = detector.clone();
+            beats.extend(chunk.iter().filter_map(|&sample| detector.push(sample)));
+        }
+        prop_assert_eq!(beats, causal(&signal, rate_hz));
+    }
+
     #[test]
     fn beats_of_any_input_ascend_and_lie_within_it(
         signal in prop::collection::vec(prop_oneof![prop::num::f64::ANY, -1.0..1.0], 0..3000),

@@ -1,0 +1,199 @@
+//! The ECG in the shape that the analyses of all signals share: beats as events, and of any span the
+//! heart rate, its variability ([`HeartWindows`]), breathing and the quality of the signal.
+//!
+//! Of several channels the first is read. The beats of the newest 250 ms or so are not known yet
+//! when a span is asked for as soon as it is over; those [found later](super::Found::Later) are told
+//! of up to two cycles late.
+
+use std::collections::VecDeque;
+
+use super::beat::{Beat, Found};
+use super::causal::BeatDetector;
+use super::clean::{clean, cleaning};
+use super::history::History;
+use super::likeness::Likeness;
+use super::pieces::Pieces;
+use super::whole::find_beats;
+use super::windows::{EcgWindows, HIDING_SECS, Told};
+use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
+use crate::error::SignalError;
+use crate::filter::Cascade;
+use crate::gaps::is_usable;
+use crate::hrv::{Domain, HeartWindows};
+use crate::intervals::Edit;
+
+/// A beat is told of within this time [s], and samples are kept for so long.
+const KEPT_SECS: f64 = 10.0;
+
+/// How an ECG is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The frequency of the mains, whose hum is taken out [Hz]: 50 or 60.
+    pub mains_hz: f64,
+    /// Which values of the heart rate's variability: all of them.
+    pub domains: Vec<Domain>,
+    /// What a person says about single beats, in seconds since the first sample: none. For the
+    /// variability in whole recordings only.
+    pub edits: Vec<Edit>,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { mains_hz: 50.0, domains: Domain::ALL.to_vec(), edits: Vec::new() }
+    }
+}
+
+/// An ECG that comes in at `rate_hz`, 80 to 4000 Hz.
+///
+/// An error for another rate, or absurd settings.
+pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
+    let heart = HeartWindows::causal().only(&settings.domains);
+    let kept = (KEPT_SECS * rate_hz).clamp(0.0, 1e5) as usize;
+    Ok(Box::new(CausalEcg {
+        detector: BeatDetector::new(rate_hz)?,
+        cleaner: Cascade::settled(&cleaning(rate_hz, settings.mains_hz)?),
+        clean: History::new(kept),
+        pieces: Pieces::new(rate_hz),
+        teller: Teller::new(rate_hz),
+        gaps: Gaps::new(rate_hz),
+        windows: EcgWindows::new(rate_hz, "as they came in", heart),
+        events: VecDeque::new(),
+    }))
+}
+
+/// A whole ECG at 80 to 4000 Hz.
+///
+/// An error for another rate, or absurd settings. A recording without a usable sample has no beats.
+pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
+    let Recording { rate_hz, channels, .. } = *recording;
+    let signal = channels.first().map_or(&[][..], |channel| &channel[..recording.len()]);
+    let found = find_beats(signal, rate_hz)?;
+    cleaning(rate_hz, settings.mains_hz)?;
+    // Too short, or nothing in it: then there is nothing to look at either.
+    let clean = clean(signal, rate_hz, settings.mains_hz).unwrap_or_default();
+    let beats_ns: Vec<i64> = found.iter().map(|beat| recording.time_ns(beat.sample)).collect();
+    let gaps = gaps(recording, signal);
+    let heart = HeartWindows::whole(recording.begin_ns, &beats_ns, &gaps, &settings.edits);
+    let heart = heart.only(&settings.domains);
+    let mut windows = EcgWindows::new(rate_hz, "in the whole recording", heart);
+    let mut pieces = Pieces::new(rate_hz);
+    for (index, &sample) in signal.iter().enumerate() {
+        let at_ns = recording.time_ns(index as f64);
+        windows.track.push(at_ns, sample);
+        let piece = pieces.push(at_ns, sample, clean.get(index).copied().unwrap_or(0.0));
+        windows.pieces.extend(piece);
+    }
+    let mut teller = Teller::new(rate_hz);
+    let events = found.iter().map(|beat| teller.tell(beat, &clean, 0, &mut windows)).collect();
+    Ok(Whole { events, windows: Box::new(windows) })
+}
+
+fn gaps(recording: &Recording<'_>, signal: &[f64]) -> Vec<(i64, i64)> {
+    let mut gaps = Gaps::new(recording.rate_hz);
+    let timed = signal.iter().enumerate();
+    timed
+        .filter_map(|(index, &sample)| gaps.push(recording.time_ns(index as f64), sample))
+        .collect()
+}
+
+/// Finds where samples are missing that a beat may be hidden in.
+struct Gaps {
+    hiding: usize,
+    missing: usize,
+    begin_ns: i64,
+}
+
+impl Gaps {
+    fn new(rate_hz: f64) -> Gaps {
+        Gaps { hiding: (HIDING_SECS * rate_hz) as usize, missing: 0, begin_ns: 0 }
+    }
+
+    /// Takes in a sample; gives the gap that ends with it [ns].
+    fn push(&mut self, at_ns: i64, sample: f64) -> Option<(i64, i64)> {
+        if !is_usable(sample) {
+            self.begin_ns = if self.missing == 0 { at_ns } else { self.begin_ns };
+            self.missing += 1;
+            return None;
+        }
+        std::mem::take(&mut self.missing).gt(&self.hiding).then_some((self.begin_ns, at_ns))
+    }
+}
+
+struct CausalEcg {
+    detector: BeatDetector,
+    cleaner: Cascade,
+    clean: History,
+    pieces: Pieces,
+    teller: Teller,
+    gaps: Gaps,
+    windows: EcgWindows,
+    events: VecDeque<Event>,
+}
+
+impl Windows for CausalEcg {
+    fn values(&self) -> &[Value] {
+        self.windows.values()
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.windows.measure(span)
+    }
+}
+
+impl Causal for CausalEcg {
+    fn push(&mut self, at_ns: i64, channels: &[f64]) {
+        let sample = channels.first().copied().unwrap_or(f64::NAN);
+        let clean = self.cleaner.push(sample);
+        let clean = if is_usable(clean) { clean } else { 0.0 };
+        self.clean.push(clean);
+        self.windows.track.push(at_ns, sample);
+        if let Some(gap) = self.gaps.push(at_ns, sample) {
+            self.windows.mark_gap(gap);
+        }
+        self.windows.pieces.extend(self.pieces.push(at_ns, sample, clean));
+        if let Some(beat) = self.detector.push(sample) {
+            let (all, count) = (self.clean.at(0..self.clean.count), self.clean.count);
+            let begin = count - all.len() as i64;
+            self.events.push_back(self.teller.tell(&beat, all, begin, &mut self.windows));
+        }
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    fn forget(&mut self, before_ns: i64) {
+        self.windows.forget(before_ns, KEPT_SECS);
+    }
+}
+
+/// Makes events of beats.
+struct Teller {
+    likeness: Likeness,
+    before: Option<f64>,
+}
+
+impl Teller {
+    fn new(rate_hz: f64) -> Teller {
+        Teller { likeness: Likeness::new(rate_hz), before: None }
+    }
+
+    /// The event of a beat, which goes into the windows, too; `clean` begins at sample `begin`.
+    fn tell(&mut self, beat: &Beat, clean: &[f64], begin: i64, windows: &mut EcgWindows) -> Event {
+        let looks = self.likeness.push(clean, beat.sample - begin as f64);
+        let rr_ms = self.before.and_then(|before| windows.interval_ms(before, beat.sample));
+        self.before = Some(beat.sample);
+        let at_ns = windows.track.time_ns(beat.sample).unwrap_or_default();
+        windows.push(Told { at_ns, rr_ms, looks });
+        let quality = looks.and_then(|looks| looks.likeness);
+        let details = vec![
+            ("rr_ms", rr_ms.unwrap_or(f64::NAN)),
+            ("height", looks.map_or(f64::NAN, |looks| looks.deflection)),
+            ("strength", beat.strength),
+            ("upright", f64::from(u8::from(beat.upright))),
+            ("found_later", f64::from(u8::from(beat.found == Found::Later))),
+            ("quality", quality.unwrap_or(f64::NAN)),
+        ];
+        Event { kind: "beat", sample: beat.sample, at_ns, details }
+    }
+}

@@ -1,0 +1,109 @@
+//! How much beats look like those before them.
+
+use super::recent::MEMORY;
+use crate::gaps::is_usable;
+
+/// The part of the heart cycle that is compared, before and after the beat [s]: the QRS complex.
+const BEFORE_SECS: f64 = 0.1;
+const AFTER_SECS: f64 = 0.15;
+/// At how many places of it beats are compared: each 8 ms.
+const PLACES: usize = 32;
+/// A beat need only look like so many of those remembered: hearts have beats of several kinds.
+const ALIKE: usize = 3;
+
+type Shape = [f64; PLACES];
+
+/// What a beat looks like beside those before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Looks {
+    /// How much it looks like others [0..1]; `None` for the first one.
+    pub(super) likeness: Option<f64>,
+    /// How far its main deflection lies above what is around it [unit of the signal].
+    pub(super) deflection: f64,
+    /// From its lowest to its highest point [unit of the signal].
+    pub(super) height: f64,
+}
+
+/// The newest beats, each as its deviation from a line.
+///
+/// Two beats are as alike as 2·⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩): 1 for the same shape and height. Of the
+/// same shape in noise, it is what the shape has of all power: so the signal-to-noise ratio around
+/// beats is known (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351, who correlate beats
+/// with their mean).
+#[derive(Clone, Debug)]
+pub(super) struct Likeness {
+    rate_hz: f64,
+    shapes: [Shape; MEMORY],
+    count: usize,
+    next: usize,
+}
+
+impl Likeness {
+    pub(super) fn new(rate_hz: f64) -> Likeness {
+        let shapes = [[0.0; PLACES]; MEMORY];
+        Likeness { rate_hz, shapes, count: 0, next: 0 }
+    }
+
+    /// Takes in the beat at `middle` of these samples; `None` when they do not reach far enough.
+    pub(super) fn push(&mut self, samples: &[f64], middle: f64) -> Option<Looks> {
+        let step = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
+        let mut shape = [0.0; PLACES];
+        for (index, value) in shape.iter_mut().enumerate() {
+            let secs = index as f64 * step - BEFORE_SECS;
+            *value = between(samples, middle + secs * self.rate_hz)?;
+        }
+        without_line(&mut shape);
+        let deflection = shape[(BEFORE_SECS / step).round() as usize];
+        let (low, high) = ends(&shape);
+        let likeness = self.likeness(&shape);
+        self.shapes[self.next] = shape;
+        self.next = (self.next + 1) % MEMORY;
+        self.count = (self.count + 1).min(MEMORY);
+        Some(Looks { likeness, deflection, height: high - low })
+    }
+
+    fn likeness(&self, shape: &Shape) -> Option<f64> {
+        let mut values = [0.0; MEMORY];
+        let values = &mut values[..self.count];
+        for (value, other) in values.iter_mut().zip(&self.shapes) {
+            let both = product(shape, shape) + product(other, other);
+            *value = if both > 0.0 { 2.0 * product(shape, other) / both } else { 0.0 };
+        }
+        values.sort_unstable_by(|a, b| b.total_cmp(a));
+        Some(values.get(ALIKE - 1).or(values.last())?.clamp(0.0, 1.0))
+    }
+}
+
+/// The value between samples, by a cubic curve through four of them (Catmull and Rom).
+fn between(samples: &[f64], place: f64) -> Option<f64> {
+    let begin = place.floor();
+    let first = (begin >= 1.0).then(|| begin as usize - 1)?;
+    let points = samples.get(first..first.checked_add(4)?)?;
+    let &[before, left, right, after] = points else { return None };
+    let part = place - begin;
+    let cubic = 3.0 * (left - right) + after - before;
+    let square = 2.0 * before - 5.0 * left + 4.0 * right - after;
+    let value = left + 0.5 * part * (right - before + part * (square + part * cubic));
+    points.iter().all(|&each| is_usable(each)).then_some(value)
+}
+
+/// Takes off the line that fits best.
+fn without_line(shape: &mut Shape) {
+    let place = |index: usize| index as f64 - (PLACES - 1) as f64 / 2.0;
+    let mean = shape.iter().sum::<f64>() / PLACES as f64;
+    let tilt: f64 = shape.iter().enumerate().map(|(index, value)| place(index) * value).sum();
+    let squares: f64 = (0..PLACES).map(|index| place(index).powi(2)).sum();
+    for (index, value) in shape.iter_mut().enumerate() {
+        *value -= mean + tilt / squares * place(index);
+    }
+}
+
+fn ends(shape: &Shape) -> (f64, f64) {
+    shape.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+        (value.min(low), value.max(high))
+    })
+}
+
+fn product(left: &Shape, right: &Shape) -> f64 {
+    left.iter().zip(right).map(|(left, right)| left * right).sum()
+}

@@ -1,0 +1,185 @@
+//! What is known of an ECG, of which any span can be asked.
+
+use std::collections::VecDeque;
+
+use super::likeness::Looks;
+use super::pieces::Piece;
+use super::quality::Parts;
+use super::signs::Signs;
+use super::values;
+use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
+use crate::gaps::is_usable;
+use crate::hrv::HeartWindows;
+use crate::respiration::derived::rate_from_beats;
+use crate::robust::median_in_place;
+
+/// A longer time without a beat is none between neighbours [s]: 20 beats a minute.
+const LONGEST_SECS: f64 = 3.0;
+/// More missing in a row may hide a beat [s].
+pub(super) const HIDING_SECS: f64 = 0.1;
+/// Below this quality, beats are not told from noise well enough for a rate.
+const LEAST_QUALITY: f64 = 0.4;
+
+/// A beat, as far as spans need it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Told {
+    pub(super) at_ns: i64,
+    /// Time since the beat before it [ms]; `None` when there is none, or one may be hidden between.
+    pub(super) rr_ms: Option<f64>,
+    /// What it looks like, if it could be looked at.
+    pub(super) looks: Option<Looks>,
+}
+
+pub(super) struct EcgWindows {
+    values: Vec<Value>,
+    heart: HeartWindows,
+    pub(super) track: Track,
+    pub(super) beats: VecDeque<Told>,
+    pub(super) pieces: VecDeque<Piece>,
+}
+
+impl EcgWindows {
+    /// `how` beats were found: causal or whole.
+    pub(super) fn new(rate_hz: f64, how: &'static str, heart: HeartWindows) -> EcgWindows {
+        let values = [values::of_signal(how), heart.values().to_vec()].concat();
+        EcgWindows {
+            values,
+            heart,
+            track: Track::new(rate_hz),
+            beats: VecDeque::new(),
+            pieces: VecDeque::new(),
+        }
+    }
+
+    /// The time between two neighbouring beats [ms].
+    pub(super) fn interval_ms(&self, before: f64, beat: f64) -> Option<f64> {
+        let (begin_ns, end_ns) = (self.track.time_ns(before)?, self.track.time_ns(beat)?);
+        let interval_ms = end_ns.saturating_sub(begin_ns) as f64 / 1e6;
+        if !(0.0..=LONGEST_SECS * 1e3).contains(&interval_ms) {
+            return None;
+        }
+        let hiding = (HIDING_SECS * self.track.rate_hz()) as usize;
+        let (mut run, mut longest) = (0, 0);
+        for value in self.track.iter(before as usize..beat as usize) {
+            run = if is_usable(value) { 0 } else { run + 1 };
+            longest = longest.max(run);
+        }
+        (longest <= hiding).then_some(interval_ms)
+    }
+
+    /// Takes in a beat.
+    pub(super) fn push(&mut self, beat: Told) {
+        self.beats.push_back(beat);
+        self.heart.push(beat.at_ns);
+    }
+
+    /// Takes in when there were no data [ns].
+    pub(super) fn mark_gap(&mut self, (from_ns, to_ns): (i64, i64)) {
+        self.heart.mark_gap(from_ns, to_ns);
+    }
+
+    pub(super) fn forget(&mut self, before_ns: i64, kept_secs: f64) {
+        let newest_ns = self.track.time_ns(self.track.held().end as f64).unwrap_or(before_ns);
+        let before_ns = before_ns.min(newest_ns.saturating_sub((kept_secs * 1e9) as i64));
+        self.track.forget(before_ns);
+        self.heart.forget(before_ns);
+        while self.beats.front().is_some_and(|beat| beat.at_ns < before_ns) {
+            self.beats.pop_front();
+        }
+        while self.pieces.front().is_some_and(|piece| piece.begin_ns < before_ns) {
+            self.pieces.pop_front();
+        }
+    }
+
+    fn beats_in(&self, span: Span) -> Vec<Told> {
+        self.beats.iter().copied().filter(|beat| span.holds(beat.at_ns)).collect()
+    }
+
+    fn pieces_in(&self, span: Span) -> Vec<Piece> {
+        let is_inside =
+            |piece: &Piece| piece.begin_ns >= span.begin_ns && piece.end_ns <= span.end_ns;
+        self.pieces.iter().copied().filter(is_inside).collect()
+    }
+}
+
+impl Windows for EcgWindows {
+    fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        let coverage = self.track.coverage(span);
+        if coverage < LEAST_COVERAGE {
+            return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
+        }
+        let (beats, pieces) = (self.beats_in(span), self.pieces_in(span));
+        let signs = Signs::of(&pieces);
+        let silent = silent_share(&beats, span);
+        let living = signs.map_or(1.0, |signs| 1.0 - signs.flat - signs.saturated);
+        let quality = quality(&beats, &pieces, living.max(0.0) * (1.0 - silent));
+        let mut values = rates(&beats, span).to_vec();
+        values.push(breathing_rate(&beats, span));
+        values.extend(self.heart.measure(span).values);
+        if quality < LEAST_QUALITY && span.secs() > LONGEST_SECS {
+            values.fill(Err(Reason::Quality));
+        }
+        let of_signal = [&[Ok(quality)][..], &Signs::values(signs), &[Ok(silent)]].concat();
+        values.splice(values::OF_BEATS..values::OF_BEATS, of_signal);
+        Measured { coverage, quality, values }
+    }
+}
+
+/// Mean, lowest, highest rate and its standard deviation [1/min].
+fn rates(beats: &[Told], span: Span) -> [Result<f64, Reason>; 4] {
+    let inside = |beat: &&Told| {
+        beat.rr_ms
+            .is_some_and(|rr_ms| beat.at_ns as f64 - rr_ms * 1e6 >= span.begin_ns as f64 - 1.0)
+    };
+    let intervals_ms: Vec<f64> =
+        beats.iter().filter(inside).filter_map(|beat| beat.rr_ms).collect();
+    let count = intervals_ms.len() as f64;
+    if intervals_ms.is_empty() {
+        return [Err(Reason::Short); 4];
+    }
+    let rates: Vec<f64> = intervals_ms.iter().map(|rr_ms| 60_000.0 / rr_ms).collect();
+    let mean = 60_000.0 * count / intervals_ms.iter().sum::<f64>();
+    let average = rates.iter().sum::<f64>() / count;
+    let squares: f64 = rates.iter().map(|rate| (rate - average).powi(2)).sum();
+    let deviation =
+        if count < 2.0 { Err(Reason::Short) } else { Ok((squares / (count - 1.0)).sqrt()) };
+    let lowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
+    let highest = rates.iter().copied().fold(0.0, f64::max);
+    [Ok(mean), Ok(lowest), Ok(highest), deviation]
+}
+
+/// Breaths a minute, from the times of beats and their heights.
+fn breathing_rate(beats: &[Told], span: Span) -> Result<f64, Reason> {
+    let secs = |beat: &Told| beat.at_ns.saturating_sub(span.begin_ns) as f64 / 1e9;
+    let times_secs: Vec<f64> = beats.iter().map(secs).collect();
+    let height = |beat: &Told| beat.looks.map_or(f64::NAN, |looks| looks.height);
+    let heights: Vec<f64> = beats.iter().map(height).collect();
+    Ok(rate_from_beats(&times_secs, &heights, 0.0..span.secs())?.rate_per_min.value)
+}
+
+/// Quality, as [`super::quality()`] has it; of spans shorter than a piece, by beats alone.
+fn quality(beats: &[Told], pieces: &[Piece], living: f64) -> f64 {
+    let looks = beats.iter().filter_map(|beat| beat.looks);
+    let mut heights: Vec<f64> = looks.clone().map(|looks| looks.height).collect();
+    let likenesses: Vec<f64> = looks.filter_map(|looks| looks.likeness).collect();
+    let mut between: Vec<f64> = pieces.iter().map(|piece| piece.between).collect();
+    let between = median_in_place(&mut between).unwrap_or(0.0);
+    let likeness = likenesses.iter().sum::<f64>() / likenesses.len() as f64;
+    median_in_place(&mut heights)
+        .map_or(0.0, |height| Parts { likeness, between: between / height, living }.quality())
+}
+
+/// The share of a span that lies in stretches of more than 3 s without a beat.
+fn silent_share(beats: &[Told], span: Span) -> f64 {
+    let ends_ns = std::iter::once(span.begin_ns)
+        .chain(beats.iter().map(|beat| beat.at_ns))
+        .chain([span.end_ns]);
+    let ends_ns: Vec<i64> = ends_ns.collect();
+    let stretches = ends_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);
+    let silent: f64 = stretches.filter(|&secs| secs > LONGEST_SECS).sum();
+    if span.secs() > 0.0 { (silent / span.secs()).clamp(0.0, 1.0) } else { 0.0 }
+}
