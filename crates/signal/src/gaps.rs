@@ -23,17 +23,26 @@ pub fn is_usable(value: f64) -> bool {
 /// # Ok::<(), teampulse_signal::error::SignalError>(())
 /// ```
 pub fn bridged(signal: &[f64]) -> Result<Vec<f64>, SignalError> {
+    let mut bridged = signal.to_vec();
+    bridge(&mut bridged).map(|()| bridged)
+}
+
+/// [`bridged`] in its place.
+pub fn bridge(signal: &mut [f64]) -> Result<(), SignalError> {
     let first = signal.iter().position(|&value| is_usable(value));
     let first = first.ok_or(SignalError::NothingFinite)?;
-    let mut bridged = signal.to_vec();
-    bridged[..first].fill(signal[first]);
+    let value = signal[first];
+    signal[..first].fill(value);
     let mut last = first;
-    for (index, _) in signal.iter().enumerate().filter(|(_, value)| is_usable(**value)) {
-        draw_line(&mut bridged[last..=index]);
-        last = index;
+    for index in first..signal.len() {
+        if is_usable(signal[index]) {
+            draw_line(&mut signal[last..=index]);
+            last = index;
+        }
     }
-    bridged[last..].fill(signal[last]);
-    Ok(bridged)
+    let value = signal[last];
+    signal[last..].fill(value);
+    Ok(())
 }
 
 /// Fills what lies between the first and the last value.

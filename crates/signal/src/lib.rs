@@ -25,3 +25,4 @@ pub mod analysis;
 pub mod ecg;
 pub mod respiration;
 pub mod emg;
+pub mod eeg;

@@ -22,4 +22,5 @@ pub use band_power::{Peak, Rule, Spectrum};
 pub use detrend::Detrend;
 pub use lomb_scargle::{LombScargle, Mean, Normalisation};
 pub use taper::Taper;
+pub(crate) use welch::Transform;
 pub use welch::{Average, Scaling, Welch};

@@ -92,6 +92,11 @@ impl Welch {
         spectrum.finite()
     }
 
+    /// What turns segments of the full length into their powers, one at a time.
+    pub(crate) fn transform(&self) -> Result<Transform, SignalError> {
+        self.lengths(self.segment).map(|lengths| Transform::new(self, lengths))
+    }
+
     fn lengths(&self, count: usize) -> Result<Lengths, SignalError> {
         checked_rate_hz(self.rate_hz)?;
         checked("segment", self.segment as f64, (1.0, MOST_LENGTH))?;
@@ -157,7 +162,7 @@ struct Lengths {
 }
 
 /// What turns one segment into its power.
-struct Transform {
+pub(crate) struct Transform {
     fourier: Arc<dyn RealToComplex<f64>>,
     weights: Vec<f64>,
     detrend: Detrend,
@@ -187,7 +192,7 @@ impl Transform {
     }
 
     /// One-sided power: all but the constant and half the sampling rate stand for two frequencies.
-    fn power(&mut self, segment: &[f64]) -> impl Iterator<Item = f64> {
+    pub(crate) fn power(&mut self, segment: &[f64]) -> impl Iterator<Item = f64> {
         self.buffer.fill(0.0);
         let tapered = &mut self.buffer[..segment.len()];
         tapered.copy_from_slice(segment);

@@ -1,0 +1,92 @@
+//! What stands out of the signal before and after it, as a blink does and a step does not.
+
+use std::collections::VecDeque;
+
+/// What parts a blink from before and after lies within this time [s].
+const REACH_SECS: f64 = 0.4;
+/// No two blinks peak faster after each other [s].
+const APART_SECS: f64 = 0.1;
+/// How long the lids are closed by half [s]: longer is sleep, or a movement of the eyes.
+const LEAST_SECS: f64 = 0.05;
+const MOST_SECS: f64 = 0.5;
+
+/// Something that may be a blink.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// Where it peaks [samples of the working rate].
+    pub(super) place: f64,
+    /// How far it stands out, less than 0 where it goes down [µV].
+    pub(super) height_uv: f64,
+    pub(super) duration_secs: f64,
+}
+
+/// Finds candidates in a signal without fast parts, each as soon as what follows it is known.
+#[derive(Clone, Debug)]
+pub(super) struct Candidates {
+    rate_hz: f64,
+    reach: usize,
+    apart: usize,
+    window: VecDeque<f64>,
+    count: usize,
+}
+
+impl Candidates {
+    pub(super) fn new(rate_hz: f64) -> Candidates {
+        let reach = (REACH_SECS * rate_hz).round() as usize;
+        let apart = (APART_SECS * rate_hz).round() as usize;
+        let window = VecDeque::with_capacity(2 * reach + 2);
+        Candidates { rate_hz, reach, apart, window, count: 0 }
+    }
+
+    /// How many samples after its peak a candidate is told.
+    pub(super) fn reach(&self) -> usize {
+        self.reach
+    }
+
+    /// Takes in the next sample of the working rate.
+    pub(super) fn push(&mut self, value: f64) -> Option<Candidate> {
+        self.window.push_back(value);
+        self.count += 1;
+        if self.window.len() <= 2 * self.reach {
+            return None;
+        }
+        let candidate = self.middle(1.0).or_else(|| self.middle(-1.0));
+        self.window.pop_front();
+        candidate
+    }
+
+    /// The candidate in the middle of the window, of a signal times `sign`.
+    fn middle(&self, sign: f64) -> Option<Candidate> {
+        let middle = self.reach;
+        let at = |index: usize| sign * self.window[index];
+        let peak = at(middle);
+        let before = (middle - self.apart..middle).rev().all(|index| at(index) < peak);
+        if !before || !(middle + 1..=middle + self.apart).all(|index| at(index) <= peak) {
+            return None;
+        }
+        let least = |range: std::ops::RangeInclusive<usize>| range.map(at).fold(peak, f64::min);
+        let height_uv = peak - least(0..=middle).max(least(middle..=2 * middle));
+        let level = peak - height_uv / 2.0;
+        let begin = (0..middle).rev().find(|&index| at(index) <= level)?;
+        let end = (middle + 1..=2 * middle).find(|&index| at(index) <= level)?;
+        let begin = end_of_step(begin as f64, at(begin), at(begin + 1), level);
+        let end = end as f64 - (end_of_step(0.0, at(end), at(end - 1), level));
+        let duration_secs = (end - begin) / self.rate_hz;
+        let is_lid = height_uv > 0.0 && (LEAST_SECS..=MOST_SECS).contains(&duration_secs);
+        let offset = vertex(at(middle - 1), peak, at(middle + 1));
+        let place = (self.count - 1 - self.reach) as f64 + offset;
+        is_lid.then_some(Candidate { place, height_uv: sign * height_uv, duration_secs })
+    }
+}
+
+/// Where, from a place on, a step of one sample crosses a level.
+fn end_of_step(place: f64, from: f64, to: f64, level: f64) -> f64 {
+    let part = (level - from) / (to - from);
+    place + if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Where the parabola through three samples peaks, from the middle one.
+fn vertex(before: f64, peak: f64, after: f64) -> f64 {
+    let offset = 0.5 * (before - after) / (before - 2.0 * peak + after);
+    if offset.is_finite() { offset.clamp(-0.5, 0.5) } else { 0.0 }
+}

@@ -1,0 +1,72 @@
+//! Blinks while the EEG comes in.
+
+use super::candidates::Candidates;
+use super::noise::Noise;
+use super::polarity::Polarity;
+use super::{BLINK_HZ, Blink, LEAST_RATIO, LEAST_UV, low_pass, thinning};
+use crate::error::SignalError;
+use crate::filter::Cascade;
+use crate::gaps::is_usable;
+
+/// Finds blinks in an EEG from above the eyes that comes in sample by sample.
+///
+/// A blink is a peak of the signal below 10 Hz that stands out of what lies 0.4 s before and of what
+/// lies 0.4 s after it by at least 30 µV and 5 times what is usual (0.7413 · the interquartile range,
+/// in the last minute, of how far a sample lies from the mean of those 0.15 s before and after it), is 0.05 to 0.5 s wide at half its height, and goes the way that most of
+/// them do: up or down, as the reference electrode has it. Steps of an electrode and movements of
+/// the eyes stand out on one side only, alpha is too narrow, and what happens all the time raises
+/// its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012), which
+/// looks for peaks of more than 0.05 s above robust deviations, too.
+///
+/// A blink is told less than half a second after its peak; in the first two seconds none is. The
+/// output is the same bit for bit for any chunking, and no sample allocates. Samples that are no
+/// [usable numbers](crate::gaps::is_usable) count as the one before them. Voluntary blinks of some
+/// strength, jerks and a loose electrode can look the same in one channel.
+pub struct BlinkDetector {
+    filter: Cascade,
+    thinning: usize,
+    until_next: usize,
+    candidates: Candidates,
+    noise: Noise,
+    polarity: Polarity,
+    /// How late a peak comes out of the filter [samples].
+    delay: f64,
+}
+
+impl BlinkDetector {
+    /// A detector for samples [µV] at a rate of 100 to 5000 Hz; an error when it lies outside.
+    pub fn new(rate_hz: f64) -> Result<BlinkDetector, SignalError> {
+        let low_pass = low_pass(rate_hz)?;
+        let thinning = thinning(rate_hz);
+        let working_rate_hz = rate_hz / thinning as f64;
+        Ok(BlinkDetector {
+            filter: Cascade::settled(&low_pass),
+            thinning,
+            until_next: 0,
+            candidates: Candidates::new(working_rate_hz),
+            noise: Noise::new(working_rate_hz)?,
+            polarity: Polarity::default(),
+            delay: low_pass.group_delay_secs(BLINK_HZ) * rate_hz,
+        })
+    }
+
+    /// Takes in the next sample, and tells of a blink if one became known.
+    pub fn push(&mut self, sample: f64) -> Option<Blink> {
+        let value = self.filter.push(sample);
+        if self.until_next > 0 {
+            self.until_next -= 1;
+            return None;
+        }
+        self.until_next = self.thinning - 1;
+        self.noise.push(if is_usable(sample) { value } else { f64::NAN });
+        let candidate = self.candidates.push(value)?;
+        let least_uv = LEAST_UV.max(LEAST_RATIO * self.noise.sigma_uv()?);
+        let stands_out = candidate.height_uv.abs() >= least_uv;
+        let is_blink = stands_out && self.polarity.fits(&candidate, self.candidates.reach());
+        is_blink.then(|| Blink {
+            sample: (candidate.place * self.thinning as f64 - self.delay).max(0.0),
+            amplitude_uv: candidate.height_uv.abs(),
+            duration_secs: candidate.duration_secs,
+        })
+    }
+}
