@@ -6,6 +6,7 @@
 mod beats;
 mod emg;
 mod hrv;
+mod eeg;
 mod statistics;
 mod golden;
 mod records;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         ["beats", data, "each"] => beats::list(Path::new(data)),
         ["emg", data] => emg::measure(Path::new(data)),
         ["hrv", data] => hrv::measure(Path::new(data)),
+        ["eeg", data] => eeg::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
         _ => Err("there is no such part".into()),
     };
