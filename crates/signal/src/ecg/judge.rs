@@ -15,7 +15,7 @@ const T_WAVE_SHARE: f64 = 0.5;
 /// Thresholds, from the usual height of what is no beat (0) to that of beats (1): just after a
 /// beat, when the next is due, and one cycle later.
 const EARLY: f64 = 0.5;
-const DUE: f64 = 0.35;
+pub(super) const DUE: f64 = 0.35;
 const OVERDUE: f64 = 0.2;
 
 /// What is usual.

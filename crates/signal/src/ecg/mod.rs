@@ -5,7 +5,8 @@
 //! 1986, doi:10.1109/TBME.1986.325695, use the same band). Its maxima are judged by thresholds
 //! between the usual height of beats and that of everything else, which fall as the next beat
 //! becomes due. A beat must also stand out of a quiet quarter of the time before it: flutter and
-//! noise without pauses are no beats. The time of a beat is that of the main deflection, within
+//! noise without pauses are no beats. In whole recordings those candidates are chosen of which heights
+//! and rhythm together are the most probable, which tells beats from noise that is as high. The time of a beat is that of the main deflection, within
 //! less than a sample.
 //!
 //! ```
@@ -27,6 +28,7 @@
 mod beat;
 mod causal;
 mod whole;
+mod rhythm;
 mod quality;
 mod clean;
 pub mod analysis;

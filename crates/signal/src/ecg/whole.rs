@@ -1,28 +1,27 @@
 //! Beats of a whole recording.
 
-use std::ops::Range;
-
 use super::beat::{Beat, Found};
 use super::candidates::{Candidate, Candidates};
 use super::causal::BeatDetector;
-use super::judge::{FIRST_CYCLE_SECS, Usual, is_t_wave, stands_out};
-use super::recent::{MEMORY, median};
+use super::judge::{FIRST_CYCLE_SECS, Usual};
+use super::recent::MEMORY;
+use super::rhythm::chain;
 use crate::error::SignalError;
 
 /// How long a maximum of the envelope must stay unsurpassed [s].
 const WAIT_SECS: f64 = 0.15;
-/// No two beats follow faster [s]: 240 a minute.
-const REFRACTORY_SECS: f64 = 0.25;
-/// The next sure beat surpasses this share of the usual height.
-const SURE: f64 = 0.7;
-/// It is looked for during so many cycles.
-const SURE_CYCLES: f64 = 2.0;
+/// How often beats are chosen anew, by what is usual of those chosen before.
+const PASSES: usize = 3;
+/// How many cycles before and after tell what is usual, and what can be usual [s].
+const CYCLES: usize = 16;
+const CYCLE_SECS: (f64, f64) = (0.3, 2.0);
 
 /// The beats of a whole ECG at a rate of 80 to 4000 Hz, in any unit and of either polarity.
 ///
-/// In a first pass beats are found as [`BeatDetector`] does. In a second one, what is usual is
-/// known from both sides of each candidate, and a candidate must not come too early after the beat
-/// before it, nor too shortly before the next sure one. Samples that are no [usable numbers](crate::gaps::is_usable) are
+/// In a first pass beats are found as [`BeatDetector`] does. In three more, what is usual is known
+/// from both sides of each candidate, and those are chosen of which the heights and the intervals
+/// together are the most probable: a candidate that comes out of turn must be the higher, the more so
+/// the more there is beside beats. Samples that are no [usable numbers](crate::gaps::is_usable) are
 /// bridged; a recording without beats has none.
 ///
 /// An error when the rate lies outside.
@@ -33,106 +32,133 @@ pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError
     let beyond = std::iter::repeat_n(f64::NAN, candidates.latency());
     let samples = signal.iter().copied().chain(beyond);
     let found: Vec<Candidate> = samples.filter_map(|sample| candidates.push(sample)).collect();
-    let first = first_pass(&mut detector, &found);
-    let beats = if first.is_empty() { first } else { second_pass(&found, &first) };
-    let within = |beat: &Beat| beat.sample <= signal.len() as f64 - 1.0;
-    Ok(beats.iter().map(|beat| beat.beat(Found::InTime)).filter(within).collect())
+    let mut places = first_pass(&mut detector, &found);
+    for _ in 0..PASSES {
+        if !places.is_empty() {
+            places = next_pass(&found, &places);
+        }
+    }
+    let beats = places.into_iter().map(|place| found[place].beat(Found::InTime));
+    Ok(beats.filter(|beat| beat.sample <= signal.len() as f64 - 1.0).collect())
 }
 
-fn first_pass(detector: &mut BeatDetector, candidates: &[Candidate]) -> Vec<Candidate> {
-    let mut beats = Vec::new();
+/// The places of what the causal detector takes for beats.
+fn first_pass(detector: &mut BeatDetector, candidates: &[Candidate]) -> Vec<usize> {
+    let mut places = Vec::new();
     for candidate in candidates {
         detector.take(*candidate);
         while let Some((beat, _)) = detector.next_found() {
-            beats.push(beat);
+            let place = candidates.binary_search_by(|each| each.secs.total_cmp(&beat.secs));
+            places.extend(place);
         }
     }
-    beats
+    places
 }
 
-fn second_pass(candidates: &[Candidate], first: &[Candidate]) -> Vec<Candidate> {
-    let around = Around::new(candidates, first);
-    let usual: Vec<Usual> =
-        candidates.iter().map(|candidate| around.usual(candidate.secs)).collect();
-    let mut beats: Vec<Candidate> = Vec::new();
-    for (index, candidate) in candidates.iter().enumerate() {
-        let before = beats.last().filter(|_| !candidate.after_gap);
-        let usual_here = &usual[index];
-        let to_next_secs = secs_to_sure_beat(candidates, &usual, index);
-        let secs = before.map_or(usual_here.cycle_secs, |before| candidate.secs - before.secs);
-        if secs.min(to_next_secs) < REFRACTORY_SECS {
-            replace_if_far_higher(&mut beats, candidate, secs);
-            continue;
-        }
-        let threshold = usual_here.threshold(secs).max(usual_here.threshold(to_next_secs));
-        let is_t_wave = before.is_some_and(|before| is_t_wave(candidate, before));
-        if candidate.strength > threshold && stands_out(candidate) && !is_t_wave {
-            beats.push(*candidate);
-        }
+fn next_pass(candidates: &[Candidate], beats: &[usize]) -> Vec<usize> {
+    let usual = usual(candidates, beats);
+    let (mut begin, mut next) = (0, Vec::with_capacity(beats.len()));
+    for stretch in candidates.chunk_by(|_, each| !each.after_gap) {
+        let end = begin + stretch.len();
+        chain(stretch, &usual[begin..end], begin, &mut next);
+        begin = end;
     }
-    beats
+    next
 }
 
-/// Lets go of the last beat for one of more than twice its height that comes too early after it.
-fn replace_if_far_higher(beats: &mut [Candidate], candidate: &Candidate, secs: f64) {
-    if let Some(last) = beats.last_mut()
-        && secs < REFRACTORY_SECS
-        && candidate.strength > 2.0 * last.strength
-    {
-        *last = *candidate;
-    }
-}
-
-/// The time until the next candidate that is surely a beat, and higher.
-fn secs_to_sure_beat(candidates: &[Candidate], usual: &[Usual], index: usize) -> f64 {
-    let (here, most_secs) = (&candidates[index], SURE_CYCLES * usual[index].cycle_secs);
-    let later = candidates[index + 1..].iter().zip(&usual[index + 1..]);
-    later
-        .map(|(candidate, usual)| (candidate.secs - here.secs, candidate.strength, usual.beat))
-        .take_while(|(secs, ..)| *secs < most_secs)
-        .find(|(_, strength, beat)| *strength > (SURE * beat).max(here.strength))
-        .map_or(most_secs, |(secs, ..)| secs)
-}
-
-/// Times and values of the first pass's beats, of the other candidates, and of the intervals.
-struct Around {
-    beats: Vec<(f64, f64)>,
-    others: Vec<(f64, f64)>,
-    cycles_secs: Vec<(f64, f64)>,
-}
-
-impl Around {
-    fn new(candidates: &[Candidate], beats: &[Candidate]) -> Around {
-        let point = |candidate: &Candidate| (candidate.secs, candidate.strength);
-        let is_beat = |candidate: &Candidate| {
-            beats.binary_search_by(|beat| beat.secs.total_cmp(&candidate.secs)).is_ok()
-        };
-        Around {
-            beats: beats.iter().map(point).collect(),
-            others: candidates.iter().filter(|candidate| !is_beat(candidate)).map(point).collect(),
-            cycles_secs: beats
-                .windows(2)
-                .filter(|pair| !pair[1].after_gap)
-                .map(|pair| (pair[1].secs, pair[1].secs - pair[0].secs))
-                .collect(),
-        }
-    }
-
-    fn usual(&self, secs: f64) -> Usual {
+/// What is usual around each candidate, when these are the beats.
+fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<Usual> {
+    let strength = |&place: &usize| candidates[place].strength;
+    let heights: Vec<f64> = beats.iter().map(strength).collect();
+    let is_beat = |place: &usize| beats.binary_search(place).is_ok();
+    let others: Vec<usize> = (0..candidates.len()).filter(|place| !is_beat(place)).collect();
+    let other_heights: Vec<f64> = others.iter().map(strength).collect();
+    let is_interval = |pair: &&[usize]| !candidates[pair[1]].after_gap;
+    let pairs: Vec<&[usize]> = beats.windows(2).filter(is_interval).collect();
+    let ends: Vec<usize> = pairs.iter().map(|pair| pair[1]).collect();
+    let secs = |pair: &&[usize]| candidates[pair[1]].secs - candidates[pair[0]].secs;
+    let cycles_secs: Vec<f64> = pairs.iter().map(secs).collect();
+    let heights = Around::new(beats, &heights, MEMORY);
+    let other_heights = Around::new(&others, &other_heights, MEMORY);
+    let cycles_secs = Around::new(&ends, &cycles_secs, CYCLES);
+    let at = |place| {
+        let cycle_secs = cycles_secs.median(place).unwrap_or(FIRST_CYCLE_SECS);
         Usual {
-            beat: median_around(&self.beats, secs).unwrap_or(0.0),
-            other: median_around(&self.others, secs).unwrap_or(0.0),
-            cycle_secs: median_around(&self.cycles_secs, secs).unwrap_or(FIRST_CYCLE_SECS),
+            beat: heights.median(place).unwrap_or(0.0),
+            other: other_heights.median(place).unwrap_or(0.0),
+            cycle_secs: cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1),
         }
+    };
+    (0..candidates.len()).map(at).collect()
+}
+
+/// Medians of values around places.
+struct Around<'a> {
+    places: &'a [usize],
+    medians: Vec<f64>,
+}
+
+impl<'a> Around<'a> {
+    /// Of so many values before and after.
+    fn new(places: &'a [usize], values: &[f64], reach: usize) -> Around<'a> {
+        Around { places, medians: rolling_medians(values, reach) }
+    }
+
+    /// `None` without values.
+    fn median(&self, place: usize) -> Option<f64> {
+        self.medians.get(self.places.partition_point(|&each| each < place)).copied()
     }
 }
 
-/// The median of as many values before and after a time as are remembered.
-fn median_around(points: &[(f64, f64)], secs: f64) -> Option<f64> {
-    let middle = points.partition_point(|point| point.0 < secs);
-    let near: Range<usize> = middle.saturating_sub(MEMORY)..(middle + MEMORY).min(points.len());
-    let mut values = [0.0; 2 * MEMORY];
-    let values = &mut values[..near.len()];
-    values.iter_mut().zip(&points[near]).for_each(|(value, point)| *value = point.1);
-    median(values)
+/// Between each two values (and before and after all), the median of as many as `reach` on both sides.
+fn rolling_medians(values: &[f64], reach: usize) -> Vec<f64> {
+    if values.is_empty() {
+        return Vec::new();
+    }
+    let mut sorted: Vec<f64> = values[..reach.min(values.len())].to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let mut medians = Vec::with_capacity(values.len() + 1);
+    for place in 0..=values.len() {
+        let middle = sorted.len() / 2;
+        let is_odd = sorted.len() % 2 == 1;
+        medians.push(if is_odd {
+            sorted[middle]
+        } else {
+            sorted[middle - 1].midpoint(sorted[middle])
+        });
+        if let Some(old) = place.checked_sub(reach) {
+            sorted.remove(rank(&sorted, values[old]));
+        }
+        if let Some(&new) = values.get(place + reach) {
+            sorted.insert(rank(&sorted, new), new);
+        }
+    }
+    medians
+}
+
+/// How many values are less.
+fn rank(sorted: &[f64], value: f64) -> usize {
+    sorted.partition_point(|each| each.total_cmp(&value).is_lt())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::robust::median;
+
+    proptest! {
+        #[test]
+        fn rolling_medians_are_those_of_the_values_around(
+            values in prop::collection::vec((0..9i32).prop_map(f64::from), 0..50),
+            reach in 1..20usize,
+        ) {
+            let medians = rolling_medians(&values, reach);
+            for (place, &rolling) in medians.iter().enumerate() {
+                let end = (place + reach).min(values.len());
+                prop_assert_eq!(Some(rolling), median(&values[place.saturating_sub(reach)..end]));
+            }
+        }
+    }
 }

@@ -1,0 +1,90 @@
+//! Beats among many candidates, by their heights and by the rhythm that they keep.
+
+use super::candidates::Candidate;
+use super::judge::{DUE, Usual, stands_out};
+
+/// No two beats follow faster [s]: 240 a minute.
+const REFRACTORY_SECS: f64 = 0.25;
+/// What the height of a candidate counts: so much for each factor e above the threshold of a beat
+/// that is due, and not more than a beat of the usual height in silence.
+const HEIGHT_WEIGHT: f64 = 2.0;
+/// What an interval counts: so much against it for each square of a factor e off the usual cycle, and
+/// more in noise, where heights tell little: the square of what is usual of everything else, as share
+/// of beats, times this.
+const RHYTHM_WEIGHT: f64 = 1.0;
+const NOISE_WEIGHT: f64 = 8.0;
+/// A longer interval counts as this one [cycles].
+const LONGEST_CYCLES: f64 = 4.0;
+
+/// What a candidate adds when it ends a chain of beats.
+#[derive(Clone, Copy)]
+struct Link {
+    /// The candidate.
+    place: usize,
+    /// What the best chain that ends with it counts.
+    score: f64,
+    /// The link before it in that chain.
+    before: Option<usize>,
+}
+
+/// The most probable beats of one stretch without a gap: the chain of candidates of which heights and
+/// intervals together count most (dynamic programming, Viterbi 1967, doi:10.1109/TIT.1967.1054010).
+///
+/// `usual` belongs to the candidates one by one. Adds their places, plus `begin`, to `beats`.
+pub(super) fn chain(
+    candidates: &[Candidate],
+    usual: &[Usual],
+    begin: usize,
+    beats: &mut Vec<usize>,
+) {
+    let secs = |link: &Link| candidates[link.place].secs;
+    let mut links: Vec<Link> = Vec::with_capacity(candidates.len());
+    // The best chain that ended long enough ago, and the first link that did not.
+    let (mut best, mut recent): (Option<usize>, usize) = (None, 0);
+    for place in (0..candidates.len()).filter(|&place| stands_out(&candidates[place])) {
+        let (here, usual) = (candidates[place].secs, &usual[place]);
+        while links.get(recent).is_some_and(|link| here - secs(link) >= REFRACTORY_SECS) {
+            best = Some(
+                best.filter(|&best| links[best].score >= links[recent].score).unwrap_or(recent),
+            );
+            recent += 1;
+        }
+        let weight = rhythm_weight(usual);
+        let anew = weight * LONGEST_CYCLES.ln().powi(2);
+        let far = best.filter(|&best| links[best].score > 0.0);
+        let mut top = (far.map_or(0.0, |far| links[far].score) - anew, far);
+        for before in (0..recent).rev() {
+            let cycles = (here - secs(&links[before])) / usual.cycle_secs;
+            if cycles > LONGEST_CYCLES {
+                break;
+            }
+            let score = links[before].score - weight * cycles.ln().powi(2);
+            top = if score > top.0 { (score, Some(before)) } else { top };
+        }
+        let score = top.0 + height_score(&candidates[place], usual);
+        links.push(Link { place, score, before: top.1 });
+    }
+    follow_back(&links, begin, beats);
+}
+
+/// Adds the beats of the best chain.
+fn follow_back(links: &[Link], begin: usize, beats: &mut Vec<usize>) {
+    let first = beats.len();
+    let mut next = (0..links.len()).max_by(|&a, &b| links[a].score.total_cmp(&links[b].score));
+    while let Some(link) = next {
+        beats.push(begin + links[link].place);
+        next = links[link].before;
+    }
+    beats[first..].reverse();
+}
+
+fn height_score(candidate: &Candidate, usual: &Usual) -> f64 {
+    let most = -HEIGHT_WEIGHT * DUE.ln();
+    let score = HEIGHT_WEIGHT * (candidate.strength / usual.threshold(usual.cycle_secs)).ln();
+    score.clamp(-4.0 * most, most)
+}
+
+fn rhythm_weight(usual: &Usual) -> f64 {
+    let noise = (usual.other / usual.beat).min(1.0);
+    RHYTHM_WEIGHT * (1.0 + NOISE_WEIGHT * noise * noise)
+}
