@@ -17,10 +17,10 @@ use crate::error::SignalError;
 
 /// How long the times of samples are remembered, for blinks that become known later [s].
 const LATE_SECS: f64 = 2.0;
-const CAUSAL_BLINKS: &str = "blinks: below 10 Hz (Butterworth 2, causal) in the mean of the channels \
+const CAUSAL_BLINKS: &str = "blinks: below 7 Hz (Butterworth 4, causal) in the mean of the channels \
     above the eyes, 0.05–0.5 s wide, out of both sides within 0.4 s by at least 30 µV and 5 σ of \
     standing out of ±0.15 s (interquartile range of the last 60 s); known up to 0.5 s later";
-const WHOLE_BLINKS: &str = "blinks: below 10 Hz (Butterworth 2, zero phase) in the mean of the channels \
+const WHOLE_BLINKS: &str = "blinks: below 7 Hz (Butterworth 2, zero phase) in the mean of the channels \
     above the eyes, 0.05–0.5 s wide, out of both sides within 0.4 s by at least 30 µV and 5 σ of \
     standing out of ±0.15 s (interquartile range of the 60 s around)";
 

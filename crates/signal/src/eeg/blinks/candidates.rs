@@ -6,6 +6,8 @@ use std::collections::VecDeque;
 const REACH_SECS: f64 = 0.4;
 /// No two blinks peak faster after each other [s].
 const APART_SECS: f64 = 0.1;
+/// The lesser side is at least this share of the greater one: less is what a filter makes of a step.
+const LEAST_BALANCE: f64 = 0.25;
 /// How long the lids are closed by half [s]: longer is sleep, or a movement of the eyes.
 const LEAST_SECS: f64 = 0.05;
 const MOST_SECS: f64 = 0.5;
@@ -60,19 +62,23 @@ impl Candidates {
         let middle = self.reach;
         let at = |index: usize| sign * self.window[index];
         let peak = at(middle);
-        let before = (middle - self.apart..middle).rev().all(|index| at(index) < peak);
-        if !before || !(middle + 1..=middle + self.apart).all(|index| at(index) <= peak) {
+        let (earlier, later) = (middle - self.apart..middle, middle + 1..=middle + self.apart);
+        let is_peak = earlier.rev().all(|index| at(index) < peak);
+        if !is_peak || later.rev().any(|index| at(index) > peak) {
             return None;
         }
         let least = |range: std::ops::RangeInclusive<usize>| range.map(at).fold(peak, f64::min);
-        let height_uv = peak - least(0..=middle).max(least(middle..=2 * middle));
+        let (before, after) = (peak - least(0..=middle), peak - least(middle..=2 * middle));
+        let height_uv = before.min(after);
         let level = peak - height_uv / 2.0;
         let begin = (0..middle).rev().find(|&index| at(index) <= level)?;
         let end = (middle + 1..=2 * middle).find(|&index| at(index) <= level)?;
         let begin = end_of_step(begin as f64, at(begin), at(begin + 1), level);
         let end = end as f64 - (end_of_step(0.0, at(end), at(end - 1), level));
         let duration_secs = (end - begin) / self.rate_hz;
-        let is_lid = height_uv > 0.0 && (LEAST_SECS..=MOST_SECS).contains(&duration_secs);
+        let is_balanced = height_uv >= LEAST_BALANCE * before.max(after);
+        let is_lid =
+            is_balanced && height_uv > 0.0 && (LEAST_SECS..=MOST_SECS).contains(&duration_secs);
         let offset = vertex(at(middle - 1), peak, at(middle + 1));
         let place = (self.count - 1 - self.reach) as f64 + offset;
         is_lid.then_some(Candidate { place, height_uv: sign * height_uv, duration_secs })

@@ -10,13 +10,14 @@ use crate::gaps::is_usable;
 
 /// Finds blinks in an EEG from above the eyes that comes in sample by sample.
 ///
-/// A blink is a peak of the signal below 10 Hz that stands out of what lies 0.4 s before and of what
+/// A blink is a peak of the signal below 7 Hz that stands out of what lies 0.4 s before and of what
 /// lies 0.4 s after it by at least 30 µV and 5 times what is usual (0.7413 · the interquartile range,
-/// in the last minute, of how far a sample lies from the mean of those 0.15 s before and after it), is 0.05 to 0.5 s wide at half its height, and goes the way that most of
-/// them do: up or down, as the reference electrode has it. Steps of an electrode and movements of
-/// the eyes stand out on one side only, alpha is too narrow, and what happens all the time raises
-/// its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012), which
-/// looks for peaks of more than 0.05 s above robust deviations, too.
+/// in the last minute, of how far a sample lies from the mean of those 0.15 s before and after it),
+/// out of neither by less than a quarter of the other, is 0.05 to 0.5 s wide at half its height, and
+/// goes the way that most of them do: up or down, as the reference electrode has it. Steps of an
+/// electrode and movements of the eyes stand out on one side only, and what happens all the time
+/// raises its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012),
+/// which looks for peaks of more than 0.05 s above robust deviations, too.
 ///
 /// A blink is told less than half a second after its peak; in the first two seconds none is. The
 /// output is the same bit for bit for any chunking, and no sample allocates. Samples that are no
@@ -36,7 +37,7 @@ pub struct BlinkDetector {
 impl BlinkDetector {
     /// A detector for samples [µV] at a rate of 100 to 5000 Hz; an error when it lies outside.
     pub fn new(rate_hz: f64) -> Result<BlinkDetector, SignalError> {
-        let low_pass = low_pass(rate_hz)?;
+        let low_pass = low_pass(4, rate_hz)?;
         let thinning = thinning(rate_hz);
         let working_rate_hz = rate_hz / thinning as f64;
         Ok(BlinkDetector {

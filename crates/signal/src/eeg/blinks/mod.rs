@@ -13,12 +13,12 @@ use crate::error::SignalError;
 use crate::filter::{Design, butterworth};
 
 /// Alpha and muscles are faster than a lid [Hz].
-const LOW_PASS_HZ: f64 = 10.0;
+const LOW_PASS_HZ: f64 = 7.0;
 /// Half of a blink's power is slower [Hz]: its delay in the filter is that of this.
 const BLINK_HZ: f64 = 3.0;
 /// Rates above twice this are thinned out towards it [Hz].
 const WORKING_RATE_HZ: f64 = 100.0;
-/// A blink stands out by so many times the usual change of the signal, and by so much [µV].
+/// A blink stands out by so many times what the signal usually does, and by so much [µV].
 const LEAST_RATIO: f64 = 5.0;
 const LEAST_UV: f64 = 30.0;
 
@@ -27,14 +27,15 @@ const LEAST_UV: f64 = 30.0;
 pub struct Blink {
     /// Where the lids are closed [samples from the first one], between samples.
     pub sample: f64,
-    /// How far it stands out of what is before and after it, whichever is less, below 10 Hz [µV].
+    /// How far it stands out of what is before and after it, whichever is less, below 7 Hz [µV].
     pub amplitude_uv: f64,
     /// How long it stands out by half of that [s].
     pub duration_secs: f64,
 }
 
-fn low_pass(rate_hz: f64) -> Result<Design, SignalError> {
-    butterworth::low_pass(2, LOW_PASS_HZ, super::checked_rate_hz(rate_hz)?)
+/// The filter before the detection: of order 4, or of order 2 where it runs twice.
+fn low_pass(order: u32, rate_hz: f64) -> Result<Design, SignalError> {
+    butterworth::low_pass(order, LOW_PASS_HZ, super::checked_rate_hz(rate_hz)?)
 }
 
 /// How many samples make one at the working rate.
@@ -99,6 +100,30 @@ mod tests {
                     assert!((110.0..190.0).contains(&blink.amplitude_uv), "{blink:?}");
                     assert!((0.08..0.2).contains(&blink.duration_secs), "{blink:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn blinks_are_found_at_any_rate() {
+        for rate_hz in [100.0, 125.0, 160.0, 199.9, 250.0, 500.0, 1000.0, 2048.0, 5000.0] {
+            let bump = |k: usize| {
+                let secs = k as f64 / rate_hz;
+                let alpha = 15.0 * (std::f64::consts::TAU * 10.3 * secs).sin();
+                120.0 * (-((secs % 3.0 - 1.5) / 0.06).powi(2) / 2.0).exp() + alpha
+            };
+            let signal: Vec<f64> = (0..(30.0 * rate_hz) as usize).map(bump).collect();
+            let mut detector = BlinkDetector::new(rate_hz).unwrap();
+            let causal: Vec<Blink> =
+                signal.iter().filter_map(|&sample| detector.push(sample)).collect();
+            let whole = find_blinks(&signal, rate_hz).unwrap();
+            // The first comes before the causal detector has learnt what is usual.
+            for (found, first) in [(causal, 4.5), (whole, 1.5)] {
+                let secs: Vec<f64> = found.iter().map(|blink| blink.sample / rate_hz).collect();
+                assert!((secs[0] - first).abs() < 0.02, "{rate_hz} Hz: {secs:?}");
+                assert_eq!(secs.len(), ((30.0 - first) / 3.0).ceil() as usize, "{rate_hz} Hz");
+                let apart = secs.windows(2).map(|pair| pair[1] - pair[0]);
+                assert!(apart.into_iter().all(|secs| (secs - 3.0).abs() < 0.03), "{secs:?}");
             }
         }
     }

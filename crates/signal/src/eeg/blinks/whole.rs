@@ -16,7 +16,7 @@ use crate::gaps::is_usable;
 /// without a usable one.
 pub fn find_blinks(signal: &[f64], rate_hz: f64) -> Result<Vec<Blink>, SignalError> {
     let thinning = thinning(rate_hz);
-    let slow = zero_phase(&low_pass(rate_hz)?, signal)?;
+    let slow = zero_phase(&low_pass(2, rate_hz)?, signal)?;
     let slow: Vec<f64> = slow.into_iter().step_by(thinning).collect();
     let is_there = signal.iter().step_by(thinning).map(|&sample| is_usable(sample));
     let is_there: Vec<bool> = is_there.collect();
