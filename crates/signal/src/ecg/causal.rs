@@ -13,6 +13,8 @@ const WAIT_SECS: f64 = 0.11;
 /// No two beats follow faster [s]: the ventricles are refractory. (A P wave that was taken for a
 /// beat shall not hide the QRS complex after it.)
 const REFRACTORY_SECS: f64 = 0.16;
+/// Of two that follow faster [s], the first was a P wave when the second is higher.
+const P_WAVE_SECS: f64 = 0.25;
 /// A beat is missed after so many cycles (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and
 /// sought among what came later than this share of a cycle.
 const MISSED_CYCLES: f64 = 1.66;
@@ -44,6 +46,8 @@ pub struct BeatDetector {
     others: Recent,
     cycles_secs: Recent,
     last: Option<Candidate>,
+    /// The beat before the last one, if the time between them is the newest cycle.
+    before: Option<Candidate>,
     quiet_since_secs: f64,
     passed: VecDeque<Candidate>,
     /// Beats that were found at once with another one.
@@ -67,6 +71,7 @@ impl BeatDetector {
             others: Recent::default(),
             cycles_secs: Recent::default(),
             last: None,
+            before: None,
             quiet_since_secs: 0.0,
             passed: VecDeque::with_capacity(MOST_PASSED + 1),
             found: VecDeque::with_capacity(MOST_PASSED + 1),
@@ -104,7 +109,7 @@ impl BeatDetector {
     }
 
     fn forget_rhythm(&mut self, secs: f64) {
-        self.last = None;
+        (self.last, self.before) = (None, None);
         self.quiet_since_secs = secs;
         if !self.is_learning {
             self.passed.clear();
@@ -112,7 +117,7 @@ impl BeatDetector {
     }
 
     fn forget_height(&mut self) {
-        self.last = None;
+        (self.last, self.before) = (None, None);
         self.beats = Recent::default();
         self.others = Recent::default();
         self.passed.clear();
@@ -175,10 +180,7 @@ impl BeatDetector {
     }
 
     fn accept(&mut self, candidate: Candidate, found: Found) {
-        if let Some(last) = self.last {
-            self.cycles_secs.push((candidate.secs - last.secs).min(LONGEST_SECS));
-        }
-        self.beats.push(candidate.strength);
+        self.learn_from(&candidate);
         self.last = Some(candidate);
         self.quiet_since_secs = candidate.secs;
         if found == Found::InTime {
@@ -187,6 +189,26 @@ impl BeatDetector {
             self.passed.retain(|passed| passed.secs > candidate.secs);
         }
         self.found.push_back((candidate, found));
+    }
+
+    fn learn_from(&mut self, beat: &Candidate) {
+        let cycle_secs = |last: &Candidate| (beat.secs - last.secs).min(LONGEST_SECS);
+        let is_p_wave = |last: &&Candidate| {
+            beat.secs - last.secs < P_WAVE_SECS && beat.strength > last.strength
+        };
+        if let Some(p_wave) = self.last.as_ref().filter(is_p_wave) {
+            self.others.push(p_wave.strength);
+            self.beats.replace_newest(beat.strength);
+            if let Some(before) = &self.before {
+                self.cycles_secs.replace_newest(cycle_secs(before));
+            }
+            return;
+        }
+        if let Some(last) = &self.last {
+            self.cycles_secs.push(cycle_secs(last));
+        }
+        self.beats.push(beat.strength);
+        self.before = self.last;
     }
 
     fn pass(&mut self, candidate: Candidate) {

@@ -2,10 +2,15 @@
 
 use std::f64::consts::TAU;
 
+/// How many products are added up at once.
+const LANES: usize = 8;
+
 /// A derivative of a Gaussian as weights of the samples from `-half` to `half`, with gain 1 at the
 /// frequency where it is most sensitive.
 #[derive(Clone, Debug)]
 pub(super) struct Kernel {
+    half: usize,
+    /// Of the samples, after zeros for older ones that fill up the lanes.
     weights: Vec<f64>,
 }
 
@@ -20,7 +25,7 @@ impl Kernel {
         });
         let excess = weights.iter().sum::<f64>() / bell.iter().sum::<f64>();
         weights.iter_mut().zip(bell).for_each(|(weight, bell)| *weight -= excess * bell);
-        Kernel { weights }.normal(frequency_hz, rate_hz)
+        Kernel { half, weights }.normal(frequency_hz, rate_hz)
     }
 
     /// The third derivative: the slopes.
@@ -30,20 +35,26 @@ impl Kernel {
             let x = place / sigma;
             (x * x * x - 3.0 * x) * (-x * x / 2.0).exp()
         });
-        Kernel { weights }.normal(frequency_hz, rate_hz)
+        Kernel { half, weights }.normal(frequency_hz, rate_hz)
     }
 
+    /// How many samples after the middle it needs.
+    pub(super) fn half(&self) -> usize {
+        self.half
+    }
+
+    /// How many samples it is given, the last of them `half` after the middle.
     pub(super) fn length(&self) -> usize {
         self.weights.len()
     }
 
-    /// What it gives in the middle of as many samples as it is long.
+    /// What it gives in the middle.
     pub(super) fn apply(&self, samples: &[f64]) -> f64 {
         products(samples, &self.weights, |sample, weight| sample * weight)
     }
 
     fn normal(mut self, frequency_hz: f64, rate_hz: f64) -> Kernel {
-        let half = (self.weights.len() / 2) as f64;
+        let half = self.half as f64;
         let (mut real, mut imaginary) = (0.0, 0.0);
         for (index, weight) in self.weights.iter().enumerate() {
             let angle = TAU * frequency_hz * (index as f64 - half) / rate_hz;
@@ -52,6 +63,8 @@ impl Kernel {
         }
         let gain = real.hypot(imaginary);
         self.weights.iter_mut().for_each(|weight| *weight /= gain);
+        let filling = self.weights.len().next_multiple_of(LANES) - self.weights.len();
+        self.weights.splice(..0, std::iter::repeat_n(0.0, filling));
         self
     }
 }
@@ -61,14 +74,14 @@ pub(super) fn sum(values: &[f64]) -> f64 {
     products(values, values, |value, _| value)
 }
 
-/// The sum of what is made of pairs, as eight sums which the processor can add up at once.
+/// The sum of what is made of pairs, as several sums which the processor can add up at once.
 fn products(left: &[f64], right: &[f64], product: impl Fn(f64, f64) -> f64) -> f64 {
-    let mut sums = [0.0; 8];
-    let (left, right) = (left.chunks_exact(8), right.chunks_exact(8));
+    let mut sums = [0.0; LANES];
+    let (left, right) = (left.chunks_exact(LANES), right.chunks_exact(LANES));
     let rest = left.remainder().iter().zip(right.remainder());
     let rest: f64 = rest.map(|(&left, &right)| product(left, right)).sum();
     for (left, right) in left.zip(right) {
-        for k in 0..8 {
+        for k in 0..LANES {
             sums[k] += product(left[k], right[k]);
         }
     }
@@ -93,7 +106,8 @@ mod tests {
         let (half, rate_hz) = (40, 360.0);
         let cosine = samples(half, |place| (TAU * 10.0 * place / rate_hz).cos() * 3.0);
         let even = Kernel::even(10.0, half, rate_hz);
-        assert!((even.apply(&cosine) - 3.0).abs() < 1e-12);
-        assert!(even.apply(&samples(half, |_| 1000.0)).abs() < 1e-9);
+        let filled = |newest: Vec<f64>| [vec![9.0; even.length() - newest.len()], newest].concat();
+        assert!((even.apply(&filled(cosine)) - 3.0).abs() < 1e-12);
+        assert!(even.apply(&filled(samples(half, |_| 1000.0))).abs() < 1e-9);
     }
 }

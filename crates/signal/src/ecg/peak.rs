@@ -84,8 +84,8 @@ impl PeakFinder {
     }
 
     fn smoothed_deflections(&mut self, place: i64, working: &History) {
-        let half = (self.kernel.length() / 2) as i64;
-        let (begin, end) = (place - self.search - half, place + self.search + half + 1);
+        let end = place + self.search + self.kernel.half() as i64 + 1;
+        let begin = end - 2 * self.search - self.kernel.length() as i64;
         let around = working.at(begin..end);
         let kernel = &self.kernel;
         self.heights.clear();

@@ -17,6 +17,13 @@ impl Recent {
         self.count = (self.count + 1).min(MEMORY);
     }
 
+    /// Puts another value in the place of the newest, if there is one.
+    pub(super) fn replace_newest(&mut self, value: f64) {
+        if self.count > 0 {
+            self.values[(self.next + MEMORY - 1) % MEMORY] = value;
+        }
+    }
+
     pub(super) fn median(&self) -> Option<f64> {
         let mut values = self.values;
         median(&mut values[..self.count])
