@@ -5,6 +5,7 @@
 
 mod beats;
 mod emg;
+mod wristband;
 mod hrv;
 mod eeg;
 mod statistics;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         ["beats", data] => beats::measure(Path::new(data)),
         ["beats", data, "each"] => beats::list(Path::new(data)),
         ["emg", data] => emg::measure(Path::new(data)),
+        ["wristband", data] => wristband::measure(Path::new(data)),
         ["hrv", data] => hrv::measure(Path::new(data)),
         ["eeg", data] => eeg::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),

@@ -26,3 +26,6 @@ pub mod ecg;
 pub mod respiration;
 pub mod emg;
 pub mod eeg;
+pub mod temperature;
+pub mod acceleration;
+pub mod descriptive;

@@ -5,8 +5,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use teampulse_signal::acceleration::analysis as acceleration;
 use teampulse_signal::analysis::Causal;
+use teampulse_signal::descriptive::analysis as descriptive;
 use teampulse_signal::emg::analysis as emg;
+use teampulse_signal::temperature::analysis as temperature;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -56,4 +59,19 @@ fn muscles_ask_for_no_memory() {
     let channels = vec![emg::Channel::default(); 8];
     let settings = emg::Settings { channels, ..emg::Settings::default() };
     assert_eq!(allocations(&mut *emg::causal(&settings, 200.0).unwrap(), 8, 200.0), 0);
+}
+
+#[test]
+fn motion_asks_for_no_memory() {
+    let mut running = acceleration::causal(&acceleration::Settings::default(), 32.0).unwrap();
+    assert_eq!(allocations(&mut *running, 3, 32.0), 0);
+}
+
+#[test]
+fn gauges_ask_for_no_memory() {
+    let mut running = temperature::causal(&temperature::Settings::default(), 4.0).unwrap();
+    assert_eq!(allocations(&mut *running, 1, 4.0), 0);
+    let channels = vec![descriptive::Channel::default(); 5];
+    let mut running = descriptive::causal(&descriptive::Settings { channels }, 50.0).unwrap();
+    assert_eq!(allocations(&mut *running, 5, 50.0), 0);
 }

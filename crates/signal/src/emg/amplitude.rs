@@ -21,22 +21,36 @@ pub(super) struct Sums {
 
 impl Sums {
     pub(super) fn of(frame: &[f64], thresholds: Thresholds) -> Sums {
-        let mut sums = Sums::default();
-        for &sample in frame {
-            sums.squares += sample * sample;
-            sums.absolutes += sample.abs();
+        let next = frame.get(1..).unwrap_or_default();
+        let after_next = frame.get(2..).unwrap_or_default();
+        let crosses =
+            |(a, b): (&f64, &f64)| (a * b < 0.0) & ((b - a).abs() >= thresholds.zero_crossing);
+        let turns = |((a, b), c): ((&f64, &f64), &f64)| {
+            let (rise, fall) = (b - a, b - c);
+            (rise * fall > 0.0) & (rise.abs().max(fall.abs()) >= thresholds.slope_change)
+        };
+        let pairs = || frame.iter().zip(next);
+        Sums {
+            squares: sum(frame, frame, |a, b| a * b),
+            absolutes: sum(frame, frame, |a, _| a.abs()),
+            steps: sum(frame, next, |a, b| (b - a).abs()),
+            crossings: pairs().map(|pair| u32::from(crosses(pair))).sum(),
+            turns: pairs().zip(after_next).map(|triple| u32::from(turns(triple))).sum(),
         }
-        for pair in frame.windows(2) {
-            let step = (pair[1] - pair[0]).abs();
-            sums.steps += step;
-            let crosses = pair[0] * pair[1] < 0.0 && step >= thresholds.zero_crossing;
-            sums.crossings += u32::from(crosses);
-        }
-        for triple in frame.windows(3) {
-            let (rise, fall) = (triple[1] - triple[0], triple[1] - triple[2]);
-            let turns = rise * fall > 0.0 && rise.abs().max(fall.abs()) >= thresholds.slope_change;
-            sums.turns += u32::from(turns);
-        }
-        sums
     }
+}
+
+/// The sum over pairs, in four parts that a processor adds at once.
+pub(super) fn sum(one: &[f64], other: &[f64], of: impl Fn(f64, f64) -> f64) -> f64 {
+    let count = one.len().min(other.len());
+    let (ones, one_rest) = one[..count].as_chunks::<4>();
+    let (others, other_rest) = other[..count].as_chunks::<4>();
+    let mut parts = [0.0; 4];
+    for (one, other) in ones.iter().zip(others) {
+        for (part, (&one, &other)) in parts.iter_mut().zip(one.iter().zip(other)) {
+            *part += of(one, other);
+        }
+    }
+    let rest = one_rest.iter().zip(other_rest).map(|(&one, &other)| of(one, other));
+    parts.iter().sum::<f64>() + rest.sum::<f64>()
 }

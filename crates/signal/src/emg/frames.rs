@@ -100,7 +100,9 @@ impl Frames {
 
     /// The features of one frame; `None` when it has another length, or a sample that is not usable.
     pub fn of_one(&mut self, frame: &[f64]) -> Option<Features> {
-        if frame.len() != self.length || !frame.iter().all(|&sample| is_usable(sample)) {
+        // All are looked at: four at once, instead of up to the first that is none.
+        let are_usable = frame.iter().fold(true, |are, &sample| are & is_usable(sample));
+        if frame.len() != self.length || !are_usable {
             return None;
         }
         let sums = Sums::of(frame, self.thresholds);

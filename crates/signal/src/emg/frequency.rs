@@ -5,6 +5,7 @@ use std::sync::Arc;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
+use super::amplitude::sum;
 use crate::spectrum::Taper;
 
 /// Spectra of frames of one length, planned once: SciPy's `periodogram` with a Hann window and the mean
@@ -68,7 +69,7 @@ impl Periodogram {
     }
 
     fn transform(&mut self, frame: &[f64]) -> Option<()> {
-        let mean = frame.iter().sum::<f64>() / frame.len() as f64;
+        let mean = sum(frame, frame, |sample, _| sample) / frame.len() as f64;
         for ((tapered, weight), sample) in self.tapered.iter_mut().zip(&self.weights).zip(frame) {
             *tapered = weight * (sample - mean);
         }

@@ -1,0 +1,143 @@
+//! What can be wrong with an accelerometer.
+
+use super::magnitude::magnitude;
+use super::motion::Moved;
+use super::tilt::GRAVITY_G;
+use super::unit::checked_rate;
+use crate::error::SignalError;
+
+/// A worn sensor does not read the very same for longer [s]: breath and heart show in the last digit.
+const FLAT_SECS: f64 = 10.0;
+/// The third and further equal readings in a row at the end of the range so far are cut off, if that is
+/// more than rest can be [g]: the smallest usual range is ±2 g.
+const CLIPPED_RUN: usize = 3;
+const LEAST_RANGE_G: f64 = 1.9;
+/// A sensor is at rest when its motion is this share of what it reads.
+const REST_SHARE: f64 = 0.05;
+/// No part of a body reads more [g]; with a wrong unit everything does.
+const MOST_G: f64 = 20.0;
+
+/// What is wrong with a sample.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Fault {
+    /// An axis is cut off at the end of its range.
+    Saturated,
+    /// All axes have read the very same for more than 10 s: a sensor that is stuck, or lies somewhere.
+    Flat,
+    /// At rest it does not read 0.8 to 1.2 g, or it reads more than 20 g: a wrong unit, a sensor that is
+    /// broken.
+    Implausible,
+}
+
+/// Judges samples one after the other. The same for any chunking; no sample allocates.
+#[derive(Clone, Debug)]
+pub struct Faults {
+    axes: [Axis; 3],
+    flat_run: usize,
+    run: usize,
+    last: [f64; 3],
+}
+
+impl Faults {
+    /// For samples at a rate of 8 Hz to 10 kHz; an error for others.
+    pub fn new(rate_hz: f64) -> Result<Faults, SignalError> {
+        let flat_run = (FLAT_SECS * checked_rate(rate_hz)?) as usize;
+        Ok(Faults { axes: [Axis::NEW; 3], flat_run, run: 0, last: [f64::NAN; 3] })
+    }
+
+    /// What is wrong with the next sample [g], of which the [motion](super::Motion) is known; `None` when
+    /// nothing is, or a value is missing.
+    pub fn push(&mut self, axes_g: [f64; 3], moved: Moved) -> Option<Fault> {
+        let length_g = magnitude(axes_g);
+        if length_g.is_nan() {
+            return None;
+        }
+        let is_same =
+            self.last.iter().zip(&axes_g).all(|(last, axis)| last.total_cmp(axis).is_eq());
+        self.run = if is_same { self.run + 1 } else { 1 };
+        self.last = axes_g;
+        let mut is_cut_off = false;
+        for (axis, value) in self.axes.iter_mut().zip(axes_g) {
+            is_cut_off |= axis.push(value);
+        }
+        let is_at_rest = moved.level_g <= REST_SHARE * moved.gravity_g;
+        let is_implausible = is_at_rest && !GRAVITY_G.contains(&moved.gravity_g);
+        if is_implausible || length_g > MOST_G {
+            Some(Fault::Implausible)
+        } else if self.run > self.flat_run {
+            Some(Fault::Flat)
+        } else {
+            is_cut_off.then_some(Fault::Saturated)
+        }
+    }
+}
+
+/// One axis and its range so far.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    most: f64,
+    last: f64,
+    run: usize,
+}
+
+impl Axis {
+    const NEW: Axis = Axis { most: 0.0, last: f64::NAN, run: 0 };
+
+    /// Whether a value is cut off.
+    fn push(&mut self, value: f64) -> bool {
+        self.run = if self.last.total_cmp(&value).is_eq() { self.run + 1 } else { 1 };
+        self.last = value;
+        self.most = self.most.max(value.abs());
+        // A range reaches one step further down than up.
+        let is_at_an_end = value.abs() >= 0.98 * self.most && value.abs() >= LEAST_RANGE_G;
+        self.run >= CLIPPED_RUN && is_at_an_end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Motion;
+    use super::*;
+
+    /// Which faults the samples have, in their order, each once for a run.
+    fn faults(samples: impl Iterator<Item = [f64; 3]>) -> Vec<Option<Fault>> {
+        let (mut motion, mut faults) =
+            (Motion::new(32.0, 0.1).unwrap(), Faults::new(32.0).unwrap());
+        let mut found: Vec<_> =
+            samples.map(|axes_g| faults.push(axes_g, motion.push(axes_g))).collect();
+        found.dedup();
+        found
+    }
+
+    fn noise(k: u32) -> f64 {
+        f64::from(k * k % 97) / 97.0
+    }
+
+    #[test]
+    fn a_moving_hand_has_no_faults() {
+        let hand = |k: u32| [0.3 * noise(k), 0.1, 0.9 + 0.5 * noise(k + 7)];
+        assert_eq!(faults((0..3200).map(hand)), [None]);
+        let resting = |k: u32| [0.0, 1.0 / 64.0 * f64::from(k / 200 % 2), 1.0];
+        assert_eq!(faults((0..3200).map(resting)), [None]);
+    }
+
+    #[test]
+    fn a_stuck_sensor_is_flat() {
+        assert_eq!(faults((0..640).map(|_| [0.0, 0.0, 1.0])), [None, Some(Fault::Flat)]);
+    }
+
+    #[test]
+    fn a_wrong_unit_is_implausible() {
+        for one_g in [64.0, 9.81, 1.0 / 64.0, 0.0] {
+            let rest = |k: u32| [0.0, 0.01 * one_g * noise(k), one_g];
+            assert!(faults((10..100).map(rest)).contains(&Some(Fault::Implausible)), "{one_g}");
+        }
+    }
+
+    #[test]
+    fn readings_at_the_end_of_the_range_are_saturated() {
+        let cut = |k: u32| [(3.0 * (f64::from(k) * 0.2).sin()).clamp(-2.0, 1.984_375), 0.1, 0.2];
+        let found = faults((0..400).map(cut));
+        assert!(found.contains(&Some(Fault::Saturated)) && found.contains(&None));
+    }
+}

@@ -1,0 +1,16 @@
+//! What can be said of any numbers: for a signal of which nothing is known.
+//!
+//! ```
+//! use teampulse_signal::descriptive::describe;
+//!
+//! let (secs, values) = ([0.0, 1.0, 2.0, 3.0], [5.0, 7.0, f64::NAN, 11.0]);
+//! let summary = describe(&secs, &values).expect("there are numbers");
+//! assert_eq!((summary.n, summary.median, summary.greatest), (3, 7.0, 11.0));
+//! assert!((summary.slope_per_sec.expect("they differ in time") - 2.0).abs() < 1e-12);
+//! assert_eq!(describe(&[0.0], &[f64::NAN]), None);
+//! ```
+
+mod summary;
+pub mod analysis;
+
+pub use summary::{Summary, describe};
