@@ -19,7 +19,8 @@ use crate::records::column;
 /// Of the recordings with open and with closed eyes [Hz], and of the `OpenBCI` board [Hz].
 const EYES_HZ: f64 = 125.0;
 const OPENBCI_HZ: f64 = 250.0;
-/// Blinks that a person sees in its first two channels [s].
+/// Blinks read off a plot of its first two channels, not annotated by an expert, and looked at while
+/// the detector was made [s]: a check that it works at all, no measure of how well it does elsewhere.
 const SEEN_SECS: [f64; 26] = [
     4.28, 4.95, 5.17, 5.37, 5.6, 5.78, 6.0, 6.22, 13.88, 15.43, 15.65, 15.84, 16.05, 16.25, 16.47,
     78.5, 79.85, 80.1, 80.3, 80.5, 80.8, 86.24, 86.73, 87.26, 87.78, 88.29,
@@ -161,7 +162,7 @@ fn blinks(board: &[Vec<f64>]) -> Result<bool, Box<dyn Error>> {
         met &= verdict(
             f1 >= 90.0 && between == 0,
             &format!(
-                "blinks that are seen, {how}: F1 {f1:.1} % ({} of {}, {} more; bar 90 %), in a minute of alpha {between} (bar 0)",
+                "blinks read off a plot, {how}: F1 {f1:.1} % ({} of {}, {} more; bar 90 %), in a minute of alpha {between} (bar 0)",
                 agreement.hits,
                 SEEN_SECS.len(),
                 agreement.extra,
