@@ -119,8 +119,9 @@ fn a_histogram_that_is_a_triangle_has_its_base() {
 
 #[test]
 fn entropies_are_neurokits() {
-    let entropies = entropies(&intervals_ms(350)).unwrap();
-    same(&[entropies.approximate, entropies.sample], &[1.2073636367936036, 1.771293638635764]);
+    let features = entropies(&intervals_ms(350)).unwrap();
+    same(&[features.approximate, features.sample], &[1.2073636367936036, 1.771293638635764]);
+    same(&[features.fuzzy, features.multiscale], &[1.2951612331072622, 1.0408110246078826]);
 }
 
 #[test]
@@ -168,6 +169,10 @@ fn band_powers_are_scipys_with_the_same_recipe() {
     let golden = [
         (Recipe::default(), [788.8791293068568, 127.84054182742483]),
         (welch(64.0), [804.3014573416946, 122.13653907769947]),
+        (
+            Recipe::Autoregressive { rate_hz: 4.0, order: 16 },
+            [944.8498005014011, 147.74990135974298],
+        ),
         (Recipe::LombScargle, [805.8675303810219, 132.77060862182955]),
     ];
     for (recipe, [lf, hf]) in golden {
@@ -178,6 +183,16 @@ fn band_powers_are_scipys_with_the_same_recipe() {
     }
     let (ends, rr) = timed(400);
     assert!(frequency_domain(&ends, &rr, &Recipe::default()).unwrap().vlf_ms2 > 0.0);
+}
+
+#[test]
+fn segments_are_the_textbooks() {
+    let (ends, rr) = timed(350);
+    let of = |secs| segments(&ends, &rr, secs).map(|each| [each.sdann_ms, each.sdnni_ms]).unwrap();
+    same(&of(60.0), &[1.534308408974723, 36.985571176618784]);
+    same(&of(120.0), &[0.12036465530864728, 36.759517972867386]);
+    assert_eq!(segments(&ends, &rr, 300.0), None);
+    assert_eq!(segments(&ends, &rr, f64::NAN), None);
 }
 
 #[test]
@@ -257,7 +272,8 @@ proptest! {
             prop_assert!(exponents.alpha1.is_finite());
         }
         let ends: Vec<f64> = (0..rr.len()).map(|k| k as f64).collect();
-        for recipe in [Recipe::default(), Recipe::LombScargle] {
+        let burg = Recipe::Autoregressive { rate_hz: 4.0, order: 16 };
+        for recipe in [Recipe::default(), burg, Recipe::LombScargle] {
             for (ends, rr) in [(&ends, &rr), (&rr, &ends)] {
                 frequency_domain(ends, rr, &recipe).ok();
             }

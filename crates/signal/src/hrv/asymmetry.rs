@@ -23,7 +23,7 @@ pub struct Asymmetry {
 /// Heart rate asymmetry of intervals [ms], from the Poincaré plot.
 ///
 /// Guzik et al. (2006), doi:10.1515/BMT.2006.054; Porta et al. (2008), doi:10.1152/ajpregu.00129.2008;
-/// Yan et al. (2017), doi:10.1186/s12938-017-0395-y; Piskorski & Guzik (2011),
+/// Yan et al. (2017), doi:10.1186/s12938-017-0402-3; Piskorski & Guzik (2011),
 /// doi:10.1007/s11517-011-0834-z; as NeuroKit2. Window: as RMSSD. `None` without a change.
 pub fn asymmetry(intervals_ms: &[f64]) -> Option<Asymmetry> {
     let pairs = pairs(intervals_ms);

@@ -1,4 +1,6 @@
+use super::fuzzy::fuzzy_entropy;
 use super::measure::Measure;
+use super::multiscale::multiscale_index;
 use super::series::{present, sample_sd};
 
 /// How many standard deviations (n − 1) still count as alike, by convention.
@@ -13,9 +15,14 @@ pub struct Entropies {
     pub sample: f64,
     /// Approximate entropy.
     pub approximate: f64,
+    /// Fuzzy entropy; NaN above 20 000 intervals.
+    pub fuzzy: f64,
+    /// Index of multiscale entropy; NaN with fewer than 24 intervals.
+    pub multiscale: f64,
 }
 
-/// Sample and approximate entropy of intervals [ms], with m = 2 and r = 0.2 SD (n − 1).
+/// Sample, approximate, fuzzy and multiscale entropy of intervals [ms], with m = 2 and
+/// r = 0.2 SD (n − 1).
 ///
 /// Window: 5 minutes (200 beats at least). Missing intervals are left out and close up. `None` with
 /// fewer than four intervals, more than 100 000, or without spread.
@@ -24,6 +31,8 @@ pub fn entropies(intervals_ms: &[f64]) -> Option<Entropies> {
     Some(Entropies {
         sample: sample_entropy(intervals_ms, tolerance_ms).unwrap_or(f64::NAN),
         approximate: approximate_entropy(intervals_ms, tolerance_ms)?,
+        fuzzy: fuzzy_entropy(intervals_ms, tolerance_ms).unwrap_or(f64::NAN),
+        multiscale: multiscale_index(intervals_ms, tolerance_ms).unwrap_or(f64::NAN),
     })
 }
 
@@ -96,6 +105,11 @@ fn each_alike(nn: &[f64], tolerance_ms: f64, mut tell: impl FnMut(usize, usize))
 impl Entropies {
     /// The features by name.
     pub fn measures(&self) -> Vec<Measure> {
-        Measure::all([("HRV_SampEn", "1", self.sample), ("HRV_ApEn", "1", self.approximate)])
+        Measure::all([
+            ("HRV_SampEn", "1", self.sample),
+            ("HRV_ApEn", "1", self.approximate),
+            ("HRV_FuzzyEn", "1", self.fuzzy),
+            ("HRV_MSEn", "1", self.multiscale),
+        ])
     }
 }

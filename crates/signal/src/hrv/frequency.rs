@@ -1,5 +1,6 @@
 use std::fmt;
 
+use super::autoregressive::burg;
 use super::measure::Measure;
 use crate::cubic::{CubicSpline, Ends};
 use crate::error::SignalError;
@@ -24,6 +25,15 @@ pub enum Recipe {
         /// Length of a segment [s]: 128.
         segment_secs: f64,
     },
+    /// The same spline, and the spectrum of an autoregressive model of it by Burg: smooth, for short
+    /// series and for peaks. Boardman et al. (2002), doi:10.1088/0967-3334/23/2/308, ask for an order
+    /// of 16 at least.
+    Autoregressive {
+        /// Rate of the spline [Hz]: 4.
+        rate_hz: f64,
+        /// Order of the model: 16 at 4 Hz.
+        order: usize,
+    },
     /// Lomb and Scargle's periodogram of the intervals where they are: for series with gaps.
     LombScargle,
 }
@@ -41,6 +51,11 @@ impl fmt::Display for Recipe {
                 f,
                 "cubic spline at {rate_hz} Hz, Welch with Hann segments of {segment_secs} s \
                  overlapping by half, their means removed, bins summed"
+            ),
+            Recipe::Autoregressive { rate_hz, order } => write!(
+                f,
+                "cubic spline at {rate_hz} Hz, its mean removed, autoregressive model of order \
+                 {order} by Burg, bins summed"
             ),
             Recipe::LombScargle => {
                 write!(f, "Lomb-Scargle at steps of one over the span, mean removed, bins summed")
@@ -113,10 +128,13 @@ pub(super) fn spectrum(
         return Err(SignalError::TooShort { count: ends_secs.len(), least: 4 });
     };
     let span_secs = last_secs - first_secs;
+    let even = |rate_hz: f64| {
+        CubicSpline::new(&ends_secs, &intervals_ms, Ends::NotAKnot)?.resampled(first_secs, rate_hz)
+    };
     let spectrum = match *recipe {
+        Recipe::Autoregressive { rate_hz, order } => burg(&even(rate_hz)?, rate_hz, order)?,
         Recipe::Welch { rate_hz, segment_secs } => {
-            let even = CubicSpline::new(&ends_secs, &intervals_ms, Ends::NotAKnot)?
-                .resampled(first_secs, rate_hz)?;
+            let even = even(rate_hz)?;
             let segment = (rate_hz * segment_secs).round().max(0.0) as usize;
             Welch::new(rate_hz, segment.min(even.len())).of(&even)?
         }

@@ -101,8 +101,8 @@ fn p_of(shortfall: f64, n: f64) -> f64 {
     normal_upper((-(bound - log).ln() - centre) / spread)
 }
 
-/// Normal quantile as AS R94 and with it SciPy has it, to nine digits. Beasley & Springer (1977,
-/// algorithm AS 111), doi:10.2307/2347149.
+/// Normal quantile as AS R94 and with it SciPy has it, to nine digits. Beasley & Springer (1977),
+/// Applied Statistics 26, 118: algorithm AS 111.
 fn normal_score(p: f64) -> f64 {
     let off = p - 0.5;
     if off.abs() <= 0.42 {

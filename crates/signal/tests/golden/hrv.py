@@ -20,6 +20,20 @@ def intervals(count):
     return np.array(rr, float)
 
 
+def burg(values, order):
+    """Coefficients (the first is 1), those of statsmodels 0.15 negated, and Burg's variance."""
+    forward = backward = values - values.mean()
+    coefficients, variance = np.ones(1), np.mean(forward**2)
+    for _ in range(order):
+        f, b = forward[1:], backward[:-1]
+        reflection = -2 * f @ b / (f @ f + b @ b)
+        coefficients = np.append(coefficients, 0)
+        coefficients = coefficients + reflection * coefficients[::-1]
+        forward, backward = f + reflection * b, b + reflection * f
+        variance *= 1 - reflection**2
+    return coefficients, variance
+
+
 def show(name, *values):
     print(name, " ".join(repr(float(v)) for v in values))
 
@@ -35,6 +49,9 @@ out = {**nk.hrv_time(peaks, 1000).iloc[0], **nk.hrv_nonlinear(peaks, 1000).iloc[
 for name in ("CVNN CVSD SDRMSSD MadNN MCVNN IQRNN Prc20NN Prc80NN MinNN MaxNN HTI TINN PIP IALS PSS PAS GI SI AI PI "
              "C1d C1a C2d C2a Cd Ca ApEn SampEn DFA_alpha1 DFA_alpha2").split():
     show("HRV_" + name, out["HRV_" + name])
+r = 0.2 * rr.std(ddof=1)
+show("FuzzyEn", nk.entropy_fuzzy(rr, delay=1, dimension=2, tolerance=r)[0])
+show("MSEn", nk.entropy_multiscale(rr, dimension=2, tolerance=r, method="MSEn")[0])
 for low, high in ((4, 16), (16, 64), (4, 11)):
     show(f"dfa {low} {high}", nk.fractal_dfa(rr, scale=np.arange(low, high + 1))[0])
 ends = np.cumsum(rr) / 1000
@@ -43,6 +60,14 @@ for segment in (128, 64):
     f, p = welch(even, 4, nperseg=4 * segment)
     bands = [p[(f >= low) & (f < high)].sum() * f[1] for low, high in ((0.0033, 0.04), (0.04, 0.15), (0.15, 0.4))]
     show(f"welch {segment}", *bands)
+model, variance = burg(even, 16)
+f = np.arange(2049) / 1024
+p = variance / 2 / abs(sum(c * np.exp(-0.5j * np.pi * f * k) for k, c in enumerate(model))) ** 2
+show("burg", *[p[(f >= low) & (f < high)].sum() * f[1] for low, high in ((0.04, 0.15), (0.15, 0.4))])
+for secs in (60, 120):
+    parts = [rr[(ends // secs).astype(int) == k] for k in range(int(ends[-1] // secs) + 1)]
+    parts = [part for part in parts if part.sum() >= 500 * secs]
+    show(f"segments {secs}", np.std([part.mean() for part in parts], ddof=1), np.mean([part.std(ddof=1) for part in parts]))
 span = ends[-1] - ends[0]
 f = np.arange(1, int(0.4 * span) + 1) / span
 p = lombscargle(ends, rr - rr.mean(), 2 * np.pi * f) * 2 * span / (len(rr) - 1)

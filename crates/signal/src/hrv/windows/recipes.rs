@@ -17,6 +17,8 @@ const LEAST_SHARE: f64 = 0.95;
 /// The longest time without an interval that a spline may bridge [s].
 const LONGEST_BRIDGE_SECS: f64 = 3.0;
 
+const AUTOREGRESSIVE: Recipe = Recipe::Autoregressive { rate_hz: 4.0, order: 16 };
+
 /// A group of values that are computed together.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Domain {
@@ -52,9 +54,10 @@ pub(super) fn values(corrected: &str) -> Vec<Value> {
         .into_iter()
         .flat_map(|domain| domain.rows().iter().map(move |row| (domain, row)));
     let value = |(domain, &(name, unit, recipe, need)): (Domain, &Row)| {
-        let spectrum = match need {
-            Need::Bridged(_) => format!("; {}", Recipe::default()),
-            _ if domain == Domain::Frequency => format!("; {}", Recipe::LombScargle),
+        let spectrum = match (domain, need) {
+            (Domain::Frequency, _) if name.ends_with("_AR") => format!("; {AUTOREGRESSIVE}"),
+            (Domain::Frequency, Need::Secs(_)) => format!("; {}", Recipe::LombScargle),
+            (Domain::Frequency, _) => format!("; {}", Recipe::default()),
             _ => String::new(),
         };
         let beats = format!("beats corrected (Lipponen & Tarvainen 2019) {corrected}");
@@ -138,13 +141,14 @@ fn frequency(cut: &Cut) -> Vec<f64> {
         Some(FrequencyDomain::of(&spectrum, cut.window_secs))
     };
     // A spline over a long hole would be long, and of no use.
-    let welch = if is_bridged { of(Recipe::default()) } else { None };
-    let lomb = of(Recipe::LombScargle);
-    let lomb = lomb.map_or([f64::NAN; 3], |each| [each.lf_ms2, each.hf_ms2, each.lf_hf()]);
-    padded(welch.map(|each| each.measures()), FREQUENCY.len() - lomb.len())
-        .into_iter()
-        .chain(lomb)
-        .collect()
+    let splined = |recipe: Recipe| if is_bridged { of(recipe) } else { None };
+    let other = |features: Option<FrequencyDomain>| {
+        features.map_or([f64::NAN; 3], |each| [each.lf_ms2, each.hf_ms2, each.lf_hf()])
+    };
+    let others = [other(splined(AUTOREGRESSIVE)), other(of(Recipe::LombScargle))].concat();
+    let welch = splined(Recipe::default()).map(|each| each.measures());
+    let welch = padded(welch, FREQUENCY.len() - others.len());
+    welch.into_iter().chain(others).collect()
 }
 
 fn nonlinear(cut: &Cut) -> Vec<f64> {
@@ -154,7 +158,7 @@ fn nonlinear(cut: &Cut) -> Vec<f64> {
         padded(poincare(nn).map(|each| each.measures()), 7),
         padded(asymmetry(nn).map(|each| each.measures()), 10),
         padded(fragmentation(nn).map(|each| each.measures()), 4),
-        padded(entropies(nn).map(|each| each.measures()), 2),
+        padded(entropies(nn).map(|each| each.measures()), 4),
         padded(detrended_fluctuation(nn).map(|each| each.measures()), 2),
     ]
     .concat()
@@ -178,7 +182,7 @@ mod tests {
             (&NONLINEAR[9..], asymmetry(&nn).unwrap().measures()),
             (&NONLINEAR[19..], fragmentation(&nn).unwrap().measures()),
             (&NONLINEAR[23..], entropies(&nn).unwrap().measures()),
-            (&NONLINEAR[25..], detrended_fluctuation(&nn).unwrap().measures()),
+            (&NONLINEAR[27..], detrended_fluctuation(&nn).unwrap().measures()),
         ];
         for (rows, measures) in named {
             for (row, measure) in rows.iter().zip(&measures) {

@@ -26,6 +26,9 @@ const SOME: usize = 50;
 /// doi:10.1152/ajpheart.2000.278.6.H2039), and for a histogram.
 const MANY: usize = 100;
 
+/// Intervals for entropies at three scales.
+const MANY_SCALES: usize = 3 * MANY;
+
 /// Name, unit, recipe and need of each value.
 pub(super) type Row = (&'static str, &'static str, &'static str, Need);
 
@@ -65,8 +68,8 @@ pub(super) const TIME: [Row; 32] = [
     ("HRV_Corrected", "%", "these four over the beats detected", Nothing),
 ];
 
-/// In the order of [`FrequencyDomain`](crate::hrv::FrequencyDomain), and by Lomb and Scargle.
-pub(super) const FREQUENCY: [Row; 15] = [
+/// In the order of [`FrequencyDomain`](crate::hrv::FrequencyDomain), and by the other recipes.
+pub(super) const FREQUENCY: [Row; 18] = [
     ("HRV_VLF", "ms^2", "power from 0.0033 to 0.04 Hz", Bridged(300)),
     ("HRV_LF", "ms^2", "power from 0.04 to 0.15 Hz", Bridged(120)),
     ("HRV_HF", "ms^2", "power from 0.15 to 0.4 Hz", Bridged(60)),
@@ -79,6 +82,9 @@ pub(super) const FREQUENCY: [Row; 15] = [
     ("HRV_LnHF", "ln(ms^2)", "natural logarithm of HF", Bridged(60)),
     ("HRV_LF_peak", "Hz", "where power is greatest from 0.04 to 0.15 Hz", Bridged(120)),
     ("HRV_HF_peak", "Hz", "where power is greatest from 0.15 to 0.4 Hz", Bridged(60)),
+    ("HRV_LF_AR", "ms^2", "power from 0.04 to 0.15 Hz", Bridged(120)),
+    ("HRV_HF_AR", "ms^2", "power from 0.15 to 0.4 Hz", Bridged(60)),
+    ("HRV_LFHF_AR", "1", "LF over HF", Bridged(120)),
     ("HRV_LF_Lomb", "ms^2", "power from 0.04 to 0.15 Hz", Secs(120)),
     ("HRV_HF_Lomb", "ms^2", "power from 0.15 to 0.4 Hz", Secs(60)),
     ("HRV_LFHF_Lomb", "1", "LF over HF", Secs(120)),
@@ -89,7 +95,7 @@ pub(super) const FREQUENCY: [Row; 15] = [
 /// [`Entropies`](crate::hrv::Entropies) and
 /// [`DetrendedFluctuation`](crate::hrv::DetrendedFluctuation). Fluctuation at a scale wants four
 /// windows of it.
-pub(super) const NONLINEAR: [Row; 27] = [
+pub(super) const NONLINEAR: [Row; 29] = [
     ("HRV_HTI", "1", "intervals over those in the fullest bin of 7.8125 ms", Intervals(MANY)),
     (
         "HRV_TINN",
@@ -125,6 +131,13 @@ pub(super) const NONLINEAR: [Row; 27] = [
     ("HRV_PAS", "1", "share of runs of alternation of 4 or more", Intervals(SOME)),
     ("HRV_SampEn", "1", "sample entropy, m = 2, r = 0.2 SD (n - 1)", Intervals(MANY)),
     ("HRV_ApEn", "1", "approximate entropy, m = 2, r = 0.2 SD (n - 1)", Intervals(MANY)),
+    ("HRV_FuzzyEn", "1", "fuzzy entropy, m = 2, n = 1, r = 0.2 SD (n - 1)", Intervals(MANY)),
+    (
+        "HRV_MSEn",
+        "1",
+        "mean (trapezia) of sample entropies at scales up to a twelfth of the intervals",
+        Intervals(MANY_SCALES),
+    ),
     (
         "HRV_DFA_alpha1",
         "1",
