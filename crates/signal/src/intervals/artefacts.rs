@@ -55,8 +55,13 @@ impl Artefacts {
     /// hundred; the last two are not judged; where more than a quarter are wrong it takes them for
     /// usual.
     pub fn among(times_secs: &[f64]) -> Artefacts {
-        let beats = times_secs.len();
-        let found = if beats < 4 { Vec::new() } else { Series::of(times_secs).classified() };
+        Artefacts::of(differences_with_mean_first(times_secs))
+    }
+
+    /// The same of intervals [s], one a beat.
+    pub(super) fn of(rr: Vec<f64>) -> Artefacts {
+        let beats = rr.len();
+        let found = if beats < 4 { Vec::new() } else { Series::of(rr).classified() };
         Artefacts { found, beats }
     }
 
@@ -91,11 +96,10 @@ struct Series {
 }
 
 impl Series {
-    fn of(times_secs: &[f64]) -> Series {
-        let rr = differences_with_mean_first(times_secs);
+    fn of(rr: Vec<f64>) -> Series {
         let mut change = differences_with_mean_first(&rr);
         let change_threshold = threshold(&change);
-        let usual = around_each(&rr, MEDIAN_BEATS, |sorted| quantile_of_sorted(sorted, 0.5));
+        let usual = usual(&rr);
         let off = rr.iter().zip(&usual).map(|(rr, usual)| rr - usual);
         // A short interval is less off than a long one of the same kind of error.
         let mut off: Vec<f64> =
@@ -176,11 +180,17 @@ fn lesser(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
 }
 
+/// Median of the intervals around each [s].
+pub(super) fn usual(rr: &[f64]) -> Vec<f64> {
+    around_each(rr, MEDIAN_BEATS, |sorted| quantile_of_sorted(sorted, 0.5))
+}
+
 /// As many as values: the first has no difference, and takes the mean of the others.
-fn differences_with_mean_first(values: &[f64]) -> Vec<f64> {
-    let differences = values.windows(2).map(|pair| pair[1] - pair[0]);
-    let mut all: Vec<f64> = std::iter::once(0.0).chain(differences).collect();
-    all[0] = all[1..].iter().sum::<f64>() / (all.len() as f64 - 1.0);
+pub(super) fn differences_with_mean_first(values: &[f64]) -> Vec<f64> {
+    let mut all: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if !values.is_empty() {
+        all.insert(0, all.iter().sum::<f64>() / all.len() as f64);
+    }
     all
 }
 

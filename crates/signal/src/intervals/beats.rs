@@ -3,6 +3,16 @@
 pub struct Beats {
     times_secs: Vec<f64>,
     decided: Vec<bool>,
+    /// Whether what ends there is no interval, of which nobody knows why.
+    broken: Vec<bool>,
+}
+
+/// One of them, for the correction.
+#[derive(Clone, Copy)]
+pub(super) struct Beat {
+    pub(super) at_secs: f64,
+    pub(super) decided: bool,
+    pub(super) broken: bool,
 }
 
 /// What a person says about a beat. Edits are kept beside the detected beats, never instead of them.
@@ -39,7 +49,8 @@ impl Beats {
             times_secs.iter().copied().filter(|each| each.is_finite()).collect();
         times_secs.sort_by(f64::total_cmp);
         times_secs.dedup();
-        Beats { decided: vec![false; times_secs.len()], times_secs }
+        let none = vec![false; times_secs.len()];
+        Beats { decided: none.clone(), broken: none, times_secs }
     }
 
     /// The same beats with a person's edits over them, one after the other.
@@ -62,27 +73,26 @@ impl Beats {
         (beats, left_out)
     }
 
-    /// The beats with whether a person decided on each, which nobody else has to put in order.
-    pub(super) fn ordered(beats: impl Iterator<Item = (f64, bool)>) -> Beats {
-        let (times_secs, decided) = beats.unzip();
-        Beats { times_secs, decided }
+    /// Of beats that are in order.
+    pub(super) fn ordered(beats: &[Beat]) -> Beats {
+        Beats {
+            times_secs: beats.iter().map(|each| each.at_secs).collect(),
+            decided: beats.iter().map(|each| each.decided).collect(),
+            broken: beats.iter().map(|each| each.broken).collect(),
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = Beat> + '_ {
+        let flags = self.decided.iter().zip(&self.broken);
+        let beat = |(&at_secs, (&decided, &broken))| Beat { at_secs, decided, broken };
+        self.times_secs.iter().zip(flags).map(beat)
     }
 
     /// The beats in stretches: a new one begins where `apart` says so of two successive times [s].
     pub fn split(&self, apart: impl Fn(f64, f64) -> bool) -> Vec<Beats> {
-        let mut stretches: Vec<Beats> = Vec::new();
-        for (&at_secs, &decided) in self.times_secs.iter().zip(&self.decided) {
-            let follows =
-                |last: &Beats| last.times_secs.last().is_some_and(|&last| !apart(last, at_secs));
-            if !stretches.last().is_some_and(follows) {
-                stretches.push(Beats::default());
-            }
-            if let Some(stretch) = stretches.last_mut() {
-                stretch.times_secs.push(at_secs);
-                stretch.decided.push(decided);
-            }
-        }
-        stretches
+        let all: Vec<Beat> = self.iter().collect();
+        let stretches = all.chunk_by(|a, b| !apart(a.at_secs, b.at_secs));
+        stretches.map(Beats::ordered).collect()
     }
 
     /// Times [s], finite and ascending.
@@ -95,9 +105,12 @@ impl Beats {
         &self.decided
     }
 
-    /// Intervals between successive beats [ms].
+    /// Intervals between successive beats [ms]; NaN for one that the correction took for none.
     pub fn intervals_ms(&self) -> Vec<f64> {
-        self.times_secs.windows(2).map(|pair| (pair[1] - pair[0]) * 1000.0).collect()
+        let interval = |(pair, broken): (&[f64], &bool)| {
+            if *broken { f64::NAN } else { (pair[1] - pair[0]) * 1000.0 }
+        };
+        self.times_secs.windows(2).zip(self.broken.iter().skip(1)).map(interval).collect()
     }
 
     /// Whether the edit could be done.
@@ -132,12 +145,14 @@ impl Beats {
         }
         self.times_secs.insert(index, at_secs);
         self.decided.insert(index, true);
+        self.broken.insert(index, false);
         true
     }
 
     fn remove(&mut self, index: usize) -> bool {
         self.times_secs.remove(index);
         self.decided.remove(index);
+        self.broken.remove(index);
         true
     }
 

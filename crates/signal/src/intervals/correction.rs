@@ -1,9 +1,12 @@
 use super::MOST_PERCENT;
-use super::artefacts::{Artefact, Artefacts, Kind};
-use super::beats::Beats;
+use super::artefacts::{Artefact, Artefacts, Kind, differences_with_mean_first, usual};
+use super::beats::{Beat, Beats};
 
 /// Most passes: each must find fewer artefacts than the last, so there are seldom more than three.
 const MOST_PASSES: usize = 20;
+
+/// How much of the worst deviation may be left over when beats are moved.
+const MOST_LACKING: f64 = 0.5;
 
 /// How often artefacts are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -18,13 +21,16 @@ pub enum Passes {
 
 /// Corrects beats by the artefacts among them, as Lipponen and Tarvainen (2019) do.
 ///
-/// An extra beat is removed; a missed one is put in the middle of its long interval; ectopic, long and
+/// An extra beat is removed; a missed one is put in the middle of its long interval. Ectopic, long and
 /// short ones are spread evenly between the right beats on both sides, so that the time of the recording
-/// stays. Differences. The paper interpolates the intervals of the last kinds, which shifts everything
-/// behind them against other signals. NeuroKit2 moves each of them to the middle between its neighbours,
-/// the same for a single one, but wrong where the neighbour is wrong, too; it also loses count of places
-/// when several beats are added or removed, and rounds to samples. The first beat and the last are never
-/// moved.
+/// stays. Where that time does not fit the usual intervals, because one is too long or too short and its
+/// neighbours make up for less than half of it, moving beats would make two wrong intervals of one: then
+/// beats stay and the interval is none (NaN), for features to leave out or to bridge. Differences: the
+/// paper interpolates intervals of the last kinds, which shifts everything behind them against other
+/// signals. NeuroKit2 moves each beat to the middle between its neighbours, which is wrong where a
+/// neighbour is wrong, too, where a single interval is long, and for an ectopic beat, of which it moves
+/// the one after; it also loses count of places when several beats are added or removed, and rounds to
+/// samples. The first beat and the last are never moved.
 ///
 /// ```
 /// use teampulse_signal::intervals::{Beats, Correction, Kind};
@@ -104,52 +110,84 @@ impl Correction {
 
 /// The artefacts that no person has decided on.
 fn undecided(beats: &Beats) -> Artefacts {
-    let mut artefacts = Artefacts::among(beats.times_secs());
-    artefacts.found.retain(|each| !beats.decided()[each.beat]);
+    let beats: Vec<Beat> = beats.iter().collect();
+    let mut artefacts = Artefacts::of(intervals_secs(&beats));
+    artefacts.found.retain(|each| !beats[each.beat].decided);
     artefacts
+}
+
+/// Intervals [s], one a beat; that of the beat before where there is none.
+fn intervals_secs(beats: &[Beat]) -> Vec<f64> {
+    let times_secs: Vec<f64> = beats.iter().map(|each| each.at_secs).collect();
+    let mut intervals = differences_with_mean_first(&times_secs);
+    for place in (1..beats.len()).filter(|&place| beats[place].broken) {
+        intervals[place] = intervals[place - 1];
+    }
+    intervals
 }
 
 /// A beat with what is wrong with it.
 #[derive(Clone, Copy)]
 struct Judged {
-    at_secs: f64,
-    decided: bool,
+    beat: Beat,
     kind: Option<Kind>,
 }
 
 fn applied(beats: &Beats, artefacts: &[Artefact]) -> Beats {
-    let mut judged: Vec<Judged> = beats
-        .times_secs()
-        .iter()
-        .zip(beats.decided())
-        .map(|(&at_secs, &decided)| Judged { at_secs, decided, kind: None })
-        .collect();
+    let mut judged: Vec<Judged> = beats.iter().map(|beat| Judged { beat, kind: None }).collect();
     for each in artefacts {
-        judged[each.beat].kind = Some(each.kind);
+        // An ectopic beat is told by the opposite jump after it: it is the one before that is astray.
+        let place =
+            if each.kind == Kind::Ectopic { each.beat.saturating_sub(1) } else { each.beat };
+        if !judged[place].beat.decided && judged[place].kind.is_none() {
+            judged[place].kind = Some(each.kind);
+        }
     }
-    judged.retain(|each| each.kind != Some(Kind::Extra));
     let mut whole: Vec<Judged> = Vec::with_capacity(judged.len());
-    for each in judged {
+    let mut broken = false;
+    for mut each in judged {
+        each.beat.broken |= broken;
+        broken = each.kind == Some(Kind::Extra) && each.beat.broken;
+        if each.kind == Some(Kind::Extra) {
+            continue;
+        }
         let before = whole.last().filter(|_| each.kind == Some(Kind::Missed));
-        if let Some(at_secs) = before.map(|before| before.at_secs.midpoint(each.at_secs)) {
-            whole.push(Judged { at_secs, decided: false, kind: None });
+        if let Some(at_secs) = before.map(|last| last.beat.at_secs.midpoint(each.beat.at_secs)) {
+            let beat = Beat { at_secs, decided: false, broken: false };
+            whole.push(Judged { beat, kind: None });
         }
         whole.push(each);
     }
-    spread(&mut whole);
-    Beats::ordered(whole.iter().map(|each| (each.at_secs, each.decided)))
+    let is_right = |each: &Judged| each.kind.is_none_or(|kind| kind == Kind::Missed);
+    let right: Vec<usize> = (0..whole.len()).filter(|&place| is_right(&whole[place])).collect();
+    let mut beats: Vec<Beat> = whole.into_iter().map(|each| each.beat).collect();
+    let intervals = intervals_secs(&beats);
+    let off: Vec<f64> =
+        intervals.iter().zip(usual(&intervals)).map(|(each, usual)| each - usual).collect();
+    for pair in right.windows(2).filter(|pair| pair[1] - pair[0] > 1) {
+        settle(&mut beats[pair[0]..=pair[1]], &off[pair[0]..=pair[1]]);
+    }
+    Beats::ordered(&beats)
 }
 
-/// Spreads each run of ectopic, long and short beats evenly between the right beats on both sides.
-fn spread(beats: &mut [Judged]) {
-    let is_right = |&beat: &usize| beats[beat].kind.is_none_or(|kind| kind == Kind::Missed);
-    let right: Vec<usize> = (0..beats.len()).filter(is_right).collect();
-    for pair in right.windows(2) {
-        let (first, last) = (pair[0], pair[1]);
-        let (from_secs, to_secs) = (beats[first].at_secs, beats[last].at_secs);
-        for (wrong, beat) in beats[first + 1..last].iter_mut().zip(1..) {
-            let share = f64::from(beat) / (last - first) as f64;
-            wrong.at_secs = from_secs + share * (to_secs - from_secs);
-        }
+/// Settles wrong beats between two right ones, given how far each interval is off the usual [s].
+///
+/// Where what one interval lacks, others have, the beats are spread evenly. Where not, time is missing
+/// or too much: moving beats would make two wrong intervals of one, so the worst are taken for none.
+fn settle(beats: &mut [Beat], off: &[f64]) {
+    let lacking: f64 = off[1..].iter().sum();
+    let worst = off[1..].iter().map(|each| each.abs()).fold(0.0, f64::max);
+    let (Some(first), Some(last)) = (beats.first().copied(), beats.last().copied()) else { return };
+    if lacking.abs() > MOST_LACKING * worst || beats[1..].iter().any(|beat| beat.broken) {
+        let wrong = beats[1..].iter_mut().zip(&off[1..]);
+        wrong
+            .filter(|(_, off)| off.abs() > MOST_LACKING * worst)
+            .for_each(|(beat, _)| beat.broken = true);
+        return;
+    }
+    let count = beats.len() - 1;
+    for (beat, place) in beats[1..count].iter_mut().zip(1u32..) {
+        let share = f64::from(place) / count as f64;
+        beat.at_secs = first.at_secs + share * (last.at_secs - first.at_secs);
     }
 }

@@ -40,8 +40,9 @@ impl CorrectedBeats {
             detected.split(|from, to| to - from > LONGEST_SECS || crosses(&holes_secs, from, to))
         {
             let corrected = Correction::default().correct(&stretch);
-            let times_secs = corrected.beats.times_secs().iter().enumerate();
-            beats.extend(times_secs.map(|(place, &at_secs)| (at_secs, place > 0)));
+            let is_one = corrected.beats.intervals_ms().into_iter().map(f64::is_finite);
+            let is_one = std::iter::once(false).chain(is_one);
+            beats.extend(corrected.beats.times_secs().iter().copied().zip(is_one));
             corrections.extend(corrected.corrections);
         }
         corrections.sort_by(|a: &(f64, Kind), b| a.0.total_cmp(&b.0));
