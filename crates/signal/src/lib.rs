@@ -7,6 +7,7 @@
 pub mod error;
 pub mod estimate;
 pub mod robust;
+mod moments;
 pub mod slope;
 pub mod trend;
 pub mod window;

@@ -324,6 +324,57 @@ fn sound<T: std::fmt::Debug>(result: &Result<T, StatisticsError>, is_sound: impl
     assert!(result.as_ref().map_or(true, is_sound), "{result:?}");
 }
 
+const SLOW: [f64; 12] = [68.0, 70.9, 69.1, 71.2, 72.8, 70.5, 71.6, 68.9, 69.7, 66.9, 68.2, 66.6];
+
+#[test]
+fn a_phase_differs_from_the_baseline_by_the_differences_of_its_statistics() {
+    let change = baseline_change(&C[..9], &A).unwrap();
+    let ours = [
+        change.mean_difference,
+        change.sd_difference,
+        change.median_difference,
+        change.percent_change.unwrap(),
+        change.z.unwrap(),
+        change.robust_z.unwrap(),
+    ];
+    let golden = [
+        3.9694444444444485,
+        0.05985607747238664,
+        3.6500000000000057,
+        5.7327395996309285,
+        0.579266810166611,
+        0.44358334922805465,
+    ];
+    same(&ours, &golden);
+    let still = baseline_change(&A, &[0.0, 0.0, 0.0]).unwrap();
+    assert_eq!((still.percent_change, still.z, still.robust_z), (None, None, None));
+    assert!(baseline_change(&A, &[1.0]).is_err() && baseline_change(&[f64::NAN; 3], &A).is_err());
+}
+
+#[test]
+fn neighbours_that_resemble_each_other_are_worth_less() {
+    same(&[effective_count(&SLOW).unwrap()], &[6.283391068057864]);
+    // Where they differ more than by chance, they are worth no more than they are.
+    assert_eq!(effective_count(&A), Ok(12.0));
+    assert_eq!(effective_count(&[1.0; 9]), Err(StatisticsError::NoSpread));
+    let difference = standardised_difference(&C[..9], &SLOW, 0.95).unwrap();
+    let ours = [
+        difference.d,
+        difference.g,
+        difference.standard_error,
+        difference.interval.low,
+        difference.interval.high,
+    ];
+    let golden = [
+        0.7794057106777013,
+        0.7345551971040776,
+        0.5365753022799663,
+        -0.3171130703583491,
+        1.7862234645665043,
+    ];
+    same(&ours, &golden);
+}
+
 proptest! {
     #[test]
     fn whatever_comes_an_answer_is_a_number(
@@ -378,5 +429,21 @@ proptest! {
         prop_assert_eq!(ab.w_plus, ba.w_minus);
         prop_assert!((ab.p - ba.p).abs() < 1e-12);
         prop_assert_eq!(ab.rank_biserial, -ba.rank_biserial);
+    }
+
+    #[test]
+    fn a_change_is_finite_or_an_error(
+        phase in prop::collection::vec(prop::num::f64::ANY, 0..12),
+        baseline in prop::collection::vec(prop_oneof![prop::num::f64::ANY, -9.0..9.0], 0..12),
+    ) {
+        for (a, b) in [(&phase, &baseline), (&baseline, &phase), (&baseline, &baseline)] {
+            if let Ok(change) = baseline_change(a, b) {
+                prop_assert!(change.mean_difference.is_finite() && change.sd_difference.is_finite());
+                prop_assert!(change.z.is_none_or(f64::is_finite));
+            }
+            if let Ok(difference) = standardised_difference(a, b, 0.9) {
+                prop_assert!(difference.interval.low <= difference.interval.high);
+            }
+        }
     }
 }

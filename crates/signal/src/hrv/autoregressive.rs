@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::series::mean;
 use crate::error::SignalError;
+use crate::moments::mean;
 use crate::spectrum::Spectrum;
 
 /// Steps of the spectrum, up to half the sampling rate.

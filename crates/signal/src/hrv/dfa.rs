@@ -1,7 +1,8 @@
 use std::ops::RangeInclusive;
 
 use super::measure::Measure;
-use super::series::{mean, present};
+use super::series::present;
+use crate::moments::mean;
 
 /// Scales of the short-term exponent [beats].
 pub const ALPHA1_BEATS: RangeInclusive<usize> = 4..=16;

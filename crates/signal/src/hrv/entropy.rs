@@ -1,7 +1,8 @@
 use super::fuzzy::fuzzy_entropy;
 use super::measure::Measure;
 use super::multiscale::multiscale_index;
-use super::series::{present, sample_sd};
+use super::series::present;
+use crate::moments::sample_sd;
 
 /// How many standard deviations (n − 1) still count as alike, by convention.
 const TOLERANCE_SD: f64 = 0.2;

@@ -1,5 +1,6 @@
 use super::entropy::sample_entropy;
-use super::series::{mean, present};
+use super::series::present;
+use crate::moments::mean;
 
 /// Beats at the coarsest scale at least, in [`multiscale_index`].
 const LEAST_BEATS: usize = 12;

@@ -1,5 +1,6 @@
 use super::measure::Measure;
-use super::series::{differences, present, sample_variance};
+use super::series::{differences, present};
+use crate::moments::sample_variance;
 
 /// The ellipse of each interval over the one before.
 #[derive(Clone, Copy, Debug, PartialEq)]

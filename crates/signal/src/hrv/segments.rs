@@ -1,5 +1,6 @@
 use super::measure::Measure;
-use super::series::{mean, present, sample_sd};
+use super::series::present;
+use crate::moments::{mean, sample_sd};
 
 /// Least share of a segment that its intervals must cover for it to count.
 const LEAST_SHARE: f64 = 0.5;

@@ -1,5 +1,6 @@
 use super::measure::Measure;
-use super::series::{differences, mean, present, sample_sd};
+use super::series::{differences, present};
+use crate::moments::{mean, sample_sd};
 use crate::robust::{mad, median, quantile_of_sorted};
 
 /// Standard deviation over median absolute deviation, as rounded by R and NeuroKit2.

@@ -1,7 +1,7 @@
 use super::distributions::{normal_quantile, normal_upper};
 use super::error::{StatisticsError, checked, checked_level, finite_or};
 use super::mean_interval::Interval;
-use super::moments::{mean, sample_sd};
+use crate::moments::{mean, sample_sd};
 use crate::robust::quantile_of_sorted;
 
 /// Most resamples: more add no digit that means anything.

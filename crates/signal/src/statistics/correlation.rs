@@ -1,8 +1,8 @@
 use super::distributions::{Alternative, normal_quantile, t_p};
 use super::error::{StatisticsError, checked, checked_level, finite_or};
 use super::mean_interval::Interval;
-use super::moments::mean;
 use super::ranks::average_ranks;
+use crate::moments::mean;
 
 /// A correlation and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,5 @@
 use super::error::{StatisticsError, checked, differences, finite_or};
-use super::moments::{mean, sample_sd};
+use crate::moments::{mean, sample_sd};
 
 /// Cohen's `d_z` of paired values: mean of `first` − `second` over the standard deviation of the
 /// differences, without unit.

@@ -1,6 +1,6 @@
 use super::distributions::t_quantile;
 use super::error::{StatisticsError, checked, checked_level, finite_or};
-use super::moments::{mean, sample_sd};
+use crate::moments::{mean, sample_sd};
 
 /// An interval that holds the true value with a stated confidence.
 #[derive(Clone, Copy, Debug, PartialEq)]

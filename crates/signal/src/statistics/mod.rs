@@ -1,17 +1,18 @@
-//! Statistics of a group: paired comparisons, several conditions, trends, and how sure they are.
+//! Statistics of a group: paired comparisons, several conditions, trends, and how sure they are; and of
+//! one participant against the baseline.
 //!
-//! Everything here takes one value for each participant and condition, never the samples within: those
-//! depend on each other, and thousands of them make any difference "significant". Missing values are
+//! Of a group, everything takes one value for each participant and condition, never the samples within:
+//! those depend on each other, and thousands of them make any difference "significant". Missing values are
 //! left out participant by participant with [`complete_rows`], which says how many; the tests
 //! themselves take finite numbers only. Each agrees with SciPy 1.17, pingouin 0.7 or statsmodels 0.15
 //! to 1e-9, as named in its documentation.
 
 mod error;
 mod complete;
-mod moments;
 mod ranks;
 mod distributions;
 mod mean_interval;
+mod baseline;
 mod t_test;
 mod wilcoxon;
 mod effect_size;
@@ -24,6 +25,10 @@ mod pairwise;
 mod multiple;
 mod correlation;
 
+pub use baseline::{
+    BaselineChange, StandardisedDifference, baseline_change, effective_count,
+    standardised_difference,
+};
 pub use bootstrap::{Bootstrap, BootstrapInterval, bootstrap};
 pub use complete::{CompleteRows, complete_rows};
 pub use correlation::{Correlation, pearson, spearman};

@@ -1,7 +1,7 @@
 use super::distributions::{chi2_upper, f_upper};
 use super::error::{StatisticsError, checked, finite_or};
 use super::friedman::rows;
-use super::moments::mean;
+use crate::moments::mean;
 
 /// The result of a one-way analysis of variance of repeated measures.
 #[derive(Clone, Copy, Debug, PartialEq)]

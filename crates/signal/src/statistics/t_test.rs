@@ -1,6 +1,6 @@
 use super::distributions::{Alternative, t_p};
 use super::error::{StatisticsError, checked, differences, finite_or};
-use super::moments::{mean, sample_sd};
+use crate::moments::{mean, sample_sd};
 
 /// The result of a t-test.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,6 +4,7 @@ python 3.11 with scipy 1.17.1, pingouin 0.7.0, statsmodels 0.15.0, numpy 2.4.6
 """
 import numpy as np, pandas as pd, pingouin as pg, scipy.stats as ss
 from statsmodels.stats.multitest import multipletests
+from statsmodels.tsa.stattools import acf
 
 A = [66.1, 71.4, 58.9, 80.2, 75.5, 62.3, 69.8, 73.1, 64.4, 77.7, 60.6, 70.9]
 B = [68.0, 72.9, 59.3, 83.8, 75.1, 65.2, 72.6, 77.8, 66.4, 80.3, 60.5, 76.4]
@@ -11,6 +12,7 @@ C = [70.3, 74.0, 63.1, 84.4, 79.2, 64.7, 74.9, 78.2, 70.1, 85.0, 63.6, 77.0]
 D = [72.8, 77.3, 62.2, 89.9, 81.0, 70.6, 75.3, 83.7, 71.9, 84.1, 69.9, 79.5]
 TIED = [1.5, -1.5, 0.0, 2.0, 3.0, 3.0, -0.5, 2.0, 4.0, 0.0, 1.0, 5.0]
 LONG = [round(np.sin(1.7 * k) * 3 + 0.9 + 0.01 * k, 3) for k in range(60)]
+SLOW = [68.0, 70.9, 69.1, 71.2, 72.8, 70.5, 71.6, 68.9, 69.7, 66.9, 68.2, 66.6]
 P = [0.01, 0.04, 0.03, 0.005, 0.6, 0.03]
 
 
@@ -56,6 +58,18 @@ long = frame.assign(s=range(12)).melt(id_vars="s", var_name="c", value_name="v")
 for parametric in (True, False):
     r = pg.pairwise_tests(data=long, dv="v", within="c", subject="s", parametric=parametric, padjust="holm")
     show(f"pairwise parametric {parametric}", *r["p_corr"])
+
+c, a = np.array(C[:9]), np.array(A)
+show("change", c.mean() - a.mean(), c.std(ddof=1) - a.std(ddof=1), np.median(c) - np.median(a),
+     100 * (c.mean() - a.mean()) / abs(a.mean()), (c.mean() - a.mean()) / a.std(ddof=1),
+     (np.median(c) - np.median(a)) / ss.median_abs_deviation(a, scale="normal"))
+count = lambda x: max(2, len(x) * (1 - max(0, acf(x, nlags=1)[1])) / (1 + max(0, acf(x, nlags=1)[1])))
+show("count", count(SLOW), count(A), acf(SLOW, nlags=1)[1], acf(A, nlags=1)[1])
+n, m = count(c), count(SLOW)
+cohen = pg.compute_effsize(c, SLOW, eftype="cohen")
+g = cohen * (1 - 3 / (4 * (n + m - 2) - 1))
+e = np.sqrt(1 / n + 1 / m + g**2 / (2 * (n + m)))
+show("standardised", cohen, g, e, g - ss.norm.ppf(0.975) * e, g + ss.norm.ppf(0.975) * e)
 
 
 class SplitMix64:

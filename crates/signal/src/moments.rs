@@ -1,4 +1,6 @@
-/// Mean of at least one value.
+//! Mean and spread, for all modules.
+
+/// The mean; NaN of none.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -9,7 +11,16 @@ pub(crate) fn squares_about_mean(values: &[f64]) -> f64 {
     values.iter().map(|each| (each - mean).powi(2)).sum()
 }
 
+/// Variance with n − 1 in the denominator; NaN with fewer than two values.
+pub(crate) fn sample_variance(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        f64::NAN
+    } else {
+        squares_about_mean(values) / (values.len() as f64 - 1.0)
+    }
+}
+
 /// Standard deviation with n − 1 in the denominator; NaN with fewer than two values.
 pub(crate) fn sample_sd(values: &[f64]) -> f64 {
-    (squares_about_mean(values) / (values.len() as f64 - 1.0)).sqrt()
+    sample_variance(values).sqrt()
 }
