@@ -30,3 +30,4 @@ pub mod eeg;
 pub mod temperature;
 pub mod acceleration;
 pub mod descriptive;
+pub mod eda;

@@ -15,7 +15,7 @@ pub struct Cascade {
     held: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Stage {
     section: Section,
     state: [f64; 2],
@@ -53,9 +53,33 @@ impl Cascade {
 
     /// Filters the next samples in their place.
     pub fn filter(&mut self, samples: &mut [f64]) {
-        for sample in samples {
+        let settled = samples.iter().position(|sample| self.is_settled_by(*sample));
+        let (first, rest) = samples.split_at_mut(settled.map_or(samples.len(), |place| place + 1));
+        for sample in first {
             *sample = self.push(*sample);
         }
+        match self.stages.len() {
+            1 => self.filter_in_registers::<1>(rest),
+            2 => self.filter_in_registers::<2>(rest),
+            3 => self.filter_in_registers::<3>(rest),
+            4 => self.filter_in_registers::<4>(rest),
+            _ => rest.iter_mut().for_each(|sample| *sample = self.push(*sample)),
+        }
+    }
+
+    fn is_settled_by(&self, sample: f64) -> bool {
+        !self.held.is_nan() || is_usable(sample)
+    }
+
+    /// The same with a known number of stages, whose states need not go through memory.
+    fn filter_in_registers<const N: usize>(&mut self, samples: &mut [f64]) {
+        let Some(kept) = self.stages.first_chunk_mut::<N>() else { return };
+        let mut stages = *kept;
+        for sample in samples {
+            self.held = if is_usable(*sample) { *sample } else { self.held };
+            *sample = stages.iter_mut().fold(self.held, |value, stage| stage.push(value));
+        }
+        *kept = stages;
     }
 
     /// Goes to the state after an endless input of `level`.

@@ -1,0 +1,102 @@
+//! Skin conductance as events and values of windows.
+//!
+//! Channel 0 is the skin conductance [µS]; channel 1, if there is one, the temperature of the skin
+//! below the device [°C], by which the quality is judged. Events are `response`, at their peak,
+//! with `amplitude_us`, `rise_secs`, `half_recovery_secs` and `onset_sample`.
+
+use super::causal::CausalEda;
+use super::store::{Placed, Store};
+use super::{Split, Threshold, clean, cvx_eda, find_responses, high_pass_split, thinned, values};
+use crate::analysis::{Causal, Recording, Track, Whole};
+use crate::error::SignalError;
+use crate::gaps::is_usable;
+
+/// cvxEDA works at this rate [Hz] or above, but below twice that.
+const CVX_HZ: f64 = 4.0;
+/// A response beside a longer gap than this [s] is none: the line across the gap made it.
+pub(super) const LONGEST_GAP_SECS: f64 = 1.0;
+
+/// How a skin conductance is analysed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// How the level and the responses of a whole recording are told apart; one that comes in
+    /// always is by its own causal filter.
+    pub phasic: Phasic,
+    /// What a rise must reach to be a response; the causal analysis takes an absolute threshold
+    /// only.
+    pub threshold: Threshold,
+}
+
+/// How the level and the responses of a whole recording are told apart.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub enum Phasic {
+    /// By a [high-pass](high_pass_split) at 0.05 Hz.
+    #[default]
+    HighPass,
+    /// By [cvxEDA](cvx_eda), at 4 to 8 Hz.
+    CvxEda,
+}
+
+/// The analysis of a skin conductance that comes in at `rate_hz` [Hz], 1 to 2000.
+///
+/// Samples are averaged in groups to 32 Hz or a little more; from 7 Hz on what is faster than 3 Hz
+/// is taken away (Butterworth of order 4, 0.14 s late, which is taken off the times of events). The
+/// phasic part is what a causal Butterworth high-pass of order 2 at 0.01 Hz leaves, the tonic part
+/// the rest: it follows a steady drift without delay and a jump within 18 s, overshoots that by a
+/// fifth, and has settled after a minute and a half. A response is told of half a second after its
+/// peak, and counts in windows from then on; it loses about 5 % of its amplitude. After a gap of
+/// more than a second all begins anew. An error for a relative threshold.
+pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
+    Ok(Box::new(CausalEda::new(settings, rate_hz)?))
+}
+
+/// The analysis of a whole recording at 1 to 2000 Hz.
+///
+/// An error when it is too short (below 16 samples), has no usable sample or cannot be split.
+pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
+    let signal = recording.channels.first().map_or(&[][..], |signal| &signal[..recording.len()]);
+    let clean = clean(signal, recording.rate_hz)?;
+    let mut store = Store::new(recording.rate_hz, values::of_whole(settings))?;
+    store.take_recording(recording, &clean);
+    let (split, every) = match settings.phasic {
+        Phasic::HighPass => (high_pass_split(&clean, recording.rate_hz)?, 1),
+        Phasic::CvxEda => cvx_split(signal, recording.rate_hz)?,
+    };
+    let rate_hz = recording.rate_hz / every as f64;
+    let responses = find_responses(&split.phasic, rate_hz, settings.threshold)?;
+    let gaps = long_gaps(signal, recording.rate_hz);
+    let at_ns = |sample: f64| recording.time_ns(sample);
+    let placed = responses.iter().map(|response| Placed::new(response, every as f64, at_ns));
+    store.responses = placed.filter(|placed| !gaps.iter().any(|gap| placed.touches(gap))).collect();
+    store.tonic = Track::of(&Recording { rate_hz, ..*recording }, split.tonic);
+    store.phasic = split.phasic.into();
+    let events = store.responses.iter().map(Placed::event).collect();
+    Ok(Whole { events, windows: Box::new(store) })
+}
+
+/// Where cvxEDA parts a signal, and of every which sample.
+fn cvx_split(signal: &[f64], rate_hz: f64) -> Result<(Split, usize), SignalError> {
+    let mut few = thinned(signal, rate_hz, CVX_HZ)?;
+    // The fit leaves out what is missing; a line across it would be fitted.
+    for (value, raw) in few.values.iter_mut().zip(signal.chunks(few.every)) {
+        if !raw.iter().any(|&each| is_usable(each)) {
+            *value = f64::NAN;
+        }
+    }
+    Ok((cvx_eda(&few.values, few.rate_hz)?, few.every))
+}
+
+/// The gaps that responses cannot be believed beside.
+fn long_gaps(signal: &[f64], rate_hz: f64) -> Vec<std::ops::Range<f64>> {
+    let longest = (LONGEST_GAP_SECS * rate_hz) as usize;
+    let mut gaps = Vec::new();
+    let mut begin = 0;
+    for run in signal.chunk_by(|&a, &b| is_usable(a) == is_usable(b)) {
+        let end = begin + run.len();
+        if run.len() > longest && !is_usable(run[0]) {
+            gaps.push(begin as f64 - 1.0..end as f64 + 1.0);
+        }
+        begin = end;
+    }
+    gaps
+}

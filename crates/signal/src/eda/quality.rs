@@ -1,0 +1,143 @@
+//! Whether a skin conductance can be one.
+
+use super::checked_rate;
+use crate::gaps::is_usable;
+
+/// What skin conductance can be [µS]; less means that an electrode is off.
+const RANGE_US: std::ops::RangeInclusive<f64> = 0.05..=60.0;
+/// Skin does not change faster [µS/s].
+const STEEPEST_US_PER_SEC: f64 = 10.0;
+/// Slopes are taken over so long at least [s]: over less, the last digit of a converter is steep.
+const SLOPE_SECS: f64 = 0.25;
+/// What skin on which a device is worn can have [°C].
+const SKIN_C: std::ops::RangeInclusive<f64> = 30.0..=40.0;
+/// What lies so near to an invalid sample is not believed either [s].
+pub(super) const SPREAD_SECS: f64 = 5.0;
+/// The same value for longer is no skin, but an input that is cut off or out of range [s].
+const FLAT_SECS: f64 = 20.0;
+
+/// Which samples of a skin conductance [µS] are valid: the rules of Kleckner et al. (2018),
+/// doi:10.1109/TBME.2017.2758643, and that it moves at all.
+///
+/// Invalid are samples that are missing, outside of 0.05 to 60 µS, where the slope over a quarter
+/// of a second surpasses 10 µS/s, where the skin `temperature` [°C] of the same sample (empty
+/// without any) is outside of 30 to 40 °C, that have not changed for 20 s (or ever); and all within
+/// 5 s of one of these. None is valid at a rate outside of 1 to 2000 Hz.
+pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<bool> {
+    if checked_rate(rate_hz).is_err() {
+        return vec![false; signal.len()];
+    }
+    let mut valid: Vec<bool> = signal.iter().map(|value| RANGE_US.contains(value)).collect();
+    for (valid, celsius) in valid.iter_mut().zip(temperature) {
+        *valid &= !is_usable(*celsius) || SKIN_C.contains(celsius);
+    }
+    refuse_steep(signal, rate_hz, &mut valid);
+    refuse_flat(signal, rate_hz, &mut valid);
+    spread(&mut valid, (SPREAD_SECS * rate_hz) as usize);
+    valid
+}
+
+/// The share of [valid samples](valid_samples) [0..1]. `None` without samples.
+pub fn quality(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Option<f64> {
+    share(&valid_samples(signal, temperature, rate_hz))
+}
+
+pub(super) fn share(valid: &[bool]) -> Option<f64> {
+    let count = valid.iter().filter(|&&each| each).count();
+    (!valid.is_empty()).then(|| count as f64 / valid.len() as f64)
+}
+
+fn refuse_steep(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
+    let step = (SLOPE_SECS * rate_hz).ceil() as usize;
+    let most_us = STEEPEST_US_PER_SEC * step as f64 / rate_hz;
+    for place in step..signal.len() {
+        // A difference to what is missing is no number, and refuses nothing.
+        if (signal[place] - signal[place - step]).abs() > most_us {
+            valid[place] = false;
+        }
+    }
+}
+
+fn refuse_flat(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
+    let longest = ((FLAT_SECS * rate_hz) as usize).min(signal.len().saturating_sub(1)).max(1);
+    let mut begin = 0;
+    for run in signal.chunk_by(|a, b| a.total_cmp(b).is_eq()) {
+        if run.len() > longest {
+            valid[begin..begin + run.len()].fill(false);
+        }
+        begin += run.len();
+    }
+}
+
+/// Refuses what is less than `reach` away from what is refused.
+fn spread(valid: &mut [bool], reach: usize) {
+    let run = |valid: &mut dyn Iterator<Item = &mut bool>| {
+        let mut left = 0_usize;
+        for valid in valid {
+            let was_valid = std::mem::replace(valid, *valid && left == 0);
+            left = if was_valid { left.saturating_sub(1) } else { reach };
+        }
+    };
+    let refused = valid.to_vec();
+    run(&mut valid.iter_mut());
+    let mut backwards = refused;
+    run(&mut backwards.iter_mut().rev());
+    valid.iter_mut().zip(backwards).for_each(|(valid, other)| *valid &= other);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A minute at 4 Hz.
+    fn skin() -> Vec<f64> {
+        (0..240).map(|k| 1.0 + 0.01 * f64::from(k % 7)).collect()
+    }
+
+    fn refused(signal: &[f64], temperature: &[f64]) -> usize {
+        valid_samples(signal, temperature, 4.0).iter().filter(|valid| !**valid).count()
+    }
+
+    #[test]
+    fn five_seconds_around_what_cannot_be_skin_are_refused() {
+        assert_eq!(quality(&skin(), &[], 4.0), Some(1.0));
+        for (wrong, count) in [(0.0, 41), (f64::NAN, 41), (61.0, 42), (f64::INFINITY, 42)] {
+            let mut signal = skin();
+            signal[100] = wrong;
+            // The way back is steep, too.
+            assert_eq!(refused(&signal, &[]), count, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn cold_skin_is_none() {
+        let mut celsius = vec![33.0; 240];
+        celsius[100] = 25.0;
+        celsius[200] = f64::NAN;
+        assert_eq!(refused(&skin(), &celsius), 41);
+    }
+
+    #[test]
+    fn what_never_moves_is_no_skin() {
+        assert_eq!(quality(&[3.0; 240], &[], 4.0), Some(0.0));
+        assert_eq!(quality(&[3.0; 8], &[], 4.0), Some(0.0));
+        let mut signal = skin();
+        signal[60..120].fill(1.0);
+        assert_eq!(quality(&signal, &[], 4.0), Some(1.0));
+        signal[60..150].fill(1.0);
+        assert!(quality(&signal, &[], 4.0) < Some(0.6));
+    }
+
+    #[test]
+    fn a_jump_is_steeper_than_skin() {
+        let mut signal = skin();
+        signal[100..].iter_mut().for_each(|value| *value += 2.6);
+        assert_eq!(refused(&signal, &[]), 41);
+    }
+
+    #[test]
+    fn nothing_has_no_quality() {
+        assert_eq!(quality(&[], &[], 4.0), None);
+        assert_eq!(quality(&skin(), &[], f64::NAN), Some(0.0));
+    }
+}

@@ -1,0 +1,90 @@
+//! The responses of a whole recording.
+
+use super::onset::{LONGEST_RISE_SECS, nearest_trough, onset};
+use super::response::{Response, Threshold};
+use super::{checked_rate, checked_threshold};
+use crate::error::SignalError;
+use crate::peaks::{Peak, Rules, find_peaks};
+
+/// The skin conductance responses of the phasic part of a recording [µS].
+///
+/// A peak counts whose prominence reaches the threshold.
+///
+/// - Relative threshold: onsets, peaks and recoveries are those of NeuroKit2's `eda_peaks`, sample
+///   for sample. The onset is the nearest trough.
+/// - Absolute threshold: so must the amplitude. The onset is where the rise bends upwards, at most
+///   five seconds before the peak; ripples smaller than the threshold do not part a rise, and a
+///   level that creeps upwards before it does not belong to it.
+///
+/// The recovery is sought up to the next peak. A response that has begun before the recording is
+/// left out, as its amplitude is not known. Boucsein et al. (2012),
+/// doi:10.1111/j.1469-8986.2012.01384.x.
+///
+/// An error for a rate outside of 1 to 2000 Hz or a threshold that is none. What is no usable
+/// number parts the signal.
+pub fn find_responses(
+    phasic: &[f64],
+    rate_hz: f64,
+    threshold: Threshold,
+) -> Result<Vec<Response>, SignalError> {
+    checked_rate(rate_hz)?;
+    checked_threshold(threshold)?;
+    let found = match threshold {
+        Threshold::Absolute(least_us) => {
+            let reach = (LONGEST_RISE_SECS * rate_hz) as usize;
+            found(phasic, &peaks(phasic, least_us), |peak| {
+                let begin = peak.saturating_sub(reach);
+                Some(begin + onset(&phasic[begin..=peak], peak - begin, rate_hz, least_us)?)
+            })
+        }
+        Threshold::Relative(share) => {
+            let all = peaks(phasic, f64::NEG_INFINITY);
+            let greatest = all.iter().map(|peak| peak.prominence).fold(0.0, f64::max);
+            // The quotient, as in NeuroKit2: a product would round differently.
+            let is_high = |peak: &&Peak| peak.prominence / greatest >= share;
+            let high: Vec<Peak> = all.iter().filter(is_high).copied().collect();
+            found(phasic, &high, |peak| nearest_trough(phasic, peak))
+        }
+    };
+    let ends = found.iter().skip(1).map(|&(_, peak)| peak).chain([phasic.len()]);
+    let all = found.iter().zip(ends);
+    Ok(all.map(|(&(onset, peak), end)| response(phasic, rate_hz, [onset, peak, end])).collect())
+}
+
+fn peaks(phasic: &[f64], least_us: f64) -> Vec<Peak> {
+    find_peaks(phasic, &Rules { prominence: least_us..=f64::INFINITY, ..Rules::default() })
+}
+
+/// Onsets and peaks, of those that have an onset.
+fn found(
+    phasic: &[f64],
+    peaks: &[Peak],
+    onset: impl Fn(usize) -> Option<usize>,
+) -> Vec<(usize, usize)> {
+    let is_usable = |place: usize| crate::gaps::is_usable(phasic[place]);
+    let usable = peaks.iter().map(|peak| peak.index).filter(|&peak| is_usable(peak));
+    let with_onset = usable.filter_map(|peak| Some((onset(peak)?, peak)));
+    with_onset.filter(|&(onset, _)| is_usable(onset)).collect()
+}
+
+fn response(phasic: &[f64], rate_hz: f64, [onset, peak, end]: [usize; 3]) -> Response {
+    let amplitude_us = phasic[peak] - phasic[onset];
+    let recovery = recovery(&phasic[peak..end], phasic[onset] + amplitude_us * 0.5);
+    Response {
+        onset: onset as f64,
+        peak: peak as f64,
+        amplitude_us,
+        rise_secs: (peak - onset) as f64 / rate_hz,
+        half_recovery_secs: recovery.map(|samples| samples as f64 / rate_hz),
+    }
+}
+
+/// The sample at which the fall has reached a level: the highest at or below it, if there is a
+/// lower one before the lowest.
+fn recovery(fall: &[f64], level: f64) -> Option<usize> {
+    let lowest = (0..fall.len()).reduce(|a, b| if fall[b] < fall[a] { b } else { a })?;
+    let fall = &fall[..lowest];
+    let below = (0..fall.len()).filter(|&place| fall[place] <= level);
+    let reached = below.reduce(|a, b| if fall[b] > fall[a] { b } else { a })?;
+    fall.iter().any(|&value| value < fall[reached]).then_some(reached)
+}

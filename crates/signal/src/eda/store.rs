@@ -1,0 +1,238 @@
+//! What is held of a skin conductance, and what spans of it tell.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use super::Response;
+use super::quality::{SPREAD_SECS, share, valid_samples};
+use super::sympathetic::{SEGMENT_SECS, SlowDown, of_slow};
+use super::values::COUNT;
+use crate::analysis::{
+    Event, LEAST_COVERAGE, Measured, Reason, Recording, Span, Track, Value, Windows,
+};
+use crate::error::SignalError;
+use crate::gaps::is_usable;
+
+/// Below this quality, no value is told.
+const LEAST_QUALITY: f64 = 0.5;
+/// The shortest span that has a slope or a rate [s].
+const LEAST_SECS: f64 = 10.0;
+
+/// A response with its times.
+pub(super) struct Placed {
+    response: Response,
+    peak_ns: i64,
+    /// When half of the amplitude was gone.
+    recovered_ns: Option<i64>,
+}
+
+/// Samples, split and unsplit, with the responses among them.
+pub(super) struct Store {
+    values: Vec<Value>,
+    /// As measured, with its gaps.
+    pub(super) raw: Track,
+    /// Of the skin [°C]; at the samples of `raw`, or empty.
+    pub(super) temperature: VecDeque<f64>,
+    pub(super) tonic: Track,
+    /// At the samples of `tonic`.
+    pub(super) phasic: VecDeque<f64>,
+    /// What the rhythm of the sympathetic nerves is seen in.
+    pub(super) slow: Track,
+    slow_down: SlowDown,
+    pub(super) responses: VecDeque<Placed>,
+}
+
+impl Placed {
+    /// A response among samples of which each stands for `every`, with the time of each such.
+    pub(super) fn new(response: &Response, every: f64, at_ns: impl Fn(f64) -> i64) -> Placed {
+        let (onset, peak) = (response.onset * every, response.peak * every);
+        let peak_ns = at_ns(peak);
+        let after_ns = |secs: f64| peak_ns.saturating_add((secs * 1e9) as i64);
+        let recovered_ns = response.half_recovery_secs.map(after_ns);
+        Placed { response: Response { onset, peak, ..*response }, peak_ns, recovered_ns }
+    }
+
+    pub(super) fn touches(&self, samples: &Range<f64>) -> bool {
+        self.response.onset < samples.end && self.response.peak > samples.start
+    }
+
+    /// Takes in when half of the amplitude was gone.
+    pub(super) fn recover(&mut self, at_ns: i64) {
+        self.recovered_ns = Some(at_ns);
+        let secs = at_ns.saturating_sub(self.peak_ns) as f64 / 1e9;
+        self.response.half_recovery_secs = Some(secs);
+    }
+
+    pub(super) fn event(&self) -> Event {
+        let Response { onset, peak, amplitude_us, rise_secs, half_recovery_secs } = self.response;
+        let details = vec![
+            ("amplitude_us", amplitude_us),
+            ("rise_secs", rise_secs),
+            ("half_recovery_secs", half_recovery_secs.unwrap_or(f64::NAN)),
+            ("onset_sample", onset),
+        ];
+        Event { kind: "response", sample: peak, at_ns: self.peak_ns, details }
+    }
+}
+
+impl Store {
+    /// Without any samples yet, for a signal at `rate_hz`.
+    pub(super) fn new(rate_hz: f64, values: Vec<Value>) -> Result<Store, SignalError> {
+        let slow_down = SlowDown::new(rate_hz)?;
+        Ok(Store {
+            values,
+            raw: Track::new(rate_hz),
+            temperature: VecDeque::new(),
+            tonic: Track::new(rate_hz),
+            phasic: VecDeque::new(),
+            slow: Track::new(slow_down.rate_hz()),
+            slow_down,
+            responses: VecDeque::new(),
+        })
+    }
+
+    pub(super) fn take_recording(&mut self, recording: &Recording<'_>, clean: &[f64]) {
+        let count = recording.len();
+        let temperature = recording.channels.get(1).map(|celsius| celsius[..count].to_vec());
+        self.temperature = temperature.unwrap_or_default().into();
+        self.raw = Track::of(recording, recording.channels[0][..count].to_vec());
+        for (sample, &value) in clean.iter().enumerate() {
+            if let Some(slow) = self.slow_down.push(value) {
+                self.slow.push(recording.time_ns(sample as f64), slow);
+            }
+        }
+    }
+
+    /// Takes in a clean sample for the slow rhythm.
+    pub(super) fn push_slow(&mut self, at_ns: i64, clean: f64) {
+        if let Some(slow) = self.slow_down.push(clean) {
+            self.slow.push(at_ns, slow);
+        }
+    }
+
+    /// Goes on at another level, without a jump.
+    pub(super) fn settle(&mut self, level: f64) {
+        self.slow_down.settle(level);
+    }
+
+    pub(super) fn forget(&mut self, before_ns: i64) {
+        let quality_ns = before_ns.saturating_sub((SPREAD_SECS * 1e9) as i64);
+        let [raw, tonic] = [self.raw.held().start, self.tonic.held().start];
+        self.raw.forget(quality_ns);
+        self.tonic.forget(before_ns);
+        self.slow.forget(before_ns);
+        let raw = self.raw.held().start - raw;
+        self.temperature.drain(..raw.min(self.temperature.len()));
+        self.phasic.drain(..self.tonic.held().start - tonic);
+        while self.responses.front().is_some_and(|response| response.peak_ns < before_ns) {
+            self.responses.pop_front();
+        }
+    }
+
+    fn quality(&self, span: Span) -> f64 {
+        let samples = self.raw.samples_in(span.with_before(SPREAD_SECS));
+        let inside = self.raw.samples_in(span).len();
+        let first = self.raw.held().start;
+        let temperature: Vec<f64> = match self.temperature.len() {
+            0 => Vec::new(),
+            _ => self
+                .temperature
+                .range(samples.start - first..samples.end - first)
+                .copied()
+                .collect(),
+        };
+        let signal = self.raw.values(samples);
+        let valid = valid_samples(&signal, &temperature, self.raw.rate_hz());
+        share(&valid[valid.len() - inside..]).unwrap_or(0.0)
+    }
+
+    fn level(&self, span: Span) -> [Result<f64, Reason>; 3] {
+        let samples = self.tonic.samples_in(span);
+        let values = || self.tonic.iter(samples.clone()).enumerate().filter(|(_, v)| is_usable(*v));
+        let (mut count, mut sum, mut places) = (0.0, 0.0, 0.0);
+        values().for_each(|(place, value)| {
+            (count, sum, places) = (count + 1.0, sum + value, places + place as f64);
+        });
+        let (mean, middle) = (sum / count, places / count);
+        let (mut squares, mut products, mut spread) = (0.0, 0.0, 0.0);
+        values().for_each(|(place, value)| {
+            let (off, at) = (value - mean, place as f64 - middle);
+            (squares, products, spread) =
+                (squares + off * off, products + off * at, spread + at * at);
+        });
+        let slope = products / spread * self.tonic.rate_hz() * 60.0;
+        let is_long = span.secs() >= LEAST_SECS;
+        let slope = if is_long { Reason::unless_finite(slope) } else { Err(Reason::Short) };
+        [Reason::unless_finite(mean), Reason::unless_finite((squares / count).sqrt()), slope]
+    }
+
+    fn responses(&self, span: Span) -> [Result<f64, Reason>; 6] {
+        let begin = self.responses.partition_point(|placed| placed.peak_ns < span.begin_ns);
+        let inside = || self.responses.range(begin..).take_while(|p| p.peak_ns < span.end_ns);
+        let mean = |values: &mut dyn Iterator<Item = f64>| {
+            let (count, sum) =
+                values.fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value));
+            if count > 0.0 { Reason::unless_finite(sum / count) } else { Err(Reason::Short) }
+        };
+        let count = inside().count() as f64;
+        let rate = if span.secs() < LEAST_SECS {
+            Err(Reason::Short)
+        } else {
+            Ok(count / span.secs() * 60.0)
+        };
+        let amplitudes = || inside().map(|placed| placed.response.amplitude_us);
+        let is_recovered =
+            |placed: &&Placed| placed.recovered_ns.is_some_and(|at| at < span.end_ns);
+        let recovered = inside().filter(is_recovered);
+        [
+            Ok(count),
+            rate,
+            mean(&mut amplitudes()),
+            Reason::unless_finite(amplitudes().sum()),
+            mean(&mut inside().map(|placed| placed.response.rise_secs)),
+            mean(&mut recovered.filter_map(|placed| placed.response.half_recovery_secs)),
+        ]
+    }
+
+    fn area(&self, span: Span) -> Result<f64, Reason> {
+        let (samples, first) = (self.tonic.samples_in(span), self.tonic.held().start);
+        let phasic = self.phasic.range(samples.start - first..samples.end - first);
+        let above: f64 = phasic.filter(|v| is_usable(**v)).map(|v| v.max(0.0)).sum();
+        Reason::unless_finite(above / self.tonic.rate_hz())
+    }
+
+    fn rhythm(&self, span: Span) -> [Result<f64, Reason>; 2] {
+        let samples = self.slow.samples_in(span);
+        if span.secs() < SEGMENT_SECS || samples.is_empty() {
+            return [Err(Reason::Short); 2];
+        }
+        match of_slow(&self.slow.values(samples), self.slow.rate_hz()) {
+            Ok(found) => {
+                [Reason::unless_finite(found.power_us2), Reason::unless_finite(found.share)]
+            }
+            Err(SignalError::TooShort { .. }) => [Err(Reason::Short); 2],
+            Err(SignalError::NothingFinite) => [Err(Reason::Gap); 2],
+            Err(_) => [Err(Reason::Undefined); 2],
+        }
+    }
+}
+
+impl Windows for Store {
+    fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        let coverage = self.raw.coverage(span);
+        let quality = self.quality(span);
+        if coverage < LEAST_COVERAGE {
+            return Measured::nothing(coverage, quality, COUNT, Reason::Gap);
+        }
+        if quality < LEAST_QUALITY {
+            return Measured::nothing(coverage, quality, COUNT, Reason::Quality);
+        }
+        let [level, responses] = [self.level(span).to_vec(), self.responses(span).to_vec()];
+        let values = [level, responses, vec![self.area(span)], self.rhythm(span).to_vec()].concat();
+        Measured { coverage, quality, values }
+    }
+}
