@@ -1,0 +1,110 @@
+//! Breath: rate, depth, and how long inhaling takes.
+
+use std::f64::consts::PI;
+
+use super::state::State;
+use super::step::{STEP_SECS, Step};
+use super::traits::Traits;
+use crate::noise::{Correlated, Noise};
+
+/// How much faster breath goes at full workload [1/min] (Grassmann et al. 2016,
+/// doi:10.1155/2016/8146809: faster, of the same depth).
+const RISE_PER_MIN: f64 = 5.0;
+/// How much the rate varies, relative to itself, and how long it stays the same [s].
+const RATE_SIGMA: f64 = 0.05;
+const RATE_SECS: f64 = 15.0;
+/// How much the depth of breaths varies, relative to itself.
+const DEPTH_SIGMA: f64 = 0.08;
+
+/// A breath that was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Breath {
+    /// When inhaling began, after the start [s].
+    pub inhale_secs: f64,
+    /// When exhaling began [s].
+    pub exhale_secs: f64,
+    /// How much the chest widened [1]: 1 is usual.
+    pub depth: f64,
+}
+
+/// The lungs of a body.
+#[derive(Clone, Debug)]
+pub struct Lungs {
+    per_min: f64,
+    inhale_share: f64,
+    wander: Correlated,
+    noise: Noise,
+    /// Of the present step: the place in a breath at its begin [0..1], and the breaths in a second.
+    from_secs: f64,
+    place: f64,
+    per_sec: f64,
+    depth: f64,
+    next_depth: f64,
+    inhale_secs: f64,
+}
+
+impl Lungs {
+    /// Lungs at the begin of a breath.
+    pub fn new(traits: &Traits, mut noise: Noise) -> Lungs {
+        Lungs {
+            per_min: traits.breaths_per_min,
+            inhale_share: traits.inhale_share,
+            wander: Correlated::new(RATE_SECS, noise.fork()),
+            from_secs: 0.0,
+            place: 0.0,
+            per_sec: 0.0,
+            depth: 1.0,
+            next_depth: noise.factor(DEPTH_SIGMA),
+            inhale_secs: 0.0,
+            noise,
+        }
+    }
+
+    /// Moves on by one step, and tells of a breath as soon as it is exhaled.
+    pub fn advance(&mut self, step: Step, state: State) -> Option<Breath> {
+        self.settle();
+        let per_min = self.per_min + RISE_PER_MIN * state.workload;
+        let wander = (RATE_SIGMA * self.wander.after(STEP_SECS)).exp();
+        (self.from_secs, self.per_sec) = (step.from_secs, per_min / 60.0 * wander);
+        let end = self.place + self.per_sec * STEP_SECS;
+        let when = |place: f64| step.from_secs + (place - self.place) / self.per_sec;
+        let exhales = self.place < self.inhale_share && end >= self.inhale_share;
+        let breath = Breath {
+            inhale_secs: self.inhale_secs,
+            exhale_secs: when(self.inhale_share),
+            depth: self.depth,
+        };
+        if end >= 1.0 {
+            self.inhale_secs = when(1.0);
+        }
+        exhales.then_some(breath)
+    }
+
+    /// Brings the place of the step before to its end.
+    fn settle(&mut self) {
+        self.place += self.per_sec * STEP_SECS;
+        if self.place >= 1.0 {
+            self.place -= 1.0;
+            self.depth = self.next_depth;
+            self.next_depth = self.noise.factor(DEPTH_SIGMA);
+        }
+    }
+
+    /// Breaths in a minute, now.
+    pub fn rate_per_min(&self) -> f64 {
+        60.0 * self.per_sec
+    }
+
+    /// How wide the chest is in the present step: from 0 after exhaling to about 1 after inhaling.
+    pub fn volume(&self, secs: f64) -> f64 {
+        let place = self.place + self.per_sec * (secs - self.from_secs);
+        let (place, depth) =
+            if place >= 1.0 { (place - 1.0, self.next_depth) } else { (place, self.depth) };
+        let angle = if place < self.inhale_share {
+            PI * place / self.inhale_share
+        } else {
+            PI * (1.0 + (place - self.inhale_share) / (1.0 - self.inhale_share))
+        };
+        0.5 * depth * (1.0 - angle.cos())
+    }
+}

@@ -1,0 +1,35 @@
+//! What sensors add to what the body gives them.
+
+use super::sensor::Sensor;
+
+/// The shortcomings of a sensor, in its unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Electronics {
+    /// White noise: standard deviation. Muscles and brain bring enough of their own.
+    pub noise: f64,
+    /// Hum of the mains: amplitude.
+    pub hum: f64,
+    /// How much its base wanders over some seconds: standard deviation.
+    pub wander: f64,
+    /// How much a movement of 1 g disturbs it; what an accelerometer is meant to feel is none.
+    pub shaken: f64,
+}
+
+impl Electronics {
+    /// Those of a sensor.
+    pub fn of(sensor: Sensor) -> Electronics {
+        let none = Electronics::default();
+        match sensor {
+            Sensor::Ecg => Electronics { noise: 0.008, hum: 0.005, wander: 0.04, shaken: 0.8 },
+            Sensor::Ppg => Electronics { noise: 0.005, wander: 0.03, shaken: 5.0, ..none },
+            Sensor::EdaWrist | Sensor::EdaFingers => {
+                Electronics { noise: 0.001, shaken: 0.3, ..none }
+            }
+            Sensor::Emg => Electronics { hum: 0.5, ..none },
+            Sensor::Eeg => Electronics { hum: 1.0, shaken: 150.0, ..none },
+            Sensor::Respiration => Electronics { noise: 0.003, wander: 0.02, shaken: 0.4, ..none },
+            Sensor::Temperature => Electronics { noise: 0.005, ..none },
+            Sensor::Acceleration => Electronics { noise: 0.004, ..none },
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The eyes: when they blink.
+
+use super::chance::Chance;
+use super::state::State;
+use super::step::Step;
+use super::traits::Traits;
+use crate::noise::Noise;
+
+/// How much fewer blinks there are at full workload, relative to rest.
+const LOSS: f64 = 0.4;
+/// From the begin of a blink until the lid is down [s], and how fast it comes down and goes up:
+/// standard deviations [s].
+const DOWN_SECS: f64 = 0.12;
+const DOWN_WIDTH_SECS: f64 = 0.035;
+const UP_WIDTH_SECS: f64 = 0.07;
+/// How high a blink stands over the forehead [µV], and how much blinks vary.
+const HEIGHT_UV: f64 = 120.0;
+const HEIGHT_SIGMA: f64 = 0.15;
+/// A blink is over after [s]; none follows sooner.
+const LAST_SECS: f64 = 0.5;
+
+/// A blink of both eyes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blink {
+    /// When the lids begin to come down, after the start [s].
+    pub onset_secs: f64,
+    /// When they are down [s].
+    pub peak_secs: f64,
+    /// How high it stands over the forehead [µV].
+    pub height_uv: f64,
+}
+
+/// The eyes of a body.
+#[derive(Clone, Debug)]
+pub struct Eyes {
+    per_min: f64,
+    are_closed: bool,
+    chance: Chance,
+    noise: Noise,
+    blink: Option<Blink>,
+}
+
+impl Eyes {
+    /// Open eyes.
+    pub fn new(traits: &Traits, mut noise: Noise) -> Eyes {
+        let per_min = traits.blinks_per_min;
+        let chance = Chance::new(noise.fork());
+        Eyes { per_min, are_closed: false, chance, noise, blink: None }
+    }
+
+    /// Closes the eyes: they don't blink any more.
+    pub fn close(&mut self) {
+        self.are_closed = true;
+    }
+
+    /// Opens the eyes.
+    pub fn open(&mut self) {
+        self.are_closed = false;
+    }
+
+    /// Whether they are closed.
+    pub fn are_closed(&self) -> bool {
+        self.are_closed
+    }
+
+    /// Moves on by one step, and tells of the blink that begins in it.
+    pub fn advance(&mut self, step: Step, state: State) -> Option<Blink> {
+        let lasts = |blink: &Blink| step.from_secs <= blink.onset_secs + LAST_SECS;
+        self.blink = self.blink.filter(lasts);
+        let can_blink = !self.are_closed && self.blink.is_none();
+        let per_min = if can_blink { self.per_min * (1.0 - LOSS * state.workload) } else { 0.0 };
+        let onset_secs = self.chance.within(step, per_min)?;
+        let height_uv = HEIGHT_UV * self.noise.factor(HEIGHT_SIGMA);
+        self.blink = Some(Blink { onset_secs, peak_secs: onset_secs + DOWN_SECS, height_uv });
+        self.blink
+    }
+
+    /// What a blink adds over the forehead at a time of the present step [µV].
+    pub fn at_uv(&self, secs: f64) -> f64 {
+        self.blink.map_or(0.0, |blink| blink.at_uv(secs))
+    }
+}
+
+impl Blink {
+    fn at_uv(&self, secs: f64) -> f64 {
+        let after_secs = secs - self.peak_secs;
+        let width_secs = if after_secs < 0.0 { DOWN_WIDTH_SECS } else { UP_WIDTH_SECS };
+        self.height_uv * (-0.5 * (after_secs / width_secs).powi(2)).exp()
+    }
+}

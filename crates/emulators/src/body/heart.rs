@@ -1,0 +1,160 @@
+//! The heart: when it beats.
+
+use std::f64::consts::{PI, TAU};
+
+use super::state::State;
+use super::step::{STEP_SECS, Step};
+use super::traits::Traits;
+use crate::noise::{Correlated, Noise};
+
+/// How much of the influence of breath goes at full workload.
+const RSA_LOSS: f64 = 0.65;
+/// How much of that of the 10 s rhythm.
+const MAYER_LOSS: f64 = 0.4;
+/// The 10 s rhythm of blood pressure [Hz], how much it varies, and over which time [s].
+const MAYER_HZ: f64 = 0.095;
+const MAYER_SIGMA: f64 = 0.1;
+const MAYER_SECS: f64 = 20.0;
+/// What else moves a beat [s].
+const JITTER_SECS: f64 = 0.004;
+/// A ventricle's own beat comes after this share of a cycle, and the next regular one when it is due.
+const ECTOPIC_CYCLES: f64 = 0.65;
+/// No cycle is shorter [s].
+const LEAST_CYCLE_SECS: f64 = 0.3;
+
+/// Where a beat comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// From the sinus node, as it should.
+    Sinus,
+    /// From a ventricle: early, wide, and followed by a pause.
+    Ventricle,
+}
+
+/// A beat of the heart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beat {
+    /// When the R wave is at its height, after the start [s].
+    pub secs: f64,
+    /// Where it comes from.
+    pub origin: Origin,
+}
+
+/// The course of the heart's cycle during a step, or a part of one.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    from_secs: f64,
+    place: f64,
+    per_sec: f64,
+    last: Origin,
+    next: Origin,
+}
+
+/// The place in the heart's cycle at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// From 0 at one beat to 2π at the next.
+    pub angle: f64,
+    /// The heart rate at this moment [Hz].
+    pub rate_hz: f64,
+    /// Where the beat before comes from.
+    pub last: Origin,
+    /// Where the beat after it comes from.
+    pub next: Origin,
+}
+
+/// The heart of a body: an integral pulse frequency model.
+///
+/// The rate is integrated, and a beat comes whenever the integral has grown by one cycle (Mateo &
+/// Laguna 2000, doi:10.1109/10.844232). The RR interval swings with breath and with the 10 s rhythm
+/// of blood pressure, both less under workload; a jitter moves single beats.
+#[derive(Clone, Debug)]
+pub struct Heart {
+    traits: Traits,
+    mayer_angle: f64,
+    mayer: Correlated,
+    noise: Noise,
+    /// How much of a cycle lies between the last beat and the next.
+    cycles: f64,
+    courses: [Course; 2],
+    rate_hz: f64,
+}
+
+impl Heart {
+    /// A heart at a place in its cycle that the noise decides on.
+    pub fn new(traits: &Traits, mut noise: Noise) -> Heart {
+        let start = Course {
+            from_secs: 0.0,
+            place: noise.uniform(0.0..1.0),
+            per_sec: 0.0,
+            last: Origin::Sinus,
+            next: Origin::Sinus,
+        };
+        Heart {
+            traits: traits.clone(),
+            mayer_angle: noise.uniform(0.0..TAU),
+            mayer: Correlated::new(MAYER_SECS, noise.fork()),
+            noise,
+            cycles: 1.0,
+            courses: [start; 2],
+            rate_hz: traits.heart_rate_bpm / 60.0,
+        }
+    }
+
+    /// Moves on by one step while the chest has a width, and tells of the beat in it.
+    pub fn advance(&mut self, step: Step, state: State, volume: f64) -> Option<Beat> {
+        let cycle_secs = self.cycle_secs(state, volume);
+        self.rate_hz = 1.0 / cycle_secs;
+        let [_, last] = self.courses;
+        let place = last.place + last.per_sec * (step.from_secs - last.from_secs);
+        let per_sec = self.rate_hz / self.cycles;
+        let course = Course { from_secs: step.from_secs, place, per_sec, ..last };
+        self.courses = [course; 2];
+        if place + per_sec * STEP_SECS < 1.0 {
+            return None;
+        }
+        let secs = step.from_secs + (1.0 - place) / per_sec;
+        let next = self.next_origin(course.next, cycle_secs);
+        let per_sec = self.rate_hz / self.cycles;
+        self.courses[1] = Course { from_secs: secs, place: 0.0, per_sec, last: course.next, next };
+        Some(Beat { secs, origin: course.next })
+    }
+
+    /// The mean heart rate at this moment, swings and all [1/min].
+    pub fn rate_bpm(&self) -> f64 {
+        60.0 * self.rate_hz
+    }
+
+    /// The place in the cycle at a time of the present step.
+    pub fn place(&self, secs: f64) -> Place {
+        let [before, after] = &self.courses;
+        let course = if secs < after.from_secs { before } else { after };
+        let share = course.place + course.per_sec * (secs - course.from_secs);
+        Place { angle: TAU * share, rate_hz: self.rate_hz, last: course.last, next: course.next }
+    }
+
+    fn cycle_secs(&mut self, State { workload, .. }: State, volume: f64) -> f64 {
+        let traits = &self.traits;
+        let rate_bpm = traits.heart_rate_bpm + traits.heart_rate_rise_bpm * workload;
+        // Inhaling makes it faster.
+        let rsa_secs = traits.rsa_secs * (1.0 - RSA_LOSS * workload) * (1.0 - 2.0 * volume);
+        let faster = (MAYER_SIGMA * self.mayer.after(STEP_SECS)).exp();
+        self.mayer_angle = (self.mayer_angle + TAU * MAYER_HZ * faster * STEP_SECS) % TAU;
+        let swing = (self.mayer_angle - PI).sin();
+        let mayer_secs = traits.mayer_secs * (1.0 - MAYER_LOSS * workload) * swing;
+        (60.0 / rate_bpm + rsa_secs + mayer_secs).max(LEAST_CYCLE_SECS)
+    }
+
+    /// Decides on the beat after this one, and on how much of a cycle lies between.
+    fn next_origin(&mut self, this: Origin, cycle_secs: f64) -> Origin {
+        let jitter = 1.0 + JITTER_SECS / cycle_secs * self.noise.normal().clamp(-4.0, 4.0);
+        let is_early = self.noise.chance(self.traits.ectopic_share);
+        let (cycles, next) = match this {
+            Origin::Ventricle => (2.0 - ECTOPIC_CYCLES, Origin::Sinus),
+            Origin::Sinus if is_early => (ECTOPIC_CYCLES, Origin::Ventricle),
+            Origin::Sinus => (1.0, Origin::Sinus),
+        };
+        self.cycles = cycles * jitter;
+        next
+    }
+}

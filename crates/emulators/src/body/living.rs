@@ -1,0 +1,170 @@
+//! The body as a whole.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::muscle::{Contraction, shared};
+use super::organs::Organs;
+use super::probe::Probe;
+use super::rates::{RateError, Rates};
+use super::record::{Record, Truth};
+use super::script::{Scene, told_g};
+use super::sensor::Sensor;
+use super::state::State;
+use super::step::{STEPS_HZ, Step};
+use super::traits::Traits;
+use crate::noise::Noise;
+
+/// The most that a body lives at once [s].
+const MOST_SECS: f64 = 3600.0;
+/// The finger's flexors contract so long before a key goes down, and so long in all [s].
+const PRESS_AHEAD_SECS: f64 = 0.06;
+const PRESS_SECS: f64 = 0.18;
+/// How strongly [µV RMS].
+const PRESS_UV: f64 = 45.0;
+
+/// What a body wears, and what goes wrong with it.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// How fast the sensors are read [Hz].
+    pub rates: Rates,
+    /// What goes wrong, with which sensor and when.
+    pub script: Vec<Scene>,
+}
+
+/// A simulated body of one person, with sensors on it.
+///
+/// It knows no clock: it is told until when to live, and lives in whole steps of 1/64 s. The same
+/// traits, seed, settings and calls at the same times of its own give the same record, bit for bit,
+/// however the time is cut.
+#[derive(Clone, Debug)]
+pub struct Body {
+    organs: Organs,
+    probes: [Probe; Sensor::ALL.len()],
+    script: Vec<Scene>,
+    steps: u64,
+    record: Record,
+}
+
+impl Body {
+    /// A body at rest with all sensors at their usual rates.
+    pub fn new(traits: &Traits, seed: u64) -> Body {
+        let body = Body::wearing(traits, seed, &Settings::default());
+        body.expect("the usual rates can be simulated")
+    }
+
+    /// A body at rest with sensors as they are set.
+    pub fn wearing(traits: &Traits, seed: u64, settings: &Settings) -> Result<Body, RateError> {
+        let Settings { rates, script } = settings;
+        rates.check()?;
+        let mut noise = Noise::seeded(seed);
+        let organs = Organs::new(traits, rates, &mut noise);
+        let probe = |sensor| Probe::new(sensor, rates.of(sensor), script, noise.fork());
+        let probes = Sensor::ALL.map(probe);
+        let waves = probes.each_ref().map(Probe::wave);
+        let record = Record { waves, truth: Truth::default() };
+        Ok(Body { organs, probes, script: script.clone(), steps: 0, record })
+    }
+
+    /// How long it has lived [s].
+    pub fn secs(&self) -> f64 {
+        self.steps as f64 / STEPS_HZ
+    }
+
+    /// What the person goes through now.
+    pub fn now(&self) -> State {
+        self.organs.course.now()
+    }
+
+    /// Lets the person go towards another state, each part from 0 to 1.
+    pub fn state(&mut self, workload: f64, arousal: f64, valence: f64) {
+        self.organs.course.set_out(State { workload, arousal, valence });
+    }
+
+    /// Something happens at a time [s] that the skin will answer to, 1.5 to 3 s later, so many times
+    /// as strongly as usual.
+    pub fn startle(&mut self, at_secs: f64, strength: f64) {
+        if at_secs.is_finite() && strength.is_finite() {
+            self.organs.skin.startle(at_secs, strength);
+        }
+    }
+
+    /// A finger presses a key at a time [s]; its muscles contract 60 ms ahead of that, but not before
+    /// now.
+    pub fn press(&mut self, at_secs: f64) {
+        let from_secs = (at_secs - PRESS_AHEAD_SECS).max(self.secs());
+        if at_secs.is_finite() {
+            self.organs.muscles.contract(Contraction {
+                from_secs,
+                to_secs: from_secs + PRESS_SECS,
+                strength_uv: PRESS_UV,
+                flexes: true,
+                shared: shared(self.now()),
+            });
+        }
+    }
+
+    /// Closes the eyes.
+    pub fn close_eyes(&mut self) {
+        self.organs.eyes.close();
+    }
+
+    /// Opens the eyes.
+    pub fn open_eyes(&mut self) {
+        self.organs.eyes.open();
+    }
+
+    /// Lives until a time [s], in whole steps but not beyond it and an hour at most at once, and
+    /// tells what was recorded since the call before.
+    pub fn until(&mut self, secs: f64) -> &Record {
+        self.turn_over();
+        self.live(secs);
+        &self.record
+    }
+
+    /// Until when it lives at most when it is told to live until a time [s].
+    pub(crate) fn most_until(&self, secs: f64) -> f64 {
+        if secs.is_nan() { self.secs() } else { secs.min(self.secs() + MOST_SECS) }
+    }
+
+    /// What was recorded since the last record began.
+    pub(crate) fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// Begins a new record.
+    pub(crate) fn turn_over(&mut self) {
+        for (wave, probe) in self.record.waves.iter_mut().zip(&self.probes) {
+            wave.samples.clear();
+            wave.first = probe.taken();
+        }
+        self.record.truth.clear();
+    }
+
+    /// Lives until a time, and adds to the record.
+    pub(crate) fn live(&mut self, secs: f64) {
+        let until = Step::whole_until(self.most_until(secs));
+        while self.steps < until {
+            let step = Step::nth(self.steps);
+            self.steps += 1;
+            self.live_through(step);
+        }
+    }
+
+    fn live_through(&mut self, step: Step) {
+        let Record { waves, truth } = &mut self.record;
+        self.organs.advance(step, told_g(&self.script, step.from_secs), truth);
+        for (probe, wave) in self.probes.iter_mut().zip(waves) {
+            while let Some(secs) = probe.due_before(step.to_secs) {
+                let sensor = probe.sensor();
+                let given = self.organs.give(sensor, secs);
+                let given = &given[..sensor.channels().len()];
+                probe.take(secs, given, self.organs.shake_g(secs), wave);
+            }
+        }
+        if step.to_secs.fract() == 0.0 {
+            truth.moments.push(self.organs.moment(step));
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Movement: how the arm is held, and how it moves.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use super::chance::Chance;
+use super::step::{STEP_SECS, Step};
+use super::traits::Traits;
+use crate::noise::{Drift, Noise};
+
+/// How much the arm turns [rad], and over which time [s].
+const TILT_RAD: f64 = 0.15;
+const TILT_SECS: f64 = 60.0;
+/// How strong a movement without a purpose is [g].
+const USUAL_G: Range<f64> = 0.03..0.12;
+/// How long movements last [s], and how fast they go to and fro [Hz].
+const LASTS_SECS: Range<f64> = 0.5..2.0;
+const SWINGS_HZ: Range<f64> = 1.0..3.0;
+/// Who is told to move, does it so often [1/min].
+const TOLD_PER_MIN: f64 = 120.0;
+
+/// A movement of the arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swing {
+    /// When it begins, after the start [s].
+    pub from_secs: f64,
+    /// When it ends [s].
+    pub to_secs: f64,
+    /// How strong it is [g].
+    pub strength_g: f64,
+    hz: f64,
+    angle: f64,
+    direction: [f64; 3],
+}
+
+/// How a body moves.
+#[derive(Clone, Debug)]
+pub struct Movement {
+    per_min: f64,
+    by_itself: Mover,
+    told: Mover,
+    swings: Vec<Swing>,
+    tilts: [Drift; 2],
+    gravity: [f64; 3],
+}
+
+/// One reason to move.
+#[derive(Clone, Debug)]
+struct Mover {
+    chance: Chance,
+    noise: Noise,
+}
+
+impl Movement {
+    /// A body that sits, and moves by itself as its traits say.
+    pub fn new(traits: &Traits, mut noise: Noise) -> Movement {
+        let mut mover = || Mover { chance: Chance::new(noise.fork()), noise: noise.fork() };
+        let (by_itself, told) = (mover(), mover());
+        Movement {
+            per_min: traits.movements_per_min,
+            by_itself,
+            told,
+            swings: Vec::new(),
+            tilts: [Drift::new(TILT_SECS, noise.fork()), Drift::new(TILT_SECS, noise.fork())],
+            gravity: [0.0, 0.0, 1.0],
+        }
+    }
+
+    /// Moves on by one step while the body is told to move so strongly [g], and tells of the
+    /// movements that begin in it.
+    pub fn advance(&mut self, step: Step, told_g: f64) -> impl Iterator<Item = Swing> {
+        let [pitch, roll] = self.tilts.each_mut().map(|tilt| TILT_RAD * tilt.after(STEP_SECS));
+        self.gravity = [pitch.sin(), -roll.sin() * pitch.cos(), roll.cos() * pitch.cos()];
+        self.swings.retain(|swing| swing.to_secs > step.from_secs);
+        if let Some(at_secs) = self.by_itself.chance.within(step, self.per_min) {
+            let strength_g = self.by_itself.noise.uniform(USUAL_G);
+            self.swings.push(self.by_itself.swing(at_secs, strength_g));
+        }
+        let told_per_min = if told_g > 0.0 { TOLD_PER_MIN } else { 0.0 };
+        if let Some(at_secs) = self.told.chance.within(step, told_per_min) {
+            let strength_g = told_g * self.told.noise.uniform(0.6..1.0);
+            self.swings.push(self.told.swing(at_secs, strength_g));
+        }
+        self.swings.iter().filter(move |swing| swing.from_secs >= step.from_secs).copied()
+    }
+
+    /// What an accelerometer at the wrist feels at a time of the present step [g].
+    pub fn acceleration_g(&self, secs: f64) -> [f64; 3] {
+        let mut sum = self.gravity;
+        for swing in &self.swings {
+            let strength = swing.at(secs);
+            sum.iter_mut().zip(swing.direction).for_each(|(axis, part)| *axis += strength * part);
+        }
+        sum
+    }
+
+    /// How all movements shake a sensor on the skin at a time of the present step [g].
+    pub fn shake_g(&self, secs: f64) -> f64 {
+        self.swings.iter().map(|swing| swing.at(secs)).sum()
+    }
+}
+
+impl Mover {
+    fn swing(&mut self, from_secs: f64, strength_g: f64) -> Swing {
+        let noise = &mut self.noise;
+        let direction: [f64; 3] = std::array::from_fn(|_| noise.normal());
+        let length = direction.iter().map(|part| part * part).sum::<f64>().sqrt().max(1e-9);
+        Swing {
+            from_secs,
+            to_secs: from_secs + noise.uniform(LASTS_SECS),
+            strength_g,
+            hz: noise.uniform(SWINGS_HZ),
+            angle: noise.uniform(0.0..TAU),
+            direction: direction.map(|part| part / length),
+        }
+    }
+}
+
+impl Swing {
+    fn at(&self, secs: f64) -> f64 {
+        if !(self.from_secs..self.to_secs).contains(&secs) {
+            return 0.0;
+        }
+        let after_secs = secs - self.from_secs;
+        let swell = (PI * after_secs / (self.to_secs - self.from_secs)).sin().powi(2);
+        self.strength_g * swell * (TAU * self.hz * after_secs + self.angle).sin()
+    }
+}

@@ -1,0 +1,165 @@
+//! The muscles of a forearm.
+
+use std::ops::Range;
+
+use teampulse_signal::error::SignalError;
+use teampulse_signal::filter::{Cascade, Design, butterworth};
+
+use super::chance::Chance;
+use super::state::State;
+use super::step::Step;
+use super::traits::Traits;
+use crate::noise::Noise;
+
+/// How many electrodes there are around the forearm: the first half over the flexors, the second over
+/// the extensors.
+pub const ELECTRODES: usize = 8;
+/// How much more tone there is at full workload, relative to that at rest.
+const TONE_RISE: f64 = 0.2;
+/// How much electrodes differ.
+const ELECTRODE_SIGMA: f64 = 0.15;
+/// The band of the signal: from here [Hz] to here, or to this share of the rate.
+const LOW_HZ: f64 = 20.0;
+const HIGH_HZ: f64 = 450.0;
+const HIGH_SHARE: f64 = 0.45;
+/// How long a contraction takes to rise and to fall [s].
+const RAMP_SECS: f64 = 0.03;
+/// How much of a contraction the antagonists share at rest, and at full workload.
+const CO_CONTRACTION: (f64, f64) = (0.2, 0.4);
+/// Contractions without a purpose [1/min], how long they last [s], and how strong they are [µV RMS].
+const BY_ITSELF_PER_MIN: f64 = 1.0;
+const LASTS_SECS: Range<f64> = 0.3..1.2;
+const STRENGTH_UV: Range<f64> = 20.0..60.0;
+/// No more contractions wait or last at once.
+const MOST_CONTRACTIONS: usize = 256;
+
+/// A contraction of muscles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contraction {
+    /// When it begins, after the start [s].
+    pub from_secs: f64,
+    /// When it ends [s].
+    pub to_secs: f64,
+    /// How strong it is over the muscles that do it [µV RMS].
+    pub strength_uv: f64,
+    /// Whether the flexors do it; else the extensors.
+    pub flexes: bool,
+    /// How much of it the antagonists share [0..1].
+    pub shared: f64,
+}
+
+/// The muscles of a body, as electrodes at a rate see them.
+#[derive(Clone, Debug)]
+pub struct Muscles {
+    tones_uv: [f64; ELECTRODES],
+    tone_rise: f64,
+    chance: Chance,
+    noise: Noise,
+    contractions: Vec<Contraction>,
+    bands: [Cascade; ELECTRODES],
+    /// What makes the filtered noise have the deviation 1.
+    gain: f64,
+    fibres: Noise,
+}
+
+impl Muscles {
+    /// Muscles at rest, seen at a rate [Hz].
+    pub fn new(traits: &Traits, rate_hz: f64, mut noise: Noise) -> Result<Muscles, SignalError> {
+        let band = butterworth::band_pass(2, LOW_HZ, HIGH_HZ.min(HIGH_SHARE * rate_hz), rate_hz)?;
+        let tone_uv = traits.muscle_tone_uv;
+        Ok(Muscles {
+            tones_uv: std::array::from_fn(|_| tone_uv * noise.factor(ELECTRODE_SIGMA)),
+            tone_rise: 0.0,
+            chance: Chance::new(noise.fork()),
+            fibres: noise.fork(),
+            noise,
+            contractions: Vec::new(),
+            gain: 1.0 / deviation(&band),
+            bands: std::array::from_fn(|_| Cascade::at_rest(&band)),
+        })
+    }
+
+    /// Contracts at a time, now or later.
+    pub fn contract(&mut self, contraction: Contraction) {
+        if self.contractions.len() < MOST_CONTRACTIONS {
+            self.contractions.push(contraction);
+        }
+    }
+
+    /// Moves on by one step, and tells of the contractions that begin in it.
+    pub fn advance(&mut self, step: Step, state: State) -> impl Iterator<Item = Contraction> {
+        self.tone_rise = 1.0 + TONE_RISE * state.workload;
+        self.contractions.retain(|each| each.to_secs > step.from_secs);
+        if let Some(from_secs) = self.chance.within(step, BY_ITSELF_PER_MIN) {
+            let noise = &mut self.noise;
+            let to_secs = from_secs + noise.uniform(LASTS_SECS);
+            let strength_uv = noise.uniform(STRENGTH_UV);
+            let flexes = noise.chance(0.5);
+            let shared = shared(state);
+            let contraction = Contraction { from_secs, to_secs, strength_uv, flexes, shared };
+            self.contract(contraction);
+        }
+        let within = step.from_secs..step.to_secs;
+        self.contractions.iter().filter(move |each| within.contains(&each.from_secs)).copied()
+    }
+
+    /// What the electrodes see next, at a time of the present step [µV].
+    pub fn next_uv(&mut self, secs: f64) -> [f64; ELECTRODES] {
+        let [flexors, extensors] = [true, false]
+            .map(|flexors| self.contractions.iter().map(|c| c.power(secs, flexors)).sum::<f64>());
+        let white: [f64; ELECTRODES] = self.fibres.normals();
+        std::array::from_fn(|electrode| {
+            let contracted = if electrode < ELECTRODES / 2 { flexors } else { extensors };
+            let tone_uv = self.tones_uv[electrode] * self.tone_rise;
+            let rms_uv = (tone_uv * tone_uv + contracted).sqrt();
+            rms_uv * self.gain * self.bands[electrode].push(white[electrode])
+        })
+    }
+}
+
+/// How much of a contraction the antagonists share in a state [0..1].
+pub fn shared(state: State) -> f64 {
+    let (rest, full) = CO_CONTRACTION;
+    rest + (full - rest) * state.workload
+}
+
+impl Contraction {
+    /// The power that it adds over the flexors or the extensors [µV²].
+    fn power(&self, secs: f64, flexors: bool) -> f64 {
+        let share = if flexors == self.flexes { 1.0 } else { self.shared };
+        let ramp = ((secs - self.from_secs).min(self.to_secs - secs) / RAMP_SECS).clamp(0.0, 1.0);
+        (self.strength_uv * share * ramp).powi(2)
+    }
+}
+
+/// The standard deviation of white noise of deviation 1 behind a filter: the length of its answer to
+/// a single one.
+fn deviation(band: &Design) -> f64 {
+    let mut cascade = Cascade::at_rest(band);
+    let ones = std::iter::once(1.0).chain(std::iter::repeat(0.0));
+    ones.take(10_000).map(|one| cascade.push(one).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rms(muscles: &mut Muscles, from: u32, to: u32) -> f64 {
+        let squares: Vec<f64> =
+            (from..to).map(|k| muscles.next_uv(f64::from(k) / 200.0)[0].powi(2)).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn a_contraction_is_as_strong_as_it_says() {
+        let traits = Traits { muscle_tone_uv: 3.0, ..Traits::of_seed(1) };
+        let mut muscles = Muscles::new(&traits, 200.0, Noise::seeded(1)).unwrap();
+        muscles.advance(Step::nth(0), State::default()).for_each(drop);
+        let tone_uv = muscles.tones_uv[0];
+        assert!((rms(&mut muscles, 0, 4000) / tone_uv - 1.0).abs() < 0.05);
+        let (from_secs, to_secs) = (20.0, 40.0);
+        let grip = Contraction { from_secs, to_secs, strength_uv: 50.0, flexes: true, shared: 0.2 };
+        muscles.contract(grip);
+        assert!((rms(&mut muscles, 4010, 7990) / 50.0 - 1.0).abs() < 0.05);
+    }
+}

@@ -1,0 +1,113 @@
+//! What was recorded of a body, and what truly happened in it.
+
+use super::breath::Breath;
+use super::eyes::Blink;
+use super::heart::Beat;
+use super::movement::Swing;
+use super::muscle::Contraction;
+use super::sensor::Sensor;
+use super::skin::Response;
+use super::state::State;
+use super::vessels::Pulse;
+
+/// A run of samples of one sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wave {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// Its rate [Hz]; 0 when it is not worn.
+    pub rate_hz: f64,
+    /// The number of the first sample, counted from the start.
+    pub first: u64,
+    /// Sample by sample, all channels of each, in the sensor's unit; NaN where it gave none.
+    pub samples: Vec<f64>,
+}
+
+impl Wave {
+    /// How many samples of all channels there are.
+    pub fn count(&self) -> usize {
+        self.samples.len() / self.sensor.channels().len()
+    }
+
+    /// When the first sample was taken, after the start [s].
+    pub fn first_secs(&self) -> f64 {
+        if self.rate_hz > 0.0 { self.first as f64 / self.rate_hz } else { 0.0 }
+    }
+
+    /// The samples of one channel (from 0).
+    pub fn channel(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
+        let channels = self.sensor.channels().len();
+        self.samples.iter().copied().skip(channel).step_by(channels)
+    }
+}
+
+/// The body at one moment, exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// When, after the start [s].
+    pub secs: f64,
+    /// What the person goes through.
+    pub state: State,
+    /// How fast the heart beats at this moment, swings and all [1/min].
+    pub heart_rate_bpm: f64,
+    /// How fast breath goes [1/min].
+    pub breaths_per_min: f64,
+    /// The tonic level of skin conductance [µS].
+    pub skin_level_us: f64,
+    /// The temperature of the skin [°C].
+    pub temperature_c: f64,
+}
+
+/// What truly happened, each in the order of its times.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// The body once a second.
+    pub moments: Vec<Moment>,
+    /// Beats of the heart, by their R waves.
+    pub beats: Vec<Beat>,
+    /// Pulses at the finger, told of when they are at their height.
+    pub pulses: Vec<Pulse>,
+    /// Responses of the skin, told of when they begin.
+    pub responses: Vec<Response>,
+    /// Breaths, told of when they are exhaled.
+    pub breaths: Vec<Breath>,
+    /// Blinks, told of when they begin.
+    pub blinks: Vec<Blink>,
+    /// Contractions of the forearm, told of when they begin.
+    pub contractions: Vec<Contraction>,
+    /// Movements of the arm, told of when they begin.
+    pub swings: Vec<Swing>,
+}
+
+/// What was recorded since the last time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    pub(super) waves: [Wave; Sensor::ALL.len()],
+    /// What truly happened.
+    pub truth: Truth,
+}
+
+impl Record {
+    /// What a sensor recorded; nothing when it is not worn.
+    pub fn wave(&self, sensor: Sensor) -> &Wave {
+        &self.waves[sensor as usize]
+    }
+
+    /// What all sensors recorded, in the order of [`Sensor::ALL`].
+    pub fn waves(&self) -> impl Iterator<Item = &Wave> {
+        self.waves.iter()
+    }
+}
+
+impl Truth {
+    pub(super) fn clear(&mut self) {
+        self.moments.clear();
+        self.beats.clear();
+        self.pulses.clear();
+        self.responses.clear();
+        self.breaths.clear();
+        self.blinks.clear();
+        self.contractions.clear();
+        self.swings.clear();
+    }
+}

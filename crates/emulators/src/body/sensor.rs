@@ -1,0 +1,93 @@
+//! The sensors that a body wears.
+
+use std::ops::RangeInclusive;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// What is worn: each sensor has its channels, its unit and its rate.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, Hash, JsonSchema, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensor {
+    /// A strap around the chest: the electrocardiogram.
+    Ecg,
+    /// Light through a finger: the photoplethysmogram.
+    Ppg,
+    /// Skin conductance, as a wristband reads it.
+    EdaWrist,
+    /// Skin conductance at the fingers, read fast.
+    EdaFingers,
+    /// A band around the forearm: eight electromyograms.
+    Emg,
+    /// A band around the head: four electroencephalograms.
+    Eeg,
+    /// A belt around the chest: its width.
+    Respiration,
+    /// The temperature of the skin.
+    Temperature,
+    /// The acceleration of the wrist, gravity included.
+    Acceleration,
+}
+
+impl Sensor {
+    /// All of them, in the order of their places.
+    pub const ALL: [Sensor; 9] = [
+        Sensor::Ecg,
+        Sensor::Ppg,
+        Sensor::EdaWrist,
+        Sensor::EdaFingers,
+        Sensor::Emg,
+        Sensor::Eeg,
+        Sensor::Respiration,
+        Sensor::Temperature,
+        Sensor::Acceleration,
+    ];
+
+    /// What its channels are called.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Sensor::Ecg => &["ecg"],
+            Sensor::Ppg => &["ppg"],
+            Sensor::EdaWrist | Sensor::EdaFingers => &["eda"],
+            Sensor::Emg => &["emg1", "emg2", "emg3", "emg4", "emg5", "emg6", "emg7", "emg8"],
+            Sensor::Eeg => &["TP9", "AF7", "AF8", "TP10"],
+            Sensor::Respiration => &["respiration"],
+            Sensor::Temperature => &["temperature"],
+            Sensor::Acceleration => &["x", "y", "z"],
+        }
+    }
+
+    /// The unit of its samples; "1" is relative to what is usual.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Sensor::Ecg => "mV",
+            Sensor::Ppg | Sensor::Respiration => "1",
+            Sensor::EdaWrist | Sensor::EdaFingers => "uS",
+            Sensor::Emg | Sensor::Eeg => "uV",
+            Sensor::Temperature => "degC",
+            Sensor::Acceleration => "g",
+        }
+    }
+
+    /// The rate of devices that are worn [Hz].
+    pub fn usual_rate_hz(self) -> f64 {
+        match self {
+            Sensor::Ecg => 130.0,
+            Sensor::Ppg => 64.0,
+            Sensor::EdaWrist | Sensor::Temperature => 4.0,
+            Sensor::EdaFingers => 128.0,
+            Sensor::Emg => 200.0,
+            Sensor::Eeg => 256.0,
+            Sensor::Respiration => 50.0,
+            Sensor::Acceleration => 32.0,
+        }
+    }
+
+    /// The rates that can be simulated [Hz].
+    pub fn rates_hz(self) -> RangeInclusive<f64> {
+        match self {
+            Sensor::Emg | Sensor::Eeg => 80.0..=4000.0,
+            _ => 0.1..=4000.0,
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The skin: how well it conducts.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use super::chance::Chance;
+use super::state::State;
+use super::step::{STEP_SECS, Step};
+use super::traits::Traits;
+use crate::noise::{Drift, Noise};
+
+/// How much the level rises with full arousal and with full workload [µS].
+const AROUSAL_US: f64 = 2.5;
+const WORKLOAD_US: f64 = 1.0;
+/// How much the level wanders [µS], and over which time [s].
+const DRIFT_US: f64 = 0.15;
+const DRIFT_SECS: f64 = 120.0;
+/// Responses without an event at rest, and what full workload and full arousal add [1/min].
+const REST_PER_MIN: f64 = 2.0;
+const WORKLOAD_PER_MIN: f64 = 4.0;
+const AROUSAL_PER_MIN: f64 = 4.0;
+/// How a response rises and falls [s]: a Bateman function.
+const RISE_SECS: f64 = 0.7;
+const FALL_SECS: f64 = 2.0;
+/// How much responses vary: the standard deviation of the logarithm.
+const HEIGHT_SIGMA: f64 = 0.5;
+/// A response to an event begins after it by [s].
+const LATENCY_SECS: Range<f64> = 1.5..3.0;
+/// After so long a response is over [s].
+const LAST_SECS: f64 = 20.0;
+/// No more responses are under way or wait at once.
+const MOST_RESPONSES: usize = 256;
+
+/// A response of the skin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response {
+    /// When it begins to rise, after the start [s].
+    pub onset_secs: f64,
+    /// When it is at its height, if none follows meanwhile [s].
+    pub peak_secs: f64,
+    /// Its height over what was there without it [µS].
+    pub amplitude_us: f64,
+    /// When the event was that it answers to [s]; `None` when it came by itself.
+    pub event_secs: Option<f64>,
+}
+
+/// The skin of a body.
+#[derive(Clone, Debug)]
+pub struct Skin {
+    rest_us: f64,
+    response_us: f64,
+    drift: Drift,
+    chance: Chance,
+    noise: Noise,
+    answers: Noise,
+    level_us: f64,
+    until_secs: f64,
+    /// Responses that are under way or will come, by their onset.
+    responses: VecDeque<Response>,
+}
+
+impl Skin {
+    /// Skin at rest.
+    pub fn new(traits: &Traits, mut noise: Noise) -> Skin {
+        Skin {
+            rest_us: traits.skin_level_us,
+            response_us: traits.skin_response_us,
+            drift: Drift::new(DRIFT_SECS, noise.fork()),
+            chance: Chance::new(noise.fork()),
+            answers: noise.fork(),
+            noise,
+            level_us: traits.skin_level_us,
+            until_secs: 0.0,
+            responses: VecDeque::new(),
+        }
+    }
+
+    /// Something happens that the skin will answer to, 1.5 to 3 s later, so many times as strongly as
+    /// usual.
+    pub fn startle(&mut self, event_secs: f64, strength: f64) {
+        let onset_secs = (event_secs + self.answers.uniform(LATENCY_SECS)).max(self.until_secs);
+        let median_us = self.response_us * strength;
+        let response = Response {
+            event_secs: Some(event_secs),
+            ..Response::varied(onset_secs, median_us, &mut self.answers)
+        };
+        self.plan(response);
+    }
+
+    /// Moves on by one step, and tells of the responses that begin in it.
+    pub fn advance(&mut self, step: Step, state: State) -> impl Iterator<Item = Response> {
+        self.until_secs = step.to_secs;
+        let raised_us = AROUSAL_US * state.arousal + WORKLOAD_US * state.workload;
+        let wandered_us = DRIFT_US * self.drift.after(STEP_SECS);
+        self.level_us = (self.rest_us + raised_us + wandered_us).max(0.0);
+        let added_per_min = WORKLOAD_PER_MIN * state.workload + AROUSAL_PER_MIN * state.arousal;
+        if let Some(onset_secs) = self.chance.within(step, REST_PER_MIN + added_per_min) {
+            let response = Response::varied(onset_secs, self.response_us, &mut self.noise);
+            self.plan(response);
+        }
+        let is_over = |response: &Response| step.from_secs > response.onset_secs + LAST_SECS;
+        while self.responses.front().is_some_and(is_over) {
+            self.responses.pop_front();
+        }
+        let within = step.from_secs..step.to_secs;
+        self.responses.iter().filter(move |each| within.contains(&each.onset_secs)).copied()
+    }
+
+    /// The tonic level [µS].
+    pub fn level_us(&self) -> f64 {
+        self.level_us
+    }
+
+    /// How well the skin conducts at a time of the present step [µS].
+    pub fn at(&self, secs: f64) -> f64 {
+        self.level_us + self.responses.iter().map(|response| response.at(secs)).sum::<f64>()
+    }
+
+    fn plan(&mut self, response: Response) {
+        if self.responses.len() < MOST_RESPONSES {
+            let is_before = |other: &Response| other.onset_secs <= response.onset_secs;
+            self.responses.insert(self.responses.partition_point(is_before), response);
+        }
+    }
+}
+
+impl Response {
+    fn varied(onset_secs: f64, median_us: f64, noise: &mut Noise) -> Response {
+        let amplitude_us = median_us * (HEIGHT_SIGMA * noise.normal()).exp();
+        let peak_secs = onset_secs + peak_secs();
+        Response { onset_secs, peak_secs, amplitude_us, event_secs: None }
+    }
+
+    fn at(&self, secs: f64) -> f64 {
+        if secs <= self.onset_secs {
+            return 0.0;
+        }
+        self.amplitude_us * bateman(secs - self.onset_secs) / bateman(peak_secs())
+    }
+}
+
+/// A substance that flows into the skin and out of it (Benedek & Kaernbach 2010,
+/// doi:10.1016/j.jneumeth.2010.04.028).
+fn bateman(secs: f64) -> f64 {
+    (-secs / FALL_SECS).exp() - (-secs / RISE_SECS).exp()
+}
+
+/// When a Bateman function is at its height [s].
+fn peak_secs() -> f64 {
+    (FALL_SECS / RISE_SECS).ln() * FALL_SECS * RISE_SECS / (FALL_SECS - RISE_SECS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_is_answered_once_from_its_onset_to_its_height() {
+        let mut skin = Skin::new(&Traits::of_seed(1), Noise::seeded(1));
+        skin.startle(0.0, 5.0);
+        let to_event: Vec<Response> = (0..64 * 5)
+            .flat_map(|n| skin.advance(Step::nth(n), State::default()).collect::<Vec<_>>())
+            .filter(|response| response.event_secs == Some(0.0))
+            .collect();
+        let [response] = to_event[..] else { panic!("{to_event:?}") };
+        assert!(LATENCY_SECS.contains(&response.onset_secs));
+        assert_eq!(response.at(response.onset_secs), 0.0);
+        assert!((response.at(response.peak_secs) - response.amplitude_us).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,91 @@
+//! What a person goes through.
+
+use super::step::STEP_SECS;
+
+/// A state follows its target with this time constant upwards [s].
+const RISE_SECS: f64 = 8.0;
+/// And with this one downwards [s].
+const FALL_SECS: f64 = 20.0;
+/// Neither pleasant nor unpleasant.
+const NEUTRAL: f64 = 0.5;
+
+/// Workload, arousal and valence, each from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// How hard the mind works: 0 at rest, 1 at the limit.
+    pub workload: f64,
+    /// How excited the person is: 0 calm, 1 agitated.
+    pub arousal: f64,
+    /// How it feels: 0 unpleasant, 0.5 neutral, 1 pleasant.
+    pub valence: f64,
+}
+
+impl Default for State {
+    /// At rest.
+    fn default() -> State {
+        State { workload: 0.0, arousal: 0.0, valence: NEUTRAL }
+    }
+}
+
+/// A state on its way to a target: first order, 8 s upwards and 20 s downwards.
+#[derive(Clone, Debug, Default)]
+pub struct Course {
+    now: State,
+    target: State,
+}
+
+impl Course {
+    /// Where it is.
+    pub fn now(&self) -> State {
+        self.now
+    }
+
+    /// Sets out for another target; what is no number stays as it was.
+    pub fn set_out(&mut self, target: State) {
+        let State { workload, arousal, valence } = self.target;
+        let usable =
+            |value: f64, old: f64| if value.is_nan() { old } else { value.clamp(0.0, 1.0) };
+        self.target = State {
+            workload: usable(target.workload, workload),
+            arousal: usable(target.arousal, arousal),
+            valence: usable(target.valence, valence),
+        };
+    }
+
+    /// Moves on by one step.
+    pub fn advance(&mut self) {
+        let State { workload, arousal, valence } = self.target;
+        self.now = State {
+            workload: nearer(self.now.workload, workload),
+            arousal: nearer(self.now.arousal, arousal),
+            valence: nearer(self.now.valence, valence),
+        };
+    }
+}
+
+fn nearer(now: f64, target: f64) -> f64 {
+    let lag_secs = if target > now { RISE_SECS } else { FALL_SECS };
+    now + (target - now) * (1.0 - (-STEP_SECS / lag_secs).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(course: &mut Course, secs: u32) -> f64 {
+        (0..64 * secs).for_each(|_| course.advance());
+        course.now().workload
+    }
+
+    #[test]
+    fn a_state_rises_in_eight_seconds_and_falls_in_twenty() {
+        let mut course = Course::default();
+        course.set_out(State { workload: 1.0, ..State::default() });
+        assert!((after(&mut course, 8) - 0.632).abs() < 1e-3);
+        let high = after(&mut course, 120);
+        course.set_out(State { workload: f64::NAN, ..State::default() });
+        assert!(after(&mut course, 1) >= high);
+        course.set_out(State { workload: -7.0, ..State::default() });
+        assert!((after(&mut course, 20) - 0.368).abs() < 1e-3);
+    }
+}

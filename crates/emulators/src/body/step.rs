@@ -1,0 +1,28 @@
+//! The steps in which a body moves on.
+
+/// How many steps a second has: a power of two, so that their times are exact.
+pub const STEPS_HZ: f64 = 64.0;
+/// How long a step is [s].
+pub const STEP_SECS: f64 = 1.0 / STEPS_HZ;
+
+/// One step: what changes slowly stays the same during it, what happens in it has its exact time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Where it begins, after the start [s].
+    pub from_secs: f64,
+    /// Where the next one begins [s].
+    pub to_secs: f64,
+}
+
+impl Step {
+    /// The step of a number, from 0.
+    pub fn nth(number: u64) -> Step {
+        let at = |number: u64| number as f64 * STEP_SECS;
+        Step { from_secs: at(number), to_secs: at(number + 1) }
+    }
+
+    /// How many steps end at a time or before it.
+    pub fn whole_until(secs: f64) -> u64 {
+        (secs * STEPS_HZ).floor() as u64
+    }
+}

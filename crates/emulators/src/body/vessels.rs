@@ -1,0 +1,103 @@
+//! The vessels: the pulse that follows each beat, as it is seen at a finger.
+
+use std::collections::VecDeque;
+
+use super::heart::{Beat, Origin};
+use super::state::State;
+use super::step::Step;
+use super::traits::Traits;
+use crate::noise::Noise;
+
+/// How much earlier the pulse arrives at full workload [s].
+const ARRIVAL_GAIN_SECS: f64 = 0.02;
+/// How much of its height goes at full workload: vessels narrow.
+const HEIGHT_LOSS: f64 = 0.35;
+/// How much breath changes its height and its base, relative to the usual height.
+const HEIGHT_SWING: f64 = 0.08;
+const BASE_SWING: f64 = 0.15;
+/// What else varies of pulses: arrival [s] and height.
+const ARRIVAL_SIGMA_SECS: f64 = 0.002;
+const HEIGHT_SIGMA: f64 = 0.02;
+/// An early beat pumps less.
+const ECTOPIC_HEIGHT: f64 = 0.55;
+/// From the foot to the two heights of a pulse, and their widths [s].
+const SYSTOLE_SECS: f64 = 0.14;
+const SYSTOLE_WIDTH_SECS: f64 = 0.055;
+const DIASTOLE_SECS: f64 = 0.36;
+const DIASTOLE_WIDTH_SECS: f64 = 0.09;
+/// The second height, as a share of the first.
+const DIASTOLE_SHARE: f64 = 0.4;
+/// After so long a pulse is over [s].
+const LAST_SECS: f64 = 1.0;
+
+/// A pulse at the finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulse {
+    /// When the beat was that it follows, after the start [s].
+    pub beat_secs: f64,
+    /// When its foot arrives [s].
+    pub foot_secs: f64,
+    /// When it is at its height [s].
+    pub peak_secs: f64,
+    /// Its height over its foot [1].
+    pub amplitude: f64,
+}
+
+/// The vessels of a body.
+#[derive(Clone, Debug)]
+pub struct Vessels {
+    arrival_secs: f64,
+    amplitude: f64,
+    pulses: VecDeque<Pulse>,
+    noise: Noise,
+}
+
+impl Vessels {
+    /// Vessels before their first pulse.
+    pub fn new(traits: &Traits, noise: Noise) -> Vessels {
+        let Traits { pulse_arrival_secs: arrival_secs, pulse_amplitude: amplitude, .. } = *traits;
+        Vessels { arrival_secs, amplitude, pulses: VecDeque::new(), noise }
+    }
+
+    /// Takes in a beat while the chest has a width.
+    pub fn beat(&mut self, beat: Beat, state: State, volume: f64) {
+        let late_secs = ARRIVAL_SIGMA_SECS * self.noise.normal();
+        let foot_secs =
+            beat.secs + self.arrival_secs - ARRIVAL_GAIN_SECS * state.workload + late_secs;
+        let pumped = if beat.origin == Origin::Sinus { 1.0 } else { ECTOPIC_HEIGHT };
+        let swing = 1.0 + HEIGHT_SWING * (0.5 - volume);
+        let narrowed = 1.0 - HEIGHT_LOSS * state.workload;
+        let amplitude =
+            self.amplitude * pumped * swing * narrowed * self.noise.factor(HEIGHT_SIGMA);
+        let peak_secs = foot_secs + SYSTOLE_SECS;
+        self.pulses.push_back(Pulse { beat_secs: beat.secs, foot_secs, peak_secs, amplitude });
+    }
+
+    /// Moves on by one step, and tells of the pulse that has its height in it.
+    pub fn advance(&mut self, step: Step) -> Option<Pulse> {
+        let is_over = |pulse: &Pulse| step.from_secs > pulse.foot_secs + LAST_SECS;
+        while self.pulses.front().is_some_and(is_over) {
+            self.pulses.pop_front();
+        }
+        let within = step.from_secs..step.to_secs;
+        self.pulses.iter().find(|pulse| within.contains(&pulse.peak_secs)).copied()
+    }
+
+    /// The blood in the finger at a time of the present step, as a photoplethysmogram shows it [1].
+    pub fn at(&self, secs: f64, volume: f64) -> f64 {
+        let pulses: f64 = self.pulses.iter().map(|pulse| pulse.at(secs)).sum();
+        pulses - BASE_SWING * self.amplitude * (volume - 0.5)
+    }
+}
+
+impl Pulse {
+    fn at(&self, secs: f64) -> f64 {
+        let after_secs = secs - self.foot_secs;
+        let bump = |at_secs: f64, width_secs: f64| {
+            (-0.5 * ((after_secs - at_secs) / width_secs).powi(2)).exp()
+        };
+        let systole = bump(SYSTOLE_SECS, SYSTOLE_WIDTH_SECS);
+        let diastole = bump(DIASTOLE_SECS, DIASTOLE_WIDTH_SECS);
+        self.amplitude * (systole + DIASTOLE_SHARE * diastole)
+    }
+}

@@ -1,0 +1,9 @@
+#![doc = include_str!("../README.md")]
+#![cfg_attr(
+    test,
+    expect(clippy::float_cmp, reason = "tests compare exactly where the arithmetic is exact")
+)]
+
+pub mod body;
+pub mod task;
+pub mod noise;

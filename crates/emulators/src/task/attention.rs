@@ -1,0 +1,65 @@
+//! What a phase demands of a person, and when the person gives up.
+
+use super::happening::{Happening, What};
+use super::plan::Phase;
+use super::skill::Skill;
+use crate::noise::Noise;
+
+/// What 1, 2 and 3-back demand of the mind [0..1].
+const WORKLOAD: [f64; 3] = [0.35, 0.65, 1.0];
+/// Excitement follows workload, and feeling falls with it.
+const AROUSAL: f64 = 0.8;
+const DISPLEASURE: f64 = 0.2;
+/// What is left of a demand for who has given up.
+const LEFT: f64 = 0.4;
+/// How long giving up lasts, on average [s].
+const BOUT_SECS: f64 = 12.0;
+
+/// A span of a phase with the same demand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bout {
+    /// When it begins [s].
+    pub from_secs: f64,
+    /// Whether the person has given up.
+    pub disengaged: bool,
+}
+
+/// How workload of a level is.
+pub fn workload(level: u8) -> f64 {
+    level.checked_sub(1).and_then(|place| WORKLOAD.get(usize::from(place))).copied().unwrap_or(0.0)
+}
+
+/// The spans of a phase, engaged first; only at 3-back anybody gives up.
+pub fn bouts(phase: &Phase, skill: &Skill, noise: &mut Noise) -> Vec<Bout> {
+    let mut bouts = vec![Bout { from_secs: phase.from_secs, disengaged: false }];
+    let share = if phase.level == 3 { skill.disengaged_share.clamp(0.0, 0.9) } else { 0.0 };
+    if share <= 0.0 {
+        return bouts;
+    }
+    let engaged_secs = BOUT_SECS * (1.0 - share) / share;
+    let mut at_secs = phase.from_secs;
+    loop {
+        let disengaged = bouts.len() % 2 == 1;
+        let mean_secs = if disengaged { engaged_secs } else { BOUT_SECS };
+        at_secs += mean_secs * noise.exponential().max(0.2);
+        if at_secs >= phase.to_secs {
+            return bouts;
+        }
+        bouts.push(Bout { from_secs: at_secs, disengaged });
+    }
+}
+
+impl Bout {
+    /// What it demands at a level.
+    pub fn demand(&self, level: u8) -> Happening {
+        let left = if self.disengaged { LEFT } else { 1.0 };
+        let workload = workload(level) * left;
+        let what = What::Demands {
+            workload,
+            arousal: AROUSAL * workload,
+            valence: 0.5 - DISPLEASURE * workload,
+            disengaged: self.disengaged,
+        };
+        Happening { at_secs: self.from_secs, what }
+    }
+}

@@ -1,0 +1,26 @@
+//! What a person does: an n-back task after a baseline, and now and then a command to a robot.
+//!
+//! A [`Task`] tells what happens when: phases, stimuli, presses, commands, reports, and what all of
+//! this demands of this person. An [`Operator`] is a body that does a task.
+//!
+//! ```
+//! use teampulse_emulators::task::{Plan, Skill, Task, What};
+//!
+//! let mut task = Task::new(Plan::default(), Skill::of_seed(3), 3);
+//! let first = task.next_until(0.0).expect("the baseline begins at once");
+//! assert_eq!(first.what, What::Begins { phase: "baseline" });
+//! ```
+
+mod plan;
+mod skill;
+mod happening;
+mod course;
+mod trial;
+mod attention;
+mod operator;
+
+pub use course::Task;
+pub use happening::{Happening, What};
+pub use operator::{Operator, Told};
+pub use plan::{Phase, Plan};
+pub use skill::Skill;

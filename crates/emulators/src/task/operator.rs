@@ -1,0 +1,70 @@
+//! A person who does a task.
+
+use super::course::Task;
+use super::happening::{Happening, What};
+use crate::body::{Body, Record};
+
+/// How strongly the skin answers to a command and to a phase that begins, as a multiple of the usual.
+const COMMAND_STARTLE: f64 = 1.0;
+const PHASE_STARTLE: f64 = 1.5;
+
+/// A body that does a task: what the task demands becomes the body's state, and each press a
+/// contraction.
+#[derive(Clone, Debug)]
+pub struct Operator {
+    body: Body,
+    task: Task,
+    happened: Vec<Happening>,
+}
+
+/// What a person did since the last time, and what was recorded meanwhile.
+#[derive(Clone, Copy, Debug)]
+pub struct Told<'a> {
+    /// What happened, in the order of its times.
+    pub happened: &'a [Happening],
+    /// What was recorded of the body.
+    pub record: &'a Record,
+}
+
+impl Operator {
+    /// A body at the begin of its task.
+    pub fn new(body: Body, task: Task) -> Operator {
+        Operator { body, task, happened: Vec::new() }
+    }
+
+    /// How long it has lived [s].
+    pub fn secs(&self) -> f64 {
+        self.body.secs()
+    }
+
+    /// Lives and works until a time [s], an hour at most at once, and tells what was since the call
+    /// before. The same for any cut of the time, as [`Body::until`].
+    pub fn until(&mut self, secs: f64) -> Told<'_> {
+        self.happened.clear();
+        self.body.turn_over();
+        let until_secs = self.body.most_until(secs);
+        while let Some(happening) = self.task.next_until(until_secs) {
+            self.body.live(happening.at_secs);
+            self.undergo(happening);
+            self.happened.push(happening);
+        }
+        self.body.live(until_secs);
+        Told { happened: &self.happened, record: self.body.record() }
+    }
+
+    fn undergo(&mut self, Happening { at_secs, what }: Happening) {
+        let body = &mut self.body;
+        match what {
+            What::Begins { .. } => body.startle(at_secs, PHASE_STARTLE),
+            What::Demands { workload, arousal, valence, .. } => {
+                body.state(workload, arousal, valence);
+            }
+            What::Command { .. } => body.startle(at_secs, COMMAND_STARTLE),
+            What::Reaches { press_secs } => body.press(press_secs),
+            What::Ends { .. }
+            | What::Stimulus { .. }
+            | What::Press { .. }
+            | What::Report { .. } => {}
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The plan: which phases there are, and how long they last.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The plan of a task: a baseline, then levels of n-back with rests between them.
+///
+/// Times that are no length count as 0, and a round lasts a second at least.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct Plan {
+    /// How long the baseline lasts [s]. Default: 60.
+    pub baseline_secs: f64,
+    /// How long each level lasts [s]. Default: 60.
+    pub level_secs: f64,
+    /// How long the rest after each level lasts [s]. Default: 30.
+    pub rest_secs: f64,
+    /// How long after a stimulus the next one comes [s], from 1. Default: 2.5.
+    pub stimulus_secs: f64,
+    /// The levels, in their order, each 1 to 3. Default: 1, 2, 3.
+    pub levels: Vec<u8>,
+    /// How many rounds of levels there are; endless when left out.
+    pub rounds: Option<u32>,
+    /// How many robots are there to be commanded. Default: 5.
+    pub robots: u32,
+    /// How often one is commanded while a level lasts [1/min]. Default: 2.
+    pub commands_per_min: f64,
+}
+
+impl Default for Plan {
+    fn default() -> Plan {
+        Plan {
+            baseline_secs: 60.0,
+            level_secs: 60.0,
+            rest_secs: 30.0,
+            stimulus_secs: 2.5,
+            levels: vec![1, 2, 3],
+            rounds: None,
+            robots: 5,
+            commands_per_min: 2.0,
+        }
+    }
+}
+
+/// One phase of a task.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase {
+    /// What it is called.
+    pub name: &'static str,
+    /// How many stimuli back are asked for; 0 when nothing is asked for.
+    pub level: u8,
+    /// When it begins, after the start [s].
+    pub from_secs: f64,
+    /// When it ends [s].
+    pub to_secs: f64,
+}
+
+/// Nothing lasts longer [s].
+const LONGEST_SECS: f64 = 86_400.0;
+/// No round is shorter [s].
+const LEAST_ROUND_SECS: f64 = 1.0;
+
+impl Plan {
+    /// A phase by its number, from 0; `None` after the last.
+    ///
+    /// The baseline, then the levels, each followed by a rest.
+    pub fn phase(&self, number: u64) -> Option<Phase> {
+        let baseline_secs = length_secs(self.baseline_secs);
+        let Some(after) = number.checked_sub(1) else {
+            let (from_secs, to_secs) = (0.0, baseline_secs);
+            return Some(Phase { name: "baseline", level: 0, from_secs, to_secs });
+        };
+        let phases = 2 * self.levels.len() as u64;
+        let round = after.checked_div(phases)?;
+        if self.rounds.is_some_and(|rounds| round >= u64::from(rounds)) {
+            return None;
+        }
+        let level = self.levels[(after % phases / 2) as usize].clamp(1, 3);
+        let level_secs = length_secs(self.level_secs);
+        let pair_secs = (level_secs + length_secs(self.rest_secs)).max(LEAST_ROUND_SECS);
+        let from_secs = baseline_secs + (after / 2) as f64 * pair_secs;
+        let (middle_secs, to_secs) = (from_secs + level_secs, from_secs + pair_secs);
+        Some(if after % 2 == 0 {
+            Phase { name: name(level), level, from_secs, to_secs: middle_secs }
+        } else {
+            Phase { name: "rest", level: 0, from_secs: middle_secs, to_secs }
+        })
+    }
+
+    pub(super) fn pace_secs(&self) -> f64 {
+        if self.stimulus_secs >= 1.0 { self.stimulus_secs } else { 1.0 }
+    }
+}
+
+fn length_secs(secs: f64) -> f64 {
+    if secs > 0.0 { secs.min(LONGEST_SECS) } else { 0.0 }
+}
+
+fn name(level: u8) -> &'static str {
+    match level {
+        1 => "1-back",
+        2 => "2-back",
+        _ => "3-back",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phases_follow_each_other_without_a_gap() {
+        let plan = Plan { rounds: Some(2), ..Plan::default() };
+        let phases: Vec<Phase> = (0..).map_while(|number| plan.phase(number)).collect();
+        assert_eq!(phases.len(), 1 + 2 * 6);
+        assert!(phases.windows(2).all(|two| two[0].to_secs == two[1].from_secs));
+        let names: Vec<&str> = phases.iter().take(6).map(|phase| phase.name).collect();
+        assert_eq!(names, ["baseline", "1-back", "rest", "2-back", "rest", "3-back"]);
+        assert_eq!(phases[12].to_secs, 600.0);
+    }
+
+    #[test]
+    fn a_plan_without_levels_is_a_baseline() {
+        let plan = Plan { levels: Vec::new(), ..Plan::default() };
+        assert!(plan.phase(0).is_some() && plan.phase(1).is_none());
+    }
+}
