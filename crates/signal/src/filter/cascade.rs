@@ -138,6 +138,19 @@ mod tests {
 
     proptest! {
         #[test]
+        fn a_slice_is_filtered_as_its_samples_are(
+            samples in prop::collection::vec(prop::num::f64::ANY, 0..200),
+            order in 1..6u32,
+        ) {
+            let band = band_pass(order, 5.0, 15.0, 130.0).unwrap();
+            let (mut slice, mut one) = (Cascade::settled(&band), Cascade::settled(&band));
+            let singly: Vec<u64> = samples.iter().map(|&x| one.push(x).to_bits()).collect();
+            let mut at_once = samples;
+            slice.filter(&mut at_once);
+            prop_assert_eq!(at_once.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), singly);
+        }
+
+        #[test]
         fn chunks_of_any_length_give_the_same_bits(
             samples in prop::collection::vec(prop::num::f64::ANY, 1..500),
             chunk in 1..4097usize,
