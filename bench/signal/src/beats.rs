@@ -266,7 +266,7 @@ fn speed(bars: &mut Bars, signal: &[f64], rate_hz: f64) -> Result<(), Box<dyn Er
     let channels = [signal.to_vec()];
     let recording = Recording { rate_hz, begin_ns: 0, channels: &channels };
     let (mut filter, mut beats, mut all) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
-    for _ in 0..5 {
+    for _ in 0..20 {
         filter = filter.min(secs(|| zero_phase(&band, signal))?);
         let clean_and_beats = || Ok((clean(signal, rate_hz, 50.0)?, find_beats(signal, rate_hz)?));
         beats = beats.min(secs(clean_and_beats)?);

@@ -2,7 +2,8 @@
 
 use super::history::History;
 use super::intake::Intake;
-use super::kernel::{Kernel, sigma_secs, sum};
+use super::kernel::{Kernel, energy, sigma_secs};
+use super::moving_sum::MovingSum;
 use super::peak::{Deflection, PeakFinder};
 use crate::error::{SignalError, checked, checked_rate_hz};
 
@@ -42,8 +43,9 @@ pub(super) struct Candidates {
     intake: Intake,
     raw: History,
     working: History,
+    sum: MovingSum,
+    /// The squares of the envelope, times `smooth`: in the same order, and cheaper.
     energy: History,
-    envelope: History,
     even: Kernel,
     odd: Kernel,
     /// How far the envelope lags behind the samples.
@@ -75,8 +77,8 @@ impl Candidates {
             wait: wait as i64,
             raw: History::new(second * intake.group()),
             working: History::new(second),
-            energy: History::new(smooth),
-            envelope: History::new(quiet + wait + 1),
+            sum: MovingSum::new(smooth),
+            energy: History::new(quiet + wait + 1),
             even: Kernel::even(QRS_HZ, half, working_hz),
             odd: Kernel::odd(QRS_HZ, half, working_hz),
             lag: (half + smooth / 2) as i64,
@@ -102,25 +104,28 @@ impl Candidates {
         if taken.resumed {
             self.resumed = Some(self.working.count);
         }
-        let place = self.envelope.count;
-        let height = self.envelope_with(taken.mean?);
-        if height > self.before && self.top.is_none_or(|(_, top)| height > top) {
-            self.top = Some((place, height));
+        let place = self.energy.count;
+        let energy = self.energy_with(taken.mean?);
+        if energy > self.before && self.top.is_none_or(|(_, top)| energy > top) {
+            self.top = Some((place, energy));
         }
-        self.before = height;
-        let (top, strength) = self.top.filter(|(top, _)| place - top >= self.wait)?;
+        self.before = energy;
+        let (top, energy) = self.top.filter(|(top, _)| place - top >= self.wait)?;
         self.top = None;
-        Some(self.candidate(top, strength))
+        Some(self.candidate(top, self.height(energy)))
     }
 
-    fn envelope_with(&mut self, sample: f64) -> f64 {
+    fn energy_with(&mut self, sample: f64) -> f64 {
         self.working.push(sample);
         let samples = self.working.newest(self.even.length());
-        self.energy.push(self.even.apply(samples).powi(2) + self.odd.apply(samples).powi(2));
-        let energy = sum(self.energy.newest(self.smooth));
-        let height = (energy / self.smooth as f64).sqrt();
-        self.envelope.push(height);
-        height
+        let energy = self.sum.push(energy(&self.even, &self.odd, samples));
+        self.energy.push(energy);
+        energy
+    }
+
+    /// The height of the envelope.
+    fn height(&self, energy: f64) -> f64 {
+        (energy / self.smooth as f64).sqrt()
     }
 
     fn candidate(&mut self, top: i64, strength: f64) -> Candidate {
@@ -134,10 +139,11 @@ impl Candidates {
 
     /// The height of the envelope that it is below in a quarter of the time around.
     fn quiet_height(&mut self, top: i64) -> f64 {
-        let around = self.envelope.at(top - self.quiet..top + self.wait + 1);
+        let around = self.energy.at(top - self.quiet..top + self.wait + 1);
         self.quiet_values.clear();
         self.quiet_values.extend(around.iter().step_by(QUIET_STEP));
         let index = (self.quiet_values.len() as f64 * QUIET_SHARE) as usize;
-        *self.quiet_values.select_nth_unstable_by(index, f64::total_cmp).1
+        let energy = *self.quiet_values.select_nth_unstable_by(index, f64::total_cmp).1;
+        self.height(energy)
     }
 }

@@ -50,7 +50,14 @@ impl Kernel {
 
     /// What it gives in the middle.
     pub(super) fn apply(&self, samples: &[f64]) -> f64 {
-        products(samples, &self.weights, |sample, weight| sample * weight)
+        let mut sums = [0.0; LANES];
+        let weights = self.weights.chunks_exact(LANES);
+        for (samples, weights) in samples.chunks_exact(LANES).zip(weights) {
+            for lane in 0..LANES {
+                sums[lane] += samples[lane] * weights[lane];
+            }
+        }
+        sums.iter().sum()
     }
 
     fn normal(mut self, frequency_hz: f64, rate_hz: f64) -> Kernel {
@@ -69,23 +76,17 @@ impl Kernel {
     }
 }
 
-/// The sum of values; in the same order whatever their place.
-pub(super) fn sum(values: &[f64]) -> f64 {
-    products(values, values, |value, _| value)
-}
-
-/// The sum of what is made of pairs, as several sums which the processor can add up at once.
-fn products(left: &[f64], right: &[f64], product: impl Fn(f64, f64) -> f64) -> f64 {
-    let mut sums = [0.0; LANES];
-    let (left, right) = (left.chunks_exact(LANES), right.chunks_exact(LANES));
-    let rest = left.remainder().iter().zip(right.remainder());
-    let rest: f64 = rest.map(|(&left, &right)| product(left, right)).sum();
-    for (left, right) in left.zip(right) {
-        for k in 0..LANES {
-            sums[k] += product(left[k], right[k]);
+/// The energy in the middle of samples: the squares of what two kernels of one length give, together.
+pub(super) fn energy(even: &Kernel, odd: &Kernel, samples: &[f64]) -> f64 {
+    let (mut evens, mut odds) = ([0.0; LANES], [0.0; LANES]);
+    let weights = even.weights.chunks_exact(LANES).zip(odd.weights.chunks_exact(LANES));
+    for (samples, (even, odd)) in samples.chunks_exact(LANES).zip(weights) {
+        for lane in 0..LANES {
+            evens[lane] += samples[lane] * even[lane];
+            odds[lane] += samples[lane] * odd[lane];
         }
     }
-    sums.iter().sum::<f64>() + rest
+    evens.iter().sum::<f64>().powi(2) + odds.iter().sum::<f64>().powi(2)
 }
 
 /// Width of the Gaussian whose derivative of this order is most sensitive at a frequency [s].

@@ -43,6 +43,7 @@ mod recent;
 mod candidates;
 mod peak;
 mod kernel;
+mod moving_sum;
 mod intake;
 mod history;
 
