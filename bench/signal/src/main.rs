@@ -9,6 +9,10 @@ mod emg;
 mod wristband;
 mod hrv;
 mod eeg;
+mod ppg;
+mod ppg_peers;
+mod pulses;
+mod disturbances;
 mod statistics;
 mod golden;
 mod records;
@@ -33,6 +37,7 @@ fn main() -> ExitCode {
         ["wristband", data] => wristband::measure(Path::new(data)),
         ["hrv", data] => hrv::measure(Path::new(data)),
         ["eeg", data] => eeg::measure(Path::new(data)),
+        ["ppg", data] => ppg::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
         _ => Err("there is no such part".into()),
     };

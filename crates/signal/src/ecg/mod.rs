@@ -39,13 +39,13 @@ mod likeness;
 mod pieces;
 mod bands;
 mod judge;
-mod recent;
 mod candidates;
 mod peak;
 mod kernel;
 mod moving_sum;
 mod intake;
-mod history;
+
+use crate::{history, recent};
 
 pub use beat::{Beat, Found};
 pub use causal::BeatDetector;

@@ -1,7 +1,7 @@
 //! Anything that can be merged, over the newest samples.
 
 /// What several samples come to.
-pub(super) trait Merge: Copy {
+pub(crate) trait Merge: Copy {
     /// What no samples come to.
     const NOTHING: Self;
 
@@ -14,7 +14,7 @@ pub(super) trait Merge: Copy {
 /// A queue of two stacks: the older samples are held as what each and all newer ones of them come
 /// to, the newer ones as they are. When the older ones are used up, the newer ones become them.
 #[derive(Clone, Debug)]
-pub(super) struct Fold<T> {
+pub(crate) struct Fold<T> {
     length: usize,
     older: Vec<T>,
     newer: Vec<T>,
@@ -22,12 +22,12 @@ pub(super) struct Fold<T> {
 }
 
 impl<T: Merge> Fold<T> {
-    pub(super) fn new(length: usize) -> Fold<T> {
+    pub(crate) fn new(length: usize) -> Fold<T> {
         let stack = || Vec::with_capacity(length);
         Fold { length, older: stack(), newer: stack(), newer_merged: T::NOTHING }
     }
 
-    pub(super) fn push(&mut self, sample: T) {
+    pub(crate) fn push(&mut self, sample: T) {
         if self.older.len() + self.newer.len() == self.length {
             self.let_go();
         }
@@ -35,7 +35,7 @@ impl<T: Merge> Fold<T> {
         self.newer_merged = self.newer_merged.merged(sample);
     }
 
-    pub(super) fn merged(&self) -> T {
+    pub(crate) fn merged(&self) -> T {
         let older = self.older.last().copied().unwrap_or(T::NOTHING);
         older.merged(self.newer_merged)
     }
@@ -50,5 +50,17 @@ impl<T: Merge> Fold<T> {
             self.newer_merged = T::NOTHING;
         }
         self.older.pop();
+    }
+}
+
+/// A sum to which rounding does not add up, as it would if what leaves were subtracted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sum(pub(crate) f64);
+
+impl Merge for Sum {
+    const NOTHING: Sum = Sum(0.0);
+
+    fn merged(self, other: Sum) -> Sum {
+        Sum(self.0 + other.0)
     }
 }

@@ -28,6 +28,7 @@ mod tree;
 mod quantiles;
 
 pub use extremes::SlidingExtremes;
+pub(crate) use fold::{Fold, Sum};
 pub use moments::SlidingMoments;
 pub use quantiles::SlidingQuantiles;
 

@@ -1,37 +1,37 @@
 //! The usual size of something: the median of its newest values.
 
 /// How many of the newest beats, and of everything else, tell what is usual.
-pub(super) const MEMORY: usize = 8;
+pub(crate) const MEMORY: usize = 8;
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Recent {
+pub(crate) struct Recent {
     values: [f64; MEMORY],
     count: usize,
     next: usize,
 }
 
 impl Recent {
-    pub(super) fn push(&mut self, value: f64) {
+    pub(crate) fn push(&mut self, value: f64) {
         self.values[self.next] = value;
         self.next = (self.next + 1) % MEMORY;
         self.count = (self.count + 1).min(MEMORY);
     }
 
     /// Puts another value in the place of the newest, if there is one.
-    pub(super) fn replace_newest(&mut self, value: f64) {
+    pub(crate) fn replace_newest(&mut self, value: f64) {
         if self.count > 0 {
             self.values[(self.next + MEMORY - 1) % MEMORY] = value;
         }
     }
 
-    pub(super) fn median(&self) -> Option<f64> {
+    pub(crate) fn median(&self) -> Option<f64> {
         let mut values = self.values;
         median(&mut values[..self.count])
     }
 }
 
 /// The median; changes the order of the values.
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let middle = values.len() / 2;
     let upper = *values.get(middle)?;

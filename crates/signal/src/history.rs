@@ -6,20 +6,20 @@ use std::ops::Range;
 ///
 /// Before the first value stand copies of it.
 #[derive(Clone, Debug)]
-pub(super) struct History {
+pub(crate) struct History {
     values: Vec<f64>,
     length: usize,
     /// How many were taken in.
-    pub(super) count: i64,
+    pub(crate) count: i64,
 }
 
 impl History {
-    pub(super) fn new(length: usize) -> History {
+    pub(crate) fn new(length: usize) -> History {
         let length = length.max(1);
         History { values: Vec::with_capacity(2 * length), length, count: 0 }
     }
 
-    pub(super) fn push(&mut self, value: f64) {
+    pub(crate) fn push(&mut self, value: f64) {
         if self.count == 0 {
             self.values.resize(self.length, value);
         }
@@ -32,14 +32,14 @@ impl History {
     }
 
     /// The values at these places, as far as they are still or already there.
-    pub(super) fn at(&self, places: Range<i64>) -> &[f64] {
+    pub(crate) fn at(&self, places: Range<i64>) -> &[f64] {
         let origin = self.count - self.values.len() as i64;
         let index = |place: i64| (place - origin).clamp(0, self.values.len() as i64) as usize;
         let (begin, end) = (index(places.start), index(places.end));
         &self.values[begin..end.max(begin)]
     }
 
-    pub(super) fn newest(&self, length: usize) -> &[f64] {
+    pub(crate) fn newest(&self, length: usize) -> &[f64] {
         &self.values[self.values.len().saturating_sub(length)..]
     }
 }

@@ -1,0 +1,165 @@
+//! The PPG in the shape that the analyses of all signals share: pulses as events, and of any span the
+//! pulse rate, the shape of the pulses, breathing, the quality of the signal, and the variability of
+//! pulses ([`HeartWindows`](crate::hrv::HeartWindows) of the good ones, so that motion does not pass
+//! for it).
+//!
+//! The quality of a span, and which of its pulses are good, is judged with the minute before it.
+//! Where more than half of it is flagged, nothing is told of pulses.
+//!
+//! Pulses of the newest 0.4 s or so are not known yet when a span is asked for as soon as it is over.
+
+use std::borrow::Cow;
+use std::collections::VecDeque;
+
+use super::causal::PulseDetector;
+use super::pulse::Pulse;
+use super::store::PpgWindows;
+use super::whole::pulses_of;
+use super::working::Grouping;
+use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
+use crate::error::{SignalError, checked};
+use crate::hrv::Domain;
+
+/// How a PPG is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// What the signal is measured in; `1` when that is not known.
+    pub unit: Cow<'static, str>,
+    /// With a second channel that tells how strongly the sensor moves (the magnitude of acceleration
+    /// less that of gravity [g], say), at the rate of the first: a cycle in which it is above this, in
+    /// the unit of that channel, is motion. `None` without such a channel.
+    pub motion_limit: Option<f64>,
+    /// Which values of the variability of pulses: all of them.
+    pub domains: Vec<Domain>,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { unit: Cow::Borrowed("1"), motion_limit: None, domains: Domain::ALL.to_vec() }
+    }
+}
+
+/// A PPG that comes in at `rate_hz`, 20 to 2000 Hz: channel 0, and motion as channel 1 where
+/// [settings](Settings::motion_limit) say so.
+///
+/// An error for another rate, or absurd settings.
+pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
+    let how = "causal, Elgendi 2013 on 0.7-8 Hz (Butterworth, 1st and 2nd order, forwards), known 0.4 s later";
+    check(settings)?;
+    let intake = Intake::new(rate_hz)?;
+    let windows = PpgWindows::new(intake.rate_hz(), settings, how);
+    let detector = PulseDetector::new(rate_hz)?;
+    Ok(Box::new(CausalPpg { intake, detector, windows, events: VecDeque::new() }))
+}
+
+/// A whole PPG at 20 to 2000 Hz, with channels as for [`causal`].
+///
+/// An error for another rate, or absurd settings. A recording without a usable sample has no pulses.
+pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
+    let how = "whole recording, Elgendi 2013 on 0.5-8 Hz (Butterworth, 2nd order, zero phase)";
+    check(settings)?;
+    let mut intake = Intake::new(recording.rate_hz)?;
+    let mut windows = PpgWindows::new(intake.rate_hz(), settings, how);
+    let mut working = Vec::with_capacity(recording.len() / intake.signal.group() + 1);
+    let at = |channel: usize, place: usize| {
+        recording.channels.get(channel).map_or(f64::NAN, |channel| channel[place])
+    };
+    for place in 0..recording.len() {
+        let at_ns = recording.time_ns(place as f64);
+        if let Some(taken) = intake.push(at_ns, at(0, place), at(1, place)) {
+            working.push(taken.value);
+            windows.push(taken.at_ns, taken.value, taken.motion);
+        }
+    }
+    let pulses = pulses_of(&working, intake.rate_hz());
+    let tell = |pulse: Pulse| event(&mut windows, pulse, intake.signal.group());
+    let events = pulses.into_iter().map(tell).collect();
+    Ok(Whole { events, windows: Box::new(windows) })
+}
+
+fn check(settings: &Settings) -> Result<(), SignalError> {
+    let limit = settings.motion_limit.unwrap_or(0.0);
+    checked("the motion limit", limit, (0.0, 1e9)).map(|_| ())
+}
+
+struct CausalPpg {
+    intake: Intake,
+    detector: PulseDetector,
+    windows: PpgWindows,
+    events: VecDeque<Event>,
+}
+
+impl Windows for CausalPpg {
+    fn values(&self) -> &[Value] {
+        self.windows.values()
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.windows.measure(span)
+    }
+}
+
+impl Causal for CausalPpg {
+    fn push(&mut self, at_ns: i64, channels: &[f64]) {
+        let at = |channel: usize| channels.get(channel).copied().unwrap_or(f64::NAN);
+        let Some(taken) = self.intake.push(at_ns, at(0), at(1)) else { return };
+        self.windows.push(taken.at_ns, taken.value, taken.motion);
+        if let Some(pulse) = self.detector.take(taken.value) {
+            self.events.push_back(event(&mut self.windows, pulse, self.intake.signal.group()));
+        }
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    fn forget(&mut self, before_ns: i64) {
+        self.windows.forget(before_ns);
+    }
+}
+
+/// Takes a pulse at the working rate into the windows, and makes an event of it.
+fn event(windows: &mut PpgWindows, pulse: Pulse, group: usize) -> Event {
+    let (at_ns, pp_ms) = windows.push_pulse(pulse);
+    let pulse = pulse.in_groups_of(group);
+    let details = vec![
+        ("onset_sample", pulse.onset),
+        ("amplitude", pulse.amplitude),
+        ("rise_ms", pulse.rise_ms),
+        ("width_ms", pulse.width_ms),
+        ("pp_ms", pp_ms),
+    ];
+    Event { kind: "pulse", sample: pulse.sample, at_ns, details }
+}
+
+/// From samples to means of groups of them.
+struct Intake {
+    signal: Grouping,
+    motion: Grouping,
+    begin_ns: Option<i64>,
+}
+
+struct Taken {
+    at_ns: i64,
+    value: f64,
+    motion: f64,
+}
+
+impl Intake {
+    fn new(rate_hz: f64) -> Result<Intake, SignalError> {
+        let signal = Grouping::new(rate_hz)?;
+        Ok(Intake { motion: signal.clone(), signal, begin_ns: None })
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.signal.rate_hz()
+    }
+
+    fn push(&mut self, at_ns: i64, sample: f64, motion: f64) -> Option<Taken> {
+        let begin_ns = *self.begin_ns.get_or_insert(at_ns);
+        let (value, motion) = (self.signal.push(sample), self.motion.push(motion));
+        let (value, motion) = (value?, motion?);
+        self.begin_ns = None;
+        Some(Taken { at_ns: begin_ns.midpoint(at_ns), value, motion })
+    }
+}

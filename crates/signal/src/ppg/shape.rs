@@ -1,0 +1,145 @@
+//! What a pulse wave looks like.
+
+use super::pulse::Pulse;
+
+/// How far from the maximum of the band-passed signal the peak may be [s].
+const SEARCH_SECS: f64 = 0.12;
+/// A parabola through the peak and values so far beside it gives the time between samples [s].
+const PARABOLA_SECS: f64 = 0.015;
+/// How long after the beginning of a signal a peak is at least, so that something of its rise is seen [s].
+pub(super) const SHORTEST_RISE_SECS: f64 = 0.05;
+/// How long a rise lasts at most [s].
+const LONGEST_RISE_SECS: f64 = 0.5;
+/// How much the signal may climb again on the way down to the onset, as share of what it falls.
+const WIGGLE: f64 = 0.03;
+/// How long after the peak a pulse falls to half of its height at most [s].
+const LONGEST_FALL_SECS: f64 = 1.0;
+
+/// A smoothed signal with pulse waves.
+pub(super) struct Wave<'a> {
+    pub(super) smoothed: &'a [f64],
+    pub(super) rate_hz: f64,
+}
+
+impl Wave<'_> {
+    /// The pulse whose band-passed signal is highest at a place, not reaching back beyond `floor`;
+    /// `None` outside of the signal.
+    pub(super) fn pulse_near(&self, place: usize, floor: usize) -> Option<Pulse> {
+        let reach = self.samples(SEARCH_SECS);
+        let begin = place.saturating_sub(reach).max(floor).max(1);
+        let end = (place + reach + 1).min(self.smoothed.len().checked_sub(1)?);
+        let maxima = (begin..end).filter(|&place| self.is_maximum(place));
+        let highest = maxima.reduce(|a, b| if self.smoothed[b] > self.smoothed[a] { b } else { a });
+        self.pulse_at(highest.unwrap_or(place), floor)
+    }
+
+    /// The pulse with its peak within half a sample of a place.
+    pub(super) fn pulse_at(&self, peak: usize, floor: usize) -> Option<Pulse> {
+        let (sample, top) = self.vertex(peak)?;
+        let (foot, bottom) = self.foot(peak, floor);
+        let onset = self.tangent(foot, peak, bottom);
+        let amplitude = top - bottom;
+        let half = bottom + amplitude / 2.0;
+        let up = self.crossing(half, (foot..peak).rev(), 1);
+        let last = (peak + self.samples(LONGEST_FALL_SECS)).min(self.smoothed.len() - 1);
+        let down = self.crossing(half, (peak + 1)..=last, -1);
+        let millis = 1e3 / self.rate_hz;
+        let rise_ms = (sample - onset) * millis;
+        Some(Pulse { sample, onset, amplitude, rise_ms, width_ms: (down - up) * millis })
+    }
+
+    /// The greatest step from one sample to the next between two places, up or down.
+    pub(super) fn steepest(&self, begin: f64, end: f64) -> f64 {
+        let place = |at: f64| (at.round().max(0.0) as usize).min(self.smoothed.len());
+        let part = &self.smoothed[place(begin)..place(end).max(place(begin))];
+        part.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
+    }
+
+    fn samples(&self, secs: f64) -> usize {
+        (secs * self.rate_hz).round().max(1.0) as usize
+    }
+
+    fn is_maximum(&self, place: usize) -> bool {
+        let [left, middle, right] = [place - 1, place, place + 1].map(|place| self.smoothed[place]);
+        middle > left && middle >= right
+    }
+
+    /// Place and height of the top of the parabola through a peak.
+    fn vertex(&self, peak: usize) -> Option<(f64, f64)> {
+        let middle = *self.smoothed.get(peak)?;
+        let step = self.samples(PARABOLA_SECS);
+        let beside = |place: Option<usize>| self.smoothed.get(place?).copied();
+        let sides = (beside(peak.checked_sub(step)), beside(Some(peak + step)));
+        let (Some(left), Some(right)) = sides else { return Some((peak as f64, middle)) };
+        let (bend, tilt) = (left - 2.0 * middle + right, left - right);
+        let shift = 0.5 * tilt / bend;
+        let fits = bend < 0.0 && shift.abs() <= 0.5;
+        let vertex = (peak as f64 + shift * step as f64, middle - tilt * tilt / (8.0 * bend));
+        Some(if fits { vertex } else { (peak as f64, middle) })
+    }
+
+    /// Place and height of the lowest point of the rise to a peak.
+    fn foot(&self, peak: usize, floor: usize) -> (usize, f64) {
+        let begin = peak.saturating_sub(self.samples(LONGEST_RISE_SECS)).max(floor).min(peak);
+        let before = &self.smoothed[begin..=peak];
+        let lowest = before.iter().copied().fold(f64::INFINITY, f64::min);
+        let wiggle = WIGGLE * (self.smoothed[peak] - lowest);
+        let mut foot = peak;
+        for place in (begin..peak).rev() {
+            if self.smoothed[place] < self.smoothed[foot] {
+                foot = place;
+            } else if self.smoothed[place] > self.smoothed[foot] + wiggle {
+                break;
+            }
+        }
+        (foot, self.smoothed[foot])
+    }
+
+    /// Where the tangent of the steepest rise meets the level of the foot.
+    fn tangent(&self, foot: usize, peak: usize, bottom: f64) -> f64 {
+        let slope = |place: &usize| self.smoothed[place + 1] - self.smoothed[*place];
+        let steepest = (foot..peak).reduce(|a, b| if slope(&b) > slope(&a) { b } else { a });
+        let Some(steepest) = steepest.filter(|place| slope(place) > 0.0) else {
+            return foot as f64;
+        };
+        let middle = self.smoothed[steepest].midpoint(self.smoothed[steepest + 1]);
+        (steepest as f64 + 0.5 - (middle - bottom) / slope(&steepest)).max(foot as f64)
+    }
+
+    /// Where the signal falls below a level first, along places; NaN if it does not.
+    fn crossing(&self, level: f64, mut along: impl Iterator<Item = usize>, back: i64) -> f64 {
+        let Some(below) = along.find(|&place| self.smoothed[place] < level) else {
+            return f64::NAN;
+        };
+        let above = (below as i64 + back) as usize;
+        let share = (level - self.smoothed[below]) / (self.smoothed[above] - self.smoothed[below]);
+        below as f64 + back as f64 * share.clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_has_its_own_shape() {
+        // Up from 0 at 10 to 20 at 20.3, down to 0 at 40.
+        let height = |k: usize| {
+            let at = k as f64;
+            (20.0 * (at - 10.0) / 10.3).min(20.0 * (40.0 - at) / 19.7).max(0.0)
+        };
+        let smoothed: Vec<f64> = (0..60).map(height).collect();
+        let pulse = Wave { smoothed: &smoothed, rate_hz: 100.0 }.pulse_near(18, 0).unwrap();
+        assert!((pulse.sample - 20.3).abs() < 0.4, "{pulse:?}");
+        assert!((pulse.onset - 10.0).abs() < 0.05, "{pulse:?}");
+        assert!((pulse.amplitude - 20.0).abs() < 1.0, "{pulse:?}");
+        assert!((pulse.width_ms - 150.0).abs() < 5.0, "{pulse:?}");
+    }
+
+    #[test]
+    fn what_does_not_fall_again_has_no_width() {
+        let smoothed: Vec<f64> = (0..30).map(|k| f64::from(k.min(20))).collect();
+        let pulse = Wave { smoothed: &smoothed, rate_hz: 100.0 }.pulse_at(20, 0).unwrap();
+        assert!(pulse.width_ms.is_nan() && pulse.amplitude > 15.0);
+    }
+}

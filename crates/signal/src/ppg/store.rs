@@ -1,0 +1,115 @@
+//! What is known of a PPG, of which any span can be asked.
+
+use std::collections::VecDeque;
+
+use super::analysis::Settings;
+use super::pulse::Pulse;
+use super::quality::Quality;
+use super::smooth::Smoothing;
+use super::values;
+use super::view::View;
+use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
+use crate::hrv::{BEFORE_SECS, HeartWindows};
+
+/// With more than this share flagged, what is left is not told.
+const MOST_FLAGGED: f64 = 0.5;
+
+/// Samples at the working rate, and pulses there.
+pub(super) struct PpgWindows {
+    signal: Track,
+    /// How strongly the sensor moved, and how strongly it may, where that is known.
+    motion: Option<(Track, f64)>,
+    /// In their order; the place is that at the working rate.
+    pulses: VecDeque<(i64, Pulse)>,
+    smoothing: Smoothing,
+    /// Without beats: they depend on the quality in each span.
+    heart: HeartWindows,
+    values: Vec<Value>,
+}
+
+impl PpgWindows {
+    /// `how` pulses were found.
+    pub(super) fn new(rate_hz: f64, settings: &Settings, how: &'static str) -> PpgWindows {
+        let heart = HeartWindows::causal().only(&settings.domains);
+        let values = [values::of_signal(how, &settings.unit), heart.values().to_vec()].concat();
+        PpgWindows {
+            signal: Track::new(rate_hz),
+            motion: settings.motion_limit.map(|limit| (Track::new(rate_hz), limit)),
+            pulses: VecDeque::new(),
+            smoothing: Smoothing::new(rate_hz),
+            heart,
+            values,
+        }
+    }
+
+    pub(super) fn push(&mut self, at_ns: i64, value: f64, motion: f64) {
+        self.signal.push(at_ns, value);
+        if let Some((track, _)) = &mut self.motion {
+            track.push(at_ns, motion);
+        }
+    }
+
+    /// Takes in a pulse; when it was [ns], and the time since the one before it [ms].
+    pub(super) fn push_pulse(&mut self, pulse: Pulse) -> (i64, f64) {
+        let at_ns = self.signal.time_ns(pulse.sample).unwrap_or_default();
+        let before = self.pulses.back().map_or(f64::NAN, |before| before.1.sample);
+        self.pulses.push_back((at_ns, pulse));
+        (at_ns, (pulse.sample - before) / self.signal.rate_hz() * 1e3)
+    }
+
+    pub(super) fn forget(&mut self, before_ns: i64) {
+        let before = Span { begin_ns: before_ns, end_ns: before_ns }.with_before(BEFORE_SECS);
+        self.signal.forget(before.begin_ns);
+        if let Some((track, _)) = &mut self.motion {
+            track.forget(before.begin_ns);
+        }
+        while self.pulses.front().is_some_and(|pulse| pulse.0 < before.begin_ns) {
+            self.pulses.pop_front();
+        }
+    }
+
+    /// What is seen of a span, and of the minute before it; `None` without a usable sample.
+    fn view(&self, span: Span) -> Option<View> {
+        let context = span.with_before(BEFORE_SECS);
+        let from = self.pulses.partition_point(|pulse| pulse.0 < context.begin_ns);
+        let to = self.pulses.partition_point(|pulse| pulse.0 < context.end_ns).max(from);
+        let pulses = self.pulses.range(from..to).copied();
+        let mut view = View::of(&self.signal, span, &self.smoothing, pulses)?;
+        self.discard_moved(&mut view.quality, view.begin);
+        Some(view)
+    }
+
+    fn discard_moved(&self, quality: &mut Quality, begin: usize) {
+        let Some((track, limit)) = &self.motion else { return };
+        quality.discard(|cycle| {
+            let place = |at: f64| begin + at.round().max(0.0) as usize;
+            track.iter(place(cycle.begin)..place(cycle.end)).any(|level| level > *limit)
+        });
+    }
+}
+
+impl Windows for PpgWindows {
+    fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        let coverage = self.signal.coverage(span);
+        let Some(view) = self.view(span).filter(|_| coverage >= LEAST_COVERAGE) else {
+            return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
+        };
+        let mut heart = self.heart.clone();
+        view.good_pulses().for_each(|at_ns| heart.push(at_ns));
+        view.holes().for_each(|(from_ns, to_ns)| heart.mark_gap(from_ns, to_ns));
+        let mut of_pulses = view.of_pulses(span);
+        let mut of_heart = heart.measure(span).values;
+        let of_signal = view.of_signal();
+        if of_signal.flagged > MOST_FLAGGED {
+            of_pulses.fill(Err(Reason::Quality));
+            of_heart.fill(Err(Reason::Quality));
+        }
+        let quality = of_signal.quality;
+        let values = [of_pulses, of_signal.values(), of_heart].concat();
+        Measured { coverage, quality, values }
+    }
+}

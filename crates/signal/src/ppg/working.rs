@@ -1,0 +1,77 @@
+//! From samples as they come to a signal near 100 Hz, which tells of pulse waves as much.
+
+use super::clean::checked_ppg_rate_hz;
+use crate::error::SignalError;
+use crate::gaps::is_usable;
+
+/// Rates of twice this and more are averaged down towards it [Hz].
+const WORKING_RATE_HZ: f64 = 100.0;
+
+/// Averages whole groups of samples, of those that are usable.
+#[derive(Clone, Debug)]
+pub(super) struct Grouping {
+    group: usize,
+    rate_hz: f64,
+    sum: f64,
+    usable: usize,
+    in_group: usize,
+}
+
+impl Grouping {
+    /// An error when the rate is not between 20 and 2000 Hz.
+    pub(super) fn new(rate_hz: f64) -> Result<Grouping, SignalError> {
+        let group = (checked_ppg_rate_hz(rate_hz)? / WORKING_RATE_HZ).floor().max(1.0);
+        let rate_hz = rate_hz / group;
+        Ok(Grouping { group: group as usize, rate_hz, sum: 0.0, usable: 0, in_group: 0 })
+    }
+
+    /// How many samples make one at the working rate.
+    pub(super) fn group(&self) -> usize {
+        self.group
+    }
+
+    /// The working rate [Hz].
+    pub(super) fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
+    /// Takes in a sample; the mean of the group that it completes, NaN without a usable one.
+    pub(super) fn push(&mut self, sample: f64) -> Option<f64> {
+        if is_usable(sample) {
+            self.sum += sample;
+            self.usable += 1;
+        }
+        self.in_group += 1;
+        if self.in_group < self.group {
+            return None;
+        }
+        let mean = self.sum / self.usable as f64;
+        (self.sum, self.usable, self.in_group) = (0.0, 0, 0);
+        Some(mean)
+    }
+}
+
+/// Bridges gaps by holding the last value and going on from there, so that no jump looks like a
+/// pulse.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bridge {
+    held: Option<f64>,
+    is_gap: bool,
+    offset: f64,
+}
+
+impl Bridge {
+    /// `None` until the first usable value.
+    pub(super) fn push(&mut self, value: f64) -> Option<f64> {
+        if !is_usable(value) {
+            self.is_gap = true;
+            return self.held;
+        }
+        if self.is_gap {
+            self.offset = self.held.map_or(0.0, |held| held - value);
+        }
+        self.is_gap = false;
+        self.held = Some(value + self.offset);
+        self.held
+    }
+}
