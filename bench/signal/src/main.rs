@@ -13,6 +13,7 @@ mod ppg;
 mod ppg_peers;
 mod pulses;
 mod disturbances;
+mod respiration;
 mod statistics;
 mod golden;
 mod records;
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         ["hrv", data] => hrv::measure(Path::new(data)),
         ["eeg", data] => eeg::measure(Path::new(data)),
         ["ppg", data] => ppg::measure(Path::new(data)),
+        ["respiration", data] => respiration::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
         _ => Err("there is no such part".into()),
     };

@@ -31,6 +31,7 @@ use modulation::{Modulation, intervals};
 
 use crate::analysis::Reason;
 use crate::estimate::Estimate;
+use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
 /// The largest standard uncertainty that is worth telling [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
@@ -58,7 +59,7 @@ pub struct Derived {
 ///   the modulations' shares, each with a floor of a tenth of the mean; the rate of the greatest
 ///   product, and as its uncertainty the root mean square distance of the squared product from it.
 ///   A stretch tells when 80 % of the product lie within 1.5 / 30 s of the peak and its uncertainty
-///   is below 2 a minute; a window when half of its stretches do, with their mean.
+///   is below 2 a minute; a window when half of its stretches do, with their median.
 /// - *Window*: at least 30 s.
 /// - *Reference*: fusion of modulations after Karlen et al. (2013), doi:10.1109/TBME.2013.2246160;
 ///   stretches and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
@@ -115,7 +116,7 @@ fn rate(times_secs: &[f64], others: &[&[f64]], window: Range<f64>) -> Result<Der
     if told.is_empty() || 2 * told.len() < stretches.len() {
         return Err(Reason::Quality);
     }
-    let rate_per_min = mean_of(&told);
+    let rate_per_min = median_of(&told);
     if rate_per_min.sigma > LARGEST_SIGMA {
         return Err(Reason::Quality);
     }
@@ -131,13 +132,13 @@ fn stretches(window: &Range<f64>) -> Vec<Range<f64>> {
     (0..=steps as usize).map(|k| begin(k)..begin(k) + STRETCH_SECS).collect()
 }
 
-/// The mean rate; two stretches that overlap by half tell as much as one and a half.
-fn mean_of(told: &[Stretch]) -> Estimate {
+/// The median rate; two stretches that overlap by half tell as much as one and a half.
+fn median_of(told: &[Stretch]) -> Estimate {
     let rates: Vec<f64> = told.iter().map(|stretch| stretch.rate_per_min.value).collect();
-    let value = rates.iter().sum::<f64>() / rates.len() as f64;
+    let value = median(&rates).unwrap_or(f64::NAN);
     let within: f64 = told.iter().map(|each| each.rate_per_min.sigma.powi(2)).sum();
-    let between: f64 = rates.iter().map(|rate| (rate - value).powi(2)).sum();
+    let between = (SIGMA_FROM_MAD * mad(&rates).unwrap_or(f64::NAN)).powi(2);
     let count = rates.len() as f64;
-    let variance = within / count + between / (count - 1.0).max(1.0);
+    let variance = within / count + between;
     Estimate { value, sigma: (variance / (count / 2.0 + 0.5)).sqrt() }
 }

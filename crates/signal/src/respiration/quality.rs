@@ -1,0 +1,124 @@
+//! How well breaths can be read off a signal.
+
+use super::Breath;
+use super::band;
+use super::grouping::Grouping;
+use super::pattern::mean;
+use super::spectral::Spectral;
+use crate::gaps::is_usable;
+use crate::robust::{SIGMA_FROM_MAD, mad, median};
+
+/// A signal that stays the same for longer is flat [s]; at its least or greatest value, saturated.
+const FLAT_SECS: f64 = 3.0;
+const SATURATED_SECS: f64 = 0.3;
+/// A breath that is so many times higher or lower than the median is motion, or none.
+const UNUSUAL_FACTOR: f64 = 4.0;
+/// How many values stand for the shape of a breath.
+const SHAPE_LENGTH: usize = 32;
+
+/// Signal quality from 0 (useless) to 1 (nothing but equal breaths).
+///
+/// (breathing share · likeness · regularity)^⅓ · covered share · living share, where
+/// - the breathing share is that of 0.05–1 Hz in all power above 0.05 Hz (Welch, 30 s);
+/// - likeness is the mean correlation of breaths with the median breath, each stretched to the same
+///   length, and not below 0 (as Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
+/// - regularity is 1 / (1 + v²), with v = 1.4826 · MAD / median of the durations;
+/// - the covered share is that of the time that lies in breaths with an amplitude between a quarter
+///   and four times the median: motion and pauses of the sensor are left;
+/// - the living share is that of samples that are usable, not flat (the same for more than 3 s) and
+///   not saturated (at the least or greatest value for more than 0.3 s).
+///
+/// `breaths` are those of the signal. Fewer than two give 0. `None` without a signal or for a rate
+/// outside of 5 to 2000 Hz. It compares windows of one person and sensor: speech lowers it, although
+/// nothing is wrong.
+pub fn quality(signal: &[f64], rate_hz: f64, breaths: &[Breath]) -> Option<f64> {
+    band::band(rate_hz).ok().filter(|_| !signal.is_empty())?;
+    let grouping = Grouping::new(rate_hz);
+    let placed: Vec<Breath> = breaths.iter().map(|breath| grouping.placed(breath)).collect();
+    let rate_hz = rate_hz / grouping.length() as f64;
+    let means = grouping.all(signal);
+    Some(of_means(&means, rate_hz, &placed, Spectral::of(&means, rate_hz)))
+}
+
+/// The quality of the means of groups, with breaths at their places.
+pub(super) fn of_means(
+    means: &[f64],
+    rate_hz: f64,
+    breaths: &[Breath],
+    spectral: Option<Spectral>,
+) -> f64 {
+    let length = means.len() as f64;
+    let is_inside =
+        |breath: &&Breath| breath.begin >= 0.0 && breath.end < length && breath.begin < breath.end;
+    let whole: Vec<&Breath> = breaths.iter().filter(is_inside).collect();
+    let Some(spectral) = spectral.filter(|_| whole.len() >= 2) else { return 0.0 };
+    let durations: Vec<f64> = whole.iter().map(|breath| breath.duration()).collect();
+    let product = spectral.breathing_share * likeness(means, &whole) * regularity(&durations);
+    let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
+    if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }
+}
+
+fn regularity(durations: &[f64]) -> f64 {
+    let spread = mad(durations).zip(median(durations)).map(|(mad, median)| mad / median);
+    1.0 / (1.0 + (SIGMA_FROM_MAD * spread.unwrap_or(f64::INFINITY)).powi(2))
+}
+
+fn covered_share(breaths: &[Breath], length: f64) -> f64 {
+    let amplitudes: Vec<f64> = breaths.iter().map(|breath| breath.amplitude).collect();
+    let usual = median(&amplitudes).unwrap_or(f64::NAN);
+    let is_usual = |breath: &&Breath| {
+        (usual / UNUSUAL_FACTOR..=usual * UNUSUAL_FACTOR).contains(&breath.amplitude)
+    };
+    let covered = breaths.iter().filter(is_usual).map(|breath| breath.overlap(&(0.0..length)));
+    (covered.sum::<f64>() / length).min(1.0)
+}
+
+/// Mean correlation of breaths with the median breath.
+fn likeness(means: &[f64], breaths: &[&Breath]) -> f64 {
+    let shapes: Vec<Vec<f64>> = breaths.iter().map(|breath| shape(means, breath)).collect();
+    let at = |place: usize| shapes.iter().map(|shape| shape[place]).collect::<Vec<f64>>();
+    let usual: Vec<f64> = (0..SHAPE_LENGTH).map(|k| median(&at(k)).unwrap_or(0.0)).collect();
+    let correlations = shapes.iter().map(|shape| correlation(shape, &usual).max(0.0));
+    mean(&correlations.collect::<Vec<f64>>())
+}
+
+/// The breath above the line between its ends, at even places; the missing lies on the line.
+fn shape(means: &[f64], breath: &Breath) -> Vec<f64> {
+    let at = |place: f64| {
+        let (before, share) = (place.floor() as usize, place - place.floor());
+        let (low, high) = (means[before], means[(before + 1).min(means.len() - 1)]);
+        low + (high - low) * share
+    };
+    let (begin, end) = (at(breath.begin), at(breath.end));
+    let height = |k: usize| {
+        let share = (k as f64 + 0.5) / SHAPE_LENGTH as f64;
+        let above = at(breath.begin + share * breath.duration()) - (begin + (end - begin) * share);
+        if is_usable(above) { above } else { 0.0 }
+    };
+    (0..SHAPE_LENGTH).map(height).collect()
+}
+
+/// Pearson's correlation; 0 where one does not change.
+fn correlation(left: &[f64], right: &[f64]) -> f64 {
+    let (left_mean, right_mean) = (mean(left), mean(right));
+    let pairs = || left.iter().zip(right).map(|(l, r)| (l - left_mean, r - right_mean));
+    let products: f64 = pairs().map(|(l, r)| l * r).sum();
+    let squares = pairs().fold((0.0, 0.0), |sum, (l, r)| (sum.0 + l * l, sum.1 + r * r));
+    let scale = squares.0.sqrt() * squares.1.sqrt();
+    if scale > 0.0 && scale.is_finite() { products / scale } else { 0.0 }
+}
+
+/// The share of values that are usable, not flat and not saturated.
+fn living_share(means: &[f64], rate_hz: f64) -> f64 {
+    let usable = || means.iter().copied().filter(|&value| is_usable(value));
+    let least = usable().fold(f64::INFINITY, f64::min);
+    let greatest = usable().fold(f64::NEG_INFINITY, f64::max);
+    let longest = |value: f64| {
+        let is_end = value.total_cmp(&least).is_eq() || value.total_cmp(&greatest).is_eq();
+        rate_hz * if is_end { SATURATED_SECS } else { FLAT_SECS }
+    };
+    let is_same = |a: &f64, b: &f64| a.total_cmp(b).is_eq() || !(is_usable(*a) || is_usable(*b));
+    let runs = means.chunk_by(is_same).filter(|run| is_usable(run[0]));
+    let living = runs.filter(|run| run.len() as f64 <= longest(run[0]));
+    living.map(<[f64]>::len).sum::<usize>() as f64 / means.len() as f64
+}

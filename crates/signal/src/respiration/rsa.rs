@@ -1,0 +1,92 @@
+//! Respiratory sinus arrhythmia: how much the heart speeds up with inhalation and slows down with
+//! exhalation.
+
+use super::Breath;
+use super::pattern::{mean, sample_sd};
+
+/// An interval between heart beats.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RrInterval {
+    /// Time of the beat that ends it [s].
+    pub end_secs: f64,
+    /// Its length [ms]; NaN where it is none between normal neighbours.
+    pub rr_ms: f64,
+}
+
+impl RrInterval {
+    /// The intervals between successive beats [s].
+    pub fn between(beats_secs: &[f64]) -> Vec<RrInterval> {
+        let interval =
+            |pair: &[f64]| RrInterval { end_secs: pair[1], rr_ms: (pair[1] - pair[0]) * 1000.0 };
+        beats_secs.windows(2).map(interval).collect()
+    }
+
+    fn begin_secs(&self) -> f64 {
+        self.end_secs - self.rr_ms / 1000.0
+    }
+}
+
+/// Respiratory sinus arrhythmia from peak to trough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeakToTrough {
+    /// Mean of the breaths [ms]: `RSA_P2T_Mean`.
+    pub mean_ms: f64,
+    /// Its natural logarithm [ln ms]: `RSA_P2T_Mean_log`; NaN for 0.
+    pub mean_log: f64,
+    /// Standard deviation of the breaths (n − 1) [ms]: `RSA_P2T_SD`; NaN of one.
+    pub sd_ms: f64,
+    /// In how many breaths it was told.
+    pub breaths: usize,
+    /// In how many of these it was below zero, and counts as zero.
+    pub without: usize,
+    /// In how many breaths it could not be told, for want of an interval in one of their halves:
+    /// `RSA_P2T_NoRSA`.
+    pub untold: usize,
+}
+
+/// An interval may reach so far beyond its half of the breath [s].
+const BEYOND_SECS: f64 = 0.75;
+
+/// Respiratory sinus arrhythmia from peak to trough of ascending intervals between beats, of the
+/// breaths of a signal at `rate_hz` that begins at 0 s.
+///
+/// *What*: of each breath the longest interval of exhalation less the shortest of inhalation, of
+/// intervals that begin in the half and end at most 0.75 s after it; below zero it counts as zero
+/// (Grossman et al. 1990, doi:10.1111/j.1469-8986.1990.tb03198.x). *Unit*: ms. *Window*: some ten breaths.
+/// *Limits*: grows with slower and deeper breaths: compare at like breathing; one ectopic beat spoils
+/// its breath, so leave those out (NaN). As NeuroKit2's `hrv_rsa`; for what it measures against
+/// spectral ways see Lewis et al. (2012), doi:10.1016/j.biopsycho.2011.11.009.
+///
+/// `None` when it could not be told in any breath.
+pub fn peak_to_trough(
+    breaths: &[Breath],
+    rate_hz: f64,
+    intervals: &[RrInterval],
+) -> Option<PeakToTrough> {
+    let differences = breaths.iter().map(|breath| difference_ms(breath, rate_hz, intervals));
+    let told: Vec<f64> = differences.flatten().collect();
+    let heights: Vec<f64> = told.iter().map(|each| each.max(0.0)).collect();
+    let mean_ms = mean(&heights);
+    mean_ms.is_finite().then(|| PeakToTrough {
+        mean_ms,
+        mean_log: if mean_ms > 0.0 { mean_ms.ln() } else { f64::NAN },
+        sd_ms: sample_sd(&heights),
+        breaths: told.len(),
+        without: told.iter().filter(|each| **each < 0.0).count(),
+        untold: breaths.len() - told.len(),
+    })
+}
+
+fn difference_ms(breath: &Breath, rate_hz: f64, intervals: &[RrInterval]) -> Option<f64> {
+    let [begin, peak, end] = [breath.begin, breath.peak, breath.end].map(|each| each / rate_hz);
+    let within = |begin: f64, end: f64| {
+        let after = intervals.partition_point(|each| each.end_secs < begin);
+        let near =
+            intervals[after..].iter().take_while(move |each| each.end_secs < end + BEYOND_SECS);
+        let inside = near.filter(move |each| each.begin_secs() >= begin - 1e-9);
+        inside.map(|each| each.rr_ms).filter(|rr_ms| rr_ms.is_finite())
+    };
+    let shortest = within(begin, peak).reduce(f64::min)?;
+    let longest = within(peak, end).reduce(f64::max)?;
+    Some(longest - shortest)
+}

@@ -1,0 +1,77 @@
+//! What the spectrum of a signal tells of breathing.
+
+use super::band;
+use super::grouping::Grouping;
+use crate::gaps::bridged;
+use crate::spectrum::{Detrend, Rule, Spectrum, Welch};
+
+/// Where breathing lies: 3 to 60 a minute [Hz].
+const BREATHING_HZ: (f64, f64) = (0.05, 1.0);
+/// Segments of the spectrum [s].
+const SEGMENT_SECS: f64 = 30.0;
+/// A shorter signal has no spectrum that tells breaths from drift [s].
+const SHORTEST_SECS: f64 = 10.0;
+
+/// The breathing rate where the spectrum is highest [1/min].
+///
+/// A check on the rate of [breaths](super::Breath), no replacement: it tells the commonest rate, and
+/// where breaths are irregular that of the most regular part. *Formula*: Welch's spectrum of the
+/// signal at 25 to 50 Hz (means of samples), segments of 30 s (of a shorter signal all of it), half
+/// overlapping, Hann, without their lines, filled up to a power of two; times the frequency, against
+/// drift; the vertex of the parabola through its highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two bins are told apart
+/// from 4 a minute on; sharp breaths of uneven height may have a higher harmonic. `None` for a
+/// signal that is too short or does not vary, and for a rate outside of 5 to 2000 Hz.
+pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
+    band::band(rate_hz).ok()?;
+    let grouping = Grouping::new(rate_hz);
+    let rate_hz = rate_hz / grouping.length() as f64;
+    Some(Spectral::of(&grouping.all(signal), rate_hz)?.rate_per_min)
+}
+
+/// A smaller spread is that of rounding [share of the largest value].
+const LEAST_SPREAD: f64 = 1e-9;
+
+/// What a spectrum tells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spectral {
+    /// Where it is highest within breathing's band [1/min].
+    pub(super) rate_per_min: f64,
+    /// The share of breathing's band in all but the drift [0..1].
+    pub(super) breathing_share: f64,
+}
+
+impl Spectral {
+    /// Of the means of groups.
+    pub(super) fn of(means: &[f64], rate_hz: f64) -> Option<Spectral> {
+        if (means.len() as f64) < SHORTEST_SECS * rate_hz {
+            return None;
+        }
+        let segment = ((SEGMENT_SECS * rate_hz) as usize).min(means.len());
+        let transform = segment.next_power_of_two();
+        let welch = Welch {
+            transform: Some(transform),
+            detrend: Detrend::Linear,
+            ..Welch::new(rate_hz, segment)
+        };
+        let bridged = bridged(means).ok()?;
+        let spectrum = welch.of(&bridged).ok()?;
+        let (low_hz, high_hz) = BREATHING_HZ;
+        let breathing = spectrum.band_power(low_hz, high_hz, Rule::Sum)?;
+        let all = spectrum.band_power(low_hz, rate_hz, Rule::Sum)?;
+        let level = bridged.iter().fold(0.0f64, |level, mean| level.max(mean.abs()));
+        let varies = all.sqrt() > LEAST_SPREAD * level;
+        let breathing_share = Some(breathing / all).filter(|share| varies && share.is_finite())?;
+        Some(Spectral { rate_per_min: 60.0 * peak_hz(&spectrum)?, breathing_share })
+    }
+}
+
+fn peak_hz(spectrum: &Spectrum) -> Option<f64> {
+    let (low_hz, high_hz) = BREATHING_HZ;
+    let bins = spectrum.bins(low_hz, high_hz);
+    let power = |bin: usize| Some(spectrum.power.get(bin)? * spectrum.frequencies_hz[bin]);
+    let best =
+        bins.filter_map(|bin| Some((power(bin)?, bin))).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    let (before, here, after) = (power(best.checked_sub(1)?)?, power(best)?, power(best + 1)?);
+    let (away, _) = super::turns::vertex(before, here, after);
+    Some(spectrum.frequencies_hz[best] + away * spectrum.frequencies_hz[1])
+}

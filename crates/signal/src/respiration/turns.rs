@@ -1,0 +1,129 @@
+//! Where a signal turns.
+
+/// Which way it turns.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub(super) enum Kind {
+    Trough,
+    Peak,
+}
+
+/// A place where a signal turns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    pub(super) kind: Kind,
+    pub(super) place: f64,
+    pub(super) height: f64,
+}
+
+/// Tells of the extremes from which a signal has gone back by a threshold, troughs and peaks by turns.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Turns {
+    highest: Option<Extreme>,
+    lowest: Option<Extreme>,
+    last: Option<Kind>,
+    before: Option<f64>,
+}
+
+/// A sample, and its neighbours.
+#[derive(Clone, Copy, Debug)]
+struct Extreme {
+    place: usize,
+    height: f64,
+    before: Option<f64>,
+    after: Option<f64>,
+}
+
+impl Turns {
+    /// Takes in the sample at the next place, and gives the turn that it proves.
+    pub(super) fn push(&mut self, place: usize, height: f64, threshold: f64) -> Option<Turn> {
+        let here = Extreme { place, height, before: self.before.replace(height), after: None };
+        update(&mut self.highest, here, |height, top| height > top);
+        update(&mut self.lowest, here, |height, bottom| height < bottom);
+        let (highest, lowest) = (self.highest?, self.lowest?);
+        if self.last != Some(Kind::Peak) && highest.height - height > threshold {
+            self.lowest = Some(here);
+            return Some(self.turn(Kind::Peak, highest));
+        }
+        if self.last != Some(Kind::Trough) && height - lowest.height > threshold {
+            self.highest = Some(here);
+            return Some(self.turn(Kind::Trough, lowest));
+        }
+        None
+    }
+
+    fn turn(&mut self, kind: Kind, extreme: Extreme) -> Turn {
+        self.last = Some(kind);
+        let neighbours = extreme.before.zip(extreme.after);
+        let (away, height) = neighbours
+            .map_or((0.0, extreme.height), |(before, after)| vertex(before, extreme.height, after));
+        Turn { kind, place: extreme.place as f64 + away, height }
+    }
+}
+
+fn update(extreme: &mut Option<Extreme>, here: Extreme, beats: impl Fn(f64, f64) -> bool) {
+    match extreme {
+        Some(extreme) if !beats(here.height, extreme.height) => {
+            if here.place == extreme.place + 1 {
+                extreme.after = Some(here.height);
+            }
+        }
+        _ => *extreme = Some(here),
+    }
+}
+
+/// The turn at the extreme of another `signal`, of which the first value stands at the place `first`.
+///
+/// The turn itself where that is at an end, and so is none.
+pub(super) fn placed(turn: Turn, first: usize, signal: &[f64]) -> Turn {
+    let sign = if turn.kind == Kind::Peak { 1.0 } else { -1.0 };
+    let inner = 1..signal.len().saturating_sub(1);
+    let best = inner.max_by(|&a, &b| (sign * signal[a]).total_cmp(&(sign * signal[b])));
+    let is_turn = |k: &usize| {
+        sign * signal[*k] >= sign * signal[k - 1] && sign * signal[*k] >= sign * signal[k + 1]
+    };
+    let Some(best) = best.filter(is_turn) else { return turn };
+    let (away, height) = vertex(signal[best - 1], signal[best], signal[best + 1]);
+    Turn { kind: turn.kind, place: (first + best) as f64 + away, height }
+}
+
+/// How far the vertex of the parabola through three neighbours lies from the middle one, and its
+/// height.
+pub(super) fn vertex(before: f64, height: f64, after: f64) -> (f64, f64) {
+    let (slope, bend) = ((after - before) / 2.0, before - 2.0 * height + after);
+    let away = -slope / bend;
+    if away.abs() <= 1.0 { (away, height + slope * away / 2.0) } else { (0.0, height) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turns(signal: &[f64], threshold: f64) -> Vec<(Kind, f64)> {
+        let mut turns = Turns::default();
+        let found = signal.iter().enumerate().filter_map(|(k, &v)| turns.push(k, v, threshold));
+        found.map(|turn| (turn.kind, turn.place)).collect()
+    }
+
+    #[test]
+    fn only_turns_that_are_deep_enough_count() {
+        let signal = [0.0, 5.0, 0.0, 1.0, 0.0, 5.0, 4.5, 5.5, 0.0];
+        let found = turns(&signal, 2.0);
+        let kinds: Vec<Kind> = found.iter().map(|turn| turn.0).collect();
+        assert_eq!(kinds, [Kind::Trough, Kind::Peak, Kind::Trough, Kind::Peak]);
+        // Between samples where there is one on both sides.
+        for (turn, place) in found.iter().zip([0.0, 1.0, 2.0 + 1.0 / 3.0, 7.0 - 9.0 / 26.0]) {
+            assert!((turn.1 - place).abs() < 1e-12, "{turn:?}");
+        }
+        assert_eq!(turns(&signal, 0.7).len(), 6);
+        assert_eq!(turns(&signal, f64::INFINITY), []);
+        assert_eq!(turns(&signal, f64::NAN), []);
+    }
+
+    #[test]
+    fn a_parabola_has_its_vertex() {
+        let height = |x: f64| 3.0 - 2.0 * (x - 0.25).powi(2);
+        let (away, top) = vertex(height(-1.0), height(0.0), height(1.0));
+        assert!((away - 0.25).abs() < 1e-12 && (top - 3.0).abs() < 1e-12);
+        assert_eq!(vertex(1.0, 1.0, 1.0), (0.0, 1.0));
+    }
+}
