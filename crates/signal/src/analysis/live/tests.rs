@@ -53,7 +53,9 @@ fn live(lengths_secs: &[i64]) -> Live {
 }
 
 /// Each window as (end [s], value); each event as its sample.
-fn told(live: &mut Live, samples: &[(f64, f64)]) -> (Vec<(f64, Result<f64, Reason>)>, Vec<f64>) {
+type Heard = (Vec<(f64, Result<f64, Reason>)>, Vec<f64>);
+
+fn told(live: &mut Live, samples: &[(f64, f64)]) -> Heard {
     let (mut windows, mut events) = (Vec::new(), Vec::new());
     for (secs, value) in samples {
         live.push((secs * 1e9) as i64, &[*value], &mut |told| match told {
