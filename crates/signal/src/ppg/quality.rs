@@ -46,15 +46,18 @@ pub struct Cycle {
 /// Signal quality of a PPG, cycle by cycle.
 ///
 /// Quality of a cycle: likeness · living share, 0 where it is implausible. Here
-/// - likeness is the correlation of the pulse, from 0.35 usual cycles before its peak to half of one
+/// - likeness is the correlation of the pulse, from 0.4 usual cycles before its peak to 0.6
 ///   after it, with the median pulse, straight lines taken out of both, and not below 0 (after
 ///   Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351);
 /// - the living share is that of samples that are usable numbers and not flat (the same for more
 ///   than 0.2 s: a sensor that came off, or saturation);
-/// - implausible is a cycle under 0.27 s or half of the usual one, and an amplitude below 0.3 or
-///   above 3 usual ones. Usual is the median.
+/// - implausible is a cycle under 0.27 s or half of the usual one, an amplitude below 0.3 or above 3
+///   usual ones, a step from sample to sample above twice the steepest of a usual rise, and one that
+///   stays at the highest or lowest value of the signal for more than 0.08 s (saturation). Usual is
+///   the median.
 ///
-/// Where the median of a cycle and the two before and after it is flagged, it counts no more. Where there is no
+/// Where the median of a cycle and the two before and after it is flagged, it counts no more than that.
+/// Where there is no
 /// cycle, the quality is 0. Limits: when more than half of the pulses are motion, motion is usual; a
 /// motion as regular as a pulse (steps of a runner) looks like one. Extrasystoles lower it.
 #[derive(Clone, Debug, PartialEq)]
