@@ -6,10 +6,15 @@
 use teampulse_emulators::body::{Body, Fault, Rates, Record, Scene, Sensor, Settings, Traits};
 use teampulse_signal::agreement::matched;
 use teampulse_signal::ecg::{BeatDetector, find_beats};
+use teampulse_signal::eda::{Threshold, clean, find_responses, high_pass_split};
+use teampulse_signal::eeg::find_blinks;
 use teampulse_signal::emg::find_bursts;
 use teampulse_signal::hrv::time_domain;
 use teampulse_signal::intervals::{Beats, Correction};
+use teampulse_signal::ppg::find_pulses;
 use teampulse_signal::respiration::derived::rate_from_beats;
+use teampulse_signal::respiration::{Pattern, find_breaths};
+use teampulse_signal::robust::median;
 use teampulse_signal::spectrum::{Rule, Welch};
 
 /// People that are looked at, and for how long [s].
@@ -108,6 +113,32 @@ fn the_breathing_rate_stands_in_the_beats() {
     }
 }
 
+#[test]
+fn breaths_are_found_on_a_belt_where_they_are() {
+    for (seed, workload) in everyone() {
+        let record = recorded(Sensor::Respiration, seed, workload);
+        let wave = record.wave(Sensor::Respiration);
+        let found = find_breaths(&wave.samples, wave.rate_hz).unwrap();
+        let pattern = Pattern::of(&found, wave.rate_hz, 0.0..wave.count() as f64).unwrap();
+        let off = (pattern.rate_mean_per_min - breaths_per_min(&record)).abs();
+        assert!(off < 0.5, "person {seed} at {workload}: {off} a minute off");
+    }
+}
+
+#[test]
+fn pulses_are_found_where_they_are() {
+    for (seed, workload) in everyone() {
+        let record = recorded(Sensor::Ppg, seed, workload);
+        let wave = record.wave(Sensor::Ppg);
+        let found = find_pulses(&wave.samples, wave.rate_hz).unwrap();
+        let found: Vec<f64> =
+            found.iter().map(|pulse| wave.first_secs() + pulse.sample / wave.rate_hz).collect();
+        let truth: Vec<f64> = record.truth.pulses.iter().map(|pulse| pulse.peak_secs).collect();
+        let agreement = matched(&truth, &found, 0.05);
+        assert!(agreement.f1() >= 0.98, "person {seed} at {workload}: {agreement:?}");
+    }
+}
+
 fn breaths_per_min(record: &Record) -> f64 {
     let breaths = &record.truth.breaths;
     let (first, last) = (breaths[0], breaths[breaths.len() - 1]);
@@ -132,6 +163,60 @@ fn contractions_are_found_where_they_are() {
             contractions.iter().any(|c| (c.from_secs - 0.1..c.to_secs + 0.1).contains(&secs))
         };
         assert!(onsets.iter().all(|&secs| lasts(secs)), "person {seed}: {onsets:?}");
+    }
+}
+
+/// Responses that are alone for a while [s] and surely more than noise [µS].
+const ALONE_SECS: f64 = 6.0;
+const SURE_US: f64 = 0.08;
+
+#[test]
+fn responses_of_the_skin_are_found_where_they_are() {
+    for seed in 0..PEOPLE {
+        let (mut sure, mut hits, mut offs) = (0, 0, Vec::new());
+        for sensor in [Sensor::EdaWrist, Sensor::EdaFingers] {
+            let record = recorded(sensor, seed, 0.0);
+            let wave = record.wave(sensor);
+            let clean = clean(&wave.samples, wave.rate_hz).unwrap();
+            let split = high_pass_split(&clean, wave.rate_hz).unwrap();
+            let found = find_responses(&split.phasic, wave.rate_hz, Threshold::default()).unwrap();
+            let begins: Vec<f64> =
+                record.truth.responses.iter().map(|each| each.onset_secs).collect();
+            let is_alone = |secs: f64| {
+                begins.iter().filter(|other| (**other - secs).abs() < ALONE_SECS).count() == 1
+            };
+            for response in &record.truth.responses {
+                let is_sure = response.amplitude_us > SURE_US && is_alone(response.onset_secs);
+                let ends_within = response.onset_secs < 120.0 + SECS - ALONE_SECS;
+                if !(is_sure && ends_within) {
+                    continue;
+                }
+                sure += 1;
+                let at = |sample: f64| wave.first_secs() + sample / wave.rate_hz;
+                let hit =
+                    found.iter().find(|each| (at(each.peak) - response.peak_secs).abs() < 1.0);
+                hits += u32::from(hit.is_some());
+                offs.extend(hit.map(|hit| hit.amplitude_us / response.amplitude_us - 1.0));
+            }
+        }
+        assert!(sure > 0 && f64::from(hits) >= 0.95 * f64::from(sure), "{seed}: {hits} of {sure}");
+        let off = median(&offs).unwrap();
+        assert!(off.abs() < 0.1, "person {seed}: amplitudes are off by {off}");
+    }
+}
+
+#[test]
+fn blinks_are_found_where_they_are() {
+    for seed in 0..PEOPLE {
+        let record = recorded(Sensor::Eeg, seed, 0.0);
+        let wave = record.wave(Sensor::Eeg);
+        let forehead: Vec<f64> = wave.channel(1).collect();
+        let found = find_blinks(&forehead, wave.rate_hz).unwrap();
+        let found: Vec<f64> =
+            found.iter().map(|each| wave.first_secs() + each.sample / wave.rate_hz).collect();
+        let truth: Vec<f64> = record.truth.blinks.iter().map(|blink| blink.peak_secs).collect();
+        let agreement = matched(&truth, &found, 0.05);
+        assert!(agreement.f1() >= 0.98, "person {seed}: {agreement:?}");
     }
 }
 
