@@ -1,8 +1,11 @@
 //! What heart beats tell of spans, and what it must not depend on.
 
 use proptest::prelude::*;
-use teampulse_signal::analysis::{Measured, Reason, Span, Windows};
-use teampulse_signal::hrv::{Domain, HeartWindows, Recipe, frequency_domain, time_domain};
+use teampulse_signal::analysis::{Measured, Reason, Recording, Span, Windows};
+use teampulse_signal::hrv::analysis;
+use teampulse_signal::hrv::{
+    Domain, HeartWindows, Recipe, Treatment, frequency_domain, time_domain,
+};
 use teampulse_signal::intervals::Edit;
 
 const SEC: i64 = 1_000_000_000;
@@ -233,4 +236,22 @@ proptest! {
         heart.forget(forgotten);
         heart.measure(secs(0, 100));
     }
+}
+
+#[test]
+fn intervals_as_they_are_give_what_the_formulas_give() {
+    // Every 20th interval is wrong.
+    let interval = |k: u32| if k % 20 == 7 { 400.0 } else { 800.0 + f64::from(k * k % 40) };
+    let intervals_ms: Vec<f64> = (0..200).map(interval).collect();
+    let channels = [intervals_ms.clone()];
+    let recording = Recording { rate_hz: 1.0, begin_ns: 0, channels: &channels };
+    let rmssd = |treatment| {
+        let settings = analysis::Settings { treatment, ..analysis::Settings::default() };
+        let windows = analysis::whole(&settings, &recording).unwrap().windows;
+        let place = windows.values().iter().position(|value| value.name == "HRV_RMSSD").unwrap();
+        windows.measure(Span { begin_ns: 0, end_ns: 200_000_000_000 }).values[place].unwrap()
+    };
+    let expected = time_domain(&intervals_ms).unwrap().rmssd_ms;
+    assert!((rmssd(Treatment::AsTheyAre) / expected - 1.0).abs() < 1e-9);
+    assert!(rmssd(Treatment::Corrected) < 0.5 * expected);
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Domain, HeartWindows};
+use super::{Domain, HeartWindows, Treatment};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::SignalError;
 use crate::intervals::Edit;
@@ -20,6 +20,8 @@ const LEAST_HOLE_NS: i64 = 1_000_000;
 pub struct Settings {
     /// Which values: all of them.
     pub domains: Vec<Domain>,
+    /// What is done about artefacts: they are corrected.
+    pub treatment: Treatment,
     /// What a person says about single beats, in seconds since the first interval's beginning: none. For whole
     /// recordings only.
     pub edits: Vec<Edit>,
@@ -27,7 +29,11 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { domains: Domain::ALL.to_vec(), edits: Vec::new() }
+        Settings {
+            domains: Domain::ALL.to_vec(),
+            treatment: Treatment::Corrected,
+            edits: Vec::new(),
+        }
     }
 }
 
@@ -40,7 +46,7 @@ impl Default for Settings {
 /// Limits: a single lost interval of which nobody tells is not noticed.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Intervals {
-        heart: HeartWindows::causal().only(&settings.domains),
+        heart: HeartWindows::causal().only(&settings.domains).treated(settings.treatment),
         chain: Chain::default(),
         count: 0,
         events: VecDeque::new(),
@@ -66,7 +72,10 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         events.push(beat(sample, placed.end_ns, interval_ms));
     }
     let heart = HeartWindows::whole(recording.begin_ns, &beats_ns, &holes, &settings.edits);
-    Ok(Whole { events, windows: Box::new(heart.only(&settings.domains)) })
+    Ok(Whole {
+        events,
+        windows: Box::new(heart.only(&settings.domains).treated(settings.treatment)),
+    })
 }
 
 struct Intervals {

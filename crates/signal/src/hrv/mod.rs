@@ -33,4 +33,4 @@ pub use multiscale::{multiscale_entropy, multiscale_index};
 pub use poincare::{Poincare, poincare};
 pub use segments::{Segments, segments};
 pub use time::{TimeDomain, time_domain};
-pub use windows::{BEFORE_SECS, Domain, EDIT_WITHIN_SECS, HeartWindows};
+pub use windows::{BEFORE_SECS, Domain, EDIT_WITHIN_SECS, HeartWindows, Treatment};

@@ -1,8 +1,8 @@
 //! Beats as they should have been.
 
-use super::EDIT_WITHIN_SECS;
 use super::cut::{Cut, LONGEST_EDGE_SECS};
 use super::holes::Holes;
+use super::{EDIT_WITHIN_SECS, Treatment};
 use crate::analysis::Span;
 use crate::intervals::{Beats, Correction, Edit, Kind, PLAUSIBLE_MS};
 
@@ -15,6 +15,8 @@ pub(super) struct CorrectedBeats {
     origin_ns: i64,
     /// When [s since the origin], and whether an interval ends there.
     beats: Vec<(f64, bool)>,
+    /// The same before correction.
+    uncorrected: Vec<(f64, bool)>,
     /// Beats as they were detected and edited [s].
     detected_secs: Vec<f64>,
     /// What was corrected where [s], in the order of times.
@@ -35,10 +37,12 @@ impl CorrectedBeats {
         let (detected, _) = detected.edited(edits, EDIT_WITHIN_SECS);
         let holes_secs: Vec<(f64, f64)> =
             holes.iter().map(|(from_ns, to_ns)| (secs(from_ns), secs(to_ns))).collect();
-        let (mut beats, mut corrections) = (Vec::new(), Vec::new());
+        let (mut beats, mut uncorrected, mut corrections) = (Vec::new(), Vec::new(), Vec::new());
         for stretch in
             detected.split(|from, to| to - from > LONGEST_SECS || crosses(&holes_secs, from, to))
         {
+            let times_secs = stretch.times_secs().iter().copied().enumerate();
+            uncorrected.extend(times_secs.map(|(place, at_secs)| (at_secs, place > 0)));
             let corrected = Correction::default().correct(&stretch);
             let is_one = corrected.beats.intervals_ms().into_iter().map(f64::is_finite);
             let is_one = std::iter::once(false).chain(is_one);
@@ -47,22 +51,28 @@ impl CorrectedBeats {
         }
         corrections.sort_by(|a: &(f64, Kind), b| a.0.total_cmp(&b.0));
         let detected_secs = detected.times_secs().to_vec();
-        CorrectedBeats { origin_ns, beats, detected_secs, corrections, holes_secs }
+        CorrectedBeats { origin_ns, beats, uncorrected, detected_secs, corrections, holes_secs }
     }
 
     /// What of them lies in a span.
-    pub(super) fn cut(&self, span: Span) -> Cut {
+    pub(super) fn cut(&self, span: Span, treatment: Treatment) -> Cut {
         let secs = |at_ns: i64| at_ns.saturating_sub(self.origin_ns) as f64 / 1e9;
         let (begin_secs, end_secs) = (secs(span.begin_ns), secs(span.end_ns));
         let held = |at_secs: f64| (begin_secs..end_secs).contains(&at_secs);
-        let first = self.beats.partition_point(|beat| beat.0 < begin_secs);
-        let end = self.beats.partition_point(|beat| beat.0 < end_secs).max(first);
-        let beats = &self.beats[first..end];
+        let beats = match treatment {
+            Treatment::Corrected => &self.beats,
+            Treatment::AsTheyAre => &self.uncorrected,
+        };
+        let first = beats.partition_point(|beat| beat.0 < begin_secs);
+        let end = beats.partition_point(|beat| beat.0 < end_secs).max(first);
+        let beats = &beats[first..end];
         let detected = self.detected_secs.iter().filter(|&&at_secs| held(at_secs)).count();
         let corrections = self.corrections.iter().filter(|each| held(each.0));
         let interval = |pair: &[(f64, bool)]| {
             let interval_ms = (pair[1].0 - pair[0].0) * 1000.0;
-            let is_one = pair[1].1 && PLAUSIBLE_MS.contains(&interval_ms);
+            let is_plausible =
+                treatment == Treatment::AsTheyAre || PLAUSIBLE_MS.contains(&interval_ms);
+            let is_one = pair[1].1 && is_plausible;
             if is_one { interval_ms } else { f64::NAN }
         };
         let intervals_ms: Vec<f64> = beats.windows(2).map(interval).collect();

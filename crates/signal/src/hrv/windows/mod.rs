@@ -50,9 +50,21 @@ pub const BEFORE_SECS: f64 = 60.0;
 /// ```
 #[derive(Clone, Debug)]
 pub struct HeartWindows {
+    treatment: Treatment,
     domains: Vec<Domain>,
     values: Vec<Value>,
     beats: Beats,
+}
+
+/// What is done about beats that are artefacts.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub enum Treatment {
+    /// They are corrected, as Lipponen and Tarvainen do.
+    #[default]
+    Corrected,
+    /// They stay, and are only counted: for intervals that were corrected already, or are to be compared
+    /// with what other programs make of them. No interval is too short or too long then.
+    AsTheyAre,
 }
 
 #[derive(Clone, Debug)]
@@ -65,7 +77,7 @@ impl HeartWindows {
     /// Of beats that come in one after the other; none yet.
     pub fn causal() -> HeartWindows {
         let beats = Beats::Causal { at_ns: VecDeque::new(), holes: Holes::default() };
-        HeartWindows::of(beats, &format!("with the beats of {BEFORE_SECS} s before"))
+        HeartWindows::of(beats, &format!("{CORRECTED} with the beats of {BEFORE_SECS} s before"))
     }
 
     /// Of all beats of a recording [ns], in any order, with its `holes` [ns, from and to], and a
@@ -84,11 +96,24 @@ impl HeartWindows {
             all.mark(from_ns, to_ns);
         }
         let beats = CorrectedBeats::of(begin_ns, at_ns.iter().copied(), &all, edits);
-        HeartWindows::of(Beats::Whole(beats), "over the whole recording")
+        HeartWindows::of(Beats::Whole(beats), &format!("{CORRECTED} over the whole recording"))
     }
 
     fn of(beats: Beats, corrected: &str) -> HeartWindows {
-        HeartWindows { domains: Domain::ALL.to_vec(), values: recipes::values(corrected), beats }
+        let treatment = Treatment::Corrected;
+        let (domains, values) = (Domain::ALL.to_vec(), recipes::values(corrected));
+        HeartWindows { treatment, domains, values, beats }
+    }
+
+    /// The same with this done about artefacts.
+    #[must_use]
+    pub fn treated(self, treatment: Treatment) -> HeartWindows {
+        if treatment == Treatment::Corrected {
+            return self;
+        }
+        let is_one = |value: &Value| self.values.iter().any(|each| each.name == value.name);
+        let values = recipes::values(AS_THEY_ARE).into_iter().filter(is_one).collect();
+        HeartWindows { treatment, values, ..self }
     }
 
     /// The same with the values of these domains only, for who has no use for the others.
@@ -158,17 +183,22 @@ impl HeartWindows {
 
     fn cut(&self, span: Span) -> Cut {
         match &self.beats {
-            Beats::Whole(beats) => beats.cut(span),
+            Beats::Whole(beats) => beats.cut(span, self.treatment),
             Beats::Causal { at_ns, holes } => {
                 let begin_ns = span.with_before(BEFORE_SECS).begin_ns;
                 let place = |time_ns: i64| at_ns.partition_point(|&each| each < time_ns);
                 let (begin, end) = (place(begin_ns), place(span.end_ns));
                 let beats = at_ns.range(begin..end.max(begin)).copied();
-                CorrectedBeats::of(span.begin_ns, beats, holes, &[]).cut(span)
+                CorrectedBeats::of(span.begin_ns, beats, holes, &[]).cut(span, self.treatment)
             }
         }
     }
 }
+
+/// What the recipes say of the beats.
+const CORRECTED: &str = "beats corrected (Lipponen & Tarvainen 2019)";
+const AS_THEY_ARE: &str =
+    "intervals as they are; artefacts (Lipponen & Tarvainen 2019) counted, not corrected";
 
 /// An edit means the beat within this time of the one that it names [s].
 pub const EDIT_WITHIN_SECS: f64 = 0.15;

@@ -48,8 +48,8 @@ impl Domain {
     }
 }
 
-/// The values in their order; `corrected` says with what beats those of a span are corrected.
-pub(super) fn values(corrected: &str) -> Vec<Value> {
+/// The values in their order; `beats` says what was done about artefacts.
+pub(super) fn values(beats: &str) -> Vec<Value> {
     let rows = Domain::ALL
         .into_iter()
         .flat_map(|domain| domain.rows().iter().map(move |row| (domain, row)));
@@ -60,7 +60,6 @@ pub(super) fn values(corrected: &str) -> Vec<Value> {
             (Domain::Frequency, _) => format!("; {}", Recipe::default()),
             _ => String::new(),
         };
-        let beats = format!("beats corrected (Lipponen & Tarvainen 2019) {corrected}");
         let method = format!("{recipe}{spectrum}; {beats}");
         Value { name: name.into(), unit: unit.into(), method: method.into() }
     };
