@@ -4,6 +4,7 @@ mod calibrate;
 mod check;
 mod demo;
 mod export;
+mod extract;
 mod info;
 mod list;
 mod play;
@@ -45,6 +46,8 @@ pub enum Command {
     Recover(recover::Recover),
     /// Hands a bag's contents out as tables
     Export(export::Export),
+    /// Finds beats, responses and features in any table of samples
+    Extract(extract::Extract),
     /// Lists what can stand in a study
     List(list::List),
     /// Prints the JSON schema of a study, for the completion and the hover texts of an editor
@@ -68,6 +71,7 @@ impl Command {
             Command::Info(command) => command.run(),
             Command::Recover(command) => command.run(),
             Command::Export(command) => command.run().await,
+            Command::Extract(command) => command.run(),
             Command::List(command) => Ok(command.run()),
             Command::Schema => Ok(schema::run()),
             Command::Simulate(command) => command.run().await,

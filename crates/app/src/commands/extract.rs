@@ -1,0 +1,308 @@
+//! `teampulse extract`: the features of any table of samples.
+
+mod analyses;
+mod progress;
+mod table;
+mod times;
+mod told;
+mod truth;
+mod windows;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use teampulse_signal::agreement::matched;
+use teampulse_signal::analysis::{Cadence, Live, Recording, Told as live};
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+use analyses::Signal;
+use progress::Progress;
+use table::{Row, Table, TableError, Wanted};
+use times::Times;
+use told::{Found, Score, Told};
+use windows::{Lengths, Windows};
+
+/// Events count as found within these distances of the true ones [s]: the usual one of beats, and one
+/// that their intervals need.
+const TOLERANCES_SECS: [f64; 2] = [0.15, 0.05];
+/// More cells are not held at once: half a gigabyte, of which an analysis needs a few.
+const MOST_CELLS: usize = 1 << 26;
+/// Shortest window, and shortest time between two [s].
+const SHORTEST_SECS: f64 = 0.1;
+
+/// Finds events, and features of windows, in any table of samples.
+///
+/// A table has a number a line, or columns between commas, semicolons, tabs or spaces, with or without
+/// a line of names. Files of Empatica's E4 are known, as are comments that tell the sampling rate.
+///
+/// Every number comes with the recipe that it was computed by; where one would mean nothing, the reason
+/// stands instead.
+#[derive(Debug, Args)]
+pub struct Extract {
+    /// The table; - is standard input
+    file: PathBuf,
+    /// What was measured
+    #[arg(long)]
+    signal: Signal,
+    /// Samples a second [Hz]; without it what the table tells
+    #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// The column, by its name or its number from 1; several for a signal with several channels
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    column: Vec<String>,
+    /// The column with the times; its unit by its name's end (_ms, _us, _ns), else seconds
+    #[arg(long, value_name = "NAME")]
+    time: Option<String>,
+    /// Multiplies every sample, to bring it into the signal's unit
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
+    scale: f64,
+    /// What the samples are in after that, for signals that may come in any unit
+    #[arg(long, value_name = "UNIT", default_value = "1")]
+    unit: String,
+    /// The frequency of the mains, whose hum is taken out of an ECG
+    #[arg(long, value_name = "HZ", default_value = "50", value_parser = mains)]
+    mains: f64,
+    /// Length of a window; without it one window holds all
+    #[arg(long, value_name = "SECS", value_parser = seconds)]
+    window: Option<f64>,
+    /// From the beginning of a window to that of the next; without it a window's length
+    #[arg(long, value_name = "SECS", value_parser = seconds, requires = "window")]
+    hop: Option<f64>,
+    /// Whether samples are judged as they come, as live, or with all of the recording in view
+    #[arg(long, default_value = "whole")]
+    method: Method,
+    /// How skin conductance is split into its slow and its fast part
+    #[arg(long, value_name = "METHOD", default_value = "high-pass")]
+    phasic: analyses::Phasic,
+    /// What is done about artefacts in a table of intervals; those of an ECG or a PPG are corrected
+    #[arg(long, default_value = "kept")]
+    artefacts: analyses::Artefacts,
+    /// A table of true events (column `sample`, or `time_secs`) to score the found ones against
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// Prints the events as a table with commas, instead of the features
+    #[arg(long, conflicts_with = "json")]
+    events: bool,
+    /// Prints one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// How a recording is analysed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// As live: each sample with those before it
+    Causal,
+    /// Each sample with those before and after it
+    Whole,
+}
+
+impl Extract {
+    /// Does it.
+    pub fn run(self) -> Result<Exit, Failure> {
+        let mut table = Table::open(&self.file, &self.wanted(), self.rate).map_err(failure)?;
+        let rate_hz = table.rate_hz();
+        let progress = Progress::new();
+        let found = match self.method {
+            Method::Causal => self.causal(&mut table, &progress)?,
+            Method::Whole => self.whole(&mut table, &progress)?,
+        };
+        progress.end();
+        warn(&table, &found);
+        let score = match &self.truth {
+            Some(truth) => {
+                let truth = truth::read(truth, rate_hz).map_err(failure)?;
+                Some(self.score(&found, &truth, rate_hz))
+            }
+            None => None,
+        };
+        let rate_hz = self.signal.is_even().then_some(rate_hz);
+        let method = if self.method == Method::Causal { "causal" } else { "whole" };
+        let told = Told::new(self.signal.word(), rate_hz, method, &found, score);
+        match (self.json, self.events) {
+            (true, _) => output::json(&told),
+            (false, true) => told.print_events(),
+            (false, false) => told.print(),
+        }
+        Ok(Exit::Fine)
+    }
+
+    fn wanted(&self) -> Wanted {
+        Wanted {
+            signal: self.signal.word(),
+            words: self.signal.column_words(),
+            takes_all: self.signal.takes_all_columns(),
+            is_even: self.signal.is_even(),
+            columns: self.column.clone(),
+            time: self.time.clone(),
+        }
+    }
+
+    /// Each sample is taken in as it would be live.
+    fn causal(&self, table: &mut Table, progress: &Progress) -> Result<Found, Failure> {
+        let lengths = Lengths::new(self.window, self.hop);
+        let mut times = Times::new(self.signal, table.rate_hz());
+        let mut live = self.live(table, lengths)?;
+        let (mut found, mut held) = (Found::of(live.values()), 0);
+        let mut windows = None;
+        while let Some(row) = self.next_row(table)? {
+            let at_ns = times.of(&row);
+            let windows = windows.get_or_insert_with(|| Windows::new(times.begin_ns(), lengths));
+            if lengths.is_none() {
+                held += row.values.len() * (1 + times.skipped());
+                not_too_much(held, Method::Causal)?;
+            }
+            let missing = live.push(at_ns, &row.values, &mut |told| match told {
+                live::Event(event) => found.events.push(event),
+                live::Window(_, span, measured) if windows.take(span) => {
+                    found.windows.push((span, measured));
+                }
+                live::Window(..) => {}
+            });
+            found.count(missing);
+            progress.reading(table.rows(), || table.read_share());
+        }
+        let windows = windows.ok_or_else(|| failure(TableError::Empty))?;
+        let rest = windows.rest(times.end_ns()).into_iter();
+        found.windows.extend(rest.map(|span| (span, live.measure(span))));
+        Ok(found)
+    }
+
+    fn live(&self, table: &Table, lengths: Option<Lengths>) -> Result<Live, Failure> {
+        let (settings, signal, names) = (self.settings(), self.signal, table.names().to_vec());
+        let channels = names.len();
+        let make = Box::new(move |rate_hz| settings.causal(signal, &names, rate_hz));
+        let rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
+        let (window_ns, hop_ns) =
+            lengths.map_or((vec![], 1), |each| (vec![each.window_ns], each.hop_ns));
+        let live = Live::new(make, rate_hz, channels, &window_ns, hop_ns);
+        let live = live.map_err(|error| analyses::failure(signal, error))?;
+        // Intervals begin before the first one is told.
+        Ok(if signal.is_even() { live } else { live.beginning_at(0) })
+    }
+
+    fn whole(&self, table: &mut Table, progress: &Progress) -> Result<Found, Failure> {
+        let mut channels = vec![Vec::new(); table.names().len()];
+        let mut times = Times::new(self.signal, table.rate_hz());
+        let mut cadence = Cadence::new(if self.signal.is_even() { table.rate_hz() } else { 0.0 });
+        let mut found = Found::of(&[]);
+        while let Some(row) = self.next_row(table)? {
+            let missing = cadence.missing_before(times.of(&row));
+            found.count(missing);
+            let Some(missing) = missing else { continue };
+            not_too_much((channels[0].len() + missing) * channels.len(), Method::Whole)?;
+            for (channel, value) in channels.iter_mut().zip(&row.values) {
+                channel.extend(std::iter::repeat_n(f64::NAN, missing));
+                channel.push(*value);
+            }
+            progress.reading(table.rows(), || table.read_share());
+        }
+        if channels[0].is_empty() {
+            return Err(failure(TableError::Empty));
+        }
+        let (begin_ns, end_ns) = (times.begin_ns(), times.end_ns());
+        let recording = Recording { rate_hz: table.rate_hz(), begin_ns, channels: &channels };
+        progress.analysing();
+        let whole = self.settings().whole(self.signal, table.names(), &recording);
+        let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
+        found.values = whole.windows.values().to_vec();
+        found.events = whole.events;
+        for span in Windows::new(begin_ns, Lengths::new(self.window, self.hop)).rest(end_ns) {
+            progress.measuring((span.end_ns - begin_ns) as f64 / (end_ns - begin_ns) as f64);
+            found.windows.push((span, whole.windows.measure(span)));
+        }
+        Ok(found)
+    }
+
+    /// The next row, scaled.
+    fn next_row(&self, table: &mut Table) -> Result<Option<Row>, Failure> {
+        let mut row = table.next_row().map_err(failure)?;
+        if let Some(row) = &mut row {
+            row.values.iter_mut().for_each(|value| *value *= self.scale);
+        }
+        Ok(row)
+    }
+
+    fn settings(&self) -> analyses::Settings {
+        analyses::Settings {
+            phasic: self.phasic,
+            artefacts: self.artefacts,
+            mains_hz: self.mains,
+            unit: self.unit.clone(),
+        }
+    }
+
+    fn score(&self, found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {
+        let main = found.events.iter().filter(|event| Some(event.kind) == self.signal.main_event());
+        let places: Vec<f64> = main.map(|event| event.sample).collect();
+        let score =
+            |&secs: &f64| Score::new(secs, &matched(truth, &places, secs * rate_hz), rate_hz);
+        TOLERANCES_SECS.iter().map(score).collect()
+    }
+}
+
+fn not_too_much(cells: usize, method: Method) -> Result<(), Failure> {
+    if cells <= MOST_CELLS {
+        return Ok(());
+    }
+    let hint = match method {
+        Method::Causal => "give --window SECS",
+        Method::Whole => "give --method causal and --window SECS, or cut the table",
+    };
+    Err(Failure::new(format!("the table has more than {MOST_CELLS} samples to be held at once"))
+        .hint(hint))
+}
+
+fn failure(error: TableError) -> Failure {
+    let hint = error.hint();
+    let exit = match error {
+        TableError::NoColumn { .. }
+        | TableError::WhichColumn { .. }
+        | TableError::TextColumn { .. }
+        | TableError::NoRate { .. } => Exit::BadArguments,
+        _ => Exit::Failed,
+    };
+    Failure::to(error).hint(hint).exit(exit)
+}
+
+/// Says on standard error what the table did not have.
+fn warn(table: &Table, found: &Found) {
+    let rows = table.rows();
+    let notes = [
+        (table.missing(), "cells hold no number: those samples count as missing", "of all"),
+        (
+            found.missing,
+            "rows are missing by their times: their samples count as missing",
+            "beside",
+        ),
+        (found.left_out, "rows do not come after the one before them: they were left out", "of"),
+    ];
+    for (count, what, of) in notes.into_iter().filter(|(count, ..)| *count > 0) {
+        eprintln!("note: {count} {what} ({of} {rows} rows)");
+    }
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate_hz = text.parse::<f64>().ok().filter(|rate_hz| (1e-3..=1e6).contains(rate_hz));
+    rate_hz.ok_or_else(|| "a rate lies between 0.001 and 1000000 Hz".into())
+}
+
+fn mains(text: &str) -> Result<f64, String> {
+    match text {
+        "50" => Ok(50.0),
+        "60" => Ok(60.0),
+        _ => Err("the mains have 50 or 60 Hz".into()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let secs = text.parse::<f64>().ok().filter(|secs| (SHORTEST_SECS..=1e6).contains(secs));
+    secs.ok_or_else(|| format!("expected seconds, from {SHORTEST_SECS} to 1000000"))
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse::<f64>().ok().filter(|factor| factor.is_finite() && *factor != 0.0);
+    factor.ok_or_else(|| "expected a number that is not 0".into())
+}

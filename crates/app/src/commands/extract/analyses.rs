@@ -1,0 +1,254 @@
+//! Which analysis belongs to which signal.
+
+use clap::ValueEnum;
+use teampulse_signal::analysis::{Causal, Recording, Whole};
+use teampulse_signal::error::SignalError;
+use teampulse_signal::{
+    acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature,
+};
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+
+/// What was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Signal {
+    /// Electrocardiogram, in any unit
+    Ecg,
+    /// Photoplethysmogram (blood volume pulse), in any unit
+    Ppg,
+    /// Skin conductance [µS]
+    Eda,
+    /// Electromyogram, one column a channel
+    Emg,
+    /// Electroencephalogram [µV], one column a channel
+    Eeg,
+    /// Breathing, from a belt
+    Respiration,
+    /// Skin temperature [°C]
+    Temperature,
+    /// Acceleration [g], three columns
+    Acceleration,
+    /// Intervals between heart beats [ms], one a line
+    Interval,
+    /// Any other numbers
+    Other,
+}
+
+/// How skin conductance is split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Phasic {
+    /// What changes faster than 0.05 Hz
+    HighPass,
+    /// Convex optimisation (cvxEDA)
+    Cvxeda,
+}
+
+/// What is done about intervals that are artefacts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Artefacts {
+    /// They stay, and are only counted
+    Kept,
+    /// They are corrected (Lipponen and Tarvainen)
+    Corrected,
+}
+
+/// What the user chose of the analyses.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How skin conductance is split.
+    pub phasic: Phasic,
+    /// What is done about intervals that are artefacts.
+    pub artefacts: Artefacts,
+    /// The frequency of the mains [Hz].
+    pub mains_hz: f64,
+    /// What the samples are in; `1` when that is not known.
+    pub unit: String,
+}
+
+impl Signal {
+    /// The word for it, as in a stream's description.
+    pub fn word(self) -> &'static str {
+        match self {
+            Signal::Ecg => "ecg",
+            Signal::Ppg => "ppg",
+            Signal::Eda => "eda",
+            Signal::Emg => "emg",
+            Signal::Eeg => "eeg",
+            Signal::Respiration => "respiration",
+            Signal::Temperature => "temperature",
+            Signal::Acceleration => "acceleration",
+            Signal::Interval => "interval",
+            Signal::Other => "other",
+        }
+    }
+
+    /// Words that names of its columns hold.
+    pub fn column_words(self) -> &'static [&'static str] {
+        match self {
+            Signal::Ecg => &["ecg", "ekg"],
+            Signal::Ppg => &["ppg", "bvp", "pleth", "pulse"],
+            Signal::Eda => &["eda", "gsr", "scl", "skin"],
+            Signal::Emg => &["emg"],
+            Signal::Eeg => &["eeg", "exg", "raw_"],
+            Signal::Respiration => &["resp", "rsp", "breath"],
+            Signal::Temperature => &["temp"],
+            Signal::Acceleration => &["acc"],
+            Signal::Interval => &["rr", "ibi", "interval", "nn"],
+            Signal::Other => &[],
+        }
+    }
+
+    /// Whether all columns of a table are its channels.
+    pub fn takes_all_columns(self) -> bool {
+        matches!(self, Signal::Emg | Signal::Eeg | Signal::Acceleration | Signal::Other)
+    }
+
+    /// Whether its samples come at an even rate.
+    pub fn is_even(self) -> bool {
+        self != Signal::Interval
+    }
+
+    /// The events that are scored against true ones.
+    pub fn main_event(self) -> Option<&'static str> {
+        match self {
+            Signal::Ecg | Signal::Interval => Some("beat"),
+            Signal::Ppg => Some("pulse"),
+            Signal::Eda => Some("response"),
+            Signal::Emg => Some("burst"),
+            Signal::Eeg => Some("blink"),
+            Signal::Respiration => Some("breath"),
+            Signal::Temperature | Signal::Acceleration | Signal::Other => None,
+        }
+    }
+}
+
+impl Settings {
+    /// An analysis of samples as they come.
+    pub fn causal(
+        &self,
+        signal: Signal,
+        channels: &[String],
+        rate_hz: f64,
+    ) -> Result<Box<dyn Causal + Send>, SignalError> {
+        match signal {
+            Signal::Ecg => ecg::analysis::causal(&self.heart(), rate_hz),
+            Signal::Ppg => ppg::analysis::causal(&self.pulse(), rate_hz),
+            Signal::Eda => eda::analysis::causal(&self.skin(), rate_hz),
+            Signal::Emg => emg::analysis::causal(&self.muscles(channels), rate_hz),
+            Signal::Eeg => eeg::analysis::causal(&scalp(channels), rate_hz),
+            Signal::Respiration => respiration::analysis::causal(&self.breath(), rate_hz),
+            Signal::Temperature => {
+                temperature::analysis::causal(&temperature::analysis::Settings::default(), rate_hz)
+            }
+            Signal::Acceleration => acceleration::analysis::causal(&self.movement(), rate_hz),
+            Signal::Interval => hrv::analysis::causal(&self.intervals(), rate_hz),
+            Signal::Other => descriptive::analysis::causal(&self.any(channels), rate_hz),
+        }
+    }
+
+    /// The analysis of a whole recording.
+    pub fn whole(
+        &self,
+        signal: Signal,
+        channels: &[String],
+        recording: &Recording<'_>,
+    ) -> Result<Whole, SignalError> {
+        match signal {
+            Signal::Ecg => ecg::analysis::whole(&self.heart(), recording),
+            Signal::Ppg => ppg::analysis::whole(&self.pulse(), recording),
+            Signal::Eda => eda::analysis::whole(&self.skin(), recording),
+            Signal::Emg => emg::analysis::whole(&self.muscles(channels), recording),
+            Signal::Eeg => eeg::analysis::whole(&scalp(channels), recording),
+            Signal::Respiration => respiration::analysis::whole(&self.breath(), recording),
+            Signal::Temperature => {
+                temperature::analysis::whole(&temperature::analysis::Settings::default(), recording)
+            }
+            Signal::Acceleration => acceleration::analysis::whole(&self.movement(), recording),
+            Signal::Interval => hrv::analysis::whole(&self.intervals(), recording),
+            Signal::Other => descriptive::analysis::whole(&self.any(channels), recording),
+        }
+    }
+
+    fn heart(&self) -> ecg::analysis::Settings {
+        ecg::analysis::Settings { mains_hz: self.mains_hz, ..ecg::analysis::Settings::default() }
+    }
+
+    fn pulse(&self) -> ppg::analysis::Settings {
+        let unit = self.unit.clone().into();
+        ppg::analysis::Settings { unit, ..ppg::analysis::Settings::default() }
+    }
+
+    fn skin(&self) -> eda::analysis::Settings {
+        let phasic = match self.phasic {
+            Phasic::HighPass => eda::analysis::Phasic::HighPass,
+            Phasic::Cvxeda => eda::analysis::Phasic::CvxEda,
+        };
+        eda::analysis::Settings { phasic, ..eda::analysis::Settings::default() }
+    }
+
+    fn breath(&self) -> respiration::analysis::Settings {
+        let unit = self.unit.clone();
+        respiration::analysis::Settings { unit, ..respiration::analysis::Settings::default() }
+    }
+
+    fn movement(&self) -> acceleration::analysis::Settings {
+        let unit = match self.unit.as_str() {
+            "m/s2" | "m/s^2" | "m/s²" => acceleration::Unit::MetresPerSecondSquared,
+            _ => acceleration::Unit::G,
+        };
+        acceleration::analysis::Settings { unit, ..acceleration::analysis::Settings::default() }
+    }
+
+    fn muscles(&self, channels: &[String]) -> emg::analysis::Settings {
+        let channel = |name| emg::analysis::Channel { name, mvc: None };
+        let channels = named(channels).into_iter().map(channel).collect();
+        let unit = self.unit.clone();
+        emg::analysis::Settings { channels, unit, ..emg::analysis::Settings::default() }
+    }
+
+    fn intervals(&self) -> hrv::analysis::Settings {
+        let treatment = match self.artefacts {
+            Artefacts::Kept => hrv::Treatment::AsTheyAre,
+            Artefacts::Corrected => hrv::Treatment::Corrected,
+        };
+        hrv::analysis::Settings { treatment, ..hrv::analysis::Settings::default() }
+    }
+
+    fn any(&self, channels: &[String]) -> descriptive::analysis::Settings {
+        let channel = |name| descriptive::analysis::Channel { name, unit: self.unit.clone() };
+        descriptive::analysis::Settings {
+            channels: named(channels).into_iter().map(channel).collect(),
+        }
+    }
+}
+
+/// Places on the scalp, by the names of columns.
+fn scalp(channels: &[String]) -> eeg::analysis::Settings {
+    eeg::analysis::Settings { channels: named(channels), ..eeg::analysis::Settings::default() }
+}
+
+/// Names of channels; the one channel of a table without names has none.
+fn named(channels: &[String]) -> Vec<String> {
+    match channels {
+        [name] if name.starts_with("ch") => vec![String::new()],
+        named => named.to_vec(),
+    }
+}
+
+/// Why a signal can't be analysed, for the user.
+pub fn failure(signal: Signal, error: SignalError) -> Failure {
+    let (exit, hint) = match error {
+        SignalError::Rate { .. } | SignalError::Setting { .. } | SignalError::Frequency { .. } => {
+            (Exit::BadArguments, "check --rate: it is the number of samples a second")
+        }
+        SignalError::TooShort { .. } => (Exit::Failed, "a longer recording is needed"),
+        SignalError::NothingFinite => {
+            (Exit::Failed, "the column holds no number: choose another with --column")
+        }
+        _ => (Exit::Failed, ""),
+    };
+    Failure::new(format!("failed to analyse the signal as {}: {error}", signal.word()))
+        .hint(hint)
+        .exit(exit)
+}

@@ -1,0 +1,106 @@
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why a table could not be read; fits behind "failed to".
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// The file can't be opened.
+    #[error("open {}: {error}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        error: io::Error,
+    },
+    /// Reading broke off.
+    #[error("read line {line}: {error}")]
+    Read {
+        /// From 1.
+        line: usize,
+        /// Why.
+        error: io::Error,
+    },
+    /// There are no numbers.
+    #[error("find a line of numbers: the table is empty")]
+    Empty,
+    /// The file is something else.
+    #[error("read line {line}: the file is no table of text")]
+    NoTable {
+        /// From 1.
+        line: usize,
+    },
+    /// A cell holds text where a number was expected.
+    #[error("read line {line}: column {column} holds \"{text}\" where a number was expected")]
+    Text {
+        /// From 1.
+        line: usize,
+        /// Its name, or its number from 1.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A whole column holds text.
+    #[error("take column {column}: it holds text (\"{text}\"), no numbers")]
+    TextColumn {
+        /// Its name, or its number from 1.
+        column: String,
+        /// What stands there first.
+        text: String,
+    },
+    /// The named column is not there.
+    #[error("find the column {wanted}; there are: {}", .there.join(", "))]
+    NoColumn {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        there: Vec<String>,
+    },
+    /// Several columns could be meant.
+    #[error("tell which column holds {signal}; there are: {}", .there.join(", "))]
+    WhichColumn {
+        /// What was looked for.
+        signal: &'static str,
+        /// What there is.
+        there: Vec<String>,
+    },
+    /// Nothing tells the rate.
+    #[error("tell the sampling rate: neither the table nor --rate says it")]
+    NoRate {
+        /// A column that may hold times.
+        time: Option<String>,
+    },
+    /// It begins like a file of Empatica's, and is none.
+    #[error("tell what the first line means: {value} looks like a time, and no rate follows it")]
+    Begin {
+        /// What stands there.
+        value: String,
+    },
+}
+
+impl TableError {
+    /// What the user can do.
+    pub fn hint(&self) -> String {
+        match self {
+            TableError::Open { .. } | TableError::Read { .. } => String::new(),
+            TableError::Empty | TableError::NoTable { .. } => {
+                "a table has a number a line, or several between commas, semicolons, tabs or spaces"
+                    .into()
+            }
+            TableError::Text { .. } => {
+                "leave the cell of a missing sample empty, or write NaN into it".into()
+            }
+            TableError::TextColumn { .. }
+            | TableError::NoColumn { .. }
+            | TableError::WhichColumn { .. } => {
+                "name it with --column NAME, or by its number from 1".into()
+            }
+            TableError::NoRate { time: Some(time) } => {
+                format!("give --rate HZ, or --time \"{time}\" if that column holds times")
+            }
+            TableError::NoRate { time: None } => "give --rate HZ".into(),
+            TableError::Begin { .. } => "begin the table with its samples".into(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Lines of a table: cells and numbers.
+
+/// What stands between the cells of a line.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Separator {
+    /// One character.
+    Mark(char),
+    /// Any number of spaces.
+    Spaces,
+}
+
+impl Separator {
+    /// The one that a line seems to be written with.
+    pub fn of(line: &str) -> Separator {
+        ['\t', ';', ',']
+            .into_iter()
+            .find(|&mark| line.contains(mark))
+            .map_or(Separator::Spaces, Separator::Mark)
+    }
+
+    /// The cells of a line, without the spaces and quotes around them.
+    pub fn cells(self, line: &str) -> Cells<'_> {
+        Cells { separator: self, rest: Some(line.trim_matches(' ')) }
+    }
+}
+
+/// The cells of a line, from left to right.
+#[derive(Clone, Debug)]
+pub struct Cells<'a> {
+    separator: Separator,
+    rest: Option<&'a str>,
+}
+
+impl<'a> Iterator for Cells<'a> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        let rest = self.rest?;
+        let Separator::Mark(mark) = self.separator else {
+            let (cell, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+            self.rest = Some(after.trim_start()).filter(|after| !after.is_empty());
+            return Some(cell.trim_matches('"'));
+        };
+        let spaces = |c: char| c == ' ' || (c == '\t' && mark != '\t');
+        let quoted = rest.trim_start_matches(spaces).strip_prefix('"');
+        let (cell, after) = match quoted.and_then(|quoted| quoted.split_once('"')) {
+            Some((cell, after)) => (cell, after.split_once(mark).map(|(_, after)| after)),
+            None => match rest.split_once(mark) {
+                Some((cell, after)) => (cell, Some(after)),
+                None => (rest, None),
+            },
+        };
+        self.rest = after;
+        Some(cell.trim_matches(spaces))
+    }
+}
+
+/// The number of a cell: NaN of one that says that there is none, `None` of text.
+pub fn number(cell: &str, separator: Separator) -> Option<f64> {
+    const NONE: [&str; 7] = ["", "na", "n/a", "null", "none", "-", "?"];
+    if let Ok(number) = cell.parse::<f64>() {
+        return Some(if number.is_finite() { number } else { f64::NAN });
+    }
+    if NONE.contains(&cell.to_ascii_lowercase().as_str()) {
+        return Some(f64::NAN);
+    }
+    let has_decimal_comma = separator != Separator::Mark(',') && cell.matches(',').count() == 1;
+    has_decimal_comma.then(|| cell.replace(',', ".").parse().ok()).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(line: &str) -> Vec<&str> {
+        Separator::of(line).cells(line).collect()
+    }
+
+    #[test]
+    fn cells_stand_between_commas_semicolons_tabs_or_spaces() {
+        assert_eq!(cells("1, 2,,3"), ["1", "2", "", "3"]);
+        assert_eq!(cells("1,5;2"), ["1,5", "2"]);
+        assert_eq!(cells("a b\t\tc"), ["a b", "", "c"]);
+        assert_eq!(cells("  1   2 3 "), ["1", "2", "3"]);
+        assert_eq!(cells("\"a, b\",\"c\""), ["a, b", "c"]);
+        assert_eq!(cells("\"open, 1"), ["\"open", "1"]);
+    }
+
+    #[test]
+    fn what_says_that_there_is_no_number_is_none() {
+        for cell in ["", "NaN", "NA", "inf", "-inf", "null", "1e999"] {
+            assert!(number(cell, Separator::Spaces).is_some_and(f64::is_nan), "{cell}");
+        }
+        assert_eq!(number("abc", Separator::Spaces), None);
+    }
+
+    #[test]
+    fn a_comma_is_a_decimal_one_where_it_separates_nothing() {
+        assert_eq!(number("1,5", Separator::Mark(';')), Some(1.5));
+        assert_eq!(number("1,5", Separator::Mark(',')), None);
+        assert_eq!(number("1,500,000", Separator::Spaces), None);
+    }
+}

@@ -1,0 +1,79 @@
+//! Times of rows.
+
+/// The time of a cell in a unit of `unit_ns` [ns], to the nanosecond; `None` of a cell that says that
+/// there is none.
+///
+/// Digits are read as they stand: as a float, a time since 1970 is known to a quarter of a microsecond
+/// only.
+pub fn nanos(cell: &str, unit_ns: i64) -> Result<Option<i64>, ()> {
+    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
+        return Ok(None);
+    }
+    decimal(cell, unit_ns).or_else(|| scientific(cell, unit_ns)).map(Some).ok_or(())
+}
+
+fn decimal(cell: &str, unit_ns: i64) -> Option<i64> {
+    let (sign, digits) = cell.strip_prefix('-').map_or((1, cell), |digits| (-1, digits));
+    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || !is_digits(whole) || !is_digits(part) {
+        return None;
+    }
+    let mut nanos = i128::from(whole.parse::<i64>().ok()?) * i128::from(unit_ns);
+    let mut step = i128::from(unit_ns);
+    for digit in part.bytes().take_while(|_| unit_ns > 1).take(9) {
+        step /= 10;
+        nanos += i128::from(digit - b'0') * step;
+    }
+    i64::try_from(sign * nanos).ok()
+}
+
+fn scientific(cell: &str, unit_ns: i64) -> Option<i64> {
+    let time: f64 = cell.parse().ok()?;
+    let nanos = (time * unit_ns as f64).round();
+    (nanos.abs() < i64::MAX as f64).then_some(nanos as i64)
+}
+
+/// The rate of rows at these times [ns]: of the median step between successive ones [Hz].
+pub fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
+    let steps = times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);
+    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let median = *steps.get(steps.len() / 2)?;
+    // Stamps come in whole milliseconds or microseconds: many steps together tell more than one.
+    steps.retain(|step| (step / median - 1.0).abs() < 0.5);
+    let rate_hz = steps.len() as f64 / steps.iter().sum::<f64>();
+    let whole_hz = rate_hz.round();
+    let is_whole = whole_hz > 0.0 && (rate_hz / whole_hz - 1.0).abs() < 1e-3;
+    Some(if is_whole { whole_hz } else { rate_hz })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEC: i64 = 1_000_000_000;
+
+    #[test]
+    fn times_are_read_to_the_nanosecond() {
+        assert_eq!(nanos("1700000000.123456789", SEC), Ok(Some(1_700_000_000_123_456_789)));
+        assert_eq!(nanos("-0.5", SEC), Ok(Some(-500_000_000)));
+        assert_eq!(nanos("20.5", 1_000_000), Ok(Some(20_500_000)));
+        assert_eq!(nanos("7", 1), Ok(Some(7)));
+        assert_eq!(nanos("1.5e0", SEC), Ok(Some(1_500_000_000)));
+        assert_eq!(nanos("", SEC), Ok(None));
+        for wrong in ["noon", "1e300", "99999999999999999999", "."] {
+            assert_eq!(nanos(wrong, SEC), Err(()), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_rate_is_that_of_the_usual_step() {
+        let rate_hz =
+            |ms: &[i64]| usual_rate_hz(&ms.iter().map(|ms| ms * 1_000_000).collect::<Vec<_>>());
+        assert_eq!(rate_hz(&[0, 16, 31, 47, 62, 5000]), Some(4.0 / 0.062));
+        assert_eq!(rate_hz(&[0, 250, 500, 10_000]), Some(4.0));
+        assert_eq!(rate_hz(&[1]), None);
+        assert_eq!(rate_hz(&[1, 1]), None);
+    }
+}

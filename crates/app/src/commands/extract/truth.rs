@@ -1,0 +1,39 @@
+//! Events that an expert marked.
+
+use std::path::Path;
+
+use super::table::{Table, TableError, Wanted};
+
+/// Reads the places of true events [samples] from a table's column `sample`, or `time_secs`, or from
+/// the first column of a table without names.
+pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<f64>, TableError> {
+    match column(path, "sample") {
+        Err(TableError::NoColumn { there, .. }) if there.iter().any(|name| name == "time_secs") => {
+            let times_secs = column(path, "time_secs")?;
+            Ok(times_secs.into_iter().map(|secs| secs * rate_hz).collect())
+        }
+        Err(TableError::NoColumn { there, .. })
+            if there.first().is_some_and(|name| name == "1") =>
+        {
+            column(path, "1")
+        }
+        read => read,
+    }
+}
+
+fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
+    let wanted = Wanted {
+        signal: "true events",
+        words: &[],
+        takes_all: false,
+        is_even: false,
+        columns: vec![name.to_owned()],
+        time: None,
+    };
+    let mut table = Table::open(path, &wanted, Some(1.0))?;
+    let mut places = Vec::new();
+    while let Some(row) = table.next_row()? {
+        places.extend(row.values.iter().filter(|place| place.is_finite()));
+    }
+    Ok(places)
+}

@@ -1,0 +1,208 @@
+"""Features of any table of samples: `teampulse extract`."""
+
+import json
+import math
+import random
+import subprocess
+
+import pytest
+
+import harness
+
+BEAT_SECS = [0.4 + 0.8 * k + 0.03 * math.sin(k) for k in range(150)]
+RATE_HZ = 130
+
+
+def ecg(rate_hz=RATE_HZ, secs=120, noise=0.02) -> list[float]:
+    """Narrow bumps at the beats and broad ones after them [mV]."""
+    chance, samples = random.Random(1), [0.0] * int(secs * rate_hz)
+    for beat in BEAT_SECS:
+        for at, height, width in ((beat, 1.0, 0.01), (beat + 0.28, 0.2, 0.04)):
+            begin, end = int((at - 0.2) * rate_hz), int((at + 0.2) * rate_hz)
+            for k in range(max(begin, 0), min(end, len(samples))):
+                samples[k] += height * math.exp(-(((k / rate_hz - at) / width) ** 2) / 2)
+    return [each + chance.gauss(0, noise) for each in samples]
+
+
+def table(path, rows, head=None):
+    lines = [] if head is None else [head]
+    path.write_text("\n".join(lines + [str(row) for row in rows]) + "\n")
+    return path
+
+
+def extract(stage, *arguments) -> dict:
+    """What was told as JSON."""
+    done = stage.ask("extract", *arguments, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture
+def recording(stage):
+    return table(stage.folder / "ecg.csv", [f"{each:.4f}" for each in ecg()], "ecg_mv")
+
+
+@pytest.mark.parametrize("method", ["whole", "causal"])
+def test_beats_are_found_where_they_are(stage, recording, method):
+    truth = [round(beat * RATE_HZ) for beat in BEAT_SECS]
+    truth = table(stage.folder / "truth.csv", [f"{sample},N" for sample in truth], "sample,symbol")
+    arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--method", method, "--truth", truth)
+    told = extract(stage, recording, *arguments)
+    assert (told["signal"], told["rate_hz"], told["method"]) == ("ecg", RATE_HZ, method)
+    assert [score["tolerance_ms"] for score in told["score"]] == [150, 50]
+    # A causal analysis tells of a beat some time after it: the last may be missing.
+    for score in told["score"]:
+        assert score["tp"] >= 148 and score["fp"] == 0 and score["f1"] > 0.99
+    beats = [event for event in told["events"] if event["kind"] == "beat"]
+    assert all(abs(beat["sample"] / RATE_HZ - beat["time_secs"]) < 1e-6 for beat in beats)
+    offsets = [beat["time_secs"] - true for beat, true in zip(beats, BEAT_SECS)]
+    assert max(map(abs, offsets)) < 0.008
+
+
+@pytest.mark.parametrize("method", ["whole", "causal"])
+def test_every_window_tells_each_value_or_why_there_is_none(stage, recording, method):
+    arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--window", 30, "--method", method)
+    told = extract(stage, recording, *arguments)
+    windows = sorted({(row["start_secs"], row["end_secs"]) for row in told["features"]})
+    assert windows == [(0, 30), (30, 60), (60, 90), (90, 120)]
+    for row in told["features"]:
+        assert (row["value"] is None) == (row["reason"] is not None), row
+        assert row["unit"] and row["method"], row
+        assert 0 <= row["coverage"] <= 1 and 0 <= row["quality"] <= 1
+    rows = {row["name"]: row for row in told["features"] if row["start_secs"] == 60}
+    assert abs(rows["ECG_Rate_Mean"]["value"] - 75) < 0.5
+    assert 5 < rows["HRV_RMSSD"]["value"] < 40
+    assert rows["HRV_LF"]["reason"] == "window too short"
+
+
+def test_people_read_a_table_and_how_it_was_computed(stage, recording):
+    done = stage.ask("extract", recording, "--signal", "ecg", "--rate", RATE_HZ)
+    assert done.returncode == 0, done.stderr
+    assert "0 to 120 s" in done.stdout and "150 beats" in done.stdout
+    assert "HRV_RMSSD" in done.stdout and "how, whole:" in done.stdout
+    events = stage.ask("extract", recording, "--signal", "ecg", "--rate", RATE_HZ, "--events")
+    head, *rows = events.stdout.splitlines()
+    assert head.startswith("kind,sample,time_secs") and len(rows) == 150
+
+
+def test_a_table_may_tell_its_rate(stage):
+    samples = [f"{each:.4f}" for each in ecg()]
+    tables = {
+        "comment.txt": ["# Simple Text Format", "# Sampling Rate (Hz):= 130.00", *samples],
+        "times.csv": ["time_secs,ecg"] + [f"{k / RATE_HZ:.6f},{v}" for k, v in enumerate(samples)],
+        "spaces.txt": [f"% Sample Rate = {RATE_HZ} Hz"] + [f"  {v}  " for v in samples],
+    }
+    for name, rows in tables.items():
+        told = extract(stage, table(stage.folder / name, rows), "--signal", "ecg")
+        assert told["rate_hz"] == RATE_HZ, name
+        assert len(told["events"]) == 150, name
+
+
+def test_a_file_of_an_e4_is_known(stage):
+    path = table(stage.folder / "TEMP.csv", ["1551453301.00", "4.000000"] + ["33.21"] * 480)
+    told = extract(stage, path, "--signal", "temperature")
+    assert told["rate_hz"] == 4
+    rows = {row["name"]: row["value"] for row in told["features"]}
+    assert any(abs((value or 0) - 33.21) < 1e-6 for value in rows.values()), rows
+
+
+def test_missing_rows_are_gaps_and_told(stage):
+    rows = [f"{k / RATE_HZ:.6f},{v:.4f}" for k, v in enumerate(ecg()) if not 30 < k / RATE_HZ < 40]
+    path = table(stage.folder / "gap.csv", rows, "time_secs,ecg")
+    done = stage.ask("extract", path, "--signal", "ecg", "--window", 20, "--json")
+    assert "1299 rows are missing" in done.stderr
+    told = json.loads(done.stdout)
+    assert not [e for e in told["events"] if 30.2 < e["time_secs"] < 39.8]
+    coverage = {row["start_secs"]: row["coverage"] for row in told["features"]}
+    assert coverage[0] == 1 and abs(coverage[20] - 0.5) < 0.01 and coverage[40] == 1
+
+
+def test_the_column_is_named_or_must_be(stage):
+    path = table(stage.folder / "two.csv", [f"{v:.4f},{v:.4f}" for v in ecg()], "left,right")
+    done = stage.ask("extract", path, "--signal", "ecg", "--rate", RATE_HZ)
+    assert done.returncode == 2 and "left, right" in done.stderr and "--column" in done.stderr
+    for column in ("right", "RIGHT", "2"):
+        told = extract(stage, path, "--signal", "ecg", "--rate", RATE_HZ, "--column", column)
+        assert len(told["events"]) == 150
+    done = stage.ask("extract", path, "--signal", "ecg", "--rate", RATE_HZ, "--column", "middle")
+    assert done.returncode == 2 and "middle" in done.stderr and "left, right" in done.stderr
+
+
+def test_what_is_no_table_of_numbers_is_refused_with_a_hint(stage):
+    cases = {
+        "text.csv": ("ecg\nabc\ndef\n", 2, "text"),
+        "later.csv": ("ecg\n1\n2\nabc\n3\n", 1, "line 4"),
+        "empty.csv": ("", 1, "empty"),
+        "names.csv": ("ecg,eda\n", 1, "empty"),
+        "bytes.csv": ("\x00\x01\x02" * 100, 1, "no table"),
+    }
+    for name, (text, code, words) in cases.items():
+        path = stage.folder / name
+        path.write_text(text)
+        done = stage.ask("extract", path, "--signal", "ecg", "--rate", 130)
+        assert done.returncode == code, (name, done)
+        assert words in done.stderr and "hint:" in done.stderr, (name, done.stderr)
+    done = stage.ask("extract", stage.folder / "none.csv", "--signal", "ecg", "--rate", 130)
+    assert done.returncode == 1 and "none.csv" in done.stderr
+
+
+SIGNALS = ["ecg", "ppg", "eda", "emg", "eeg", "respiration", "temperature", "acceleration", "interval", "other"]
+
+
+@pytest.mark.parametrize("signal", SIGNALS)
+@pytest.mark.parametrize("method", ["whole", "causal"])
+def test_no_bad_signal_makes_a_panic_or_a_nonsense_number(stage, signal, method):
+    chance = random.Random(2)
+    columns = 3 if signal == "acceleration" else 1
+    signals = {
+        "flat": [1.0] * 3000,
+        "saturated": [max(-0.1, min(0.1, v)) for v in ecg(100, 30)],
+        "one": [1.0],
+        "two": [1.0, 2.0],
+        "missing": ["nan"] * 3000,
+        "infinite": ["inf", "-inf"] * 1500,
+        "huge": [chance.choice([1e300, -1e300, 0.0]) for _ in range(3000)],
+        "noise": [chance.gauss(0, 1) for _ in range(3000)],
+        "holes": [chance.choice(["nan", 1.0, 2.0]) for _ in range(3000)],
+    }
+    for name, samples in signals.items():
+        path = table(stage.folder / f"{name}.csv", [",".join([str(v)] * columns) for v in samples])
+        arguments = (path, "--signal", signal, "--rate", 100, "--method", method, "--window", 10)
+        done = stage.ask("extract", *arguments, "--json")
+        assert "panicked" not in done.stderr, (name, done.stderr)
+        assert done.returncode in (0, 1, 2), (name, done.returncode, done.stderr)
+        if done.returncode:
+            assert done.stderr.startswith("error:"), (name, done.stderr)
+            continue
+        for row in json.loads(done.stdout)["features"]:
+            assert (row["value"] is None) == (row["reason"] is not None), (name, row)
+            assert row["value"] is None or math.isfinite(row["value"]), (name, row)
+
+
+@pytest.mark.parametrize("rate_hz", ["0", "-1", "nan", "inf", "1e9", "abc", "0.001", "1000000"])
+def test_an_absurd_rate_is_refused(stage, recording, rate_hz):
+    done = stage.ask("extract", recording, "--signal", "ecg", "--rate", rate_hz)
+    assert done.returncode == 2, done
+    assert "rate" in done.stderr and "panicked" not in done.stderr
+
+
+def test_intervals_give_their_variability(stage):
+    chance = random.Random(3)
+    intervals = [round(chance.gauss(800, 30)) for _ in range(400)]
+    path = table(stage.folder / "rr.txt", intervals)
+    told = extract(stage, path, "--signal", "interval")
+    rows = {row["name"]: row["value"] for row in told["features"]}
+    mean = sum(intervals) / len(intervals)
+    assert abs(rows["HRV_MeanNN"] / mean - 1) < 0.01
+    assert told["rate_hz"] is None
+
+
+def test_samples_come_from_standard_input_too(stage, recording):
+    done = subprocess.run(
+        [harness.TEAMPULSE, "extract", "-", "--signal", "ecg", "--rate", str(RATE_HZ), "--json"],
+        stdin=recording.open(),
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout)["events"]) == 150
