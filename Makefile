@@ -61,6 +61,7 @@ bench-bag: ## the bag writer against ROS 1's
 bench-recorder: ## from a publisher in another process into the bag: losses and CPU
 bench-crash: ## kill -9 at 20 random moments: what the bag still holds
 bench-timefilter: ## the time filter against message_filters: sets, speed, accuracy
+bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded ones, speed against NeuroKit2
 
 # --- setting up
 
@@ -81,6 +82,11 @@ $(ready)-peers:
 	@python3 -c 'import ensurepip, venv' 2>/dev/null || .ci/apt-install "to test against Python peers" python3-venv
 	@echo "setting up .venv with the Python peers of tests/peers/requirements.txt"
 	@python3 -m venv .venv
+	@.venv/bin/pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+.venv/signal-ready: bench/signal/requirements.txt .venv/ready
+	@echo "adding the Python peers of bench/signal/requirements.txt to .venv"
 	@.venv/bin/pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 

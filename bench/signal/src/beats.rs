@@ -6,9 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use teampulse_signal::analysis::{Recording, Span};
-use teampulse_signal::ecg::analysis::{
-    Settings, causal as causal_analysis, whole as whole_analysis,
-};
+use teampulse_signal::ecg::analysis::{Settings, whole as whole_analysis};
 use teampulse_signal::ecg::{Beat, BeatDetector, Found, clean, find_beats, quality};
 use teampulse_signal::error::SignalError;
 use teampulse_signal::filter::{butterworth, zero_phase};
@@ -21,8 +19,6 @@ const NARROW_SECS: f64 = 0.05;
 const WIDE_SECS: f64 = 0.15;
 const LOW_RATE_HZ: f64 = 130.0;
 const FAST_RATE_HZ: f64 = 512.0;
-/// How many samples of a record are a minute.
-const MINUTE: usize = 21_600;
 
 /// Prints figures with their bars; whether all were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
@@ -246,31 +242,6 @@ impl Bars {
             self.line(whole.wide.f1_percent() >= bar, &text);
             println!("      beats, {what}: causal {:?}", causal.wide);
         }
-        self.qualities(&noise, records)
-    }
-
-    /// What the causal analysis says of the quality of each minute, with and without noise.
-    fn qualities(&mut self, noise: &Noise, records: &[Record]) -> Result<(), Box<dyn Error>> {
-        for (what, decibels, least, most) in
-            [("no", 100.0, 0.9, 1.0), ("12 dB of", 12.0, 0.5, 0.8), ("0 dB of", 0.0, 0.0, 0.4)]
-        {
-            let mut all = Vec::new();
-            for record in noise.others(records, decibels) {
-                all.extend(minutes(&record)?);
-            }
-            all.sort_unstable_by(f64::total_cmp);
-            let at = |share: f64| all[((all.len() - 1) as f64 * share) as usize];
-            let text = format!(
-                "other records in {what} noise: quality of minutes as they came in {:.2}, 10 % below {:.2}, 10 % above {:.2}",
-                at(0.5),
-                at(0.1),
-                at(0.9)
-            );
-            self.line(
-                (least..=most).contains(&at(0.5)),
-                &format!("{text} (bar {least} to {most})"),
-            );
-        }
         Ok(())
     }
 
@@ -324,20 +295,6 @@ fn analyse(recording: &Recording<'_>) -> Result<(), SignalError> {
         std::hint::black_box(whole.windows.measure(span));
     }
     Ok(())
-}
-
-fn minutes(record: &Record) -> Result<Vec<f64>, SignalError> {
-    let mut analysis = causal_analysis(&Settings::default(), RATE_HZ)?;
-    let mut qualities = Vec::new();
-    for (index, &sample) in record.signal.iter().enumerate() {
-        let at_ns = (index as f64 / RATE_HZ * 1e9) as i64;
-        analysis.push(at_ns, &[sample]);
-        if (index + 1) % MINUTE == 0 {
-            let begin_ns = ((index + 1 - MINUTE) as f64 / RATE_HZ * 1e9) as i64;
-            qualities.push(analysis.measure(Span { begin_ns, end_ns: at_ns + 1 }).quality);
-        }
-    }
-    Ok(qualities)
 }
 
 fn secs<T>(work: impl FnOnce() -> Result<T, SignalError>) -> Result<f64, SignalError> {

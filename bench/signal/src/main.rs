@@ -15,6 +15,7 @@ mod pulses;
 mod disturbances;
 mod respiration;
 mod statistics;
+mod speed;
 mod golden;
 mod records;
 mod noise;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         ["ppg", data] => ppg::measure(Path::new(data)),
         ["respiration", data] => respiration::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
+        ["speed", job, rate_hz, file] => speed::measure(job, rate_hz, Path::new(file)),
         _ => Err("there is no such part".into()),
     };
     match outcome {
