@@ -119,8 +119,14 @@ words! {
         Report = "report",
         /// A heart beat.
         Beat = "beat",
-        /// A response of the body.
+        /// A response of the skin.
         Response = "response",
+        /// A breath.
+        Breath = "breath",
+        /// A burst of a muscle's activity.
+        Burst = "burst",
+        /// A blink.
+        Blink = "blink",
         /// Something went wrong.
         Fault = "fault",
         /// A clock stepped or began anew, or the session ended.

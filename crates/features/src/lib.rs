@@ -19,7 +19,21 @@ pub mod robots {
     pub mod stuck;
 }
 
+/// Features of people, one file each.
+pub mod people {
+    pub mod brain;
+    pub mod breath;
+    pub mod heart;
+    pub mod intervals;
+    pub mod movement;
+    pub mod muscle;
+    pub mod pulse;
+    pub mod skin;
+    pub mod skin_temperature;
+}
+
 pub mod context;
+mod running;
 mod windows;
 mod whole_seconds;
 mod value;
@@ -34,4 +48,13 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<robots::link_quality::LinkQuality>("link_quality"),
     Entry::new::<robots::numbers::Numbers>("numbers"),
     Entry::new::<robots::stuck::Stuck>("stuck"),
+    Entry::new::<people::brain::Brain>("brain"),
+    Entry::new::<people::breath::Breath>("breath"),
+    Entry::new::<people::heart::Heart>("heart"),
+    Entry::new::<people::intervals::Intervals>("intervals"),
+    Entry::new::<people::movement::Movement>("movement"),
+    Entry::new::<people::muscle::Muscle>("muscle"),
+    Entry::new::<people::pulse::Pulse>("pulse"),
+    Entry::new::<people::skin::Skin>("skin"),
+    Entry::new::<people::skin_temperature::SkinTemperature>("skin_temperature"),
 ];

@@ -8,7 +8,7 @@ use teampulse_core::stream::{Origin, Stream};
 /// What is told of an event; `None` for what happens too often, or is told elsewhere.
 pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
-    let is_counted = stream.name.starts_with("/teampulse/lost") || event.kind == EventKind::Beat;
+    let is_counted = stream.name.starts_with("/teampulse/lost") || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
     (!is_note && !is_counted && !is_input).then(|| sentence(stream, event))
 }
@@ -26,6 +26,12 @@ fn sentence(stream: &Stream, event: &Event) -> String {
         _ if stream.origin == Origin::Derived => label.clone(),
         _ => format!("{kind}: {label}"),
     }
+}
+
+/// Whether such events are what a body does all the time.
+fn is_of_body(kind: EventKind) -> bool {
+    use EventKind::{Beat, Blink, Breath, Burst, Response};
+    matches!(kind, Beat | Blink | Breath | Burst | Response)
 }
 
 /// Whether the value of a fault is for how long a robot has been silent.

@@ -1,0 +1,51 @@
+//! Movement and posture, from three axes of acceleration.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::feature::Feature;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::stream::{Signal, Stream};
+use teampulse_signal::acceleration::Unit;
+use teampulse_signal::acceleration::analysis::{Settings, causal};
+use teampulse_signal::analysis::Make;
+
+use crate::context::FeatureContext;
+use crate::running::{Analysed, Naming};
+
+/// Movement and posture, from three axes of acceleration.
+///
+/// - Measures: of each window the magnitude of acceleration, ENMO, activity, tilt, and how much of it was motion
+///   enough to spoil signals beside it.
+/// - Formula: that of each value stands in the stream's `method`.
+/// - Unit: as declared for each value.
+/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Reference: van Hees et al. (2013), doi:10.1371/journal.pone.0061691.
+/// - Limits: in g; a stream in m/s² is converted by its unit.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Movement {
+    /// The lengths of the windows [s]; without it those of the study.
+    pub windows_secs: Option<Vec<f64>>,
+}
+
+impl Component<dyn Feature, FeatureContext> for Movement {
+    const EXAMPLE: &'static str = "windows_secs = [30, 60, 300]";
+
+    fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
+        let windows_secs = context.windows_or(self.windows_secs)?;
+        Ok(Box::new(Analysed { signal: Signal::Acceleration, naming: &NAMING, make, windows_secs }))
+    }
+}
+
+static NAMING: Naming = Naming {
+    leaf: "movement",
+    doc: "Movement, posture and motion that spoils signals.",
+    events: &[],
+};
+
+fn make(stream: &Stream) -> Make {
+    let is_si = stream.units.first().is_some_and(|unit| unit == "m/s^2" || unit == "m/s²");
+    let unit = if is_si { Unit::MetresPerSecondSquared } else { Unit::G };
+    let settings = Settings { unit, ..Settings::default() };
+    Box::new(move |rate_hz| causal(&settings, rate_hz))
+}

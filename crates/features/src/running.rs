@@ -1,0 +1,198 @@
+//! An analysis of the signal crate at work on a stream of a person.
+
+use std::sync::Arc;
+
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
+use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
+use teampulse_core::sample::Sample;
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
+use teampulse_signal::analysis::{self, Live, Make, Measured, Told, Value};
+
+use crate::windows::window_name;
+
+/// Windows are told of once a second of the stream's own time.
+const HOP_NS: i64 = 1_000_000_000;
+
+/// What an analysis is called, and which events it tells of.
+pub(crate) struct Naming {
+    /// The name below the input.
+    pub(crate) leaf: &'static str,
+    /// What the windows tell, in a sentence for people.
+    pub(crate) doc: &'static str,
+    /// The events: their kind in the analysis, the name of their stream, and what their number is.
+    pub(crate) events: &'static [Happening],
+}
+
+/// Events of one kind.
+pub(crate) struct Happening {
+    /// As the analysis calls them.
+    pub(crate) kind: &'static str,
+    /// The name of their stream below the input.
+    pub(crate) leaf: &'static str,
+    /// As the wire calls them.
+    pub(crate) word: EventKind,
+    /// The detail that is the event's number.
+    pub(crate) value: &'static str,
+    /// The detail that is its length [s]; none for a moment.
+    pub(crate) duration: &'static str,
+}
+
+/// A feature of a person's signal: an analysis that runs on each stream of that signal.
+pub(crate) struct Analysed {
+    /// Which signal it accepts.
+    pub(crate) signal: Signal,
+    /// What it is called.
+    pub(crate) naming: &'static Naming,
+    /// Makes the analysis of a stream.
+    pub(crate) make: fn(&Stream) -> Make,
+    /// Lengths of its windows [s].
+    pub(crate) windows_secs: Vec<f64>,
+}
+
+impl Feature for Analysed {
+    fn accepts(&self, stream: &Stream) -> bool {
+        stream.about == About::Person
+            && stream.origin == Origin::Raw
+            && stream.signal == self.signal
+            && matches!(stream.shape, Shape::Sample | Shape::Wave)
+            && !stream.channels.is_empty()
+            && (stream.rate_hz > 0.0 || self.signal == Signal::Interval)
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        let windows_secs = self.windows_secs.clone();
+        Box::new(Running { naming: self.naming, make: self.make, windows_secs, work: None })
+    }
+}
+
+/// An analysis at work on one stream, in windows of several lengths.
+struct Running {
+    naming: &'static Naming,
+    make: fn(&Stream) -> Make,
+    windows_secs: Vec<f64>,
+    work: Option<Work>,
+}
+
+/// An analysis that has begun.
+struct Work {
+    live: Live,
+    /// What it was begun for: another rate or other channels begin it anew.
+    of: (f64, Vec<String>),
+    readout: Readout,
+    windows: Vec<OutputId>,
+    events: Vec<OutputId>,
+}
+
+impl Running {
+    fn begin(&self, stream: &Stream, out: &mut Outputs) -> Option<Work> {
+        let readout = Readout::of(stream)?;
+        let lengths_ns: Vec<i64> =
+            self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
+        let (make, channels) = ((self.make)(stream), stream.channels.len());
+        // A rate at which nothing can be told gives no stream.
+        let live = Live::new(make, stream.rate_hz, channels, &lengths_ns, HOP_NS).ok()?;
+        let window = |&secs: &f64| out.declare(self.window(stream, secs, live.values()));
+        let windows = self.windows_secs.iter().map(window).collect();
+        let event = |happening: &Happening| out.declare(events(stream, happening));
+        let events = self.naming.events.iter().map(event).collect();
+        let of = (stream.rate_hz, stream.channels.clone());
+        Some(Work { live, of, readout, windows, events })
+    }
+
+    fn window(&self, input: &Stream, secs: f64, values: &[Value]) -> Stream {
+        let leaf = format!("{}/{}", self.naming.leaf, window_name(secs));
+        let mut recipes: Vec<String> = Vec::new();
+        for value in values {
+            recipes.push(format!("{}: {}", value.name, value.method));
+        }
+        Stream {
+            signal: input.signal,
+            device: input.device.clone(),
+            channels: values.iter().map(|value| value.name.clone().into_owned()).collect(),
+            units: values.iter().map(|value| value.unit.clone().into_owned()).collect(),
+            rate_hz: 1e9 / HOP_NS as f64,
+            method: format!("causal, windows of {secs} s; {}", recipes.join("; ")),
+            doc: self.naming.doc.to_owned(),
+            ..Stream::derived(input, &leaf, Shape::Feature)
+        }
+    }
+}
+
+impl Extractor for Running {
+    fn join(&mut self, _: StreamId, stream: &Stream, out: &mut Outputs) {
+        let of = (stream.rate_hz, stream.channels.clone());
+        if self.work.as_ref().is_none_or(|work| work.of != of) {
+            self.work = self.begin(stream, out);
+        }
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        let (Some(work), naming) = (&mut self.work, self.naming) else { return };
+        let width = work.of.1.len();
+        let Some(numbers) = work.readout.read(&sample.data) else { return };
+        for (place, channels) in numbers.chunks_exact(width).enumerate() {
+            let after_ns = (sample.period_ns * place as f64).round() as i64;
+            let at_ns = sample.measured.nanos().saturating_add(after_ns);
+            work.live.push(at_ns, channels, &mut |told| match told {
+                Told::Window(place, span, measured) => {
+                    let data = feature(span.secs(), &measured);
+                    out.emit(work.windows[place], Time::from_nanos(span.end_ns), data);
+                }
+                Told::Event(event) => {
+                    let is_this = |happening: &Happening| happening.kind == event.kind;
+                    if let Some(place) = naming.events.iter().position(is_this) {
+                        let data = happened(&naming.events[place], &event);
+                        out.emit(work.events[place], Time::from_nanos(event.at_ns), data);
+                    }
+                }
+            });
+        }
+    }
+}
+
+fn events(input: &Stream, happening: &Happening) -> Stream {
+    Stream {
+        signal: Signal::Event,
+        device: input.device.clone(),
+        method: format!("causal; the number is {}", happening.value),
+        doc: format!("Each {} in {}, when it became known.", happening.kind, input.name),
+        ..Stream::derived(input, happening.leaf, Shape::Event)
+    }
+}
+
+fn feature(window_secs: f64, measured: &Measured) -> Data {
+    Data::Feature(Arc::new(FeatureValues {
+        window_secs,
+        coverage: measured.coverage as f32,
+        quality: measured.quality as f32,
+        values: measured.values.iter().map(|value| value.unwrap_or(f64::NAN)).collect(),
+        sigmas: Vec::new(),
+        reasons: measured.values.iter().map(|value| reason(*value)).collect(),
+    }))
+}
+
+fn reason(value: Result<f64, analysis::Reason>) -> Reason {
+    match value {
+        Ok(_) => Reason::Ok,
+        Err(analysis::Reason::Short) => Reason::Short,
+        Err(analysis::Reason::Gap) => Reason::Gap,
+        Err(analysis::Reason::Quality) => Reason::Quality,
+        Err(analysis::Reason::Missing) => Reason::Missing,
+        Err(analysis::Reason::Undefined) => Reason::Undefined,
+    }
+}
+
+fn happened(happening: &Happening, event: &analysis::Event) -> Data {
+    let detail = |name: &str| {
+        let found = event.details.iter().find(|(each, _)| *each == name);
+        found.map(|(_, value)| *value)
+    };
+    Data::Event(Arc::new(Event {
+        kind: happening.word,
+        label: happening.kind.to_owned(),
+        value: detail(happening.value).unwrap_or(f64::NAN),
+        duration_secs: detail(happening.duration).unwrap_or(0.0),
+    }))
+}
