@@ -3,10 +3,9 @@
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::time::Instant;
 
 use serde_json::Value;
-use teampulse_signal::analysis::{Event, Recording, Span};
+use teampulse_signal::analysis::{Event, Recording};
 use teampulse_signal::eda::analysis::{Phasic, Settings, causal, whole};
 use teampulse_signal::eda::{Split, Threshold, clean, cvx_eda, find_responses, high_pass_split};
 
@@ -23,9 +22,6 @@ const HIGH_PASS_BAR: f64 = 1e-9;
 const GOLDEN_HZ: f64 = 50.0;
 const LEAST_FOUND: f64 = 0.95;
 const MOST_OFF: f64 = 0.1;
-/// A minute [ns].
-const WINDOW_NS: i64 = 60_000_000_000;
-const RUNS: usize = 5;
 
 /// Prints figures with their bars; whether all were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
@@ -48,36 +44,6 @@ pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
         }
     }
     Ok(met)
-}
-
-/// Prints the least time [s] that the analysis of a file takes, with windows of a minute; of `cvx`
-/// the split alone.
-pub fn time(file: &Path, rate_hz: f64, method: &str) -> Result<bool, Box<dyn Error>> {
-    let channels = [column(file)?];
-    let recording = Recording { rate_hz, begin_ns: 0, channels: &channels };
-    let mut least_secs = f64::INFINITY;
-    for _ in 0..RUNS {
-        #[expect(clippy::disallowed_methods, reason = "a benchmark reads the machine's time")]
-        let begin = Instant::now();
-        match method {
-            "cvx" => drop(std::hint::black_box(cvx_eda(&channels[0], rate_hz)?)),
-            _ => analyse(&recording)?,
-        }
-        least_secs = least_secs.min(begin.elapsed().as_secs_f64());
-    }
-    println!("{least_secs}");
-    Ok(true)
-}
-
-fn analyse(recording: &Recording<'_>) -> Result<(), Box<dyn Error>> {
-    let analysed = whole(&Settings::default(), recording)?;
-    let Span { mut begin_ns, end_ns: last_ns } = recording.span();
-    while begin_ns < last_ns {
-        let end_ns = begin_ns + WINDOW_NS;
-        std::hint::black_box(analysed.windows.measure(Span { begin_ns, end_ns }));
-        begin_ns = end_ns;
-    }
-    Ok(())
 }
 
 fn splits(name: &str, values: &Value) -> Result<bool, Box<dyn Error>> {

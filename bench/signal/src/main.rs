@@ -31,10 +31,6 @@ fn main() -> ExitCode {
         ["beats", data] => beats::measure(Path::new(data)),
         ["beats", data, "each"] => beats::list(Path::new(data)),
         ["eda", data] => eda::measure(Path::new(data)),
-        ["eda-time", file, rate_hz, method] => rate_hz
-            .parse()
-            .map_err(Into::into)
-            .and_then(|rate_hz| eda::time(Path::new(file), rate_hz, method)),
         ["emg", data] => emg::measure(Path::new(data)),
         ["wristband", data] => wristband::measure(Path::new(data)),
         ["hrv", data] => hrv::measure(Path::new(data)),

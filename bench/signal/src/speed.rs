@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use teampulse_signal::analysis::{Recording, Span, Whole};
-use teampulse_signal::{ecg, eeg, emg, hrv};
+use teampulse_signal::{ecg, eda, eeg, emg, hrv, ppg, respiration};
 
 /// Times that an analysis runs; the best counts.
 const ROUNDS: usize = 3;
@@ -54,6 +54,19 @@ fn run(job: &str, recording: &Recording<'_>) -> Result<(), Box<dyn Error>> {
             &ecg::analysis::whole(&ecg::analysis::Settings::default(), recording)?,
             recording,
         ),
+        "ppg" => measured(
+            &ppg::analysis::whole(&ppg::analysis::Settings::default(), recording)?,
+            recording,
+        ),
+        "eda" => measured(
+            &eda::analysis::whole(&eda::analysis::Settings::default(), recording)?,
+            recording,
+        ),
+        "cvxeda" => drop(black_box(eda::cvx_eda(signal, rate_hz)?)),
+        "respiration" => {
+            let settings = respiration::analysis::Settings::default();
+            measured(&respiration::analysis::whole(&settings, recording)?, recording);
+        }
         "emg" => {
             let channel = |k: usize| emg::analysis::Channel { name: format!("ch{k}"), mvc: None };
             let channels = (1..=recording.channels.len()).map(channel).collect();
