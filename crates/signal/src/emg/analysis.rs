@@ -121,7 +121,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         let raw = recording.channels.get(index).unwrap_or(&nothing);
         let lane = Lane::of(&raw[..recording.len()], recording.rate_hz);
         let take = |burst| events.push(event(index, &burst, recording));
-        bursts_of(&lane.raw, &lane.envelope, recording.rate_hz, settings.bursts, take)?;
+        bursts_of(lane.raw, &lane.envelope, recording.rate_hz, settings.bursts, take)?;
         lanes.push(lane);
     }
     let mut taken = vec![Taken::default(); lanes.len()];
@@ -154,18 +154,18 @@ fn burst_event(channel: usize, burst: &Burst, at_ns: i64, rate_hz: f64) -> Event
 }
 
 /// A channel of a whole recording.
-struct Lane {
-    raw: Vec<f64>,
+struct Lane<'a> {
+    raw: &'a [f64],
     band: Vec<f64>,
     envelope: Vec<f64>,
 }
 
-impl Lane {
-    fn of(raw: &[f64], rate_hz: f64) -> Lane {
+impl Lane<'_> {
+    fn of(raw: &[f64], rate_hz: f64) -> Lane<'_> {
         // One that can't be filtered is too short, or has no usable sample.
         let band = clean(raw, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
         let envelope = envelope(&band, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
-        Lane { raw: raw.to_vec(), band, envelope }
+        Lane { raw, band, envelope }
     }
 
     fn at(&self, sample: usize) -> Taken {

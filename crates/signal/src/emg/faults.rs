@@ -189,27 +189,45 @@ impl Watch {
 /// Where the power lines stand in their period, for all channels.
 #[derive(Clone, Debug)]
 pub(super) struct Phases {
-    turns: [f64; 2],
-    steps: [f64; 2],
+    /// Cosine and sine of each line now, and of what it turns in a sample.
     now: [[f64; 2]; 2],
+    steps: [[f64; 2]; 2],
+    /// Samples until rounding errors of their lengths are taken off.
+    until_sound: u32,
 }
+
+/// Within so many turns a length is wrong by 1e-13 at most.
+const SOUND_FOR: u32 = 256;
 
 impl Phases {
     pub(super) fn new(rate_hz: f64) -> Phases {
-        // A line above half the rate can't be told.
-        let step = |at_hz: f64| if at_hz < 0.45 * rate_hz { at_hz / rate_hz } else { f64::NAN };
-        Phases { turns: [0.0; 2], steps: MAINS_HZ.map(step), now: [[0.0; 2]; 2] }
+        // A line above half the rate can't be told: it does not turn.
+        let step = |at_hz: f64| {
+            let (sine, cosine) = (TAU * at_hz / rate_hz).sin_cos();
+            if at_hz < 0.45 * rate_hz { [cosine, sine] } else { [0.0; 2] }
+        };
+        let steps = MAINS_HZ.map(step);
+        Phases {
+            now: steps.map(|step| [step[0].hypot(step[1]), 0.0]),
+            steps,
+            until_sound: SOUND_FOR,
+        }
     }
 
     /// Goes on by a sample.
     pub(super) fn advance(&mut self) {
-        for ((turn, step), now) in self.turns.iter_mut().zip(self.steps).zip(&mut self.now) {
-            if step.is_nan() {
-                continue;
+        self.until_sound -= 1;
+        let is_due = self.until_sound == 0;
+        for (now, step) in self.now.iter_mut().zip(self.steps) {
+            let [cosine, sine] = *now;
+            *now = [cosine * step[0] - sine * step[1], cosine * step[1] + sine * step[0]];
+            let length = if is_due { now[0].hypot(now[1]) } else { 0.0 };
+            if length > 0.0 {
+                *now = now.map(|part| part / length);
             }
-            *turn = (*turn + step).fract();
-            let (sine, cosine) = (TAU * *turn).sin_cos();
-            *now = [cosine, sine];
+        }
+        if is_due {
+            self.until_sound = SOUND_FOR;
         }
     }
 }
