@@ -206,3 +206,62 @@ def test_samples_come_from_standard_input_too(stage, recording):
     )
     assert done.returncode == 0, done.stderr
     assert len(json.loads(done.stdout)["events"]) == 150
+
+
+def test_a_wrong_time_is_named_and_costs_nothing(stage):
+    rows = [f"{k / 10 if k != 500 else 1e9},{k % 7}" for k in range(1000)]
+    path = table(stage.folder / "wild.csv", rows, "t,v")
+    for method in ("causal", "whole"):
+        arguments = ("--signal", "other", "--column", "v", "--time", "t", "--window", 10)
+        done = stage.ask("extract", path, *arguments, "--method", method)
+        assert done.returncode == 1 and "line 502" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("hop", [4, 7, 10, 25])
+def test_causal_and_whole_windows_are_the_same_spans(stage, recording, hop):
+    spans = []
+    for method in ("causal", "whole"):
+        arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--window", 10, "--hop", hop)
+        told = extract(stage, recording, *arguments, "--method", method)
+        spans.append(sorted({(row["start_secs"], row["end_secs"]) for row in told["features"]}))
+        quality = {row["start_secs"]: row["quality"] for row in told["features"]}
+        assert min(quality.values()) > 0.5, quality
+    assert spans[0] == spans[1]
+
+
+def test_a_decimal_comma_in_the_only_column_is_one(stage):
+    path = table(stage.folder / "comma.csv", [f"33,{40 + k % 30}" for k in range(200)], "Temp")
+    told = extract(stage, path, "--signal", "temperature", "--rate", 4)
+    rows = {row["name"]: row["value"] for row in told["features"]}
+    assert 33.5 < rows["TEMP_Mean"] < 33.6
+
+
+def test_intervals_of_an_e4_are_in_seconds_and_others_must_be_plausible(stage):
+    rows = ["1551453301.000000, IBI"] + [f"{k * 0.8},{0.8 + k % 5 / 100:.2f}" for k in range(200)]
+    told = extract(stage, table(stage.folder / "IBI.csv", rows), "--signal", "interval")
+    rows = {row["name"]: row["value"] for row in told["features"]}
+    assert abs(rows["HRV_MeanNN"] - 820) < 1
+    path = table(stage.folder / "secs.txt", [0.8] * 100)
+    done = stage.ask("extract", path, "--signal", "interval")
+    assert done.returncode == 2 and "--scale 1000" in done.stderr
+
+
+def test_options_that_mean_nothing_for_a_signal_are_refused(stage, recording):
+    for options in (
+        ["--signal", "ecg", "--phasic", "cvxeda"],
+        ["--signal", "eda", "--phasic", "cvxeda", "--method", "causal"],
+        ["--signal", "ecg", "--artefacts", "kept"],
+        ["--signal", "temperature", "--truth", recording],
+        ["--signal", "acceleration"],
+    ):
+        done = stage.ask("extract", recording, "--rate", RATE_HZ, *options)
+        assert done.returncode == 2 and "hint:" in done.stderr, (options, done.stderr)
+
+
+def test_a_full_disk_is_a_failure(stage, recording):
+    arguments = ["extract", str(recording), "--signal", "ecg", "--rate", str(RATE_HZ), "--json"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [harness.TEAMPULSE, *arguments], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert done.returncode == 1 and "No space left" in done.stderr

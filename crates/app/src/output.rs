@@ -1,12 +1,20 @@
 //! Data on standard output.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
+
+use crate::exit::Exit;
 
 /// Prints a line of data. A reader that has gone away ends the process quietly, as in a pipe to
-/// `head`.
+/// `head`; a full disk does not.
 pub fn line(text: impl AsRef<str>) {
-    if writeln!(std::io::stdout().lock(), "{}", text.as_ref()).is_err() {
-        std::process::exit(0);
+    let written = writeln!(std::io::stdout().lock(), "{}", text.as_ref());
+    match written {
+        Ok(()) => {}
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) => {
+            eprintln!("error: failed to write what was found: {error}");
+            std::process::exit(Exit::Failed as i32);
+        }
     }
 }
 

@@ -52,8 +52,9 @@ pub struct Extract {
     /// The column, by its name or its number from 1; several for a signal with several channels
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     column: Vec<String>,
-    /// The column with the times; its unit by its name's end (_ms, _us, _ns), else seconds
-    #[arg(long, value_name = "NAME")]
+    /// The column with the times, in seconds unless its name ends in _ms, _us or _ns, or the unit stands
+    /// behind a colon
+    #[arg(long, value_name = "NAME[:UNIT]")]
     time: Option<String>,
     /// Multiplies every sample, to bring it into the signal's unit
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
@@ -73,12 +74,14 @@ pub struct Extract {
     /// Whether samples are judged as they come, as live, or with all of the recording in view
     #[arg(long, default_value = "whole")]
     method: Method,
-    /// How skin conductance is split into its slow and its fast part
-    #[arg(long, value_name = "METHOD", default_value = "high-pass")]
-    phasic: analyses::Phasic,
-    /// What is done about artefacts in a table of intervals; those of an ECG or a PPG are corrected
-    #[arg(long, default_value = "kept")]
-    artefacts: analyses::Artefacts,
+    /// How skin conductance is split into its slow and its fast part in whole recordings; without it
+    /// high-pass
+    #[arg(long, value_name = "METHOD")]
+    phasic: Option<analyses::Phasic>,
+    /// What is done about artefacts in a table of intervals; without it they are kept. Those of an ECG
+    /// or a PPG are corrected
+    #[arg(long, value_name = "WHAT")]
+    artefacts: Option<analyses::Artefacts>,
     /// A table of true events (column `sample`, or `time_secs`) to score the found ones against
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -103,6 +106,7 @@ impl Extract {
     /// Does it.
     pub fn run(self) -> Result<Exit, Failure> {
         let mut table = Table::open(&self.file, &self.wanted(), self.rate).map_err(failure)?;
+        self.check(&table)?;
         let rate_hz = table.rate_hz();
         let progress = Progress::new();
         let found = match self.method {
@@ -123,10 +127,37 @@ impl Extract {
         let told = Told::new(self.signal.word(), rate_hz, method, &found, score);
         match (self.json, self.events) {
             (true, _) => output::json(&told),
-            (false, true) => told.print_events(),
+            (false, true) => {
+                told.print_events();
+                told.say_score();
+            }
             (false, false) => told.print(),
         }
         Ok(Exit::Fine)
+    }
+
+    /// Whether what was asked for fits together.
+    fn check(&self, table: &Table) -> Result<(), Failure> {
+        let wrong = |message: String, hint: &str| {
+            Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
+        };
+        let (word, count) = (self.signal.word(), table.names().len());
+        if let Some(channels) = self.signal.channels().filter(|&channels| channels != count) {
+            let message = format!("{word} has {channels} column(s), and {count} were found");
+            return wrong(message, "name them with --column NAME,NAME");
+        }
+        if self.phasic.is_some() && (self.signal != Signal::Eda || self.method == Method::Causal) {
+            let message = "--phasic is for --signal eda with --method whole".to_owned();
+            return wrong(message, "causally, skin conductance is split by a filter of its own");
+        }
+        if self.artefacts.is_some() && self.signal != Signal::Interval {
+            let message = "--artefacts is for --signal interval".to_owned();
+            return wrong(message, "those of an ECG or a PPG are corrected");
+        }
+        if self.truth.is_some() && self.signal.main_event().is_none() {
+            return wrong(format!("{word} has no events to score"), "leave --truth out");
+        }
+        Ok(())
     }
 
     fn wanted(&self) -> Wanted {
@@ -143,12 +174,13 @@ impl Extract {
     /// Each sample is taken in as it would be live.
     fn causal(&self, table: &mut Table, progress: &Progress) -> Result<Found, Failure> {
         let lengths = Lengths::new(self.window, self.hop);
-        let mut times = Times::new(self.signal, table.rate_hz());
+        let mut times = Times::new(self.signal, table);
         let mut live = self.live(table, lengths)?;
         let (mut found, mut held) = (Found::of(live.values()), 0);
         let mut windows = None;
         while let Some(row) = self.next_row(table)? {
             let at_ns = times.of(&row);
+            not_too_far(&times, &row)?;
             let windows = windows.get_or_insert_with(|| Windows::new(times.begin_ns(), lengths));
             if lengths.is_none() {
                 held += row.values.len() * (1 + times.skipped());
@@ -164,7 +196,9 @@ impl Extract {
             found.count(missing);
             progress.reading(table.rows(), || table.read_share());
         }
-        let windows = windows.ok_or_else(|| failure(TableError::Empty))?;
+        plausible(&times)?;
+        let mut windows = windows.ok_or_else(|| failure(TableError::Empty))?;
+        windows.skip_until(live.next_end_ns().unwrap_or(0));
         let rest = windows.rest(times.end_ns()).into_iter();
         found.windows.extend(rest.map(|span| (span, live.measure(span))));
         Ok(found)
@@ -179,17 +213,20 @@ impl Extract {
             lengths.map_or((vec![], 1), |each| (vec![each.window_ns], each.hop_ns));
         let live = Live::new(make, rate_hz, channels, &window_ns, hop_ns);
         let live = live.map_err(|error| analyses::failure(signal, error))?;
+        let live = live.first_after(lengths.map_or(1, Lengths::first_ns));
         // Intervals begin before the first one is told.
         Ok(if signal.is_even() { live } else { live.beginning_at(0) })
     }
 
     fn whole(&self, table: &mut Table, progress: &Progress) -> Result<Found, Failure> {
         let mut channels = vec![Vec::new(); table.names().len()];
-        let mut times = Times::new(self.signal, table.rate_hz());
+        let mut times = Times::new(self.signal, table);
         let mut cadence = Cadence::new(if self.signal.is_even() { table.rate_hz() } else { 0.0 });
         let mut found = Found::of(&[]);
         while let Some(row) = self.next_row(table)? {
-            let missing = cadence.missing_before(times.of(&row));
+            let at_ns = times.of(&row);
+            not_too_far(&times, &row)?;
+            let missing = cadence.missing_before(at_ns);
             found.count(missing);
             let Some(missing) = missing else { continue };
             not_too_much((channels[0].len() + missing) * channels.len(), Method::Whole)?;
@@ -202,6 +239,7 @@ impl Extract {
         if channels[0].is_empty() {
             return Err(failure(TableError::Empty));
         }
+        plausible(&times)?;
         let (begin_ns, end_ns) = (times.begin_ns(), times.end_ns());
         let recording = Recording { rate_hz: table.rate_hz(), begin_ns, channels: &channels };
         progress.analysing();
@@ -220,15 +258,18 @@ impl Extract {
     fn next_row(&self, table: &mut Table) -> Result<Option<Row>, Failure> {
         let mut row = table.next_row().map_err(failure)?;
         if let Some(row) = &mut row {
-            row.values.iter_mut().for_each(|value| *value *= self.scale);
+            // Intervals in seconds, as their name says.
+            let is_secs = self.signal == Signal::Interval && table.names()[0].ends_with("_secs");
+            let scale = if is_secs { 1e3 * self.scale } else { self.scale };
+            row.values.iter_mut().for_each(|value| *value *= scale);
         }
         Ok(row)
     }
 
     fn settings(&self) -> analyses::Settings {
         analyses::Settings {
-            phasic: self.phasic,
-            artefacts: self.artefacts,
+            phasic: self.phasic.unwrap_or(analyses::Phasic::HighPass),
+            artefacts: self.artefacts.unwrap_or(analyses::Artefacts::Kept),
             mains_hz: self.mains,
             unit: self.unit.clone(),
         }
@@ -241,6 +282,20 @@ impl Extract {
             |&secs: &f64| Score::new(secs, &matched(truth, &places, secs * rate_hz), rate_hz);
         TOLERANCES_SECS.iter().map(score).collect()
     }
+}
+
+/// A silence of more than a day is a wrong time, no gap.
+fn not_too_far(times: &Times, row: &Row) -> Result<(), Failure> {
+    let jump = |step_secs| failure(TableError::Jump { line: row.line, step_secs });
+    times.jump_secs().map_or(Ok(()), |step_secs| Err(jump(step_secs)))
+}
+
+/// Intervals that no heart has are in another unit.
+fn plausible(times: &Times) -> Result<(), Failure> {
+    let Some(usual_ms) = times.odd_interval_ms() else { return Ok(()) };
+    let message = format!("intervals of {usual_ms} ms are no heart's");
+    let hint = "give --scale 1000 if they are in seconds; a heart rate is no interval";
+    Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
 }
 
 fn not_too_much(cells: usize, method: Method) -> Result<(), Failure> {

@@ -18,6 +18,8 @@ pub struct Live {
     rate_hz: f64,
     lengths_ns: Vec<i64>,
     hop_ns: i64,
+    /// From the beginning to the first end [ns].
+    first_ns: i64,
     cadence: Cadence,
     begin_ns: Option<i64>,
     /// When windows end next.
@@ -55,6 +57,7 @@ impl Live {
             rate_hz,
             lengths_ns: lengths_ns.iter().map(|length_ns| (*length_ns).max(1)).collect(),
             hop_ns: hop_ns.max(1),
+            first_ns: hop_ns.max(1),
             cadence: Cadence::new(rate_hz),
             begin_ns: None,
             end_ns: 0,
@@ -68,8 +71,21 @@ impl Live {
     #[must_use]
     pub fn beginning_at(mut self, begin_ns: i64) -> Live {
         self.begin_ns = Some(begin_ns);
-        self.end_ns = begin_ns.saturating_add(self.hop_ns);
+        self.end_ns = begin_ns.saturating_add(self.first_ns);
         self
+    }
+
+    /// The same with windows that end first `first_ns` [ns] after the beginning, and each hop from there;
+    /// at most a hop.
+    #[must_use]
+    pub fn first_after(mut self, first_ns: i64) -> Live {
+        self.first_ns = first_ns.clamp(1, self.hop_ns);
+        self
+    }
+
+    /// When windows end next [ns]; `None` before the first sample.
+    pub fn next_end_ns(&self) -> Option<i64> {
+        self.begin_ns.map(|_| self.end_ns)
     }
 
     /// What the values of a window are.
@@ -99,15 +115,15 @@ impl Live {
         let Some(last_ns) = last_ns else {
             if self.begin_ns.is_none() {
                 self.begin_ns = Some(at_ns);
-                self.end_ns = at_ns.saturating_add(self.hop_ns);
+                self.end_ns = at_ns.saturating_add(self.first_ns);
             }
-            self.end_ns = self.end_ns.max(self.next_end_ns(at_ns.saturating_sub(self.hop_ns)));
+            self.end_ns = self.end_ns.max(self.end_after_ns(at_ns.saturating_sub(self.hop_ns)));
             self.take(at_ns, channels, tell);
             return Some(0);
         };
         if self.is_too_long(at_ns.saturating_sub(last_ns)) {
             self.begin_anew(missing);
-            self.end_ns = self.next_end_ns(at_ns);
+            self.end_ns = self.end_after_ns(at_ns);
         } else {
             for number in 1..=missing {
                 let missing_ns = Cadence::missing_ns(last_ns, at_ns, number, missing);
@@ -126,7 +142,7 @@ impl Live {
     }
 
     /// When windows end next after a time [ns]; those that ended in between have nothing to tell.
-    fn next_end_ns(&self, at_ns: i64) -> i64 {
+    fn end_after_ns(&self, at_ns: i64) -> i64 {
         let [at, end, hop] = [at_ns, self.end_ns, self.hop_ns].map(i128::from);
         let hops = (at - end).div_euclid(hop) + 1;
         i64::try_from(end + hops.max(0) * hop).unwrap_or(i64::MAX)

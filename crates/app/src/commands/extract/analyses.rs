@@ -104,6 +104,15 @@ impl Signal {
         matches!(self, Signal::Emg | Signal::Eeg | Signal::Acceleration | Signal::Other)
     }
 
+    /// How many channels it has; `None` for any number.
+    pub fn channels(self) -> Option<usize> {
+        match self {
+            Signal::Emg | Signal::Eeg | Signal::Other => None,
+            Signal::Acceleration => Some(3),
+            _ => Some(1),
+        }
+    }
+
     /// Whether its samples come at an even rate.
     pub fn is_even(self) -> bool {
         self != Signal::Interval
@@ -239,9 +248,10 @@ fn named(channels: &[String]) -> Vec<String> {
 /// Why a signal can't be analysed, for the user.
 pub fn failure(signal: Signal, error: SignalError) -> Failure {
     let (exit, hint) = match error {
-        SignalError::Rate { .. } | SignalError::Setting { .. } | SignalError::Frequency { .. } => {
-            (Exit::BadArguments, "check --rate: it is the number of samples a second")
-        }
+        SignalError::Rate { .. } | SignalError::Setting { .. } | SignalError::Frequency { .. } => (
+            Exit::BadArguments,
+            "check --rate (samples a second), or the unit of --time, as in --time timer:ms",
+        ),
         SignalError::TooShort { .. } => (Exit::Failed, "a longer recording is needed"),
         SignalError::NothingFinite => {
             (Exit::Failed, "the column holds no number: choose another with --column")

@@ -50,6 +50,8 @@ pub struct Row {
     pub values: Vec<f64>,
     /// When it was measured [ns]; `None` where no column tells.
     pub at_ns: Option<i64>,
+    /// The number of its line, from 1.
+    pub line: usize,
 }
 
 impl Table {
@@ -86,6 +88,11 @@ impl Table {
             None => table.learnt_rate_hz(wanted)?,
         };
         Ok(table)
+    }
+
+    /// When the table says that it begins [ns since 1970].
+    pub fn begin_ns(&self) -> Option<i64> {
+        self.head.begin_ns
     }
 
     /// Samples a second [Hz].
@@ -155,7 +162,11 @@ impl Table {
                 }
             },
         };
-        let mut row = Row { values: vec![f64::NAN; self.columns.places.len()], at_ns: None };
+        let mut row = Row {
+            values: vec![f64::NAN; self.columns.places.len()],
+            at_ns: None,
+            line: self.lines.number,
+        };
         for (place, cell) in separator.cells(&line).enumerate() {
             let time = self.columns.time.filter(|time| time.place == place);
             if let Some(time) = time {

@@ -173,8 +173,8 @@ impl Told {
                 let (coverage, quality) = (100.0 * row.coverage, row.quality);
                 output::line(format!(
                     "{} to {} s   {coverage:.0} % of the data   quality {quality:.2}",
-                    shown(row.start_secs),
-                    shown(row.end_secs)
+                    shown_secs(row.start_secs),
+                    shown_secs(row.end_secs)
                 ));
             }
             let value = match (row.value, &row.reason) {
@@ -188,6 +188,11 @@ impl Told {
         for score in self.score.iter().flatten() {
             output::line(score.shown());
         }
+    }
+
+    /// Says on standard error how the events agree with an expert's.
+    pub fn say_score(&self) {
+        self.score.iter().flatten().for_each(|score| eprintln!("{}", score.shown()));
     }
 
     /// What the events are, in words.
@@ -276,6 +281,11 @@ fn secs(at_ns: i64) -> f64 {
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
+}
+
+/// A time to the millisecond.
+fn shown_secs(secs: f64) -> String {
+    format!("{secs:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A number with six digits that count.

@@ -19,6 +19,11 @@ pub struct Lengths {
 }
 
 impl Lengths {
+    /// When the first window ends, and each hop before it [ns after the beginning].
+    pub fn first_ns(self) -> i64 {
+        (self.window_ns - 1).rem_euclid(self.hop_ns) + 1
+    }
+
     /// Windows of `window_secs` [s], a new one each `hop_secs` [s] or when the last one ends.
     pub fn new(window_secs: Option<f64>, hop_secs: Option<f64>) -> Option<Lengths> {
         let nanos = |secs: f64| (secs * 1e9).round() as i64;
@@ -44,6 +49,13 @@ impl Windows {
         true
     }
 
+    /// Leaves out those that end before a time [ns]: nothing is known of them.
+    pub fn skip_until(&mut self, end_ns: i64) {
+        let Some(Lengths { window_ns, hop_ns }) = self.lengths else { return };
+        let from_first_ns = end_ns - self.begin_ns - window_ns;
+        self.next = self.next.max(from_first_ns.div_euclid(hop_ns));
+    }
+
     /// The windows that are left of a recording that ends at a time [ns]: those that end until then,
     /// and if they leave out its end, a shorter one.
     pub fn rest(mut self, end_ns: i64) -> Vec<Span> {
@@ -60,7 +72,7 @@ impl Windows {
             self.next += 1;
         }
         let told_until_ns = if self.next > 0 { span(self.next - 1).end_ns } else { self.begin_ns };
-        if told_until_ns < end_ns {
+        if told_until_ns < end_ns && span(self.next).begin_ns < end_ns {
             rest.push(Span { end_ns, ..span(self.next) });
         }
         rest

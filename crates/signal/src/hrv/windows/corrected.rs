@@ -69,7 +69,8 @@ impl CorrectedBeats {
         let detected = self.detected_secs.iter().filter(|&&at_secs| held(at_secs)).count();
         let corrections = self.corrections.iter().filter(|each| held(each.0));
         let interval = |pair: &[(f64, bool)]| {
-            let interval_ms = (pair[1].0 - pair[0].0) * 1000.0;
+            // Times are in whole nanoseconds: what is more is rounding, and 50 ms is not over 50 ms.
+            let interval_ms = ((pair[1].0 - pair[0].0) * 1e9).round() / 1e6;
             let is_plausible =
                 treatment == Treatment::AsTheyAre || PLAUSIBLE_MS.contains(&interval_ms);
             let is_one = pair[1].1 && is_plausible;

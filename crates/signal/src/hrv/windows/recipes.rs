@@ -15,7 +15,7 @@ use crate::intervals::Kind;
 /// Least share of the time that a band needs that must lie between the first interval and the last.
 const LEAST_SHARE: f64 = 0.95;
 /// The longest time without an interval that a spline may bridge [s].
-const LONGEST_BRIDGE_SECS: f64 = 3.0;
+const LONGEST_BRIDGE_SECS: f64 = 6.0;
 
 const AUTOREGRESSIVE: Recipe = Recipe::Autoregressive { rate_hz: 4.0, order: 16 };
 

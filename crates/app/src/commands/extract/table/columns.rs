@@ -90,15 +90,29 @@ fn unnamed(head: &Head, wanted: &Wanted, time: Option<Time>) -> Result<Vec<usize
 
 fn time(head: &Head, wanted: &Wanted) -> Result<Option<Time>, TableError> {
     let place = match &wanted.time {
-        Some(name) => Some(named(head, name)?),
+        Some(name) => return Ok(Some(named_time(head, name)?)),
         // The times of our own tables.
         None => ["measured_secs", "time_secs"]
             .iter()
             .find_map(|&time| head.names.iter().position(|name| name == time)),
     };
-    let is_uneven = !wanted.is_even && wanted.time.is_none();
-    Ok(place.filter(|_| !is_uneven).map(|place| Time { place, ns: unit_ns(&head.name(place)) }))
+    let place = place.filter(|_| wanted.is_even);
+    Ok(place.map(|place| Time { place, ns: unit_ns(&head.name(place)) }))
 }
+
+/// The column that `NAME` or `NAME:UNIT` means.
+fn named_time(head: &Head, name: &str) -> Result<Time, TableError> {
+    let told =
+        name.rsplit_once(':').map(|(name, unit)| (name, UNITS.iter().find(|each| each.0 == unit)));
+    if let Some((name, Some((_, ns)))) = told {
+        return Ok(Time { place: named(head, name)?, ns: *ns });
+    }
+    let place = named(head, name)?;
+    Ok(Time { place, ns: unit_ns(&head.name(place)) })
+}
+
+/// Units of times, and how long they are [ns].
+const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
 
 /// How long the unit of times is that a column of this name holds [ns]: seconds, if it tells none.
 fn unit_ns(name: &str) -> i64 {

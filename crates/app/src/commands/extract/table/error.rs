@@ -71,6 +71,14 @@ pub enum TableError {
         /// A column that may hold times.
         time: Option<String>,
     },
+    /// Two successive rows lie too far apart.
+    #[error("follow the times: line {line} is {step_secs:.0} s after the one before it")]
+    Jump {
+        /// From 1.
+        line: usize,
+        /// How far [s].
+        step_secs: f64,
+    },
     /// It begins like a file of Empatica's, and is none.
     #[error("tell what the first line means: {value} looks like a time, and no rate follows it")]
     Begin {
@@ -89,7 +97,9 @@ impl TableError {
                     .into()
             }
             TableError::Text { .. } => {
-                "leave the cell of a missing sample empty, or write NaN into it".into()
+                "leave the cell of a missing sample empty, or write NaN into it; times in another unit \
+                 than seconds are named as in --time timer:ms"
+                    .into()
             }
             TableError::TextColumn { .. }
             | TableError::NoColumn { .. }
@@ -100,6 +110,11 @@ impl TableError {
                 format!("give --rate HZ, or --time \"{time}\" if that column holds times")
             }
             TableError::NoRate { time: None } => "give --rate HZ".into(),
+            TableError::Jump { .. } => {
+                "mend that time, or cut the table there; a column in another unit is named as in \
+                 --time timer:ms"
+                    .into()
+            }
             TableError::Begin { .. } => "begin the table with its samples".into(),
         }
     }

@@ -20,6 +20,8 @@ pub struct Head {
     pub texts: Vec<usize>,
     /// The rate that the table tells [Hz].
     pub rate_hz: Option<f64>,
+    /// When it says that it begins [ns since 1970].
+    pub begin_ns: Option<i64>,
     /// The first line of numbers.
     pub first: Option<String>,
 }
@@ -31,28 +33,43 @@ impl Head {
         let top = loop {
             let Some(line) = lines.next()? else { return Err(TableError::Empty) };
             let line = line.trim_start_matches('\u{feff}');
-            if is_data(line) {
+            // So Excel is told the separator.
+            let is_for_excel = line.trim_matches('"').starts_with("sep=");
+            if is_data(line) && !is_for_excel {
                 break line.to_owned();
             }
             rate_hz = rate_hz.or_else(|| told_rate_hz(line));
         };
         let separator = Separator::of(&top);
-        let is_names =
-            separator.cells(&top).all(|cell| number(cell, separator).is_none_or(f64::is_nan));
-        let names: Vec<String> =
+        let numbers = || separator.cells(&top).map(|cell| number(cell, separator));
+        let is_names = numbers().all(|each| each.is_none_or(f64::is_nan))
+            && numbers().any(|each| each.is_none());
+        let mut names: Vec<String> =
             if is_names { separator.cells(&top).map(str::to_owned).collect() } else { Vec::new() };
         let mut first = if is_names { next_data(lines)?.ok_or(TableError::Empty)? } else { top };
-        // A line of names may be separated otherwise than the numbers.
-        let separator = Separator::of(&first);
-        if let Some((told_hz, begin)) = empatica(&names, &first, separator, lines)? {
-            rate_hz = Some(told_hz);
+        if is_names && is_text(&first) {
+            // A line of units.
+            first = next_data(lines)?.ok_or(TableError::Empty)?;
+        }
+        // A line of names may be separated otherwise than the numbers; under one name, a comma is a
+        // decimal one.
+        let separator = match Separator::of(&first) {
+            Separator::Mark(',') if names.len() == 1 => Separator::Spaces,
+            separator => separator,
+        };
+        let mut begin_ns = None;
+        if let Some((began_ns, told_hz, begin)) = empatica(&names, &first, separator, lines)? {
+            (begin_ns, rate_hz, first) = (Some(began_ns), Some(told_hz), begin);
+        }
+        if let Some(begin) = empatica_intervals(&first, separator, lines)? {
+            names = vec!["time".to_owned(), "ibi_secs".to_owned()];
             first = begin;
         }
         let width = separator.cells(&first).count().max(names.len());
         let texts = separator.cells(&first).enumerate();
         let texts = texts.filter(|(_, cell)| number(cell, separator).is_none());
         let texts = texts.map(|(place, _)| place).collect();
-        Ok(Head { separator, names, width, texts, rate_hz, first: Some(first) })
+        Ok(Head { separator, names, width, texts, rate_hz, begin_ns, first: Some(first) })
     }
 
     /// What a column is called: its name, or its number from 1.
@@ -91,6 +108,13 @@ fn told_rate_hz(comment: &str) -> Option<f64> {
     rate[..end].trim_end_matches('.').parse().ok().filter(|rate_hz: &f64| *rate_hz > 0.0)
 }
 
+/// Whether no cell of a line holds a number.
+fn is_text(line: &str) -> bool {
+    let separator = Separator::of(line);
+    separator.cells(line).all(|cell| number(cell, separator).is_none_or(f64::is_nan))
+        && separator.cells(line).any(|cell| number(cell, separator).is_none())
+}
+
 fn next_data(lines: &mut Lines) -> Result<Option<String>, TableError> {
     while let Some(line) = lines.next()? {
         if is_data(line) {
@@ -100,26 +124,41 @@ fn next_data(lines: &mut Lines) -> Result<Option<String>, TableError> {
     Ok(None)
 }
 
-/// Empatica's E4 writes the time at which a file begins, then the rate, both in every column. The
-/// rate, and the first line of numbers, if this is such a file.
+/// Empatica's E4 writes the time at which a file begins, then the rate, both in every column. When it
+/// begins [ns], the rate, and the first line of numbers, if this is such a file.
 fn empatica(
     names: &[String],
     first: &str,
     separator: Separator,
     lines: &mut Lines,
-) -> Result<Option<(f64, String)>, TableError> {
+) -> Result<Option<(i64, f64, String)>, TableError> {
     let same = |line: &str| {
         let mut cells = separator.cells(line).map(|cell| number(cell, separator));
         let value = cells.next().flatten()?;
         cells.all(|cell| cell == Some(value)).then_some(value)
     };
-    if !names.is_empty() || same(first).is_none_or(|secs| secs < EARLIEST_SECS) {
-        return Ok(None);
-    }
+    let began = same(first).filter(|&secs| secs >= EARLIEST_SECS && names.is_empty());
+    let Some(began_secs) = began else { return Ok(None) };
     let Some(second) = next_data(lines)? else { return Ok(None) };
     let rate_hz = same(&second).filter(|rate_hz| E4_RATES_HZ.contains(rate_hz));
     let rate_hz = rate_hz.ok_or_else(|| TableError::Begin { value: first.to_owned() })?;
-    Ok(Some((rate_hz, next_data(lines)?.ok_or(TableError::Empty)?)))
+    let begin_ns = (began_secs * 1e9).round() as i64;
+    Ok(Some((begin_ns, rate_hz, next_data(lines)?.ok_or(TableError::Empty)?)))
+}
+
+/// Of the intervals between beats, it writes the time at which the file begins and the word `IBI`; then
+/// when each beat was [s after that], and its interval [s]. The first line of numbers of such a file.
+fn empatica_intervals(
+    first: &str,
+    separator: Separator,
+    lines: &mut Lines,
+) -> Result<Option<String>, TableError> {
+    let mut cells = separator.cells(first);
+    let is_time = cells.next().and_then(|cell| cell.parse::<f64>().ok()).is_some();
+    if is_time && cells.next() == Some("IBI") && cells.next().is_none() {
+        return Ok(Some(next_data(lines)?.ok_or(TableError::Empty)?));
+    }
+    Ok(None)
 }
 
 #[cfg(test)]
