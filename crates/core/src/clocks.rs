@@ -240,7 +240,8 @@ impl Clocks {
     }
 
     /// Whose clock stamps a stream. Messages of which it was never told who sent them are stamped
-    /// by their subject: a robot is one computer until more is known.
+    /// by their subject: a robot is one computer until more is known. What another computer has
+    /// stamped in our own shapes, it has placed by the device's clock already: that is believed.
     fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
         let device = || stream.device.clone();
         match &stream.shape {
@@ -250,7 +251,9 @@ impl Clocks {
                 None if stream.about == About::Session => stream.name.clone(),
                 None => stream.id.clone(),
             }),
-            _ if stream.device.is_empty() => Owner::Host,
+            _ if stream.device.is_empty() || self.computers.contains_key(&stream.name) => {
+                Owner::Host
+            }
             _ if stamps.device.is_some() => Owner::Device(stream.subject(), device()),
             Shape::Sample | Shape::Wave if stream.rate_hz > 0.0 => Owner::Counted(id, device()),
             _ => Owner::Host,
@@ -362,6 +365,19 @@ mod tests {
         assert_eq!(device_of(&stream), "imu");
         stream.device = "power/state".into();
         assert_eq!(device_of(&stream), "state");
+    }
+
+    #[test]
+    fn what_another_computer_has_stamped_in_our_shapes_is_believed() {
+        let person = Subject { about: crate::stream::About::Person, id: "p001".into() };
+        let mut stream = Stream::raw("/humans/persons/p001/strap/ecg", person, Shape::Wave);
+        (stream.device, stream.rate_hz) = ("strap".into(), 128.0);
+        let stamps =
+            Stamps { device: Some(7), source: Some(NOW - 300_000_000), ..Stamps::arrived(NOW) };
+        let mut clocks = Clocks::default();
+        clocks.stamped_by(stream.name.clone(), "computer1".into());
+        let corrected = clocks.correct(StreamId(0), &stream, &stamps);
+        assert_eq!(corrected.measured, NOW - 300_000_000);
     }
 
     #[test]

@@ -8,16 +8,19 @@ use teampulse_core::clocks::SIMULATED_TIME;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::pump::session_events;
+use teampulse_core::qos::Qos;
 use teampulse_core::source::{Reading, SourceError};
 use teampulse_core::stream::{Schema, Shape, Stream, StreamId};
 use teampulse_messages::catalogue;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::fields::{self, Fields};
-use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
+use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Deliver, Incident, Subscription};
 use teampulse_ros::graph::{Endpoint, EndpointKind, Graph};
+use tokio::sync::Notify;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
 
+use crate::hearing::{Hearing, hear};
 use crate::tally::Tally;
 
 /// How many messages a subscription keeps until they are taken. They are taken at once, so this
@@ -29,43 +32,36 @@ const SEVERAL: &str = "several on ";
 /// How often counted losses are told, at the latest.
 const TELL_LOSSES: Duration = Duration::from_millis(500);
 
-/// Follows the topics of a bus until the session is over. `choose` says what a publisher's topic
-/// becomes, or `None` when it is not wanted; its shape, offers and losses are filled in here.
+/// Follows the topics of a bus until the session is over, and keeps their messages as they came.
+/// `choose` says what a publisher's topic becomes, or `None` when it is not wanted; its shape, offers
+/// and losses are filled in here.
 pub(crate) async fn follow(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
     choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
 ) -> Result<(), SourceError> {
-    let mut graph = bus.graph();
-    let mut incidents = bus.incidents();
-    let mut following = Following::new(bus, outlet);
-    let mut tell_losses = tokio::time::interval(TELL_LOSSES);
-    loop {
-        let seen = Arc::clone(&graph.borrow_and_update());
-        following.look_at(&seen, &choose);
-        following.tell_computers(&seen);
-        tokio::select! {
-            changed = graph.changed() => if changed.is_err() {
-                return Err(gone("follow the bus: it was closed"));
-            },
-            incident = incidents.recv() => match incident {
-                Ok(incident) => following.tell(&incident),
-                Err(RecvError::Lagged(_)) => {}
-                Err(RecvError::Closed) => return Err(gone("follow the bus: it was closed")),
-            },
-            Some(Ok((key, found))) = following.definitions.join_next() => {
-                following.learn(&key, found);
-            }
-            _ = tell_losses.tick() => {
-                following.tell_losses();
-                following.tell_several(&seen);
-            }
-            () = outlet.closed() => {
-                following.tell_losses();
-                return Ok(());
-            }
-        }
-    }
+    Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &Notify::new()).await
+}
+
+/// The same for topics of our own types, of which the messages are decoded. `choose` gives them
+/// their shape; it is asked again after each `news`, as descriptions come when they like. A topic
+/// that nobody describes has the channels of its first message.
+pub(crate) async fn follow_ours(
+    bus: Arc<dyn Bus>,
+    outlet: &Outlet,
+    choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
+    news: &Notify,
+) -> Result<(), SourceError> {
+    Following::new(bus, outlet, Kept::Decoded).run(choose, news).await
+}
+
+/// How messages are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    /// Byte for byte.
+    AsTheyCame,
+    /// As samples of our own shapes.
+    Decoded,
 }
 
 fn gone(message: &str) -> SourceError {
@@ -78,6 +74,7 @@ type Key = (String, String);
 struct Following<'a> {
     bus: Arc<dyn Bus>,
     outlet: &'a Outlet,
+    kept: Kept,
     followed: BTreeMap<Key, Followed>,
     /// What was told to be wrong: each thing once.
     told: BTreeSet<String>,
@@ -92,19 +89,58 @@ struct Followed {
     /// Which computer stamps it, as it was told last.
     computer: Option<String>,
     tally: Arc<Mutex<Tally>>,
+    /// What its messages say of themselves, where they are decoded.
+    hearing: Arc<Mutex<Hearing>>,
     /// `None` when the bus would not have it; not tried again.
     _subscription: Option<Subscription>,
 }
 
 impl<'a> Following<'a> {
-    fn new(bus: Arc<dyn Bus>, outlet: &'a Outlet) -> Following<'a> {
+    fn new(bus: Arc<dyn Bus>, outlet: &'a Outlet, kept: Kept) -> Following<'a> {
         Following {
             bus,
             outlet,
+            kept,
             followed: BTreeMap::new(),
             told: BTreeSet::new(),
             several: BTreeMap::new(),
             definitions: JoinSet::new(),
+        }
+    }
+
+    async fn run(
+        mut self,
+        choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
+        news: &Notify,
+    ) -> Result<(), SourceError> {
+        let mut graph = self.bus.graph();
+        let mut incidents = self.bus.incidents();
+        let mut tell_losses = tokio::time::interval(TELL_LOSSES);
+        loop {
+            let seen = Arc::clone(&graph.borrow_and_update());
+            self.look_at(&seen, &choose);
+            self.tell_computers(&seen);
+            self.describe_anew(&seen, &choose);
+            tokio::select! {
+                changed = graph.changed() => if changed.is_err() {
+                    return Err(gone("follow the bus: it was closed"));
+                },
+                incident = incidents.recv() => match incident {
+                    Ok(incident) => self.tell(&incident),
+                    Err(RecvError::Lagged(_)) => {}
+                    Err(RecvError::Closed) => return Err(gone("follow the bus: it was closed")),
+                },
+                Some(Ok((key, found))) = self.definitions.join_next() => self.learn(&key, found),
+                () = news.notified() => {}
+                _ = tell_losses.tick() => {
+                    self.tell_losses();
+                    self.tell_several(&seen);
+                }
+                () = self.outlet.closed() => {
+                    self.tell_losses();
+                    return Ok(());
+                }
+            }
         }
     }
 
@@ -117,9 +153,7 @@ impl<'a> Following<'a> {
                 continue;
             }
             if let Some(mut stream) = choose(endpoint) {
-                let publishers = graph.publishers(&endpoint.topic);
-                let of_type = publishers.filter(|each| each.type_name == endpoint.type_name);
-                stream.qos = of_type.map(|each| each.qos.clone()).collect();
+                stream.qos = offered(&key, graph);
                 self.begin(key, endpoint, stream, graph);
             }
         }
@@ -132,22 +166,50 @@ impl<'a> Following<'a> {
             types.sort_unstable();
             self.fault(format!("{topic}: published with two types: {}", types.join(", ")));
         }
-        let (schema, stamped) = known_schema(endpoint);
-        let missing = schema.text.is_empty();
-        stream.shape = Shape::Message(Arc::new(schema));
-        self.leave_out_wrong_fields(&mut stream);
+        let (mut missing, mut stamped) = (false, Stamped::ByHeader);
+        if self.kept == Kept::AsTheyCame {
+            let (schema, by) = known_schema(endpoint);
+            (missing, stamped) = (schema.text.is_empty(), by);
+            stream.shape = Shape::Message(Arc::new(schema));
+            self.leave_out_wrong_fields(&mut stream);
+        }
         let id = self.outlet.declare(stream.clone());
         let computer = self.stamping(&key, graph);
         if let Some(computer) = &computer {
             self.outlet.stamped_by(id, computer);
         }
         let tally = Arc::new(Mutex::new(Tally::new(id)));
-        let subscription = self.subscribe(endpoint, id, stamped, &tally);
+        let hearing = Arc::new(Mutex::new(Hearing::default()));
+        let deliver = match self.kept {
+            Kept::AsTheyCame => self.keeping(id, stamped, &tally),
+            Kept::Decoded => hear(self.outlet, id, &stream, &tally, &hearing),
+        };
+        let subscription = self.subscribe(endpoint, deliver);
         if missing {
             self.ask_for_definition(key.clone(), endpoint.type_hash.clone());
         }
-        let followed = Followed { id, stream, computer, tally, _subscription: subscription };
+        let followed =
+            Followed { id, stream, computer, tally, hearing, _subscription: subscription };
         self.followed.insert(key, followed);
+    }
+
+    /// Declares again what more is known about streams that are decoded.
+    fn describe_anew(&mut self, graph: &Graph, choose: &impl Fn(&Endpoint) -> Option<Stream>) {
+        if self.kept == Kept::AsTheyCame {
+            return;
+        }
+        for (key, followed) in &mut self.followed {
+            let mut publishers = graph.publishers(&key.0);
+            let publisher = publishers.find(|each| each.type_name == key.1 && !each.own);
+            let Some(mut stream) = publisher.and_then(choose) else { continue };
+            let hearing = followed.hearing.lock().unwrap_or_else(PoisonError::into_inner);
+            hearing.describe(&mut stream);
+            stream.qos = offered(key, graph);
+            if stream != followed.stream {
+                self.outlet.declare(stream.clone());
+                followed.stream = stream;
+            }
+        }
     }
 
     /// Tells which computer stamps a topic, where that is another than before.
@@ -194,16 +256,11 @@ impl<'a> Following<'a> {
         }
     }
 
-    fn subscribe(
-        &self,
-        endpoint: &Endpoint,
-        id: StreamId,
-        stamped: Stamped,
-        tally: &Arc<Mutex<Tally>>,
-    ) -> Option<Subscription> {
+    /// What hands messages over as they came.
+    fn keeping(&self, id: StreamId, stamped: Stamped, tally: &Arc<Mutex<Tally>>) -> Deliver {
         let (outlet, tally) = (self.outlet.clone(), Arc::clone(tally));
         let by_host = !outlet.clock().is_told();
-        let deliver = Arc::new(move |arrival: Arrival| {
+        Arc::new(move |arrival: Arrival| {
             tally.lock().unwrap_or_else(PoisonError::into_inner).count(&arrival, &outlet);
             let source_time = match stamped {
                 Stamped::ByHeader => fields::header_stamp(&arrival.bytes),
@@ -211,7 +268,10 @@ impl<'a> Following<'a> {
             };
             let data = Data::Message(arrival.bytes);
             outlet.offer(Reading { stream: id, device_time: None, source_time, data });
-        });
+        })
+    }
+
+    fn subscribe(&self, endpoint: &Endpoint, deliver: Deliver) -> Option<Subscription> {
         let asked = Asked::Adaptive { depth: DEPTH };
         match self.bus.subscribe(&endpoint.topic, &endpoint.type_name, asked, deliver) {
             Ok(subscription) => Some(subscription),
@@ -287,13 +347,23 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Records that something is wrong.
     fn fault(&self, label: String) {
-        let stream = self.outlet.declare(session_events());
-        let event = Event { kind: EventKind::Fault, label, value: f64::NAN, duration_secs: 0.0 };
-        let data = Data::Event(Arc::new(event));
-        self.outlet.offer(Reading { stream, device_time: None, source_time: None, data });
+        fault(self.outlet, label);
     }
+}
+
+/// Records that something is wrong.
+pub(crate) fn fault(outlet: &Outlet, label: String) {
+    let stream = outlet.declare(session_events());
+    let event = Event { kind: EventKind::Fault, label, value: f64::NAN, duration_secs: 0.0 };
+    let data = Data::Event(Arc::new(event));
+    outlet.offer(Reading { stream, device_time: None, source_time: None, data });
+}
+
+/// What the publishers of a topic offer.
+fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
+    let of_type = graph.publishers(topic).filter(|each| each.type_name == *type_name);
+    of_type.map(|each| each.qos.clone()).collect()
 }
 
 /// The computers that publish a topic.

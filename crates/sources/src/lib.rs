@@ -2,10 +2,12 @@
 
 pub mod pattern;
 pub mod robots;
+pub mod people;
 pub mod topics;
 pub mod simulated;
 pub mod session;
 mod follow;
+mod hearing;
 mod tally;
 
 use std::sync::Arc;
@@ -17,8 +19,11 @@ use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
 
 /// The table of all sources.
-pub const SOURCES: &[Entry<dyn Source, SourceContext>] =
-    &[Entry::new::<robots::Robots>("robots"), Entry::new::<topics::Topics>("topics")];
+pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
+    Entry::new::<robots::Robots>("robots"),
+    Entry::new::<people::People>("people"),
+    Entry::new::<topics::Topics>("topics"),
+];
 
 /// What sources are built with.
 #[derive(Clone)]

@@ -33,6 +33,11 @@ impl Tally {
         }
     }
 
+    /// A message could not be read: it is as good as lost.
+    pub(crate) fn refuse(&mut self) {
+        self.untold += 1;
+    }
+
     /// Tells what was counted since the last time.
     pub(crate) fn tell(&mut self, outlet: &Outlet) {
         if self.untold > 0 {

@@ -1,96 +1,26 @@
 //! Robots on a bus in memory, watched by a whole session.
 
 mod keeper;
+mod watching;
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use teampulse_core::clock::Clock;
-use teampulse_core::clocks::Clocks;
-use teampulse_core::data::{Data, EventKind};
-use teampulse_core::qos::Qos;
-use teampulse_core::registry::Component;
-use teampulse_core::sample::Record;
-use teampulse_core::session::{Pace, Session};
-use teampulse_core::source::Source;
-use teampulse_core::stream::{Schema, Shape, Signal};
-use teampulse_core::streams::Streams;
+use teampulse_core::data::Data;
+use teampulse_core::stream::{Shape, Signal};
 use teampulse_core::time::Time;
-use teampulse_messages::catalogue;
-use teampulse_messages::convert::encode;
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::sensor_msgs::Temperature;
 use teampulse_messages::standard::std_msgs::Header;
-use teampulse_ros::bus::{Bus, Publisher};
-use teampulse_ros::buses::Buses;
 use teampulse_ros::memory::MemoryBus;
-use teampulse_sources::SourceContext;
 use teampulse_sources::robots::Robots;
 use teampulse_sources::topics::Topics;
 
-use keeper::Keeper;
-
-/// Watches with these settings while `robots` does what it does; gives all that was recorded.
-async fn watch<S: Component<dyn Source, SourceContext>>(
-    settings: &str,
-    robots: impl AsyncFnOnce(Arc<MemoryBus>),
-) -> Vec<Record> {
-    let monitor = MemoryBus::new("/teampulse");
-    let robot = monitor.join("/robot1/driver");
-    let bus: Arc<dyn Bus> = monitor;
-    let clock = Clock::host();
-    let context =
-        SourceContext { clock: clock.clone(), buses: Arc::new(Buses::holding([(0, bus)])) };
-    let settings: S = toml::from_str(settings).expect("settings");
-    let source = settings.build(&context).expect("a source");
-    let kept = Arc::default();
-    let session = Session {
-        clock,
-        pace: Pace::Live,
-        clocks: Clocks::default(),
-        streams: Streams::default(),
-        sources: vec![("test".to_owned(), source)],
-        features: Vec::new(),
-        sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
-        encode,
-    };
-    session.run(robots(robot)).await;
-    std::mem::take(&mut *kept.lock().expect("nobody panicked"))
-}
-
-/// Waits until somebody has subscribed.
-async fn subscribed(publisher: &dyn Publisher) {
-    while publisher.subscribers() == 0 {
-        tokio::time::sleep(Duration::from_millis(1)).await;
-    }
-}
-
-fn publisher(bus: &MemoryBus, topic: &str, type_name: &str) -> Box<dyn Publisher> {
-    let unknown = Schema {
-        name: type_name.into(),
-        encoding: "ros2msg".into(),
-        text: String::new(),
-        hash: String::new(),
-    };
-    let schema = catalogue::shipped(type_name).map_or(unknown, |shipped| (*shipped).clone());
-    bus.publish(topic, &schema, &Qos::reliable(10)).expect("a publisher")
-}
+use watching::{faults, of, publisher, subscribed, watch};
 
 fn temperature(secs: i32, temperature: f64) -> Vec<u8> {
     let header = Header { stamp: Time::from_stamp(secs, 5), frame_id: String::new() };
     Temperature { header, temperature, variance: 0.0 }.encode().to_vec()
-}
-
-fn of<'a>(records: &'a [Record], name: &str) -> Vec<&'a Record> {
-    records.iter().filter(|record| record.stream.name == name).collect()
-}
-
-fn faults(records: &[Record]) -> Vec<String> {
-    let label = |record: &Record| match &record.sample.data {
-        Data::Event(event) if event.kind == EventKind::Fault => Some(event.label.clone()),
-        _ => None,
-    };
-    of(records, "/session/events").into_iter().filter_map(label).collect()
 }
 
 const ROBOTS: &str = r#"namespace = "/robot*""#;

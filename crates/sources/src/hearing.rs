@@ -1,0 +1,104 @@
+//! Messages of our own types, decoded to samples.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use teampulse_core::data::Data;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::source::Reading;
+use teampulse_core::stream::{Shape, Stream, StreamId};
+use teampulse_core::time::Time;
+use teampulse_messages::convert::{self, Decoded, type_name};
+use teampulse_ros::bus::{Arrival, Deliver};
+
+use crate::follow::fault;
+use crate::tally::Tally;
+
+/// So many messages are waited for a description.
+const UNDESCRIBED: u64 = 20;
+
+/// Nobody has more channels than this; what claims to stays undescribed.
+const MOST_CHANNELS: u32 = 1024;
+
+/// What the messages of a topic say of themselves.
+#[derive(Debug, Default)]
+pub(crate) struct Hearing {
+    heard: u64,
+    /// Channels, and the rate [Hz] or 0, of the newest message.
+    width: u32,
+    rate_hz: f64,
+    refused: bool,
+}
+
+impl Hearing {
+    /// Gives a stream that nobody has described the channels of its messages, without units.
+    pub(crate) fn describe(&self, stream: &mut Stream) {
+        let is_known = !stream.channels.is_empty() || stream.shape == Shape::Event;
+        if is_known || self.heard < UNDESCRIBED || self.width > MOST_CHANNELS {
+            return;
+        }
+        let name = stream.name.rsplit('/').next().unwrap_or_default();
+        stream.channels = match self.width {
+            1 => vec![name.to_owned()],
+            width => (1..=width).map(|channel| format!("{name}{channel}")).collect(),
+        };
+        stream.units = vec![String::new(); stream.channels.len()];
+        stream.rate_hz = self.rate_hz;
+    }
+
+    fn hear(&mut self, data: &Data) {
+        self.heard += 1;
+        if self.heard > UNDESCRIBED {
+            return;
+        }
+        match data {
+            Data::Wave(wave) if wave.period_ns > 0.0 => {
+                (self.width, self.rate_hz) = (wave.channels, 1e9 / wave.period_ns);
+            }
+            Data::Wave(wave) => self.width = wave.channels,
+            Data::Sample(values) => self.width = u32::try_from(values.len()).unwrap_or(u32::MAX),
+            _ => {}
+        }
+    }
+}
+
+/// What decodes the messages of a stream and hands them over: stamped by their header, with the
+/// device's own time. What can't be decoded is told once, and counted as lost.
+pub(crate) fn hear(
+    outlet: &Outlet,
+    id: StreamId,
+    stream: &Stream,
+    tally: &Arc<Mutex<Tally>>,
+    hearing: &Arc<Mutex<Hearing>>,
+) -> Deliver {
+    let (outlet, topic, shape) = (outlet.clone(), stream.name.clone(), stream.shape.clone());
+    let (tally, hearing) = (Arc::clone(tally), Arc::clone(hearing));
+    Arc::new(move |arrival: Arrival| {
+        let mut tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut hearing = hearing.lock().unwrap_or_else(PoisonError::into_inner);
+        tally.count(&arrival, &outlet);
+        match decode(&shape, &arrival.bytes) {
+            Ok(decoded) => {
+                hearing.hear(&decoded.data);
+                let source_time = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
+                let Decoded { device_time, data, .. } = decoded;
+                outlet.offer(Reading { stream: id, device_time, source_time, data });
+            }
+            Err(reason) => {
+                tally.refuse();
+                if !std::mem::replace(&mut hearing.refused, true) {
+                    fault(&outlet, format!("{topic}: failed to {reason}; counted as lost"));
+                }
+            }
+        }
+    })
+}
+
+fn decode(shape: &Shape, cdr: &[u8]) -> Result<Decoded, String> {
+    let decoded = convert::decode(type_name(shape), cdr).map_err(|error| error.to_string())?;
+    let is_empty = match &decoded.data {
+        Data::Wave(wave) => wave.samples.is_empty(),
+        Data::Sample(values) => values.is_empty(),
+        _ => false,
+    };
+    if is_empty { Err("read a message without samples".into()) } else { Ok(decoded) }
+}

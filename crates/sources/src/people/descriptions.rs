@@ -1,0 +1,79 @@
+//! What other computers tell of the streams that they publish.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use teampulse_core::data::Data;
+use teampulse_core::stream::{About, Origin, Stream};
+use teampulse_messages::convert;
+use teampulse_messages::standard::Message;
+use teampulse_messages::standard::teampulse_msgs::StreamDescription;
+use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
+use tokio::sync::Notify;
+
+/// Where streams are described.
+const TOPIC: &str = "/teampulse/streams";
+/// How many descriptions are kept until they are taken.
+const DEPTH: u32 = 1000;
+/// More streams of people than these are not described [streams].
+const MOST: usize = 10_000;
+
+/// The descriptions of people's streams, by name: always the newest.
+#[derive(Debug, Default)]
+pub struct Descriptions {
+    known: Mutex<BTreeMap<String, Arc<Stream>>>,
+    news: Notify,
+}
+
+impl Descriptions {
+    /// Listens on a bus as long as the subscription is held.
+    pub fn listen(self: Arc<Self>, bus: &dyn Bus) -> Result<Subscription, BusError> {
+        let deliver = Arc::new(move |arrival: Arrival| match describe(&arrival.bytes) {
+            Ok(Some(stream)) => self.learn(stream),
+            Ok(None) => {}
+            Err(reason) => {
+                tracing::warn!(publisher = %arrival.publisher, "failed to {reason} on {TOPIC}");
+            }
+        });
+        let asked = Asked::Adaptive { depth: DEPTH };
+        bus.subscribe(TOPIC, StreamDescription::NAME, asked, deliver)
+    }
+
+    /// Resolves when more was told.
+    pub fn news(&self) -> &Notify {
+        &self.news
+    }
+
+    /// The stream with what was told of one of its name and shape. It stays raw and about whom its
+    /// name says.
+    pub fn complete(&self, stream: Stream) -> Stream {
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        match known.get(&stream.name) {
+            Some(told) if told.shape == stream.shape => Stream {
+                name: stream.name,
+                about: stream.about,
+                id: stream.id,
+                origin: Origin::Raw,
+                qos: stream.qos,
+                ..Stream::clone(told)
+            },
+            _ => stream,
+        }
+    }
+
+    fn learn(&self, stream: Arc<Stream>) {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() < MOST || known.contains_key(&stream.name) {
+            known.insert(stream.name.clone(), stream);
+            self.news.notify_one();
+        }
+    }
+}
+
+/// A description, where it is one of a person's stream.
+fn describe(cdr: &[u8]) -> Result<Option<Arc<Stream>>, convert::DecodeError> {
+    let decoded = convert::decode(StreamDescription::NAME, cdr)?;
+    let Data::Description(stream) = decoded.data else { return Ok(None) };
+    let is_sound = stream.scale.is_finite() && stream.rate_hz.is_finite();
+    Ok(Some(stream).filter(|stream| stream.about == About::Person && is_sound))
+}

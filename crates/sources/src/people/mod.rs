@@ -1,0 +1,77 @@
+//! People: their signals, as other computers publish them on ROS.
+
+mod choice;
+mod descriptions;
+
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::source::{Source, SourceError};
+use teampulse_ros::bus::Bus;
+
+use crate::follow::follow_ours;
+use crate::pattern::Pattern;
+use crate::{SourceContext, join};
+
+use choice::Choice;
+use descriptions::Descriptions;
+
+/// People's signals on ROS, from the computers that measure them, found by namespace and type.
+///
+/// Each topic `<namespace>/<device>/<signal>` of type `teampulse_msgs/Wave`, `Sample` or `Event` is
+/// heard; what its numbers are is told by a `teampulse_msgs/StreamDescription` on
+/// `/teampulse/streams`, as teampulse publishes it. Without one the topic's last word is the signal,
+/// and the numbers have no unit. Stamps are those of the computer that measures; one more than a
+/// second off the arrival is not believed.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct People {
+    /// The namespaces of the people. A `*` stands for any part of a token; the token that holds it
+    /// is the person's id, a pseudonym: `p001` for `/humans/persons/*`.
+    #[schemars(with = "String")]
+    pub namespace: Pattern,
+    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    pub domain: Option<u32>,
+}
+
+impl Default for People {
+    fn default() -> People {
+        let namespace = Pattern::parse("/humans/persons/*").expect("it begins with a slash");
+        People { namespace, domain: None }
+    }
+}
+
+impl Component<dyn Source, SourceContext> for People {
+    const EXAMPLE: &'static str = r#"namespace = "/humans/persons/*""#;
+
+    fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+        let choice = Choice::new(self.namespace)?;
+        let bus = join(context, self.domain)?;
+        Ok(Box::new(Watch { bus, choice }))
+    }
+}
+
+/// People being heard.
+struct Watch {
+    bus: Arc<dyn Bus>,
+    choice: Choice,
+}
+
+#[async_trait]
+impl Source for Watch {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let told = Arc::new(Descriptions::default());
+        let _listening = Arc::clone(&told).listen(&*self.bus).map_err(|error| {
+            SourceError::Gone { message: error.to_string(), hint: String::new() }
+        })?;
+        let choose = |endpoint: &teampulse_ros::graph::Endpoint| {
+            let stream = self.choice.stream(&endpoint.topic, &endpoint.type_name)?;
+            Some(told.complete(stream))
+        };
+        follow_ours(Arc::clone(&self.bus), outlet, choose, told.news()).await
+    }
+}

@@ -1,0 +1,184 @@
+//! People on a bus in memory, heard by a whole session.
+
+mod keeper;
+mod watching;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use teampulse_core::clock;
+use teampulse_core::data::{Data, EventKind};
+use teampulse_core::sample::Record;
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
+use teampulse_core::time::Time;
+use teampulse_messages::standard::Message;
+use teampulse_messages::standard::std_msgs::Header;
+use teampulse_messages::standard::teampulse_msgs as msgs;
+use teampulse_ros::bus::Publisher;
+use teampulse_ros::memory::MemoryBus;
+use teampulse_sources::people::People;
+
+use watching::{faults, of, publisher, subscribed, watch};
+
+const ECG: &str = "/humans/persons/p001/strap/ecg";
+const PEOPLE: &str = "";
+
+fn wave(stamp: Time, samples: &[f64]) -> Vec<u8> {
+    let header = Header { stamp, frame_id: String::new() };
+    let samples = samples.to_vec();
+    let (device_time, period_ns) = (77, 1e9 / 128.0);
+    msgs::Wave { header, device_time, index: 0, period_ns, channels: 1, samples }.encode().to_vec()
+}
+
+/// The description that a sensor's computer publishes of the ECG.
+fn description() -> Vec<u8> {
+    let subject = Subject { about: About::Person, id: "p001".into() };
+    let stream = Stream {
+        signal: Signal::Ecg,
+        device: "polar_h10".into(),
+        rate_hz: 128.0,
+        scale: 0.5,
+        ..Stream::raw(ECG, subject, Shape::Wave).with_channels(&[("lead1", "mV")])
+    };
+    let header = Header::at(Time::from_stamp(5, 0));
+    msgs::StreamDescription::of(&stream, header).encode().to_vec()
+}
+
+fn descriptions(bus: &MemoryBus) -> Box<dyn Publisher> {
+    publisher(bus, "/teampulse/streams", msgs::StreamDescription::NAME)
+}
+
+/// What is known of a stream in the end.
+fn stream(records: &[Record], name: &str) -> Stream {
+    Stream::clone(&of(records, name).last().expect("it was heard").stream)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_described_signal_is_declared_as_it_is_described_and_kept_raw() {
+    let stamp = clock::wall();
+    let records = watch::<People>(PEOPLE, async move |bus: Arc<MemoryBus>| {
+        let (told, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
+        subscribed(&*told).await;
+        told.publish(&description()).expect("published");
+        subscribed(&*ecg).await;
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        ecg.publish(&wave(stamp, &[1.0, 2.0])).expect("published");
+    })
+    .await;
+    let [record] = of(&records, ECG)[..] else { panic!("{records:?}") };
+    let heard = &record.stream;
+    assert_eq!(
+        (heard.about, heard.id.as_str(), heard.origin),
+        (About::Person, "p001", Origin::Raw)
+    );
+    assert_eq!((heard.signal, heard.device.as_str()), (Signal::Ecg, "polar_h10"));
+    assert_eq!(
+        (heard.channels.as_slice(), heard.units.as_slice()),
+        (&["lead1".into()][..], &["mV".into()][..])
+    );
+    assert!((heard.rate_hz, heard.scale) == (128.0, 0.5), "{heard:?}");
+    let sample = &record.sample;
+    assert_eq!((sample.source_time, sample.device_time), (Some(stamp), Some(77)));
+    assert_eq!(sample.measured, stamp, "what another computer has stamped is believed");
+    let Data::Wave(wave) = &sample.data else { panic!("{sample:?}") };
+    assert_eq!((wave.channels, &*wave.samples), (1, &[1.0, 2.0][..]));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_description_that_comes_late_is_learned() {
+    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+        let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
+        subscribed(&*ecg).await;
+        ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
+        let told = descriptions(&bus);
+        subscribed(&*told).await;
+        told.publish(&description()).expect("published");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
+    })
+    .await;
+    let channels: Vec<usize> =
+        of(&records, ECG).iter().map(|record| record.stream.channels.len()).collect();
+    assert_eq!(channels, [0, 1]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_signal_that_nobody_describes_is_what_its_name_and_its_messages_say() {
+    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+        let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
+        subscribed(&*ecg).await;
+        for _ in 0..20 {
+            ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
+        }
+        tokio::time::sleep(Duration::from_millis(700)).await;
+        ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
+    })
+    .await;
+    let heard = stream(&records, ECG);
+    assert_eq!((heard.signal, heard.device.as_str()), (Signal::Ecg, "strap"));
+    assert_eq!((heard.channels, heard.units), (vec!["ecg".into()], vec![String::new()]));
+    assert!((heard.rate_hz - 128.0).abs() < 1e-6);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_can_not_be_decoded_is_told_once_and_counted() {
+    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+        let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
+        subscribed(&*ecg).await;
+        for length in 0..40 {
+            ecg.publish(&vec![0xff; length]).expect("published");
+        }
+        ecg.publish(&wave(clock::wall(), &[])).expect("published");
+        ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
+    })
+    .await;
+    assert_eq!(of(&records, ECG).len(), 1);
+    let told = faults(&records);
+    assert_eq!(told.iter().filter(|label| label.starts_with(ECG)).count(), 1, "{told:?}");
+    let lost = of(&records, "/teampulse/lost_source").into_iter().filter_map(lost).sum::<f64>();
+    assert!((lost - 41.0).abs() < 1e-9, "{lost}");
+}
+
+fn lost(record: &Record) -> Option<f64> {
+    let Data::Event(event) = &record.sample.data else { return None };
+    (event.label == ECG).then_some(event.value)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn arbitrary_descriptions_do_no_harm() {
+    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+        let (told, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
+        subscribed(&*told).await;
+        for length in 0..200 {
+            told.publish(&vec![0xff; length]).expect("published");
+            told.publish(&description()[..length.min(description().len())]).expect("published");
+        }
+        subscribed(&*ecg).await;
+        ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
+    })
+    .await;
+    assert_eq!(of(&records, ECG).len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_person_does_comes_as_events() {
+    let topic = "/humans/persons/p002/task/presses";
+    let records = watch::<People>(PEOPLE, async move |bus: Arc<MemoryBus>| {
+        let presses = publisher(&bus, topic, msgs::Event::NAME);
+        subscribed(&*presses).await;
+        let press = msgs::Event {
+            header: Header::at(clock::wall()),
+            device_time: msgs::NO_DEVICE_TIME,
+            kind: "marker".into(),
+            label: "press".into(),
+            value: 0.6,
+            duration_secs: 0.0,
+        };
+        presses.publish(&press.encode()).expect("published");
+    })
+    .await;
+    let [record] = of(&records, topic)[..] else { panic!("{records:?}") };
+    let Data::Event(event) = &record.sample.data else { panic!("{record:?}") };
+    assert_eq!((event.kind, event.label.as_str()), (EventKind::Marker, "press"));
+    assert_eq!((record.stream.signal, record.stream.id.as_str()), (Signal::Event, "p002"));
+}
