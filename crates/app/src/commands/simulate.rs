@@ -1,17 +1,20 @@
-//! `teampulse simulate`: the simulated robots of a study alone, on ROS.
+//! `teampulse simulate`: the simulated robots and people of a study alone, on ROS.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::registry::Component;
 use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
+use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::SourceContext;
-use teampulse_sources::simulated::SimulatedTeam;
+use teampulse_sources::simulated::{SimulatedPerson, SimulatedTeam};
 
 use crate::commands::run::seconds;
 use crate::exit::Exit;
@@ -21,7 +24,11 @@ use crate::setup::conclude;
 use crate::stop::Stop;
 use crate::study::Study;
 
-/// Runs the simulated robots of a study alone, on ROS.
+/// What is published of people: a study that asks for simulated ones has nobody to protect. With what
+/// their streams are.
+const OF_PEOPLE: [&str; 2] = ["/humans/persons/**", "/teampulse/streams"];
+
+/// Runs the simulated robots and people of a study alone, on ROS.
 ///
 /// Reads the table [simulate] of the study. At a speed other than 1 it publishes /clock.
 #[derive(Debug, Args)]
@@ -97,26 +104,49 @@ impl Simulate {
         let buses = network::buses_telling("teampulse_simulator", host.clone());
         let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
         let bus = buses.get(domain).map_err(Failure::to)?;
-        let robots = team.robots;
+        let (robots, people) = (team.robots, team.people);
         let fast = is_fast(&team);
         // What is due by a clock that runs fast is due sooner.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if fast { Clock::told() } else { host.clone() };
         let context = SourceContext { clock: clock.clone(), buses };
-        let source = team.build(&context).map_err(|error| Failure::new(error.message))?;
-        let mut sink = RosSink::lossless(bus, Publish::Raw);
-        sink = if fast { sink.with_clock() } else { sink.stamped_by(host) };
-        eprintln!("simulating {robots} robots on ROS domain {domain}; Ctrl-C ends it");
+        team.check().map_err(|error| Failure::new(error.message))?;
+        let mut sources = SimulatedPerson::of(&team);
+        let robotic = team.build(&context).map_err(|error| Failure::new(error.message))?;
+        sources.push(("simulation".into(), robotic));
+        let sinks = sinks(&bus, fast, &host, people);
+        let and_people = match people {
+            0 => String::new(),
+            1 => " and a person".into(),
+            _ => format!(" and {people} people"),
+        };
+        eprintln!("simulating {robots} robots{and_people} on ROS domain {domain}; Ctrl-C ends it");
         let session = Session {
             clock: clock.clone(),
             pace: Pace::Live,
             clocks: Clocks::as_stamped(),
             streams: Streams::default(),
-            sources: vec![("simulation".into(), source)],
+            sources,
             features: Vec::new(),
-            sinks: vec![Box::new(sink)],
+            sinks,
             encode,
         };
         Ok(conclude(session.run(Stop::default().asked(clock, self.duration)).await))
     }
+}
+
+/// What publishes: the robots, and the people where there are any. The clock is told once.
+fn sinks(bus: &Arc<dyn Bus>, fast: bool, host: &Clock, people: u32) -> Vec<Box<dyn Sink>> {
+    let publishing = |publish| {
+        let sink = RosSink::lossless(Arc::clone(bus), publish);
+        if fast { sink } else { sink.stamped_by(host.clone()) }
+    };
+    let robotic = publishing(Publish::Raw);
+    let mut sinks: Vec<Box<dyn Sink>> =
+        vec![Box::new(if fast { robotic.with_clock() } else { robotic })];
+    if people > 0 {
+        let named = OF_PEOPLE.map(str::to_owned).to_vec();
+        sinks.push(Box::new(publishing(Publish::Named(named))));
+    }
+    sinks
 }

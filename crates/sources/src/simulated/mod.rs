@@ -2,7 +2,8 @@
 //! well, with faults on request. All of it follows from a seed.
 //!
 //! The model knows no ROS and no clock: [`Team`] is told the time and gives [`Telegram`]s, which
-//! [`encode`] turns into messages. [`SimulatedTeam`] holds the settings and builds the source.
+//! [`encode`] turns into messages. [`SimulatedTeam`] holds the settings and builds the source. The
+//! people of a team are [`SimulatedPerson`]s, sources of their own.
 
 mod settings;
 mod source;
@@ -25,10 +26,13 @@ mod telegram;
 mod published;
 mod encode;
 mod noise;
+mod person;
+mod worn;
 #[cfg(test)]
 mod tests;
 
 pub use encode::encode;
+pub use person::SimulatedPerson;
 pub use published::Published;
 pub use script::{Change, Scene};
 pub use settings::SimulatedTeam;

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::registry::SettingsError;
+use teampulse_emulators::body;
+use teampulse_emulators::task::Plan;
 
 use super::robot::RADIUS_M;
 use super::script::{Change, Scene};
@@ -54,6 +56,14 @@ pub struct SimulatedTeam {
     pub camera_hz: f64,
     /// The rate of `/sim/truth` [Hz]; 0 for none. Default: 1.
     pub truth_hz: f64,
+    /// How many people work with the robots: `p001` and so on. Each wears sensors and does a task;
+    /// their signals are published below `/humans/persons/<id>/simulated`, as they are nobody's, and
+    /// what truly is below `/humans/persons/<id>/truth`. Default: 0.
+    pub people: u32,
+    /// What the people do.
+    pub task: Plan,
+    /// What the people wear: at other rates than usual, and with artefacts.
+    pub body: body::Settings,
     /// What changes, with which robot and when: faults, and the load of computers.
     pub script: Vec<Scene>,
 }
@@ -79,6 +89,9 @@ impl Default for SimulatedTeam {
             temperature_hz: 0.0,
             camera_hz: 0.0,
             truth_hz: 1.0,
+            people: 0,
+            task: Plan::default(),
+            body: body::Settings::default(),
             script: Vec::new(),
         }
     }
@@ -114,6 +127,8 @@ impl SimulatedTeam {
         }
         within("speed", self.speed, 0.01, 1000.0)?;
         within("robots", f64::from(self.robots), 1.0, 1000.0)?;
+        within("people", f64::from(self.people), 0.0, 100.0)?;
+        self.body.rates.check().map_err(|error| SettingsError::new(error.to_string()))?;
         within("arena_side_m", self.arena_side_m, 3.0, 1000.0)?;
         within("top_speed_mps", self.top_speed_mps, 0.01, 5.0)?;
         within("cpu_consumption_w", self.cpu_consumption_w, 0.0, 200.0)?;
@@ -188,8 +203,10 @@ mod tests {
         let five = simulate(include_str!("../../../../studies/five_robots.toml"));
         let demo = simulate(include_str!("../../../../studies/demo.toml"));
         let hundred = simulate(include_str!("../../../../studies/hundred_robots.toml"));
-        [&five, &demo, &hundred].into_iter().try_for_each(SimulatedTeam::check).unwrap();
+        let operator = simulate(include_str!("../../../../studies/one_operator.toml"));
+        [&five, &demo, &hundred, &operator].into_iter().try_for_each(SimulatedTeam::check).unwrap();
         assert_eq!([five.robots, hundred.robots], [5, 100]);
+        assert_eq!([five.people, operator.people], [0, 1]);
         assert_eq!(five.steps, Some(600));
     }
 
@@ -199,6 +216,8 @@ mod tests {
             let settings: SimulatedTeam = toml::from_str(study).unwrap();
             settings.check().unwrap_err().message
         };
+        let fast = "body = { rates = { ecg_hz = 5000 } }";
+        assert!(wrong(fast).starts_with("the rate of Ecg is 5000 Hz"), "{}", wrong(fast));
         assert_eq!(wrong("speed = 0"), "speed is 0; expected 0.01 to 1000");
         assert_eq!(wrong("robots = 100"), "103 bodies don't fit in an arena of 10 m");
         assert_eq!(

@@ -1,0 +1,238 @@
+//! A simulated person as a source: what is worn, what is done, and what truly is.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use teampulse_core::clock::Clock;
+use teampulse_core::data::{Data, Event, Wave};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::stream::StreamId;
+use teampulse_core::time::Time;
+use teampulse_emulators::body::{Body, Moment, Rates, Record, Traits, Truth};
+use teampulse_emulators::task::{Happening, Operator, Plan, Skill, Task, Told, What};
+
+use super::settings::SimulatedTeam;
+use super::worn::Worn;
+
+/// So much of each signal is told at once [s]: one sample of the slowest.
+const CHUNK_SECS: f64 = 0.25;
+/// How often it is looked whether it is time.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// A person who does a task and wears sensors: the signals as waves of a quarter of a second, told
+/// when the last sample was taken. The same seed gives the same signals, at whatever speed.
+pub struct SimulatedPerson {
+    id: String,
+    operator: Operator,
+    rates: Rates,
+    until_secs: Option<f64>,
+}
+
+impl SimulatedPerson {
+    /// The people of a team, by id: `p001` and so on. The settings have been checked.
+    pub fn of(team: &SimulatedTeam) -> Vec<(String, Box<dyn Source>)> {
+        let person = |number| {
+            let person = SimulatedPerson::new(team, number);
+            (format!("person {}", person.id), Box::new(person) as Box<dyn Source>)
+        };
+        (1..=team.people).map(person).collect()
+    }
+
+    fn new(team: &SimulatedTeam, number: u32) -> SimulatedPerson {
+        let seed = team.seed.wrapping_add(u64::from(number - 1));
+        let body = Body::wearing(&Traits::of_seed(seed), seed, &team.body);
+        let body = body.expect("the settings have been checked");
+        let plan = Plan { robots: team.robots, ..team.task.clone() };
+        let operator = Operator::new(body, Task::new(plan, Skill::of_seed(seed), seed));
+        let until_secs = team.steps.map(f64::from);
+        let (id, rates) = (format!("p{number:03}"), team.body.rates.clone());
+        SimulatedPerson { id, operator, rates, until_secs }
+    }
+}
+
+#[async_trait]
+impl Source for SimulatedPerson {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let start = outlet.clock().now();
+        let streams = Streams::declare(&self.id, &self.rates, outlet);
+        tokio::select! {
+            () = self.live(start, &streams, outlet) => {}
+            () = outlet.closed() => {}
+        }
+        Ok(())
+    }
+}
+
+impl SimulatedPerson {
+    /// Hands over every chunk when it is over; returns after the last step.
+    async fn live(&mut self, start: Time, streams: &Streams, outlet: &Outlet) {
+        for chunk in 1_u64.. {
+            let secs = chunk as f64 * CHUNK_SECS;
+            until(outlet.clock(), after(start, secs)).await;
+            let Told { happened, record } = self.operator.until(secs);
+            let desk = Desk { start, streams, outlet };
+            desk.tell_signals(record);
+            desk.tell_truth(&record.truth);
+            for happening in happened {
+                desk.tell_happening(happening);
+            }
+            if self.until_secs.is_some_and(|until_secs| secs >= until_secs) {
+                return;
+            }
+        }
+    }
+}
+
+fn after(start: Time, secs: f64) -> Time {
+    start + Duration::from_secs_f64(secs.max(0.0))
+}
+
+async fn until(clock: &Clock, due: Time) {
+    while clock.now() < due {
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
+/// The streams of a person.
+struct Streams([Option<StreamId>; Worn::ALL.len()]);
+
+impl Streams {
+    fn declare(id: &str, rates: &Rates, outlet: &Outlet) -> Streams {
+        Streams(Worn::ALL.map(|worn| Some(outlet.declare(worn.stream(id, rates)?))))
+    }
+
+    /// `None` for what is not worn.
+    fn of(&self, worn: Worn) -> Option<StreamId> {
+        self.0[Worn::ALL.iter().position(|each| *each == worn)?]
+    }
+}
+
+/// Where a person's readings are handed over.
+struct Desk<'a> {
+    start: Time,
+    streams: &'a Streams,
+    outlet: &'a Outlet,
+}
+
+impl Desk<'_> {
+    fn tell_signals(&self, record: &Record) {
+        for wave in record.waves().filter(|wave| wave.count() > 0) {
+            let data = Data::Wave(Wave {
+                period_ns: 1e9 / wave.rate_hz,
+                channels: wave.sensor.channels().len() as u32,
+                samples: wave.samples.as_slice().into(),
+            });
+            self.offer(Worn::Sensor(wave.sensor), wave.first_secs(), data);
+        }
+    }
+
+    fn tell_truth(&self, truth: &Truth) {
+        for moment in &truth.moments {
+            self.offer(Worn::TrueState, moment.secs, Data::Sample(Arc::new(numbers(moment))));
+        }
+        for beat in &truth.beats {
+            self.happen(Worn::TrueBeats, beat.secs, "beat", f64::NAN);
+        }
+        for each in &truth.responses {
+            self.happen(Worn::TrueResponses, each.onset_secs, "response", each.amplitude_us);
+        }
+        for breath in &truth.breaths {
+            self.happen(Worn::TrueBreaths, breath.exhale_secs, "breath", breath.depth);
+        }
+    }
+
+    fn tell_happening(&self, Happening { at_secs, what }: &Happening) {
+        let happen = |worn, label: &str, value| self.happen(worn, *at_secs, label, value);
+        match *what {
+            What::Begins { phase } => happen(Worn::Phases, phase, f64::NAN),
+            What::Stimulus { letter, .. } => {
+                happen(Worn::Stimuli, letter.encode_utf8(&mut [0; 4]), f64::NAN);
+            }
+            What::Press { says_match, reaction_secs, .. } => {
+                let key = if says_match { "match" } else { "no match" };
+                happen(Worn::Presses, key, reaction_secs);
+            }
+            What::Command { robot } => happen(Worn::Commands, "command", f64::from(robot + 1)),
+            What::Report { isa } => happen(Worn::Reports, "isa", f64::from(isa)),
+            What::Ends { .. } | What::Demands { .. } | What::Reaches { .. } => {}
+        }
+    }
+
+    fn happen(&self, worn: Worn, at_secs: f64, label: &str, value: f64) {
+        let (kind, label) = (worn.happens(), label.to_owned());
+        let event = Event { kind, label, value, duration_secs: 0.0 };
+        self.offer(worn, at_secs, Data::Event(Arc::new(event)));
+    }
+
+    fn offer(&self, worn: Worn, at_secs: f64, data: Data) {
+        let source_time = Some(after(self.start, at_secs));
+        let Some(stream) = self.streams.of(worn) else { return };
+        self.outlet.offer(Reading { stream, device_time: None, source_time, data });
+    }
+}
+
+/// The numbers of [`Worn::TrueState`].
+fn numbers(moment: &Moment) -> [f64; 7] {
+    [
+        moment.state.workload,
+        moment.state.arousal,
+        moment.state.valence,
+        moment.heart_rate_bpm,
+        moment.breaths_per_min,
+        moment.skin_level_us,
+        moment.temperature_c,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::outlet::Queue;
+    use teampulse_core::stream::{About, Origin, Shape};
+    use teampulse_core::streams;
+    use teampulse_emulators::body::Sensor;
+
+    use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn a_person_ends_with_the_last_step_and_is_declared_with_all_that_is_worn() {
+        let team = SimulatedTeam { people: 1, steps: Some(3), ..SimulatedTeam::default() };
+        team.check().unwrap();
+        let [(name, person)] = &mut SimulatedPerson::of(&team)[..] else { panic!("not one") };
+        assert_eq!(name, "person p001");
+        let outlet = Queue::new().outlet(Clock::told(), streams::Streams::default());
+        let clock = outlet.clock().clone();
+        let passing = async {
+            for tenth in 0..=30 {
+                clock.tell(after(Time::EPOCH, f64::from(tenth) / 10.0));
+                tokio::time::sleep(Duration::from_millis(100)).await;
+            }
+        };
+        let (lived, ()) = tokio::join!(person.run(&outlet), passing);
+        lived.unwrap();
+        let declared = outlet.streams().all();
+        assert_eq!(declared.len(), Worn::ALL.len());
+        assert!(declared.iter().all(|(_, stream)| {
+            (stream.about, stream.origin, stream.id.as_str())
+                == (About::Person, Origin::Raw, "p001")
+        }));
+        let (_, ecg) = outlet.streams().find("/humans/persons/p001/simulated/ecg").unwrap();
+        assert_eq!((&ecg.shape, ecg.units[0].as_str()), (&Shape::Wave, "mV"));
+    }
+
+    #[test]
+    fn the_truth_has_a_channel_for_each_of_its_numbers() {
+        let state = Worn::TrueState.stream("p001", &Rates::NONE).unwrap();
+        let moment = Body::new(&Traits::of_seed(1), 1).until(1.0).truth.moments[0];
+        assert_eq!(state.channels.len(), numbers(&moment).len());
+    }
+
+    #[test]
+    fn every_sensor_that_is_worn_is_told() {
+        assert!(Worn::Sensor(Sensor::Ecg).stream("p001", &Rates::NONE).is_none());
+        for sensor in Sensor::ALL {
+            assert!(Worn::ALL.contains(&Worn::Sensor(sensor)), "{sensor:?}");
+        }
+    }
+}

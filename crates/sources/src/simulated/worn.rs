@@ -1,0 +1,152 @@
+//! The streams of a simulated person.
+
+use teampulse_core::data::EventKind;
+use teampulse_core::qos::Qos;
+use teampulse_core::stream::{About, Shape, Signal, Stream, Subject};
+use teampulse_emulators::body::{Rates, Sensor};
+
+/// So many messages are kept for a subscriber that is slow: half a minute.
+const DEPTH: u32 = 120;
+
+/// One stream of a simulated person.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Worn {
+    /// What a sensor reads.
+    Sensor(Sensor),
+    /// The phases of the task.
+    Phases,
+    /// The letters that are shown.
+    Stimuli,
+    /// The keys that are pressed; the number is the reaction time [s].
+    Presses,
+    /// Commands to robots; the number is the robot's, from 1.
+    Commands,
+    /// Self-reports (ISA, 1 to 5).
+    Reports,
+    /// The body as it truly is, once a second.
+    TrueState,
+    /// The true beats of the heart.
+    TrueBeats,
+    /// The true responses of the skin; the number is the height [µS].
+    TrueResponses,
+    /// The true breaths; the number is the depth.
+    TrueBreaths,
+}
+
+impl Worn {
+    /// All of them.
+    pub const ALL: [Worn; 18] = [
+        Worn::Sensor(Sensor::Ecg),
+        Worn::Sensor(Sensor::Ppg),
+        Worn::Sensor(Sensor::EdaWrist),
+        Worn::Sensor(Sensor::EdaFingers),
+        Worn::Sensor(Sensor::Emg),
+        Worn::Sensor(Sensor::Eeg),
+        Worn::Sensor(Sensor::Respiration),
+        Worn::Sensor(Sensor::Temperature),
+        Worn::Sensor(Sensor::Acceleration),
+        Worn::Phases,
+        Worn::Stimuli,
+        Worn::Presses,
+        Worn::Commands,
+        Worn::Reports,
+        Worn::TrueState,
+        Worn::TrueBeats,
+        Worn::TrueResponses,
+        Worn::TrueBreaths,
+    ];
+
+    /// The stream to declare; `None` for a sensor that is not worn. What tells the truth has no signal,
+    /// so that no feature runs on it.
+    pub fn stream(self, person: &str, rates: &Rates) -> Option<Stream> {
+        let (device, name, doc) = self.named();
+        let subject = Subject { about: About::Person, id: person.to_owned() };
+        let topic = format!("/humans/persons/{person}/{device}/{name}");
+        let bare = |shape| Stream {
+            device: device.to_owned(),
+            doc: doc.to_owned(),
+            qos: vec![Qos::reliable(DEPTH)],
+            ..Stream::raw(topic, subject, shape)
+        };
+        Some(match self {
+            Worn::Sensor(sensor) if rates.of(sensor) > 0.0 => {
+                worn(bare(Shape::Wave), sensor, rates.of(sensor))
+            }
+            Worn::Sensor(_) => return None,
+            Worn::TrueState => Stream { rate_hz: 1.0, ..bare(Shape::Sample) }.with_channels(&[
+                ("workload", "1"),
+                ("arousal", "1"),
+                ("valence", "1"),
+                ("heart_rate", "1/min"),
+                ("breathing_rate", "1/min"),
+                ("skin_conductance_level", "uS"),
+                ("skin_temperature", "degC"),
+            ]),
+            _ => Stream { signal: Signal::Event, ..bare(Shape::Event) },
+        })
+    }
+
+    /// Of what kind its events are.
+    pub fn happens(self) -> EventKind {
+        match self {
+            Worn::Phases => EventKind::Phase,
+            Worn::Reports => EventKind::Report,
+            Worn::TrueBeats => EventKind::Beat,
+            Worn::TrueResponses => EventKind::Response,
+            Worn::TrueBreaths => EventKind::Breath,
+            _ => EventKind::Marker,
+        }
+    }
+
+    /// Its device, its name below that, and what it is.
+    fn named(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Worn::Sensor(sensor) => {
+                let (name, doc) = sensor_named(sensor);
+                ("simulated", name, doc)
+            }
+            Worn::Phases => ("task", "phases", "phases of a simulated task as they begin"),
+            Worn::Stimuli => ("task", "stimuli", "letters that a simulated person is shown"),
+            Worn::Presses => ("task", "presses", "keys that a simulated person presses"),
+            Worn::Commands => ("task", "commands", "commands of a simulated person to robots"),
+            Worn::Reports => ("task", "reports", "how much work it is, as a simulated person says"),
+            Worn::TrueState => ("truth", "state", "how a simulated person truly is"),
+            Worn::TrueBeats => ("truth", "beats", "when a simulated heart truly beats"),
+            Worn::TrueResponses => ("truth", "responses", "when a simulated skin truly responds"),
+            Worn::TrueBreaths => ("truth", "breaths", "when a simulated person truly exhales"),
+        }
+    }
+}
+
+fn worn(stream: Stream, sensor: Sensor, rate_hz: f64) -> Stream {
+    let unit = |channel: &&'static str| (*channel, sensor.unit());
+    let channels: Vec<_> = sensor.channels().iter().map(unit).collect();
+    Stream { signal: signal(sensor), rate_hz, ..stream.with_channels(&channels) }
+}
+
+fn signal(sensor: Sensor) -> Signal {
+    match sensor {
+        Sensor::Ecg => Signal::Ecg,
+        Sensor::Ppg => Signal::Ppg,
+        Sensor::EdaWrist | Sensor::EdaFingers => Signal::Eda,
+        Sensor::Emg => Signal::Emg,
+        Sensor::Eeg => Signal::Eeg,
+        Sensor::Respiration => Signal::Respiration,
+        Sensor::Temperature => Signal::Temperature,
+        Sensor::Acceleration => Signal::Acceleration,
+    }
+}
+
+fn sensor_named(sensor: Sensor) -> (&'static str, &'static str) {
+    match sensor {
+        Sensor::Ecg => ("ecg", "the electrocardiogram of a simulated person"),
+        Sensor::Ppg => ("ppg", "the pulse at a simulated finger"),
+        Sensor::EdaWrist => ("eda_wrist", "skin conductance at a simulated wrist"),
+        Sensor::EdaFingers => ("eda_fingers", "skin conductance at simulated fingers"),
+        Sensor::Emg => ("emg", "muscles of a simulated forearm"),
+        Sensor::Eeg => ("eeg", "the electroencephalogram of a simulated person"),
+        Sensor::Respiration => ("respiration", "a belt around a simulated chest"),
+        Sensor::Temperature => ("temperature", "the temperature of a simulated skin"),
+        Sensor::Acceleration => ("acceleration", "how a simulated wrist moves"),
+    }
+}
