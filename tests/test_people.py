@@ -51,6 +51,14 @@ def test_every_signal_is_in_the_bag_raw_and_whole(bag):
         assert abs(samples - expected) <= 0.25 * stream.rate_hz + 1, sensor
 
 
+def test_every_signal_is_told_to_be_fine(bag):
+    status = bags.messages(bag, "/teampulse/status")
+    newest = {each.content.name: each.content for each in status}
+    for sensor in SENSORS:
+        health = newest[f"{PERSON}/simulated/{sensor}"]
+        assert (health.state, health.reason) == (1, ""), sensor
+
+
 def test_what_is_felt_follows_what_truly_is(bag, figure):
     truth = np.array([stamp_secs(each) for each in bags.messages(bag, "/truth/beats")])
     assert len(truth) > RECORDED_SECS / 2

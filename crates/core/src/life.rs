@@ -22,7 +22,7 @@ const SHORTEST_SECS: f64 = 0.2;
 /// What is counted of a stream within one second.
 #[derive(Clone, Copy, Debug, Default)]
 struct Second {
-    received: u64,
+    samples: u64,
     lost: u64,
     late: u64,
     duplicates: u64,
@@ -40,6 +40,9 @@ pub(crate) struct Life {
     current: Second,
     newest: Option<Time>,
     received: u64,
+    /// How many samples there were in all that was received, and in the last of it.
+    samples: u64,
+    newest_samples: u64,
     lost_source: Option<u64>,
     lost_queue: u64,
     late: u64,
@@ -63,6 +66,8 @@ impl Life {
             current: Second::default(),
             newest: None,
             received: 0,
+            samples: 0,
+            newest_samples: 0,
             lost_source: None,
             lost_queue: 0,
             late: 0,
@@ -81,12 +86,20 @@ impl Life {
         }
     }
 
-    /// A sample was taken.
-    pub(crate) fn arrived(&mut self, log_time: Time, measured: Time, source_time: Option<Time>) {
+    /// A sample was taken, or a run of so many.
+    pub(crate) fn arrived(
+        &mut self,
+        samples: u32,
+        log_time: Time,
+        measured: Time,
+        source_time: Option<Time>,
+    ) {
         self.first.get_or_insert(log_time);
         self.newest = Some(log_time);
         self.received += 1;
-        self.current.received += 1;
+        self.newest_samples = samples.into();
+        self.samples = self.samples.saturating_add(self.newest_samples);
+        self.current.samples = self.current.samples.saturating_add(self.newest_samples);
         self.ahead_secs = source_time.map_or(f64::NAN, |stamp| stamp.secs_since(log_time));
         if measured != log_time {
             self.delays_secs.push_back(log_time.secs_since(measured));
@@ -152,7 +165,7 @@ impl Life {
             return;
         }
         let rate_hz = if between_secs < WINDOW_SECS as f64 {
-            (self.received - 1) as f64 / between_secs
+            (self.samples - self.newest_samples) as f64 / between_secs
         } else {
             self.rate_hz()
         };
@@ -249,15 +262,15 @@ impl Life {
             .then(|| format!("{rate_hz:.1} Hz instead of {expected_hz:.1} Hz"))
     }
 
-    /// The rate over the window, or from the first sample on [Hz].
+    /// The rate of samples over the window, or from the first sample on [Hz].
     fn rate_hz(&self) -> f64 {
         let Some(first) = self.first else { return 0.0 };
         let secs = self.now.secs_since(first).clamp(SHORTEST_SECS, WINDOW_SECS as f64);
-        self.sum(|second| second.received) as f64 / secs
+        self.sum(|second| second.samples) as f64 / secs
     }
 
     fn sum(&self, count: impl Fn(&Second) -> u64) -> u64 {
-        self.seconds.iter().map(&count).sum::<u64>()
+        self.seconds.iter().map(&count).fold(0, u64::saturating_add)
     }
 
     fn median_delay_secs(&self) -> f64 {
@@ -281,7 +294,7 @@ mod tests {
             for k in 0..rate {
                 let nanos = second * 1_000_000_000 + k * 1_000_000_000 / rate;
                 let now = Time::from_nanos(nanos);
-                life.arrived(now, now, None);
+                life.arrived(1, now, now, None);
             }
             life.second(Time::from_nanos((second + 1) * 1_000_000_000));
         }
@@ -305,6 +318,24 @@ mod tests {
             (status.state, status.reason.as_str()),
             (State::Degraded, "4.0 Hz instead of 10.0 Hz")
         );
+    }
+
+    #[test]
+    fn a_run_counts_as_the_samples_in_it() {
+        for declared_hz in [0.0, 128.0] {
+            let mut life = Life::new(declared_hz);
+            for quarter in 1..=60 {
+                let now = Time::from_nanos(quarter * 250_000_000);
+                life.arrived(32, now, now, None);
+                if quarter % 4 == 0 {
+                    life.second(now);
+                }
+            }
+            let status = status(&life, Time::from_nanos(15_000_000_000));
+            assert_eq!((status.state, status.reason.as_str()), (State::Ok, ""));
+            assert!((status.rate_hz - 128.0).abs() < 1e-9, "{}", status.rate_hz);
+            assert_eq!(status.received, 60);
+        }
     }
 
     #[test]

@@ -87,7 +87,8 @@ impl Track {
         self.last_count = stamps.count;
         // Of our own shapes a recording has no stamp of the source's.
         let told = matches!(self.stream.shape, Shape::Message(_));
-        self.life.arrived(log_time, measured, reading.source_time.filter(|_| told));
+        let source_time = reading.source_time.filter(|_| told);
+        self.life.arrived(stamps.count, log_time, measured, source_time);
         if disbelieved {
             self.life.was_disbelieved();
         }
