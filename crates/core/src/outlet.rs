@@ -139,11 +139,18 @@ impl Queue {
 
     /// Appends an item, and wakes the pump only if it sleeps.
     fn push(&self, make: impl FnOnce() -> Item) {
+        self.push_with(|| (Some(make()), ()));
+    }
+
+    /// The same where there may be none; gives what `make` gives beside it.
+    fn push_with<T>(&self, make: impl FnOnce() -> (Option<Item>, T)) -> T {
         let mut state = self.lock();
-        state.items.push_back(make());
-        if std::mem::take(&mut state.pump_sleeps) {
+        let (item, beside) = make();
+        state.items.extend(item);
+        if !state.items.is_empty() && std::mem::take(&mut state.pump_sleeps) {
             self.0.filled.notify_one();
         }
+        beside
     }
 }
 
@@ -178,15 +185,13 @@ impl Outlet {
     }
 
     fn declare_with(&self, stream: Stream, at: Option<Time>) -> StreamId {
-        let Declared { id, news } = self.streams.declare(stream);
-        if news {
-            let stream = self.streams.get(id);
-            self.queue.push(|| {
-                let at = at.unwrap_or_else(|| self.clock.now());
-                Item::Declared { id, stream, at }
-            });
-        }
-        id
+        // Inside the queue's lock, so that no reading of another source comes before the declaration.
+        self.queue.push_with(|| {
+            let Declared { id, news } = self.streams.declare(stream);
+            let at = || at.unwrap_or_else(|| self.clock.now());
+            let declared = || Item::Declared { id, stream: self.streams.get(id), at: at() };
+            (news.then(declared), id)
+        })
     }
 
     /// Hands a reading over without ever waiting. When this source has too much waiting the reading
@@ -329,6 +334,27 @@ mod tests {
         taken.clear();
         queue.take(&mut taken, Duration::ZERO);
         assert_eq!(taken.len(), 1, "a drained budget is whole again, and its losses are told once");
+    }
+
+    #[test]
+    fn whoever_declares_it_a_stream_is_declared_before_its_readings() {
+        for _ in 0..200 {
+            let (queue, streams) = (Queue::new(), Streams::default());
+            std::thread::scope(|scope| {
+                for _ in 0..4 {
+                    let outlet = queue.outlet(Clock::told(), streams.clone());
+                    scope.spawn(move || {
+                        let subject = Subject::robot("r1");
+                        let id = outlet.declare(Stream::raw("/r1/x", subject, Shape::Sample));
+                        outlet.offer(reading(id, 1));
+                    });
+                }
+            });
+            let mut taken = VecDeque::new();
+            queue.take(&mut taken, Duration::ZERO);
+            assert!(matches!(taken.front(), Some(Item::Declared { .. })));
+            assert_eq!(taken.len(), 5);
+        }
     }
 
     #[tokio::test]
