@@ -265,3 +265,16 @@ def test_a_full_disk_is_a_failure(stage, recording):
             [harness.TEAMPULSE, *arguments], stdout=full, stderr=subprocess.PIPE, text=True
         )
     assert done.returncode == 1 and "No space left" in done.stderr
+
+
+@pytest.mark.parametrize("events", [[], ["--events"]])
+def test_what_comes_in_live_is_told_as_it_becomes_known(stage, events):
+    arguments = ["extract", "-", "--signal", "ecg", "--rate", RATE_HZ, "--method", "causal"]
+    program = stage.teampulse(*arguments, "--window", 10, *events)
+    for voltage in ecg()[: 30 * RATE_HZ]:
+        program.say(f"{voltage:.4f}")
+    # Standard input is still open.
+    program.wait_for("0 to 10 s" if not events else "beat,", pipe="stdout")
+    assert program.is_running()
+    program.say_no_more()
+    assert program.ended() == 0

@@ -1,7 +1,9 @@
 //! `teampulse extract`: the features of any table of samples.
 
 mod analyses;
+mod found;
 mod progress;
+mod shown;
 mod table;
 mod times;
 mod told;
@@ -18,10 +20,11 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 use analyses::Signal;
+use found::{Found, Purpose};
 use progress::Progress;
 use table::{Row, Table, TableError, Wanted};
 use times::Times;
-use told::{Found, Score, Told};
+use told::{Score, Told};
 use windows::{Lengths, Windows};
 
 /// Events count as found within these distances of the true ones [s]: the usual one of beats, and one
@@ -109,29 +112,39 @@ impl Extract {
         self.check(&table)?;
         let rate_hz = table.rate_hz();
         let progress = Progress::new();
-        let found = match self.method {
-            Method::Causal => self.causal(&mut table, &progress)?,
-            Method::Whole => self.whole(&mut table, &progress)?,
+        let purpose = match (self.json, self.events) {
+            (true, _) => Purpose::Kept,
+            (false, true) => Purpose::Events,
+            (false, false) => Purpose::Windows,
         };
+        let mut found = Found::new(purpose, self.truth.as_ref().and(self.signal.main_event()));
+        match self.method {
+            Method::Causal => self.causal(&mut table, &progress, &mut found)?,
+            Method::Whole => self.whole(&mut table, &progress, &mut found)?,
+        }
         progress.end();
         warn(&table, &found);
         let score = match &self.truth {
             Some(truth) => {
                 let truth = truth::read(truth, rate_hz).map_err(failure)?;
-                Some(self.score(&found, &truth, rate_hz))
+                Some(Extract::score(&found, &truth, rate_hz))
             }
             None => None,
         };
         let rate_hz = self.signal.is_even().then_some(rate_hz);
         let method = if self.method == Method::Causal { "causal" } else { "whole" };
-        let told = Told::new(self.signal.word(), rate_hz, method, &found, score);
-        match (self.json, self.events) {
-            (true, _) => output::json(&told),
-            (false, true) => {
-                told.print_events();
-                told.say_score();
+        match purpose {
+            Purpose::Kept => {
+                output::json(&Told::new(self.signal.word(), rate_hz, method, &found, score));
             }
-            (false, false) => told.print(),
+            Purpose::Events => {
+                score.iter().flatten().for_each(|each| eprintln!("{}", each.shown()));
+            }
+            Purpose::Windows => {
+                shown::recipes(&found.values, method);
+                output::line(format!("\n{}", shown::counts(&found.counts)));
+                output::lines(score.iter().flatten().map(Score::shown));
+            }
         }
         Ok(Exit::Fine)
     }
@@ -171,12 +184,18 @@ impl Extract {
         }
     }
 
-    /// Each sample is taken in as it would be live.
-    fn causal(&self, table: &mut Table, progress: &Progress) -> Result<Found, Failure> {
+    /// Each sample is taken in, and what becomes known told, as it would be live.
+    fn causal(
+        &self,
+        table: &mut Table,
+        progress: &Progress,
+        found: &mut Found,
+    ) -> Result<(), Failure> {
         let lengths = Lengths::new(self.window, self.hop);
         let mut times = Times::new(self.signal, table);
         let mut live = self.live(table, lengths)?;
-        let (mut found, mut held) = (Found::of(live.values()), 0);
+        found.values = live.values().to_vec();
+        let mut held = 0;
         let mut windows = None;
         while let Some(row) = self.next_row(table)? {
             let at_ns = times.of(&row);
@@ -187,21 +206,25 @@ impl Extract {
                 not_too_much(held, Method::Causal)?;
             }
             let missing = live.push(at_ns, &row.values, &mut |told| match told {
-                live::Event(event) => found.events.push(event),
+                live::Event(event) => progress.aside(|| found.event(event)),
                 live::Window(_, span, measured) if windows.take(span) => {
-                    found.windows.push((span, measured));
+                    progress.aside(|| found.window(span, measured));
                 }
                 live::Window(..) => {}
             });
             found.count(missing);
+            if table.rows() == times::FIRST {
+                plausible(&times)?;
+            }
             progress.reading(table.rows(), || table.read_share());
         }
         plausible(&times)?;
         let mut windows = windows.ok_or_else(|| failure(TableError::Empty))?;
         windows.skip_until(live.next_end_ns().unwrap_or(0));
-        let rest = windows.rest(times.end_ns()).into_iter();
-        found.windows.extend(rest.map(|span| (span, live.measure(span))));
-        Ok(found)
+        for span in windows.rest(times.end_ns()) {
+            progress.aside(|| found.window(span, live.measure(span)));
+        }
+        Ok(())
     }
 
     fn live(&self, table: &Table, lengths: Option<Lengths>) -> Result<Live, Failure> {
@@ -218,11 +241,15 @@ impl Extract {
         Ok(if signal.is_even() { live } else { live.beginning_at(0) })
     }
 
-    fn whole(&self, table: &mut Table, progress: &Progress) -> Result<Found, Failure> {
+    fn whole(
+        &self,
+        table: &mut Table,
+        progress: &Progress,
+        found: &mut Found,
+    ) -> Result<(), Failure> {
         let mut channels = vec![Vec::new(); table.names().len()];
         let mut times = Times::new(self.signal, table);
         let mut cadence = Cadence::new(if self.signal.is_even() { table.rate_hz() } else { 0.0 });
-        let mut found = Found::of(&[]);
         while let Some(row) = self.next_row(table)? {
             let at_ns = times.of(&row);
             not_too_far(&times, &row)?;
@@ -246,12 +273,12 @@ impl Extract {
         let whole = self.settings().whole(self.signal, table.names(), &recording);
         let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
         found.values = whole.windows.values().to_vec();
-        found.events = whole.events;
+        whole.events.into_iter().for_each(|event| progress.aside(|| found.event(event)));
         for span in Windows::new(begin_ns, Lengths::new(self.window, self.hop)).rest(end_ns) {
             progress.measuring((span.end_ns - begin_ns) as f64 / (end_ns - begin_ns) as f64);
-            found.windows.push((span, whole.windows.measure(span)));
+            progress.aside(|| found.window(span, whole.windows.measure(span)));
         }
-        Ok(found)
+        Ok(())
     }
 
     /// The next row, scaled.
@@ -275,11 +302,9 @@ impl Extract {
         }
     }
 
-    fn score(&self, found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {
-        let main = found.events.iter().filter(|event| Some(event.kind) == self.signal.main_event());
-        let places: Vec<f64> = main.map(|event| event.sample).collect();
-        let score =
-            |&secs: &f64| Score::new(secs, &matched(truth, &places, secs * rate_hz), rate_hz);
+    fn score(found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {
+        let agreement = |secs: f64| matched(truth, &found.places, secs * rate_hz);
+        let score = |&secs: &f64| Score::new(secs, &agreement(secs), rate_hz);
         TOLERANCES_SECS.iter().map(score).collect()
     }
 }

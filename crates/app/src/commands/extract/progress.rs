@@ -47,6 +47,11 @@ impl Progress {
         self.bar.set_position((share * STEPS as f64) as u64);
     }
 
+    /// Does something that prints, with the bar out of the way.
+    pub fn aside(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
     pub fn end(&self) {
         self.bar.finish_and_clear();
     }

@@ -22,7 +22,7 @@ pub struct Times {
 /// A longer silence is no gap in a recording [s]: a day.
 const LONGEST_SECS: f64 = 86_400.0;
 /// How many intervals tell what is usual, and what can be [ms].
-const FIRST: usize = 100;
+pub const FIRST: usize = 20;
 const USUAL_MS: std::ops::RangeInclusive<f64> = 200.0..=3000.0;
 
 impl Times {

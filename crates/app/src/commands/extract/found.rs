@@ -1,0 +1,88 @@
+//! What an analysis finds, kept for machines or shown to people as it becomes known.
+
+use teampulse_signal::analysis::{Event, Measured, Span, Value};
+
+use super::shown::{self, Heading};
+
+/// What becomes of events and windows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// They are kept, to be told at the end as one object.
+    Kept,
+    /// Windows are shown.
+    Windows,
+    /// Events are shown, a line each.
+    Events,
+}
+
+/// What an analysis found so far.
+pub struct Found {
+    purpose: Purpose,
+    /// What the values of each window are.
+    pub values: Vec<Value>,
+    /// Events in the order of their becoming known, if they are kept.
+    pub events: Vec<Event>,
+    /// Each window with what it told, if they are kept.
+    pub windows: Vec<(Span, Measured)>,
+    heading: Heading,
+    scored: Option<&'static str>,
+    /// Where events of the kind lie that is scored [samples].
+    pub places: Vec<f64>,
+    /// How many events there were of each kind.
+    pub counts: Vec<(&'static str, usize)>,
+    /// How many samples are missing by their times.
+    pub missing: usize,
+    /// How many rows were left out, because they are not after the one before them.
+    pub left_out: usize,
+}
+
+impl Found {
+    /// Nothing yet; of events of a `scored` kind, the places are kept.
+    pub fn new(purpose: Purpose, scored: Option<&'static str>) -> Found {
+        Found {
+            purpose,
+            values: Vec::new(),
+            events: Vec::new(),
+            windows: Vec::new(),
+            heading: Heading::default(),
+            scored,
+            places: Vec::new(),
+            counts: Vec::new(),
+            missing: 0,
+            left_out: 0,
+        }
+    }
+
+    /// Takes in an event.
+    pub fn event(&mut self, event: Event) {
+        match self.counts.iter_mut().find(|(kind, _)| *kind == event.kind) {
+            Some((_, count)) => *count += 1,
+            None => self.counts.push((event.kind, 1)),
+        }
+        if self.scored == Some(event.kind) {
+            self.places.push(event.sample);
+        }
+        match self.purpose {
+            Purpose::Kept => self.events.push(event),
+            Purpose::Events => self.heading.show(&event),
+            Purpose::Windows => {}
+        }
+    }
+
+    /// Takes in what a window told.
+    pub fn window(&mut self, span: Span, measured: Measured) {
+        match self.purpose {
+            Purpose::Kept => self.windows.push((span, measured)),
+            Purpose::Windows => shown::window(&self.values, span, &measured),
+            Purpose::Events => {}
+        }
+    }
+
+    /// Counts how many samples were missing before a row; `None` for one that was left out.
+    pub fn count(&mut self, missing: Option<usize>) {
+        match missing {
+            Some(missing) => self.missing += missing,
+            None => self.left_out += 1,
+        }
+    }
+}

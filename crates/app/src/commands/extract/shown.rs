@@ -1,0 +1,132 @@
+//! What is told of a recording to people.
+
+use teampulse_signal::analysis::{Event, Measured, Span, Value};
+
+use super::told::{Score, secs};
+use crate::output;
+
+/// The first line of a table of events, which the first event tells.
+#[derive(Default)]
+pub struct Heading {
+    names: Option<Vec<&'static str>>,
+}
+
+impl Heading {
+    /// Prints an event as a line with commas; before the first one, what stands in it.
+    pub fn show(&mut self, event: &Event) {
+        let names = self.names.get_or_insert_with(|| {
+            let names: Vec<&str> = event.details.iter().map(|(name, _)| *name).collect();
+            output::line([&["kind", "sample", "time_secs"], &names[..]].concat().join(","));
+            names
+        });
+        let mut cells = vec![event.kind.to_owned(), event.sample.to_string()];
+        cells.push(secs(event.at_ns).to_string());
+        cells.extend(names.iter().map(|name| {
+            let detail = event.details.iter().find(|(each, _)| each == name);
+            let value = detail.map(|(_, value)| *value).filter(|value| value.is_finite());
+            value.map_or_else(String::new, |value| value.to_string())
+        }));
+        output::line(cells.join(","));
+    }
+}
+
+/// Prints a window with its values.
+pub fn window(values: &[Value], span: Span, measured: &Measured) {
+    output::line(format!(
+        "{} to {} s   {:.0} % of the data   quality {:.2}",
+        shown_secs(secs(span.begin_ns)),
+        shown_secs(secs(span.end_ns)),
+        100.0 * measured.coverage,
+        measured.quality
+    ));
+    output::lines(values.iter().zip(&measured.values).map(|(value, told)| {
+        let told = match told {
+            Ok(number) => format!("{:>12} {}", shown(*number), shown_unit(&value.unit)),
+            Err(reason) => format!("{:>12} {reason}", "-"),
+        };
+        format!("  {:<32}{told}", value.name).trim_end().to_owned()
+    }));
+}
+
+/// Prints how each value was computed; what several recipes have in common stands once.
+pub fn recipes(values: &[Value], method: &str) {
+    let mut told: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
+    for value in values {
+        let (recipe, common) = value.method.split_once("; ").unwrap_or((&value.method, ""));
+        // Of several channels, that of one stands for all.
+        let name = value.name.split('/').next().unwrap_or_default();
+        match told.iter_mut().find(|(each, _)| *each == common) {
+            Some((_, recipes)) if recipes.contains(&(name, recipe)) => {}
+            Some((_, recipes)) => recipes.push((name, recipe)),
+            None => told.push((common, vec![(name, recipe)])),
+        }
+    }
+    output::line(format!("\nhow, {method}:"));
+    for (common, recipes) in told {
+        output::lines(recipes.iter().map(|(name, recipe)| format!("  {name:<26}{recipe}")));
+        if !common.is_empty() {
+            output::line(format!("      all of these: {common}"));
+        }
+    }
+}
+
+/// How many events there were, in words.
+pub fn counts(counts: &[(&'static str, usize)]) -> String {
+    let words = counts.iter().map(|(kind, count)| format!("{count} {kind}s"));
+    let words: Vec<String> = words.collect();
+    if words.is_empty() { "0 events".to_owned() } else { words.join(", ") }
+}
+
+impl Score {
+    /// How good the agreement is, in words.
+    pub fn shown(&self) -> String {
+        let percent = |share: Option<f64>| {
+            share.map_or("-".into(), |share| format!("{:.2} %", 100.0 * share))
+        };
+        format!(
+            "within {:.0} ms of the truth: F1 {}, sensitivity {}, precision {} ({} found, {} missed, {} extra), median offset {} ms",
+            self.tolerance_ms,
+            percent(self.f1),
+            percent(self.sensitivity),
+            percent(self.precision),
+            self.tp,
+            self.missed,
+            self.fp,
+            self.median_offset_ms.map_or("-".into(), |offset| format!("{offset:.1}")),
+        )
+    }
+}
+
+/// A time to the millisecond.
+fn shown_secs(secs: f64) -> String {
+    format!("{secs:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A number with six digits that count.
+fn shown(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let digits = 5 - value.abs().log10().floor() as i32;
+    if !(0..=12).contains(&digits) {
+        return format!("{value:.5e}");
+    }
+    let text = format!("{value:.*}", digits as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+fn shown_unit(unit: &str) -> &str {
+    if unit == "1" { "" } else { unit }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_shown_with_six_digits() {
+        let numbers = [0.0, 72.0, 72.123_456, -0.001_234_567, 123_456.7, 1e-20, 3e20];
+        let expected = ["0", "72", "72.1235", "-0.00123457", "123457", "1.00000e-20", "3.00000e20"];
+        assert_eq!(numbers.map(shown), expected);
+    }
+}
