@@ -141,13 +141,13 @@ pub(super) const NONLINEAR: [Row; 29] = [
     (
         "HRV_DFA_alpha1",
         "1",
-        "detrended fluctuation analysis, scales of 4 to 16 beats",
+        "detrended fluctuation analysis, scales of 4 to 16 beats, windows overlapping by half",
         Intervals(64),
     ),
     (
         "HRV_DFA_alpha2",
         "1",
-        "detrended fluctuation analysis, scales of 16 to 64 beats",
+        "detrended fluctuation analysis, scales of 16 to 64 beats, windows overlapping by half",
         Intervals(256),
     ),
 ];
