@@ -5,6 +5,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use teampulse_signal::agreement::{self, Agreement};
 use teampulse_signal::analysis::{Recording, Span};
 use teampulse_signal::ecg::analysis::{Settings, whole as whole_analysis};
 use teampulse_signal::ecg::{Beat, BeatDetector, Found, clean, find_beats, quality};
@@ -156,22 +157,9 @@ impl Scores {
     }
 }
 
-/// Pairs true beats and found ones, each at most once, that lie near enough; the rule by which the
-/// figures of other detectors were made.
 fn matched(truth: &[f64], found: &[f64], tolerance: f64) -> Score {
-    let (mut true_index, mut index, mut hits) = (0, 0, 0);
-    while let (Some(beat), Some(place)) = (truth.get(true_index), found.get(index)) {
-        let away = place - beat;
-        let next_is_nearer = found.get(index + 1).is_some_and(|n| (n - beat).abs() < away.abs());
-        if away.abs() > tolerance {
-            if away < 0.0 { index += 1 } else { true_index += 1 }
-        } else if next_is_nearer {
-            index += 1;
-        } else {
-            (true_index, index, hits) = (true_index + 1, index + 1, hits + 1);
-        }
-    }
-    Score { hits, extra: found.len() - hits, missed: truth.len() - hits }
+    let Agreement { hits, extra, missed, .. } = agreement::matched(truth, found, tolerance);
+    Score { hits, extra, missed }
 }
 
 struct Bars {

@@ -1,38 +1,14 @@
 //! An ECG that comes in allocates nothing for a sample once its buffers have grown, only for events.
-#![expect(unsafe_code, reason = "an allocator that counts is one")]
+
+mod counting;
 
 #[path = "synthetic/ecg.rs"]
 mod synthetic;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use counting::allocations;
 use synthetic::{beat_secs, ecg};
 use teampulse_signal::ecg::BeatDetector;
 use teampulse_signal::ecg::analysis::{Settings, causal};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call goes to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the promises that the system's allocator asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: likewise.
-        unsafe { System.dealloc(block, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const RATE_HZ: f64 = 130.0;
 
@@ -46,9 +22,9 @@ fn the_detector_never_allocates_for_a_sample() {
     let mut detector = BeatDetector::new(RATE_HZ).expect("a usual rate");
     let (first, rest) = signal.split_at(1000);
     let mut beats = first.iter().filter_map(|&sample| detector.push(sample)).count();
-    let before = ALLOCATIONS.get();
+    let before = allocations();
     beats += rest.iter().filter_map(|&sample| detector.push(sample)).count();
-    assert_eq!((ALLOCATIONS.get() - before, beats > 280), (0, true));
+    assert_eq!((allocations() - before, beats > 280), (0, true));
 }
 
 #[test]
@@ -59,7 +35,7 @@ fn the_analysis_allocates_for_events_only() {
         let at_ns = (k as f64 / RATE_HZ * 1e9) as i64;
         // Buffers that hold the longest window of 30 s, and what the variability keeps, have grown.
         if k == 160 * 130 {
-            (events, before) = (0, ALLOCATIONS.get());
+            (events, before) = (0, allocations());
         }
         analysis.push(at_ns, &[sample]);
         while analysis.next_event().is_some() {
@@ -69,6 +45,6 @@ fn the_analysis_allocates_for_events_only() {
             analysis.forget(at_ns - 30_000_000_000);
         }
     }
-    let allocations = ALLOCATIONS.get() - before;
+    let allocations = allocations() - before;
     assert!(events > 90 && allocations <= events, "{allocations} for {events} events");
 }

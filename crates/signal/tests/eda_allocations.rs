@@ -1,36 +1,11 @@
 //! The analysis of a skin conductance asks for no memory in steady state, while the host lets go of
 //! the past.
 
-#![expect(unsafe_code, reason = "an allocator that counts is one")]
+mod counting;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use counting::allocations;
 use teampulse_signal::eda::ResponseDetector;
 use teampulse_signal::eda::analysis::{Settings, causal};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: everything is handed to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the allocator's contract, which is the system's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: as above.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 /// A level with some noise, and no response.
 fn sample(number: i64) -> f64 {
@@ -45,7 +20,7 @@ fn skin_asks_for_no_memory() {
         let mut before = 0;
         for number in 0..(180.0 * rate_hz) as i64 {
             if number == (120.0 * rate_hz) as i64 {
-                before = ALLOCATIONS.get();
+                before = allocations();
             }
             let at_ns = (number as f64 / rate_hz * 1e9) as i64;
             analysis.push(at_ns, &[sample(number), 33.0]);
@@ -53,7 +28,7 @@ fn skin_asks_for_no_memory() {
                 analysis.forget(at_ns - 10_000_000_000);
             }
         }
-        assert_eq!(ALLOCATIONS.get() - before, 0, "at {rate_hz} Hz");
+        assert_eq!(allocations() - before, 0, "at {rate_hz} Hz");
     }
 }
 
@@ -63,11 +38,11 @@ fn even_responses_ask_for_no_memory() {
     let (mut found, mut before) = (0, 0);
     for number in 0..20_000_u32 {
         if number == 10_000 {
-            (found, before) = (0, ALLOCATIONS.get());
+            (found, before) = (0, allocations());
         }
         let phasic = (f64::from(number) / 30.0).sin();
         found += u32::from(detector.push(phasic).is_some());
     }
     assert!(found > 40, "{found}");
-    assert_eq!(ALLOCATIONS.get() - before, 0);
+    assert_eq!(allocations() - before, 0);
 }

@@ -1,33 +1,9 @@
 //! Beats that come in allocate nothing once a window's worth of them is held.
-#![expect(unsafe_code, reason = "an allocator that counts is one")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+mod counting;
 
+use counting::allocations;
 use teampulse_signal::hrv::HeartWindows;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call goes to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the promises that the system's allocator asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: likewise.
-        unsafe { System.dealloc(block, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const SEC: i64 = 1_000_000_000;
 
@@ -47,7 +23,7 @@ fn feed(heart: &mut HeartWindows, begin_secs: i64) {
 fn beats_and_holes_allocate_nothing_in_steady_state() {
     let mut heart = HeartWindows::causal();
     feed(&mut heart, 0);
-    let before = ALLOCATIONS.get();
+    let before = allocations();
     feed(&mut heart, 3_600);
-    assert_eq!(ALLOCATIONS.get() - before, 0);
+    assert_eq!(allocations() - before, 0);
 }

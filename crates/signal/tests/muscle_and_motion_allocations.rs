@@ -1,47 +1,22 @@
 //! Analyses of muscles and motion ask for no memory in steady state, while the host lets go of the past.
 
-#![expect(unsafe_code, reason = "an allocator that counts is one")]
+mod counting;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use counting::allocations;
 use teampulse_signal::acceleration::analysis as acceleration;
 use teampulse_signal::analysis::Causal;
 use teampulse_signal::descriptive::analysis as descriptive;
 use teampulse_signal::emg::analysis as emg;
 use teampulse_signal::temperature::analysis as temperature;
 
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: everything is handed to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the allocator's contract, which is the system's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: as above.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
 /// Two minutes that the host lets go of after ten seconds, then one that is watched; how often the last
 /// asked for memory. Nothing is asked of the analysis, and nothing happens in the signal.
-fn allocations(analysis: &mut dyn Causal, channels: usize, rate_hz: f64) -> u64 {
+fn allocations_of(analysis: &mut dyn Causal, channels: usize, rate_hz: f64) -> u64 {
     let mut before = 0;
     let mut row = vec![0.0; channels];
     for sample in 0..(180.0 * rate_hz) as i64 {
         if sample == (120.0 * rate_hz) as i64 {
-            before = ALLOCATIONS.get();
+            before = allocations();
         }
         let at_ns = (sample as f64 / rate_hz * 1e9) as i64;
         let noise = (sample * sample % 977 * 31 % 1009) as f64 / 1009.0;
@@ -51,27 +26,27 @@ fn allocations(analysis: &mut dyn Causal, channels: usize, rate_hz: f64) -> u64 
             analysis.forget(at_ns - 10_000_000_000);
         }
     }
-    ALLOCATIONS.get() - before
+    allocations() - before
 }
 
 #[test]
 fn muscles_ask_for_no_memory() {
     let channels = vec![emg::Channel::default(); 8];
     let settings = emg::Settings { channels, ..emg::Settings::default() };
-    assert_eq!(allocations(&mut *emg::causal(&settings, 200.0).unwrap(), 8, 200.0), 0);
+    assert_eq!(allocations_of(&mut *emg::causal(&settings, 200.0).unwrap(), 8, 200.0), 0);
 }
 
 #[test]
 fn motion_asks_for_no_memory() {
     let mut running = acceleration::causal(&acceleration::Settings::default(), 32.0).unwrap();
-    assert_eq!(allocations(&mut *running, 3, 32.0), 0);
+    assert_eq!(allocations_of(&mut *running, 3, 32.0), 0);
 }
 
 #[test]
 fn gauges_ask_for_no_memory() {
     let mut running = temperature::causal(&temperature::Settings::default(), 4.0).unwrap();
-    assert_eq!(allocations(&mut *running, 1, 4.0), 0);
+    assert_eq!(allocations_of(&mut *running, 1, 4.0), 0);
     let channels = vec![descriptive::Channel::default(); 5];
     let mut running = descriptive::causal(&descriptive::Settings { channels }, 50.0).unwrap();
-    assert_eq!(allocations(&mut *running, 5, 50.0), 0);
+    assert_eq!(allocations_of(&mut *running, 5, 50.0), 0);
 }

@@ -1,33 +1,9 @@
 //! Finding pulses allocates nothing in steady state.
-#![expect(unsafe_code, reason = "an allocator that counts is one")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+mod counting;
 
+use counting::allocations;
 use teampulse_signal::ppg::PulseDetector;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call goes to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the promises that the system's allocator asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: likewise.
-        unsafe { System.dealloc(block, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn pulses_are_found_without_allocations() {
@@ -43,9 +19,9 @@ fn pulses_are_found_without_allocations() {
             (begin..begin + minute).filter(|&k| detector.push(sample(k)).is_some()).count()
         };
         run(0);
-        let before = ALLOCATIONS.get();
+        let before = allocations();
         let pulses = run(minute);
-        assert_eq!(ALLOCATIONS.get(), before, "{rate_hz} Hz");
+        assert_eq!(allocations(), before, "{rate_hz} Hz");
         assert!(pulses > 30, "{pulses} at {rate_hz} Hz");
     }
 }

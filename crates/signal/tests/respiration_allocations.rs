@@ -1,36 +1,13 @@
 //! The search for breaths allocates nothing once its buffers have grown, and an analysis nothing but
 //! what an event is made of.
-#![expect(unsafe_code, reason = "an allocator that counts is one")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+mod counting;
+
+use counting::allocations;
 use std::f64::consts::TAU;
 
 use teampulse_signal::respiration::BreathDetector;
 use teampulse_signal::respiration::analysis::{Settings, causal};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call goes to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the promises that the system's allocator asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: likewise.
-        unsafe { System.dealloc(block, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn sample(k: i64) -> f64 {
     let secs = k as f64 / 50.0;
@@ -46,9 +23,9 @@ fn no_sample_allocates_while_breaths_are_looked_for() {
     let mut detector = BreathDetector::new(50.0).expect("a usual rate");
     // The longest window, what is usual, is filled after five minutes.
     let warm = (0..20_000).filter(|&k| detector.push(sample(k)).is_some()).count();
-    let before = ALLOCATIONS.get();
+    let before = allocations();
     let found = (20_000..60_000).filter(|&k| detector.push(sample(k)).is_some()).count();
-    assert_eq!(ALLOCATIONS.get(), before);
+    assert_eq!(allocations(), before);
     assert!(warm > 50 && found > 100);
 }
 
@@ -67,8 +44,8 @@ fn an_analysis_allocates_for_its_events_alone() {
         std::mem::take(&mut events)
     };
     run(0, 20_000);
-    let before = ALLOCATIONS.get();
+    let before = allocations();
     let events = run(20_000, 60_000);
     assert!(events > 100);
-    assert!(ALLOCATIONS.get() - before <= events, "{} of {events}", ALLOCATIONS.get() - before);
+    assert!(allocations() - before <= events, "{} of {events}", allocations() - before);
 }
