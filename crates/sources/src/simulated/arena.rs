@@ -2,7 +2,7 @@
 //!
 //! Its lower left corner is the origin; x points right and y up, as on a map.
 
-use super::noise::Noise;
+use teampulse_emulators::noise::Noise;
 
 /// Where the router stands, in the lower left corner [m].
 pub const ROUTER: Point = Point { x_m: 0.3, y_m: 0.3 };

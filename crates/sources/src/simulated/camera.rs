@@ -51,8 +51,8 @@ fn colour(arena: &Arena, robot: Point, nose: Point, at: Point) -> Rgb {
 
 #[cfg(test)]
 mod tests {
-    use super::super::noise::Noise;
     use super::*;
+    use teampulse_emulators::noise::Noise;
 
     #[test]
     fn the_robot_is_drawn_where_it_is() {

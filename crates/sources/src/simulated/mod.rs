@@ -25,7 +25,6 @@ mod report;
 mod telegram;
 mod published;
 mod encode;
-mod noise;
 mod person;
 mod worn;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The odometer: where a robot believes to be, from the turning of its wheels.
 
 use super::drive::{Pose, Twist};
-use super::noise::Noise;
+use teampulse_emulators::noise::Noise;
 
 /// The standard deviation of the error of the wheels' size, from robot to robot [1].
 const WHEEL_SIGMA: f64 = 0.005;

@@ -5,7 +5,7 @@
 //! doi:10.1049/el:19911328).
 
 use super::arena::{Arena, Point, ROUTER};
-use super::noise::{Correlated, Noise};
+use teampulse_emulators::noise::{Correlated, Noise};
 
 /// The power that the router sends with [dBm].
 pub const SENT_DBM: f64 = 20.0;

@@ -9,7 +9,6 @@ use super::battery::Pack;
 use super::camera::picture;
 use super::computer::Computer;
 use super::drive::Twist;
-use super::noise::Noise;
 use super::odometer::Odometer;
 use super::radio::{Link, Reception};
 use super::report::Report;
@@ -19,6 +18,7 @@ use super::surroundings::{Disc, Surroundings};
 use super::telegram::{Body, Gauge, Health, Telegram};
 use super::topic::Topic;
 use super::wanderer::Wanderer;
+use teampulse_emulators::noise::Noise;
 
 /// The radius of a robot [m].
 pub const RADIUS_M: f64 = 0.18;

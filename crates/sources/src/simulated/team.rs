@@ -8,7 +8,6 @@ use std::time::Duration;
 use teampulse_core::time::Time;
 
 use super::arena::{Arena, Point, Rect};
-use super::noise::Noise;
 use super::published::Published;
 use super::robot::{RADIUS_M, Robot};
 use super::script::Script;
@@ -16,6 +15,7 @@ use super::settings::SimulatedTeam;
 use super::surroundings::{Disc, Surroundings};
 use super::telegram::Telegram;
 use super::wanderer::Wanderer;
+use teampulse_emulators::noise::Noise;
 
 /// The radius of an obstacle [m].
 const OBSTACLE_RADIUS_M: f64 = 0.25;
