@@ -103,10 +103,8 @@ impl Running {
 
     fn window(&self, input: &Stream, secs: f64, values: &[Value]) -> Stream {
         let leaf = format!("{}/{}", self.naming.leaf, window_name(secs));
-        let mut recipes: Vec<String> = Vec::new();
-        for value in values {
-            recipes.push(format!("{}: {}", value.name, value.method));
-        }
+        let recipe = |value: &Value| format!("{}: {}", value.name, value.method);
+        let recipes: Vec<String> = values.iter().map(recipe).collect();
         Stream {
             signal: input.signal,
             device: input.device.clone(),
