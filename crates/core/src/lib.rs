@@ -21,4 +21,5 @@ mod life;
 mod track;
 mod extractors;
 pub mod pump;
+pub mod phases;
 pub mod session;

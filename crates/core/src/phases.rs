@@ -1,0 +1,233 @@
+//! Phases: the parts of a session that are compared with each other.
+
+use std::collections::BTreeMap;
+
+use crate::data::{Data, Event, EventKind};
+use crate::pump::{END, session_events};
+use crate::sample::Sample;
+use crate::stream::{About, Origin, Shape, Stream, StreamId, Subject};
+use crate::time::Time;
+
+/// The phase that all others are compared with.
+pub const BASELINE: &str = "baseline";
+
+/// Of anybody, the phases after so many are not taken: no study has them, and memory is bounded.
+const MOST_PHASES: usize = 10_000;
+
+/// A phase of a session, or of one subject.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phase {
+    /// What it is called.
+    pub label: String,
+    /// When it begins.
+    pub begin: Time,
+    /// When it ends, where that is known beforehand, or ended.
+    pub end: Option<Time>,
+}
+
+/// The phases of everyone in a session, as they are told.
+///
+/// A phase begins when its event was measured. It ends after the length that it was told with, else at
+/// the begin of the next one, else with the session. A subject of which phases are told on a stream of
+/// its own has those from then on; everyone else has the session's.
+#[derive(Debug, Default)]
+pub struct Phases {
+    session: Vec<Phase>,
+    own: BTreeMap<Subject, Vec<Phase>>,
+    told_on: BTreeMap<StreamId, Subject>,
+    is_over: bool,
+}
+
+impl Phases {
+    /// Whether phases may be told on a stream: raw events of the session, of people and of robots.
+    pub fn hears(stream: &Stream) -> bool {
+        let of_session = stream.about == About::Session && stream.name == session_events().name;
+        stream.origin == Origin::Raw
+            && stream.shape == Shape::Event
+            && (of_session || matches!(stream.about, About::Person | About::Robot))
+    }
+
+    /// A stream is heard from now on, if phases may be told on it.
+    pub fn join(&mut self, id: StreamId, stream: &Stream) {
+        if Phases::hears(stream) {
+            self.told_on.insert(id, stream.subject());
+        }
+    }
+
+    /// Takes in what came on any stream; whether phases are other than before.
+    pub fn push(&mut self, sample: &Sample) -> bool {
+        let (Some(subject), Data::Event(event)) = (self.told_on.get(&sample.stream), &sample.data)
+        else {
+            return false;
+        };
+        let of_session = subject.about == About::Session;
+        match event.kind {
+            EventKind::Phase if of_session => begin(&mut self.session, sample.measured, event),
+            EventKind::Phase => {
+                let of_session = self.session.last();
+                let at = match self.own.get(subject) {
+                    None => {
+                        of_session.map_or(sample.measured, |last| last.begin.max(sample.measured))
+                    }
+                    Some(_) => sample.measured,
+                };
+                let known = self.own.entry(subject.clone());
+                begin(known.or_insert_with(|| self.session.clone()), at, event)
+            }
+            EventKind::Clock if of_session && event.label == END => self.end(sample.measured),
+            _ => false,
+        }
+    }
+
+    /// The phases of a subject in the order of their beginnings. More may come, and the last one's end
+    /// may become known or earlier; all others stay as they are.
+    pub fn of(&self, subject: &Subject) -> &[Phase] {
+        self.own.get(subject).unwrap_or(&self.session)
+    }
+
+    /// Whether the session has ended, and all phases with it.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    fn end(&mut self, at: Time) -> bool {
+        self.is_over = true;
+        for phases in self.own.values_mut().chain([&mut self.session]) {
+            cut(phases, at);
+        }
+        true
+    }
+}
+
+/// A phase begins, and the one before it is over; whether it is one.
+fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
+    let is_next = phases.last().is_none_or(|last| last.begin <= at);
+    if !is_next || phases.len() == MOST_PHASES {
+        return false;
+    }
+    cut(phases, at);
+    let length_ns = event.duration_secs * 1e9;
+    let end = (length_ns > 0.0).then(|| at.nanos().saturating_add(length_ns.round() as i64));
+    let label = event.label.clone();
+    phases.push(Phase { label, begin: at, end: end.map(Time::from_nanos) });
+    true
+}
+
+/// No phase is longer than until `at`.
+fn cut(phases: &mut [Phase], at: Time) {
+    if let Some(last) = phases.last_mut() {
+        last.end = Some(last.end.map_or(at, |end| end.min(at)).max(last.begin));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::sample::Turn;
+
+    const SESSION: StreamId = StreamId(0);
+    const OWN: StreamId = StreamId(1);
+
+    fn person() -> Subject {
+        Subject { about: About::Person, id: "p001".into() }
+    }
+
+    fn phases() -> Phases {
+        let mut phases = Phases::default();
+        phases.join(SESSION, &session_events());
+        phases.join(OWN, &Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event));
+        phases
+    }
+
+    fn tell(phases: &mut Phases, on: StreamId, secs: i32, label: &str, duration_secs: f64) -> bool {
+        happen(phases, on, secs, EventKind::Phase, label, duration_secs)
+    }
+
+    fn happen(
+        phases: &mut Phases,
+        on: StreamId,
+        secs: i32,
+        kind: EventKind,
+        label: &str,
+        duration_secs: f64,
+    ) -> bool {
+        let event = Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs };
+        let at = Time::from_stamp(secs, 0);
+        phases.push(&Sample {
+            stream: on,
+            measured: at,
+            log_time: at,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data: Data::Event(Arc::new(event)),
+        })
+    }
+
+    fn told(phases: &Phases, subject: &Subject) -> Vec<(String, f64, Option<f64>)> {
+        let of = phases.of(subject).iter();
+        of.map(|each| (each.label.clone(), each.begin.secs(), each.end.map(Time::secs))).collect()
+    }
+
+    #[test]
+    fn a_phase_ends_after_its_length_or_with_the_next_or_with_the_session() {
+        let mut phases = phases();
+        tell(&mut phases, SESSION, 0, "baseline", 60.0);
+        tell(&mut phases, SESSION, 90, "task", f64::NAN);
+        tell(&mut phases, SESSION, 150, "rest", 60.0);
+        let until = |rest_secs| {
+            [("baseline", 0.0, 60.0), ("task", 90.0, 150.0), ("rest", 150.0, rest_secs)]
+                .map(|(label, begin, end)| (label.to_owned(), begin, Some(end)))
+        };
+        assert_eq!(told(&phases, &person()), until(210.0));
+        assert!(!phases.is_over());
+        happen(&mut phases, SESSION, 200, EventKind::Clock, END, 0.0);
+        assert_eq!(told(&phases, &person()), until(200.0));
+        assert!(phases.is_over());
+    }
+
+    #[test]
+    fn who_has_phases_of_its_own_has_those_from_then_on() {
+        let mut phases = phases();
+        tell(&mut phases, SESSION, 0, "baseline", 60.0);
+        tell(&mut phases, OWN, 10, "1-back", f64::NAN);
+        tell(&mut phases, SESSION, 60, "faults", f64::NAN);
+        let [baseline, own] = [("baseline", 0.0, Some(10.0)), ("1-back", 10.0, None)]
+            .map(|(label, begin, end)| (label.to_owned(), begin, end));
+        assert_eq!(told(&phases, &person()), [baseline, own]);
+        assert_eq!(told(&phases, &Subject::robot("robot1"))[1].0, "faults");
+    }
+
+    #[test]
+    fn own_phases_replace_the_session_s_even_when_that_began_a_moment_later() {
+        let mut phases = phases();
+        tell(&mut phases, SESSION, 3, "baseline", 60.0);
+        assert!(tell(&mut phases, OWN, 2, "1-back", f64::NAN));
+        assert!(!tell(&mut phases, OWN, 1, "2-back", f64::NAN));
+        let told = told(&phases, &person());
+        assert_eq!(told[0], ("baseline".to_owned(), 3.0, Some(3.0)));
+        assert_eq!(told[1], ("1-back".to_owned(), 3.0, None));
+    }
+
+    #[test]
+    fn what_is_no_phase_or_began_before_the_last_one_changes_nothing() {
+        let mut phases = phases();
+        assert!(tell(&mut phases, SESSION, 10, "baseline", f64::NAN));
+        assert!(!tell(&mut phases, SESSION, 5, "task", f64::NAN));
+        assert!(!happen(&mut phases, SESSION, 20, EventKind::Marker, "task", 0.0));
+        assert!(!happen(&mut phases, OWN, 20, EventKind::Clock, END, 0.0));
+        assert!(!tell(&mut phases, StreamId(7), 20, "task", f64::NAN));
+        assert_eq!(told(&phases, &person()), [("baseline".to_owned(), 10.0, None)]);
+    }
+
+    #[test]
+    fn endless_phases_are_taken_up_to_a_bound() {
+        let mut phases = phases();
+        let taken = (0..20_000).filter(|&secs| tell(&mut phases, SESSION, secs, "x", f64::NAN));
+        assert_eq!(taken.count(), MOST_PHASES);
+    }
+}
