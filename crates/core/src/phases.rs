@@ -142,18 +142,14 @@ mod tests {
     }
 
     fn tell(phases: &mut Phases, on: StreamId, secs: i32, label: &str, duration_secs: f64) -> bool {
-        happen(phases, on, secs, EventKind::Phase, label, duration_secs)
+        happen(phases, on, secs, Event { duration_secs, ..event(EventKind::Phase, label) })
     }
 
-    fn happen(
-        phases: &mut Phases,
-        on: StreamId,
-        secs: i32,
-        kind: EventKind,
-        label: &str,
-        duration_secs: f64,
-    ) -> bool {
-        let event = Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs };
+    fn event(kind: EventKind, label: &str) -> Event {
+        Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs: 0.0 }
+    }
+
+    fn happen(phases: &mut Phases, on: StreamId, secs: i32, event: Event) -> bool {
         let at = Time::from_stamp(secs, 0);
         phases.push(&Sample {
             stream: on,
@@ -185,7 +181,7 @@ mod tests {
         };
         assert_eq!(told(&phases, &person()), until(210.0));
         assert!(!phases.is_over());
-        happen(&mut phases, SESSION, 200, EventKind::Clock, END, 0.0);
+        happen(&mut phases, SESSION, 200, event(EventKind::Clock, END));
         assert_eq!(told(&phases, &person()), until(200.0));
         assert!(phases.is_over());
     }
@@ -218,8 +214,8 @@ mod tests {
         let mut phases = phases();
         assert!(tell(&mut phases, SESSION, 10, "baseline", f64::NAN));
         assert!(!tell(&mut phases, SESSION, 5, "task", f64::NAN));
-        assert!(!happen(&mut phases, SESSION, 20, EventKind::Marker, "task", 0.0));
-        assert!(!happen(&mut phases, OWN, 20, EventKind::Clock, END, 0.0));
+        assert!(!happen(&mut phases, SESSION, 20, event(EventKind::Marker, "task")));
+        assert!(!happen(&mut phases, OWN, 20, event(EventKind::Clock, END)));
         assert!(!tell(&mut phases, StreamId(7), 20, "task", f64::NAN));
         assert_eq!(told(&phases, &person()), [("baseline".to_owned(), 10.0, None)]);
     }
