@@ -1,0 +1,79 @@
+"""A feature that a user wrote as a ROS node: recorded raw, as it was computed, and left as it is."""
+
+import os
+import sys
+from statistics import fmean
+
+import pytest
+
+import bags
+import harness
+
+EXAMPLES = harness.ROOT / "examples"
+STUDY = harness.ROOT / "studies/one_operator.toml"
+PERSON = "/humans/persons/p001"
+INPUT = f"{PERSON}/simulated/eda_fingers"
+OUTPUT = f"{PERSON}/own/skin_unrest"
+RECORDED_SECS = 25
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    """The bag of a session that heard a simulated operator, and the example beside it."""
+    stage = harness.Stage(tmp_path_factory.mktemp("own_feature"), 97)
+    out = stage.folder / "sessions"
+    monitor = stage.teampulse("run", STUDY, "--duration", RECORDED_SECS, "--out", out)
+    stage.teampulse("simulate", STUDY)
+    example = stage.start(sys.executable, EXAMPLES / "own_feature.py", env=without_ros())
+    assert monitor.ended(within_secs=60) == 0, monitor.report()
+    assert example.is_running(), example.report()
+    yield harness.the_bag(out)
+    stage.close()
+
+
+def without_ros() -> dict[str, str]:
+    """Python finds the stand-in for `rclpy` first."""
+    return {"PYTHONPATH": os.pathsep.join([str(EXAMPLES / "without_ros"), *sys.path])}
+
+
+def test_it_is_recorded_raw_and_as_it_was_described(bag):
+    assert bags.origins(bag)[OUTPUT] == "raw"
+    stream = described(bag)[OUTPUT]
+    assert (stream.id, stream.device, stream.signal) == ("p001", "own", "other")
+    assert (stream.channels, stream.units, stream.rate_hz) == (["unrest"], ["uS"], 1.0)
+    assert stream.inputs == [INPUT]
+
+
+def test_its_values_are_those_of_the_signal_in_the_bag(bag):
+    waves = bags.messages(bag, INPUT)
+    place = {stamp_ns(wave): k for k, wave in enumerate(waves)}
+    told = [each for each in bags.messages(bag, OUTPUT) if place.get(stamp_ns(each), 0) >= 3]
+    assert len(told) > RECORDED_SECS / 2
+    for each in told:
+        last = place[stamp_ns(each)]
+        second = [value for wave in waves[last - 3 : last + 1] for value in wave.content.samples]
+        mean = fmean(second)
+        assert list(each.content.values) == [fmean(abs(value - mean) for value in second)]
+
+
+def test_a_replay_leaves_it_as_it_was(bag, tmp_path):
+    stage = harness.Stage(tmp_path, 96)
+    answer = stage.ask("replay", bag, "--out", tmp_path / "replay")
+    assert answer.returncode == 0, answer.stderr
+    assert bags.raw(harness.the_bag(tmp_path / "replay"))[OUTPUT] == bags.raw(bag)[OUTPUT]
+
+
+def test_the_docs_show_it_whole():
+    shebang, _, code = (EXAMPLES / "own_feature.py").read_text().partition("\n")
+    assert shebang.startswith("#!")
+    assert f"```python\n{code}```" in (harness.ROOT / "docs/own_features.md").read_text()
+
+
+def described(bag) -> dict:
+    """The newest description of each stream."""
+    return {each.content.name: each.content for each in bags.messages(bag, "/teampulse/streams")}
+
+
+def stamp_ns(message) -> int:
+    stamp = message.content.header.stamp
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
