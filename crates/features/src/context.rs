@@ -29,6 +29,9 @@ impl FeatureContext {
                 "a window of {wrong} s: expected 1 s to {LONGEST_SECS} s"
             )));
         }
+        if lengths_secs.is_empty() {
+            return Err(SettingsError::new("no windows: expected the length of one at least"));
+        }
         lengths_secs.sort_by(f64::total_cmp);
         lengths_secs.dedup();
         Ok(lengths_secs)
@@ -62,5 +65,6 @@ mod tests {
             assert!(FeatureContext::default().windows_or(Some(vec![secs])).is_err());
             assert!(duration_setting("x", secs).is_err());
         }
+        assert!(FeatureContext::default().windows_or(Some(Vec::new())).is_err());
     }
 }

@@ -33,6 +33,7 @@ pub mod people {
 }
 
 pub mod context;
+mod analysed;
 mod running;
 mod windows;
 mod whole_seconds;

@@ -1,14 +1,15 @@
-//! An analysis of the signal crate at work on a stream of a person.
+//! An analysis of the signal crate at work on one stream of a person.
 
 use std::sync::Arc;
 
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
-use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
+use teampulse_core::feature::{OutputId, Outputs};
+use teampulse_core::phases::Phase;
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{Shape, Signal, Stream};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
-use teampulse_signal::analysis::{self, Live, Make, Measured, Told, Value};
+use teampulse_signal::analysis::{self, LONGEST_HELD_NS, Live, Make, Measured, Span, Told, Value};
 
 use crate::windows::window_name;
 
@@ -39,114 +40,148 @@ pub(crate) struct Happening {
     pub(crate) duration: &'static str,
 }
 
-/// A feature of a person's signal: an analysis that runs on each stream of that signal.
-pub(crate) struct Analysed {
-    /// Which signal it accepts.
-    pub(crate) signal: Signal,
-    /// What it is called.
-    pub(crate) naming: &'static Naming,
-    /// Makes the analysis of a stream.
-    pub(crate) make: fn(&Stream) -> Make,
-    /// Lengths of its windows [s].
-    pub(crate) windows_secs: Vec<f64>,
-}
-
-impl Feature for Analysed {
-    fn accepts(&self, stream: &Stream) -> bool {
-        stream.about == About::Person
-            && stream.origin == Origin::Raw
-            && stream.signal == self.signal
-            && matches!(stream.shape, Shape::Sample | Shape::Wave)
-            && !stream.channels.is_empty()
-            && (stream.rate_hz > 0.0 || self.signal == Signal::Interval)
-    }
-
-    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
-        let windows_secs = self.windows_secs.clone();
-        Box::new(Running { naming: self.naming, make: self.make, windows_secs, work: None })
-    }
-}
-
-/// An analysis at work on one stream, in windows of several lengths.
-struct Running {
+/// An analysis at work on one stream, in windows of several lengths and over phases.
+pub(crate) struct Running {
     naming: &'static Naming,
     make: fn(&Stream) -> Make,
     windows_secs: Vec<f64>,
+    stream: Stream,
     work: Option<Work>,
+    /// How many phases are over for this stream.
+    phases_told: usize,
 }
 
 /// An analysis that has begun.
 struct Work {
     live: Live,
-    /// What it was begun for: another rate or other channels begin it anew.
-    of: (f64, Vec<String>),
     readout: Readout,
     windows: Vec<OutputId>,
     events: Vec<OutputId>,
 }
 
 impl Running {
-    fn begin(&self, stream: &Stream, out: &mut Outputs) -> Option<Work> {
+    /// Begins on a stream, in windows of `windows_secs` [s].
+    pub(crate) fn begin(
+        analysis: (&'static Naming, fn(&Stream) -> Make),
+        windows_secs: &[f64],
+        stream: &Stream,
+        out: &mut Outputs,
+    ) -> Running {
+        let (naming, make) = analysis;
+        let (windows_secs, stream) = (windows_secs.to_vec(), stream.clone());
+        let work = None;
+        let mut running = Running { naming, make, windows_secs, stream, work, phases_told: 0 };
+        running.work = running.start(out);
+        running
+    }
+
+    /// The stream that it runs on.
+    pub(crate) fn stream(&self) -> &Stream {
+        &self.stream
+    }
+
+    /// The stream is known better: at another rate or with other channels it begins anew.
+    pub(crate) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
+        let of = |stream: &Stream| (stream.rate_hz.to_bits(), stream.channels.clone());
+        let is_same = of(&self.stream) == of(stream);
+        self.stream = stream.clone();
+        if self.work.is_none() || !is_same {
+            self.work = self.start(out);
+        }
+    }
+
+    fn start(&self, out: &mut Outputs) -> Option<Work> {
+        let stream = &self.stream;
         let readout = Readout::of(stream)?;
         let lengths_ns: Vec<i64> =
             self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
         let (make, channels) = ((self.make)(stream), stream.channels.len());
         // A rate at which nothing can be told gives no stream.
         let live = Live::new(make, stream.rate_hz, channels, &lengths_ns, HOP_NS).ok()?;
-        let window = |&secs: &f64| out.declare(self.window(stream, secs, live.values()));
+        let window = |&secs: &f64| out.declare(self.window(secs, live.values()));
         let windows = self.windows_secs.iter().map(window).collect();
         let event = |happening: &Happening| out.declare(events(stream, happening));
         let events = self.naming.events.iter().map(event).collect();
-        let of = (stream.rate_hz, stream.channels.clone());
-        Some(Work { live, of, readout, windows, events })
+        Some(Work { live, readout, windows, events })
     }
 
-    fn window(&self, input: &Stream, secs: f64, values: &[Value]) -> Stream {
-        let leaf = format!("{}/{}", self.naming.leaf, window_name(secs));
+    fn window(&self, secs: f64, values: &[Value]) -> Stream {
+        let over = format!("windows of {secs} s");
+        let rate_hz = 1e9 / HOP_NS as f64;
+        Stream { rate_hz, ..self.output(&window_name(secs), &over, values) }
+    }
+
+    fn output(&self, leaf: &str, over: &str, values: &[Value]) -> Stream {
         let recipe = |value: &Value| format!("{}: {}", value.name, value.method);
         let recipes: Vec<String> = values.iter().map(recipe).collect();
         Stream {
-            signal: input.signal,
-            device: input.device.clone(),
+            signal: self.stream.signal,
+            device: self.stream.device.clone(),
             channels: values.iter().map(|value| value.name.clone().into_owned()).collect(),
             units: values.iter().map(|value| value.unit.clone().into_owned()).collect(),
-            rate_hz: 1e9 / HOP_NS as f64,
-            method: format!("causal, windows of {secs} s; {}", recipes.join("; ")),
+            method: format!("causal, {over}; {}", recipes.join("; ")),
             doc: self.naming.doc.to_owned(),
-            ..Stream::derived(input, &leaf, Shape::Feature)
-        }
-    }
-}
-
-impl Extractor for Running {
-    fn join(&mut self, _: StreamId, stream: &Stream, out: &mut Outputs) {
-        let of = (stream.rate_hz, stream.channels.clone());
-        if self.work.as_ref().is_none_or(|work| work.of != of) {
-            self.work = self.begin(stream, out);
+            ..Stream::derived(&self.stream, &format!("{}/{leaf}", self.naming.leaf), Shape::Feature)
         }
     }
 
-    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
-        let (Some(work), naming) = (&mut self.work, self.naming) else { return };
-        let width = work.of.1.len();
-        let Some(numbers) = work.readout.read(&sample.data) else { return };
-        for (place, channels) in numbers.chunks_exact(width).enumerate() {
-            let after_ns = (sample.period_ns * place as f64).round() as i64;
-            let at_ns = sample.measured.nanos().saturating_add(after_ns);
-            work.live.push(at_ns, channels, &mut |told| match told {
-                Told::Window(place, span, measured) => {
-                    let data = feature(span.secs(), &measured);
-                    out.emit(work.windows[place], Time::from_nanos(span.end_ns), data);
-                }
-                Told::Event(event) => {
-                    let is_this = |happening: &Happening| happening.kind == event.kind;
-                    if let Some(place) = naming.events.iter().position(is_this) {
-                        let data = happened(&naming.events[place], &event);
-                        out.emit(work.events[place], Time::from_nanos(event.at_ns), data);
+    /// Takes in what came on the stream; `phases` are those of its subject.
+    pub(crate) fn push(&mut self, sample: &Sample, phases: &[Phase], out: &mut Outputs) {
+        let Some(mut work) = self.work.take() else { return };
+        let width = self.stream.channels.len();
+        if let Some(numbers) = work.readout.read(&sample.data) {
+            for (place, channels) in numbers.chunks_exact(width).enumerate() {
+                let after_ns = (sample.period_ns * place as f64).round() as i64;
+                let at_ns = sample.measured.nanos().saturating_add(after_ns);
+                self.tell_phases(&mut work.live, phases, at_ns, out);
+                let (windows, events) = (&work.windows, &work.events);
+                work.live.push(at_ns, channels, &mut |told| match told {
+                    Told::Window(place, span, measured) => {
+                        let data = feature(span.secs(), &measured);
+                        out.emit(windows[place], Time::from_nanos(span.end_ns), data);
                     }
-                }
-            });
+                    Told::Event(event) => {
+                        let is_this = |happening: &Happening| happening.kind == event.kind;
+                        if let Some(place) = self.naming.events.iter().position(is_this) {
+                            let data = happened(&self.naming.events[place], &event);
+                            out.emit(events[place], Time::from_nanos(event.at_ns), data);
+                        }
+                    }
+                });
+            }
         }
+        self.work = Some(work);
+    }
+
+    /// Tells of the phases that are over at `now`, whether or not samples have come since.
+    pub(crate) fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
+        let Some(mut work) = self.work.take() else { return };
+        self.tell_phases(&mut work.live, phases, now.nanos(), out);
+        self.work = Some(work);
+    }
+
+    /// Tells of phases that ended at or before a time [ns], and holds what the next one needs.
+    fn tell_phases(&mut self, live: &mut Live, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
+        let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end.nanos() <= at_ns);
+        while let Some(phase) = phases.get(self.phases_told).filter(is_over) {
+            self.phases_told += 1;
+            self.tell_phase(live, phase, out);
+        }
+        live.hold_from(phases.get(self.phases_told).map(|phase| phase.begin.nanos()));
+    }
+
+    /// A phase without length, or of before the stream began, tells nothing.
+    fn tell_phase(&self, live: &Live, phase: &Phase, out: &mut Outputs) {
+        let (Some(end), Some(since_ns)) = (phase.end, live.begin_ns()) else { return };
+        let (begin_ns, end_ns) = (phase.begin.nanos(), end.nanos());
+        if end_ns <= begin_ns.max(since_ns) {
+            return;
+        }
+        let held_ns = end_ns.saturating_sub(LONGEST_HELD_NS);
+        let span = Span { begin_ns: begin_ns.max(held_ns), end_ns };
+        let over = format!("each phase, of a longer one its last {} s", LONGEST_HELD_NS / HOP_NS);
+        let output = out.declare(self.output("phases", &over, live.values()));
+        out.emit(output, end, feature(span.secs(), &live.measure(span)));
     }
 }
 
@@ -198,7 +233,7 @@ fn happened(happening: &Happening, event: &analysis::Event) -> Data {
 #[cfg(test)]
 mod tests {
     use teampulse_core::data::Wave;
-    use teampulse_core::stream::Subject;
+    use teampulse_core::stream::{About, Origin, StreamId, Subject};
     use teampulse_signal::ecg;
 
     use super::*;

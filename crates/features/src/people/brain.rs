@@ -9,8 +9,9 @@ use teampulse_core::stream::{Signal, Stream};
 use teampulse_signal::analysis::Make;
 use teampulse_signal::eeg;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Happening, Naming};
+use crate::running::{Happening, Naming};
 
 /// Bands, indices and blinks of an EEG of any number of channels.
 ///
@@ -18,7 +19,7 @@ use crate::running::{Analysed, Happening, Naming};
 ///   of engagement, workload and asymmetry where the channels for them are there, and the quality.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Pope et al. (1995), doi:10.1016/0301-0511(95)05116-3.
 /// - Limits: indices are told of groups under controlled conditions; of a person they are estimates.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

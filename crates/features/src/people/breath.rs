@@ -9,8 +9,9 @@ use teampulse_core::stream::{Signal, Stream};
 use teampulse_signal::analysis::Make;
 use teampulse_signal::respiration;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Happening, Naming};
+use crate::running::{Happening, Naming};
 
 /// Breathing, from a belt.
 ///
@@ -18,7 +19,7 @@ use crate::running::{Analysed, Happening, Naming};
 ///   inhalation and exhalation, their variability, and the quality.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Khodadad et al. (2018), doi:10.1088/1361-6579/aad7e6.
 /// - Limits: a breath is known when the next one begins; depth is in the unit of the belt.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -9,8 +9,9 @@ use teampulse_core::stream::{Signal, Stream};
 use teampulse_signal::analysis::Make;
 use teampulse_signal::hrv;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Happening, Naming};
+use crate::running::{Happening, Naming};
 
 /// Variability of heart beat intervals that a strap tells.
 ///
@@ -18,7 +19,7 @@ use crate::running::{Analysed, Happening, Naming};
 ///   intervals in time, frequency and geometry.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043; Lipponen & Tarvainen (2019),
 ///   doi:10.1080/03091902.2019.1640306.
 /// - Limits: a single lost interval of which nobody tells is not noticed.

@@ -9,8 +9,9 @@ use teampulse_signal::acceleration::Unit;
 use teampulse_signal::acceleration::analysis::{Settings, causal};
 use teampulse_signal::analysis::Make;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Naming};
+use crate::running::Naming;
 
 /// Movement and posture, from three axes of acceleration.
 ///
@@ -18,7 +19,7 @@ use crate::running::{Analysed, Naming};
 ///   enough to spoil signals beside it.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: van Hees et al. (2013), doi:10.1371/journal.pone.0061691.
 /// - Limits: in g; a stream in m/s² is converted by its unit.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -9,8 +9,9 @@ use teampulse_core::stream::{Signal, Stream};
 use teampulse_signal::analysis::Make;
 use teampulse_signal::emg;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Happening, Naming};
+use crate::running::{Happening, Naming};
 
 /// Activity of muscles, from an EMG of any number of channels.
 ///
@@ -18,7 +19,7 @@ use crate::running::{Analysed, Happening, Naming};
 ///   quality.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Phinyomark et al. (2012), doi:10.1016/j.eswa.2012.01.102.
 /// - Limits: in the unit of the input; no share of a maximum, which nobody measured.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

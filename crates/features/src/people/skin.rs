@@ -9,8 +9,9 @@ use teampulse_core::stream::{Signal, Stream};
 use teampulse_signal::analysis::Make;
 use teampulse_signal::eda;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Happening, Naming};
+use crate::running::{Happening, Naming};
 
 /// Level and responses of the skin's conductance.
 ///
@@ -18,7 +19,7 @@ use crate::running::{Analysed, Happening, Naming};
 ///   how many responses there were and how large, and the quality.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x.
 /// - Limits: a response is known half a second after its peak; split causally, while `extract` offers cvxEDA.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -8,15 +8,16 @@ use teampulse_core::stream::{Signal, Stream};
 use teampulse_signal::analysis::Make;
 use teampulse_signal::temperature;
 
+use crate::analysed::Analysed;
 use crate::context::FeatureContext;
-use crate::running::{Analysed, Naming};
+use crate::running::Naming;
 
 /// Temperature of the skin, and whether the sensor is on it.
 ///
 /// - Measures: of each window mean, spread, extremes and slope of the readings on skin.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time.
+/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: none; the limits of what skin can be stand in the `method`.
 /// - Limits: a thermometer that hangs in warm air looks like skin.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -8,10 +8,14 @@ pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> +
 /// and of windows as they end.
 ///
 /// Windows of each length end together, each hop after the first sample, and are told of when the first
-/// sample at or after their end has come. A gap is filled with samples that are missing; after one that
-/// is longer than the longest window everything begins anew. All that is told is a function of the
-/// samples and their times alone: what a session computes live is what a replay, or an analysis
-/// afterwards, computes from the same samples, bit for bit.
+/// sample at or after their end has come. A gap is filled with samples that are missing; of one that is
+/// longer than the longest window nothing is told, and after one that is longer than [`LONGEST_HELD_NS`],
+/// too, everything begins anew. All that is told is a function of the samples and their times alone: what
+/// a session computes live is what a replay, or an analysis afterwards, computes from the same samples,
+/// bit for bit.
+///
+/// Other spans than windows can be asked with [`measure`](Self::measure) as long as
+/// [`hold_from`](Self::hold_from) keeps what they need; that changes nothing in the windows.
 pub struct Live {
     make: Make,
     analysis: Box<dyn Causal + Send>,
@@ -24,11 +28,16 @@ pub struct Live {
     begin_ns: Option<i64>,
     /// When windows end next.
     end_ns: i64,
+    /// What is needed for other spans than windows begins here.
+    held_from_ns: Option<i64>,
     /// Samples before the analysis began anew.
     before: usize,
     pushed: usize,
     nothing: Vec<f64>,
 }
+
+/// So much before the newest sample can be held for spans that are no windows [ns]: 600 s.
+pub const LONGEST_HELD_NS: i64 = 600_000_000_000;
 
 /// What a live analysis tells of.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +70,7 @@ impl Live {
             cadence: Cadence::new(rate_hz),
             begin_ns: None,
             end_ns: 0,
+            held_from_ns: None,
             before: 0,
             pushed: 0,
             nothing,
@@ -86,6 +96,22 @@ impl Live {
     /// When windows end next [ns]; `None` before the first sample.
     pub fn next_end_ns(&self) -> Option<i64> {
         self.begin_ns.map(|_| self.end_ns)
+    }
+
+    /// When the newest sample was measured [ns]; `None` before the first.
+    pub fn newest_ns(&self) -> Option<i64> {
+        self.cadence.last_ns()
+    }
+
+    /// When the first sample was measured [ns], or what it was said to be; `None` before it.
+    pub fn begin_ns(&self) -> Option<i64> {
+        self.begin_ns
+    }
+
+    /// Keeps from now on what spans that begin at or after a time [ns] need, though no more than
+    /// [`LONGEST_HELD_NS`]; with `None` only what windows need.
+    pub fn hold_from(&mut self, begin_ns: Option<i64>) {
+        self.held_from_ns = begin_ns;
     }
 
     /// What the values of a window are.
@@ -121,9 +147,12 @@ impl Live {
             self.take(at_ns, channels, tell);
             return Some(0);
         };
-        if self.is_too_long(at_ns.saturating_sub(last_ns)) {
-            self.begin_anew(missing);
+        let gap_ns = at_ns.saturating_sub(last_ns);
+        if self.empties_windows(gap_ns) {
             self.end_ns = self.end_after_ns(at_ns);
+        }
+        if self.empties_windows(gap_ns) && gap_ns > LONGEST_HELD_NS {
+            self.begin_anew(missing);
         } else {
             for number in 1..=missing {
                 let missing_ns = Cadence::missing_ns(last_ns, at_ns, number, missing);
@@ -137,7 +166,7 @@ impl Live {
     }
 
     /// Whether a gap [ns] leaves nothing of what was before it in any window.
-    fn is_too_long(&self, gap_ns: i64) -> bool {
+    fn empties_windows(&self, gap_ns: i64) -> bool {
         self.lengths_ns.iter().max().is_some_and(|&longest_ns| gap_ns > longest_ns)
     }
 
@@ -178,7 +207,10 @@ impl Live {
             tell(Told::Window(place, span, self.measure(span)));
             earliest_ns = earliest_ns.min(begin_ns);
         }
-        self.analysis.forget(earliest_ns.saturating_add(self.hop_ns));
+        let held_ns = self.held_from_ns.map_or(i64::MAX, |held_from_ns| {
+            held_from_ns.max(self.end_ns.saturating_sub(LONGEST_HELD_NS))
+        });
+        self.analysis.forget(earliest_ns.saturating_add(self.hop_ns).min(held_ns));
         self.end_ns = self.end_ns.saturating_add(self.hop_ns);
     }
 }

@@ -92,11 +92,41 @@ fn a_window_that_is_not_full_yet_is_short_and_one_with_a_hole_has_a_gap() {
 
 #[test]
 fn samples_are_counted_through_gaps_short_and_long() {
-    let samples = [halves(0..11), halves(14..25), halves(1000..1015)].concat();
-    let (windows, events) = told(&mut live(&[4]), &samples);
-    assert_eq!(events, [0.0, 10.0, 20.0, 1000.0, 1010.0]);
-    // Nothing is told of the silence, and all windows end at whole seconds after the beginning.
-    assert!(windows.iter().all(|(secs, _)| secs.fract() == 0.0 && !(18.0..505.0).contains(secs)));
+    // The first silence is longer than the window, the second longer than anything is held.
+    for return_at in [1000, 3000] {
+        let samples = [halves(0..11), halves(14..25), halves(return_at..return_at + 15)].concat();
+        let (windows, events) = told(&mut live(&[4]), &samples);
+        let back = f64::from(return_at);
+        assert_eq!(events, [0.0, 10.0, 20.0, back, back + 10.0]);
+        // Nothing is told of the silence, and all windows end at whole seconds after the beginning.
+        let silence = 18.0..5.0 + back / 2.0;
+        assert!(windows.iter().all(|(secs, _)| secs.fract() == 0.0 && !silence.contains(secs)));
+    }
+}
+
+#[test]
+fn what_is_held_can_be_asked_and_changes_no_window() {
+    let samples = [halves(0..20), halves(40..60)].concat();
+    let (mut usual, mut holding) = (live(&[2]), live(&[2]));
+    holding.hold_from(Some(5 * SEC));
+    assert_eq!(told(&mut usual, &samples), told(&mut holding, &samples));
+    let span = |from, to| Span { begin_ns: from * SEC, end_ns: to * SEC };
+    assert_eq!(holding.measure(span(5, 10)).values, [Ok(4.5)]);
+    assert_eq!(usual.measure(span(5, 10)).values, [Err(Reason::Gap)]);
+    assert_eq!(holding.measure(span(5, 35)).coverage, 40.0 / 60.0);
+    holding.hold_from(None);
+    told(&mut holding, &halves(60..64));
+    assert_eq!(holding.measure(span(5, 10)).values, [Err(Reason::Gap)]);
+}
+
+#[test]
+fn no_more_is_held_than_is_said() {
+    let mut live = live(&[2]);
+    live.hold_from(Some(0));
+    told(&mut live, &halves(0..3000));
+    let span = |from_secs| Span { begin_ns: from_secs * SEC, end_ns: (from_secs + 10) * SEC };
+    assert_eq!(live.measure(span(1000)).coverage, 1.0);
+    assert_eq!(live.measure(span(890)).coverage, 0.0);
 }
 
 #[test]

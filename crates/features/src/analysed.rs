@@ -1,0 +1,293 @@
+//! Analyses of the signal crate as features: of every stream of one signal, and over phases.
+
+use std::collections::BTreeMap;
+
+use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
+use teampulse_core::phases::Phases;
+use teampulse_core::sample::Sample;
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::time::Time;
+use teampulse_signal::analysis::Make;
+
+use crate::running::{Naming, Running};
+
+/// So long after its end a phase is told of although nothing has come on the stream since [ns].
+const PATIENCE_NS: i64 = 10_000_000_000;
+
+/// A feature of a person's signal: an analysis that runs on each stream of that signal.
+pub(crate) struct Analysed {
+    /// Which signal it accepts.
+    pub(crate) signal: Signal,
+    /// What it is called.
+    pub(crate) naming: &'static Naming,
+    /// Makes the analysis of a stream.
+    pub(crate) make: fn(&Stream) -> Make,
+    /// Lengths of its windows [s].
+    pub(crate) windows_secs: Vec<f64>,
+}
+
+impl Analysed {
+    fn analyses(&self, stream: &Stream) -> bool {
+        stream.about == About::Person
+            && stream.origin == Origin::Raw
+            && stream.signal == self.signal
+            && matches!(stream.shape, Shape::Sample | Shape::Wave)
+            && !stream.channels.is_empty()
+            && (stream.rate_hz > 0.0 || self.signal == Signal::Interval)
+    }
+}
+
+impl Feature for Analysed {
+    fn accepts(&self, stream: &Stream) -> bool {
+        self.analyses(stream) || Phases::hears(stream)
+    }
+
+    /// All streams share one, and with it the phases.
+    fn scope(&self) -> Scope {
+        Scope::Session
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        Box::new(Analyses {
+            analysis: (self.naming, self.make),
+            windows_secs: self.windows_secs.clone(),
+            phases: Phases::default(),
+            running: BTreeMap::new(),
+        })
+    }
+}
+
+/// The analyses of all streams, and the phases.
+struct Analyses {
+    analysis: (&'static Naming, fn(&Stream) -> Make),
+    windows_secs: Vec<f64>,
+    phases: Phases,
+    running: BTreeMap<StreamId, Running>,
+}
+
+impl Extractor for Analyses {
+    fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
+        if Phases::hears(stream) {
+            self.phases.join(id, stream);
+        } else if let Some(running) = self.running.get_mut(&id) {
+            running.join(stream, out);
+        } else {
+            let running = Running::begin(self.analysis, &self.windows_secs, stream, out);
+            self.running.insert(id, running);
+        }
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        if let Some(running) = self.running.get_mut(&sample.stream) {
+            let phases = self.phases.of(&running.stream().subject());
+            running.push(sample, phases, out);
+        } else if self.phases.push(sample) && self.phases.is_over() {
+            self.end_phases(sample.measured, out);
+        }
+    }
+
+    /// A late sample has no place in a window any more; a phase that is told late has its place.
+    fn push_late(&mut self, sample: &Sample, _: &mut Outputs) {
+        self.phases.push(sample);
+    }
+
+    fn tick(&mut self, now: Time, out: &mut Outputs) {
+        self.end_phases(Time::from_nanos(now.nanos().saturating_sub(PATIENCE_NS)), out);
+    }
+}
+
+impl Analyses {
+    fn end_phases(&mut self, now: Time, out: &mut Outputs) {
+        for running in self.running.values_mut() {
+            let phases = self.phases.of(&running.stream().subject());
+            running.end_phases(phases, now, out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
+    use teampulse_core::pump::{END, session_events};
+    use teampulse_core::registry::Component;
+    use teampulse_core::sample::Turn;
+    use teampulse_core::stream::Subject;
+
+    use super::*;
+    use crate::context::FeatureContext;
+    use crate::people::skin_temperature::SkinTemperature;
+
+    const RATE_HZ: f64 = 4.0;
+    const INPUT: StreamId = StreamId(0);
+    const EVENTS: StreamId = StreamId(1);
+
+    /// A skin that warms by a hundredth of a degree a second, beside a session's phases.
+    struct Warming {
+        extractor: Box<dyn Extractor>,
+        out: Outputs,
+        now_secs: f64,
+    }
+
+    impl Warming {
+        fn new() -> Warming {
+            let feature = SkinTemperature { windows_secs: Some(vec![10.0]) };
+            let feature = feature.build(&FeatureContext::default()).unwrap();
+            let subject = Subject { about: About::Person, id: "p1".into() };
+            let stream = Stream::raw("/humans/persons/p1/e4/temp", subject, Shape::Wave);
+            let stream = Stream { signal: Signal::Temperature, rate_hz: RATE_HZ, ..stream };
+            let stream = stream.with_channels(&[("temperature", "degC")]);
+            let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
+            for (id, stream) in [(INPUT, stream), (EVENTS, session_events())] {
+                assert!(feature.accepts(&stream));
+                extractor.join(id, &stream, &mut out);
+            }
+            Warming { extractor, out, now_secs: 0.0 }
+        }
+
+        /// Waves of so many samples, until a time.
+        fn warm(&mut self, until_secs: f64, length: usize) {
+            while self.now_secs < until_secs {
+                let at = |place: usize| self.now_secs + place as f64 / RATE_HZ;
+                let warmth: Arc<[f64]> =
+                    (0..length).map(|place| 33.0 + at(place) / 100.0).collect();
+                let wave = Wave { period_ns: 1e9 / RATE_HZ, channels: 1, samples: warmth };
+                self.take(INPUT, self.now_secs, Data::Wave(wave));
+                self.now_secs += length as f64 / RATE_HZ;
+            }
+        }
+
+        fn happen(&mut self, secs: f64, kind: EventKind, label: &str, duration_secs: f64) {
+            let event = Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs };
+            self.take(EVENTS, secs, Data::Event(Arc::new(event)));
+        }
+
+        fn take(&mut self, stream: StreamId, secs: f64, data: Data) {
+            let measured = Time::from_nanos((secs * 1e9).round() as i64);
+            let sample = Sample {
+                stream,
+                measured,
+                log_time: measured,
+                device_time: None,
+                source_time: None,
+                period_ns: 1e9 / RATE_HZ,
+                index: 0,
+                turn: Turn::OnTime,
+                data,
+            };
+            self.extractor.push(&sample, &mut self.out);
+        }
+
+        /// The end [s] and the values of each window, or of each phase.
+        fn told(&mut self, leaf: &str) -> Vec<(f64, FeatureValues)> {
+            let name = format!("/humans/persons/p1/e4/temp/skin_temperature/{leaf}");
+            let known = self.out.streams().iter().find(|stream| stream.name == name).cloned();
+            let Some(id) = known.map(|stream| self.out.declare(stream)) else { return Vec::new() };
+            let of = self.out.samples().filter(|(stream, ..)| *stream == id);
+            of.map(|(_, at, data)| {
+                let Data::Feature(values) = data else { panic!("no feature") };
+                (at.secs(), (**values).clone())
+            })
+            .collect()
+        }
+    }
+
+    fn phases(warming: &mut Warming) -> Vec<(f64, f64, f64)> {
+        let told = warming.told("phases").into_iter();
+        told.map(|(end, values)| (end, values.window_secs, f64::from(values.coverage))).collect()
+    }
+
+    #[test]
+    fn each_phase_is_told_of_when_it_is_over_and_the_last_with_the_session() {
+        let mut warming = Warming::new();
+        warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
+        warming.warm(90.0, 3);
+        warming.happen(90.0, EventKind::Phase, "task", f64::NAN);
+        warming.warm(120.0, 3);
+        warming.happen(120.0, EventKind::Phase, "rest", f64::NAN);
+        warming.warm(140.0, 3);
+        assert_eq!(phases(&mut warming), [(60.0, 60.0, 1.0), (120.0, 30.0, 1.0)]);
+        warming.happen(140.0, EventKind::Clock, END, 0.0);
+        assert_eq!(phases(&mut warming)[2..], [(140.0, 20.0, 1.0)]);
+    }
+
+    #[test]
+    fn a_phase_is_the_same_for_any_chunking_and_whenever_its_end_becomes_known() {
+        let told = |length, lag_secs| {
+            let mut warming = Warming::new();
+            warming.happen(0.0, EventKind::Phase, "baseline", f64::NAN);
+            warming.warm(60.0 + lag_secs, length);
+            warming.happen(60.0, EventKind::Phase, "task", f64::NAN);
+            warming.warm(80.0, length);
+            warming.told("phases")
+        };
+        let usual = told(1, 0.0);
+        assert_eq!(usual.len(), 1);
+        for (length, lag_secs) in [(1, 5.0), (7, 0.0), (16, 3.0), (240, 0.0)] {
+            assert_eq!(format!("{:?}", told(length, lag_secs)), format!("{usual:?}"));
+        }
+    }
+
+    #[test]
+    fn phases_change_no_window() {
+        let told = |has_phases: bool| {
+            let mut warming = Warming::new();
+            if has_phases {
+                warming.happen(3.0, EventKind::Phase, "baseline", f64::NAN);
+            }
+            warming.warm(100.0, 5);
+            format!("{:?}", warming.told("w10"))
+        };
+        assert_eq!(told(true), told(false));
+    }
+
+    #[test]
+    fn a_stream_that_fell_silent_tells_what_it_had_of_the_phase() {
+        let mut warming = Warming::new();
+        warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
+        warming.warm(45.0, 4);
+        let ticks = |range: std::ops::Range<i64>| range.map(|k| Time::from_nanos(k * 100_000_000));
+        for tick in ticks(450..700) {
+            warming.extractor.tick(tick, &mut warming.out);
+        }
+        assert!(phases(&mut warming).is_empty());
+        warming.extractor.tick(Time::from_stamp(70, 0), &mut warming.out);
+        assert_eq!(phases(&mut warming), [(60.0, 60.0, 0.75)]);
+        warming.warm(90.0, 4);
+        assert_eq!(phases(&mut warming).len(), 1);
+    }
+
+    #[test]
+    fn of_a_phase_before_the_stream_or_without_length_nothing_is_told() {
+        let mut warming = Warming::new();
+        warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
+        warming.happen(100.0, EventKind::Phase, "task", f64::NAN);
+        warming.happen(100.0, EventKind::Phase, "task", f64::NAN);
+        warming.now_secs = 80.0;
+        warming.warm(110.0, 4);
+        warming.happen(110.0, EventKind::Phase, "rest", f64::NAN);
+        warming.warm(120.0, 4);
+        assert_eq!(phases(&mut warming), [(110.0, 10.0, 1.0)]);
+    }
+
+    #[test]
+    fn a_phase_of_which_the_stream_has_little_is_short() {
+        let mut warming = Warming::new();
+        warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
+        warming.now_secs = 50.0;
+        warming.warm(70.0, 4);
+        let told = warming.told("phases");
+        assert!(told[0].1.reasons.iter().all(|reason| *reason == Reason::Short));
+    }
+
+    #[test]
+    fn of_a_phase_longer_than_is_held_its_last_ten_minutes_are_told() {
+        let mut warming = Warming::new();
+        warming.happen(0.0, EventKind::Phase, "baseline", f64::NAN);
+        warming.warm(1000.0, 40);
+        warming.happen(1000.0, EventKind::Phase, "task", f64::NAN);
+        warming.warm(1010.0, 40);
+        assert_eq!(phases(&mut warming), [(1000.0, 600.0, 1.0)]);
+    }
+}
