@@ -12,6 +12,7 @@ use teampulse_timefilter::clock::{
     OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
 };
 
+use crate::qos::{Durability, Qos};
 use crate::stream::{About, Shape, Stream, StreamId};
 
 pub use hindsight::Hindsight;
@@ -251,6 +252,7 @@ impl Clocks {
                 None if stream.about == About::Session => stream.name.clone(),
                 None => stream.id.clone(),
             }),
+            Shape::Event if is_kept(stream) => Owner::Kept(id),
             _ if stream.device.is_empty() || self.computers.contains_key(&stream.name) => {
                 Owner::Host
             }
@@ -284,6 +286,7 @@ impl Clocks {
         }
         match owner {
             Owner::Host => Box::new(Host::default()),
+            Owner::Kept(_) => Box::new(Host::with_history()),
             Owner::Device(_, device) => Box::new(OneWay::new(self.settings_of(device))),
             Owner::Counted(_, device) => {
                 Box::new(SampleIndex::new(rate_hz, self.settings_of(device).latency))
@@ -299,7 +302,7 @@ impl Clocks {
             Owner::Counted(_, device) => {
                 Some(Smoother::of_samples(rate_hz, self.settings_of(device).latency))
             }
-            Owner::Host | Owner::Computer(_) => None,
+            Owner::Host | Owner::Kept(_) | Owner::Computer(_) => None,
         }
     }
 
@@ -322,6 +325,13 @@ impl Clocks {
         }
         settings
     }
+}
+
+/// Whether a late joiner of the stream is told what was before; the session's own are there from the
+/// first.
+fn is_kept(stream: &Stream) -> bool {
+    let kept = |qos: &Qos| qos.durability == Durability::TransientLocal;
+    stream.about != About::Session && stream.qos.iter().any(kept)
 }
 
 /// The state of a clock of which nothing is known.

@@ -50,11 +50,16 @@ impl Streams {
         Some((StreamId(index as u32), Arc::clone(&known.streams[index])))
     }
 
+    /// The streams that were declared after the first so many.
+    pub fn after(&self, count: usize) -> Vec<(StreamId, Arc<Stream>)> {
+        let known = self.known();
+        let numbered = known.streams.iter().enumerate().skip(count);
+        numbered.map(|(k, each)| (StreamId(k as u32), Arc::clone(each))).collect()
+    }
+
     /// All streams, in the order in which they were declared.
     pub fn all(&self) -> Vec<(StreamId, Arc<Stream>)> {
-        let known = self.known();
-        let numbered = known.streams.iter().enumerate();
-        numbered.map(|(k, each)| (StreamId(k as u32), Arc::clone(each))).collect()
+        self.after(0)
     }
 
     fn known(&self) -> RwLockReadGuard<'_, Known> {

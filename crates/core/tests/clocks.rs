@@ -9,8 +9,9 @@ use std::time::Duration;
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::{ClockSettings, Clocks, Hindsight};
-use teampulse_core::data::{Data, Event, Wave};
+use teampulse_core::data::{Data, Event, EventKind, Wave};
 use teampulse_core::outlet::Outlet;
+use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::source::{Reading, Source, SourceError};
@@ -234,6 +235,37 @@ async fn a_replay_gives_the_same_times_as_the_run() {
         };
         assert!(times(&replay) == times(&run));
     }
+}
+
+#[tokio::test]
+async fn what_is_kept_for_late_joiners_keeps_its_time_and_the_same_again_in_a_replay() {
+    let subject = Subject { about: About::Person, id: "p001".into() };
+    let mut phases = Stream::raw("/humans/persons/p001/task/phases", subject, Shape::Event);
+    phases.qos = vec![Qos::latched(100)];
+    let phase = |label: &str, began_secs: i64, arrival_secs: i64| {
+        let (kind, label) = (EventKind::Phase, label.to_owned());
+        let event = Event { kind, label, value: f64::NAN, duration_secs: 60.0 };
+        Coming {
+            arrival: BEGAN_NANOS + arrival_secs * SECOND_NANOS,
+            stream: phases.clone(),
+            device: None,
+            source: Some(BEGAN_NANOS + began_secs * SECOND_NANOS),
+            data: Data::Event(Arc::new(event)),
+        }
+    };
+    // Someone joins after 200 s, is told of two phases that were, and then of one that begins.
+    let readings =
+        vec![phase("baseline", 0, 200), phase("1-back", 60, 201), phase("rest", 260, 260)];
+    let run = keep(Script { readings, stamped_by: vec![] }, 0).await;
+    let begun_secs = |records: &[Record]| -> Vec<i64> {
+        let of_phases = records.iter().filter(|record| record.stream.name == phases.name);
+        let begun = of_phases.map(|record| record.sample.measured.nanos() - BEGAN_NANOS);
+        begun.map(|nanos| nanos / SECOND_NANOS).collect()
+    };
+    assert_eq!(begun_secs(&run), [0, 60, 260]);
+    let replay = keep(Recording(run.clone()), 0).await;
+    assert_eq!(begun_secs(&replay), begun_secs(&run));
+    assert!(derived(&replay) == derived(&run));
 }
 
 #[tokio::test]

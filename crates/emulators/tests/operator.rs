@@ -141,7 +141,7 @@ fn some_people_give_up_at_three_back_for_a_while_and_nobody_before() {
         let (mut phase, mut bouts) = ("", 0);
         while let Some(happening) = task.next_until(f64::INFINITY) {
             match happening.what {
-                What::Begins { phase: name } => phase = name,
+                What::Begins { phase: name, .. } => phase = name,
                 What::Demands { disengaged: true, .. } => {
                     assert_eq!(phase, "3-back");
                     bouts += 1;

@@ -9,6 +9,7 @@ use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
+use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
 use teampulse_messages::convert::schema_of;
@@ -17,8 +18,8 @@ use teampulse_messages::standard::rosgraph_msgs::Clock;
 
 use crate::bus::{Bus, BusError, Publisher};
 
-/// How long it is waited for samples at a time; silence changes nothing.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// How long it is waited for samples at a time; in silence streams may have been declared.
+const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Which streams are published.
 #[derive(Clone, Debug)]
@@ -89,7 +90,9 @@ impl Sink for RosSink {
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let mut desk = Desk::new(&self)?;
         loop {
-            match inbox.receive(PATIENCE) {
+            let received = inbox.receive(PATIENCE);
+            desk.open_declared(inbox.streams())?;
+            match received {
                 Received::Batch(batch) => desk.publish(&batch)?,
                 Received::Silence => {}
                 Received::Closed => break,
@@ -107,6 +110,8 @@ struct Desk<'a> {
     clock: Option<Box<dyn Publisher>>,
     /// `None` for what is not published.
     publishers: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
+    /// How many streams were looked at.
+    seen: usize,
     refused: BTreeMap<String, u64>,
 }
 
@@ -122,8 +127,21 @@ impl<'a> Desk<'a> {
             stamps: sink.stamps.as_ref(),
             clock: sink.clock.then(clock).transpose()?,
             publishers: BTreeMap::new(),
+            seen: 0,
             refused: BTreeMap::new(),
         })
+    }
+
+    /// Opens the publishers of streams that were declared, so that whoever subscribes to what comes
+    /// now and then is there for the first of it.
+    fn open_declared(&mut self, streams: &Streams) -> Result<(), BusError> {
+        for (id, stream) in streams.after(self.seen) {
+            self.seen += 1;
+            if is_known(&stream.shape) && !self.publishers.contains_key(&id) {
+                self.publishers.insert(id, open(self.bus, self.publish, &stream)?);
+            }
+        }
+        Ok(())
     }
 
     fn publish(&mut self, batch: &Batch) -> Result<(), BusError> {
@@ -182,6 +200,11 @@ impl<'a> Desk<'a> {
             hint: "a subscriber is too slow for what it asks to be sent again".into(),
         })
     }
+}
+
+/// Whether all is known of a type; the definition of another's may be found later.
+fn is_known(shape: &Shape) -> bool {
+    !matches!(shape, Shape::Message(schema) if schema.text.is_empty())
 }
 
 fn open(
@@ -244,7 +267,6 @@ mod tests {
     use teampulse_core::sample::{Sample, Turn};
     use teampulse_core::sink;
     use teampulse_core::stream::{Shape, Subject};
-    use teampulse_core::streams::Streams;
 
     use super::*;
     use crate::bus::{Arrival, Asked, Subscription};
@@ -306,6 +328,21 @@ mod tests {
         assert_eq!(*load.lock().unwrap(), [Bytes::from_static(&[0, 1, 0, 0, 9])]);
         let told = Clock::decode(&clock.lock().unwrap()[0]).unwrap();
         assert_eq!(told.clock, Time::from_stamp(7, 0));
+    }
+
+    #[test]
+    fn a_topic_is_there_before_its_first_message() {
+        let ours = MemoryBus::new("/teampulse");
+        let theirs = ours.join("/r1/driver");
+        let sink = RosSink::lossless(ours, Publish::Everything);
+        let mut desk = Desk::new(&sink).unwrap();
+        let streams = Streams::default();
+        streams.declare(robot());
+        streams.declare(person());
+        desk.open_declared(&streams).unwrap();
+        let graph = theirs.graph();
+        let published = |stream: Stream| graph.borrow().publishers(&stream.name).count();
+        assert_eq!([published(robot()), published(person())], [1, 0]);
     }
 
     #[test]

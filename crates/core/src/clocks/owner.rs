@@ -9,6 +9,8 @@ use crate::stream::{StreamId, Subject};
 pub(super) enum Owner {
     /// This host.
     Host,
+    /// This host, for a stream of which a late joiner is told what was before.
+    Kept(StreamId),
     /// A device with a clock.
     Device(Subject, String),
     /// A device without: one for each of its streams.
@@ -20,7 +22,7 @@ pub(super) enum Owner {
 impl fmt::Display for Owner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Owner::Host => f.write_str("this host"),
+            Owner::Host | Owner::Kept(_) => f.write_str("this host"),
             Owner::Device(subject, device) if subject.id.is_empty() => f.write_str(device),
             Owner::Device(subject, device) => write!(f, "{device} of {}", subject.id),
             Owner::Counted(_, device) => f.write_str(device),

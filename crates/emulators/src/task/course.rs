@@ -45,7 +45,9 @@ impl Task {
                 return None;
             }
             self.phases += 1;
-            self.ahead = self.happenings(&phase).into();
+            if phase.lasts_secs() > 0.0 {
+                self.ahead = self.happenings(&phase).into();
+            }
         }
         let is_due = self.ahead.front().is_some_and(|next| next.at_secs <= secs);
         if is_due { self.ahead.pop_front() } else { None }
@@ -54,7 +56,7 @@ impl Task {
     fn happenings(&mut self, phase: &Phase) -> Vec<Happening> {
         let mut noise = self.noise.fork();
         let bouts = bouts(phase, &self.skill, &mut noise);
-        let begins = What::Begins { phase: phase.name };
+        let begins = What::Begins { phase: phase.name, lasts_secs: phase.lasts_secs() };
         let mut all = vec![Happening { at_secs: phase.from_secs, what: begins }];
         all.extend(bouts.iter().map(|bout| bout.demand(phase.level)));
         if phase.level > 0 {

@@ -16,6 +16,8 @@ pub enum What {
     Begins {
         /// What it is called.
         phase: &'static str,
+        /// How long it will last [s].
+        lasts_secs: f64,
     },
     /// A phase ends.
     Ends {

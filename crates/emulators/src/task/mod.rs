@@ -8,7 +8,7 @@
 //!
 //! let mut task = Task::new(Plan::default(), Skill::of_seed(3), 3);
 //! let first = task.next_until(0.0).expect("the baseline begins at once");
-//! assert_eq!(first.what, What::Begins { phase: "baseline" });
+//! assert_eq!(first.what, What::Begins { phase: "baseline", lasts_secs: 60.0 });
 //! ```
 
 mod plan;

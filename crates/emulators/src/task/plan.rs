@@ -55,6 +55,13 @@ pub struct Phase {
     pub to_secs: f64,
 }
 
+impl Phase {
+    /// How long it lasts [s]; one that lasts no time does not happen.
+    pub fn lasts_secs(&self) -> f64 {
+        self.to_secs - self.from_secs
+    }
+}
+
 /// Nothing lasts longer [s].
 const LONGEST_SECS: f64 = 86_400.0;
 /// No round is shorter [s].
@@ -106,6 +113,7 @@ fn name(level: u8) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Skill, Task, What};
     use super::*;
 
     #[test]
@@ -117,6 +125,20 @@ mod tests {
         let names: Vec<&str> = phases.iter().take(6).map(|phase| phase.name).collect();
         assert_eq!(names, ["baseline", "1-back", "rest", "2-back", "rest", "3-back"]);
         assert_eq!(phases[12].to_secs, 600.0);
+    }
+
+    #[test]
+    fn a_phase_of_no_length_does_not_happen() {
+        let plan = Plan { rest_secs: 0.0, rounds: Some(1), ..Plan::default() };
+        let mut task = Task::new(plan, Skill::of_seed(1), 1);
+        let mut begun = Vec::new();
+        while let Some(happening) = task.next_until(1e4) {
+            if let What::Begins { phase, lasts_secs } = happening.what {
+                begun.push((phase, lasts_secs));
+            }
+        }
+        let lasting = ["baseline", "1-back", "2-back", "3-back"].map(|name| (name, 60.0));
+        assert_eq!(begun, lasting);
     }
 
     #[test]

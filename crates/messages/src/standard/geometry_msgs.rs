@@ -1,6 +1,7 @@
-//! `geometry_msgs`: what odometry is made of.
+//! `geometry_msgs`: what odometry and commands are made of.
 
 use super::message;
+use super::std_msgs::Header;
 
 /// A place [m].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,6 +74,17 @@ pub struct Pose {
 }
 
 message!(Pose { position, orientation } = "geometry_msgs/msg/Pose");
+
+/// A pose at a time, in a frame: where a robot is told to drive to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PoseStamped {
+    /// When, and in which frame.
+    pub header: Header,
+    /// The pose.
+    pub pose: Pose,
+}
+
+message!(PoseStamped { header, pose } = "geometry_msgs/msg/PoseStamped");
 
 /// A pose and how well it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -35,20 +35,27 @@ pub fn encode(telegram: &Telegram, published: &Published) -> Bytes {
         Body::Temperature(celsius) => {
             Temperature { header: header(base), temperature: *celsius, variance: 0.01 }.encode()
         }
+        Body::Goal(pose) => {
+            let (header, pose) = (header(published.frame()), pose_of(*pose));
+            geometry::PoseStamped { header, pose }.encode()
+        }
         Body::Picture(rgb) => image(header(format!("{robot}/camera")), rgb).encode(),
     }
 }
 
-fn odometry(header: Header, child_frame_id: String, pose: Pose, twist: Twist) -> Odometry {
+fn pose_of(pose: Pose) -> geometry::Pose {
     let position = geometry::Point { x: pose.at.x_m, y: pose.at.y_m, z: 0.0 };
-    let orientation = geometry::Quaternion::from_yaw(pose.heading_rad);
+    geometry::Pose { position, orientation: geometry::Quaternion::from_yaw(pose.heading_rad) }
+}
+
+fn odometry(header: Header, child_frame_id: String, pose: Pose, twist: Twist) -> Odometry {
     let linear = geometry::Vector3 { x: twist.speed_mps, ..Default::default() };
     let angular = geometry::Vector3 { z: twist.turn_radps, ..Default::default() };
     Odometry {
         header,
         child_frame_id,
         pose: geometry::PoseWithCovariance {
-            pose: geometry::Pose { position, orientation },
+            pose: pose_of(pose),
             covariance: covariance(POSE_VARIANCES),
         },
         twist: geometry::TwistWithCovariance {

@@ -11,6 +11,7 @@ mod team;
 mod robot;
 mod wanderer;
 mod goals;
+mod commands;
 mod drive;
 mod surroundings;
 mod arena;

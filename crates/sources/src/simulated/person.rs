@@ -11,8 +11,9 @@ use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::StreamId;
 use teampulse_core::time::Time;
 use teampulse_emulators::body::{Body, Moment, Rates, Record, Traits, Truth};
-use teampulse_emulators::task::{Happening, Operator, Plan, Skill, Task, Told, What};
+use teampulse_emulators::task::{Happening, Operator, Told, What};
 
+use super::commands::{seed, task};
 use super::settings::SimulatedTeam;
 use super::worn::Worn;
 
@@ -41,11 +42,10 @@ impl SimulatedPerson {
     }
 
     fn new(team: &SimulatedTeam, number: u32) -> SimulatedPerson {
-        let seed = team.seed.wrapping_add(u64::from(number - 1));
+        let seed = seed(team, number);
         let body = Body::wearing(&Traits::of_seed(seed), seed, &team.body);
         let body = body.expect("the settings have been checked");
-        let plan = Plan { robots: team.robots, ..team.task.clone() };
-        let operator = Operator::new(body, Task::new(plan, Skill::of_seed(seed), seed));
+        let operator = Operator::new(body, task(team, number));
         let until_secs = team.steps.map(f64::from);
         let (id, rates) = (format!("p{number:03}"), team.body.rates.clone());
         SimulatedPerson { id, operator, rates, until_secs }
@@ -133,36 +133,42 @@ impl Desk<'_> {
             self.offer(Worn::TrueState, moment.secs, Data::Sample(Arc::new(numbers(moment))));
         }
         for beat in &truth.beats {
-            self.happen(Worn::TrueBeats, beat.secs, "beat", f64::NAN);
+            self.happen(Worn::TrueBeats, beat.secs, "beat", (f64::NAN, 0.0));
         }
         for each in &truth.responses {
-            self.happen(Worn::TrueResponses, each.onset_secs, "response", each.amplitude_us);
+            self.happen(Worn::TrueResponses, each.onset_secs, "response", (each.amplitude_us, 0.0));
         }
         for breath in &truth.breaths {
-            self.happen(Worn::TrueBreaths, breath.exhale_secs, "breath", breath.depth);
+            self.happen(Worn::TrueBreaths, breath.exhale_secs, "breath", (breath.depth, 0.0));
         }
     }
 
     fn tell_happening(&self, Happening { at_secs, what }: &Happening) {
-        let happen = |worn, label: &str, value| self.happen(worn, *at_secs, label, value);
+        let moment = |value| (value, 0.0);
+        let happen = |worn, label: &str, told| self.happen(worn, *at_secs, label, told);
         match *what {
-            What::Begins { phase } => happen(Worn::Phases, phase, f64::NAN),
+            What::Begins { phase, lasts_secs } => {
+                happen(Worn::Phases, phase, (f64::NAN, lasts_secs));
+            }
             What::Stimulus { letter, .. } => {
-                happen(Worn::Stimuli, letter.encode_utf8(&mut [0; 4]), f64::NAN);
+                happen(Worn::Stimuli, letter.encode_utf8(&mut [0; 4]), moment(f64::NAN));
             }
             What::Press { says_match, reaction_secs, .. } => {
                 let key = if says_match { "match" } else { "no match" };
-                happen(Worn::Presses, key, reaction_secs);
+                happen(Worn::Presses, key, moment(reaction_secs));
             }
-            What::Command { robot } => happen(Worn::Commands, "command", f64::from(robot + 1)),
-            What::Report { isa } => happen(Worn::Reports, "isa", f64::from(isa)),
+            What::Command { robot } => {
+                happen(Worn::Commands, "command", moment(f64::from(robot + 1)));
+            }
+            What::Report { isa } => happen(Worn::Reports, "isa", moment(f64::from(isa))),
             What::Ends { .. } | What::Demands { .. } | What::Reaches { .. } => {}
         }
     }
 
-    fn happen(&self, worn: Worn, at_secs: f64, label: &str, value: f64) {
+    /// Tells an event, with its number and how long it lasts [s].
+    fn happen(&self, worn: Worn, at_secs: f64, label: &str, (value, duration_secs): (f64, f64)) {
         let (kind, label) = (worn.happens(), label.to_owned());
-        let event = Event { kind, label, value, duration_secs: 0.0 };
+        let event = Event { kind, label, value, duration_secs };
         self.offer(worn, at_secs, Data::Event(Arc::new(event)));
     }
 

@@ -7,6 +7,7 @@ use teampulse_core::stream::{Schema, Shape, Signal, Stream, Subject};
 use teampulse_messages::catalogue::shipped;
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::diagnostic_msgs::DiagnosticArray;
+use teampulse_messages::standard::geometry_msgs::PoseStamped;
 use teampulse_messages::standard::nav_msgs::Odometry;
 use teampulse_messages::standard::sensor_msgs::{BatteryState, Image, Temperature};
 use teampulse_messages::standard::wireless_msgs::Connection;
@@ -20,7 +21,7 @@ pub struct Published {
     pub robot: String,
     /// Which topic.
     pub topic: Topic,
-    /// Its rate [Hz].
+    /// Its rate [Hz]; 0 where it comes now and then.
     pub rate_hz: f64,
 }
 
@@ -39,7 +40,8 @@ impl Published {
 
     /// The frame of the poses in it.
     pub fn frame(&self) -> String {
-        if self.topic.is_truth() { "map".into() } else { format!("{}/odom", self.robot) }
+        let on_map = self.topic.is_truth() || self.topic == Topic::GoalPose;
+        if on_map { "map".into() } else { format!("{}/odom", self.robot) }
     }
 
     fn name(&self) -> String {
@@ -51,6 +53,7 @@ impl Published {
             Topic::Diagnostics => format!("/{robot}/diagnostics"),
             Topic::Temperature => format!("/{robot}/temperature"),
             Topic::Camera => format!("/{robot}/camera/image_raw"),
+            Topic::GoalPose => format!("/{robot}/goal_pose"),
             Topic::TruePose => format!("/sim/truth/{robot}"),
             Topic::TruePower => format!("/sim/truth/{robot}/battery_state"),
         }
@@ -64,6 +67,7 @@ impl Published {
             Topic::Diagnostics => DiagnosticArray::NAME,
             Topic::Temperature => Temperature::NAME,
             Topic::Camera => Image::NAME,
+            Topic::GoalPose => PoseStamped::NAME,
         }
     }
 
@@ -75,6 +79,7 @@ impl Published {
             Topic::Diagnostics => Signal::Diagnostics,
             Topic::Temperature => Signal::Temperature,
             Topic::Camera => Signal::Image,
+            Topic::GoalPose => Signal::Input,
             Topic::TruePose | Topic::TruePower => Signal::Other,
         }
     }
@@ -92,6 +97,7 @@ impl Published {
             }
             Topic::Wifi => &[("signal_level", "dBm"), ("link_quality", "1")],
             Topic::Temperature => &[("temperature", "degC")],
+            Topic::GoalPose => &[("pose.position.x", "m"), ("pose.position.y", "m")],
             Topic::Diagnostics | Topic::Camera => &[],
         }
     }
@@ -111,6 +117,7 @@ impl Published {
             Topic::Diagnostics => "how a simulated robot is",
             Topic::Temperature => "the temperature of a simulated robot's computer",
             Topic::Camera => "a simulated robot in its arena, from above",
+            Topic::GoalPose => "where simulated people tell a simulated robot to drive to",
             Topic::TruePose => "where a simulated robot truly is",
             Topic::TruePower => "what the battery of a simulated robot truly gives",
         }

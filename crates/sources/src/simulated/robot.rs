@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use teampulse_core::time::Time;
 
-use super::arena::Arena;
+use super::arena::{Arena, Point};
 use super::battery::Pack;
 use super::camera::picture;
 use super::computer::Computer;
@@ -12,7 +12,7 @@ use super::drive::Twist;
 use super::odometer::Odometer;
 use super::radio::{Link, Reception};
 use super::report::Report;
-use super::script::Script;
+use super::script::{Change, Script};
 use super::settings::SimulatedTeam;
 use super::surroundings::{Disc, Surroundings};
 use super::telegram::{Body, Gauge, Health, Telegram};
@@ -83,6 +83,16 @@ impl Robot {
         &self.pack
     }
 
+    /// Somebody tells it where to drive to; it drives there unless it is off or out of reach.
+    pub fn command(&mut self, now: Time, goal: Point) {
+        let hears = !self.pack.is_cut_off()
+            && !self.script.is_off(now)
+            && !self.script.has(Change::Outage, Topic::GoalPose, now);
+        if hears {
+            self.wanderer.drive_to(goal);
+        }
+    }
+
     /// Drives, computes and discharges for a short while.
     pub fn advance(&mut self, now: Time, secs: f64, around: &Surroundings<'_>) {
         let is_on = !self.pack.is_cut_off() && !self.script.is_off(now);
@@ -121,6 +131,7 @@ impl Robot {
     fn measured(&mut self, topic: Topic, arena: &Arena) -> Body {
         match topic {
             Topic::Odom => Body::Motion(self.odometer.pose(), self.odometer.twist()),
+            Topic::GoalPose => Body::Goal(self.wanderer.pose()),
             Topic::BatteryState => Body::Battery(self.measured_gauge()),
             Topic::Wifi => Body::Reception(self.listen(arena)),
             Topic::Diagnostics => Body::Health(self.health()),

@@ -58,7 +58,8 @@ pub struct SimulatedTeam {
     pub truth_hz: f64,
     /// How many people work with the robots: `p001` and so on. Each wears sensors and does a task;
     /// their signals are published below `/humans/persons/<id>/simulated`, as they are nobody's, and
-    /// what truly is below `/humans/persons/<id>/truth`. Default: 0.
+    /// what truly is below `/humans/persons/<id>/truth`. A robot that they command is told so on
+    /// `/<robot>/goal_pose`, as Nav2 is, and drives there unless it is off or out of reach. Default: 0.
     pub people: u32,
     /// What the people do.
     pub task: Plan,

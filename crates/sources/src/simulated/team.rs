@@ -8,12 +8,15 @@ use std::time::Duration;
 use teampulse_core::time::Time;
 
 use super::arena::{Arena, Point, Rect};
+use super::commands::{Command, Commands};
+use super::drive::Pose;
 use super::published::Published;
 use super::robot::{RADIUS_M, Robot};
 use super::script::Script;
 use super::settings::SimulatedTeam;
 use super::surroundings::{Disc, Surroundings};
-use super::telegram::Telegram;
+use super::telegram::{Body, Telegram};
+use super::topic::Topic;
 use super::wanderer::Wanderer;
 use teampulse_emulators::noise::Noise;
 
@@ -25,6 +28,11 @@ const OBSTACLE_MPS: f64 = 0.2;
 const START_GAP_M: f64 = 0.3;
 /// The side of the square in the upper right in which so many robots as its square start [m].
 const START_SIDE_M: f64 = 1.1;
+
+/// What is left between a goal that is commanded and a wall [m].
+const GOAL_MARGIN_M: f64 = 0.1;
+/// Keeps the goals of commands apart from all else that is drawn of the same seed.
+const COMMANDS_SALT: u64 = 0x0063_6f6d_6d61_6e64;
 
 /// A simulated team. The same settings and start give the same telegrams.
 #[derive(Debug)]
@@ -39,6 +47,9 @@ pub struct Team {
     turns: i64,
     sent: u64,
     on_their_way: BTreeMap<(Time, u64), Telegram>,
+    commands: Commands,
+    /// For each robot, the place of its commands among what is published.
+    commanded: Vec<usize>,
 }
 
 impl Team {
@@ -56,9 +67,14 @@ impl Team {
             turns: 0,
             sent: 0,
             on_their_way: BTreeMap::new(),
+            commands: Commands::of(settings, &mut Noise::seeded(settings.seed ^ COMMANDS_SALT)),
+            commanded: Vec::new(),
         };
         for name in settings.names() {
             team.add_robot(&name, settings, noise.fork());
+        }
+        if settings.people > 0 {
+            team.listen_to_commands(settings);
         }
         for _ in 0..settings.obstacles {
             team.add_obstacle(noise.fork());
@@ -112,6 +128,13 @@ impl Team {
         self.robots.push(robot);
     }
 
+    fn listen_to_commands(&mut self, settings: &SimulatedTeam) {
+        for robot in settings.names() {
+            self.commanded.push(self.published.len());
+            self.published.push(Published { robot, topic: Topic::GoalPose, rate_hz: 0.0 });
+        }
+    }
+
     fn add_obstacle(&mut self, mut noise: Noise) {
         let side_m = self.arena.floor().high.x_m;
         let body = self.any_place(side_m, OBSTACLE_RADIUS_M, &mut noise);
@@ -145,6 +168,7 @@ impl Team {
         let own = self.turns as usize % self.bodies.len();
         self.turns += 1;
         let secs = self.tick_nanos as f64 / 1e9;
+        self.take_commands(now);
         let around = Surroundings { arena: &self.arena, bodies: &self.bodies, own };
         if let Some(robot) = self.robots.get_mut(own) {
             robot.advance(now, secs, &around);
@@ -157,12 +181,30 @@ impl Team {
         }
     }
 
+    /// Gives robots the commands that are due, and tells them.
+    fn take_commands(&mut self, now: Time) {
+        let secs = now.secs_since(self.start);
+        let room_m = RADIUS_M + GOAL_MARGIN_M;
+        while let Some(command) = self.commands.next_until(secs, &self.arena, room_m) {
+            let Command { at_secs, robot, goal } = command;
+            let from = self.robots[robot].body().at;
+            self.robots[robot].command(now, goal);
+            let body = Body::Goal(Pose { at: goal, heading_rad: from.bearing_rad(goal) });
+            let stamp = self.start + Duration::from_secs_f64(at_secs);
+            self.send(Telegram { stream: self.commanded[robot], at: now, stamp, body });
+        }
+    }
+
     fn hear(&mut self, robot: usize, now: Time) {
         let mut spoken = Vec::new();
         self.robots[robot].speak(now, &self.arena, &mut spoken);
         for telegram in spoken {
-            self.on_their_way.insert((telegram.at, self.sent), telegram);
-            self.sent += 1;
+            self.send(telegram);
         }
+    }
+
+    fn send(&mut self, telegram: Telegram) {
+        self.on_their_way.insert((telegram.at, self.sent), telegram);
+        self.sent += 1;
     }
 }

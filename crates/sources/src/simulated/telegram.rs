@@ -36,6 +36,8 @@ pub enum Body {
     Temperature(f64),
     /// What its camera shows.
     Picture(Arc<[u8]>),
+    /// Where it is told to drive to.
+    Goal(Pose),
 }
 
 /// What a battery's gauge reads.

@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_core::time::Time;
+use teampulse_emulators::task::{Plan, What};
 
 use super::arena::{Point, ROUTER};
+use super::commands::task;
 use super::robot::RADIUS_M;
 use super::script::{Change, Scene};
 use super::telegram::{Body, Gauge};
@@ -385,4 +387,88 @@ fn a_sagging_battery_shows_less_voltage() {
     };
     assert!(mean_v(10.0, 20.0) < mean_v(0.0, 10.0) - 1.3);
     assert!(mean_v(20.0, 30.0) > mean_v(0.0, 10.0) - 0.2);
+}
+
+fn commanded(people: u32, script: Vec<Scene>) -> SimulatedTeam {
+    let task = Plan { baseline_secs: 1.0, level_secs: 900.0, ..Plan::default() };
+    SimulatedTeam {
+        robots: 2,
+        people,
+        obstacles: 0,
+        boxes: 0,
+        task,
+        script,
+        ..SimulatedTeam::default()
+    }
+}
+
+fn goals(told: &Told, robot: &str) -> Vec<(f64, Point)> {
+    let goal = |telegram: &&Telegram| match telegram.body {
+        Body::Goal(pose) => (telegram.stamp.secs_since(START), pose.at),
+        ref other => panic!("{other:?}"),
+    };
+    told.of(robot, Topic::GoalPose).iter().map(goal).collect()
+}
+
+#[test]
+fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
+    let settings = commanded(2, Vec::new());
+    let told = Told::new(&settings, 300.0);
+    let mut given = Vec::new();
+    for number in 1..=2 {
+        let mut task = task(&settings, number);
+        while let Some(happening) = task.next_until(300.0) {
+            if let What::Command { robot } = happening.what {
+                given.push((happening.at_secs, robot));
+            }
+        }
+    }
+    given.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let stamped = |robot: u32| {
+        let of_robot = given.iter().filter(move |(_, commanded)| *commanded == robot);
+        of_robot.map(|(at_secs, _)| (at_secs * 1e6).round()).collect::<Vec<_>>()
+    };
+    assert!(given.len() > 10, "{}", given.len());
+    for robot in 0..2 {
+        let told_secs = goals(&told, &format!("robot{}", robot + 1)).into_iter();
+        assert_eq!(
+            told_secs.map(|goal| (goal.0 * 1e6).round()).collect::<Vec<_>>(),
+            stamped(robot)
+        );
+    }
+}
+
+#[test]
+fn a_robot_drives_where_it_is_told_to() {
+    let settings = commanded(1, Vec::new());
+    let seldom = Plan { commands_per_min: 1.0, ..settings.task.clone() };
+    let told = Told::new(&SimulatedTeam { robots: 1, task: seldom, ..settings }, 900.0);
+    let goals = goals(&told, "robot1");
+    // Those after which it has time until the next.
+    let calm = goals.windows(2).filter(|two| two[1].0 - two[0].0 > 45.0);
+    let nearest_m = calm.map(|two| {
+        let driving = after(two[0].0)..after(two[0].0 + 45.0);
+        let odometry = told.of("robot1", Topic::Odom).into_iter();
+        let during = odometry.filter(|each| driving.contains(&each.at));
+        during.map(|each| at(each).distance_m(two[0].1)).fold(f64::INFINITY, f64::min)
+    });
+    let nearest_m: Vec<f64> = nearest_m.collect();
+    assert!(nearest_m.len() > 2 && nearest_m.iter().all(|each| *each < 0.6), "{nearest_m:?}");
+}
+
+#[test]
+fn what_a_robot_out_of_reach_is_told_has_no_effect() {
+    let out_of_reach = ["robot1", "robot2"].map(|robot| scene(robot, 0.0..300.0, Change::Outage));
+    let course = |people| {
+        let told = Told::new(&commanded(people, out_of_reach.to_vec()), 120.0);
+        assert_eq!(people > 0, !goals(&told, "robot1").is_empty());
+        told.of("robot1", Topic::TruePose).into_iter().map(at).collect::<Vec<Point>>()
+    };
+    assert_eq!(course(1), course(0));
+}
+
+#[test]
+fn a_team_without_people_is_not_commanded() {
+    let told = Told::new(&commanded(0, Vec::new()), 30.0);
+    assert!(told.team.published().iter().all(|each| each.topic != Topic::GoalPose));
 }

@@ -19,6 +19,9 @@ pub enum Topic {
     Temperature,
     /// Its camera.
     Camera,
+    /// Where people tell it to drive to.
+    #[serde(skip)]
+    GoalPose,
     /// Where it truly is and how it truly moves.
     #[serde(skip)]
     TruePose,

@@ -84,16 +84,28 @@ impl Wanderer {
         self.roll(secs, around);
     }
 
+    /// Drives to a place that somebody else has chosen, with more patience than to one of its own.
+    pub fn drive_to(&mut self, goal: Point) {
+        self.goal = goal;
+        self.patience_secs = 2.0 * self.usual_patience_secs();
+        self.until_look_secs = 0.0;
+    }
+
     /// Stands still, as when it is switched off.
     pub fn halt(&mut self) {
         self.twist = Twist::default();
     }
 
-    /// The next free place; it is given up after a multiple of the time that the straight way takes.
+    /// The next free place.
     fn choose_goal(&mut self, arena: &Arena) {
         self.goal = self.goals.next_free(arena, self.radius_m + MARGIN_M);
+        self.patience_secs = self.usual_patience_secs();
+    }
+
+    /// After so long a goal is given up [s]: a multiple of the time that the straight way takes.
+    fn usual_patience_secs(&self) -> f64 {
         let straight_secs = self.pose.at.distance_m(self.goal) / self.top_speed_mps;
-        self.patience_secs = 5.0 + 2.0 * straight_secs;
+        5.0 + 2.0 * straight_secs
     }
 
     /// The direction that costs least: far off the goal, far off the heading and blocked cost most.

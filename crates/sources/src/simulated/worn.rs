@@ -8,6 +8,9 @@ use teampulse_emulators::body::{Rates, Sensor};
 /// So many messages are kept for a subscriber that is slow: half a minute.
 const DEPTH: u32 = 120;
 
+/// So many phases are kept for whoever joins later.
+const KEPT_DEPTH: u32 = 1000;
+
 /// One stream of a simulated person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Worn {
@@ -82,6 +85,14 @@ impl Worn {
                 ("skin_conductance_level", "uS"),
                 ("skin_temperature", "degC"),
             ]),
+            Worn::Phases => Stream {
+                signal: Signal::Event,
+                qos: vec![Qos::latched(KEPT_DEPTH)],
+                ..bare(Shape::Event)
+            },
+            Worn::Presses | Worn::Commands => {
+                Stream { signal: Signal::Input, ..bare(Shape::Event) }
+            }
             _ => Stream { signal: Signal::Event, ..bare(Shape::Event) },
         })
     }

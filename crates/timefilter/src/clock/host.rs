@@ -5,6 +5,9 @@ use super::{ClockKind, ClockModel, ClockState, Corrected, Stamps};
 /// How far a stamp may be from its arrival and still be believed [ns].
 const BELIEVED_NANOS: u64 = 1_000_000_000;
 
+/// How long after the first arrival what was kept for a late joiner may arrive [ns].
+const KEPT_NANOS: i64 = 2_000_000_000;
+
 /// A source that stamps by the host's clock, or not at all.
 ///
 /// A stamp within one second of its arrival is taken as it is; any other, and a missing one, is
@@ -12,9 +15,28 @@ const BELIEVED_NANOS: u64 = 1_000_000_000;
 #[derive(Clone, Debug, Default)]
 pub struct Host {
     disbelieved: u64,
+    history: History,
+}
+
+/// Whether a source tells what was before it was heard.
+#[derive(Clone, Copy, Debug, Default)]
+enum History {
+    /// It does not.
+    #[default]
+    None,
+    /// It may, and nothing came yet.
+    Expected,
+    /// It does, until then [ns since the Unix epoch].
+    Until(i64),
 }
 
 impl Host {
+    /// A source that keeps what it told for those who join later, and gives it to them at once: what
+    /// arrives in the first two seconds may be stamped as early as it likes.
+    pub fn with_history() -> Host {
+        Host { history: History::Expected, ..Host::default() }
+    }
+
     /// How many stamps were not believed.
     pub fn disbelieved(&self) -> u64 {
         self.disbelieved
@@ -24,7 +46,14 @@ impl Host {
 impl ClockModel for Host {
     fn correct(&mut self, stamps: &Stamps) -> Corrected {
         let arrival = stamps.arrival;
-        let believed = |source: &i64| source.abs_diff(arrival) <= BELIEVED_NANOS;
+        if matches!(self.history, History::Expected) {
+            self.history = History::Until(arrival.saturating_add(KEPT_NANOS));
+        }
+        let tells_history = matches!(self.history, History::Until(end) if arrival <= end);
+        let believed = |source: &i64| {
+            let is_history = tells_history && *source <= arrival;
+            is_history || source.abs_diff(arrival) <= BELIEVED_NANOS
+        };
         let disbelieved = stamps.source.is_some_and(|source| !believed(&source));
         self.disbelieved += u64::from(disbelieved);
         Corrected {
@@ -57,6 +86,23 @@ mod tests {
             [(Some(5), 5), (None, 100), (Some(2_000_000_000), 100), (Some(i64::MIN), 100)]
         {
             let stamps = Stamps { source, ..Stamps::arrived(100) };
+            assert_eq!(host.correct(&stamps).measured, measured);
+        }
+        assert_eq!(host.disbelieved(), 2);
+    }
+
+    #[test]
+    fn what_was_kept_for_a_late_joiner_is_believed_when_it_joins_and_only_then() {
+        const SECOND: i64 = 1_000_000_000;
+        let mut host = Host::with_history();
+        let now = 600 * SECOND;
+        for (arrival, source, measured) in [
+            (now, 0, 0),
+            (now + 1, 90 * SECOND, 90 * SECOND),
+            (now + 2, 700 * SECOND, now + 2),
+            (now + 3 * SECOND, 91 * SECOND, now + 3 * SECOND),
+        ] {
+            let stamps = Stamps { source: Some(source), ..Stamps::arrived(arrival) };
             assert_eq!(host.correct(&stamps).measured, measured);
         }
         assert_eq!(host.disbelieved(), 2);

@@ -1,0 +1,81 @@
+//! Commands: what the people of a team tell its robots to do.
+
+use teampulse_emulators::noise::Noise;
+use teampulse_emulators::task::{Happening, Plan, Skill, Task, What};
+
+use super::arena::{Arena, Point};
+use super::goals::Goals;
+use super::settings::SimulatedTeam;
+
+/// A person tells a robot to drive to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// When, after the start [s].
+    pub at_secs: f64,
+    /// Which robot, from 0.
+    pub robot: usize,
+    /// Where to.
+    pub goal: Point,
+}
+
+/// All commands of a team's people.
+///
+/// What a person does follows from a seed, so those who are commanded know it without being told: the
+/// robots here and [`SimulatedPerson`](super::SimulatedPerson) each do the same task.
+#[derive(Debug)]
+pub struct Commands {
+    people: Vec<Person>,
+    goals: Goals,
+}
+
+/// A person's task, and the command that comes next.
+#[derive(Debug)]
+struct Person {
+    task: Task,
+    next: Option<Happening>,
+}
+
+impl Commands {
+    /// Those of a team.
+    pub fn of(team: &SimulatedTeam, noise: &mut Noise) -> Commands {
+        let person = |number| Person { task: task(team, number), next: None };
+        Commands { people: (1..=team.people).map(person).collect(), goals: Goals::new(noise) }
+    }
+
+    /// The next command, if it is given until a time after the start [s]; in the order of times. Its
+    /// goal is a place where a robot of this radius [m] stands free.
+    pub fn next_until(&mut self, secs: f64, arena: &Arena, radius_m: f64) -> Option<Command> {
+        let due = self.people.iter_mut().filter_map(|person| {
+            let at_secs = person.look_ahead(secs)?.at_secs;
+            Some((at_secs, person))
+        });
+        let (at_secs, person) = due.min_by(|one, other| one.0.total_cmp(&other.0))?;
+        let What::Command { robot } = person.next.take()?.what else { return None };
+        let goal = self.goals.next_free(arena, radius_m);
+        Some(Command { at_secs, robot: robot as usize, goal })
+    }
+}
+
+impl Person {
+    fn look_ahead(&mut self, secs: f64) -> Option<Happening> {
+        while self.next.is_none() {
+            let happening = self.task.next_until(secs)?;
+            if matches!(happening.what, What::Command { .. }) {
+                self.next = Some(happening);
+            }
+        }
+        self.next
+    }
+}
+
+/// The task of a team's person, numbered from 1.
+pub fn task(team: &SimulatedTeam, number: u32) -> Task {
+    let seed = seed(team, number);
+    let plan = Plan { robots: team.robots, ..team.task.clone() };
+    Task::new(plan, Skill::of_seed(seed), seed)
+}
+
+/// The seed of a team's person, numbered from 1.
+pub fn seed(team: &SimulatedTeam, number: u32) -> u64 {
+    team.seed.wrapping_add(u64::from(number - 1))
+}
