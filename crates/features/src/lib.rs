@@ -24,6 +24,7 @@ pub mod people {
     pub mod brain;
     pub mod breath;
     pub mod heart;
+    pub mod input;
     pub mod intervals;
     pub mod movement;
     pub mod muscle;
@@ -52,6 +53,7 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<people::brain::Brain>("brain"),
     Entry::new::<people::breath::Breath>("breath"),
     Entry::new::<people::heart::Heart>("heart"),
+    Entry::new::<people::input::Input>("input"),
     Entry::new::<people::intervals::Intervals>("intervals"),
     Entry::new::<people::movement::Movement>("movement"),
     Entry::new::<people::muscle::Muscle>("muscle"),

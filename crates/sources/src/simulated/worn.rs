@@ -90,9 +90,10 @@ impl Worn {
                 qos: vec![Qos::latched(KEPT_DEPTH)],
                 ..bare(Shape::Event)
             },
-            Worn::Presses | Worn::Commands => {
-                Stream { signal: Signal::Input, ..bare(Shape::Event) }
-            }
+            Worn::Presses => Stream { signal: Signal::Input, ..bare(Shape::Event) }
+                .with_channels(&[("reaction_time", "s")]),
+            Worn::Commands => Stream { signal: Signal::Input, ..bare(Shape::Event) }
+                .with_channels(&[("robot", "1")]),
             _ => Stream { signal: Signal::Event, ..bare(Shape::Event) },
         })
     }
