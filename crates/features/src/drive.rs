@@ -56,6 +56,23 @@ impl Drive {
         Drive { extractor, out, next_tick_ns: 0 }
     }
 
+    /// Another input of the same extractor.
+    pub(crate) fn join(&mut self, id: StreamId, stream: &Stream) {
+        self.extractor.join(id, stream, &mut self.out);
+    }
+
+    /// Data of an input, measured and taken at `secs`.
+    pub(crate) fn take_on(&mut self, id: StreamId, secs: f64, data: Data) {
+        self.until(secs);
+        let sample = Sample { stream: id, ..sample(secs, secs, data) };
+        self.extractor.push(&sample, &mut self.out);
+    }
+
+    /// The outputs that were declared.
+    pub(crate) fn outputs(&self) -> &[Stream] {
+        self.out.streams()
+    }
+
     /// Numbers measured and taken at `secs`.
     pub(crate) fn at(&mut self, secs: f64, numbers: &[f64]) {
         self.take(secs, Data::Sample(numbers.into()));

@@ -31,6 +31,7 @@ pub mod people {
     pub mod pulse;
     pub mod skin;
     pub mod skin_temperature;
+    pub mod state;
 }
 
 pub mod context;
@@ -60,4 +61,5 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<people::pulse::Pulse>("pulse"),
     Entry::new::<people::skin::Skin>("skin"),
     Entry::new::<people::skin_temperature::SkinTemperature>("skin_temperature"),
+    Entry::new::<people::state::State>("state"),
 ];

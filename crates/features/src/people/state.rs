@@ -1,0 +1,181 @@
+//! How a person differs from the own baseline.
+
+mod baseline;
+mod measures;
+mod output;
+mod person;
+mod track;
+mod whole;
+mod windows;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::data::Data;
+use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
+use teampulse_core::phases::Phases;
+use teampulse_core::pump::session_events;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sample::Sample;
+use teampulse_core::stream::{About, Stream, StreamId};
+use teampulse_core::time::Time;
+
+use self::measures::family_and_spans;
+use self::person::Person;
+use crate::context::{FeatureContext, duration_setting};
+use crate::whole_seconds::WholeSeconds;
+
+/// How a person differs from the own baseline: heart, breath, skin and input.
+///
+/// - Measures: heart rate, ln RMSSD (of an ECG, else of intervals, else of a pulse wave), breathing rate,
+///   skin conductance level, rate of skin responses, and input rate, each against the person's last phase
+///   `baseline` that is over; each second in windows of each length, and of each later phase that is over.
+/// - Formula: of windows: difference from the mean of the windows that lie wholly inside the baseline; z in
+///   their SD (n − 1); robust z from their median in 1.4826 MAD. Of phases: difference from the value of
+///   the baseline as one phase, in the same SD and MAD, those of the shortest windows. Sigmas are what the
+///   baseline leaves unsure; its overlapping windows are worth n (1 − r)/(1 + r) independent ones, r their
+///   correlation at lag 1.
+/// - Unit: differences in 1/min, ln(ms), µS; z and robust z in 1.
+/// - Window: those of the families it reads, once a second; phases.
+/// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043, for the logarithm; Bayley & Hammersley
+///   (1946), doi:10.2307/2983560, for overlapping windows.
+/// - Limits: a description of one person, no test, and nothing about why. Before a baseline is over there
+///   is no state. The spread of a baseline of a minute is known badly and mostly too small, so z is too
+///   large: the sigma says how unsure it is; five minutes are better. A measure is missing where no sensor
+///   gives it, short where the baseline is (nearly two window lengths are needed), a gap where its newest
+///   window is older than `stale_secs`; else it has the reason of its window. Of several devices the best
+///   family that has a baseline is taken, in it the best in quality during the baseline, of equals the
+///   first by name; it is not changed until the next baseline.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct State {
+    /// A window that ended longer ago tells nothing any more [s].
+    pub stale_secs: f64,
+}
+
+impl Default for State {
+    fn default() -> State {
+        State { stale_secs: 5.0 }
+    }
+}
+
+impl Component<dyn Feature, FeatureContext> for State {
+    const EXAMPLE: &'static str = "stale_secs = 5";
+
+    fn build(self, _: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
+        duration_setting("stale_secs", self.stale_secs)?;
+        Ok(Box::new(self))
+    }
+}
+
+impl Feature for State {
+    fn accepts(&self, stream: &Stream) -> bool {
+        family_and_spans(stream).is_some() || Phases::hears(stream) && stream.about != About::Robot
+    }
+
+    fn scope(&self) -> Scope {
+        Scope::Session
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        Box::new(Everyone {
+            stale_secs: self.stale_secs,
+            phases: Phases::default(),
+            told_by: BTreeMap::new(),
+            session: session_events().name,
+            events: BTreeMap::new(),
+            windows: BTreeMap::new(),
+            people: BTreeMap::new(),
+            seconds: WholeSeconds::default(),
+        })
+    }
+}
+
+/// The states of everyone.
+struct Everyone {
+    stale_secs: f64,
+    phases: Phases,
+    /// On which stream the phases of a person are told, where it is not the session's.
+    told_by: BTreeMap<String, String>,
+    /// The stream on which the session's are told.
+    session: String,
+    /// The streams that may tell phases, by whom they are about and what they are called.
+    events: BTreeMap<StreamId, (About, String, String)>,
+    /// The streams of windows and phases, by whom they are about and what they are called.
+    windows: BTreeMap<StreamId, (String, String)>,
+    people: BTreeMap<String, Person>,
+    seconds: WholeSeconds,
+}
+
+impl Extractor for Everyone {
+    fn join(&mut self, id: StreamId, stream: &Stream, _: &mut Outputs) {
+        let Some((family, spans)) = family_and_spans(stream) else {
+            self.phases.join(id, stream);
+            self.events.insert(id, (stream.about, stream.id.clone(), stream.name.clone()));
+            return;
+        };
+        self.windows.insert(id, (stream.id.clone(), spans.to_owned()));
+        let subject = stream.subject();
+        let person = self.people.entry(stream.id.clone()).or_insert_with(|| {
+            let mut person = Person::new(subject);
+            person.heed(self.phases.of(&stream.subject()));
+            person
+        });
+        person.join(id, stream, (family, spans));
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        match (self.windows.get(&sample.stream), &sample.data) {
+            (Some((id, spans)), Data::Feature(values)) => {
+                let Some(person) = self.people.get_mut(id) else { return };
+                person.take((sample.stream, sample.measured), spans, values);
+            }
+            _ => self.hear(sample),
+        }
+        if self.phases.is_over() {
+            self.end(sample.log_time, out);
+        }
+    }
+
+    fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.push(sample, out);
+    }
+
+    fn tick(&mut self, now: Time, out: &mut Outputs) {
+        let Some(second) = self.seconds.passed(now) else { return };
+        for person in self.people.values_mut() {
+            let phases = self.phases.of(person.subject());
+            let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
+            person.tell(phases, told_by, (second, self.stale_secs), out);
+        }
+    }
+}
+
+impl Everyone {
+    /// Hears of phases.
+    fn hear(&mut self, sample: &Sample) {
+        if !self.phases.push(sample) {
+            return;
+        }
+        if let Some((About::Person, id, name)) = self.events.get(&sample.stream) {
+            self.told_by.insert(id.clone(), name.clone());
+        }
+        for person in self.people.values_mut() {
+            person.heed(self.phases.of(person.subject()));
+        }
+    }
+
+    /// The session has ended: what comes now is the last of its phases, and nothing passes any more.
+    fn end(&mut self, at: Time, out: &mut Outputs) {
+        for person in self.people.values_mut() {
+            let phases = self.phases.of(person.subject());
+            let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
+            person.judge(phases, told_by, at, out);
+            person.tell_phases(phases, told_by, at, out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,162 @@
+//! What a measure was in the baseline, and how another value differs from it.
+
+use teampulse_core::data::Reason;
+use teampulse_signal::descriptive::describe;
+use teampulse_signal::estimate::Estimate;
+use teampulse_signal::robust::SIGMA_FROM_MAD;
+use teampulse_signal::statistics::effective_count;
+
+use crate::value::{Value, defined};
+
+/// Fewer windows say nothing of a spread.
+const LEAST_WINDOWS: usize = 3;
+/// The windows of a baseline must reach over nearly two of their lengths: else none of them is
+/// independent of the others.
+const LEAST_LENGTHS: f64 = 0.9;
+
+/// Variances of a median and of 1.4826 median absolute deviations over those of a mean and of a
+/// standard deviation, of normal values: π/2, and 1/0.37 (Rousseeuw & Croux 1993).
+const MEDIAN_OVER_MEAN: f64 = std::f64::consts::FRAC_PI_2;
+const MAD_OVER_SD: f64 = 1.0 / 0.37;
+
+/// A measure in one window that lies in the baseline.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    /// When the window ends [ns].
+    pub(super) end_ns: i64,
+    /// The measure, in its unit.
+    pub(super) value: f64,
+    /// How good the data were [0..1].
+    pub(super) quality: f32,
+}
+
+/// A measure in the windows of the baseline, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Baseline {
+    pub(super) mean: f64,
+    /// Standard deviation (n − 1).
+    pub(super) sd: f64,
+    pub(super) median: f64,
+    /// 1.4826 median absolute deviations.
+    pub(super) deviation: f64,
+    /// How many windows there are.
+    pub(super) count: usize,
+    /// How many independent windows these are worth, at least 2.
+    pub(super) worth: f64,
+    /// Mean quality of the windows [0..1].
+    pub(super) quality: f64,
+}
+
+/// How a value differs from the baseline: in its unit, and in two kinds of standard deviations [1].
+pub(super) type Difference = [Value; 3];
+
+impl Baseline {
+    /// Of windows of a length [s], in the order of time; `None` of too few.
+    pub(super) fn of(held: &[Held], length_secs: f64) -> Option<Baseline> {
+        let reach_ns = held.last()?.end_ns.saturating_sub(held.first()?.end_ns);
+        let is_long = reach_ns as f64 / 1e9 >= LEAST_LENGTHS * length_secs;
+        if held.len() < LEAST_WINDOWS || !is_long {
+            return None;
+        }
+        let values: Vec<f64> = held.iter().map(|each| each.value).collect();
+        let summary = describe(&vec![0.0; values.len()], &values)?;
+        let qualities = held.iter().map(|each| f64::from(each.quality));
+        Some(Baseline {
+            mean: summary.mean,
+            sd: summary.sd?,
+            median: summary.median,
+            deviation: SIGMA_FROM_MAD * summary.mad,
+            count: held.len(),
+            // Windows that are all equal have no correlation; they are worth the least.
+            worth: effective_count(&values).unwrap_or(2.0),
+            quality: qualities.sum::<f64>() / held.len() as f64,
+        })
+    }
+
+    /// How the value of a window differs: from the mean, in its unit and in standard deviations, and
+    /// from the median in 1.4826 median absolute deviations.
+    ///
+    /// Sigmas are the baseline's own, with n the windows that it is worth: SD/√n of the difference,
+    /// √(1/n + z²/2(n − 1)) of z (the mean and the SD are uncertain), and of the robust z the same with
+    /// the variances of a median and a MAD.
+    pub(super) fn difference(&self, value: f64) -> Difference {
+        let shares = [1.0, 1.0, MEDIAN_OVER_MEAN].map(|factor| factor / self.worth);
+        self.differences([value - self.mean, value - self.mean, value - self.median], shares)
+    }
+
+    /// How the value of a phase that is worth so many windows differs from that of the baseline as one
+    /// phase, in the same units; both are as uncertain as means of so many windows.
+    pub(super) fn between(&self, value: f64, baseline: f64, worth: f64) -> Difference {
+        let share = 1.0 / self.worth + 1.0 / worth.max(1.0);
+        self.differences([value - baseline; 3], [share; 3])
+    }
+
+    /// Differences from three centres, of which each has a share in the variance of a window.
+    fn differences(&self, from: [f64; 3], shares: [f64; 3]) -> Difference {
+        let z = |place: usize, deviation: f64, of_spread: f64| {
+            let z = self.over(from[place], deviation)?;
+            let of_deviation = of_spread * z * z / (2.0 * (self.worth - 1.0));
+            defined(Some(Estimate { value: z, sigma: (shares[place] + of_deviation).sqrt() }))
+        };
+        let in_unit = Estimate { value: from[0], sigma: self.sd * shares[0].sqrt() };
+        [defined(Some(in_unit)), z(1, self.sd, 1.0), z(2, self.deviation, MAD_OVER_SD)]
+    }
+
+    /// A difference in deviations; what is left by rounding equal values is none.
+    fn over(&self, difference: f64, deviation: f64) -> Result<f64, Reason> {
+        let is_spread = deviation > self.mean.abs() * 1e-12;
+        if is_spread { Ok(difference / deviation) } else { Err(Reason::Undefined) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn held(values: &[f64]) -> Vec<Held> {
+        let each = |(place, &value): (usize, &f64)| Held {
+            end_ns: place as i64 * 1_000_000_000,
+            value,
+            quality: 1.0,
+        };
+        values.iter().enumerate().map(each).collect()
+    }
+
+    fn baseline(values: &[f64]) -> Baseline {
+        Baseline::of(&held(values), 2.0).unwrap()
+    }
+
+    #[test]
+    fn differences_are_those_of_the_statistics_of_a_baseline() {
+        use teampulse_signal::statistics::baseline_change;
+        let values = [66.0, 70.0, 74.0, 69.0, 71.5];
+        let change = baseline_change(&[80.0, 80.0], &values).unwrap();
+        let [difference, z, robust] =
+            baseline(&values).difference(80.0).map(|value| value.unwrap().value);
+        assert_eq!(difference, change.mean_difference);
+        assert_eq!((Some(z), Some(robust)), (change.z, change.robust_z));
+    }
+
+    #[test]
+    fn equal_windows_have_a_difference_but_no_z() {
+        let difference = baseline(&[5.0; 10]).difference(6.0);
+        assert_eq!(difference[0].unwrap().value, 1.0);
+        assert_eq!(difference[1..], [Err(Reason::Undefined); 2]);
+    }
+
+    #[test]
+    fn windows_that_all_overlap_are_no_baseline() {
+        assert_eq!(Baseline::of(&held(&[1.0, 2.0, 3.0, 4.0]), 30.0), None);
+        assert_eq!(Baseline::of(&held(&[1.0, 2.0]), 1.0), None);
+        assert_eq!(Baseline::of(&[], 1.0), None);
+    }
+
+    #[test]
+    fn overlapping_windows_make_a_baseline_less_sure() {
+        let wild: Vec<f64> = (0..60).map(|k| f64::from(k * 37 % 11)).collect();
+        let mut drifting = wild.clone();
+        drifting.sort_by(f64::total_cmp);
+        let sigma = |values: &[f64]| baseline(values).difference(20.0)[1].unwrap().sigma;
+        assert!(sigma(&drifting) > 3.0 * sigma(&wild));
+    }
+}

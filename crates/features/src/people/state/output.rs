@@ -1,0 +1,110 @@
+//! The streams of states.
+
+use teampulse_core::phases::Phase;
+use teampulse_core::stream::{Origin, Shape, Stream, Subject};
+
+use super::baseline::Baseline;
+use super::measures::{MEASURES, Measure};
+use crate::windows::window_name;
+
+/// What the values of a state are: their suffixes, and whether they are in the unit of the measure.
+const KINDS: [(&str, bool); 3] = [("difference", true), ("z", false), ("robust_z", false)];
+
+/// How the values are made, as it stands in every method.
+const FORMULA: &str = "difference from the mean of the baseline's windows, z in their SD (n - 1), \
+     robust_z from their median in 1.4826 MAD; sigmas are those of the baseline's mean, SD, median and \
+     MAD, with overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1";
+const FORMULA_OF_PHASES: &str = "difference from the value of the baseline as one phase, z in the SD \
+     (n - 1) of its windows, robust_z in their 1.4826 MAD; sigmas of both values and of SD and MAD, with \
+     overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1";
+
+/// The state of a person in windows of a length [s].
+pub(super) fn windows<'a>(
+    person: &Subject,
+    length_secs: f64,
+    inputs: impl Iterator<Item = &'a str>,
+    method: String,
+) -> Stream {
+    let doc = format!("How {} differs from the own baseline, each second.", person.id);
+    Stream { rate_hz: 1.0, ..state(person, &window_name(length_secs), inputs, method, doc) }
+}
+
+/// The state of a person over whole phases.
+pub(super) fn phases<'a>(
+    person: &Subject,
+    inputs: impl Iterator<Item = &'a str>,
+    method: String,
+) -> Stream {
+    let doc = format!("How {} differed from the own baseline in each phase.", person.id);
+    state(person, "phases", inputs, method, doc)
+}
+
+fn state<'a>(
+    person: &Subject,
+    leaf: &str,
+    inputs: impl Iterator<Item = &'a str>,
+    method: String,
+    doc: String,
+) -> Stream {
+    let name = format!("/humans/persons/{}/state/{leaf}", person.id);
+    let kinds = MEASURES.iter().flat_map(|measure| KINDS.map(|kind| (measure, kind)));
+    let (channels, units) = kinds
+        .map(|(measure, (kind, in_unit))| {
+            let unit = if in_unit { measure.unit } else { "1" };
+            (format!("{}_{kind}", measure.name), unit.to_owned())
+        })
+        .unzip();
+    let mut inputs: Vec<String> = inputs.map(str::to_owned).collect();
+    inputs.sort_unstable();
+    inputs.dedup();
+    Stream {
+        origin: Origin::Derived,
+        channels,
+        units,
+        inputs,
+        method,
+        doc,
+        ..Stream::raw(name, person.clone(), Shape::Feature)
+    }
+}
+
+/// The method of the state in windows of a length [s].
+pub(super) fn method(
+    length_secs: f64,
+    phase: &Phase,
+    recipes: impl Iterator<Item = String>,
+) -> String {
+    let recipes: Vec<String> = recipes.collect();
+    format!(
+        "windows of {length_secs} s against those that lie in the phase {} that began at {}: {FORMULA}; {}",
+        phase.label,
+        phase.begin,
+        recipes.join("; ")
+    )
+}
+
+/// The method of the state over phases, by the windows of a length [s].
+pub(super) fn method_of_phases(
+    length_secs: f64,
+    phase: &Phase,
+    recipes: impl Iterator<Item = String>,
+) -> String {
+    let recipes: Vec<String> = recipes.collect();
+    format!(
+        "phases against the phase {} that began at {}, by the spread of its windows of {length_secs} s: \
+         {FORMULA_OF_PHASES}; {}",
+        phase.label,
+        phase.begin,
+        recipes.join("; ")
+    )
+}
+
+/// Of what a measure is made, and what it was in the baseline.
+pub(super) fn recipe(measure: &Measure, stream: &str, baseline: &Baseline) -> String {
+    let Baseline { mean, sd, median, deviation, count, worth, .. } = baseline;
+    format!(
+        "{}: {} of {stream}, in the baseline mean {mean:.4} SD {sd:.4} median {median:.4} 1.4826 MAD \
+         {deviation:.4} {} in {count} windows worth {worth:.1}",
+        measure.name, measure.value, measure.unit
+    )
+}

@@ -1,0 +1,127 @@
+//! The state of one person.
+
+use std::collections::BTreeMap;
+
+use teampulse_core::data::FeatureValues;
+use teampulse_core::feature::Outputs;
+use teampulse_core::phases::{BASELINE, Phase};
+use teampulse_core::stream::{Stream, StreamId, Subject};
+use teampulse_core::time::Time;
+
+use super::track::Span;
+use super::whole::Whole;
+use super::windows::Windows;
+
+/// What the streams of phases are called, where those of windows have a length.
+const PHASES: &str = "phases";
+
+/// So long after its end a baseline is judged: its last windows are told a little later [ns].
+const SETTLED_NS: i64 = 2_000_000_000;
+
+/// What is known of one person.
+pub(super) struct Person {
+    subject: Subject,
+    /// The baseline of which windows are held.
+    held: Option<Held>,
+    /// By what they are called: `w30`.
+    windows: BTreeMap<String, Windows>,
+    whole: Whole,
+}
+
+/// A baseline of which windows are held.
+struct Held {
+    /// Which phase it is.
+    number: usize,
+    span: Span,
+    is_judged: bool,
+}
+
+impl Person {
+    pub(super) fn new(subject: Subject) -> Person {
+        Person { subject, held: None, windows: BTreeMap::new(), whole: Whole::default() }
+    }
+
+    pub(super) fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// Another stream tells of windows or phases.
+    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, (family, spans): (&str, &str)) {
+        if spans == PHASES {
+            self.whole.join(id, stream, family);
+        } else {
+            let windows = self.windows.entry(spans.to_owned()).or_default();
+            windows.join(id, stream, family);
+        }
+    }
+
+    /// A window of a stream, or a phase, has ended.
+    pub(super) fn take(&mut self, at: (StreamId, Time), spans: &str, values: &FeatureValues) {
+        let baseline = self.held.as_ref().map(|held| held.span);
+        if spans == PHASES {
+            self.whole.take(at, values);
+        } else if let Some(windows) = self.windows.get_mut(spans) {
+            windows.take(at, values, baseline);
+        }
+    }
+
+    /// The person's phases are other than before.
+    pub(super) fn heed(&mut self, phases: &[Phase]) {
+        let Some(number) = phases.iter().rposition(|phase| phase.label == BASELINE) else { return };
+        let span = (phases[number].begin, phases[number].end);
+        match &mut self.held {
+            Some(held) if held.number == number => held.span = span,
+            _ => {
+                self.windows.values_mut().for_each(Windows::begin_anew);
+                self.held = Some(Held { number, span, is_judged: false });
+            }
+        }
+    }
+
+    /// A baseline that is over, and has settled, is judged; at the end of a session at once.
+    pub(super) fn judge(
+        &mut self,
+        phases: &[Phase],
+        told_by: &str,
+        settled_by: Time,
+        out: &mut Outputs,
+    ) {
+        let Some(held) = self.held.as_mut().filter(|held| !held.is_judged) else { return };
+        let Some(end) = held.span.1.filter(|end| *end <= settled_by) else { return };
+        held.is_judged = true;
+        let phase = &phases[held.number];
+        for windows in self.windows.values_mut() {
+            windows.judge(&self.subject, (phase, end), told_by, out);
+        }
+        let shortest =
+            self.windows.values().min_by(|a, b| a.length_secs().total_cmp(&b.length_secs()));
+        if let Some(shortest) = shortest {
+            self.whole.judge((held.number, phase), shortest);
+        }
+    }
+
+    /// A whole second has passed.
+    pub(super) fn tell(
+        &mut self,
+        phases: &[Phase],
+        told_by: &str,
+        (second, stale_secs): (Time, f64),
+        out: &mut Outputs,
+    ) {
+        let settled_by = Time::from_nanos(second.nanos().saturating_sub(SETTLED_NS));
+        self.judge(phases, told_by, settled_by, out);
+        self.windows.values().for_each(|windows| windows.tell(second, stale_secs, out));
+        self.tell_phases(phases, told_by, second, out);
+    }
+
+    /// Tells of the phases that are over at `now`.
+    pub(super) fn tell_phases(
+        &mut self,
+        phases: &[Phase],
+        told_by: &str,
+        now: Time,
+        out: &mut Outputs,
+    ) {
+        self.whole.tell((&self.subject, told_by), phases, now, out);
+    }
+}

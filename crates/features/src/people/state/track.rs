@@ -1,0 +1,104 @@
+//! One measure as one stream of windows tells it.
+
+use std::collections::VecDeque;
+
+use teampulse_core::data::{FeatureValues, Reason};
+use teampulse_core::stream::{Stream, StreamId};
+use teampulse_core::time::Time;
+
+use super::baseline::Held;
+use super::measures::MEASURES;
+
+/// At most so many windows of a baseline are held: those of an hour.
+const MOST_HELD: usize = 3600;
+/// So many of the newest values are held, for who asks a little later.
+const MOST_TOLD: usize = 8;
+
+/// One measure as one stream of windows, or of phases, tells it.
+pub(super) struct Track {
+    /// Its place in the table.
+    pub(super) measure: usize,
+    /// How good the family of the stream is for it, 0 the best.
+    pub(super) rank: usize,
+    /// The stream.
+    pub(super) id: StreamId,
+    /// Its name.
+    pub(super) stream: String,
+    channel: usize,
+    told: VecDeque<Told>,
+    held: Vec<Held>,
+}
+
+/// What was told of one window.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Told {
+    /// When the window ended.
+    pub(super) end: Time,
+    /// The measure, in its unit.
+    pub(super) value: Result<f64, Reason>,
+    /// How good the data were [0..1].
+    pub(super) quality: f32,
+}
+
+/// From when to when; an end that is not known yet is later than all.
+pub(super) type Span = (Time, Option<Time>);
+
+impl Track {
+    /// What a stream of a family tells, a track a measure.
+    pub(super) fn all(id: StreamId, stream: &Stream, family: &str) -> Vec<Track> {
+        let track = |measure: usize| {
+            let (rank, channel) = MEASURES[measure].place_in(stream, family)?;
+            let (told, held) = (VecDeque::new(), Vec::new());
+            Some(Track { measure, rank, id, stream: stream.name.clone(), channel, told, held })
+        };
+        (0..MEASURES.len()).filter_map(track).collect()
+    }
+
+    /// Takes in a window that ended; it is held if it lies in the baseline.
+    pub(super) fn take(&mut self, end: Time, window: &FeatureValues, baseline: Option<Span>) {
+        let value = window.values.get(self.channel).copied().unwrap_or(f64::NAN);
+        let reason = window.reasons.get(self.channel).copied().unwrap_or(Reason::Ok);
+        let value = match reason {
+            Reason::Ok => known((MEASURES[self.measure].read)(value)),
+            reason => Err(reason),
+        };
+        let told = Told { end, value, quality: window.quality };
+        self.told.push_back(told);
+        if self.told.len() > MOST_TOLD {
+            self.told.pop_front();
+        }
+        let begin_ns = end.nanos().saturating_sub((window.window_secs * 1e9) as i64);
+        let is_inside =
+            |(from, to): Span| begin_ns >= from.nanos() && to.is_none_or(|to| end <= to);
+        if let (Ok(value), true) = (value, baseline.is_some_and(is_inside))
+            && self.held.len() < MOST_HELD
+        {
+            self.held.push(Held { end_ns: end.nanos(), value, quality: window.quality });
+        }
+    }
+
+    /// Another baseline begins.
+    pub(super) fn begin_anew(&mut self) {
+        self.held.clear();
+    }
+
+    /// The windows of the baseline until its end.
+    pub(super) fn held(&mut self, end: Time) -> &[Held] {
+        self.held.retain(|held| held.end_ns <= end.nanos());
+        &self.held
+    }
+
+    /// What was told last.
+    pub(super) fn newest(&self) -> Option<Told> {
+        self.told.back().copied()
+    }
+
+    /// What was told of the window that ended then.
+    pub(super) fn told_at(&self, end: Time) -> Option<Told> {
+        self.told.iter().rfind(|told| told.end == end).copied()
+    }
+}
+
+fn known(value: f64) -> Result<f64, Reason> {
+    if value.is_finite() { Ok(value) } else { Err(Reason::Undefined) }
+}

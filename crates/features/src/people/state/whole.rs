@@ -1,0 +1,191 @@
+//! The state of one person over whole phases.
+
+use teampulse_core::data::{Data, FeatureValues, Reason};
+use teampulse_core::feature::Outputs;
+use teampulse_core::phases::{BASELINE, Phase};
+use teampulse_core::stream::{Stream, StreamId, Subject};
+use teampulse_core::time::Time;
+
+use super::baseline::{Baseline, Difference};
+use super::measures::{COUNT, MEASURES};
+use super::output;
+use super::track::{Told, Track};
+use super::windows::Windows;
+use crate::value::window_of;
+
+/// So long after its end a phase is told of, whether or not all streams have told of it [ns].
+const PATIENCE_NS: i64 = 12_000_000_000;
+
+/// What all streams tell of one person's phases.
+#[derive(Default)]
+pub(super) struct Whole {
+    tracks: Vec<Track>,
+    /// The phases before this one, by their number, are done with.
+    next: usize,
+    /// The baseline that phases are compared with.
+    against: Option<Against>,
+}
+
+/// A baseline as a phase.
+struct Against {
+    /// Which phase it is.
+    number: usize,
+    end: Time,
+    length_secs: f64,
+    /// What is compared: of each measure the windows of the baseline and the track of the same stream.
+    compared: [Option<Compared>; COUNT],
+    method: String,
+    inputs: Vec<String>,
+}
+
+struct Compared {
+    baseline: Baseline,
+    /// The stream of windows, without their length: that of phases begins with it.
+    family: String,
+    /// The baseline as one phase, as soon as it is needed.
+    value: Option<Result<f64, Reason>>,
+}
+
+impl Whole {
+    /// Another stream tells of phases.
+    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, family: &str) {
+        if self.tracks.iter().all(|track| track.id != id) {
+            self.tracks.extend(Track::all(id, stream, family));
+        }
+    }
+
+    /// A stream has told of a phase that ended.
+    pub(super) fn take(&mut self, (id, end): (StreamId, Time), phase: &FeatureValues) {
+        for track in self.tracks.iter_mut().filter(|track| track.id == id) {
+            track.take(end, phase, None);
+        }
+    }
+
+    /// A baseline is over: later phases are compared with it, by what its windows of a length compare.
+    pub(super) fn judge(&mut self, (number, phase): (usize, &Phase), windows: &Windows) {
+        let Some(end) = phase.end else { return };
+        let mut compared = [const { None }; COUNT];
+        for (measure, stream, baseline) in windows.chosen() {
+            let family = stream.rsplit_once('/').map_or(stream, |(family, _)| family).to_owned();
+            compared[measure] = Some(Compared { baseline: *baseline, family, value: None });
+        }
+        let recipes = windows.chosen().map(|(measure, stream, baseline)| {
+            output::recipe(&MEASURES[measure], stream, baseline)
+        });
+        let method = output::method_of_phases(windows.length_secs(), phase, recipes);
+        let inputs = windows.chosen().map(|(_, stream, _)| stream.to_owned()).collect();
+        let length_secs = end.secs_since(phase.begin);
+        self.against = Some(Against { number, end, length_secs, compared, method, inputs });
+    }
+
+    /// Tells of the phases that are over at `now`, as soon as all streams have told of them.
+    pub(super) fn tell(
+        &mut self,
+        (person, told_by): (&Subject, &str),
+        phases: &[Phase],
+        now: Time,
+        out: &mut Outputs,
+    ) {
+        while let Some(phase) = phases.get(self.next) {
+            let Some(end) = phase.end.filter(|end| *end <= now) else { return };
+            let reference = phases[..self.next].iter().rposition(|each| each.label == BASELINE);
+            if phase.label != BASELINE && reference.is_some() {
+                let is_judged = self.against.as_ref().map(|against| against.number) == reference;
+                let is_late = now.nanos_since(end) >= PATIENCE_NS;
+                let is_due = is_late || (is_judged && self.is_complete(end));
+                if !is_due {
+                    return;
+                }
+                if is_judged {
+                    self.tell_phase((person, told_by), phase, out);
+                }
+            }
+            self.next += 1;
+        }
+    }
+
+    /// Whether all that is compared has told of the phase that ended then.
+    fn is_complete(&self, end: Time) -> bool {
+        let Some(against) = &self.against else { return false };
+        let mut compared = against.compared.iter().enumerate();
+        compared.all(|(measure, compared)| {
+            let track = compared.as_ref().and_then(|each| track(&self.tracks, measure, each));
+            track.is_none_or(|track| track.told_at(end).is_some())
+        })
+    }
+
+    fn tell_phase(
+        &mut self,
+        (person, told_by): (&Subject, &str),
+        phase: &Phase,
+        out: &mut Outputs,
+    ) {
+        let (Some(against), Some(end)) = (&mut self.against, phase.end) else { return };
+        let length_secs = end.secs_since(phase.begin);
+        let mut told = [const { Err(Reason::Missing) }; COUNT];
+        for (measure, told) in told.iter_mut().enumerate() {
+            let lack = lack(&self.tracks, measure);
+            let Some(compared) = &mut against.compared[measure] else {
+                *told = Err(lack);
+                continue;
+            };
+            let track = track(&self.tracks, measure, compared);
+            *told = track.ok_or(lack).and_then(|track| {
+                let baseline = *compared.value.get_or_insert_with(|| value_at(track, against.end));
+                compared.difference(track, (baseline?, end), length_secs / against.length_secs)
+            });
+        }
+        let used = self.tracks.iter().filter(|track| {
+            let compared = against.compared[track.measure].as_ref();
+            compared.is_some_and(|compared| compared.is_of(track))
+        });
+        let inputs = used.map(|track| track.stream.as_str());
+        let inputs = inputs.chain(against.inputs.iter().map(String::as_str)).chain([told_by]);
+        let stream = output::phases(person, inputs, against.method.clone());
+        let output = out.declare(stream);
+        out.emit(output, end, values(length_secs, &told));
+    }
+}
+
+impl Compared {
+    fn is_of(&self, track: &Track) -> bool {
+        track.stream.rsplit_once('/').is_some_and(|(family, _)| family == self.family)
+    }
+
+    /// How a phase that ended then differs, and how good its data were; it is so many times as long as
+    /// the baseline.
+    fn difference(
+        &self,
+        track: &Track,
+        (value, end): (f64, Time),
+        lengths: f64,
+    ) -> Result<(Difference, f32), Reason> {
+        let Told { value: of_phase, quality, .. } = track.told_at(end).ok_or(Reason::Gap)?;
+        Ok((self.baseline.between(of_phase?, value, self.baseline.worth * lengths), quality))
+    }
+}
+
+/// What a track told of the phase that ended then.
+fn value_at(track: &Track, end: Time) -> Result<f64, Reason> {
+    track.told_at(end).map_or(Err(Reason::Short), |told| told.value)
+}
+
+/// The track that tells of phases what is compared of windows.
+fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option<&'a Track> {
+    tracks.iter().find(|track| track.measure == measure && compared.is_of(track))
+}
+
+/// Why a measure has nothing to compare.
+fn lack(tracks: &[Track], measure: usize) -> Reason {
+    let is_told = tracks.iter().any(|track| track.measure == measure);
+    if is_told { Reason::Short } else { Reason::Missing }
+}
+
+fn values(length_secs: f64, told: &[Result<(Difference, f32), Reason>; COUNT]) -> Data {
+    let known = told.iter().flatten();
+    let (count, sum) = known
+        .fold((0.0, 0.0), |(count, sum), (_, quality)| (count + 1.0, sum + f64::from(*quality)));
+    let quality = if count > 0.0 { (sum / count).clamp(0.0, 1.0) } else { 0.0 };
+    let differences = told.map(|told| told.map_or_else(|reason| [Err(reason); 3], |told| told.0));
+    window_of(length_secs, count / COUNT as f64, quality, differences.as_flattened())
+}

@@ -1,0 +1,144 @@
+//! The state of one person in windows of one length.
+
+use teampulse_core::data::{Data, FeatureValues, Reason};
+use teampulse_core::feature::{OutputId, Outputs};
+use teampulse_core::phases::Phase;
+use teampulse_core::stream::{Stream, StreamId, Subject};
+use teampulse_core::time::Time;
+
+use super::baseline::{Baseline, Difference};
+use super::measures::{COUNT, MEASURES};
+use super::output;
+use super::track::{Span, Track};
+use crate::value::window_of;
+
+/// What is compared: which track, by its place, and what it was in the baseline.
+pub(super) type Compared = (usize, Baseline);
+
+/// What all streams of windows of one length tell of one person.
+#[derive(Default)]
+pub(super) struct Windows {
+    length_secs: f64,
+    tracks: Vec<Track>,
+    compared: [Option<Compared>; COUNT],
+    output: Option<OutputId>,
+}
+
+impl Windows {
+    /// Another stream tells of windows of this length.
+    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, family: &str) {
+        if self.tracks.iter().all(|track| track.id != id) {
+            self.tracks.extend(Track::all(id, stream, family));
+        }
+    }
+
+    /// A window of a stream has ended.
+    pub(super) fn take(
+        &mut self,
+        (id, end): (StreamId, Time),
+        window: &FeatureValues,
+        baseline: Option<Span>,
+    ) {
+        self.length_secs = window.window_secs;
+        for track in self.tracks.iter_mut().filter(|track| track.id == id) {
+            track.take(end, window, baseline);
+        }
+    }
+
+    /// Another baseline begins.
+    pub(super) fn begin_anew(&mut self) {
+        self.tracks.iter_mut().for_each(Track::begin_anew);
+    }
+
+    /// How long its windows are [s].
+    pub(super) fn length_secs(&self) -> f64 {
+        self.length_secs
+    }
+
+    /// The baseline is over: chooses what is compared from now on, of each measure the track of the best
+    /// family that has a baseline, of several the best in quality, of equals the first by name.
+    pub(super) fn judge(
+        &mut self,
+        person: &Subject,
+        (phase, end): (&Phase, Time),
+        told_by: &str,
+        out: &mut Outputs,
+    ) {
+        self.compared = [None; COUNT];
+        for place in 0..self.tracks.len() {
+            let baseline = Baseline::of(self.tracks[place].held(end), self.length_secs);
+            let Some(baseline) = baseline else { continue };
+            let known = &mut self.compared[self.tracks[place].measure];
+            let is_better = known.is_none_or(|(other, than)| {
+                let (track, other) = (&self.tracks[place], &self.tracks[other]);
+                let better = |a: f64, b: f64| b.total_cmp(&a);
+                let by_quality = better(baseline.quality, than.quality);
+                let order = track.rank.cmp(&other.rank).then(by_quality);
+                order.then(track.stream.cmp(&other.stream)).is_lt()
+            });
+            if is_better {
+                *known = Some((place, baseline));
+            }
+        }
+        if self.compared.iter().any(Option::is_some) {
+            let recipes = self.chosen().map(|(measure, stream, baseline)| {
+                output::recipe(&MEASURES[measure], stream, baseline)
+            });
+            let recipe = output::method(self.length_secs, phase, recipes);
+            let inputs = self.chosen().map(|(_, stream, _)| stream);
+            let stream = output::windows(person, self.length_secs, inputs.chain([told_by]), recipe);
+            self.output = Some(out.declare(stream));
+        }
+    }
+
+    /// What is compared: the measure, the stream and the baseline.
+    pub(super) fn chosen(&self) -> impl Iterator<Item = (usize, &str, &Baseline)> {
+        self.compared.iter().flatten().map(|(place, baseline)| {
+            let track = &self.tracks[*place];
+            (track.measure, track.stream.as_str(), baseline)
+        })
+    }
+
+    /// Why a measure has nothing to compare: its sensor is not there, or was not in the baseline.
+    pub(super) fn lack(&self, measure: usize) -> Reason {
+        let is_told = self.tracks.iter().any(|track| track.measure == measure);
+        if is_told { Reason::Short } else { Reason::Missing }
+    }
+
+    /// Tells the state at a whole second, of windows that ended less than `stale_secs` [s] before.
+    pub(super) fn tell(&self, second: Time, stale_secs: f64, out: &mut Outputs) {
+        let Some(output) = self.output else { return };
+        out.emit(output, second, self.state(second, stale_secs));
+    }
+
+    fn state(&self, second: Time, stale_secs: f64) -> Data {
+        let (mut known, mut quality) = (0.0, 0.0);
+        let mut differences = [[Err(Reason::Missing); 3]; COUNT];
+        for (measure, difference) in differences.iter_mut().enumerate() {
+            let told = self.difference(measure, second, stale_secs);
+            *difference = told.map_or_else(|reason| [Err(reason); 3], |(difference, _)| difference);
+            if let Ok((_, of_window)) = told {
+                (known, quality) = (known + 1.0, quality + f64::from(of_window));
+            }
+        }
+        let quality = if known > 0.0 { (quality / known).clamp(0.0, 1.0) } else { 0.0 };
+        window_of(self.length_secs, known / COUNT as f64, quality, differences.as_flattened())
+    }
+
+    /// How a measure differs, and how good the window is, or why that is not known.
+    fn difference(
+        &self,
+        measure: usize,
+        second: Time,
+        stale_secs: f64,
+    ) -> Result<(Difference, f32), Reason> {
+        let Some((place, baseline)) = &self.compared[measure] else {
+            return Err(self.lack(measure));
+        };
+        let newest = self.tracks[*place].newest().ok_or(Reason::Gap)?;
+        if second.secs_since(newest.end) > stale_secs {
+            return Err(Reason::Gap);
+        }
+        Ok((baseline.difference(newest.value?), newest.quality))
+    }
+}
