@@ -2,7 +2,8 @@
 """An independent ROS 2 peer over PyPI's Cyclone DDS.
 
 `publish` and `subscribe` move numbered, checksummed messages (see payload.py); `send` publishes any
-bytes, given as hexadecimal lines on standard input; `graph` tells the nodes and endpoints it sees.
+bytes, given as hexadecimal lines on standard input; `eavesdrop` listens to all that there is;
+`graph` tells the nodes and endpoints it sees.
 Each prints one JSON object a line: first that it is matched, last what it counted. Standard input
 is its leash: when that closes, it ends.
 """
@@ -22,6 +23,7 @@ from cyclonedds.builtin import (
 )
 from cyclonedds.core import InstanceState, Policy, Qos, SampleState, ViewState
 from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import make_idl_struct
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -159,6 +161,24 @@ def subscribe(args: argparse.Namespace, participant: DomainParticipant) -> None:
     )
 
 
+def eavesdrop(args: argparse.Namespace, participant: DomainParticipant) -> None:
+    """Subscribes to every topic that anybody publishes, for `seconds`; tells how much came on each."""
+    publications = BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
+    readers, messages = {}, {}
+    deadline = time.monotonic() + args.seconds
+    while time.monotonic() < deadline and leashed():
+        for endpoint in publications.take(1000):
+            name, kind = endpoint.topic_name, endpoint.type_name
+            if endpoint.sample_info.valid_data and name not in readers:
+                anything = make_idl_struct(kind.rpartition("::")[2], kind, {})
+                topic = Topic(participant, name, anything, qos=qos(args))
+                readers[name] = DataReader(participant, topic, qos=qos(args))
+        for name, reader in readers.items():
+            messages[name] = messages.get(name, 0) + len(ddspy_take(reader._ref, ANY, 1000))
+        time.sleep(0.01)
+    tell(heard=messages)
+
+
 # --- the graph
 
 
@@ -280,10 +300,11 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--domain", type=int, default=0)
     commands = parser.add_subparsers(required=True)
-    for run in (publish, send, subscribe):
+    for run in (publish, send, subscribe, eavesdrop):
         command = commands.add_parser(run.__name__, help=run.__doc__)
         command.set_defaults(run=run)
-        command.add_argument("topic", help="a ROS name: /bench")
+        if run != eavesdrop:
+            command.add_argument("topic", help="a ROS name: /bench")
         command.add_argument("--type", default=payload.TYPE)
         command.add_argument("--topics", type=int, default=1, help="that many, numbered from 0")
         command.add_argument("--size", type=int, default=64, help="bytes of content")
