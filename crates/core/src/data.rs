@@ -127,6 +127,8 @@ words! {
         Burst = "burst",
         /// A blink.
         Blink = "blink",
+        /// A person steps in and commands a robot.
+        Intervention = "intervention",
         /// Something went wrong.
         Fault = "fault",
         /// A clock stepped or began anew, or the session ended.

@@ -34,6 +34,8 @@ struct Second {
 pub(crate) struct Life {
     expected_hz: Option<f64>,
     declared: bool,
+    /// Whether it comes now and then, so that a silence means nothing.
+    irregular: bool,
     now: Time,
     first: Option<Time>,
     seconds: VecDeque<Second>,
@@ -60,6 +62,7 @@ impl Life {
         Life {
             expected_hz: declared.then_some(declared_hz),
             declared,
+            irregular: false,
             now: Time::EPOCH,
             first: None,
             seconds: VecDeque::with_capacity(WINDOW_SECS + 1),
@@ -76,6 +79,11 @@ impl Life {
             ahead_secs: f64::NAN,
             disbelieved_ahead_secs: f64::NAN,
         }
+    }
+
+    /// The life of a stream that comes now and then: no rate is learned, and no silence held against it.
+    pub(crate) fn irregular() -> Life {
+        Life { irregular: true, ..Life::new(0.0) }
     }
 
     /// A declared rate became known [Hz].
@@ -150,7 +158,7 @@ impl Life {
         if self.seconds.len() > WINDOW_SECS {
             self.seconds.pop_front();
         }
-        if !self.declared {
+        if !self.declared && !self.irregular {
             self.learn();
         }
     }
@@ -318,6 +326,14 @@ mod tests {
             (status.state, status.reason.as_str()),
             (State::Degraded, "4.0 Hz instead of 10.0 Hz")
         );
+    }
+
+    #[test]
+    fn what_comes_now_and_then_is_never_dead() {
+        let mut life = Life::irregular();
+        live(&mut life, 0, 20, 10);
+        let now = live(&mut life, 20, 100, 0);
+        assert_eq!(status(&life, now).state, State::Ok);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::loss::Loss;
 use crate::sample::{Sample, Turn};
 use crate::source::Reading;
 use crate::status::StreamStatus;
-use crate::stream::{About, Origin, Shape, Stream, StreamId};
+use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 use crate::time::Time;
 
 /// With how many of its newest neighbours a message is compared to find it sent twice.
@@ -38,11 +38,16 @@ pub(crate) struct Track {
     neighbours: VecDeque<(Time, Bytes)>,
 }
 
+/// Whether a stream comes now and then by its nature: what happens, and what people do.
+fn is_irregular(stream: &Stream) -> bool {
+    stream.shape == Shape::Event || stream.signal == Signal::Input
+}
+
 impl Track {
     pub(crate) fn new(id: StreamId, stream: Arc<Stream>) -> Track {
         Track {
             id,
-            life: Life::new(stream.rate_hz),
+            life: if is_irregular(&stream) { Life::irregular() } else { Life::new(stream.rate_hz) },
             told_as: stream.name.clone(),
             tells: Loss::told_on(&stream),
             stream,

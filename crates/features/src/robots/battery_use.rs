@@ -26,14 +26,14 @@ use crate::windows::{View, Windows, window_name};
 
 /// How fast a battery is used, and when it will be empty: the battery utilisation of a robot.
 ///
-/// - Measures: the power taken from the battery, the loss of charge, and the time that is left;
-///   negative while it is charged.
+/// - Measures: the power taken from the battery and the loss of charge, negative while it is charged;
+///   the time and the share of the charge that are left.
 /// - Formula: power is the first that can be had of: the power itself; the median of voltage ×
 ///   current; −d(energy)/dt; −d(fraction)/dt × capacity × voltage; −d(charge)/dt × voltage. Loss is
 ///   −d(fraction)/dt. Time left is what is left over its loss, where that is more than twice its
-///   uncertainty. Slopes are Theil–Sen lines, through the moments of change where a gauge is
+///   uncertainty; the share that is left is the median. Slopes are Theil–Sen lines, through the moments of change where a gauge is
 ///   coarse.
-/// - Unit: W, %/min, s, each with its standard uncertainty.
+/// - Unit: W, %/min, s, 1, each with its standard uncertainty.
 /// - Window: `windows_secs`, once a second; at most 600 readings each.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; `sensor_msgs/msg/BatteryState`; Sen (1968),
@@ -125,7 +125,7 @@ impl Extractor for Battery {
             self.notes.say(Note::PositiveDischarge, end, out);
         }
         for ((lines, view), output) in windows.iter().zip(&self.outputs) {
-            let found = estimate(view, lines, self.direction);
+            let found = estimate(view, &self.gauges, lines, self.direction);
             let quality = view.share(|reading| self.gauges.tells_use(reading));
             out.emit(*output, end, window_of(view.secs, view.coverage, quality, &found.values()));
             if let Some(method) = found.power_method {
@@ -150,7 +150,12 @@ impl Battery {
 }
 
 fn output(input: &Stream, secs: f64) -> Stream {
-    let channels = [("power_w", "W"), ("percent_per_min", "%/min"), ("empty_in_secs", "s")];
+    let channels = [
+        ("power_w", "W"),
+        ("percent_per_min", "%/min"),
+        ("empty_in_secs", "s"),
+        ("fraction_left", "1"),
+    ];
     Stream {
         signal: Signal::Battery,
         device: input.device.clone(),

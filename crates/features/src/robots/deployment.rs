@@ -27,7 +27,7 @@ use crate::whole_seconds::WholeSeconds;
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team", the robots' deployment time.
 /// - Limits: a robot that runs but can't be heard counts as gone. Which topics exist is no sign of
-///   life; only their messages are.
+///   life; only their messages are, but not those by which people command it.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Deployment {
@@ -52,7 +52,10 @@ impl Component<dyn Feature, FeatureContext> for Deployment {
 
 impl Feature for Deployment {
     fn accepts(&self, stream: &Stream) -> bool {
-        stream.about == About::Robot && stream.origin == Origin::Raw && !stream.id.is_empty()
+        stream.about == About::Robot
+            && stream.origin == Origin::Raw
+            && stream.signal != Signal::Input
+            && !stream.id.is_empty()
     }
 
     fn scope(&self) -> Scope {
@@ -264,6 +267,12 @@ mod tests {
         online(&mut drive, 40..45);
         let deployed = drive.features("/r1/deployment").into_iter().map(|(_, each)| each.values[0]);
         assert!(deployed.is_sorted());
+    }
+
+    #[test]
+    fn what_people_tell_a_robot_is_no_sign_of_its_life() {
+        let commands = plain("/r1/goal_pose", Signal::Input, &[]);
+        assert!(!built::<Deployment>("").accepts(&commands));
     }
 
     #[test]

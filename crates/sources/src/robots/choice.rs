@@ -14,6 +14,7 @@ pub struct Choice {
     mapped: Vec<(&'static str, Field)>,
     numbers: Vec<Field>,
     images: Vec<String>,
+    commands: Vec<Pattern>,
     topics: Vec<Pattern>,
 }
 
@@ -38,6 +39,7 @@ impl Choice {
                 .collect(),
             numbers: settings.numbers.clone(),
             images: settings.images.clone(),
+            commands: settings.commands.iter().map(relative).collect::<Result<_, _>>()?,
             topics: settings.topics.iter().map(relative).collect::<Result<_, _>>()?,
         })
     }
@@ -87,13 +89,16 @@ impl Choice {
         if let Some((parameter, field)) = self.mapped.iter().find(|(_, it)| it.topic == relative) {
             return Some(mapped(parameter, field));
         }
+        let path = format!("/{relative}");
+        if self.commands.iter().any(|each| each.matches(&path)) {
+            return Some(commands());
+        }
         if self.images.iter().any(|image| image == relative) {
             return Some(Stream { signal: Signal::Image, ..blank() });
         }
         if let Some(standard) = self.standard(type_name) {
             return Some(standard);
         }
-        let path = format!("/{relative}");
         self.topics.iter().any(|each| each.matches(&path)).then(blank)
     }
 
@@ -106,6 +111,12 @@ impl Choice {
         let stream = Stream { signal: norm.signal, doc: norm.doc.into(), ..blank() };
         Some(stream.with_channels(norm.channels))
     }
+}
+
+/// The stream of a topic on which people command a robot.
+fn commands() -> Stream {
+    let doc = "what people tell the robot to do".into();
+    Stream { signal: Signal::Input, doc, ..blank() }
 }
 
 fn blank() -> Stream {
@@ -205,6 +216,21 @@ mod tests {
         assert_eq!((battery.signal, &battery.units[..]), (Signal::Battery, &["J".to_owned()][..]));
         assert!(choice.stream("/r1/other", "sensor_msgs/msg/BatteryState").is_none());
         assert!(choice.stream("/r1/scan_raw", "sensor_msgs/msg/LaserScan").is_some());
+    }
+
+    #[test]
+    fn commands_are_what_people_put_in_and_never_in_the_way_of_a_parameter() {
+        let choice = choice(
+            r#"commands = ["goal_pose", "cmd_*", "odom_goal", "battery"]
+               battery  = { topic = "battery" }"#,
+        );
+        let signal = |topic, type_name| Some(choice.stream(topic, type_name)?.signal);
+        assert_eq!(signal("/r1/goal_pose", "geometry_msgs/msg/PoseStamped"), Some(Signal::Input));
+        assert_eq!(signal("/r1/cmd_vel", "geometry_msgs/msg/Twist"), Some(Signal::Input));
+        assert_eq!(signal("/r1/odom_goal", "nav_msgs/msg/Odometry"), Some(Signal::Input));
+        assert_eq!(signal("/r1/odom", "nav_msgs/msg/Odometry"), Some(Signal::Odometry));
+        assert_eq!(signal("/r1/battery", "sensor_msgs/msg/BatteryState"), Some(Signal::Battery));
+        assert_eq!(signal("/r1/other", "geometry_msgs/msg/Twist"), None);
     }
 
     #[test]

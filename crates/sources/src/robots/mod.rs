@@ -53,6 +53,10 @@ pub struct Robots {
     pub numbers: Vec<Field>,
     /// Topics with images to record, relative to the robot: they are large, so none by default.
     pub images: Vec<String>,
+    /// Topics on which people command it, relative to the robot; `*` as in `namespace`:
+    /// `goal_pose`, `cmd_vel`. They are recorded as they are, and what comes on them is counted as
+    /// interventions.
+    pub commands: Vec<String>,
     /// Any other topics to record as they are, relative to the robot; `*` as in `namespace`.
     pub topics: Vec<String>,
     /// What every robot must offer for `check` to say go: `battery`, `link`, `odometry`,
@@ -97,6 +101,7 @@ impl Default for Robots {
             temperature: None,
             numbers: Vec::new(),
             images: Vec::new(),
+            commands: Vec::new(),
             topics: Vec::new(),
             required: Vec::new(),
             robots: Vec::new(),
@@ -140,6 +145,7 @@ impl Component<dyn Source, SourceContext> for Robots {
 domain    = 0
 battery   = { topic = "battery_state" }
 link      = { topic = "wifi", field = "signal_level", unit = "dBm" }
+commands  = ["goal_pose", "cmd_vel"]
 required  = ["battery"]"#;
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {

@@ -8,7 +8,7 @@ use teampulse_signal::robust::{median, median_estimate};
 use teampulse_signal::slope::Line;
 
 use super::current::Direction;
-use super::gauge::Lines;
+use super::gauge::{Gauges, Lines};
 use super::reading::{Quantity, Reading};
 use crate::value::{Value, defined};
 use crate::windows::View;
@@ -34,6 +34,8 @@ pub(super) struct Use {
     pub(super) percent_per_min: Value,
     /// Time until it is empty [s].
     pub(super) empty_in_secs: Value,
+    /// The share of its charge that is left [0..1].
+    pub(super) fraction_left: Value,
 }
 
 /// How the power was found.
@@ -48,8 +50,8 @@ pub(super) enum PowerMethod {
 
 impl Use {
     /// The values in the order of the stream's channels.
-    pub(super) fn values(&self) -> [Value; 3] {
-        [self.power_w, self.percent_per_min, self.empty_in_secs]
+    pub(super) fn values(&self) -> [Value; 4] {
+        [self.power_w, self.percent_per_min, self.empty_in_secs, self.fraction_left]
     }
 }
 
@@ -66,7 +68,12 @@ impl fmt::Display for PowerMethod {
 }
 
 /// What a window tells about a battery's use.
-pub(super) fn estimate(view: &View<'_, Reading>, lines: &Lines, direction: Direction) -> Use {
+pub(super) fn estimate(
+    view: &View<'_, Reading>,
+    gauges: &Gauges,
+    lines: &Lines,
+    direction: Direction,
+) -> Use {
     if let Some(reason) = view.lack {
         let lack = Err(reason);
         return Use {
@@ -74,6 +81,7 @@ pub(super) fn estimate(view: &View<'_, Reading>, lines: &Lines, direction: Direc
             power_method: None,
             percent_per_min: lack,
             empty_in_secs: lack,
+            fraction_left: lack,
         };
     }
     let (power_w, power_method) = power(view, lines, direction);
@@ -84,6 +92,7 @@ pub(super) fn estimate(view: &View<'_, Reading>, lines: &Lines, direction: Direc
         power_method,
         percent_per_min: lines.fraction.map_or(Err(Reason::Missing), loss),
         empty_in_secs: stock.map_or(Err(nothing_left_to_tell(view)), time_left),
+        fraction_left: fraction_left(view, gauges),
     }
 }
 
@@ -136,6 +145,14 @@ fn time_left(line: Line) -> Value {
 
 fn loss(line: Line, factor: f64) -> Estimate {
     line.slope.scaled(-factor)
+}
+
+fn fraction_left(view: &View<'_, Reading>, gauges: &Gauges) -> Value {
+    let plausible = |reading: &Reading| {
+        let fraction = gauges.fraction_left(reading);
+        if (0.0..=1.0).contains(&fraction) { fraction } else { f64::NAN }
+    };
+    middle(view, plausible).map_or(Err(Reason::Missing), |left| defined(Some(left)))
 }
 
 /// The median with its uncertainty, where enough of the window's readings have the number.

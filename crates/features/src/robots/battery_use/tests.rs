@@ -60,6 +60,7 @@ fn a_standard_battery_tells_power_loss_and_time_left() {
     assert_eq!(window.values[0], 24.0);
     close(window.values[1], 1.0, 1e-6);
     close(window.values[2], 49.0 * 60.0, 1e-6);
+    close(window.values[3], 0.4925, 1e-3);
     assert_eq!((window.coverage, window.quality), (1.0, 1.0));
     assert_eq!(drive.labels(NOTES), ["/r1/battery_state: power from voltage × current"]);
 }
@@ -140,7 +141,7 @@ fn the_time_left_is_as_uncertain_as_the_loss() {
 #[test]
 fn powers_that_no_robot_has_are_left_out() {
     let window = fed(&one_number("W"), 60, |_| [1e12]).last(USE);
-    assert_eq!(window.reasons, [Reason::Missing; 3]);
+    assert_eq!(window.reasons, [Reason::Missing; 4]);
 }
 
 #[test]
@@ -166,7 +167,10 @@ fn joules_tell_power_and_time_left_and_no_percent() {
 #[test]
 fn an_energy_that_never_moved_tells_nothing() {
     let window = fed(&one_number("J"), 60, |_| [1000.0]).last(USE);
-    assert_eq!(window.reasons, [Reason::Undefined, Reason::Missing, Reason::Undefined]);
+    assert_eq!(
+        window.reasons,
+        [Reason::Undefined, Reason::Missing, Reason::Undefined, Reason::Missing]
+    );
 }
 
 #[test]
@@ -199,7 +203,7 @@ fn a_percentage_in_whole_percents_is_uncertain_and_says_so() {
 fn watts_are_taken_as_given() {
     let window = fed(&one_number("W"), 40, |t| [if t == 30.0 { 1e9 } else { 15.0 }]).last(USE);
     assert_eq!(window.values[0], 15.0);
-    assert_eq!(window.reasons[1..], [Reason::Missing; 2]);
+    assert_eq!(window.reasons[1..], [Reason::Missing; 3]);
 }
 
 #[test]
@@ -220,7 +224,7 @@ fn a_current_that_a_driver_left_at_zero_is_not_measured() {
 #[test]
 fn unmeasured_is_missing() {
     let window = fed(&battery_state(), 60, |_| [12.0, NAN, NAN, NAN, NAN, 0.0]).last(USE);
-    assert_eq!(window.reasons, [Reason::Missing; 3]);
+    assert_eq!(window.reasons, [Reason::Missing; 4]);
     assert_eq!(window.quality, 0.0);
 }
 
@@ -229,8 +233,8 @@ fn a_new_battery_is_short_and_a_silent_one_has_a_gap() {
     let mut drive = fed(&one_number("J"), 60, |t| [1000.0 - t]);
     drive.until(100.0);
     let windows = drive.features(USE);
-    assert_eq!(windows[3].1.reasons, [Reason::Short; 3]);
-    assert_eq!(windows.last().unwrap().1.reasons, [Reason::Gap; 3]);
+    assert_eq!(windows[3].1.reasons, [Reason::Short; 4]);
+    assert_eq!(windows.last().unwrap().1.reasons, [Reason::Gap; 4]);
 }
 
 #[test]
