@@ -104,6 +104,11 @@ impl Subject {
         Subject { about: About::Robot, id: id.into() }
     }
 
+    /// The team as a whole.
+    pub fn team() -> Subject {
+        Subject { about: About::Team, id: String::new() }
+    }
+
     /// The session itself.
     pub fn session() -> Subject {
         Subject { about: About::Session, id: String::new() }

@@ -107,6 +107,11 @@ impl Drive {
         of_stream.map(|(_, measured, data)| (measured.secs(), data.clone())).collect()
     }
 
+    /// The outputs that were declared.
+    pub(crate) fn streams(&self) -> &[Stream] {
+        self.out.streams()
+    }
+
     pub(crate) fn features(&mut self, name: &str) -> Vec<(f64, FeatureValues)> {
         let values =
             |data| if let Data::Feature(values) = data { (*values).clone() } else { panic!() };

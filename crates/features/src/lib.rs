@@ -34,12 +34,19 @@ pub mod people {
     pub mod state;
 }
 
+/// Features of the team as a whole, one file each.
+pub mod team {
+    pub mod attention;
+    pub mod interventions;
+}
+
 pub mod context;
 mod analysed;
 mod running;
 mod windows;
 mod whole_seconds;
 mod value;
+mod inputs;
 #[cfg(test)]
 mod drive;
 
@@ -62,4 +69,6 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<people::skin::Skin>("skin"),
     Entry::new::<people::skin_temperature::SkinTemperature>("skin_temperature"),
     Entry::new::<people::state::State>("state"),
+    Entry::new::<team::attention::Attention>("attention"),
+    Entry::new::<team::interventions::Interventions>("interventions"),
 ];

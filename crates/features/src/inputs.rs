@@ -1,0 +1,49 @@
+//! The inputs of what hears many streams.
+
+use teampulse_core::stream::Stream;
+
+/// The names of the streams that joined, in their order.
+///
+/// What hears a whole session has many: its outputs are not declared again for each, but once a second
+/// when there are new ones.
+#[derive(Debug, Default)]
+pub(crate) struct Inputs {
+    names: Vec<String>,
+    declared: usize,
+}
+
+impl Inputs {
+    /// A stream joined.
+    pub(crate) fn join(&mut self, stream: &Stream) {
+        if !self.names.contains(&stream.name) {
+            self.names.push(stream.name.clone());
+        }
+    }
+
+    /// All names, if there are any that were not taken yet.
+    pub(crate) fn take_news(&mut self) -> Option<Vec<String>> {
+        let is_news = self.declared < self.names.len();
+        self.declared = self.names.len();
+        is_news.then(|| self.names.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{Shape, Subject};
+
+    use super::*;
+
+    #[test]
+    fn what_joined_is_news_once() {
+        let mut inputs = Inputs::default();
+        let join = |inputs: &mut Inputs, name: &str| {
+            inputs.join(&Stream::raw(name, Subject::team(), Shape::Event));
+        };
+        join(&mut inputs, "/a");
+        join(&mut inputs, "/b");
+        assert_eq!(inputs.take_news().unwrap(), ["/a", "/b"]);
+        join(&mut inputs, "/a");
+        assert_eq!(inputs.take_news(), None);
+    }
+}

@@ -1,0 +1,90 @@
+//! Alerts: raised, answered, over.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::feature::{OutputId, Outputs};
+use teampulse_core::stream::StreamId;
+use teampulse_core::time::Time;
+
+use crate::value::moment;
+
+/// The alerts that are not over: one for each robot and reason.
+#[derive(Debug, Default)]
+pub(super) struct Alerts {
+    open: BTreeMap<(String, String), Alert>,
+    untold: Vec<(Time, Event)>,
+}
+
+/// A robot needs someone.
+#[derive(Debug)]
+struct Alert {
+    begun: Time,
+    is_answered: bool,
+    /// The streams that say so.
+    causes: BTreeSet<StreamId>,
+}
+
+impl Alerts {
+    /// A stream says from now on that a robot needs someone.
+    pub(super) fn begin(&mut self, robot: &str, why: &str, says: StreamId, at: Time) {
+        let key = (robot.to_owned(), why.to_owned());
+        if let Some(alert) = self.open.get_mut(&key) {
+            alert.causes.insert(says);
+            return;
+        }
+        let causes = BTreeSet::from([says]);
+        self.open.insert(key, Alert { begun: at, is_answered: false, causes });
+        let raised = moment(EventKind::Fault, format!("{robot} needs someone: {why}"));
+        self.untold.push((at, Event { duration_secs: f64::NAN, ..raised }));
+    }
+
+    /// A stream says that a robot does not need someone, any more.
+    pub(super) fn end(&mut self, robot: &str, why: &str, says: StreamId, at: Time) {
+        let key = (robot.to_owned(), why.to_owned());
+        let Some(alert) = self.open.get_mut(&key) else { return };
+        alert.causes.remove(&says);
+        if !alert.causes.is_empty() {
+            return;
+        }
+        let over = moment(EventKind::Marker, format!("{robot} no longer needs someone: {why}"));
+        let duration_secs = at.secs_since(alert.begun).max(0.0);
+        self.open.remove(&key);
+        self.untold.push((at, Event { duration_secs, ..over }));
+    }
+
+    /// Somebody commands a robot: that answers all its alerts that began before.
+    pub(super) fn answer(&mut self, robot: &str, at: Time) {
+        for ((_, why), alert) in self.open.iter_mut().filter(|((id, _), _)| id == robot) {
+            if !alert.is_answered && alert.begun <= at {
+                alert.is_answered = true;
+                let answered = moment(EventKind::Marker, format!("{robot} was answered: {why}"));
+                self.untold.push((at, Event { value: at.secs_since(alert.begun), ..answered }));
+            }
+        }
+    }
+
+    /// Tells what has happened.
+    pub(super) fn tell(&mut self, events: OutputId, out: &mut Outputs) {
+        for (at, event) in self.untold.drain(..) {
+            out.emit(events, at, Data::Event(Arc::new(event)));
+        }
+    }
+
+    /// How many robots need someone whom nobody has answered.
+    pub(super) fn robots_in_need(&self) -> usize {
+        let robots = self.unanswered().map(|((robot, _), _)| robot);
+        robots.collect::<BTreeSet<&String>>().len()
+    }
+
+    /// When the oldest of the alerts that nobody has answered began, of those up to now.
+    pub(super) fn oldest_unanswered(&self, now: Time) -> Option<Time> {
+        let begun = self.unanswered().map(|(_, alert)| alert.begun);
+        begun.min().map(|begun| begun.min(now))
+    }
+
+    fn unanswered(&self) -> impl Iterator<Item = (&(String, String), &Alert)> {
+        self.open.iter().filter(|(_, alert)| !alert.is_answered)
+    }
+}

@@ -1,0 +1,153 @@
+//! Signs: what a robot's features say of whether it needs someone.
+
+use std::fmt;
+
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream};
+
+/// A limit is left behind only when a number is beyond it by this share of it.
+const CLEARLY: f64 = 0.1;
+/// The level of diagnostics from which on a part fails.
+const ERROR_LEVEL: f64 = 2.0;
+
+/// From which numbers on a robot needs someone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// The share of its charge below which a battery is low [0..1].
+    pub(super) low_battery: f64,
+    /// The time before it is empty from which on a battery needs someone [s].
+    pub(super) empty_in_secs: f64,
+    /// The quality below which a link is poor [0..1].
+    pub(super) poor_link: f64,
+}
+
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Limits { low_battery, empty_in_secs, poor_link } = *self;
+        write!(
+            f,
+            "a robot needs someone while it is offline, a sensor is stuck, its diagnostics say error, \
+             its battery is below {low_battery} or empty in {empty_in_secs} s, or the quality of its \
+             link is below {poor_link}; limits are left behind by a tenth"
+        )
+    }
+}
+
+/// What a sample says of a sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Said {
+    /// The robot needs someone.
+    Needs,
+    /// In this respect it does not, any more.
+    Fine,
+}
+
+/// One reason for which a robot may need someone, as one stream tells it.
+#[derive(Clone, Debug)]
+pub(super) struct Sign {
+    why: String,
+    told: Told,
+}
+
+/// How a stream tells it.
+#[derive(Clone, Copy, Debug)]
+enum Told {
+    /// A fault begins it, a marker ends it.
+    ByEvents,
+    /// A number below a limit.
+    Below { channel: usize, limit: f64 },
+    /// A level at or above an error's.
+    AsError { channel: usize },
+}
+
+impl Sign {
+    /// What a stream tells: nothing, unless it was concluded about a robot.
+    pub(super) fn of(stream: &Stream, limits: &Limits) -> Vec<Sign> {
+        if stream.about != About::Robot || stream.origin != Origin::Derived {
+            return Vec::new();
+        }
+        match stream.shape {
+            Shape::Event => by_events(stream).into_iter().collect(),
+            Shape::Feature => by_numbers(stream, limits),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The reason, in words.
+    pub(super) fn why(&self) -> &str {
+        &self.why
+    }
+
+    /// What a sample says; `None` when it says nothing new.
+    pub(super) fn read(&self, data: &Data) -> Option<Said> {
+        match (self.told, data) {
+            (Told::ByEvents, Data::Event(event)) => by_kind(event),
+            (Told::Below { channel, limit }, Data::Feature(values)) => {
+                below(values, channel, limit)
+            }
+            (Told::AsError { channel }, Data::Feature(values)) => {
+                let level = *values.values.get(channel)?;
+                let said = if level >= ERROR_LEVEL { Said::Needs } else { Said::Fine };
+                level.is_finite().then_some(said)
+            }
+            _ => None,
+        }
+    }
+}
+
+fn by_kind(event: &Event) -> Option<Said> {
+    match event.kind {
+        EventKind::Fault => Some(Said::Needs),
+        EventKind::Marker => Some(Said::Fine),
+        _ => None,
+    }
+}
+
+/// What a number says that must not be below a limit. One that is not defined, as the time until a
+/// battery is empty that is being charged, is no reason for anybody to come.
+fn below(values: &FeatureValues, channel: usize, limit: f64) -> Option<Said> {
+    let number = *values.values.get(channel)?;
+    match values.reasons.get(channel)? {
+        Reason::Ok if number < limit => Some(Said::Needs),
+        Reason::Ok if number >= limit * (1.0 + CLEARLY) => Some(Said::Fine),
+        Reason::Undefined => Some(Said::Fine),
+        _ => None,
+    }
+}
+
+fn by_events(stream: &Stream) -> Option<Sign> {
+    let why = if stream.name.ends_with("/deployment/events") {
+        "offline".to_owned()
+    } else {
+        format!("{} is stuck", leaf(stream.name.strip_suffix("/stuck")?, &stream.id))
+    };
+    Some(Sign { why, told: Told::ByEvents })
+}
+
+fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
+    let signs = stream.channels.iter().enumerate().filter_map(|(channel, name)| {
+        let Limits { low_battery, empty_in_secs, poor_link } = *limits;
+        let below = |limit| Told::Below { channel, limit };
+        let (why, told) = match (stream.signal, name.as_str()) {
+            (Signal::Battery, "fraction_left") => {
+                (format!("battery below {:.0} %", 100.0 * low_battery), below(low_battery))
+            }
+            (Signal::Battery, "empty_in_secs") => (
+                format!("battery empty within {:.0} min", empty_in_secs / 60.0),
+                below(empty_in_secs),
+            ),
+            (Signal::Link, "quality") => ("poor link".to_owned(), below(poor_link)),
+            (Signal::Diagnostics, "level") => {
+                ("diagnostics say error".to_owned(), Told::AsError { channel })
+            }
+            _ => return None,
+        };
+        Some(Sign { why, told })
+    });
+    signs.collect()
+}
+
+/// What a topic is called within a robot.
+fn leaf<'a>(name: &'a str, robot: &str) -> &'a str {
+    name.split_once(&format!("/{robot}/")).map_or(name, |(_, leaf)| leaf)
+}

@@ -1,0 +1,190 @@
+//! Laws of the team's attention.
+
+use std::sync::Arc;
+
+use teampulse_core::data::{Event, EventKind, FeatureValues};
+
+use super::*;
+use crate::drive::{Drive, built};
+use crate::value::moment;
+
+const PERSON: StreamId = StreamId(0);
+const ONLINE: StreamId = StreamId(1);
+const OFFLINE: StreamId = StreamId(2);
+const BATTERY: StreamId = StreamId(3);
+const SHORT: StreamId = StreamId(4);
+const STUCK: StreamId = StreamId(5);
+const COMMANDS: StreamId = StreamId(6);
+const LEVEL: StreamId = StreamId(7);
+
+fn person() -> Stream {
+    let subject = Subject { about: About::Person, id: "p001".to_owned() };
+    Stream::raw("/humans/persons/p001/strap/ecg", subject, Shape::Wave)
+}
+
+fn of_robot(name: &str, signal: Signal, shape: Shape, channels: &[(&str, &str)]) -> Stream {
+    let stream = Stream::raw(name, Subject::robot("r1"), shape).with_channels(channels);
+    Stream { signal, origin: Origin::Derived, ..stream }
+}
+
+/// A team of a person and a robot, with all that is told of them.
+fn drive() -> Drive {
+    let feature = built::<Attention>("");
+    let mut drive = Drive::new(feature.as_ref(), &person());
+    let battery = [("empty_in_secs", "s"), ("fraction_left", "1")];
+    let (events, windows) = (Shape::Event, Shape::Feature);
+    let commands = Stream::raw("/r1/goal_pose", Subject::robot("r1"), Shape::Sample);
+    for (id, stream) in [
+        (ONLINE, of_robot("/r1/deployment", Signal::Other, windows.clone(), &[("online", "1")])),
+        (OFFLINE, of_robot("/r1/deployment/events", Signal::Event, events.clone(), &[])),
+        (BATTERY, of_robot("/r1/bat/use/w60", Signal::Battery, windows.clone(), &battery)),
+        (SHORT, of_robot("/r1/bat/use/w30", Signal::Battery, windows.clone(), &battery)),
+        (STUCK, of_robot("/r1/wifi/stuck", Signal::Event, events, &[])),
+        (COMMANDS, Stream { signal: Signal::Input, ..commands }),
+        (LEVEL, of_robot("/r1/d/level/w10", Signal::Diagnostics, windows, &[("level", "1")])),
+    ] {
+        assert!(feature.accepts(&stream), "{}", stream.name);
+        drive.join(id, &stream);
+    }
+    drive
+}
+
+fn feature(values: &[f64]) -> Data {
+    let reason = |value: &f64| if value.is_nan() { Reason::Undefined } else { Reason::Ok };
+    Data::Feature(Arc::new(FeatureValues {
+        window_secs: 30.0,
+        coverage: 1.0,
+        quality: 1.0,
+        values: values.to_vec(),
+        sigmas: Vec::new(),
+        reasons: values.iter().map(reason).collect(),
+    }))
+}
+
+fn event(kind: EventKind) -> Data {
+    Data::Event(Arc::new(moment(kind, String::new())))
+}
+
+fn command(drive: &mut Drive, secs: f64) {
+    drive.take_on(COMMANDS, secs, Data::Sample([].into()));
+}
+
+fn told(drive: &mut Drive) -> Vec<(f64, String)> {
+    drive.events(ALERTS).into_iter().map(|(at, event)| (at, event.label)).collect()
+}
+
+fn said(expected: &[(f64, &str)]) -> Vec<(f64, String)> {
+    expected.iter().map(|(at, label)| (*at, (*label).to_owned())).collect()
+}
+
+const NEEDS: &str = "r1 needs someone: offline";
+const ANSWERED: &str = "r1 was answered: offline";
+const OVER: &str = "r1 no longer needs someone: offline";
+
+#[test]
+fn an_alert_is_raised_answered_and_over_each_told_once() {
+    let mut drive = drive();
+    drive.take_on(OFFLINE, 10.0, event(EventKind::Fault));
+    drive.take_on(OFFLINE, 11.0, event(EventKind::Fault));
+    command(&mut drive, 14.5);
+    command(&mut drive, 15.0);
+    drive.take_on(OFFLINE, 30.0, event(EventKind::Marker));
+    drive.take_on(OFFLINE, 31.0, event(EventKind::Marker));
+    assert_eq!(told(&mut drive), said(&[(10.0, NEEDS), (14.5, ANSWERED), (30.0, OVER)]));
+    let events: Vec<Event> = drive.events(ALERTS).into_iter().map(|(_, event)| event).collect();
+    assert_eq!(events[0].kind, EventKind::Fault);
+    assert_eq!((events[1].kind, events[1].value), (EventKind::Marker, 4.5));
+    assert_eq!((events[2].kind, events[2].duration_secs), (EventKind::Marker, 20.0));
+}
+
+#[test]
+fn a_command_before_an_alert_is_no_answer_to_it() {
+    let mut drive = drive();
+    command(&mut drive, 5.0);
+    drive.take_on(OFFLINE, 10.0, event(EventKind::Fault));
+    assert_eq!(told(&mut drive), said(&[(10.0, NEEDS)]));
+}
+
+#[test]
+fn the_oldest_alert_that_nobody_answered_counts() {
+    let mut drive = drive();
+    drive.take_on(STUCK, 10.0, event(EventKind::Fault));
+    drive.take_on(OFFLINE, 20.0, event(EventKind::Fault));
+    drive.until(30.1);
+    assert_eq!(drive.last(STATE).values[3..], [1.0, 20.0], "one robot, two reasons");
+    drive.take_on(STUCK, 35.0, event(EventKind::Marker));
+    drive.until(40.1);
+    assert_eq!(drive.last(STATE).values[3..], [1.0, 20.0]);
+    command(&mut drive, 41.0);
+    drive.until(45.1);
+    assert_eq!(drive.last(STATE).values[3], 0.0);
+    assert_eq!(drive.last(STATE).reasons[4], Reason::Undefined);
+}
+
+#[test]
+fn a_limit_is_left_behind_only_clearly_and_in_every_window() {
+    let mut drive = drive();
+    let charge = |drive: &mut Drive, id, secs, left| drive.take_on(id, secs, feature(&[1e4, left]));
+    charge(&mut drive, SHORT, 10.0, 0.199);
+    charge(&mut drive, BATTERY, 11.0, 0.201);
+    charge(&mut drive, BATTERY, 12.0, 0.199);
+    charge(&mut drive, SHORT, 13.0, 0.21);
+    charge(&mut drive, SHORT, 14.0, 0.25);
+    charge(&mut drive, BATTERY, 20.0, 0.25);
+    let [raised, over] = ["needs someone", "no longer needs someone"]
+        .map(|word| format!("r1 {word}: battery below 20 %"));
+    assert_eq!(told(&mut drive), said(&[(10.0, &raised), (20.0, &over)]));
+}
+
+#[test]
+fn a_battery_of_which_it_is_not_known_when_it_is_empty_needs_nobody() {
+    let mut drive = drive();
+    for (secs, empty_in_secs) in [(10.0, 250.0), (20.0, f64::NAN)] {
+        drive.take_on(BATTERY, secs, feature(&[empty_in_secs, 0.5]));
+    }
+    let labels: Vec<String> = told(&mut drive).into_iter().map(|(_, label)| label).collect();
+    assert_eq!(labels[0], "r1 needs someone: battery empty within 5 min");
+    assert_eq!(labels.len(), 2);
+}
+
+#[test]
+fn diagnostics_need_someone_from_an_error_on() {
+    let mut drive = drive();
+    for (secs, level) in [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 0.0)] {
+        drive.take_on(LEVEL, secs, feature(&[level]));
+    }
+    let at: Vec<f64> = told(&mut drive).into_iter().map(|(at, _)| at).collect();
+    assert_eq!(at, [2.0, 4.0]);
+}
+
+#[test]
+fn robots_per_person_need_a_person() {
+    let mut drive = drive();
+    drive.until(2.1);
+    let state = drive.last(STATE);
+    assert_eq!((state.values[0], state.reasons[1]), (0.0, Reason::Missing));
+    drive.take_on(ONLINE, 3.0, feature(&[1.0]));
+    drive.until(4.1);
+    assert_eq!(drive.last(STATE).reasons[2], Reason::Undefined, "one robot and nobody");
+    drive.take_on(PERSON, 5.0, Data::Sample([0.0].into()));
+    drive.until(6.1);
+    assert_eq!(drive.last(STATE).values[..3], [1.0, 1.0, 1.0]);
+    drive.until(20.1);
+    assert_eq!(drive.last(STATE).values[0], 0.0, "silent for too long");
+}
+
+#[test]
+fn the_state_of_a_second_is_that_which_all_features_told_for_it() {
+    let mut drive = drive();
+    drive.until(10.0);
+    drive.take_on(ONLINE, 10.0, feature(&[1.0]));
+    drive.until(10.1);
+    let (at, state) = drive.features(STATE).pop().unwrap();
+    assert_eq!((at, state.values[1]), (10.0, 1.0));
+}
+
+#[test]
+fn nothing_of_what_a_person_wears_is_in_what_is_told_of_the_team() {
+    let drive = drive();
+    assert!(drive.streams().iter().all(|stream| stream.about == About::Team));
+}
