@@ -18,14 +18,15 @@ pub(super) fn burg(values: &[f64], rate_hz: f64, order: usize) -> Result<Spectru
     let (coefficients, variance) = model(values, order);
     let step_hz = rate_hz / 2.0 / STEPS as f64;
     let frequencies_hz: Vec<f64> = (0..=STEPS).map(|k| k as f64 * step_hz).collect();
+    // The model's polynomial on the unit circle, from its highest lag down (Horner).
     let power = |frequency_hz: &f64| {
-        let (mut real, mut imaginary) = (1.0, 0.0);
-        for (coefficient, lag) in coefficients.iter().zip(1u32..) {
-            let (sin, cos) = (TAU * frequency_hz / rate_hz * f64::from(lag)).sin_cos();
-            real += coefficient * cos;
-            imaginary -= coefficient * sin;
-        }
-        2.0 * variance / rate_hz / (real * real + imaginary * imaginary)
+        let (sin, cos) = (TAU * frequency_hz / rate_hz).sin_cos();
+        let turned = |(real, imaginary): (f64, f64), coefficient: &f64| {
+            let real = real + coefficient;
+            (real * cos + imaginary * sin, imaginary * cos - real * sin)
+        };
+        let (real, imaginary) = coefficients.iter().rev().fold((0.0, 0.0), turned);
+        2.0 * variance / rate_hz / ((1.0 + real).powi(2) + imaginary.powi(2))
     };
     let power: Vec<f64> = frequencies_hz.iter().map(power).collect();
     if power.iter().any(|each| !each.is_finite()) {
