@@ -5,7 +5,6 @@ It speaks the same on the wire, through PyPI's `cyclonedds`:
     PYTHONPATH=examples/without_ros python3 examples/own_feature.py
 """
 
-from cyclonedds.core import WaitSet
 from cyclonedds.util import duration
 
 from rclpy.node import Node
@@ -22,10 +21,12 @@ def create_node(name: str) -> Node:
 
 def spin(node: Node) -> None:
     """Hands over what the node's subscriptions hear, until Ctrl-C."""
-    waiting = WaitSet(node.participant)
-    for subscription in node.subscriptions:
-        waiting.attach(subscription.arrived)
     while True:
-        waiting.wait(duration(seconds=1))
-        for subscription in node.subscriptions:
-            subscription.hand_over()
+        spin_once(node)
+
+
+def spin_once(node: Node, *, timeout_sec: float = 1.0) -> None:
+    """Waits for something to hear, and hands it over."""
+    node.arrived.wait(duration(seconds=timeout_sec))
+    for subscription in node.subscriptions:
+        subscription.hand_over()

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 
-from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -51,6 +51,7 @@ class Node:
         self.name = name
         self.participant = DomainParticipant(int(os.environ.get("ROS_DOMAIN_ID", "0")))
         self.subscriptions: list[Subscription] = []
+        self.arrived = WaitSet(self.participant)
 
     def create_publisher(self, kind: type, name: str, qos: QoSProfile | int) -> Publisher:
         return Publisher(self._topic(kind, name), profile(qos), self.participant)
@@ -59,8 +60,10 @@ class Node:
         self, kind: type, name: str, callback: Callable, qos: QoSProfile | int
     ) -> Subscription:
         topic = self._topic(kind, name)
-        self.subscriptions.append(Subscription(topic, profile(qos), self.participant, callback))
-        return self.subscriptions[-1]
+        subscription = Subscription(topic, profile(qos), self.participant, callback)
+        self.arrived.attach(subscription.arrived)
+        self.subscriptions.append(subscription)
+        return subscription
 
     def _topic(self, kind: type, name: str) -> Topic:
         return Topic(self.participant, f"rt{name}", kind)
