@@ -7,7 +7,7 @@ use std::time::Duration;
 use teampulse_core::clock::{self, Clock};
 use teampulse_core::clocks::Clocks;
 use teampulse_core::feature::Feature;
-use teampulse_core::registry::Settings;
+use teampulse_core::registry::{Component, Settings};
 use teampulse_core::session::{Outcome, Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
@@ -19,7 +19,7 @@ use teampulse_ros::bus::Subscription;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
-use teampulse_sinks::{SINKS, SinkContext};
+use teampulse_sinks::{Bag, SINKS, SinkContext, Tidy};
 use teampulse_sources::session::{Computers, Keys, Phases, RosEvents, follow_clock};
 use teampulse_sources::{SOURCES, SourceContext};
 
@@ -107,16 +107,22 @@ impl Setup {
         bag_folder(out, &self.study.general.session.name)
     }
 
-    /// The sinks of the study.
+    /// The sinks of the study; where it has a bag, tidy files with it.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
-        let context = SinkContext {
-            bag: bag.to_owned(),
-            session: self.study.general.session.name.clone(),
-            study: self.study.text().to_owned(),
-            clock: self.clock.clone(),
-        };
-        let sinks = self.study.build("sinks", SINKS, &context)?;
-        Ok(sinks.into_iter().map(|(_, sink)| sink).collect())
+        let context = sink_context(&self.study, bag, &self.clock);
+        let built = self.study.build("sinks", SINKS, &context)?;
+        let has = |kind| built.iter().any(|(name, _)| name == kind);
+        let (has_bag, has_tidy) = (has("bag"), has("tidy"));
+        if has_tidy && !has_bag {
+            let message = "it has no bag in whose folder tidy files could stand";
+            let hint = "add [[sinks]] with type = \"bag\"";
+            return Err(self.study.error(("sinks", ""), message, hint).into());
+        }
+        let mut sinks: Vec<Box<dyn Sink>> = built.into_iter().map(|(_, sink)| sink).collect();
+        if has_bag && !has_tidy {
+            sinks.extend(tidy(&self.study, &context)?);
+        }
+        Ok(sinks)
     }
 
     /// The sink that publishes on ROS what was concluded, and what the study names.
@@ -188,6 +194,27 @@ pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
         })
     };
     enabled.map(build).collect()
+}
+
+/// What the sinks of a session are built with.
+pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
+    SinkContext {
+        bag: bag.to_owned(),
+        session: study.general.session.name.clone(),
+        study: study.text().to_owned(),
+        clock: clock.clone(),
+    }
+}
+
+/// The tidy files of a bag: as the study sets them, or by default; none where it leaves them out.
+pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>>, Failure> {
+    let bags: Vec<Bag> = study.settings_of("sinks", "bag")?;
+    let own: Vec<Tidy> = study.settings_of("sinks", "tidy")?;
+    if own.is_empty() && bags.iter().any(|bag| !bag.tidy) {
+        return Ok(None);
+    }
+    let tidy = own.into_iter().next().unwrap_or_default().build(context);
+    tidy.map(Some).map_err(|error| study.error(("sinks", ""), error.message, error.hint).into())
 }
 
 /// The folder of a session's bag: `OUT/<name>_<UTC>`, and a number behind it where that is taken.

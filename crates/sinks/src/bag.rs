@@ -23,6 +23,9 @@ pub struct Bag {
     pub metadata_version: u8,
     /// The recording ends, and says so, when the disk has less room than this [MiB].
     pub keep_free_mib: u64,
+    /// Whether tidy files stand in its folder: events, features, heart intervals and a summary, as
+    /// the sink `tidy` writes them.
+    pub tidy: bool,
 }
 
 /// How a bag is compressed.
@@ -45,6 +48,7 @@ impl Default for Bag {
             split_secs: None,
             metadata_version: 9,
             keep_free_mib: 64,
+            tidy: true,
         }
     }
 }

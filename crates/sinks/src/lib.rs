@@ -3,6 +3,7 @@
 mod bag;
 mod aligned;
 mod csv;
+mod tidy;
 mod terminal;
 
 use std::path::PathBuf;
@@ -15,10 +16,14 @@ pub use aligned::Aligned;
 pub use bag::Bag;
 pub use csv::Csv;
 pub use terminal::{Board, Terminal};
+pub use tidy::Tidy;
 
 /// The table of all sinks.
-pub const SINKS: &[Entry<dyn Sink, SinkContext>] =
-    &[Entry::new::<bag::Bag>("bag"), Entry::new::<csv::Csv>("csv")];
+pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
+    Entry::new::<bag::Bag>("bag"),
+    Entry::new::<csv::Csv>("csv"),
+    Entry::new::<tidy::Tidy>("tidy"),
+];
 
 /// What sinks are built with.
 #[derive(Clone, Debug)]

@@ -9,6 +9,7 @@ use teampulse_bag::{Bag, BagSink, BagSource, Options, STUDY_NAME, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 
@@ -16,7 +17,7 @@ use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
-use crate::setup::{bag_folder, conclude, features};
+use crate::setup::{bag_folder, conclude, features, sink_context, tidy};
 use crate::stop::Stop;
 use crate::study::Study;
 
@@ -54,17 +55,20 @@ impl Replay {
             ..Options::default()
         };
         let text = study.text().to_owned();
-        let sink = BagSink { folder: folder.clone(), study: text, options };
+        let mut sinks: Vec<Box<dyn Sink>> =
+            vec![Box::new(BagSink { folder: folder.clone(), study: text, options })];
+        let clock = Clock::told();
+        sinks.extend(tidy(&study, &sink_context(&study, &folder, &clock))?);
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
         let unread = source.unread();
         let session = Session {
-            clock: Clock::told(),
+            clock,
             pace: Pace::Recorded,
             clocks: clocks_of(&bag, Some(&study)),
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: features(&study)?,
-            sinks: vec![Box::new(sink)],
+            sinks,
             encode,
         };
         let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);

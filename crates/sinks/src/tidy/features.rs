@@ -1,0 +1,142 @@
+//! What was computed, long and tidy.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use teampulse_core::data::{FeatureValues, Reason};
+use teampulse_core::sample::Record;
+use teampulse_core::stream::{Stream, StreamId};
+use teampulse_core::time::Time;
+
+use super::course::{Course, Section, word_of};
+use super::file::{Lines, Unwritten};
+use crate::csv::{number, quoted};
+
+/// The name of the file.
+pub(super) const NAME: &str = "features.csv";
+const COLUMNS: &str = "start_secs,end_secs,time_utc,subject,stream,phase,window_secs,coverage,\
+                       quality,name,value,unit,sigma,reason";
+/// Windows come each second: one that begins or ends half of that beside its place is in it [ns].
+const TOLERANCE_NS: i64 = 500_000_000;
+
+/// A row for each value of a window: of windows that do not overlap, each within one phase or between
+/// two, and of every window that is a phase. Times are seconds of the session.
+#[derive(Debug)]
+pub(super) struct Features {
+    file: Lines,
+    every_ns: i64,
+    told: BTreeMap<StreamId, Told>,
+}
+
+/// The window of a stream that was written last.
+#[derive(Clone, Copy, Debug)]
+struct Told {
+    end: Time,
+    /// When the section that it lies in began.
+    section: Time,
+}
+
+/// The time that a feature tells of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    begin: Time,
+    end: Time,
+}
+
+impl Features {
+    /// A stream has a row each so many seconds at most.
+    pub(super) fn create(folder: &Path, every_secs: f64) -> Result<Features, Unwritten> {
+        let mut file = Lines::create(folder.join(NAME))?;
+        file.push(COLUMNS)?;
+        Ok(Features { file, every_ns: (every_secs * 1e9) as i64, told: BTreeMap::new() })
+    }
+
+    pub(super) fn take(
+        &mut self,
+        record: &Record,
+        values: &FeatureValues,
+        course: &Course,
+    ) -> Result<(), Unwritten> {
+        let window = Window::of(record.sample.measured, values);
+        let section = course.section(&record.stream.subject(), window.middle());
+        let id = record.sample.stream;
+        if !is_of_phases(&record.stream) {
+            if !self.is_due(self.told.get(&id), window, section) {
+                return Ok(());
+            }
+            self.told.insert(id, Told { end: window.end, section: section.begin });
+        }
+        self.write(&record.stream, window, values, (course, section))
+    }
+
+    pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
+        self.file.flush()
+    }
+
+    fn is_due(&self, told: Option<&Told>, window: Window, section: Section<'_>) -> bool {
+        window.is_after(section.begin)
+            && section.end.is_none_or(|end| window.is_before(end))
+            && told.is_none_or(|told| {
+                let since_ns = window.end.nanos_since(told.end);
+                let is_time = told.section != section.begin
+                    || since_ns.saturating_add(TOLERANCE_NS) >= self.every_ns;
+                is_time && since_ns > 0 && window.is_after(told.end)
+            })
+    }
+
+    fn write(
+        &mut self,
+        stream: &Stream,
+        Window { begin, end }: Window,
+        values: &FeatureValues,
+        (course, section): (&Course, Section<'_>),
+    ) -> Result<(), Unwritten> {
+        let (begin_secs, end_secs) = (course.secs(begin), course.secs(end));
+        let (subject, name) = (quoted(word_of(stream)), quoted(&stream.name));
+        let phase = quoted(section.phase.unwrap_or_default());
+        let FeatureValues { window_secs, coverage, quality, .. } = values;
+        let of_window = format!(
+            "{begin_secs:.3},{end_secs:.3},{end},{subject},{name},{phase},{window_secs},\
+             {coverage},{quality}"
+        );
+        for (k, (channel, unit)) in stream.channels.iter().zip(&stream.units).enumerate() {
+            let at = |numbers: &[f64]| number(numbers.get(k).copied().unwrap_or(f64::NAN));
+            let (value, sigma) = (at(&values.values), at(&values.sigmas));
+            let reason = match values.reasons.get(k) {
+                None | Some(Reason::Ok) => String::new(),
+                Some(reason) => reason.to_string(),
+            };
+            let (channel, unit) = (quoted(channel), quoted(unit));
+            let of_value = format_args!("{channel},{value},{unit},{sigma},{reason}");
+            self.file.push(format_args!("{of_window},{of_value}"))?;
+        }
+        Ok(())
+    }
+}
+
+impl Window {
+    pub(super) fn of(end: Time, values: &FeatureValues) -> Window {
+        let length_ns = (values.window_secs * 1e9).round() as i64;
+        Window { begin: Time::from_nanos(end.nanos().saturating_sub(length_ns)), end }
+    }
+
+    /// Whether it begins at a moment, as near as windows do, or later.
+    pub(super) fn is_after(self, moment: Time) -> bool {
+        moment.nanos_since(self.begin) <= TOLERANCE_NS
+    }
+
+    /// Whether it ends at a moment, as near as windows do, or earlier.
+    fn is_before(self, moment: Time) -> bool {
+        self.end.nanos_since(moment) <= TOLERANCE_NS
+    }
+
+    pub(super) fn middle(self) -> Time {
+        let half_ns = self.end.nanos_since(self.begin) / 2;
+        Time::from_nanos(self.begin.nanos().saturating_add(half_ns))
+    }
+}
+
+/// Whether the windows of a stream are phases.
+pub(super) fn is_of_phases(stream: &Stream) -> bool {
+    stream.name.ends_with("/phases")
+}

@@ -1,0 +1,61 @@
+//! A text file that grows line by line.
+
+use std::fmt::Display;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// A text file that grows line by line.
+#[derive(Debug)]
+pub(super) struct Lines {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+/// A file could not be written. The message fits after "failed to".
+#[derive(Debug, Error)]
+#[error("write {}: {error}", path.display())]
+pub(super) struct Unwritten {
+    path: PathBuf,
+    #[source]
+    error: io::Error,
+}
+
+impl Unwritten {
+    pub(super) fn at(path: &Path) -> impl FnOnce(io::Error) -> Unwritten {
+        move |error| Unwritten { path: path.to_owned(), error }
+    }
+}
+
+impl Lines {
+    /// A new file, instead of any of its name.
+    pub(super) fn create(path: PathBuf) -> Result<Lines, Unwritten> {
+        let file = File::create(&path).map_err(Unwritten::at(&path))?;
+        Ok(Lines { path, file: BufWriter::new(file) })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(super) fn push(&mut self, line: impl Display) -> Result<(), Unwritten> {
+        writeln!(self.file, "{line}").map_err(Unwritten::at(&self.path))
+    }
+
+    /// Puts the lines of a file that was flushed in the order of a number in each.
+    pub(super) fn sort(self, key: impl Fn(&str) -> f64) -> Result<(), Unwritten> {
+        let text = fs::read_to_string(&self.path).map_err(Unwritten::at(&self.path))?;
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        let mut file = Lines::create(self.path)?;
+        lines.iter().try_for_each(|line| file.push(line))?;
+        file.flush()
+    }
+
+    /// Hands to the system what was written so far.
+    pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
+        self.file.flush().map_err(Unwritten::at(&self.path))
+    }
+}

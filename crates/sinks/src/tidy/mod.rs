@@ -1,0 +1,191 @@
+//! Tidy files beside the bag, for those who open no bags.
+
+mod course;
+mod events;
+mod features;
+mod file;
+mod intervals;
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::data::Data;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sample::Record;
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
+use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+
+use self::course::Course;
+use self::events::Events;
+use self::features::Features;
+use self::file::Unwritten;
+use self::intervals::Intervals;
+use self::summary::Summary;
+use crate::SinkContext;
+
+/// How long to wait for something new before looking again.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// How often what was written is handed to the system [s]: a crash takes no more.
+const FLUSH_EVERY_SECS: f64 = 1.0;
+/// How long the bag may take to make its folder, and how often it is looked for.
+const FOLDER_WITHIN: Duration = Duration::from_secs(5);
+const LOOK: Duration = Duration::from_millis(5);
+
+/// Tidy files in the bag's folder, for everyone who opens no bags: `events.tsv` in the manner of
+/// BIDS, `features.csv` with a row for each value, `intervals.txt` with the heart's intervals as
+/// Kubios HRV reads them, and `summary.md`, a page on what was usable.
+///
+/// A study with a bag has them without asking; `tidy = false` at the bag leaves them out.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tidy {
+    /// In `features.csv` a stream has rows of one window in so many seconds at most [s]; longer
+    /// windows have theirs whenever one is over.
+    pub every_secs: f64,
+}
+
+impl Default for Tidy {
+    fn default() -> Tidy {
+        Tidy { every_secs: 30.0 }
+    }
+}
+
+impl Component<dyn Sink, SinkContext> for Tidy {
+    const EXAMPLE: &'static str = "every_secs = 30";
+
+    fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
+        if !(self.every_secs.is_finite() && self.every_secs > 0.0) {
+            let message = format!("every_secs is {}, expected seconds above 0", self.every_secs);
+            return Err(SettingsError::new(message));
+        }
+        let SinkContext { bag, session, .. } = context.clone();
+        Ok(Box::new(Files { settings: self, folder: bag, session }))
+    }
+}
+
+/// The files of a session.
+struct Files {
+    settings: Tidy,
+    folder: PathBuf,
+    session: String,
+}
+
+impl Sink for Files {
+    fn name(&self) -> &'static str {
+        "tidy"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::Only(Box::new(is_told))
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let Files { settings, folder, session } = *self;
+        wait_for(&folder)?;
+        let lost = |error: &Unwritten| SinkError::Lost {
+            message: error.to_string(),
+            hint: format!(
+                "the bag goes on without its tidy files; look at the disk's free space and at the \
+                 permissions; `teampulse replay {}` writes them again",
+                folder.display()
+            ),
+        };
+        let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
+        loop {
+            match inbox.receive(PATIENCE) {
+                Received::Batch(batch) => {
+                    let streams = inbox.streams();
+                    let written = batch.iter().try_for_each(|record| writing.take(record, streams));
+                    written.map_err(|error| lost(&error))?;
+                }
+                Received::Silence => {}
+                Received::Closed => {
+                    return writing.finish(&folder, &session).map_err(|error| lost(&error));
+                }
+            }
+        }
+    }
+}
+
+/// Whether the files tell of a stream.
+fn is_told(stream: &Stream) -> bool {
+    use Shape::{Description, Event, Feature, Status};
+    matches!(stream.shape, Event | Feature | Status | Description)
+}
+
+/// Waits until the bag has made its folder: it takes none that was there before.
+fn wait_for(folder: &Path) -> Result<(), SinkError> {
+    for _ in 0..FOLDER_WITHIN.as_millis() / LOOK.as_millis() {
+        if folder.is_dir() {
+            return Ok(());
+        }
+        std::thread::sleep(LOOK);
+    }
+    Err(SinkError::Lost {
+        message: format!("write tidy files into {}: there is no bag", folder.display()),
+        hint: String::new(),
+    })
+}
+
+/// The files while the session goes on.
+struct Writing {
+    course: Course,
+    events: Events,
+    features: Features,
+    intervals: Intervals,
+    summary: Summary,
+    flushed: Time,
+}
+
+impl Writing {
+    fn begin(settings: &Tidy, folder: &Path) -> Result<Writing, Unwritten> {
+        Ok(Writing {
+            course: Course::default(),
+            events: Events::create(folder)?,
+            features: Features::create(folder, settings.every_secs)?,
+            intervals: Intervals::new(folder),
+            summary: Summary::default(),
+            flushed: Time::EPOCH,
+        })
+    }
+
+    fn take(&mut self, record: &Record, streams: &Streams) -> Result<(), Unwritten> {
+        let course = &mut self.course;
+        course.take(record);
+        self.summary.take(record, course, streams);
+        match &record.sample.data {
+            Data::Event(event) => {
+                self.events.take(record, event, course)?;
+                self.intervals.take(record, event, streams)?;
+            }
+            Data::Feature(values) => self.features.take(record, values, course)?,
+            _ => {}
+        }
+        if self.course.now().secs_since(self.flushed) < FLUSH_EVERY_SECS {
+            return Ok(());
+        }
+        self.flushed = self.course.now();
+        self.events.flush()?;
+        self.features.flush()?;
+        self.intervals.flush()
+    }
+
+    fn finish(mut self, folder: &Path, session: &str) -> Result<(), Unwritten> {
+        self.events.finish(&self.course)?;
+        self.features.flush()?;
+        let intervals = self.intervals.finish()?;
+        self.summary.finish((folder, session), &self.course, &intervals)
+    }
+}
+
+#[cfg(test)]
+mod tests;

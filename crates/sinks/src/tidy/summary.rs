@@ -1,0 +1,142 @@
+//! What was usable of a session, on one page.
+
+mod page;
+mod table;
+mod watched;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
+use teampulse_core::sample::Record;
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::{About, Origin, Shape, Stream, Subject};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+
+use self::page::Page;
+use self::watched::Watched;
+use super::course::Course;
+use super::features::{Window, is_of_phases};
+use super::file::Unwritten;
+use super::intervals::Kept;
+
+/// The name of the file.
+pub(super) const NAME: &str = "summary.md";
+/// Data are usable where coverage times quality is at least this.
+const LEAST_WORTH: f32 = 0.5;
+/// Where it is told that people stepped in and commanded robots.
+const INTERVENTIONS: &str = "/team/interventions";
+/// The most kinds of faults that are told apart.
+const MOST_FAULTS: usize = 1000;
+
+/// What a page is written from when the session ends.
+#[derive(Debug, Default)]
+pub(super) struct Summary {
+    /// The streams that have a health, by subject and name.
+    watched: BTreeMap<(Subject, String), Watched>,
+    /// The feature by whose windows each raw stream is judged, by their names.
+    judges: BTreeMap<String, String>,
+    /// When each fault was told first, and how often.
+    faults: BTreeMap<String, (Time, u64)>,
+    counts: Counts,
+}
+
+/// How much of each kind happened.
+#[derive(Debug, Default)]
+struct Counts {
+    markers: u64,
+    reports: u64,
+    interventions: u64,
+}
+
+impl Summary {
+    pub(super) fn take(&mut self, record: &Record, course: &Course, streams: &Streams) {
+        match &record.sample.data {
+            Data::Description(stream) => self.describe(stream),
+            Data::Status(status) => self.take_status(status, course, streams),
+            Data::Feature(values) => self.take_window(record, values, course, streams),
+            Data::Event(event) => self.take_event(record, event),
+            _ => {}
+        }
+    }
+
+    /// Writes the page.
+    pub(super) fn finish(
+        &self,
+        (folder, session): (&Path, &str),
+        course: &Course,
+        intervals: &[Kept],
+    ) -> Result<(), Unwritten> {
+        let path = folder.join(NAME);
+        let page = Page { folder, session, course, summary: self, intervals };
+        fs::write(&path, page.to_string()).map_err(Unwritten::at(&path))
+    }
+
+    /// The first feature of a stream judges it.
+    fn describe(&mut self, stream: &Stream) {
+        if let (Shape::Feature, [input]) = (&stream.shape, stream.inputs.as_slice())
+            && stream.name.starts_with(input)
+            && !is_of_phases(stream)
+        {
+            self.judges.entry(input.clone()).or_insert_with(|| stream.name.clone());
+        }
+    }
+
+    fn take_status(&mut self, status: &StreamStatus, course: &Course, streams: &Streams) {
+        let Some(stream) = raw(streams, &status.name) else { return };
+        let subject = stream.subject();
+        let phase = course.section(&subject, course.now()).phase;
+        let key = (subject.clone(), status.name.clone());
+        self.watched.entry(key).or_default().take_status(status, phase);
+    }
+
+    fn take_window(
+        &mut self,
+        record: &Record,
+        values: &FeatureValues,
+        course: &Course,
+        streams: &Streams,
+    ) {
+        let name = &record.stream.name;
+        let judged = record.stream.inputs.first();
+        let judged = judged.filter(|input| self.judges.get(*input) == Some(name));
+        let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
+        let window = Window::of(record.sample.measured, values);
+        if !window.is_after(course.began()) {
+            return;
+        }
+        let subject = stream.subject();
+        let phase = course.section(&subject, window.middle()).phase;
+        let is_usable = values.coverage * values.quality >= LEAST_WORTH;
+        let key = (subject.clone(), stream.name.clone());
+        self.watched.entry(key).or_default().take_window(is_usable, phase);
+    }
+
+    fn take_event(&mut self, record: &Record, event: &Event) {
+        let stream = &record.stream;
+        let is_of_session = stream.about == About::Session && stream.origin == Origin::Raw;
+        match event.kind {
+            _ if stream.name == INTERVENTIONS => self.counts.interventions += 1,
+            EventKind::Marker if is_of_session => self.counts.markers += 1,
+            EventKind::Report => self.counts.reports += 1,
+            EventKind::Fault if !stream.name.starts_with("/teampulse/lost") => {
+                self.take_fault(&event.label, record.sample.measured);
+            }
+            _ => {}
+        }
+    }
+
+    fn take_fault(&mut self, label: &str, at: Time) {
+        if self.faults.len() < MOST_FAULTS || self.faults.contains_key(label) {
+            self.faults.entry(label.to_owned()).or_insert((at, 0)).1 += 1;
+        }
+    }
+}
+
+/// The raw stream of a name, with samples of a signal: what happens has no rate that could be kept.
+fn raw(streams: &Streams, name: &str) -> Option<std::sync::Arc<Stream>> {
+    let (_, stream) = streams.find(name)?;
+    (stream.origin == Origin::Raw && stream.shape != Shape::Event).then_some(stream)
+}

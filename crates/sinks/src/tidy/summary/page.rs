@@ -1,0 +1,223 @@
+//! The page itself.
+
+use std::fmt;
+use std::path::Path;
+
+use teampulse_core::phases::Phase;
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::Subject;
+use teampulse_core::time::Time;
+
+use super::Summary;
+use super::table::Table;
+use super::watched::Watched;
+use crate::tidy::course::Course;
+use crate::tidy::intervals::Kept;
+use crate::tidy::{events, features};
+
+/// So many faults are listed; the others are only counted.
+const FAULTS: usize = 20;
+
+/// A summary, with all that stands around it.
+pub(super) struct Page<'a> {
+    /// The folder of the bag.
+    pub(super) folder: &'a Path,
+    /// What the session is called.
+    pub(super) session: &'a str,
+    pub(super) course: &'a Course,
+    pub(super) summary: &'a Summary,
+    pub(super) intervals: &'a [Kept],
+}
+
+impl fmt::Display for Page<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.head(f)?;
+        self.phases(f)?;
+        self.usable(f)?;
+        self.wrong(f)?;
+        self.files(f)
+    }
+}
+
+impl Page<'_> {
+    fn head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Page { session, course, .. } = self;
+        let lasted = duration(course.secs(course.now()));
+        let (began, ended) = (second(course.began()), second(course.now()));
+        writeln!(f, "# {session}\n\n{began} to {ended} (UTC), {lasted}.")?;
+        let counts = &self.summary.counts;
+        let (markers, reports) = (counts.markers, counts.reports);
+        let interventions = counts.interventions;
+        writeln!(
+            f,
+            "Markers: {markers}. Self-reports: {reports}. Interventions: {interventions}.\n"
+        )
+    }
+
+    fn phases(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "## Phases\n")?;
+        let head = ["of", "phase", "from [s]", "to [s]", "length [s]"].map(str::to_owned);
+        let mut table = Table::new(head, 2);
+        let of_all = self.course.phases_of(&Subject::session());
+        self.phases_of("all", of_all, &mut table);
+        for subject in self.subjects() {
+            let own = self.course.phases_of(subject);
+            if own != of_all {
+                self.phases_of(&subject.id, own, &mut table);
+            }
+        }
+        if table.is_empty() {
+            return writeln!(f, "None was told.\n");
+        }
+        writeln!(f, "{table}")
+    }
+
+    fn phases_of(&self, of: &str, phases: &[Phase], table: &mut Table) {
+        // The session tells a phase a moment before somebody's own one: it then lasts for nothing.
+        for phase in phases.iter().filter(|phase| phase.end != Some(phase.begin)) {
+            let secs = |at| format!("{:.1}", self.course.secs(at));
+            let (end, length) = match phase.end {
+                Some(end) => (secs(end), format!("{:.1}", end.secs_since(phase.begin))),
+                None => ("-".into(), "-".into()),
+            };
+            table.push([of.to_owned(), phase.label.clone(), secs(phase.begin), end, length]);
+        }
+    }
+
+    fn usable(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "## What is usable\n")?;
+        for subject in self.subjects() {
+            let name = if subject.id.is_empty() { "everyone" } else { &subject.id };
+            writeln!(f, "### {name}\n\n{}", self.streams_of(subject))?;
+        }
+        writeln!(
+            f,
+            "usable: of windows, the share in which coverage × quality is at least 0.5; with a *, \
+             where nothing\nis computed from a stream, the share of time in which it came as it \
+             should. A window counts for the\nphase in which its middle lies. lost: on the way \
+             here and in our own queue; ? = nobody can tell.\n± : how far a time may be off (95 %); \
+             - = not known.\n"
+        )
+    }
+
+    fn streams_of(&self, subject: &Subject) -> Table {
+        let mut labels: Vec<&str> = Vec::new();
+        for phase in self.course.phases_of(subject) {
+            if !labels.contains(&phase.label.as_str()) {
+                labels.push(&phase.label);
+            }
+        }
+        let head = ["stream", "rate [Hz]", "usable"].into_iter().chain(labels.iter().copied());
+        let mut table = Table::new(head.chain(["lost", "± [ms]"]).map(str::to_owned), 1);
+        let own = self.summary.watched.iter().filter(|((of, _), _)| of == subject);
+        for ((_, name), watched) in own {
+            let star = if watched.has_windows() { "" } else { "*" };
+            let shares = watched.shares();
+            let mut row = vec![name.clone(), rate(watched), percent(shares.percent(), star)];
+            row.extend(labels.iter().map(|label| percent(shares.percent_in(label), star)));
+            row.extend([lost(watched.last.as_ref()), uncertainty(watched.last.as_ref())]);
+            table.push(row);
+        }
+        table
+    }
+
+    fn wrong(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "## What was lost or wrong\n")?;
+        let streams = self.summary.watched.iter();
+        let bad = streams.filter_map(|((_, name), watched)| {
+            let (state, reason) = watched.worst.as_ref()?;
+            let secs = watched.not_fine_secs;
+            let reason = if reason.is_empty() { String::new() } else { format!(": {reason}") };
+            Some(format!("- {name}: {secs} s not as it should be ({state}{reason})"))
+        });
+        let mut faults: Vec<_> = self.summary.faults.iter().collect();
+        faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
+        let told = faults.iter().take(FAULTS).map(|(label, (at, count))| {
+            let often = if *count > 1 { format!(", {count} times") } else { String::new() };
+            format!("- at {:.1} s: {label}{often}", self.course.secs(*at))
+        });
+        let mut lines: Vec<String> = told.collect();
+        if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
+            lines.push(format!("- and {more} faults more: see {}", events::NAME));
+        }
+        lines.extend(bad);
+        if lines.is_empty() {
+            lines.push("Nothing that was noticed.".into());
+        }
+        writeln!(f, "{}\n", lines.join("\n"))
+    }
+
+    fn files(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (events, features) = (events::NAME, features::NAME);
+        writeln!(
+            f,
+            "## Where the rest is\n\n\
+             - {events}: phases, markers, reports, faults and all else that happened, as BIDS writes \
+             it; beats are in\n  the intervals' files.\n\
+             - {features}: each value with its unit and quality, or the reason why there is none; of \
+             windows that do\n  not overlap, and of each phase as a whole. time_utc is that of the \
+             window's end."
+        )?;
+        for Kept { name, person, device, signal, count, gaps } in self.intervals {
+            let missing = match gaps {
+                0 | 1 => String::new(),
+                2 => "; data are missing in 1 place".to_owned(),
+                _ => format!("; data are missing in {} places", gaps - 1),
+            };
+            writeln!(
+                f,
+                "- {name}: {count} intervals between heart beats of {person} ({signal} of {device}) \
+                 [ms], one a line, as\n  detected and not corrected{missing}. Kubios HRV reads it."
+            )?;
+        }
+        let bag = self.folder.file_name().unwrap_or_default().to_string_lossy();
+        writeln!(
+            f,
+            "- Everything, every sample and the windows of each second: in the bag, which is this \
+             folder.\n  `teampulse info` tells what is in it, `teampulse export` hands it out as tables, \
+             `teampulse replay`\n  writes these files again. It is {bag}."
+        )
+    }
+
+    /// Everyone with streams: people first.
+    fn subjects(&self) -> Vec<&Subject> {
+        let mut subjects: Vec<&Subject> = self.summary.watched.keys().map(|(of, _)| of).collect();
+        subjects.dedup();
+        subjects
+    }
+}
+
+/// A time to the second, without the zone that is said behind it.
+fn second(time: Time) -> String {
+    time.to_string()[..19].replace('T', " ")
+}
+
+/// A duration in words.
+fn duration(secs: f64) -> String {
+    let whole = secs.max(0.0) as u64;
+    let (hours, minutes) = (whole / 3600, whole / 60 % 60);
+    let secs = secs - (whole / 60 * 60) as f64;
+    match (hours, minutes) {
+        (0, 0) => format!("{secs:.1} s"),
+        (0, _) => format!("{minutes} min {secs:.0} s"),
+        _ => format!("{hours} h {minutes} min {secs:.0} s"),
+    }
+}
+
+fn rate(watched: &Watched) -> String {
+    watched.rate_hz().map_or("-".into(), |rate_hz| format!("{rate_hz:.1}"))
+}
+
+fn percent(percent: Option<f64>, star: &str) -> String {
+    percent.map_or("-".into(), |percent| format!("{percent:.0} %{star}"))
+}
+
+fn lost(last: Option<&StreamStatus>) -> String {
+    let lost = last.and_then(|last| Some(last.lost_source? + last.lost_queue));
+    lost.map_or("?".into(), |lost| lost.to_string())
+}
+
+fn uncertainty(last: Option<&StreamStatus>) -> String {
+    let millis = last.map_or(f64::NAN, |last| 1e3 * last.uncertainty_secs());
+    if millis.is_nan() { "-".into() } else { format!("{millis:.1}") }
+}

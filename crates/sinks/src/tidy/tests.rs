@@ -1,0 +1,235 @@
+mod session;
+
+use std::fs;
+
+use teampulse_core::data::EventKind;
+use teampulse_core::pump::session_events;
+use teampulse_core::status::State;
+use teampulse_core::stream::{Signal, Subject};
+use tempfile::tempdir;
+
+use super::*;
+use session::{Session, event, person, status, status_stream, write};
+
+const ECG: &str = "/humans/persons/p001/polar_h10/ecg";
+const PPG: &str = "/humans/persons/p001/polar_h10/ppg";
+
+#[test]
+fn what_happens_is_a_row_as_bids_writes_it() {
+    let mut session = Session::new();
+    session.phase(0.5, "baseline", 60.0);
+    session.phase(70.0, "2-back", f64::NAN);
+    let reports = Stream::raw("/humans/persons/p001/task/reports", person(), Shape::Event);
+    session.tell(71.25, &reports, event(EventKind::Report, "isa", 4.0, 0.0));
+    let mark = event(EventKind::Marker, "coffee\tand\nbiscuits", f64::NAN, 0.0);
+    session.tell(72.0, &session_events(), mark);
+    insta::assert_snapshot!(session.run().text("events.tsv").replace('\t', " | "), @r"
+    onset | duration | trial_type | value | label | subject | stream | phase | time
+    0.500 | 60 | phase | n/a | baseline | session | /session/events | baseline | 2026-11-18T11:06:40.500Z
+    70.000 | n/a | phase | n/a | 2-back | session | /session/events | 2-back | 2026-11-18T11:07:50.000Z
+    71.250 | 0 | report | 4 | isa | p001 | /humans/persons/p001/task/reports | 2-back | 2026-11-18T11:07:51.250Z
+    72.000 | 0 | marker | n/a | coffee and biscuits | session | /session/events | 2-back | 2026-11-18T11:07:52.000Z
+    73.000 | 0 | clock | n/a | end | session | /session/events | n/a | 2026-11-18T11:07:53.000Z
+    ");
+}
+
+#[test]
+fn what_comes_late_stands_at_its_place() {
+    let mut session = Session::new();
+    for (measured_secs, log_secs, label) in [(1.0, 1.0, "a"), (3.0, 3.0, "c"), (2.0, 9.0, "b")] {
+        let mark = event(EventKind::Marker, label, f64::NAN, 0.0);
+        session.tell_at(measured_secs, log_secs, &session_events(), mark);
+    }
+    let text = session.run().text("events.tsv");
+    let labels: Vec<&str> = text.lines().map(|line| line.split('\t').nth(4).unwrap()).collect();
+    assert_eq!(labels, ["label", "a", "b", "c", "end"]);
+}
+
+#[test]
+fn what_comes_minutes_late_stands_at_its_place_in_the_end() {
+    let mut session = Session::new();
+    for (measured_secs, log_secs, label) in [(1.0, 1.0, "a"), (90.0, 90.0, "c"), (2.0, 120.0, "b")]
+    {
+        let mark = event(EventKind::Marker, label, f64::NAN, 0.0);
+        session.tell_at(measured_secs, log_secs, &session_events(), mark);
+    }
+    let text = session.run().text("events.tsv");
+    let labels: Vec<&str> = text.lines().map(|line| line.split('\t').nth(4).unwrap()).collect();
+    assert_eq!(labels, ["label", "a", "b", "c", "end"]);
+}
+
+#[test]
+fn windows_do_not_overlap_and_lie_within_one_phase() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 60.0);
+    session.windows("heart/w30", 1..=64, 30.0);
+    session.phase(65.0, "1-back", 60.0);
+    session.windows("heart/w30", 65..=200, 30.0);
+    let rows = session.run().columns(&[0, 1, 5]);
+    let expected = [
+        "0.000 30.000 baseline",
+        "30.000 60.000 baseline",
+        "65.000 95.000 1-back",
+        "95.000 125.000 1-back",
+        "125.000 155.000 ",
+        "155.000 185.000 ",
+    ];
+    assert_eq!(rows, expected);
+}
+
+#[test]
+fn short_windows_have_a_row_each_half_minute() {
+    let mut session = Session::new();
+    session.windows("level/w10", 10..=80, 10.0);
+    assert_eq!(session.run().columns(&[1]), ["10.000", "40.000", "70.000"]);
+}
+
+#[test]
+fn every_window_that_is_a_phase_has_its_rows() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 20.0);
+    session.phase(20.0, "1-back", 20.0);
+    session.windows("heart/phases", 20..=20, 20.0);
+    session.windows("heart/phases", 40..=40, 20.0);
+    let rows = session.run().columns(&[0, 1, 5]);
+    assert_eq!(rows, ["0.000 20.000 baseline", "20.000 40.000 1-back"]);
+}
+
+#[test]
+fn a_value_has_its_unit_and_what_has_none_its_reason() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 60.0);
+    session.windows("heart/w30", 30..=30, 30.0);
+    insta::assert_snapshot!(session.run().text("features.csv"), @r"
+    start_secs,end_secs,time_utc,subject,stream,phase,window_secs,coverage,quality,name,value,unit,sigma,reason
+    0.000,30.000,2026-11-18T11:07:10.000Z,p001,/humans/persons/p001/polar_h10/ecg/heart/w30,baseline,30,1,0.75,ECG_Rate_Mean,71.5,bpm,,
+    0.000,30.000,2026-11-18T11:07:10.000Z,p001,/humans/persons/p001/polar_h10/ecg/heart/w30,baseline,30,1,0.75,HRV_LF,,ms^2,,window too short
+    ");
+}
+
+#[test]
+fn missing_data_are_no_interval() {
+    let mut session = Session::new();
+    session.beats(ECG, Signal::Ecg, 1.0, 4);
+    session.beats(ECG, Signal::Ecg, 60.0, 3);
+    let files = session.run();
+    assert_eq!(files.text("intervals.txt"), "801.000\n802.000\n803.000\n801.000\n802.000\n");
+    assert!(files.text("summary.md").contains("data are missing in 1 place"));
+}
+
+#[test]
+fn of_one_device_the_electrocardiogram_is_kept() {
+    let mut session = Session::new();
+    session.beats(PPG, Signal::Ppg, 0.5, 9);
+    session.beats(ECG, Signal::Ecg, 10.0, 2);
+    let files = session.run();
+    assert_eq!(files.names, ["events.tsv", "features.csv", "intervals.txt", "summary.md"]);
+    assert_eq!(files.text("intervals.txt"), "801.000\n");
+}
+
+#[test]
+fn an_electrocardiogram_without_beats_leaves_the_pulse() {
+    let mut session = Session::new();
+    session.beats(ECG, Signal::Ecg, 10.0, 1);
+    session.beats(PPG, Signal::Ppg, 20.0, 2);
+    assert_eq!(session.run().text("intervals.txt"), "801.000\n");
+}
+
+#[test]
+fn each_of_several_devices_has_its_file() {
+    let mut session = Session::new();
+    session.beats(ECG, Signal::Ecg, 1.0, 3);
+    session.beats("/humans/persons/p001/e4/ppg", Signal::Ppg, 5.0, 2);
+    let files = session.run();
+    assert_eq!(files.names[2..4], ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"]);
+    assert_eq!(files.text("intervals_p001_e4.txt"), "801.000\n");
+}
+
+#[test]
+fn the_summary_says_what_was_usable_of_whom_and_when() {
+    let mut session = Session::new();
+    let odometry = Stream::raw("/robot1/odom", Subject::robot("robot1"), Shape::Wave);
+    session.streams.declare(odometry);
+    session.phase(0.0, "baseline", 30.0);
+    session.windows("heart/w30", 1..=30, 30.0);
+    session.phase(30.0, "task", f64::NAN);
+    session.windows("heart/w30", 31..=60, 30.0);
+    for secs in 0..60 {
+        let odometry_state = if secs < 45 { State::Ok } else { State::Dead };
+        session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+        let of_odometry = status("/robot1/odom", odometry_state, Some(3));
+        session.tell(f64::from(secs), &status_stream(), of_odometry);
+    }
+    let fault = || event(EventKind::Fault, "robot1 offline", 5.0, 0.0);
+    session.tell(50.0, &session_events(), fault());
+    session.tell(58.0, &session_events(), fault());
+    session.beats(ECG, Signal::Ecg, 58.0, 3);
+    insta::assert_snapshot!(session.run().text("summary.md").split("## Where").next().unwrap(), @r"
+    # trial
+
+    2026-11-18 11:06:40 to 2026-11-18 11:07:40 (UTC), 1 min 1 s.
+    Markers: 0. Self-reports: 0. Interventions: 0.
+
+    ## Phases
+
+    | of  | phase    | from [s] | to [s] | length [s] |
+    |-----|----------|---------:|-------:|-----------:|
+    | all | baseline |      0.0 |   30.0 |       30.0 |
+    | all | task     |     30.0 |   60.6 |       30.6 |
+
+    ## What is usable
+
+    ### p001
+
+    | stream                             | rate [Hz] | usable | baseline |  task | lost | ± [ms] |
+    |------------------------------------|----------:|-------:|---------:|------:|-----:|-------:|
+    | /humans/persons/p001/polar_h10/ecg |      20.0 |  100 % |    100 % | 100 % |    ? |    1.0 |
+
+    ### robot1
+
+    | stream       | rate [Hz] | usable | baseline |  task | lost | ± [ms] |
+    |--------------|----------:|-------:|---------:|------:|-----:|-------:|
+    | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
+
+    usable: of windows, the share in which coverage × quality is at least 0.5; with a *, where nothing
+    is computed from a stream, the share of time in which it came as it should. A window counts for the
+    phase in which its middle lies. lost: on the way here and in our own queue; ? = nobody can tell.
+    ± : how far a time may be off (95 %); - = not known.
+
+    ## What was lost or wrong
+
+    - at 50.0 s: robot1 offline, 2 times
+    - /robot1/odom: 15 s not as it should be (dead: silent for 9.0 s)
+    ");
+}
+
+#[test]
+fn what_a_second_brought_is_on_the_disk_before_the_end() {
+    let folder = tempdir().unwrap();
+    let mut session = Session::new();
+    session.windows("heart/w30", 30..=32, 30.0);
+    let mut writing = Writing::begin(&Tidy::default(), folder.path()).unwrap();
+    for record in &session.records {
+        writing.take(record, &session.streams).unwrap();
+    }
+    let text = fs::read_to_string(folder.path().join("features.csv")).unwrap();
+    assert_eq!(text.lines().count(), 3);
+}
+
+#[test]
+fn a_file_that_can_t_be_written_is_an_error_that_says_what_to_do() {
+    let session = Session::new();
+    fs::create_dir(session.folder.path().join("events.tsv")).unwrap();
+    let Err(SinkError::Lost { message, hint }) = write(&session) else { panic!("no error") };
+    assert!(message.starts_with("write ") && message.contains("events.tsv"), "{message}");
+    assert!(hint.contains("the bag goes on"), "{hint}");
+}
+
+#[test]
+fn no_name_in_a_bag_leads_out_of_its_folder() {
+    let mut session = Session::new();
+    session.beats(ECG, Signal::Ecg, 1.0, 2);
+    session.beats("/humans/persons/p001/../ecg", Signal::Ecg, 1.0, 2);
+    let files = session.run();
+    assert_eq!(files.names[2..4], ["intervals_p001___.txt", "intervals_p001_polar_h10.txt"]);
+}

@@ -1,0 +1,206 @@
+//! What the tests of tidy files share: a session, told second by second, and what it left.
+
+use std::fs;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use teampulse_core::clock::Clock;
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
+use teampulse_core::pump::{END, session_events};
+use teampulse_core::registry::Component;
+use teampulse_core::sample::{Record, Sample, Turn};
+use teampulse_core::sink::{SinkError, queue};
+use teampulse_core::status::{State, StreamStatus};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+use tempfile::{TempDir, tempdir};
+
+use crate::SinkContext;
+use crate::tidy::Tidy;
+
+/// A session that is written into a folder, told second by second.
+pub struct Session {
+    pub folder: TempDir,
+    pub streams: Streams,
+    pub records: Vec<Record>,
+}
+
+impl Session {
+    pub fn new() -> Session {
+        let (folder, streams) = (tempdir().unwrap(), Streams::default());
+        let mut session = Session { folder, streams, records: Vec::new() };
+        let of_session = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
+        let first = Arc::new(of_session.clone());
+        session.tell(0.0, &of_session, Data::Description(first));
+        session
+    }
+
+    pub fn tell(&mut self, secs: f64, stream: &Stream, data: Data) {
+        self.tell_at(secs, secs, stream, data);
+    }
+
+    /// Tells what was measured earlier than it came.
+    pub fn tell_at(&mut self, measured_secs: f64, log_secs: f64, stream: &Stream, data: Data) {
+        let id = self.streams.declare(stream.clone()).id;
+        let sample = Sample {
+            stream: id,
+            measured: time(measured_secs),
+            log_time: time(log_secs),
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data,
+        };
+        self.records.push(Record { stream: Arc::new(stream.clone()), sample, cdr: Bytes::new() });
+    }
+
+    pub fn phase(&mut self, secs: f64, label: &str, duration_secs: f64) {
+        let event = event(EventKind::Phase, label, f64::NAN, duration_secs);
+        self.tell(secs, &session_events(), event);
+    }
+
+    /// A beat each 0.8 s from `begin` on, the first without an interval.
+    pub fn beats(&mut self, input: &str, signal: Signal, begin_secs: f64, count: u32) {
+        let input = Stream {
+            signal,
+            device: input.split('/').nth(4).unwrap().into(),
+            ..Stream::raw(input, person(), Shape::Wave)
+        };
+        self.streams.declare(input.clone());
+        let stream = Stream::derived(&input, "beats", Shape::Event);
+        for k in 0..count {
+            let interval_ms = if k == 0 { f64::NAN } else { 800.0 + f64::from(k) };
+            let beat = event(EventKind::Beat, "beat", interval_ms, 0.0);
+            self.tell(begin_secs + 0.8 * f64::from(k), &stream, beat);
+        }
+    }
+
+    /// A window that ends at each of these seconds.
+    pub fn windows(
+        &mut self,
+        leaf: &str,
+        ends_secs: std::ops::RangeInclusive<u32>,
+        window_secs: f64,
+    ) {
+        let ecg = Stream::raw("/humans/persons/p001/polar_h10/ecg", person(), Shape::Wave);
+        self.streams.declare(ecg.clone());
+        let channels = [("ECG_Rate_Mean", "bpm"), ("HRV_LF", "ms^2")];
+        let stream = Stream::derived(&ecg, leaf, Shape::Feature).with_channels(&channels);
+        self.tell(f64::from(*ends_secs.start()), &session_streams(), described(&stream));
+        for secs in ends_secs {
+            self.tell(f64::from(secs), &stream, window(window_secs));
+        }
+    }
+
+    pub fn run(mut self) -> Files {
+        let end = event(EventKind::Clock, END, f64::NAN, 0.0);
+        let last = self.records.last().map_or(time(0.0), |last| last.sample.log_time);
+        self.tell(last.secs_since(time(0.0)) + 1.0, &session_events(), end);
+        write(&self).unwrap();
+        let names = fs::read_dir(self.folder.path()).unwrap();
+        let names = names.map(|each| each.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        Files { folder: self.folder, names }
+    }
+}
+
+/// Writes the files of a session.
+pub fn write(session: &Session) -> Result<(), SinkError> {
+    let context = SinkContext {
+        bag: session.folder.path().to_owned(),
+        session: "trial".into(),
+        study: String::new(),
+        clock: Clock::told(),
+    };
+    let sink = Tidy::default().build(&context).unwrap();
+    let (post, inbox) = queue(sink.delivery(), session.streams.clone());
+    post.deliver(&session.records.clone().into());
+    drop(post);
+    sink.run(inbox)
+}
+
+/// What a session left.
+pub struct Files {
+    folder: TempDir,
+    pub names: Vec<String>,
+}
+
+impl Files {
+    pub fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.folder.path().join(name)).unwrap()
+    }
+
+    /// Some columns of `features.csv`.
+    pub fn columns(&self, columns: &[usize]) -> Vec<String> {
+        let text = self.text("features.csv");
+        let pick = |line: &str| {
+            let cells: Vec<&str> = line.split(',').collect();
+            columns.iter().map(|k| cells[*k]).collect::<Vec<_>>().join(" ")
+        };
+        let mut rows: Vec<String> = text.lines().skip(1).map(pick).collect();
+        rows.dedup();
+        rows
+    }
+}
+
+pub fn time(secs: f64) -> Time {
+    Time::from_nanos(1_795_000_000_000_000_000 + (secs * 1e9).round() as i64)
+}
+
+pub fn person() -> Subject {
+    Subject { about: About::Person, id: "p001".into() }
+}
+
+pub fn session_streams() -> Stream {
+    Stream::raw("/teampulse/streams", Subject::session(), Shape::Description)
+}
+
+pub fn described(stream: &Stream) -> Data {
+    Data::Description(Arc::new(stream.clone()))
+}
+
+pub fn event(kind: EventKind, label: &str, value: f64, duration_secs: f64) -> Data {
+    Data::Event(Arc::new(Event { kind, label: label.into(), value, duration_secs }))
+}
+
+pub fn window(window_secs: f64) -> Data {
+    Data::Feature(Arc::new(FeatureValues {
+        window_secs,
+        coverage: 1.0,
+        quality: 0.75,
+        values: vec![71.5, f64::NAN],
+        sigmas: Vec::new(),
+        reasons: vec![Reason::Ok, Reason::Short],
+    }))
+}
+
+pub fn status(name: &str, state: State, lost_source: Option<u64>) -> Data {
+    Data::Status(Arc::new(StreamStatus {
+        name: name.into(),
+        state,
+        reason: if state == State::Ok { String::new() } else { "silent for 9.0 s".into() },
+        rate_hz: 20.0,
+        age_secs: 0.05,
+        received: 100,
+        lost_source,
+        lost_queue: 0,
+        late: 0,
+        duplicates: 0,
+        clock: 0,
+        epoch: 0,
+        offset_secs: f64::NAN,
+        skew_ppm: f64::NAN,
+        jitter_secs: f64::NAN,
+        sigma_secs: 0.0005,
+        latency_secs: f64::NAN,
+    }))
+}
+
+pub fn status_stream() -> Stream {
+    let stream = Stream::raw("/teampulse/status", Subject::session(), Shape::Status);
+    Stream { origin: Origin::Derived, ..stream }
+}

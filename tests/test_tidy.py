@@ -1,0 +1,150 @@
+"""The tidy files of a session: what most colleagues open, held against the bag that they stand beside."""
+
+import numpy as np
+import pandas
+import pytest
+
+import bags
+import harness
+
+STUDY = harness.ROOT / "studies/one_operator.toml"
+ECG = "/humans/persons/p001/simulated/ecg"
+RECORDED_SECS = 75
+FILES = {"events.tsv", "features.csv", "intervals.txt", "summary.md"}
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    """The bag of a session with a simulated operator, from its baseline into the first task."""
+    stage = harness.Stage(tmp_path_factory.mktemp("tidy"), 97)
+    out = stage.folder / "sessions"
+    monitor = stage.teampulse("run", STUDY, "--duration", RECORDED_SECS, "--out", out)
+    simulator = stage.teampulse("simulate", STUDY)
+    assert monitor.ended(within_secs=120) == 0, monitor.report()
+    assert simulator.interrupt() == 0, simulator.report()
+    yield harness.the_bag(out)
+    stage.close()
+
+
+@pytest.fixture(scope="module")
+def events(bag):
+    # As BIDS says what is missing.
+    return pandas.read_csv(bag / "events.tsv", sep="\t", na_values="n/a", keep_default_na=False)
+
+
+@pytest.fixture(scope="module")
+def features(bag):
+    return pandas.read_csv(bag / "features.csv", float_precision="round_trip")
+
+
+def test_the_bag_is_a_bag_to_everyone_with_the_files_in_its_folder(bag, stage):
+    assert FILES < {each.name for each in bag.iterdir()}
+    assert sum(bags.decoded_by_rosbags(bag).values()) > 1000
+    for command in ("info", "recover"):
+        answer = stage.ask(command, bag)
+        assert answer.returncode == 0, answer.stderr
+
+
+def test_events_are_those_of_the_bag_in_order(bag, events):
+    assert list(events.columns[:3]) == ["onset", "duration", "trial_type"]
+    assert events.onset.is_monotonic_increasing
+    assert "beat" not in set(events.trial_type)
+    reported = [each for each in bags.messages(bag) if is_event(each, "response")]
+    rows = events[events.trial_type == "response"]
+    assert len(rows) == len(reported) > 5
+    onsets = np.sort([stamp_secs(each) for each in reported])
+    assert np.allclose(np.diff(rows.onset), np.diff(onsets), atol=2e-3)
+
+
+def test_phases_cover_the_session(events, features):
+    phases = events[(events.trial_type == "phase") & (events.stream == "/session/events")]
+    assert list(phases.label) == ["baseline", "1-back"]
+    baseline, task = phases.onset
+    assert baseline < 1 and abs(task - baseline - 60) < 0.5
+    during = events[(events.subject == "robot1") & events.onset.between(1, 59)]
+    assert set(during.phase) <= {"baseline"}
+    windows = features[(features.window_secs == 30) & (features.subject == "p001")]
+    covered = windows[windows.stream == f"{ECG}/heart/w30"]
+    spans = sorted(set(zip(covered.start_secs, covered.end_secs, covered.phase, strict=True)))
+    assert [phase for _, _, phase in spans] == ["baseline", "baseline"]
+    assert all(later[0] >= earlier[1] - 1e-3 for earlier, later in zip(spans, spans[1:]))
+    assert spans[-1][1] - spans[0][0] == pytest.approx(60, abs=1)
+
+
+def test_each_value_is_that_of_the_bag_with_its_unit(bag, features):
+    assert features.unit.notna().all()
+    assert (features.value.isna() == features.reason.notna()).all()
+    assert (features.value.notna() | features.reason.notna()).all()
+    name = f"{ECG}/heart/w30"
+    described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
+    stream = next(each for each in described if each.name == name)
+    windows = {stamp_ms(each): each.content for each in bags.messages(bag, name)}
+    rows = features[features.stream == name]
+    assert len(rows) == 2 * len(stream.channels)
+    for row in rows.itertuples():
+        window = windows[pandas.Timestamp(row.time_utc).value // 1_000_000]
+        place = stream.channels.index(row.name)
+        assert row.unit == stream.units[place]
+        if window.reasons[place] == 0:
+            assert row.value == window.values[place]
+        else:
+            assert np.isnan(row.value) and row.reason
+
+
+def test_intervals_add_up_to_the_time_in_which_the_heart_was_heard(bag, figure):
+    intervals_ms = np.loadtxt(bag / "intervals.txt")
+    beats = bags.messages(bag, f"{ECG}/beats")
+    assert len(intervals_ms) == sum(np.isfinite(each.content.value) for each in beats)
+    lasted_secs = stamp_secs(beats[-1]) - stamp_secs(beats[0])
+    assert lasted_secs > RECORDED_SECS - 10
+    off = intervals_ms.sum() / 1e3 / lasted_secs - 1
+    figure(f"tidy: intervals add up to {off:+.3%} of the time from the first beat to the last")
+    assert abs(off) < 0.02
+    assert intervals_ms.min() > 300 and intervals_ms.max() < 2000
+
+
+def test_the_summary_is_a_page_with_everyone_on_it(bag):
+    text = (bag / "summary.md").read_text()
+    for word in ("# one_operator", "### p001", "### robot2", f"| {ECG} ", "baseline", "intervals.txt"):
+        assert word in text, word
+    assert len(text.splitlines()) < 100
+
+
+def test_a_replay_writes_the_same_files(bag, stage):
+    answer = stage.ask("replay", bag, "--out", stage.folder / "replay")
+    assert answer.returncode == 0, answer.stderr
+    again = harness.the_bag(stage.folder / "replay")
+    for name in ("events.tsv", "features.csv", "intervals.txt"):
+        assert (again / name).read_bytes() == (bag / name).read_bytes(), name
+
+
+def test_a_study_can_do_without_them(stage):
+    study = stage.study(
+        '[session]\nname = "test"\n[[sources]]\ntype = "topics"\nnames = ["/tf"]\n'
+        '[[sinks]]\ntype = "bag"\ntidy = false\n'
+    )
+    program = stage.teampulse("run", study, "--duration", 1, "--out", stage.folder / "out")
+    assert program.ended() == 0, program.report()
+    assert not FILES & {each.name for each in harness.the_bag(stage.folder / "out").iterdir()}
+
+
+def test_without_a_bag_there_is_no_folder_for_them(stage):
+    study = stage.study('[[sources]]\ntype = "topics"\nnames = ["/tf"]\n[[sinks]]\ntype = "tidy"\n')
+    answer = stage.ask("run", study, "--duration", 1)
+    assert answer.returncode == 4
+    assert "no bag" in answer.stderr
+
+
+def is_event(message, kind: str) -> bool:
+    return getattr(message.content, "kind", None) == kind
+
+
+def stamp_ms(message) -> int:
+    """The time of a message to the millisecond that it lies in, as texts tell it."""
+    stamp = message.content.header.stamp
+    return stamp.sec * 1000 + stamp.nanosec // 1_000_000
+
+
+def stamp_secs(message) -> float:
+    stamp = message.content.header.stamp
+    return stamp.sec + stamp.nanosec * 1e-9
