@@ -394,7 +394,7 @@ mod tests {
         insta::assert_snapshot!(shown("[[sources]]\ntype = \"robots\"\nnamspace = \"/robot*\"\n"), @r#"
          × unknown field `namspace`, expected one of `namespace`, `domain`, `prefix`,
          │ `battery`, `link`, `odometry`, `diagnostics`, `temperature`, `numbers`, `images`,
-         │ `topics`, `required`, `robots`
+         │ `commands`, `topics`, `required`, `robots`
           ╭─[study.toml:3:1]
         2 │ type = "robots"
         3 │ namspace = "/robot*"
