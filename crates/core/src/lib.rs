@@ -22,4 +22,5 @@ mod track;
 mod extractors;
 pub mod pump;
 pub mod phases;
+pub mod alerts;
 pub mod session;

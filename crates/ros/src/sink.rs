@@ -368,6 +368,16 @@ mod tests {
     }
 
     #[test]
+    fn what_is_concluded_of_robots_and_the_team_is_published_and_of_people_nothing() {
+        let concluded = |stream: Stream| {
+            Publish::Conclusions(Vec::new()).includes(&Stream { origin: Origin::Derived, ..stream })
+        };
+        assert!(concluded(Stream::raw("/team/state", Subject::team(), Shape::Feature)));
+        assert!(concluded(robot()) && !concluded(person()));
+        assert!(!Publish::Conclusions(Vec::new()).includes(&robot()), "what it said is known");
+    }
+
+    #[test]
     fn a_wild_pattern_names_nobody() {
         for pattern in ["/**", "/*/persons/p001/ecg", "**"] {
             assert!(!Publish::Named(vec![pattern.into()]).includes(&person()), "{pattern}");

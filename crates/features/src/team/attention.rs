@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_core::alerts::ALERTS;
 use teampulse_core::data::{Data, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::qos::Qos;
@@ -28,8 +29,6 @@ use crate::whole_seconds::WholeSeconds;
 
 /// Where the state of the team is told.
 const STATE: &str = "/team/state";
-/// Where it is told that a robot needs someone, was answered, and needs nobody any more.
-const ALERTS: &str = "/team/alerts";
 /// So many alerts are kept for whoever joins later.
 const KEPT_ALERTS: u32 = 1000;
 

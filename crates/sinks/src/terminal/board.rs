@@ -10,6 +10,7 @@ use teampulse_core::time::Time;
 
 use super::happening::told;
 use super::robot::Figures;
+use super::team::Team;
 
 /// How many of the newest events are shown.
 const EVENTS: usize = 5;
@@ -21,6 +22,7 @@ const SETTLED: u32 = 3;
 #[derive(Debug, Default)]
 pub struct Board {
     streams: BTreeMap<String, Watched>,
+    team: Team,
     robots: BTreeMap<String, Figures>,
     events: VecDeque<String>,
     began: Option<Time>,
@@ -62,6 +64,7 @@ impl Board {
     }
 
     fn take_event(&mut self, stream: &Stream, event: &Event) -> Option<String> {
+        self.team.take_event(stream, event);
         let line = format!("{} {}", clock_time(self.now), told(stream, event)?);
         self.events.push_back(line.clone());
         if self.events.len() > EVENTS {
@@ -71,6 +74,7 @@ impl Board {
     }
 
     fn take_figures(&mut self, stream: &Stream, values: &FeatureValues) {
+        self.team.take(stream, values);
         if stream.about == About::Robot && !stream.id.is_empty() {
             self.robots.entry(stream.id.clone()).or_default().take(stream, values);
         }
@@ -108,6 +112,7 @@ impl Board {
             self.elapsed_secs(),
             self.streams.len()
         )];
+        lines.extend(self.team.line());
         for (id, figures) in &self.robots {
             lines.push(figures.line(id));
             let own = self.statuses().filter(|status| shown(status));
@@ -148,6 +153,7 @@ impl Board {
             total(|each| each.late),
             total(|each| each.duplicates),
         )];
+        lines.extend(self.team.line());
         let troubled = self.statuses().filter(|status| status.state != State::Ok);
         lines.extend(troubled.map(|status| format!("  {}", full_line(status))));
         lines

@@ -2,6 +2,7 @@
 
 mod board;
 mod robot;
+mod team;
 mod happening;
 
 use std::io::{IsTerminal, Write};

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use teampulse_core::alerts::{Alert, Stage};
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::stream::StreamId;
@@ -13,13 +14,13 @@ use crate::value::moment;
 /// The alerts that are not over: one for each robot and reason.
 #[derive(Debug, Default)]
 pub(super) struct Alerts {
-    open: BTreeMap<(String, String), Alert>,
+    open: BTreeMap<(String, String), Need>,
     untold: Vec<(Time, Event)>,
 }
 
 /// A robot needs someone.
 #[derive(Debug)]
-struct Alert {
+struct Need {
     begun: Time,
     is_answered: bool,
     /// The streams that say so.
@@ -35,8 +36,8 @@ impl Alerts {
             return;
         }
         let causes = BTreeSet::from([says]);
-        self.open.insert(key, Alert { begun: at, is_answered: false, causes });
-        let raised = moment(EventKind::Fault, format!("{robot} needs someone: {why}"));
+        self.open.insert(key, Need { begun: at, is_answered: false, causes });
+        let raised = told(EventKind::Fault, robot, why, Stage::Raised);
         self.untold.push((at, Event { duration_secs: f64::NAN, ..raised }));
     }
 
@@ -48,7 +49,7 @@ impl Alerts {
         if !alert.causes.is_empty() {
             return;
         }
-        let over = moment(EventKind::Marker, format!("{robot} no longer needs someone: {why}"));
+        let over = told(EventKind::Marker, robot, why, Stage::Over);
         let duration_secs = at.secs_since(alert.begun).max(0.0);
         self.open.remove(&key);
         self.untold.push((at, Event { duration_secs, ..over }));
@@ -59,7 +60,7 @@ impl Alerts {
         for ((_, why), alert) in self.open.iter_mut().filter(|((id, _), _)| id == robot) {
             if !alert.is_answered && alert.begun <= at {
                 alert.is_answered = true;
-                let answered = moment(EventKind::Marker, format!("{robot} was answered: {why}"));
+                let answered = told(EventKind::Marker, robot, why, Stage::Answered);
                 self.untold.push((at, Event { value: at.secs_since(alert.begun), ..answered }));
             }
         }
@@ -84,7 +85,12 @@ impl Alerts {
         begun.min().map(|begun| begun.min(now))
     }
 
-    fn unanswered(&self) -> impl Iterator<Item = (&(String, String), &Alert)> {
+    fn unanswered(&self) -> impl Iterator<Item = (&(String, String), &Need)> {
         self.open.iter().filter(|(_, alert)| !alert.is_answered)
     }
+}
+
+fn told(kind: EventKind, robot: &str, why: &str, stage: Stage) -> Event {
+    let alert = Alert { robot: robot.to_owned(), why: why.to_owned(), stage };
+    moment(kind, alert.label())
 }
