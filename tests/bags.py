@@ -21,8 +21,8 @@ class Message:
     content: object
 
 
-def messages(bag: Path, topic_ends: str = "") -> list[Message]:
-    """The messages of all topics whose name ends so, in the order of the bag."""
+def messages(bag: Path, topic_ends: str | tuple[str, ...] = "") -> list[Message]:
+    """The messages of all topics whose name ends so (or so), in the order of the bag."""
     with AnyReader([bag]) as reader:
         wanted = [each for each in reader.connections if each.topic.endswith(topic_ends)]
         if not wanted:

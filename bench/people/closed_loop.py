@@ -12,6 +12,8 @@ import bags
 import tables
 
 PHASES = ["baseline", "1-back", "2-back", "3-back"]
+# How the topics end that are read.
+HEARD = ("/truth/beats", "/truth/state", "/truth/breaths", "/responses", "/phases")
 NANOS = 1_000_000_000
 # What section 9 of the project's reference asks for.
 MOST_RATE_BPM, MOST_BREATHS = 1.0, 0.5
@@ -33,10 +35,8 @@ class Session:
         streams = tables.described(bag)
         self.channels = {name: list(stream.channels) for name, stream in streams.items()}
         self.heard = defaultdict(list)
-        wanted = ("/truth/", "/phases", "/responses")
-        for each in bags.messages(bag):
-            if any(word in each.topic for word in wanted):
-                self.heard[each.topic].append((tables.stamp_ns(each) / NANOS, each.content))
+        for each in bags.messages(bag, HEARD):
+            self.heard[each.topic].append((tables.stamp_ns(each) / NANOS, each.content))
 
     def phases(self, person: str) -> dict[str, tuple[float, float]]:
         """When each phase of a person began and ended [s]."""
