@@ -190,7 +190,10 @@ fn events(input: &Stream, happening: &Happening) -> Stream {
         signal: Signal::Event,
         device: input.device.clone(),
         method: format!("causal; the number is {}", happening.value),
-        doc: format!("Each {} in {}, when it became known.", happening.kind, input.name),
+        doc: format!(
+            "Each {} in {}, when it became known; where the quality of the windows is poor, what looks like one.",
+            happening.kind, input.name
+        ),
         ..Stream::derived(input, happening.leaf, Shape::Event)
     }
 }

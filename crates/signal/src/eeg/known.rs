@@ -6,6 +6,7 @@ use super::analysis::{Blinks, Settings};
 use super::blinks::Blink;
 use super::examiner::Examiner;
 use super::pieces::{Pieces, Reading, mean};
+use super::quality::LEAST_QUALITY;
 use super::quantities::{Quantity, of_pair, quantities};
 use super::site::{blink_channels, site};
 use crate::analysis::{Event, Measured, Reason, Span, Value, Windows};
@@ -44,7 +45,7 @@ impl Known {
         };
         let welch = format!(
             "Welch over the segments of 4 s inside the window, half overlapping, Hann, without mean, \
-             unfiltered; not those of a quality below 0.1, of more than {most_rms_uv} µV rms (1–45 Hz)\
+             unfiltered; not those of a quality below 0.4 (white noise has 0.33), of more than {most_rms_uv} µV rms (1–45 Hz)\
              {without}"
         );
         let (quantities, values) =
@@ -89,6 +90,9 @@ impl Known {
         let best = above.max_by(|a, b| a.present.total_cmp(&b.present)).ok_or(Reason::Missing)?;
         if best.present < crate::analysis::LEAST_COVERAGE {
             return Err(best.spectrum.as_ref().err().copied().unwrap_or(Reason::Gap));
+        }
+        if best.quality < LEAST_QUALITY {
+            return Err(Reason::Quality);
         }
         let inside = self.blinks.iter().filter(|(at_ns, _)| span.holds(*at_ns));
         let inside: Vec<&Blink> = inside.map(|(_, blink)| blink).collect();

@@ -5,7 +5,8 @@ use super::examiner::Examiner;
 use crate::error::SignalError;
 
 /// Segments of less [quality](Quality::combined) count as artefacts: their power is not the brain's.
-pub const LEAST_QUALITY: f64 = 0.1;
+/// White noise, as of an electrode that hangs in the air, has a third.
+pub const LEAST_QUALITY: f64 = 0.4;
 /// Between which amplitudes an EEG is [µV], and at which it surely is none.
 const USUAL_UV: (f64, f64) = (1.0, 100.0);
 const TOO_LOW_UV: f64 = 0.1;

@@ -95,7 +95,7 @@ pub(super) fn measure(settings: &Settings, store: &Store, span: Span) -> Measure
     }
     let coverage = coverages.iter().copied().fold(0.0, f64::max);
     let count = covered().count().max(1) as f64;
-    let quality = covered().map(|index| qualities[index]).sum::<f64>() / count;
+    let quality = covered().map(|index| qualities[index]).sum::<f64>().max(0.0) / count;
     Measured { coverage, quality, values }
 }
 

@@ -1,0 +1,239 @@
+//! Each signal of a person goes bad in turn: the others don't notice, and nothing is made up.
+
+mod living;
+
+use std::collections::BTreeMap;
+
+use bytes::Bytes;
+use teampulse_core::data::{Data, FeatureValues, Reason};
+use teampulse_core::sample::Record;
+use teampulse_core::stream::Origin;
+use teampulse_emulators::body::{Fault, Scene, Sensor, Settings};
+
+const PHASES: [(&str, f64); 2] = [("baseline", 0.0), ("task", 50.0)];
+const SECS: f64 = 100.0;
+const BAD_FROM_SECS: f64 = 55.0;
+const BACK_SECS: f64 = 70.0;
+/// Fewer seconds than this after a fault began, something of before may still become known.
+const SETTLING_SECS: f64 = 3.0;
+const WINDOW_SECS: f64 = 30.0;
+
+/// A session in which one sensor goes bad, if any.
+struct Lived {
+    sensor: Sensor,
+    records: Vec<Record>,
+}
+
+/// A window or a phase.
+struct Told<'a> {
+    end_secs: f64,
+    values: &'a FeatureValues,
+    channels: &'a [String],
+}
+
+impl Lived {
+    fn with(sensor: Sensor, script: Vec<Scene>) -> Lived {
+        let settings = Settings { script, ..Settings::default() };
+        let chunks = living::lived(&settings, &PHASES, SECS);
+        Lived { sensor, records: living::kept(chunks, &PHASES) }
+    }
+
+    fn bad(sensor: Sensor, what: Fault, to_secs: Option<f64>) -> Lived {
+        let from_secs = BAD_FROM_SECS;
+        Lived::with(sensor, vec![Scene { sensor: Some(sensor), from_secs, to_secs, what }])
+    }
+
+    /// What was computed from the other sensors, by stream: in order, as it is stored.
+    fn others(&self) -> BTreeMap<&str, Vec<&Bytes>> {
+        let mut streams = BTreeMap::<&str, Vec<&Bytes>>::new();
+        let bad = living::name(self.sensor);
+        for Record { stream, cdr, .. } in &self.records {
+            let of_sensor = stream.name.starts_with(living::WORN);
+            if stream.origin == Origin::Derived && of_sensor && !stream.name.starts_with(&bad) {
+                streams.entry(&stream.name).or_default().push(cdr);
+            }
+        }
+        streams
+    }
+
+    /// What the sensor's own features told: windows (`w30`), or phases.
+    fn told(&self, leaf: &str) -> Vec<Told<'_>> {
+        let (name, statistics) = (living::name(self.sensor), "/statistics/");
+        let of_sensor = self.records.iter().filter(|Record { stream, .. }| {
+            let stream = &stream.name;
+            stream.starts_with(&name) && stream.ends_with(leaf) && !stream.contains(statistics)
+        });
+        let told = of_sensor.filter_map(|record| {
+            let Data::Feature(values) = &record.sample.data else { return None };
+            let end_secs = record.sample.measured.secs_since(living::after(0.0));
+            Some(Told { end_secs, values, channels: &record.stream.channels })
+        });
+        told.collect()
+    }
+
+    /// When beats and the like happened that the sensor told of [s].
+    fn events_secs(&self) -> Vec<f64> {
+        let name = living::name(self.sensor);
+        let of_sensor = self.records.iter().filter(|record| {
+            record.stream.name.starts_with(&name) && matches!(record.sample.data, Data::Event(_))
+        });
+        of_sensor.map(|record| record.sample.measured.secs_since(living::after(0.0))).collect()
+    }
+}
+
+impl Told<'_> {
+    fn begins_after(&self, secs: f64) -> bool {
+        self.end_secs - self.values.window_secs >= secs
+    }
+
+    /// What is told of the person, without what is told of the signal.
+    fn of_person(&self) -> Vec<String> {
+        let told = self.channels.iter().zip(&self.values.reasons);
+        let told = told.filter(|(_, reason)| **reason == Reason::Ok).map(|(name, _)| name);
+        let of_signal = |name: &str| OF_SIGNAL.iter().any(|word| name.contains(word));
+        told.filter(|name| !of_signal(name)).cloned().collect()
+    }
+}
+
+/// What only describes the signal; PPG_Peaks_N counts no pulse that is flagged.
+const OF_SIGNAL: [&str; 14] = [
+    "Quality",
+    "SQI",
+    "Flat",
+    "Saturated",
+    "Motion",
+    "LeadOff",
+    "Flagged",
+    "Skewness",
+    "Mains",
+    "Outside",
+    "Clipped",
+    "Implausible",
+    "Artefact",
+    "PPG_Peaks_N",
+];
+
+/// What nobody can tell from the signal alone: a thermometer in the air of a warm room from a cold
+/// hand, a wrist at rest from a table, a resting muscle from an electrode in a quiet place.
+fn can_be_told(sensor: Sensor, what: Fault) -> bool {
+    match what {
+        Fault::Stuck => sensor != Sensor::Temperature,
+        _ => ![Sensor::Temperature, Sensor::Acceleration, Sensor::Emg].contains(&sensor),
+    }
+}
+
+fn assert_others_are_untouched(good: &Lived, bad: &Lived, fault: &str) {
+    let (expected, others) = (good.others(), bad.others());
+    assert!(expected.len() > 8, "{:?}", expected.keys());
+    assert!(expected.keys().eq(others.keys()), "{fault}: {:?}", others.keys());
+    for (stream, samples) in expected {
+        assert!(others[stream] == samples, "{fault} changes {stream}");
+    }
+}
+
+/// A sensor that dies tells nothing more, and of the phase that it has too little.
+fn assert_dies(dead: &Lived) {
+    let windows = dead.told("w30");
+    assert!(windows.iter().all(|told| told.end_secs <= BAD_FROM_SECS));
+    assert!(windows.last().is_some_and(|told| told.end_secs > BAD_FROM_SECS - 2.0));
+    assert!(dead.events_secs().iter().all(|secs| *secs <= BAD_FROM_SECS));
+    let phases = dead.told("phases");
+    let [baseline, task] = &phases[..] else { panic!("{} phases", phases.len()) };
+    assert!(baseline.values.coverage > 0.9 && !baseline.of_person().is_empty());
+    assert!(task.values.coverage < 0.2);
+    assert!(task.values.reasons.iter().all(|reason| *reason != Reason::Ok));
+}
+
+/// A sensor that comes back tells of how much of each window it was there, and then as before.
+fn assert_comes_back(back: &Lived) {
+    let windows = back.told("w30");
+    assert!(windows.last().is_some_and(|told| told.end_secs > SECS - 2.0));
+    for Told { end_secs, values, .. } in &windows {
+        let begin_secs = (end_secs - values.window_secs).max(0.0);
+        let there_secs = end_secs
+            - begin_secs
+            - (end_secs.min(BACK_SECS) - begin_secs.max(BAD_FROM_SECS)).max(0.0);
+        let (share, coverage) = (there_secs / WINDOW_SECS, f64::from(values.coverage));
+        // An EEG is judged in segments of four seconds, of which a gap takes those that it touches.
+        let tolerance = if back.sensor == Sensor::Eeg { 0.25 } else { 0.1 };
+        assert!((coverage - share).abs() < tolerance, "{coverage} of {share} at {end_secs}");
+        if coverage < 0.5 {
+            assert!(values.reasons.iter().all(|reason| *reason != Reason::Ok), "at {end_secs}");
+        }
+    }
+    assert!(!back.told("phases")[1].of_person().is_empty());
+}
+
+/// Nothing is told of a person of whom the sensor does not know any more.
+fn assert_nothing_is_made_up(bad: &Lived) {
+    let windows = bad.told("w30");
+    let inside = |told: &&Told<'_>| told.begins_after(BAD_FROM_SECS + SETTLING_SECS);
+    assert!(windows.iter().any(|told| inside(&told)));
+    for told in windows.iter().filter(inside) {
+        assert!(told.values.quality < 0.4, "{} at {}", told.values.quality, told.end_secs);
+        assert_eq!(told.of_person(), [""; 0], "at {}", told.end_secs);
+    }
+}
+
+fn goes_bad(sensor: Sensor) {
+    let good = Lived::with(sensor, Vec::new());
+    assert!(good.told("w30").last().is_some_and(|told| !told.of_person().is_empty()));
+    let bad = |what, to_secs| {
+        let bad = Lived::bad(sensor, what, to_secs);
+        assert_others_are_untouched(&good, &bad, &format!("{sensor:?} {what:?}"));
+        bad
+    };
+    assert_dies(&bad(Fault::Dead, None));
+    assert_comes_back(&bad(Fault::Dead, Some(BACK_SECS)));
+    for what in [Fault::Stuck, Fault::OffBody] {
+        let bad = bad(what, None);
+        if can_be_told(sensor, what) {
+            assert_nothing_is_made_up(&bad);
+        }
+    }
+}
+
+#[test]
+fn an_ecg_goes_bad() {
+    goes_bad(Sensor::Ecg);
+}
+
+#[test]
+fn a_pulse_goes_bad() {
+    goes_bad(Sensor::Ppg);
+}
+
+#[test]
+fn a_wrist_s_conductance_goes_bad() {
+    goes_bad(Sensor::EdaWrist);
+}
+
+#[test]
+fn fingers_conductance_goes_bad() {
+    goes_bad(Sensor::EdaFingers);
+}
+
+#[test]
+fn muscles_go_bad() {
+    goes_bad(Sensor::Emg);
+}
+
+#[test]
+fn an_eeg_goes_bad() {
+    goes_bad(Sensor::Eeg);
+}
+
+#[test]
+fn a_breathing_belt_goes_bad() {
+    goes_bad(Sensor::Respiration);
+}
+
+#[test]
+fn a_thermometer_goes_bad() {
+    goes_bad(Sensor::Temperature);
+}
+
+#[test]
+fn an_accelerometer_goes_bad() {
+    goes_bad(Sensor::Acceleration);
+}
