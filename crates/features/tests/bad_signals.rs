@@ -10,10 +10,10 @@ use teampulse_core::sample::Record;
 use teampulse_core::stream::Origin;
 use teampulse_emulators::body::{Fault, Scene, Sensor, Settings};
 
-const PHASES: [(&str, f64); 2] = [("baseline", 0.0), ("task", 50.0)];
-const SECS: f64 = 100.0;
-const BAD_FROM_SECS: f64 = 55.0;
-const BACK_SECS: f64 = 70.0;
+const PHASES: [(&str, f64); 2] = [("baseline", 0.0), ("task", 60.0)];
+const SECS: f64 = 105.0;
+const BAD_FROM_SECS: f64 = 63.0;
+const BACK_SECS: f64 = 77.0;
 /// Fewer seconds than this after a fault began, something of before may still become known.
 const SETTLING_SECS: f64 = 3.0;
 const WINDOW_SECS: f64 = 30.0;
@@ -71,6 +71,19 @@ impl Lived {
         told.collect()
     }
 
+    /// What of the person's last state is told, by name.
+    fn state(&self) -> BTreeMap<&str, Result<f64, Reason>> {
+        let is_state = |record: &&Record| record.stream.name.ends_with("p1/state/w30");
+        let last = self.records.iter().rfind(is_state).expect("a state");
+        let Data::Feature(values) = &last.sample.data else { panic!("no feature") };
+        let told = values.values.iter().zip(&values.reasons);
+        let told = told.map(|(value, reason)| match reason {
+            Reason::Ok => Ok(*value),
+            reason => Err(*reason),
+        });
+        last.stream.channels.iter().map(String::as_str).zip(told).collect()
+    }
+
     /// When beats and the like happened that the sensor told of [s].
     fn events_secs(&self) -> Vec<f64> {
         let name = living::name(self.sensor);
@@ -95,7 +108,7 @@ impl Told<'_> {
     }
 }
 
-/// What only describes the signal; PPG_Peaks_N counts no pulse that is flagged.
+/// What only describes the signal; `PPG_Peaks_N` counts no pulse that is flagged.
 const OF_SIGNAL: [&str; 14] = [
     "Quality",
     "SQI",
@@ -164,6 +177,29 @@ fn assert_comes_back(back: &Lived) {
     assert!(!back.told("phases")[1].of_person().is_empty());
 }
 
+/// The state says what it no longer knows, and the rest of it stays as it is.
+fn assert_state_knows(good: &Lived, dead: &Lived) {
+    let known_by = |name: &str| match dead.sensor {
+        Sensor::Ecg => name.starts_with("heart_rate") || name.starts_with("ln_rmssd"),
+        Sensor::Respiration => name.starts_with("breathing_rate"),
+        // One of the two is looked at: the same for both values.
+        Sensor::EdaWrist | Sensor::EdaFingers => {
+            let of_skin = name.starts_with("skin_level") || name.starts_with("response_rate");
+            of_skin && dead.state()[name].is_err()
+        }
+        _ => false,
+    };
+    let (expected, state) = (good.state(), dead.state());
+    assert!(expected.values().filter(|value| value.is_ok()).count() >= 12, "{expected:?}");
+    for (name, value) in expected {
+        if known_by(name) {
+            assert!(state[name].is_err(), "{name}");
+        } else {
+            assert_eq!(state[name], value, "{name}");
+        }
+    }
+}
+
 /// Nothing is told of a person of whom the sensor does not know any more.
 fn assert_nothing_is_made_up(bad: &Lived) {
     let windows = bad.told("w30");
@@ -183,7 +219,9 @@ fn goes_bad(sensor: Sensor) {
         assert_others_are_untouched(&good, &bad, &format!("{sensor:?} {what:?}"));
         bad
     };
-    assert_dies(&bad(Fault::Dead, None));
+    let dead = bad(Fault::Dead, None);
+    assert_dies(&dead);
+    assert_state_knows(&good, &dead);
     assert_comes_back(&bad(Fault::Dead, Some(BACK_SECS)));
     for what in [Fault::Stuck, Fault::OffBody] {
         let bad = bad(what, None);
