@@ -23,6 +23,7 @@ pub mod robots {
 pub mod people {
     pub mod brain;
     pub mod breath;
+    pub mod estimates;
     pub mod heart;
     pub mod input;
     pub mod intervals;
@@ -60,6 +61,7 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<robots::stuck::Stuck>("stuck"),
     Entry::new::<people::brain::Brain>("brain"),
     Entry::new::<people::breath::Breath>("breath"),
+    Entry::new::<people::estimates::Estimates>("estimates"),
     Entry::new::<people::heart::Heart>("heart"),
     Entry::new::<people::input::Input>("input"),
     Entry::new::<people::intervals::Intervals>("intervals"),

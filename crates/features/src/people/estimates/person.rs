@@ -1,0 +1,197 @@
+//! The estimates about one person.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
+
+use teampulse_core::data::{Event, FeatureValues};
+use teampulse_core::feature::{OutputId, Outputs};
+use teampulse_core::phases::Phase;
+use teampulse_core::stream::{Stream, Subject};
+use teampulse_core::time::Time;
+
+use super::PHASES;
+use super::combined::combined;
+use super::output;
+use super::physiology::{NOTHING, Physiology, Reading};
+use super::reports::{JUST_ENDED_NS, Reports, Stretch};
+use crate::value::{Value, window_of};
+
+/// So long after its end a phase is told of, whatever is still to come [ns]: its state takes up to 12 s.
+const PATIENCE_NS: i64 = JUST_ENDED_NS + 5_000_000_000;
+
+/// So many of the newest phases are held.
+const MOST_PHASES: usize = 8;
+
+/// What is known of one person.
+pub(super) struct Person {
+    subject: Subject,
+    /// After so long the variance of a report has doubled [s].
+    doubled_secs: f64,
+    reports: Reports,
+    /// On which streams reports and phases were told so far.
+    told_on: BTreeSet<String>,
+    /// States by what they are called: `w30`, `phases`.
+    states: BTreeMap<String, State>,
+    outputs: BTreeMap<String, Output>,
+    /// The phases before this one, by their number, are done with.
+    next: usize,
+}
+
+/// A stream of states.
+struct State {
+    name: String,
+    reading: Reading,
+    /// What the body told of the newest phases, by their ends.
+    phases: VecDeque<(Time, Physiology)>,
+}
+
+/// An output, the inputs with which it was declared, and until when it is told.
+struct Output {
+    id: OutputId,
+    inputs: BTreeSet<String>,
+    until: Time,
+}
+
+impl Person {
+    pub(super) fn new(subject: Subject, doubled_secs: f64) -> Person {
+        Person {
+            subject,
+            doubled_secs,
+            reports: Reports::default(),
+            told_on: BTreeSet::new(),
+            states: BTreeMap::new(),
+            outputs: BTreeMap::new(),
+            next: 0,
+        }
+    }
+
+    pub(super) fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// A stream tells states over these spans.
+    pub(super) fn join(&mut self, stream: &Stream, spans: &str) {
+        let known = self.states.remove(spans);
+        let phases = known.map_or_else(VecDeque::new, |known| known.phases);
+        let state = State { name: stream.name.clone(), reading: Reading::of(stream), phases };
+        self.states.insert(spans.to_owned(), state);
+    }
+
+    /// Something may have been reported.
+    pub(super) fn hear(&mut self, at: Time, event: &Event, stream: &str) {
+        if self.reports.take(at, event) {
+            self.told_on.insert(stream.to_owned());
+        }
+    }
+
+    /// Phases were told on a stream.
+    pub(super) fn heed(&mut self, stream: &str) {
+        self.told_on.insert(stream.to_owned());
+    }
+
+    /// A state was told: of a window, the estimate follows at once.
+    pub(super) fn take(
+        &mut self,
+        (spans, end): (&str, Time),
+        values: &FeatureValues,
+        phases: &[Phase],
+        out: &mut Outputs,
+    ) {
+        let Some(state) = self.states.get_mut(spans) else { return };
+        if spans == PHASES {
+            // A phase has no scatter of its own beside what its sigma says.
+            state.phases.push_back((end, state.reading.read(values, 0.0)));
+            if state.phases.len() > MOST_PHASES {
+                state.phases.pop_front();
+            }
+            return;
+        }
+        let body = state.reading.read(values, 1.0);
+        let window = before(end, values.window_secs);
+        let report = self.reports.of_window(window, phases, self.doubled_secs);
+        self.emit(spans, window, (body, report), out);
+    }
+
+    /// A whole second has passed: where only reports are known, they are the estimate.
+    pub(super) fn tell(
+        &mut self,
+        second: Time,
+        windows: &[(String, f64)],
+        phases: &[Phase],
+        out: &mut Outputs,
+    ) {
+        if !self.reports.is_empty() {
+            for (spans, secs) in windows {
+                if !self.states.contains_key(spans) {
+                    let window = before(second, *secs);
+                    let report = self.reports.of_window(window, phases, self.doubled_secs);
+                    self.emit(spans, window, (NOTHING, report), out);
+                }
+            }
+        }
+        self.tell_phases(second, false, phases, out);
+    }
+
+    /// Tells of the phases that are over at `now`, as soon as all is known that may be.
+    pub(super) fn tell_phases(
+        &mut self,
+        now: Time,
+        is_last: bool,
+        phases: &[Phase],
+        out: &mut Outputs,
+    ) {
+        while let Some(phase) = phases.get(self.next) {
+            let Some(end) = phase.end.filter(|end| *end <= now) else { return };
+            let stretch = Stretch { begin: phase.begin, end };
+            let mut told = self.states.get(PHASES).into_iter().flat_map(|state| &state.phases);
+            let told = told.find(|(at, _)| *at == end).map(|(_, body)| *body);
+            let report = self.reports.of_phase(stretch, phases, self.doubled_secs);
+            let is_known = told.is_some() && (report.is_ok() || is_last);
+            let is_late = now.nanos_since(end) >= PATIENCE_NS;
+            if !(is_known || is_late || is_last && self.states.is_empty()) {
+                return;
+            }
+            self.next += 1;
+            if told.is_some() || report.is_ok() {
+                self.emit(PHASES, stretch, (told.unwrap_or(NOTHING), report), out);
+            }
+        }
+    }
+
+    fn emit(
+        &mut self,
+        spans: &str,
+        over: Stretch,
+        (body, report): (Physiology, Value),
+        out: &mut Outputs,
+    ) {
+        let output = self.declare(spans, out);
+        if over.end <= output.until {
+            return;
+        }
+        output.until = over.end;
+        let values = [combined(body.workload, report), body.workload, report, body.arousal];
+        let secs = over.end.secs_since(over.begin);
+        out.emit(output.id, over.end, window_of(secs, body.coverage, body.quality, &values));
+    }
+
+    /// The output over these spans, declared with all that has come in so far.
+    fn declare(&mut self, spans: &str, out: &mut Outputs) -> &mut Output {
+        let state = self.states.get(spans).map(|state| &state.name);
+        let count = self.told_on.len() + usize::from(state.is_some());
+        let known = self.outputs.get(spans);
+        if known.is_none_or(|known| known.inputs.len() != count) {
+            let until = known.map_or(Time::from_nanos(i64::MIN), |known| known.until);
+            let inputs: BTreeSet<String> = self.told_on.iter().chain(state).cloned().collect();
+            let id =
+                out.declare(output::estimates(&self.subject, spans, &inputs, self.doubled_secs));
+            self.outputs.insert(spans.to_owned(), Output { id, inputs, until });
+        }
+        self.outputs.get_mut(spans).expect("it has just been declared")
+    }
+}
+
+/// The stretch of a length [s] up to a time.
+fn before(end: Time, secs: f64) -> Stretch {
+    Stretch { begin: end - Duration::try_from_secs_f64(secs).unwrap_or_default(), end }
+}
