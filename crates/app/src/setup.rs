@@ -19,7 +19,7 @@ use teampulse_ros::bus::Subscription;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
-use teampulse_sinks::{Bag, SINKS, SinkContext, Tidy};
+use teampulse_sinks::{Bag, Estimates, SINKS, SinkContext, Terminal, Tidy};
 use teampulse_sources::session::{Computers, Keys, Phases, RosEvents, follow_clock};
 use teampulse_sources::{SOURCES, SourceContext};
 
@@ -123,6 +123,12 @@ impl Setup {
             sinks.extend(tidy(&self.study, &context)?);
         }
         Ok(sinks)
+    }
+
+    /// The sink that shows the team on the terminal.
+    pub fn terminal(&self) -> Box<dyn Sink> {
+        let shown = self.study.general.session.show_estimates;
+        Box::new(Terminal::new(if shown { Estimates::Shown } else { Estimates::Hidden }))
     }
 
     /// The sink that publishes on ROS what was concluded, and what the study names.

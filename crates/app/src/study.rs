@@ -58,12 +58,15 @@ pub struct SessionSettings {
     /// A folder with the definitions of types that nobody on the network can explain, as a ROS
     /// workspace installs them: `<folder>/share/<package>/msg/<Type>.msg`.
     pub messages: Option<PathBuf>,
+    /// Shows estimates of people's workload and arousal on the screen. Whoever sees them in an
+    /// experiment is no longer blind. Default: false; they are recorded all the same.
+    pub show_estimates: bool,
 }
 
 impl Default for SessionSettings {
     fn default() -> SessionSettings {
         let (name, clock) = ("session".into(), SessionClock::Host);
-        SessionSettings { name, clock, domain: None, messages: None }
+        SessionSettings { name, clock, domain: None, messages: None, show_estimates: false }
     }
 }
 

@@ -15,7 +15,7 @@ use teampulse_core::sink::Sink;
 pub use aligned::Aligned;
 pub use bag::Bag;
 pub use csv::Csv;
-pub use terminal::{Board, Terminal};
+pub use terminal::{Board, Estimates, Terminal};
 pub use tidy::Tidy;
 
 /// The table of all sinks.

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use teampulse_sinks::Terminal;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -61,7 +60,7 @@ pub async fn watch(
         eprintln!("warning: the study has no [[sinks]]: nothing is recorded");
     }
     parts.sources.extend(setup.attended(&stop)?);
-    parts.sinks.push(Box::new(Terminal::default()));
+    parts.sinks.push(setup.terminal());
     parts.sinks.push(setup.publisher()?);
     parts.sinks.push(setup.diagnostics()?);
     let asked = stop.asked(setup.clock.clone(), duration_secs);

@@ -8,6 +8,7 @@ use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::time::Time;
 
+use super::estimates::{Estimates, is_estimate};
 use super::happening::told;
 use super::robot::Figures;
 use super::team::Team;
@@ -24,6 +25,7 @@ pub struct Board {
     streams: BTreeMap<String, Watched>,
     team: Team,
     robots: BTreeMap<String, Figures>,
+    estimates: BTreeMap<String, Estimates>,
     events: VecDeque<String>,
     began: Option<Time>,
     now: Time,
@@ -77,6 +79,8 @@ impl Board {
         self.team.take(stream, values);
         if stream.about == About::Robot && !stream.id.is_empty() {
             self.robots.entry(stream.id.clone()).or_default().take(stream, values);
+        } else if is_estimate(stream) {
+            self.estimates.entry(stream.id.clone()).or_default().take(stream, values);
         }
     }
 
@@ -120,6 +124,7 @@ impl Board {
                 own.filter_map(|status| Some(board_line(within(id, &status.name)?, status))),
             );
         }
+        lines.extend(self.estimates.iter().map(|(id, estimates)| estimates.line(id)));
         let others = self.statuses().filter(|status| !self.is_of_a_robot(&status.name));
         let others: Vec<_> = others.filter(|status| shown(status)).collect();
         if !others.is_empty() {

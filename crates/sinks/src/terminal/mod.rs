@@ -3,6 +3,7 @@
 mod board;
 mod robot;
 mod team;
+mod estimates;
 mod happening;
 
 use std::io::{IsTerminal, Write};
@@ -13,6 +14,7 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{Shape, Stream};
 
 pub use board::Board;
+use estimates::unblinds;
 
 /// How long to wait for something new before looking again.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -23,6 +25,17 @@ const PATIENCE: Duration = Duration::from_millis(200);
 pub struct Terminal {
     board: Board,
     drawn: usize,
+    estimates: Estimates,
+}
+
+/// Whether estimates about people, and how they differ from their baselines, are on the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Estimates {
+    /// They are not: an experimenter stays blind.
+    #[default]
+    Hidden,
+    /// They are.
+    Shown,
 }
 
 impl Sink for Terminal {
@@ -35,7 +48,11 @@ impl Sink for Terminal {
     }
 
     fn wants(&self) -> Wants {
-        Wants::Only(Box::new(is_shown))
+        let estimates = self.estimates;
+        let is_wanted = move |stream: &Stream| {
+            is_shown(stream) && (estimates == Estimates::Shown || !unblinds(stream))
+        };
+        Wants::Only(Box::new(is_wanted))
     }
 
     fn run(mut self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
@@ -60,6 +77,11 @@ impl Sink for Terminal {
 }
 
 impl Terminal {
+    /// A terminal that shows estimates about people, or hides them.
+    pub fn new(estimates: Estimates) -> Terminal {
+        Terminal { estimates, ..Terminal::default() }
+    }
+
     fn show(&mut self, screen: bool, news: &[String]) {
         if !screen {
             say(news);
@@ -95,5 +117,26 @@ fn say(lines: &[String]) {
         if writeln!(out, "{line}").is_err() {
             return;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{About, Subject};
+
+    use super::*;
+
+    #[test]
+    fn what_unblinds_an_experimenter_is_not_on_the_screen_unless_asked_for() {
+        let subject = Subject { about: About::Person, id: "p001".into() };
+        let wants = |estimates, name: &str| {
+            let Wants::Only(wants) = Terminal::new(estimates).wants() else { panic!() };
+            let name = format!("/humans/persons/p001/{name}");
+            wants(&Stream::raw(name, subject.clone(), Shape::Feature))
+        };
+        for name in ["estimates/w30", "estimates/phases", "state/w30"] {
+            assert!(!wants(Estimates::Hidden, name) && wants(Estimates::Shown, name), "{name}");
+        }
+        assert!(wants(Estimates::Hidden, "strap/ecg/heart/w30"));
     }
 }
