@@ -184,10 +184,11 @@ def eavesdrop(args: argparse.Namespace, participant: DomainParticipant) -> None:
 
 def graph(args: argparse.Namespace, participant: DomainParticipant) -> None:
     """Tells all that is in the graph after `seconds`, or when `node` publishes all of `until`."""
+    # As rmw_dds_common reads it: with one message kept, one participant would overwrite another.
     latched = Qos(
         Policy.Reliability.Reliable(duration(seconds=1)),
         Policy.Durability.TransientLocal,
-        Policy.History.KeepLast(1),
+        Policy.History.KeepAll,
         Policy.DataRepresentation(use_xcdrv2_representation=False),
     )
     info_type = ros_types.participant_entities_info(args.gid_bytes)
