@@ -213,7 +213,9 @@ impl Life {
 
     fn judge(&self, now: Time, of_clock: Option<String>) -> (State, String) {
         let Some(newest) = self.newest else {
-            return (State::Never, "no sample yet".into());
+            let reason =
+                if self.irregular { "nothing yet; comes now and then" } else { "no sample yet" };
+            return (State::Never, reason.into());
         };
         let age_secs = now.secs_since(newest);
         if let Some(expected_hz) = self.expected_hz {

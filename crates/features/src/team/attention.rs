@@ -184,10 +184,12 @@ impl Extractor for Watch {
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         let Some((_, events)) = self.outputs else { return };
         match self.roles.get_mut(&sample.stream) {
-            Some(Role::Life { person }) => {
-                let last = self.people.entry(person.clone()).or_insert(sample.log_time);
-                *last = sample.log_time.max(*last);
-            }
+            Some(Role::Life { person }) => match self.people.get_mut(person) {
+                Some(last) => *last = sample.log_time,
+                None => {
+                    self.people.insert(person.clone(), sample.log_time);
+                }
+            },
             Some(Role::Command { robot }) => self.alerts.answer(robot, sample.measured),
             Some(Role::Online { robot, channel }) => {
                 if let Some(online) = number(&sample.data, *channel) {

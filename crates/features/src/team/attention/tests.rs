@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use proptest::prelude::*;
+use teampulse_core::alerts::{Alert, Stage};
 use teampulse_core::data::{Event, EventKind, FeatureValues};
 
 use super::*;
@@ -95,6 +97,37 @@ fn an_alert_is_raised_answered_and_over_each_told_once() {
     assert_eq!(events[0].kind, EventKind::Fault);
     assert_eq!((events[1].kind, events[1].value), (EventKind::Marker, 4.5));
     assert_eq!((events[2].kind, events[2].duration_secs), (EventKind::Marker, 20.0));
+}
+
+proptest! {
+    #[test]
+    fn whatever_comes_an_alert_is_raised_then_answered_once_at_most_then_over(
+        steps in prop::collection::vec((0u8..5, any::<bool>()), 0..60)
+    ) {
+        let mut drive = drive();
+        for (secs, (what, needs)) in steps.into_iter().enumerate() {
+            let kind = if needs { EventKind::Fault } else { EventKind::Marker };
+            let battery = feature(&[if needs { 10.0 } else { 1e4 }, if needs { 0.1 } else { 0.9 }]);
+            match what {
+                0 => command(&mut drive, secs as f64),
+                1 => drive.take_on(OFFLINE, secs as f64, event(kind)),
+                2 => drive.take_on(STUCK, secs as f64, event(kind)),
+                3 => drive.take_on(SHORT, secs as f64, battery),
+                _ => drive.take_on(BATTERY, secs as f64, battery),
+            }
+        }
+        let mut stages: BTreeMap<String, Stage> = BTreeMap::new();
+        for label in drive.labels(ALERTS) {
+            let Alert { why, stage, .. } = Alert::read(&label).unwrap();
+            let before = stages.insert(why, stage);
+            let is_in_order = match stage {
+                Stage::Raised => matches!(before, None | Some(Stage::Over)),
+                Stage::Answered => before == Some(Stage::Raised),
+                Stage::Over => matches!(before, Some(Stage::Raised | Stage::Answered)),
+            };
+            prop_assert!(is_in_order, "{label}");
+        }
+    }
 }
 
 #[test]
