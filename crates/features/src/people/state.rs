@@ -35,7 +35,7 @@ use crate::whole_seconds::WholeSeconds;
 ///   their SD (n − 1); robust z from their median in 1.4826 MAD. Of phases: difference from the value of
 ///   the baseline as one phase, in the same SD and MAD, those of the shortest windows. Sigmas are what the
 ///   baseline leaves unsure; its overlapping windows are worth n (1 − r)/(1 + r) independent ones, r their
-///   correlation at lag 1.
+///   correlation at lag 1, and at most those that fit side by side.
 /// - Unit: differences in 1/min, ln(ms), µS; z and robust z in 1.
 /// - Window: those of the families it reads, once a second; phases.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043, for the logarithm; Bayley & Hammersley

@@ -41,7 +41,7 @@ pub(super) struct Baseline {
     pub(super) deviation: f64,
     /// How many windows there are.
     pub(super) count: usize,
-    /// How many independent windows these are worth, at least 2.
+    /// How many independent windows these are worth: never more than would fit side by side, at least 2.
     pub(super) worth: f64,
     /// Mean quality of the windows [0..1].
     pub(super) quality: f64,
@@ -54,8 +54,8 @@ impl Baseline {
     /// Of windows of a length [s], in the order of time; `None` of too few.
     pub(super) fn of(held: &[Held], length_secs: f64) -> Option<Baseline> {
         let reach_ns = held.last()?.end_ns.saturating_sub(held.first()?.end_ns);
-        let is_long = reach_ns as f64 / 1e9 >= LEAST_LENGTHS * length_secs;
-        if held.len() < LEAST_WINDOWS || !is_long {
+        let lengths = reach_ns as f64 / 1e9 / length_secs;
+        if held.len() < LEAST_WINDOWS || lengths.is_nan() || lengths < LEAST_LENGTHS {
             return None;
         }
         let values: Vec<f64> = held.iter().map(|each| each.value).collect();
@@ -68,7 +68,7 @@ impl Baseline {
             deviation: SIGMA_FROM_MAD * summary.mad,
             count: held.len(),
             // Windows that are all equal have no correlation; they are worth the least.
-            worth: effective_count(&values).unwrap_or(2.0),
+            worth: effective_count(&values).unwrap_or(2.0).min(lengths + 1.0).max(2.0),
             quality: qualities.sum::<f64>() / held.len() as f64,
         })
     }
@@ -149,6 +149,12 @@ mod tests {
         assert_eq!(Baseline::of(&held(&[1.0, 2.0, 3.0, 4.0]), 30.0), None);
         assert_eq!(Baseline::of(&held(&[1.0, 2.0]), 1.0), None);
         assert_eq!(Baseline::of(&[], 1.0), None);
+    }
+
+    #[test]
+    fn windows_are_worth_no_more_than_fit_side_by_side() {
+        let wild: Vec<f64> = (0..61).map(|k| f64::from(k * 37 % 11)).collect();
+        assert_eq!(Baseline::of(&held(&wild), 20.0).unwrap().worth, 4.0);
     }
 
     #[test]

@@ -13,10 +13,12 @@ const KINDS: [(&str, bool); 3] = [("difference", true), ("z", false), ("robust_z
 /// How the values are made, as it stands in every method.
 const FORMULA: &str = "difference from the mean of the baseline's windows, z in their SD (n - 1), \
      robust_z from their median in 1.4826 MAD; sigmas are those of the baseline's mean, SD, median and \
-     MAD, with overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1";
+     MAD, with overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1, and at most those \
+     that fit side by side";
 const FORMULA_OF_PHASES: &str = "difference from the value of the baseline as one phase, z in the SD \
      (n - 1) of its windows, robust_z in their 1.4826 MAD; sigmas of both values and of SD and MAD, with \
-     overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1";
+     overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1, and at most those that fit \
+     side by side";
 
 /// The state of a person in windows of a length [s].
 pub(super) fn windows<'a>(
