@@ -21,14 +21,25 @@ pub fn fuzzy_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     // Without their means, pairs differ by half of what their differences do.
     let halves: Vec<f64> = triples().map(|triple| (triple[1] - triple[0]) / 2.0).collect();
     let triples: Vec<[f64; 3]> = triples().map(about_mean).collect();
-    let (mut two, mut three) = (0.0, 0.0);
-    for a in 0..if fits { halves.len() } else { 0 } {
-        for b in a + 1..halves.len() {
+    let mut three = 0.0;
+    for a in 0..if fits { triples.len() } else { 0 } {
+        for b in a + 1..triples.len() {
             let apart = |k: usize| (triples[a][k] - triples[b][k]).abs();
-            two += (-(halves[a] - halves[b]).abs() / tolerance_ms).exp();
             three += (-apart(0).max(apart(1)).max(apart(2)) / tolerance_ms).exp();
         }
     }
-    let entropy = f64::ln(two / three);
+    let entropy = f64::ln(alike(halves, tolerance_ms) / three);
     entropy.is_finite().then_some(entropy)
+}
+
+/// The sum of exp(−|a − b| / r) over all pairs. In order, what lies below a value is alike to it as
+/// to the one before, times how alike these two are.
+fn alike(mut values: Vec<f64>, r: f64) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let mut below = 0.0;
+    let alike_below = |pair: &[f64]| {
+        below = (below + 1.0) * ((pair[0] - pair[1]) / r).exp();
+        below
+    };
+    values.windows(2).map(alike_below).sum()
 }
