@@ -16,6 +16,7 @@ mod disturbances;
 mod respiration;
 mod statistics;
 mod speed;
+mod rolling;
 mod golden;
 mod records;
 mod noise;
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         ["ppg", data] => ppg::measure(Path::new(data)),
         ["respiration", data] => respiration::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
+        ["rolling", folder, windows_secs] => rolling::measure(Path::new(folder), windows_secs),
         ["speed", job, rate_hz, file] => speed::measure(job, rate_hz, Path::new(file)),
         _ => Err("there is no such part".into()),
     };

@@ -9,6 +9,11 @@ use teampulse_core::registry::Entry;
 
 use crate::context::FeatureContext;
 
+/// Features of any stream with numbers, of people and of robots, one file each.
+pub mod any {
+    pub mod statistics;
+}
+
 /// Features of robots, one file each.
 pub mod robots {
     pub mod battery_use;
@@ -53,6 +58,7 @@ mod drive;
 
 /// Every feature, by the name that a study uses.
 pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
+    Entry::new::<any::statistics::Statistics>("statistics"),
     Entry::new::<robots::battery_use::BatteryUse>("battery_use"),
     Entry::new::<robots::deployment::Deployment>("deployment"),
     Entry::new::<robots::diagnostics_level::DiagnosticsLevel>("diagnostics_level"),

@@ -10,7 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The folders whose files are features.
-const FOLDERS: [&str; 3] = ["robots", "people", "team"];
+const FOLDERS: [&str; 4] = ["any", "robots", "people", "team"];
 
 fn feature_files() -> Vec<PathBuf> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

@@ -12,5 +12,10 @@
 
 mod summary;
 pub mod analysis;
+mod rolling;
+mod kept;
+mod course;
+mod ordered;
 
+pub use rolling::{Described, Rolling, View};
 pub use summary::{Summary, describe};

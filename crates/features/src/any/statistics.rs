@@ -1,0 +1,132 @@
+//! What numbers come to, live: the statistics of every stream with numbers, and what they differ by from
+//! the baseline.
+
+mod line;
+mod meaning;
+mod outputs;
+mod values;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
+use teampulse_core::phases::Phases;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sample::Sample;
+use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
+use teampulse_core::time::Time;
+
+use self::line::Line;
+use crate::context::FeatureContext;
+
+/// So long after its end a phase is told of although nothing has come on the stream since [ns].
+const PATIENCE_NS: i64 = 10_000_000_000;
+
+/// What the numbers of a stream come to in windows and phases, and by how much that differs from the
+/// baseline.
+///
+/// - Measures: of each channel of every raw stream of a person or a robot that has numbers (plain ones, or
+///   the fields that are read from messages): mean, standard deviation, median, median absolute deviation,
+///   minimum, maximum and slope; and of each its difference from the same of the baseline phase.
+/// - Formula: numpy's `mean`, `std(ddof=1)`, `median`, `min` and `max`; SciPy's `median_abs_deviation`, not
+///   scaled; the slope of the least-squares line; all exact, of every usable sample. A difference is the
+///   value less that of the newest phase named `baseline` that is over; so that of `sd` is the standard
+///   deviation of the task less that of the baseline.
+/// - Unit: that of the channel; of a slope, that in each second.
+/// - Window: `windows_secs`, each second after the stream's first sample, told when the first sample at or
+///   after the end has come; `phases`, each when it is over, of a longer one its last 600 s. A sample that
+///   comes late stands at its place in what is told after it.
+/// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
+///   human-multi-robot team"; merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115.
+/// - Limits: nothing is judged, so the quality is always 1; with less than half of the data of a channel its
+///   values are short (before the stream is as old as the window) or have a gap; differences are short
+///   until a baseline is over. The mean of many raw signals (ECG, PPG, EEG, EMG, a belt) means nothing; the
+///   streams say where.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Statistics {
+    /// The lengths of the windows [s]; without it those of the study.
+    pub windows_secs: Option<Vec<f64>>,
+}
+
+impl Component<dyn Feature, FeatureContext> for Statistics {
+    const EXAMPLE: &'static str = "windows_secs = [30, 60, 300]";
+
+    fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
+        Ok(Box::new(Every { windows_secs: context.windows_or(self.windows_secs)? }))
+    }
+}
+
+/// Every stream with numbers.
+struct Every {
+    windows_secs: Vec<f64>,
+}
+
+fn has_numbers(stream: &Stream) -> bool {
+    matches!(stream.about, About::Person | About::Robot)
+        && stream.origin == Origin::Raw
+        && matches!(stream.shape, Shape::Sample | Shape::Wave | Shape::Message(_))
+        && !stream.channels.is_empty()
+}
+
+impl Feature for Every {
+    fn accepts(&self, stream: &Stream) -> bool {
+        has_numbers(stream) || Phases::hears(stream)
+    }
+
+    /// All streams share one, and with it the phases.
+    fn scope(&self) -> Scope {
+        Scope::Session
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        let windows_secs = self.windows_secs.clone();
+        Box::new(AtWork { windows_secs, phases: Phases::default(), lines: BTreeMap::new() })
+    }
+}
+
+/// All streams at work, and the phases.
+struct AtWork {
+    windows_secs: Vec<f64>,
+    phases: Phases,
+    lines: BTreeMap<StreamId, Line>,
+}
+
+impl Extractor for AtWork {
+    fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
+        if Phases::hears(stream) {
+            self.phases.join(id, stream);
+        } else {
+            let begin = || Line::new(stream, &self.windows_secs);
+            self.lines.entry(id).or_insert_with(begin).join(stream, out);
+        }
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        if let Some(line) = self.lines.get_mut(&sample.stream) {
+            line.push(sample, &self.phases, out);
+        } else if self.phases.push(sample) && self.phases.is_over() {
+            self.end_phases(sample.measured, out);
+        }
+    }
+
+    fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.push(sample, out);
+    }
+
+    fn tick(&mut self, now: Time, out: &mut Outputs) {
+        self.end_phases(Time::from_nanos(now.nanos().saturating_sub(PATIENCE_NS)), out);
+    }
+}
+
+impl AtWork {
+    fn end_phases(&mut self, now: Time, out: &mut Outputs) {
+        for line in self.lines.values_mut() {
+            line.end_phases(&self.phases, now, out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,135 @@
+//! The statistics of one stream.
+
+use teampulse_core::data::Data;
+use teampulse_core::feature::{OutputId, Outputs};
+use teampulse_core::phases::{BASELINE, Phase, Phases};
+use teampulse_core::sample::Sample;
+use teampulse_core::stream::{Stream, Subject};
+use teampulse_core::time::Time;
+use teampulse_messages::readout::Readout;
+use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
+use teampulse_signal::descriptive::{Rolling, View};
+
+use super::outputs::{over_phases, over_window};
+use super::values::{coverage, statistics, with_differences};
+use crate::value::{Value, window_of};
+
+/// Windows are told of once a second of the stream's own time [ns].
+const HOP_NS: i64 = 1_000_000_000;
+
+/// A stream at work.
+pub(super) struct Line {
+    stream: Stream,
+    /// Whom the stream is about.
+    subject: Subject,
+    windows_secs: Vec<f64>,
+    /// `None` while its numbers can't be read.
+    work: Option<Work>,
+    /// How many phases are over for this stream.
+    phases_told: usize,
+}
+
+struct Work {
+    readout: Readout,
+    rolling: Rolling,
+    windows: Vec<OutputId>,
+    /// What the newest baseline that is over came to.
+    baseline: Option<Vec<Value>>,
+}
+
+impl Line {
+    pub(super) fn new(stream: &Stream, windows_secs: &[f64]) -> Line {
+        let (stream, subject) = (stream.clone(), stream.subject());
+        Line { stream, subject, windows_secs: windows_secs.to_vec(), work: None, phases_told: 0 }
+    }
+
+    /// The stream is known, or known better: only with other channels it begins anew.
+    pub(super) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
+        let is_same = self.stream.channels == stream.channels;
+        self.stream = stream.clone();
+        let known = self.work.take().filter(|_| is_same);
+        self.work = Readout::of(stream).map(|readout| {
+            let windows =
+                self.windows_secs.iter().map(|secs| out.declare(over_window(stream, *secs)));
+            let windows = windows.collect();
+            match known {
+                Some(mut work) => {
+                    work.rolling.set_rate_hz(stream.rate_hz);
+                    Work { readout, windows, ..work }
+                }
+                None => Work { readout, windows, rolling: self.rolling(), baseline: None },
+            }
+        });
+    }
+
+    fn rolling(&self) -> Rolling {
+        let lengths_ns: Vec<i64> =
+            self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
+        Rolling::new(self.stream.rate_hz, self.stream.channels.len(), &lengths_ns, HOP_NS)
+    }
+
+    /// Takes in what came on the stream, in its turn or late.
+    pub(super) fn push(&mut self, sample: &Sample, phases: &Phases, out: &mut Outputs) {
+        let Some(mut work) = self.work.take() else { return };
+        let numbers = work.readout.read(&sample.data).map(<[f64]>::to_vec).unwrap_or_default();
+        for (place, numbers) in numbers.chunks_exact(self.stream.channels.len()).enumerate() {
+            let after_ns = (sample.period_ns * place as f64).round() as i64;
+            let at_ns = sample.measured.nanos().saturating_add(after_ns);
+            self.tell_phases(&mut work, phases.of(&self.subject), at_ns, out);
+            while let Some(end_ns) = work.rolling.advance(at_ns) {
+                self.tell_windows(&work, end_ns, out);
+            }
+            work.rolling.push(at_ns, numbers);
+        }
+        self.work = Some(work);
+    }
+
+    /// Tells of the phases that are over at `now`, whether or not samples have come since.
+    pub(super) fn end_phases(&mut self, phases: &Phases, now: Time, out: &mut Outputs) {
+        let Some(mut work) = self.work.take() else { return };
+        self.tell_phases(&mut work, phases.of(&self.subject), now.nanos(), out);
+        self.work = Some(work);
+    }
+
+    fn tell_windows(&self, work: &Work, end_ns: i64, out: &mut Outputs) {
+        for (place, secs) in self.windows_secs.iter().enumerate() {
+            let view = work.rolling.window(place);
+            let values = with_differences(&view, work.baseline.as_deref());
+            out.emit(work.windows[place], Time::from_nanos(end_ns), feature(*secs, &view, &values));
+        }
+    }
+
+    /// Tells of phases that ended at or before a time [ns], and keeps what the next one needs.
+    fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
+        let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end.nanos() <= at_ns);
+        while let Some(phase) = phases.get(self.phases_told).filter(is_over) {
+            self.phases_told += 1;
+            self.tell_phase(work, phase, out);
+        }
+        let longest_ns = work.rolling.newest_ns().map_or(at_ns, |newest_ns| newest_ns.max(at_ns));
+        let longest_ns = longest_ns.saturating_sub(LONGEST_HELD_NS);
+        let next = phases.get(self.phases_told);
+        work.rolling.keep_from(next.map_or(i64::MAX, |next| next.begin.nanos().max(longest_ns)));
+    }
+
+    /// A phase without length, or of before the stream began, tells nothing.
+    fn tell_phase(&self, work: &mut Work, phase: &Phase, out: &mut Outputs) {
+        let (Some(end), Some(since_ns)) = (phase.end, work.rolling.begin_ns()) else { return };
+        let (begin_ns, end_ns) = (phase.begin.nanos(), end.nanos());
+        if end_ns <= begin_ns.max(since_ns) {
+            return;
+        }
+        let begin_ns = begin_ns.max(end_ns.saturating_sub(LONGEST_HELD_NS));
+        let view = work.rolling.describe(Span { begin_ns, end_ns });
+        if phase.label == BASELINE {
+            work.baseline = Some(statistics(&view));
+        }
+        let values = with_differences(&view, work.baseline.as_deref());
+        let output = out.declare(over_phases(&self.stream));
+        out.emit(output, end, feature(view.span.secs(), &view, &values));
+    }
+}
+
+fn feature(window_secs: f64, view: &View, values: &[Value]) -> Data {
+    window_of(window_secs, coverage(view), 1.0, values)
+}

@@ -1,0 +1,36 @@
+//! Where the mean of a raw signal means nothing, and why.
+
+use teampulse_core::stream::{About, Signal, Stream};
+
+/// One plain sentence about what the statistics of a stream do not tell; none where they tell what they
+/// seem to.
+pub(super) fn caution(stream: &Stream) -> Option<&'static str> {
+    let is_person = stream.about == About::Person;
+    Some(match stream.signal {
+        Signal::Ecg => "The mean of a raw ECG is the offset of its electrodes, not the heart.",
+        Signal::Ppg => {
+            "The mean of a raw PPG is the light that comes through skin and sensor, not the pulse."
+        }
+        Signal::Eeg => "The mean of a raw EEG is the offset of its electrodes, not the brain.",
+        Signal::Emg => {
+            "The mean of a raw EMG is the offset of its amplifier, not the muscle, whose effort shows in sd."
+        }
+        Signal::Respiration => {
+            "The mean of a raw breathing signal is how the sensor sits, not how one breathes."
+        }
+        Signal::Audio => {
+            "The mean of raw sound is the offset of its amplifier, not how loud it is."
+        }
+        Signal::Acceleration if is_person => {
+            "The mean of a raw acceleration is mostly gravity, and so posture; movement shows in sd."
+        }
+        Signal::Odometry => {
+            "The mean of an orientation means nothing where angles wrap or quaternions are averaged field \
+             by field, and that of a position is no place where the robot need have been."
+        }
+        Signal::Battery | Signal::Diagnostics => {
+            "The mean of a number that stands for a word, such as a status or a level, means nothing."
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,104 @@
+//! The streams of statistics: what they are called, and what they say of themselves.
+
+use teampulse_core::stream::{Shape, Stream};
+use teampulse_signal::analysis::{LONGEST_HELD_NS, Value};
+
+use super::meaning::caution;
+use super::values::{STATISTICS, Unit};
+use crate::windows::window_name;
+
+/// What a reader needs to compute the same.
+const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: median absolute deviation from the \
+    median, not scaled; minimum; maximum; slope: rise of the least-squares line; all of every usable sample; \
+    …_difference: the value less that of the newest phase named baseline that is over";
+
+/// The statistics over windows of `secs` [s].
+pub(super) fn over_window(input: &Stream, secs: f64) -> Stream {
+    let method = format!("causal, windows of {secs} s; {RECIPE}");
+    let doc = format!("What {} came to in the last {secs} s.", input.name);
+    Stream { rate_hz: 1.0, ..output(input, &window_name(secs), method, doc) }
+}
+
+/// The statistics over phases.
+pub(super) fn over_phases(input: &Stream) -> Stream {
+    let longest_secs = LONGEST_HELD_NS / 1_000_000_000;
+    let method = format!("each phase, of a longer one its last {longest_secs} s; {RECIPE}");
+    let doc = format!("What {} came to in each phase, when it was over.", input.name);
+    output(input, "phases", method, doc)
+}
+
+fn output(input: &Stream, leaf: &str, method: String, mut doc: String) -> Stream {
+    if let Some(caution) = caution(input) {
+        doc = format!("{doc} {caution}");
+    }
+    let values = values(input);
+    Stream {
+        signal: input.signal,
+        device: input.device.clone(),
+        channels: values.iter().map(|value| value.name.clone().into_owned()).collect(),
+        units: values.iter().map(|value| value.unit.clone().into_owned()).collect(),
+        method,
+        doc,
+        ..Stream::derived(input, &format!("statistics/{leaf}"), Shape::Feature)
+    }
+}
+
+/// The values in their order: of each channel the statistics, then what each differs by.
+fn values(input: &Stream) -> Vec<Value> {
+    let is_alone = input.channels.len() == 1;
+    let mut values = Vec::new();
+    for (index, channel) in input.channels.iter().enumerate() {
+        let channel = if is_alone { "" } else { channel };
+        let own =
+            input.units.get(index).filter(|unit| !unit.is_empty()).map_or("1", String::as_str);
+        for suffix in ["", "_difference"] {
+            values.extend(STATISTICS.iter().map(|(name, unit)| {
+                let unit = match unit {
+                    Unit::Own => own.to_owned(),
+                    Unit::PerSecond => format!("{own}/s"),
+                };
+                Value::of_channel(&format!("{name}{suffix}"), channel, unit, "")
+            }));
+        }
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{Signal, Subject};
+
+    use super::*;
+
+    fn input(channels: &[(&str, &str)]) -> Stream {
+        let stream = Stream::raw("/r1/imu", Subject::robot("r1"), Shape::Sample);
+        stream.with_channels(channels)
+    }
+
+    #[test]
+    fn a_channel_among_others_stands_behind_each_name() {
+        let stream = over_window(&input(&[("x", "m"), ("v", "m/s")]), 30.0);
+        assert_eq!(stream.name, "/r1/imu/statistics/w30");
+        assert_eq!((stream.channels.len(), stream.units.len()), (28, 28));
+        let named = |place: usize| (stream.channels[place].as_str(), stream.units[place].as_str());
+        assert_eq!([named(0), named(6)], [("mean/x", "m"), ("slope/x", "m/s")]);
+        assert_eq!([named(8), named(20)], [("sd_difference/x", "m"), ("slope/v", "m/s/s")]);
+    }
+
+    #[test]
+    fn a_channel_alone_needs_no_name() {
+        let stream = over_phases(&input(&[("temperature", "degC")]));
+        assert_eq!(stream.name, "/r1/imu/statistics/phases");
+        assert_eq!(stream.channels[..2], ["mean", "sd"]);
+        assert_eq!(stream.channels[7], "mean_difference");
+    }
+
+    #[test]
+    fn a_stream_whose_mean_means_nothing_says_so() {
+        let ecg = Stream { signal: Signal::Ecg, ..input(&[("ecg", "mV")]) };
+        for stream in [over_window(&ecg, 30.0), over_phases(&ecg)] {
+            assert!(stream.doc.contains("not the heart"), "{}", stream.doc);
+        }
+        assert!(!over_phases(&input(&[("x", "m")])).doc.contains("means nothing"));
+    }
+}

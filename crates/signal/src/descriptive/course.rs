@@ -1,0 +1,115 @@
+//! The moments of values and of their times, which can be merged.
+
+use crate::gaps::is_usable;
+
+/// Count, mean, spread and rise of values that were measured at times.
+///
+/// Merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115, which is as exact as two passes:
+/// nothing is ever subtracted from a sum.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Course {
+    pub(super) count: f64,
+    pub(super) mean: f64,
+    mean_secs: f64,
+    /// Sums of products of deviations from the means: of values, of times, of both.
+    values: f64,
+    times: f64,
+    both: f64,
+}
+
+impl Course {
+    /// Of the [usable](is_usable) ones of these values, each with its time [s], in two passes.
+    pub(super) fn of(points: impl Iterator<Item = (f64, f64)> + Clone) -> Course {
+        let usable = points.filter(|(_, value)| is_usable(*value));
+        let Some((origin_secs, origin)) = usable.clone().next() else { return Course::default() };
+        let add = |sum: (f64, f64, f64), (secs, value): (f64, f64)| {
+            (sum.0 + 1.0, sum.1 + (secs - origin_secs), sum.2 + (value - origin))
+        };
+        let (count, secs, values) = usable.clone().fold((0.0, 0.0, 0.0), add);
+        let (mean_secs, mean) = (origin_secs + secs / count, origin + values / count);
+        let mut course = Course { count, mean, mean_secs, ..Course::default() };
+        for (secs, value) in usable {
+            let (after, above) = (secs - mean_secs, value - mean);
+            course.values += above * above;
+            course.times += after * after;
+            course.both += after * above;
+        }
+        course
+    }
+
+    pub(super) fn merged(self, other: Course) -> Course {
+        if self.count == 0.0 || other.count == 0.0 {
+            return if other.count == 0.0 { self } else { other };
+        }
+        let count = self.count + other.count;
+        let share = other.count / count;
+        let (after, above) = (other.mean_secs - self.mean_secs, other.mean - self.mean);
+        let weight = self.count * share;
+        Course {
+            count,
+            mean: self.mean + above * share,
+            mean_secs: self.mean_secs + after * share,
+            values: self.values + other.values + above * above * weight,
+            times: self.times + other.times + after * after * weight,
+            both: self.both + other.both + after * above * weight,
+        }
+    }
+
+    /// Standard deviation of the values, over n − 1. `None` with fewer than two.
+    pub(super) fn sd(&self) -> Option<f64> {
+        (self.count > 1.0).then(|| (self.values / (self.count - 1.0)).sqrt())
+    }
+
+    /// Rise of the least-squares line; `None` when fewer than two values differ in time.
+    pub(super) fn slope_per_sec(&self) -> Option<f64> {
+        Some(self.both / self.times).filter(|slope| slope.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::descriptive::describe;
+
+    #[test]
+    fn nothing_has_no_course() {
+        let nothing = Course::of([(0.0, f64::NAN)].into_iter());
+        let one = Course::of([(3.0, 7.0)].into_iter()).merged(nothing);
+        assert_eq!((nothing.count, one.count, one.mean), (0.0, 1.0, 7.0));
+        assert_eq!((one.sd(), one.slope_per_sec()), (None, None));
+    }
+
+    proptest! {
+        #[test]
+        fn parts_come_to_what_the_whole_comes_to(
+            values in prop::collection::vec(prop_oneof![9 => -1.0..1.0f64, 1 => Just(f64::NAN)], 2..200),
+            cuts in prop::collection::vec(0usize..200, 0..6),
+            offset in prop_oneof![Just(0.0), Just(1e9)],
+        ) {
+            let values: Vec<f64> = values.iter().map(|value| value + offset).collect();
+            let secs: Vec<f64> = (0..values.len()).map(|k| 5000.0 + k as f64 / 8.0).collect();
+            let mut cuts: Vec<usize> = cuts.iter().map(|cut| *cut.min(&values.len())).collect();
+            cuts.extend([0, values.len()]);
+            cuts.sort_unstable();
+            let part = |pair: &[usize]| {
+                let part = pair[0]..pair[1];
+                Course::of(secs[part.clone()].iter().copied().zip(values[part].iter().copied()))
+            };
+            let course = cuts.windows(2).map(part).fold(Course::default(), Course::merged);
+            let whole = describe(&secs, &values);
+            prop_assert_eq!(course.count as usize, whole.map_or(0, |whole| whole.n));
+            let Some(whole) = whole else { return Ok(()) };
+            prop_assert!((course.mean - whole.mean).abs() <= 1e-9 * whole.mean.abs().max(1.0));
+            if let (Some(sd), Some(exact)) = (course.sd(), whole.sd) {
+                let tolerance = if offset > 0.0 { 1e-6 } else { 1e-9 };
+                prop_assert!((sd - exact).abs() <= tolerance * exact.max(1e-3), "{} {}", sd, exact);
+                let secs = course.times.sqrt();
+                let (rise, exact) = (course.slope_per_sec(), whole.slope_per_sec);
+                let off = rise.zip(exact).map_or(0.0, |(rise, exact)| (rise - exact).abs());
+                prop_assert!(off * secs <= tolerance, "{} {}", off, secs);
+            }
+        }
+    }
+}

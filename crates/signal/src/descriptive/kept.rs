@@ -1,0 +1,93 @@
+//! The samples of a stream that are still needed.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use crate::analysis::Span;
+
+/// Samples of several channels in the order of their times.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    at_ns: VecDeque<i64>,
+    channels: Vec<VecDeque<f64>>,
+}
+
+impl Kept {
+    pub(super) fn new(channels: usize) -> Kept {
+        Kept { at_ns: VecDeque::new(), channels: vec![VecDeque::new(); channels] }
+    }
+
+    /// How many channels there are.
+    pub(super) fn width(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// Takes in a sample at its place, after others of its time; what it lacks is NaN.
+    pub(super) fn insert(&mut self, at_ns: i64, numbers: &[f64]) {
+        let is_newest = self.at_ns.back().is_none_or(|newest_ns| *newest_ns <= at_ns);
+        let place = if is_newest { self.at_ns.len() } else { self.place(at_ns.saturating_add(1)) };
+        self.at_ns.insert(place, at_ns);
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            channel.insert(place, numbers.get(index).copied().unwrap_or(f64::NAN));
+        }
+    }
+
+    /// The places of the samples in a span.
+    pub(super) fn places(&self, span: Span) -> Range<usize> {
+        self.place(span.begin_ns)..self.place(span.end_ns.max(span.begin_ns))
+    }
+
+    pub(super) fn times_ns(&self, places: Range<usize>) -> impl Iterator<Item = i64> + Clone + '_ {
+        self.at_ns.range(places).copied()
+    }
+
+    pub(super) fn values(
+        &self,
+        channel: usize,
+        places: Range<usize>,
+    ) -> impl Iterator<Item = f64> + Clone + '_ {
+        self.channels[channel].range(places).copied()
+    }
+
+    /// The values of a channel, each with its time after `origin_ns` [s].
+    pub(super) fn points(
+        &self,
+        channel: usize,
+        places: Range<usize>,
+        origin_ns: i64,
+    ) -> impl Iterator<Item = (f64, f64)> + Clone + '_ {
+        let secs = move |at_ns: i64| at_ns.saturating_sub(origin_ns) as f64 / 1e9;
+        self.times_ns(places.clone()).map(secs).zip(self.values(channel, places))
+    }
+
+    /// Lets go of samples from before a time [ns].
+    pub(super) fn forget(&mut self, before_ns: i64) {
+        let gone = self.place(before_ns);
+        self.at_ns.drain(..gone);
+        self.channels.iter_mut().for_each(|channel| drop(channel.drain(..gone)));
+    }
+
+    /// How many samples are from before a time [ns].
+    fn place(&self, at_ns: i64) -> usize {
+        self.at_ns.partition_point(|each| *each < at_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_stand_in_the_order_of_their_times_however_they_come() {
+        let mut kept = Kept::new(2);
+        for (at_ns, number) in [(10, 1.0), (30, 3.0), (20, 2.0), (20, 2.5)] {
+            kept.insert(at_ns, &[number]);
+        }
+        let all = kept.places(Span { begin_ns: 0, end_ns: 100 });
+        assert_eq!(kept.values(0, all.clone()).collect::<Vec<_>>(), [1.0, 2.0, 2.5, 3.0]);
+        assert!(kept.values(1, all).all(f64::is_nan));
+        kept.forget(20);
+        assert_eq!(kept.places(Span { begin_ns: 20, end_ns: 30 }), 0..2);
+        assert_eq!(kept.places(Span { begin_ns: 30, end_ns: 20 }), 2..2);
+    }
+}

@@ -1,0 +1,302 @@
+//! The descriptions of the newest samples of a stream, kept up to date.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use super::course::Course;
+use super::kept::Kept;
+use super::ordered::Ordered;
+use super::summary::{Summary, describe};
+use crate::analysis::Span;
+use crate::coverage::coverage;
+use crate::gaps::is_usable;
+
+/// What the samples of a stream come to in windows of several lengths that slide over it together.
+///
+/// Windows end each hop after the first sample. The same as [`describe`] says of the samples of each
+/// window, at a cost that grows with how many samples come and go and not with how long a window is:
+/// moments are merged from those of single hops, and the values of a window are held in order. A
+/// function of the samples and the order in which they came alone. Memory is bounded by the longest
+/// window, or by what is [to be kept](Self::keep_from).
+///
+/// ```
+/// use teampulse_signal::descriptive::Rolling;
+///
+/// const SECOND_NS: i64 = 1_000_000_000;
+/// let mut rolling = Rolling::new(1.0, 1, &[3 * SECOND_NS], SECOND_NS);
+/// let mut medians = Vec::new();
+/// for (secs, value) in (0..).zip([5.0, 1.0, 3.0, f64::NAN, 2.0]) {
+///     // The windows that end before this sample.
+///     while rolling.advance(secs * SECOND_NS).is_some() {
+///         medians.push(rolling.window(0).channels[0].summary.map(|summary| summary.median));
+///     }
+///     rolling.push(secs * SECOND_NS, &[value]);
+/// }
+/// assert_eq!(medians, [Some(5.0), Some(3.0), Some(3.0), Some(2.0)]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Rolling {
+    /// Samples a second [Hz]; 0 where they come when they like.
+    rate_hz: f64,
+    hop_ns: i64,
+    begin_ns: Option<i64>,
+    newest_ns: i64,
+    /// When windows end next.
+    end_ns: i64,
+    keep_from_ns: i64,
+    kept: Kept,
+    hops: VecDeque<Hop>,
+    windows: Vec<Window>,
+}
+
+/// What the samples of one hop come to, for each channel.
+#[derive(Clone, Debug)]
+struct Hop {
+    span: Span,
+    courses: Box<[Course]>,
+}
+
+/// The values of one window in their order, for each channel.
+#[derive(Clone, Debug)]
+struct Window {
+    length_ns: i64,
+    span: Span,
+    ordered: Vec<Ordered>,
+}
+
+/// What a span comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The span.
+    pub span: Span,
+    /// Whether it began before the first sample.
+    pub is_young: bool,
+    /// Its channels.
+    pub channels: Vec<Described>,
+}
+
+/// What a channel comes to in a span.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Described {
+    /// The share of the span that has data [0..1]: of the samples that the rate promises, or else of
+    /// the time, by the [usual interval](coverage).
+    pub coverage: f64,
+    /// `None` without a usable value.
+    pub summary: Option<Summary>,
+}
+
+/// Before all time.
+const NEVER: Span = Span { begin_ns: i64::MIN, end_ns: i64::MIN };
+
+impl Rolling {
+    /// Of `channels` channels at `rate_hz` [Hz], or 0 where samples come when they like, in windows of
+    /// `lengths_ns` [ns] that end each `hop_ns` [ns].
+    pub fn new(rate_hz: f64, channels: usize, lengths_ns: &[i64], hop_ns: i64) -> Rolling {
+        let window = |length_ns: &i64| Window {
+            length_ns: (*length_ns).max(1),
+            span: NEVER,
+            ordered: vec![Ordered::default(); channels],
+        };
+        Rolling {
+            rate_hz,
+            hop_ns: hop_ns.max(1),
+            begin_ns: None,
+            newest_ns: i64::MIN,
+            end_ns: 0,
+            keep_from_ns: i64::MAX,
+            kept: Kept::new(channels),
+            hops: VecDeque::new(),
+            windows: lengths_ns.iter().map(window).collect(),
+        }
+    }
+
+    /// The rate is another from now on [Hz].
+    pub fn set_rate_hz(&mut self, rate_hz: f64) {
+        self.rate_hz = rate_hz;
+    }
+
+    /// Samples from a time on [ns] are kept, for [`describe`](Self::describe), however long it takes.
+    pub fn keep_from(&mut self, from_ns: i64) {
+        self.keep_from_ns = from_ns;
+    }
+
+    /// When the first sample was measured that was taken in [ns]; `None` before it.
+    pub fn begin_ns(&self) -> Option<i64> {
+        self.begin_ns
+    }
+
+    /// When the newest sample was measured [ns]; `None` before the first.
+    pub fn newest_ns(&self) -> Option<i64> {
+        self.begin_ns.map(|_| self.newest_ns)
+    }
+
+    /// Moves all windows to their next end if that is not after `at_ns` [ns]: call it until it gives
+    /// none before each [`push`](Self::push).
+    ///
+    /// In a gap that is longer than the longest window no windows end.
+    pub fn advance(&mut self, at_ns: i64) -> Option<i64> {
+        if self.begin_ns.is_none() || at_ns < self.end_ns || self.end_ns == i64::MAX {
+            return None;
+        }
+        if at_ns.saturating_sub(self.newest_ns) > self.longest_ns() {
+            self.begin_anew(at_ns);
+            return None;
+        }
+        let end_ns = self.end_ns;
+        self.close(end_ns);
+        self.end_ns = end_ns.saturating_add(self.hop_ns);
+        Some(end_ns)
+    }
+
+    /// Takes in a sample, measured at `at_ns` [ns]. One that comes late stands at its place in all
+    /// windows that are still told.
+    pub fn push(&mut self, at_ns: i64, numbers: &[f64]) {
+        if self.begin_ns.is_none() {
+            self.begin_ns = Some(at_ns);
+            self.end_ns = at_ns.saturating_add(self.hop_ns);
+        }
+        self.newest_ns = self.newest_ns.max(at_ns);
+        self.kept.insert(at_ns, numbers);
+        if at_ns < self.newest_ns {
+            self.amend(at_ns, numbers);
+        }
+    }
+
+    /// The window of a length, by its place among them, as it ended last.
+    pub fn window(&self, place: usize) -> View {
+        let Window { span, ordered, .. } = &self.windows[place];
+        let describe = |(channel, ordered): (usize, &Ordered)| {
+            let coverage = self.coverage(channel, *span, ordered.count());
+            Described { coverage, summary: self.summary(channel, *span, ordered) }
+        };
+        let channels = ordered.iter().enumerate().map(describe).collect();
+        View { span: *span, is_young: self.is_young(*span), channels }
+    }
+
+    /// What any span comes to, as far as its samples are kept.
+    pub fn describe(&self, span: Span) -> View {
+        let places = self.kept.places(span);
+        let of_channel = |channel: usize| {
+            let points = self.kept.points(channel, places.clone(), span.begin_ns);
+            let (secs, values): (Vec<f64>, Vec<f64>) = points.unzip();
+            let usable = values.iter().filter(|value| is_usable(**value)).count();
+            let coverage = self.coverage(channel, span, usable);
+            Described { coverage, summary: describe(&secs, &values) }
+        };
+        let channels = (0..self.kept.width()).map(of_channel).collect();
+        View { span, is_young: self.is_young(span), channels }
+    }
+
+    fn longest_ns(&self) -> i64 {
+        let lengths_ns = self.windows.iter().map(|window| window.length_ns);
+        lengths_ns.fold(self.hop_ns, i64::max)
+    }
+
+    fn is_young(&self, span: Span) -> bool {
+        self.begin_ns.is_none_or(|begin_ns| span.begin_ns < begin_ns)
+    }
+
+    fn begin_anew(&mut self, at_ns: i64) {
+        let [at, end, hop] = [at_ns, self.end_ns, self.hop_ns].map(i128::from);
+        let next = end + ((at - end).div_euclid(hop) + 1) * hop;
+        self.end_ns = i64::try_from(next).unwrap_or(i64::MAX);
+        self.hops.clear();
+        for window in &mut self.windows {
+            window.span = NEVER;
+            window.ordered.iter_mut().for_each(Ordered::clear);
+        }
+    }
+
+    fn close(&mut self, end_ns: i64) {
+        let span = Span { begin_ns: end_ns.saturating_sub(self.hop_ns), end_ns };
+        self.hops.push_back(Hop { span, courses: self.courses(span) });
+        for window in &mut self.windows {
+            window.slide(end_ns, &self.kept);
+        }
+        let before_ns = end_ns.saturating_sub(self.longest_ns());
+        while self.hops.front().is_some_and(|hop| hop.span.begin_ns < before_ns) {
+            self.hops.pop_front();
+        }
+        self.kept.forget(before_ns.min(self.keep_from_ns));
+    }
+
+    /// A sample that came late counts in what was told of before.
+    fn amend(&mut self, at_ns: i64, numbers: &[f64]) {
+        let place = self.hops.partition_point(|hop| hop.span.end_ns <= at_ns);
+        if let Some(span) =
+            self.hops.get(place).map(|hop| hop.span).filter(|span| span.holds(at_ns))
+        {
+            self.hops[place].courses = self.courses(span);
+        }
+        for window in self.windows.iter_mut().filter(|window| window.span.holds(at_ns)) {
+            for (ordered, value) in window.ordered.iter_mut().zip(numbers) {
+                if is_usable(*value) {
+                    ordered.change(&mut [], &mut [*value]);
+                }
+            }
+        }
+    }
+
+    fn courses(&self, span: Span) -> Box<[Course]> {
+        (0..self.kept.width()).map(|channel| self.course_of_samples(channel, span)).collect()
+    }
+
+    fn course_of_samples(&self, channel: usize, span: Span) -> Course {
+        let origin_ns = self.begin_ns.unwrap_or_default();
+        Course::of(self.kept.points(channel, self.kept.places(span), origin_ns))
+    }
+
+    /// Merged from the hops in a span, and the samples before the first of them.
+    fn course(&self, channel: usize, span: Span) -> Course {
+        let first = self.hops.partition_point(|hop| hop.span.begin_ns < span.begin_ns);
+        let until_ns = self.hops.get(first).map_or(span.end_ns, |hop| hop.span.begin_ns);
+        let before = self.course_of_samples(channel, Span { end_ns: until_ns, ..span });
+        let hops = self.hops.range(first..).map(|hop| hop.courses[channel]);
+        hops.fold(before, Course::merged)
+    }
+
+    fn summary(&self, channel: usize, span: Span, ordered: &Ordered) -> Option<Summary> {
+        let (median, mad) = ordered.median_and_mad()?;
+        let course = self.course(channel, span);
+        Some(Summary {
+            n: ordered.count(),
+            mean: course.mean,
+            sd: course.sd(),
+            median,
+            mad,
+            least: ordered.least()?,
+            greatest: ordered.greatest()?,
+            slope_per_sec: course.slope_per_sec(),
+        })
+    }
+
+    fn coverage(&self, channel: usize, span: Span, usable: usize) -> f64 {
+        if self.rate_hz > 0.0 {
+            return (usable as f64 / (span.secs() * self.rate_hz).round().max(1.0)).min(1.0);
+        }
+        let places = self.kept.places(span);
+        let points = self.kept.times_ns(places.clone()).zip(self.kept.values(channel, places));
+        let usable = points.filter(|(_, value)| is_usable(*value));
+        let times_ns: Vec<i64> = usable.map(|(at_ns, _)| at_ns).collect();
+        coverage(&times_ns, span.begin_ns, span.end_ns)
+    }
+}
+
+impl Window {
+    /// Moves to another end, not before the last one.
+    fn slide(&mut self, end_ns: i64, kept: &Kept) {
+        let to = Span { begin_ns: end_ns.saturating_sub(self.length_ns), end_ns };
+        let from = std::mem::replace(&mut self.span, to);
+        let gone = kept.places(Span { end_ns: to.begin_ns.min(from.end_ns), ..from });
+        let new = kept.places(Span { begin_ns: to.begin_ns.max(from.end_ns), ..to });
+        let usable = |channel: usize, places: &Range<usize>| -> Vec<f64> {
+            kept.values(channel, places.clone()).filter(|value| is_usable(*value)).collect()
+        };
+        for (channel, ordered) in self.ordered.iter_mut().enumerate() {
+            ordered.change(&mut usable(channel, &gone), &mut usable(channel, &new));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
