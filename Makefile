@@ -61,7 +61,7 @@ bench-bag: ## the bag writer against ROS 1's
 bench-recorder: ## from a publisher in another process into the bag: losses and CPU
 bench-crash: ## kill -9 at 20 random moments: what the bag still holds
 bench-timefilter: ## the time filter against message_filters: sets, speed, accuracy
-bench-people: ## 30 simulated operators over ROS: what their features find, cost, and how late they are
+bench-people: ## 30 simulated operators over ROS for 6 minutes: what features find, cost, and how late they are
 bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded ones, speed against NeuroKit2
 
 # --- setting up

@@ -13,7 +13,7 @@ from conftest import leave_out
 
 STUDY = harness.ROOT / "studies/one_operator.toml"
 PERSON = "/humans/persons/"
-RECORDED_SECS = 40
+RECORDED_SECS = 45
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def overheard(tmp_path_factory):
     out, sniffer = stage.folder / "sessions", wire.Sniffer()
     monitor = stage.teampulse("run", STUDY, "--duration", RECORDED_SECS, "--out", out)
     simulator = stage.teampulse("simulate", STUDY)
-    listener = stage.cyclone("eavesdrop", "--best-effort", "--seconds", RECORDED_SECS - 5)
+    listener = stage.cyclone("eavesdrop", "--best-effort", "--seconds", RECORDED_SECS - 15)
     heard = listener.answer("heard", within_secs=60)["heard"]
     of_monitor, of_simulator = wire.ports(monitor.pid), wire.ports(simulator.pid)
     assert monitor.ended(within_secs=60) == 0, monitor.report()
@@ -41,7 +41,7 @@ def overheard(tmp_path_factory):
 def test_somebody_listens_to_all_that_there_is(overheard):
     _, heard, of_monitor, _ = overheard
     assert heard["rt/teampulse/status"] > 100
-    assert heard[f"rt{PERSON}p001/simulated/ecg"] > 100
+    assert heard[f"rt{PERSON}p001/simulated/ecg"] > 40
     assert any(b"teampulse/status" in sent for sent in of_monitor)
 
 
