@@ -17,7 +17,7 @@ help: ## this list
 
 # --- using it
 
-demo: build ## five simulated robots on ROS 2, watched and recorded, until Ctrl-C (ARGS="--duration 60")
+demo: build ## a simulated operator and five robots on ROS 2, watched and recorded, until Ctrl-C (ARGS="--duration 60")
 	$(TEAMPULSE) demo $(ARGS)
 
 build: $(ready)-build ## the binary, in target/release

@@ -19,10 +19,11 @@ const STUDY: &str = include_str!("../../../../studies/demo.toml");
 /// The ROS domain of the demo, far from those that people use.
 const DOMAIN: u32 = 77;
 
-/// Shows everything at once: simulated robots in a process of their own, on real ROS 2 topics,
-/// monitored and recorded.
+/// Shows everything at once: a simulated operator with five robots in a process of their own, on real
+/// ROS 2 topics, monitored and recorded.
 ///
-/// Stays on this machine (loopback, ROS domain 77).
+/// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while
+/// one after another robot has its trouble. Stays on this machine (loopback, ROS domain 77).
 #[derive(Debug, Args)]
 pub struct Demo {
     /// Ends by itself after so many seconds; without it on Ctrl-C or `q`
@@ -42,8 +43,9 @@ impl Demo {
         let study = Study::parse(Path::new("studies/demo.toml"), STUDY.to_owned())?;
         let mut simulator = start_simulator(self.seed).await?;
         eprintln!(
-            "five simulated robots publish on ROS 2 domain {DOMAIN} of this machine; \
-             something goes wrong from the second minute on; a letter sets a marker, q ends\n"
+            "a simulated operator and five robots publish on ROS 2 domain {DOMAIN} of this machine;\n\
+             from the second minute on there is work to do, and something goes wrong;\n\
+             a letter sets a marker, q ends\n"
         );
         let setup = Setup::new(study, network::buses_of_demo("teampulse", DOMAIN)).await?;
         let exit = watch(setup, self.duration, self.out).await?;
@@ -55,7 +57,7 @@ impl Demo {
     }
 }
 
-/// Starts this program once more, as the robots; it reads the study from its standard input.
+/// Starts this program once more, as the operator and the robots; it reads the study from its standard input.
 async fn start_simulator(seed: u64) -> Result<Child, Failure> {
     let failed = |error| Failure::new(format!("failed to start the simulator: {error}"));
     let mut simulator = Command::new(std::env::current_exe().map_err(failed)?)

@@ -67,6 +67,10 @@ pub async fn watch(
     let exit = conclude(setup.run(parts, asked).await);
     if bag.exists() {
         eprintln!("recorded; look into it with `teampulse info {}`", bag.display());
+        let summary = bag.join("summary.md");
+        if summary.exists() {
+            eprintln!("what was usable, on one page: {}", summary.display());
+        }
         output::line(bag.display().to_string());
     }
     Ok(exit)

@@ -1,15 +1,16 @@
-//! The board: the last that is known of every robot and stream, as lines of text.
+//! The board: the last that is known of every person, robot and stream, as lines of text.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use teampulse_core::data::{Data, Event, FeatureValues};
 use teampulse_core::sample::Record;
 use teampulse_core::status::{State, StreamStatus};
-use teampulse_core::stream::{About, Stream};
+use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_core::time::Time;
 
 use super::estimates::{Estimates, is_estimate};
 use super::happening::told;
+use super::person::Person;
 use super::robot::Figures;
 use super::team::Team;
 
@@ -19,11 +20,14 @@ const EVENTS: usize = 5;
 /// After how many statuses a stream's rate is settled: before, a window is not full.
 const SETTLED: u32 = 3;
 
-/// The last that is known of every robot and stream.
+/// The last that is known of every person, robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
     streams: BTreeMap<String, Watched>,
+    /// The streams of what happens: one that is silent lacks nothing.
+    happenings: BTreeSet<String>,
     team: Team,
+    people: BTreeMap<String, Person>,
     robots: BTreeMap<String, Figures>,
     estimates: BTreeMap<String, Estimates>,
     events: VecDeque<String>,
@@ -51,7 +55,13 @@ impl Board {
             Data::Status(status) => self.take_status(status),
             Data::Event(event) => self.take_event(&record.stream, event),
             Data::Feature(values) => {
-                self.take_figures(&record.stream, values);
+                self.take_figures(&record.stream, values, record.sample.measured);
+                None
+            }
+            Data::Description(stream) => {
+                if matches!(stream.signal, Signal::Event | Signal::Input) {
+                    self.happenings.insert(stream.name.clone());
+                }
                 None
             }
             _ => None,
@@ -75,12 +85,20 @@ impl Board {
         Some(line)
     }
 
-    fn take_figures(&mut self, stream: &Stream, values: &FeatureValues) {
+    fn take_figures(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         self.team.take(stream, values);
-        if stream.about == About::Robot && !stream.id.is_empty() {
-            self.robots.entry(stream.id.clone()).or_default().take(stream, values);
-        } else if is_estimate(stream) {
-            self.estimates.entry(stream.id.clone()).or_default().take(stream, values);
+        match stream.about {
+            _ if stream.id.is_empty() => {}
+            About::Robot => {
+                self.robots.entry(stream.id.clone()).or_default().take(stream, values);
+            }
+            About::Person if is_estimate(stream) => {
+                self.estimates.entry(stream.id.clone()).or_default().take(stream, values);
+            }
+            About::Person => {
+                self.people.entry(stream.id.clone()).or_default().take(stream, values, at);
+            }
+            About::Team | About::Session => {}
         }
     }
 
@@ -93,14 +111,14 @@ impl Board {
         due
     }
 
-    /// The board in `rows` lines at most: each robot with its figures, its streams below it, the
-    /// newest events. Where that does not fit, streams that are fine are left out.
+    /// The board in `rows` lines at most: each person and robot with their figures, their streams below
+    /// them, the newest events. Where that does not fit, streams that are fine are left out.
     pub fn lines(&self, rows: usize) -> Vec<String> {
         let all = self.lines_of(|_| true);
         if all.len() <= rows {
             return all;
         }
-        let mut lines = self.lines_of(|status| status.state != State::Ok);
+        let mut lines = self.lines_of(|status| self.is_trouble(status));
         if lines.len() > rows {
             let hidden = lines.len() + 1 - rows;
             lines.truncate(rows - 1);
@@ -117,15 +135,17 @@ impl Board {
             self.streams.len()
         )];
         lines.extend(self.team.line());
-        for (id, figures) in &self.robots {
-            lines.push(figures.line(id));
-            let own = self.statuses().filter(|status| shown(status));
-            lines.extend(
-                own.filter_map(|status| Some(board_line(within(id, &status.name)?, status))),
-            );
+        for (id, person) in &self.people {
+            lines.push(id.clone());
+            lines.extend(person.lines(self.now));
+            lines.extend(self.streams_of(|name| within_person(id, name), &shown));
         }
         lines.extend(self.estimates.iter().map(|(id, estimates)| estimates.line(id)));
-        let others = self.statuses().filter(|status| !self.is_of_a_robot(&status.name));
+        for (id, figures) in &self.robots {
+            lines.push(figures.line(id));
+            lines.extend(self.streams_of(|name| within(id, name), &shown));
+        }
+        let others = self.statuses().filter(|status| !self.is_of_somebody(&status.name));
         let others: Vec<_> = others.filter(|status| shown(status)).collect();
         if !others.is_empty() {
             lines.push("other streams".into());
@@ -139,8 +159,24 @@ impl Board {
         self.streams.values().map(|stream| &stream.status)
     }
 
-    fn is_of_a_robot(&self, name: &str) -> bool {
+    /// A line for each stream that is shown and has a name within its subject.
+    fn streams_of<'a>(
+        &'a self,
+        within: impl Fn(&'a str) -> Option<&'a str>,
+        shown: impl Fn(&StreamStatus) -> bool,
+    ) -> impl Iterator<Item = String> {
+        let own = self.statuses().filter(move |status| shown(status));
+        own.filter_map(move |status| Some(board_line(within(&status.name)?, status)))
+    }
+
+    fn is_trouble(&self, status: &StreamStatus) -> bool {
+        let is_awaited = status.state == State::Never && self.happenings.contains(&status.name);
+        status.state != State::Ok && !is_awaited
+    }
+
+    fn is_of_somebody(&self, name: &str) -> bool {
         self.robots.keys().any(|id| within(id, name).is_some())
+            || self.people.keys().any(|id| within_person(id, name).is_some())
     }
 
     /// What is said when the session ends.
@@ -159,7 +195,7 @@ impl Board {
             total(|each| each.duplicates),
         )];
         lines.extend(self.team.line());
-        let troubled = self.statuses().filter(|status| status.state != State::Ok);
+        let troubled = self.statuses().filter(|status| self.is_trouble(status));
         lines.extend(troubled.map(|status| format!("  {}", full_line(status))));
         lines
     }
@@ -191,6 +227,12 @@ impl Watched {
 /// The name of a robot's stream within the robot; `None` for a stream of another.
 fn within<'a>(id: &str, name: &'a str) -> Option<&'a str> {
     name.strip_prefix('/')?.strip_prefix(id)?.strip_prefix('/')
+}
+
+/// The name of a person's stream below the person, wherever people stand: `polar_h10/ecg`.
+fn within_person<'a>(id: &str, name: &'a str) -> Option<&'a str> {
+    let (_, below) = name.split_once(&format!("/{id}/"))?;
+    Some(below)
 }
 
 /// A stream on the board: narrow, so that 80 columns show how its reason begins.
@@ -241,6 +283,7 @@ mod tests {
     use std::sync::Arc;
 
     use bytes::Bytes;
+    use teampulse_core::data::Reason;
     use teampulse_core::sample::{Sample, Turn};
     use teampulse_core::stream::{Shape, StreamId, Subject};
 
@@ -331,6 +374,46 @@ mod tests {
         let other = lines.iter().position(|line| line == "other streams").unwrap();
         assert!(lines[other + 1].starts_with("  /robot10/odom "));
         assert!(lines[other + 2].starts_with("  /tf "));
+    }
+
+    #[test]
+    fn that_nothing_happened_yet_is_no_trouble() {
+        let mut board = board();
+        let stream = Stream::raw("/robot1/goal_pose", Subject::robot("robot1"), Shape::Event);
+        let commands = Stream { signal: Signal::Input, ..stream };
+        let told = status("/robot1/goal_pose", State::Never, "no sample yet");
+        board.take(&record(3, "/teampulse/streams", Data::Description(Arc::new(commands))));
+        board.take(&record(3, "s", told));
+        assert!(board.lines(50).iter().any(|line| line.contains("goal_pose")));
+        assert!(!board.lines(4).iter().any(|line| line.contains("goal_pose")));
+        assert!(!board.summary().iter().any(|line| line.contains("goal_pose")));
+    }
+
+    #[test]
+    fn a_person_stands_above_the_robots_with_what_is_worn() {
+        let mut board = board();
+        let person = Subject { about: About::Person, id: "p001".into() };
+        let ecg = Stream::raw("/humans/persons/p001/strap/ecg", person, Shape::Wave);
+        let heart = Stream::derived(&ecg, "heart/w30", Shape::Feature);
+        let told = FeatureValues {
+            window_secs: 30.0,
+            coverage: 1.0,
+            quality: 0.9,
+            values: vec![72.0],
+            sigmas: Vec::new(),
+            reasons: vec![Reason::Ok],
+        };
+        let mut told = record(2, "", Data::Feature(Arc::new(told)));
+        told.stream = Arc::new(heart.with_channels(&[("ECG_Rate_Mean", "bpm")]));
+        board.take(&told);
+        board.take(&record(3, "s", status(&ecg.name, State::Ok, "")));
+        insta::assert_snapshot!(board.lines(50)[..5].join("\n"), @r"
+        00:00:03  3 s  3 streams
+        p001
+          heart    72 /min  age  1.0 s  ecg
+          strap/ecg            ok          20.0 Hz  age  0.1 s  lost 2    ±1.0 ms
+        robot1  OFFLINE  deployed 1:01
+        ");
     }
 
     #[test]

@@ -3,14 +3,27 @@
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::pump::{CLOCKS, END};
-use teampulse_core::stream::{Origin, Stream};
+use teampulse_core::stream::{About, Origin, Stream};
 
 /// What is told of an event; `None` for what happens too often, or is told elsewhere.
 pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
     let is_counted = stream.name.starts_with("/teampulse/lost") || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
-    (!is_note && !is_counted && !is_input).then(|| sentence(stream, event))
+    if is_note || is_counted || is_input || is_of_task(stream, event.kind) {
+        return None;
+    }
+    let sentence = sentence(stream, event);
+    Some(if stream.about == About::Person {
+        format!("{}: {sentence}", stream.id)
+    } else {
+        sentence
+    })
+}
+
+/// Whether an event is a step of a person's task, such as a press of a key: there is one each second.
+fn is_of_task(stream: &Stream, kind: EventKind) -> bool {
+    stream.about == About::Person && kind == EventKind::Marker
 }
 
 fn sentence(stream: &Stream, event: &Event) -> String {
@@ -89,6 +102,19 @@ mod tests {
     fn what_a_clock_does_is_told_in_its_own_words() {
         let told = told_of(CLOCKS, Origin::Derived, EventKind::Clock, "laptop2 is +1.5 s off", 1.5);
         assert_eq!(told, "clock: laptop2 is +1.5 s off");
+    }
+
+    #[test]
+    fn of_a_person_it_is_said_who_and_not_each_press_of_a_key() {
+        let person = Subject { about: About::Person, id: "p001".into() };
+        let stream = Stream::raw("/humans/persons/p001/task/reports", person, Shape::Event);
+        let event = |kind, label: &str, value| {
+            let event = Event { kind, label: label.into(), value, duration_secs: 0.0 };
+            told(&stream, &event)
+        };
+        assert_eq!(event(EventKind::Report, "isa", 4.0).unwrap(), "p001: report: isa 4");
+        assert_eq!(event(EventKind::Phase, "2-back", f64::NAN).unwrap(), "p001: phase: 2-back");
+        assert_eq!(event(EventKind::Marker, "match", 0.7), None);
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! The terminal: one line for each robot and stream while running, and a summary at the end.
+//! The terminal: one line for each robot, signal of a person and stream while running, and a summary at the end.
 
 mod board;
 mod robot;
+mod person;
 mod team;
 mod estimates;
 mod happening;
@@ -107,7 +108,8 @@ fn fit(board: &Board) -> Vec<String> {
 }
 
 fn is_shown(stream: &Stream) -> bool {
-    matches!(stream.shape, Shape::Status | Shape::Event | Shape::Feature)
+    use Shape::{Description, Event, Feature, Status};
+    matches!(stream.shape, Status | Event | Feature | Description)
 }
 
 /// Writes lines to standard error; nobody reading them is no failure of the session.

@@ -7,11 +7,13 @@ mod watched;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
+use teampulse_core::alerts::ALERTS;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{About, Origin, Shape, Stream, Subject};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
@@ -26,8 +28,6 @@ use super::intervals::Kept;
 pub(super) const NAME: &str = "summary.md";
 /// Data are usable where coverage times quality is at least this.
 const LEAST_WORTH: f32 = 0.5;
-/// Where it is told that people stepped in and commanded robots.
-const INTERVENTIONS: &str = "/team/interventions";
 /// The most kinds of faults that are told apart.
 const MOST_FAULTS: usize = 1000;
 
@@ -118,10 +118,10 @@ impl Summary {
         let stream = &record.stream;
         let is_of_session = stream.about == About::Session && stream.origin == Origin::Raw;
         match event.kind {
-            _ if stream.name == INTERVENTIONS => self.counts.interventions += 1,
+            EventKind::Intervention => self.counts.interventions += 1,
             EventKind::Marker if is_of_session => self.counts.markers += 1,
             EventKind::Report => self.counts.reports += 1,
-            EventKind::Fault if !stream.name.starts_with("/teampulse/lost") => {
+            EventKind::Fault if !is_told_elsewhere(stream) => {
                 self.take_fault(&event.label, record.sample.measured);
             }
             _ => {}
@@ -135,8 +135,15 @@ impl Summary {
     }
 }
 
-/// The raw stream of a name, with samples of a signal: what happens has no rate that could be kept.
-fn raw(streams: &Streams, name: &str) -> Option<std::sync::Arc<Stream>> {
+/// Whether the faults of a stream are counted elsewhere, or repeat what others tell.
+fn is_told_elsewhere(stream: &Stream) -> bool {
+    stream.name == ALERTS || stream.name.starts_with("/teampulse/lost")
+}
+
+/// The raw stream of a name, with samples of a signal: what happens, and what people command, has no
+/// rate that could be kept.
+fn raw(streams: &Streams, name: &str) -> Option<Arc<Stream>> {
     let (_, stream) = streams.find(name)?;
-    (stream.origin == Origin::Raw && stream.shape != Shape::Event).then_some(stream)
+    let is_happening = stream.shape == Shape::Event || stream.signal == Signal::Input;
+    (stream.origin == Origin::Raw && !is_happening).then_some(stream)
 }

@@ -18,6 +18,9 @@ use crate::tidy::{events, features};
 /// So many faults are listed; the others are only counted.
 const FAULTS: usize = 20;
 
+/// What is shorter than this is no phase that anybody meant [s].
+const SHORTEST_SECS: f64 = 0.5;
+
 /// A summary, with all that stands around it.
 pub(super) struct Page<'a> {
     /// The folder of the bag.
@@ -73,8 +76,7 @@ impl Page<'_> {
     }
 
     fn phases_of(&self, of: &str, phases: &[Phase], table: &mut Table) {
-        // The session tells a phase a moment before somebody's own one: it then lasts for nothing.
-        for phase in phases.iter().filter(|phase| phase.end != Some(phase.begin)) {
+        for phase in phases.iter().filter(|phase| lasts(phase)) {
             let secs = |at| format!("{:.1}", self.course.secs(at));
             let (end, length) = match phase.end {
                 Some(end) => (secs(end), format!("{:.1}", end.secs_since(phase.begin))),
@@ -102,7 +104,7 @@ impl Page<'_> {
 
     fn streams_of(&self, subject: &Subject) -> Table {
         let mut labels: Vec<&str> = Vec::new();
-        for phase in self.course.phases_of(subject) {
+        for phase in self.course.phases_of(subject).iter().filter(|phase| lasts(phase)) {
             if !labels.contains(&phase.label.as_str()) {
                 labels.push(&phase.label);
             }
@@ -185,6 +187,11 @@ impl Page<'_> {
         subjects.dedup();
         subjects
     }
+}
+
+/// Whether a phase is one: the session tells one a moment before somebody's own, and ends in another.
+fn lasts(phase: &Phase) -> bool {
+    phase.end.is_none_or(|end| end.secs_since(phase.begin) >= SHORTEST_SECS)
 }
 
 /// A time to the second, without the zone that is said behind it.
