@@ -77,14 +77,19 @@ pub fn after(secs: f64) -> Time {
 /// Everything that comes of what was lived, with all features in windows of 30 s.
 pub fn kept(chunks: Vec<Chunk>, phases: &[(&str, f64)]) -> Vec<Record> {
     let phases = phases.iter().map(|(name, secs)| ((*name).to_owned(), *secs)).collect();
+    heard(Box::new(Worn { chunks, phases }), |_| true)
+}
+
+/// Everything that comes of a source, with the features of these kinds in windows of 30 s.
+pub fn heard(source: Box<dyn Source>, is_wanted: fn(&str) -> bool) -> Vec<Record> {
     let kept = Arc::new(Mutex::new(Vec::new()));
     let session = Session {
         clock: Clock::told(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),
-        sources: vec![("body".into(), Box::new(Worn { chunks, phases }))],
-        features: features(),
+        sources: vec![("body".into(), source)],
+        features: features(is_wanted),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
         encode,
     };
@@ -94,13 +99,13 @@ pub fn kept(chunks: Vec<Chunk>, phases: &[(&str, f64)]) -> Vec<Record> {
     std::mem::take(&mut kept.lock().expect("nobody panicked"))
 }
 
-fn features() -> Vec<Arc<dyn Feature>> {
+fn features(is_wanted: fn(&str) -> bool) -> Vec<Arc<dyn Feature>> {
     let context = FeatureContext { windows_secs: vec![30.0] };
     let build = |entry: &teampulse_core::registry::Entry<dyn Feature, FeatureContext>| {
         let built = (entry.build)(Own::empty(), &context);
         Arc::from(built.expect("a feature without settings"))
     };
-    FEATURES.iter().map(build).collect()
+    FEATURES.iter().filter(|entry| is_wanted(entry.kind)).map(build).collect()
 }
 
 struct Worn {
@@ -131,7 +136,8 @@ impl Source for Worn {
     }
 }
 
-async fn hand_over(reading: Reading, at: Time, outlet: &Outlet) {
+/// Hands over a reading at a time.
+pub async fn hand_over(reading: Reading, at: Time, outlet: &Outlet) {
     assert!(outlet.send(reading, at).await.is_ok(), "the session has ended");
 }
 
@@ -141,7 +147,8 @@ fn happens(stream: StreamId, kind: EventKind, label: String, at: Time) -> Readin
     Reading { stream, device_time: None, source_time: Some(at), data }
 }
 
-fn stream(sensor: Sensor) -> Stream {
+/// The stream of a sensor of the person.
+pub fn stream(sensor: Sensor) -> Stream {
     let signal = match sensor {
         Sensor::Ecg => Signal::Ecg,
         Sensor::Ppg => Signal::Ppg,
