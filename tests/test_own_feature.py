@@ -8,6 +8,7 @@ import pytest
 
 import bags
 import harness
+from tables import described, stamp_ns
 
 EXAMPLES = harness.ROOT / "examples"
 STUDY = harness.ROOT / "studies/one_operator.toml"
@@ -56,6 +57,15 @@ def test_its_values_are_those_of_the_signal_in_the_bag(bag):
         assert list(each.content.values) == [fmean(abs(value - mean) for value in second)]
 
 
+def test_features_of_any_numbers_run_on_it(bag):
+    topic = f"{OUTPUT}/statistics/w30"
+    newest = bags.messages(bag, topic)[-1]
+    end_ns = stamp_ns(newest)
+    told = [each for each in bags.messages(bag, OUTPUT) if end_ns - 30e9 <= stamp_ns(each) < end_ns]
+    mean = newest.content.values[described(bag)[topic].channels.index("mean")]
+    assert mean == pytest.approx(fmean(each.content.values[0] for each in told), rel=1e-12)
+
+
 def test_a_replay_leaves_it_as_it_was(bag, tmp_path):
     stage = harness.Stage(tmp_path, 96)
     answer = stage.ask("replay", bag, "--out", tmp_path / "replay")
@@ -67,13 +77,3 @@ def test_the_docs_show_it_whole():
     shebang, _, code = (EXAMPLES / "own_feature.py").read_text().partition("\n")
     assert shebang.startswith("#!")
     assert f"```python\n{code}```" in (harness.ROOT / "docs/own_features.md").read_text()
-
-
-def described(bag) -> dict:
-    """The newest description of each stream."""
-    return {each.content.name: each.content for each in bags.messages(bag, "/teampulse/streams")}
-
-
-def stamp_ns(message) -> int:
-    stamp = message.content.header.stamp
-    return stamp.sec * 1_000_000_000 + stamp.nanosec
