@@ -135,6 +135,13 @@ def test_without_a_bag_there_is_no_folder_for_them(stage):
     assert "no bag" in answer.stderr
 
 
+def test_the_demo_has_an_operator_and_five_robots_in_one_bag(demo_bag):
+    subjects = {"p001", *(f"robot{number}" for number in range(1, 6))}
+    text = (demo_bag / "summary.md").read_text()
+    assert all(f"### {subject}\n" in text for subject in subjects)
+    assert (demo_bag / "intervals.txt").read_text().count("\n") > 10
+
+
 def is_event(message, kind: str) -> bool:
     return getattr(message.content, "kind", None) == kind
 
