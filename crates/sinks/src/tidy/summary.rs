@@ -28,6 +28,8 @@ use super::intervals::Kept;
 pub(super) const NAME: &str = "summary.md";
 /// Data are usable where coverage times quality is at least this.
 const LEAST_WORTH: f32 = 0.5;
+/// What the names of statistics have below the name of their stream.
+const STATISTICS: &str = "/statistics/";
 /// The most kinds of faults that are told apart.
 const MOST_FAULTS: usize = 1000;
 
@@ -62,6 +64,11 @@ impl Summary {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn is_judged_by(&self, stream: &str, feature: &str) -> bool {
+        self.judges.get(stream).is_some_and(|judge| judge == feature)
+    }
+
     /// Writes the page.
     pub(super) fn finish(
         &self,
@@ -74,13 +81,17 @@ impl Summary {
         fs::write(&path, page.to_string()).map_err(Unwritten::at(&path))
     }
 
-    /// The first feature of a stream judges it.
+    /// The first feature of a stream judges it; statistics, which know nothing of what a signal should
+    /// look like, only where there is no other.
     fn describe(&mut self, stream: &Stream) {
         if let (Shape::Feature, [input]) = (&stream.shape, stream.inputs.as_slice())
             && stream.name.starts_with(input)
             && !is_of_phases(stream)
         {
-            self.judges.entry(input.clone()).or_insert_with(|| stream.name.clone());
+            let judge = self.judges.entry(input.clone()).or_insert_with(|| stream.name.clone());
+            if judge.contains(STATISTICS) && !stream.name.contains(STATISTICS) {
+                judge.clone_from(&stream.name);
+            }
         }
     }
 

@@ -204,6 +204,20 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
 }
 
 #[test]
+fn a_signal_is_not_judged_by_its_statistics() {
+    let mut session = Session::new();
+    session.streams.declare(Stream::raw(ECG, person(), Shape::Wave));
+    session.tell(0.0, &status_stream(), status(ECG, State::Ok, None));
+    session.windows("statistics/w30", 30..=60, 30.0);
+    session.windows("heart/w30", 61..=61, 30.0);
+    session.windows("statistics/w60", 62..=62, 60.0);
+    let streams = session.streams.clone();
+    let (mut summary, course) = (Summary::default(), Course::default());
+    session.records.iter().for_each(|record| summary.take(record, &course, &streams));
+    assert!(summary.is_judged_by(ECG, &format!("{ECG}/heart/w30")));
+}
+
+#[test]
 fn what_a_second_brought_is_on_the_disk_before_the_end() {
     let folder = tempdir().unwrap();
     let mut session = Session::new();
