@@ -45,7 +45,7 @@ impl Known {
         };
         let welch = format!(
             "Welch over the segments of 4 s inside the window, half overlapping, Hann, without mean, \
-             unfiltered; not those of a quality below 0.4 (white noise has 0.33), of more than {most_rms_uv} µV rms (1–45 Hz)\
+             unfiltered; not those of a quality below 0.1, of more than {most_rms_uv} µV rms (1–45 Hz)\
              {without}"
         );
         let (quantities, values) =
