@@ -118,7 +118,9 @@ struct Desk<'a> {
 
 impl Desk<'_> {
     fn tell_signals(&self, record: &Record) {
-        for wave in record.waves().filter(|wave| wave.count() > 0) {
+        // Of a sensor that is dead nothing comes, as of one whose battery is empty.
+        let is_there = |samples: &[f64]| samples.iter().any(|sample| !sample.is_nan());
+        for wave in record.waves().filter(|wave| is_there(&wave.samples)) {
             let data = Data::Wave(Wave {
                 period_ns: 1e9 / wave.rate_hz,
                 channels: wave.sensor.channels().len() as u32,
