@@ -60,6 +60,15 @@ def test_no_number_of_a_person_is_in_what_the_session_sent(overheard):
     assert not found(secret, of_monitor)
 
 
+def test_nor_is_there_a_word_of_what_was_computed_of_a_person(overheard):
+    """A description tells how: of a state, from which heart rate in the baseline."""
+    bag, _, of_monitor, _ = overheard
+    computed = {topic for topic, origin in bags.origins(bag).items() if origin == "derived"}
+    computed = {topic.encode() for topic in computed if topic.startswith(PERSON)}
+    assert len(computed) > 20
+    assert not {topic for topic in computed for sent in of_monitor if topic in sent}
+
+
 def numbers(bag, topic_ends: str) -> set[bytes]:
     """The bytes of all numbers about people that have so many digits that no other is the same."""
     about_people = (each for each in bags.messages(bag, topic_ends) if PERSON in each.topic)

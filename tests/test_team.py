@@ -158,7 +158,7 @@ def test_the_state_of_the_team_is_that_of_its_people_and_robots(bag):
         return dict(zip(stream.channels, nearest.content.values))
 
     before, waiting, answered = (state(at) for at in (alerts[0] - 3, alerts[1] - 1, alerts[1] + 2))
-    assert (before["people"], before["robots_online"], before["fan_out"]) == (1, 2, 2)
+    assert (before["people"], before["robots_online"], before["robots_per_person"]) == (1, 2, 2)
     assert (before["robots_in_need"], math.isnan(before["unanswered_secs"])) == (0, True)
     assert (waiting["robots_online"], waiting["robots_in_need"]) == (1, 1)
     assert 0 < waiting["unanswered_secs"] < alerts[1] - alerts[0] + 1

@@ -127,13 +127,17 @@ const OF_SIGNAL: [&str; 14] = [
 ];
 
 /// What nobody can tell from the signal alone: a thermometer in the air of a warm room from a cold
-/// hand, a wrist at rest from a table, a resting muscle from an electrode in a quiet place.
+/// hand, a wrist at rest from a table, a resting muscle from an electrode in a quiet place, white noise
+/// from the muscles of a clenched jaw (of which only the quality tells).
 fn can_be_told(sensor: Sensor, what: Fault) -> bool {
     match what {
         Fault::Stuck => sensor != Sensor::Temperature,
-        _ => ![Sensor::Temperature, Sensor::Acceleration, Sensor::Emg].contains(&sensor),
+        _ => !OF_WHICH_THE_AIR_IS_LIKE_THE_BODY.contains(&sensor),
     }
 }
+
+const OF_WHICH_THE_AIR_IS_LIKE_THE_BODY: [Sensor; 4] =
+    [Sensor::Temperature, Sensor::Acceleration, Sensor::Emg, Sensor::Eeg];
 
 fn assert_others_are_untouched(good: &Lived, bad: &Lived, fault: &str) {
     let (expected, others) = (good.others(), bad.others());

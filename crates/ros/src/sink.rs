@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock;
+use teampulse_core::data::Data;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError, Wants};
@@ -159,6 +160,9 @@ impl<'a> Desk<'a> {
     }
 
     fn publish_record(&mut self, record: &Record) -> Result<(), BusError> {
+        if self.describes_a_person(record) {
+            return Ok(());
+        }
         let stamps = self.stamps;
         let Some(publisher) = self.publisher(record)? else { return Ok(()) };
         let published = match stamps {
@@ -169,6 +173,13 @@ impl<'a> Desk<'a> {
             self.refuse(&record.stream.name, &refused);
         }
         Ok(())
+    }
+
+    /// Whether a record describes a stream about a person that is not published: its method may tell
+    /// of the person, such as how the heart beat in the baseline.
+    fn describes_a_person(&self, record: &Record) -> bool {
+        let Data::Description(stream) = &record.sample.data else { return false };
+        stream.about == About::Person && !self.publish.includes(stream)
     }
 
     /// The publisher of a record, opened if it is its stream's first; `None` if it has none.
@@ -298,6 +309,15 @@ mod tests {
         Record { stream: streams.get(id), sample, cdr: Bytes::from_static(&[0, 1, 0, 0, 9]) }
     }
 
+    /// What `/teampulse/streams` says of a stream.
+    fn described(streams: &Streams, of: Stream) -> Record {
+        let topic = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
+        let topic = Stream { origin: Origin::Derived, ..topic };
+        let record = record(streams, topic);
+        let data = Data::Description(Arc::new(of));
+        Record { sample: Sample { data, ..record.sample.clone() }, ..record }
+    }
+
     type Heard = Arc<Mutex<Vec<Bytes>>>;
 
     fn listen(bus: &MemoryBus, topic: &str, type_name: &str) -> (Subscription, Heard) {
@@ -310,6 +330,15 @@ mod tests {
 
     /// Runs a sink on one record of each of these streams.
     fn run(sink: RosSink, streams_of: impl IntoIterator<Item = Stream>) {
+        run_on(sink, record, streams_of);
+    }
+
+    /// The same with other records of them.
+    fn run_on(
+        sink: RosSink,
+        record: fn(&Streams, Stream) -> Record,
+        streams_of: impl IntoIterator<Item = Stream>,
+    ) {
         let streams = Streams::default();
         let (post, inbox) = sink::queue(sink.delivery(), streams.clone());
         let batch: Batch = streams_of.into_iter().map(|each| record(&streams, each)).collect();
@@ -355,6 +384,22 @@ mod tests {
         let named = Publish::Named(vec!["/humans/persons/*/ecg".into()]);
         run(RosSink::fresh(ours, named), [person(), robot()]);
         assert_eq!(ecg.lock().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn what_a_stream_about_a_person_is_is_told_only_where_it_is_published() {
+        let ours = MemoryBus::new("/teampulse");
+        let theirs = ours.join("/other");
+        let described_type = "teampulse_msgs/msg/StreamDescription";
+        let (_streams, streams) = listen(&theirs, "/teampulse/streams", described_type);
+        let sink = |named: &[&str]| {
+            let named = named.iter().map(|name| (*name).to_owned()).collect();
+            RosSink::fresh(ours.clone(), Publish::Conclusions(named))
+        };
+        run_on(sink(&[]), described, [person(), robot()]);
+        assert_eq!(streams.lock().unwrap().len(), 1);
+        run_on(sink(&["/humans/persons/p001/ecg"]), described, [person()]);
+        assert_eq!(streams.lock().unwrap().len(), 2);
     }
 
     #[test]

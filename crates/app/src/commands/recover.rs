@@ -23,6 +23,9 @@ impl Recover {
         let recovered = teampulse_bag::recover(&self.bag);
         let report = recovered.map_err(|error| Failure::to(&error).hint(error.hint()))?;
         report.files.iter().for_each(tell);
+        if report.files.iter().any(|file| !file.damage.is_empty()) {
+            eprintln!("`teampulse replay` makes its tidy files (summary.md and the tables) anew");
+        }
         let is_lossy = report.files.iter().any(RecoveredFile::is_lossy);
         Ok(if is_lossy { Exit::DataLost } else { Exit::Fine })
     }

@@ -44,9 +44,9 @@ const KEPT_ALERTS: u32 = 1000;
 ///   three are events: a fault, then markers with the time to the answer [s] and the length.
 /// - Unit: 1, 1, 1, 1, s.
 /// - Window: none; once a second, and an event at each change.
-/// - Reference: fan-out, the robots that a person looks after, and its relation to the time that a robot
-///   can be neglected: Olsen & Goodrich (2003), "Metrics for evaluating human-robot interactions",
-///   NIST's workshop on performance metrics for intelligent systems; Olsen & Wood (2004),
+/// - Reference: how many robots there are for a person, to be held against the fan-out, which is how many
+///   one person can look after: Olsen & Goodrich (2003), "Metrics for evaluating human-robot
+///   interactions", NIST's workshop on performance metrics for intelligent systems; Olsen & Wood (2004),
 ///   doi:10.1145/985692.985722.
 /// - Limits: rests on the features `deployment`, `battery_use`, `diagnostics_level`, `link_quality` and
 ///   `stuck`, and sees nothing of those that a study disables. Whether a command was meant as an answer
@@ -268,7 +268,7 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
     let channels = [
         ("people", "1"),
         ("robots_online", "1"),
-        ("fan_out", "1"),
+        ("robots_per_person", "1"),
         ("robots_in_need", "1"),
         ("unanswered_secs", "s"),
     ];
@@ -277,7 +277,7 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
         inputs: inputs.to_vec(),
         rate_hz: 1.0,
         method: format!(
-            "people of whom something came in {} s; robots online per person, Olsen & Goodrich (2003); {}",
+            "people of whom something came in {} s; robots online per person; {}",
             settings.present_secs,
             settings.limits()
         ),

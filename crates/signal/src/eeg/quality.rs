@@ -5,7 +5,6 @@ use super::examiner::Examiner;
 use crate::error::SignalError;
 
 /// Segments of less [quality](Quality::combined) count as artefacts: their power is not the brain's.
-/// White noise, as of an electrode that hangs in the air, has nearly none; an EEG with much hum has a third.
 pub const LEAST_QUALITY: f64 = 0.1;
 /// Between which amplitudes an EEG is [µV], and at which it surely is none.
 const USUAL_UV: (f64, f64) = (1.0, 100.0);
@@ -13,8 +12,8 @@ const TOO_LOW_UV: f64 = 0.1;
 const TOO_HIGH_UV: f64 = 1000.0;
 /// How many times the power of the EEG mains may have until nothing is left of the quality.
 const MOST_MAINS: f64 = 1e4;
-/// The share of 30–45 Hz at which all is muscle or noise: white noise has a third.
-const MOST_MUSCLE: f64 = 0.3;
+/// The share of 30–45 Hz at which all is muscle: white noise has a third.
+const MOST_MUSCLE: f64 = 0.5;
 
 /// What speaks for and against a stretch of an EEG.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +61,8 @@ impl Quality {
     /// - amplitude (rms, 1–45 Hz) from 100 µV up to 1 mV, and from 1 µV down to 0.1 µV, with its logarithm;
     /// - mains from the power of the EEG to 10,000 times that, with its logarithm: they lie outside
     ///   of all bands, but tell of a poor contact;
-    /// - muscle from no share of 30–45 Hz to one of 0.3 (Whitham et al. 2007,
-    ///   doi:10.1016/j.clinph.2007.04.027: above 20 Hz, most of what a scalp shows is muscle; white noise has a third);
+    /// - muscle from no share of 30–45 Hz to one of ½ (Whitham et al. 2007,
+    ///   doi:10.1016/j.clinph.2007.04.027: above 20 Hz, most of what a scalp shows is muscle);
     /// - the living share is what is neither flat nor saturated nor missing.
     ///
     /// Limits of taste, for comparing channels and times; a blink lowers it little.

@@ -98,7 +98,9 @@ impl Baseline {
             let of_deviation = of_spread * z * z / (2.0 * (self.worth - 1.0));
             defined(Some(Estimate { value: z, sigma: (shares[place] + of_deviation).sqrt() }))
         };
-        let in_unit = Estimate { value: from[0], sigma: self.sd * shares[0].sqrt() };
+        // Of windows that are all equal nobody knows how much they vary.
+        let sigma = if self.sd > 0.0 { self.sd * shares[0].sqrt() } else { f64::NAN };
+        let in_unit = Estimate { value: from[0], sigma };
         [defined(Some(in_unit)), z(1, self.sd, 1.0), z(2, self.deviation, MAD_OVER_SD)]
     }
 
@@ -140,7 +142,7 @@ mod tests {
     #[test]
     fn equal_windows_have_a_difference_but_no_z() {
         let difference = baseline(&[5.0; 10]).difference(6.0);
-        assert_eq!(difference[0].unwrap().value, 1.0);
+        assert!(difference[0].is_ok_and(|told| told.value == 1.0 && told.sigma.is_nan()));
         assert_eq!(difference[1..], [Err(Reason::Undefined); 2]);
     }
 
