@@ -177,6 +177,18 @@ def test_what_is_already_there_is_not_written_over(stage, demo_bag):
 
 STUDY = '[session]\nname = "test"\n\n[[sources]]\ntype = "topics"\nnames = ["/a"]\n'
 
+PHASES = (
+    STUDY
+    + """[[phases]]
+name      = "{name}"
+from_secs = {begin}
+to_secs   = {end}
+[[phases]]
+name      = "task"
+from_secs = 100
+"""
+)
+
 MISTAKES = {
     "broken syntax": ('[session]\nname = "test\n', "study.toml:2", ""),
     "unknown table": (STUDY + "[sesion]\n", "study.toml:7", "session"),
@@ -200,6 +212,13 @@ MISTAKES = {
     ),
     "bad window": (STUDY + "[features]\nwindows_secs = [-3]\n", "study.toml:8", ""),
     "bad phase": (STUDY + '[[phases]]\nname = "a"\nfrom_secs = "x"\n', "study.toml:9", ""),
+    "nameless phase": (PHASES.format(name="", begin=0, end=60), "study.toml:8", "name"),
+    "phase before the start": (PHASES.format(name="a", begin=-1, end=60), "study.toml:9", "start"),
+    "phase at no time": (PHASES.format(name="a", begin="nan", end=60), "study.toml:9", "NaN"),
+    "phase without an end": (PHASES.format(name="a", begin=0, end="inf"), "study.toml:10", "inf"),
+    "phase of no length": (PHASES.format(name="a", begin=60, end=60), "study.toml:10", "later"),
+    "phase reversed": (PHASES.format(name="a", begin=60, end=5), "study.toml:10", "later"),
+    "phases at once": (PHASES.format(name="a", begin=0, end=150), "study.toml:13", "`a`"),
     "unknown clock": ('[session]\nclock = "/time"\n', "study.toml:2", "/clock"),
 }
 
@@ -220,6 +239,16 @@ def test_a_study_that_is_not_there_is_a_wrong_study(stage):
     answer = stage.ask("run", stage.folder / "nowhere.toml")
     assert answer.returncode == 4
     assert "nowhere.toml" in answer.stderr
+
+
+@pytest.mark.parametrize("below", ["", "sessions"], ids=["file", "below a file"])
+def test_nothing_is_run_that_would_be_recorded_into_a_file(stage, below):
+    file = stage.folder / "mine.txt"
+    file.write_text("mine")
+    answer = stage.ask("run", stage.study(ROBOTS.format(session="", robots="")), "--out", file / below)
+    refused(answer, "mine.txt is a file")
+    assert "--out" in answer.stderr
+    assert file.read_text() == "mine"
 
 
 @pytest.mark.parametrize("arguments", [["run"], ["fly"], ["run", "s.toml", "--duration", "-1"], []])

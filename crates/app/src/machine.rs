@@ -20,6 +20,9 @@ pub fn check(out: &Path) -> Vec<String> {
 /// Why nothing can be recorded into a folder.
 pub fn unfit(out: &Path) -> Option<String> {
     let folder = existing(out);
+    if !folder.is_dir() {
+        return Some(format!("a folder to write into: {} is a file", folder.display()));
+    }
     let writable = rustix::fs::access(folder, rustix::fs::Access::WRITE_OK);
     if let Err(error) = writable {
         return Some(format!("a folder to write into: {}: {error}", folder.display()));
@@ -62,5 +65,21 @@ fn free_disk(out: &Path) -> String {
             format!("disk     {word} {:.1} GB free for {}", free as f64 / 1e9, out.display())
         }
         Err(error) => format!("disk     ?     failed to ask for its free space: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_recorded_into_a_file_or_below_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "mine").unwrap();
+        for out in [file.clone(), file.join("below")] {
+            assert!(unfit(&out).unwrap().ends_with("file is a file"), "{out:?}");
+        }
+        assert_eq!(unfit(&folder.path().join("new")), None);
     }
 }

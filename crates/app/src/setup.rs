@@ -48,6 +48,7 @@ impl Setup {
     pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
         // What is wrong with the environment is not to be blamed on the study.
         default_domain(&buses)?;
+        study.check_phases()?;
         let mut setup = Setup { clock: Clock::host(), buses, study, follows: None };
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::told();

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clocks::ClockSettings;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
-use teampulse_sources::session::Phase;
+use teampulse_sources::session::{self, Phase};
 use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -189,11 +189,30 @@ impl Study {
         message: impl Into<String>,
         hint: impl Into<String>,
     ) -> StudyError {
-        let parsed = self.table().ok();
-        let table = parsed.as_ref().and_then(|parsed| parsed.get_ref().get(table));
-        let value = table.and_then(|table| table.get_ref().get(key));
-        let span = value.or(table).map_or(0..0, Spanned::span);
-        self.wrong(SettingsError::new(message).with_hint(hint), Some(span))
+        let error = SettingsError::new(message).with_hint(hint);
+        self.misplaced(error.at(if key.is_empty() {
+            table.into()
+        } else {
+            format!("{table}.{key}")
+        }))
+    }
+
+    /// What is wrong with settings whose path begins at the study.
+    pub fn misplaced(&self, error: SettingsError) -> StudyError {
+        let whole = self.table().ok().map(|table| {
+            let (span, table) = (table.span(), table.into_inner());
+            Spanned::new(span, DeValue::Table(table))
+        });
+        let span = whole.as_ref().and_then(|whole| nearest_place(whole, &error.path));
+        self.wrong(error, span.or(Some(0..0)))
+    }
+
+    /// Fails where phases are named or timed as none can be.
+    pub fn check_phases(&self) -> Result<(), StudyError> {
+        session::check_phases(&self.general.phases).map_err(|error| {
+            let path = format!("phases.{}", error.path);
+            self.misplaced(error.at(path))
+        })
     }
 
     fn component<T: ?Sized, C>(
@@ -209,9 +228,12 @@ impl Study {
             return Err(self.wrong(error.with_hint(format!("begin it with [[{key}]]")), Some(span)));
         };
         let kind = self.kind(&mut table, key, &span, entries)?;
-        let settings = Settings::new(Spanned::new(span.clone(), DeValue::Table(table)));
-        let built = (kind.build)(settings, context);
-        built.map(|it| (kind.kind.to_owned(), it)).map_err(|error| self.wrong(error, Some(span)))
+        let whole = Spanned::new(span.clone(), DeValue::Table(table));
+        let built = (kind.build)(Settings::new(whole.clone()), context);
+        built.map(|it| (kind.kind.to_owned(), it)).map_err(|error| {
+            let span = nearest_place(&whole, &error.path).unwrap_or(span);
+            self.wrong(error, Some(span))
+        })
     }
 
     /// Takes the `type` out of a component's table and finds it.
@@ -298,6 +320,21 @@ impl Study {
     }
 }
 
+/// The place of a setting, or of what is nearest to it on the way there: `None` when not even the
+/// first key is written.
+fn nearest_place(whole: &Spanned<DeValue<'_>>, path: &str) -> Option<Range<usize>> {
+    let mut found = whole;
+    for key in path.split('.').filter(|key| !key.is_empty()) {
+        let below = match found.get_ref() {
+            DeValue::Array(array) => key.parse().ok().and_then(|place: usize| array.get(place)),
+            other => other.get(key),
+        };
+        let Some(below) = below else { break };
+        found = below;
+    }
+    (!std::ptr::eq(found, whole)).then(|| found.span())
+}
+
 type Own<'a> = Vec<(String, Spanned<DeValue<'a>>)>;
 
 /// Splits a study's tables into the general ones and those that others read.
@@ -369,6 +406,7 @@ mod tests {
     /// Reads a study and builds its sources, as `run` does.
     fn read(text: &str) -> Result<usize, StudyError> {
         let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
+        study.check_phases()?;
         let bus: Arc<dyn Bus> = MemoryBus::new("/test");
         let buses = Arc::new(Buses::holding([(0, bus)]));
         let context = SourceContext { clock: Clock::told(), buses };
@@ -433,6 +471,22 @@ mod tests {
     }
 
     #[test]
+    fn phases_that_overlap_are_shown_at_the_later_one() {
+        let text = "[[phases]]\nname = \"task\"\nfrom_secs = 50\n\
+                    [[phases]]\nname = \"baseline\"\nfrom_secs = 0\nto_secs = 60\n";
+        insta::assert_snapshot!(shown(text), @r#"
+         × the phases `baseline` (from 0 s to 60 s) and `task` (from 50 s) overlap
+          ╭─[study.toml:3:13]
+        2 │ name = "task"
+        3 │ from_secs = 50
+          ·             ──
+        4 │ [[phases]]
+          ╰────
+         help: one phase at a time: let the first end before the next begins
+        "#);
+    }
+
+    #[test]
     fn every_other_mistake_is_told_with_its_place() {
         for (text, told) in [
             ("[session\nname = 1", "unclosed table"),
@@ -452,6 +506,7 @@ mod tests {
             ("[[sources]]\ntype = \"robots\"\nnamespace = \"r*\"", "not a pattern of ROS names"),
             ("[[sources]]\ntype = \"robots\"\ndomain = 7", "join"),
             ("[[phases]]\nname = \"baseline\"", "missing field `from_secs`"),
+            ("[[phases]]\nname = \"\"\nfrom_secs = 0", "a phase has no name"),
         ] {
             let error = read(text).expect_err(text);
             assert!(error.message.contains(told), "{text}: {}", error.message);

@@ -69,6 +69,7 @@ impl<'a> Settings<'a> {
         S::deserialize(toml::de::ValueDeserializer::from(self.0)).map_err(|error| SettingsError {
             message: error.message().to_owned(),
             hint: String::new(),
+            path: String::new(),
             span: Some(error.span().unwrap_or(table)),
         })
     }
@@ -82,14 +83,25 @@ pub struct SettingsError {
     pub message: String,
     /// What the user can do; may be empty.
     pub hint: String,
-    /// The bytes of the study that are wrong; `None` for the whole component.
+    /// The setting that is wrong, below the component: keys and numbers of entries, with dots
+    /// between, as `script.2.robot`; empty for the whole component.
+    pub path: String,
+    /// The bytes of the study that are wrong, where they are known; else `path` leads to them.
     pub span: Option<Range<usize>>,
 }
 
 impl SettingsError {
     /// An error about the component as a whole.
     pub fn new(message: impl Into<String>) -> SettingsError {
-        SettingsError { message: message.into(), hint: String::new(), span: None }
+        let (hint, path) = (String::new(), String::new());
+        SettingsError { message: message.into(), hint, path, span: None }
+    }
+
+    /// The same error about one setting of the component.
+    #[must_use]
+    pub fn at(mut self, path: impl Into<String>) -> SettingsError {
+        self.path = path.into();
+        self
     }
 
     /// The same error with a hint.

@@ -10,7 +10,7 @@ pub use clock::follow_clock;
 pub use computers::Computers;
 pub use events::RosEvents;
 pub use keys::{Keys, PauseKeys, pause_by_key};
-pub use phases::{Phase, Phases};
+pub use phases::{Phase, Phases, check_phases};
 
 use std::sync::Arc;
 

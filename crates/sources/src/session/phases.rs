@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::data::EventKind;
 use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Source, SourceError};
 
 use super::happen;
@@ -24,6 +25,74 @@ pub struct Phase {
     pub from_secs: f64,
     /// When it ends [s]; without it at the beginning of the next phase, or with the session.
     pub to_secs: Option<f64>,
+}
+
+/// Fails at the first phase that can't be, or that overlaps with another; the path of the error
+/// begins at the phases.
+pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
+    for (place, phase) in phases.iter().enumerate() {
+        let wrong = |key, message: &str, hint: &str| {
+            let error = SettingsError::new(message).with_hint(hint);
+            Err(error.at(format!("{place}.{key}")))
+        };
+        if phase.name.trim().is_empty() {
+            return wrong("name", "a phase has no name", "call it what you look for later");
+        }
+        if !is_after_start(phase.from_secs) {
+            return wrong("from_secs", &no_time(phase.from_secs), TIMES);
+        }
+        match phase.to_secs {
+            Some(to_secs) if !is_after_start(to_secs) => {
+                return wrong("to_secs", &no_time(to_secs), TIMES);
+            }
+            Some(to_secs) if to_secs <= phase.from_secs => {
+                let message = format!(
+                    "the phase `{}` ends at {to_secs} s, but begins at {} s",
+                    phase.name, phase.from_secs
+                );
+                let hint = "both count from the start of the session: `to_secs` is the later";
+                return wrong("to_secs", &message, hint);
+            }
+            _ => {}
+        }
+    }
+    check_order(phases)
+}
+
+/// What is said of times that can't be.
+const TIMES: &str = "it counts from the start of the session: 0 or more";
+
+/// The latest that a phase may begin or end [s]: far beyond any session, and still a time.
+const LATEST_SECS: f64 = 1e9;
+
+fn is_after_start(secs: f64) -> bool {
+    (0.0..=LATEST_SECS).contains(&secs)
+}
+
+fn no_time(secs: f64) -> String {
+    format!("a phase can't begin or end at {secs} s")
+}
+
+/// No phase begins before the one before it is over, or with it.
+fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
+    let mut places: Vec<(usize, &Phase)> = phases.iter().enumerate().collect();
+    places.sort_by(|(_, a), (_, b)| a.from_secs.total_cmp(&b.from_secs));
+    for pair in places.windows(2) {
+        let [(_, first), (place, next)] = pair else { continue };
+        let free_secs = first.to_secs.unwrap_or(first.from_secs);
+        if next.from_secs < free_secs || next.from_secs <= first.from_secs {
+            let until =
+                first.to_secs.map_or_else(String::new, |to_secs| format!(" to {to_secs} s"));
+            let message = format!(
+                "the phases `{}` (from {} s{until}) and `{}` (from {} s) overlap",
+                first.name, first.from_secs, next.name, next.from_secs
+            );
+            let hint = "one phase at a time: let the first end before the next begins";
+            let error = SettingsError::new(message).with_hint(hint);
+            return Err(error.at(format!("{place}.from_secs")));
+        }
+    }
+    Ok(())
 }
 
 /// The phases of a study, told as events when they begin.
@@ -56,5 +125,55 @@ impl Source for Phases {
         }
         outlet.closed().await;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn phase(name: &str, from_secs: f64, to_secs: Option<f64>) -> Phase {
+        Phase { name: name.into(), from_secs, to_secs }
+    }
+
+    #[test]
+    fn a_phase_may_come_again_and_in_any_order() {
+        let phases = [
+            phase("task", 60.0, None),
+            phase("baseline", 0.0, Some(60.0)),
+            phase("task", 120.0, Some(180.0)),
+        ];
+        assert_eq!(check_phases(&phases), Ok(()));
+        assert_eq!(check_phases(&[]), Ok(()));
+    }
+
+    #[test]
+    fn a_phase_without_a_name_or_with_impossible_times_is_told_in_its_place() {
+        for (wrong, path) in [
+            (phase(" ", 0.0, None), "1.name"),
+            (phase("a", -1.0, None), "1.from_secs"),
+            (phase("a", f64::NAN, None), "1.from_secs"),
+            (phase("a", f64::INFINITY, None), "1.from_secs"),
+            (phase("a", 5.0, Some(-1.0)), "1.to_secs"),
+            (phase("a", 5.0, Some(f64::INFINITY)), "1.to_secs"),
+            (phase("a", 5.0, Some(5.0)), "1.to_secs"),
+            (phase("a", 5.0, Some(4.0)), "1.to_secs"),
+        ] {
+            let error = check_phases(&[phase("z", 900.0, None), wrong]).unwrap_err();
+            assert_eq!(error.path, path, "{error}");
+            assert!(!error.hint.is_empty());
+        }
+    }
+
+    #[test]
+    fn two_phases_at_a_time_are_told_by_name() {
+        for to_secs in [60.0, 50.5] {
+            let phases = [phase("later", 50.0, None), phase("first", 0.0, Some(to_secs))];
+            let error = check_phases(&phases).unwrap_err();
+            assert_eq!(error.path, "0.from_secs");
+            assert!(error.message.contains("`first`") && error.message.contains("`later`"));
+        }
+        let both = [phase("a", 3.0, None), phase("b", 3.0, None)];
+        assert_eq!(check_phases(&both).unwrap_err().path, "1.from_secs");
     }
 }
