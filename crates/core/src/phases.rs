@@ -74,7 +74,10 @@ impl Phases {
                 let known = self.own.entry(subject.clone());
                 begin(known.or_insert_with(|| self.session.clone()), at, event)
             }
-            EventKind::Clock if of_session && event.label == END => self.end(sample.measured),
+            EventKind::Clock if of_session && event.label == END => {
+                self.end(sample.measured);
+                true
+            }
             _ => false,
         }
     }
@@ -90,12 +93,12 @@ impl Phases {
         self.is_over
     }
 
-    fn end(&mut self, at: Time) -> bool {
+    /// Ends the session, and all phases with it: by its closing event, or for who knows that none comes.
+    pub fn end(&mut self, at: Time) {
         self.is_over = true;
         for phases in self.own.values_mut().chain([&mut self.session]) {
             cut(phases, at);
         }
-        true
     }
 }
 

@@ -1,9 +1,17 @@
 //! The course of a session: when it began, and what was going on when.
 
+use teampulse_core::data::EventKind;
 use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Stream, Subject};
 use teampulse_core::time::Time;
+
+/// What is shorter than this is no phase that anybody meant [s].
+pub(super) const SHORTEST_SECS: f64 = 1.0;
+
+/// A phase that ended so long ago [ns] is what a report is about, not the one that began: as for the
+/// feature `estimates`.
+const JUST_ENDED_NS: i64 = 10_000_000_000;
 
 /// When a session began, and the phases of everyone in it.
 #[derive(Debug, Default)]
@@ -11,6 +19,7 @@ pub(super) struct Course {
     began: Option<Time>,
     now: Time,
     phases: Phases,
+    is_cut_off: bool,
 }
 
 /// A time of somebody without a change: within one phase, or between two.
@@ -34,6 +43,19 @@ impl Course {
         self.phases.push(sample);
     }
 
+    /// Nothing comes any more: a session that never told its end has ended with the last that is known.
+    pub(super) fn finish(&mut self) {
+        if !self.phases.is_over() {
+            self.is_cut_off = true;
+            self.phases.end(self.now);
+        }
+    }
+
+    /// Whether the session never told its end.
+    pub(super) fn is_cut_off(&self) -> bool {
+        self.is_cut_off
+    }
+
     /// When the session began.
     pub(super) fn began(&self) -> Time {
         self.began.unwrap_or(self.now)
@@ -52,6 +74,37 @@ impl Course {
     /// The phases of somebody.
     pub(super) fn phases_of(&self, subject: &Subject) -> &[Phase] {
         self.phases.of(subject)
+    }
+
+    /// How long somebody's phase of this name was that was told at a moment [s]; `None` where none
+    /// began with that, or it goes on.
+    pub(super) fn length_secs(&self, subject: &Subject, label: &str, told: Time) -> Option<f64> {
+        let phases = self.phases.of(subject);
+        let since = &phases[phases.partition_point(|phase| phase.begin < told)..];
+        let begin = since.first()?.begin;
+        // Somebody's own phase stands behind the session's that it replaces.
+        let replacing = since.iter().take_while(|phase| phase.begin == begin).last()?;
+        let end = replacing.end.filter(|_| replacing.label == label)?;
+        Some(end.secs_since(told))
+    }
+
+    /// The phase that what happened to somebody at a moment belongs to: the one that went on then, but
+    /// of a report the one that it is about.
+    pub(super) fn phase_of(&self, subject: &Subject, kind: EventKind, at: Time) -> Option<&str> {
+        let just_ended = self.just_ended(subject, at).filter(|_| kind == EventKind::Report);
+        just_ended.or_else(|| self.section(subject, at).phase)
+    }
+
+    /// Somebody's phase that ended a moment ago.
+    fn just_ended(&self, subject: &Subject, at: Time) -> Option<&str> {
+        let phases = self.phases.of(subject);
+        let has_just_ended = |phase: &&Phase| {
+            let after_ns = phase.end.map(|end| at.nanos_since(end));
+            after_ns.is_some_and(|after_ns| (0..JUST_ENDED_NS).contains(&after_ns))
+        };
+        let begun = &phases[..phases.partition_point(|phase| phase.begin <= at)];
+        let newest = &begun[begun.len().saturating_sub(2)..];
+        newest.iter().find(has_just_ended).map(|phase| phase.label.as_str())
     }
 
     /// What was going on for somebody at a moment.

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::sample::{Record, Turn};
-use teampulse_core::stream::{Stream, Subject};
+use teampulse_core::stream::{About, Origin, Stream};
 use teampulse_core::time::Time;
 
 use super::course::{Course, word_of};
-use super::file::{Lines, Unwritten};
+use super::file::{Lines, Unwritten, on_one_line};
 
 /// The name of the file.
 pub(super) const NAME: &str = "events.tsv";
@@ -20,56 +21,64 @@ const COLUMNS: &str = "onset\tduration\ttrial_type\tvalue\tlabel\tsubject\tstrea
 const WAIT_NS: i64 = 10_000_000_000;
 
 /// A row for each event: when it began [s since the session did], how long it lasted [s], what it was,
-/// and whose. As in BIDS, what there is not is `n/a`.
+/// and whose. As in BIDS, what there is not is `n/a`. A phase has the length that was told until the
+/// session is over, and then the one that it had.
 #[derive(Debug)]
 pub(super) struct Events {
     file: Lines,
     /// Rows that wait, in the order of their onsets and then of their coming.
     waiting: BTreeMap<(Time, u64), Row>,
     taken: u64,
+    /// How many lines were written, and which of them are phases.
+    lines: usize,
+    phases: BTreeMap<usize, Row>,
     /// The newest onset that was written, and whether an earlier one came after it.
     newest: Time,
     is_mixed_up: bool,
 }
 
+/// What happened, and to whom.
 #[derive(Debug)]
 struct Row {
-    subject: Subject,
-    before_phase: String,
+    stream: Arc<Stream>,
+    event: Arc<Event>,
+    onset: Time,
 }
 
 impl Events {
     pub(super) fn create(folder: &Path) -> Result<Events, Unwritten> {
         let mut file = Lines::create(folder.join(NAME))?;
         file.push(COLUMNS)?;
-        let (waiting, newest) = (BTreeMap::new(), Time::from_nanos(i64::MIN));
-        Ok(Events { file, waiting, taken: 0, newest, is_mixed_up: false })
+        let newest = Time::from_nanos(i64::MIN);
+        let (waiting, phases) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Events { file, waiting, taken: 0, lines: 1, phases, newest, is_mixed_up: false })
     }
 
     pub(super) fn take(
         &mut self,
         record: &Record,
-        event: &Event,
+        event: &Arc<Event>,
         course: &Course,
     ) -> Result<(), Unwritten> {
         if record.sample.turn != Turn::Duplicate && is_told(&record.stream, event) {
-            let at = record.sample.measured;
-            let row = Row {
-                subject: record.stream.subject(),
-                before_phase: before_phase(&record.stream, event, course.secs(at)),
-            };
+            let (stream, event) = (Arc::clone(&record.stream), Arc::clone(event));
+            let onset = onset(&stream, &event, record.sample.measured);
             self.taken += 1;
-            self.waiting.insert((at, self.taken), row);
+            self.waiting.insert((onset, self.taken), Row { stream, event, onset });
         }
         let due = Time::from_nanos(course.now().nanos().saturating_sub(WAIT_NS));
         self.write_until(due, course)
     }
 
-    /// Writes what still waits, and puts in order what came later than any row waits.
+    /// Writes what still waits, how long phases were, and puts in order what came later than any row
+    /// waits.
     pub(super) fn finish(mut self, course: &Course) -> Result<(), Unwritten> {
         self.write_until(Time::from_nanos(i64::MAX), course)?;
         self.flush()?;
-        if self.is_mixed_up { self.file.sort(onset_secs) } else { Ok(()) }
+        let phases = self.phases.iter().map(|(line, row)| (*line, row.text(course)));
+        let phases: BTreeMap<usize, String> = phases.collect();
+        let is_right = phases.is_empty() && !self.is_mixed_up;
+        if is_right { Ok(()) } else { self.file.revise(&phases, onset_secs) }
     }
 
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
@@ -78,14 +87,53 @@ impl Events {
 
     fn write_until(&mut self, due: Time, course: &Course) -> Result<(), Unwritten> {
         while let Some(first) = self.waiting.first_entry().filter(|first| first.key().0 <= due) {
-            let ((at, _), row) = first.remove_entry();
-            self.is_mixed_up |= at < self.newest;
-            self.newest = self.newest.max(at);
-            let phase = course.section(&row.subject, at).phase.map_or_else(absent, word);
-            self.file.push(format_args!("{}\t{phase}\t{at}", row.before_phase))?;
+            let row = first.remove();
+            self.is_mixed_up |= row.onset < self.newest;
+            self.newest = self.newest.max(row.onset);
+            self.file.push(row.text(course))?;
+            if row.event.kind == EventKind::Phase {
+                self.phases.insert(self.lines, row);
+            }
+            self.lines += 1;
         }
         Ok(())
     }
+}
+
+impl Row {
+    fn text(&self, course: &Course) -> String {
+        let Row { stream, event, onset } = self;
+        let (onset_secs, duration) = (course.secs(*onset), self.duration(course));
+        let Event { kind, label, value, .. } = event.as_ref();
+        let (value, label) = (number(*value), word(label));
+        let (subject, name) = (word(word_of(stream)), &stream.name);
+        let phase = course.phase_of(&stream.subject(), *kind, *onset).map_or_else(absent, word);
+        format!(
+            "{onset_secs:.3}\t{duration}\t{kind}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}"
+        )
+    }
+
+    /// How long it lasted: of a phase as far as is known, without a length when its end is not.
+    fn duration(&self, course: &Course) -> String {
+        let Event { kind, label, duration_secs, .. } = self.event.as_ref();
+        if *kind != EventKind::Phase {
+            return number(*duration_secs);
+        }
+        let told_secs = Some(*duration_secs).filter(|secs| *secs > 0.0);
+        let known_secs = course.length_secs(&self.stream.subject(), label, self.onset);
+        // Announced in whole numbers, measured to the millisecond.
+        known_secs.or(told_secs).map_or_else(absent, |secs| number((secs * 1e3).round() / 1e3))
+    }
+}
+
+/// When what an event tells began. A marker that was concluded of a robot or the team tells that
+/// something is over, and how long that took: it began so long before.
+fn onset(stream: &Stream, event: &Event, measured: Time) -> Time {
+    let of_robots = matches!(stream.about, About::Robot | About::Team);
+    let is_over = event.kind == EventKind::Marker && stream.origin == Origin::Derived && of_robots;
+    let lasted_ns =
+        if is_over && event.duration_secs > 0.0 { 1e9 * event.duration_secs } else { 0.0 };
+    Time::from_nanos(measured.nanos().saturating_sub(lasted_ns.round() as i64))
 }
 
 /// Whether an event has a row. Beats stand in the files of intervals; what is told of clocks each
@@ -102,17 +150,6 @@ fn onset_secs(row: &str) -> f64 {
     onset.unwrap_or(f64::NEG_INFINITY)
 }
 
-fn before_phase(stream: &Stream, event: &Event, onset_secs: f64) -> String {
-    let Event { kind, label, value, duration_secs } = event;
-    let duration = number(*duration_secs);
-    // A phase of no length is one whose end is not yet known.
-    let duration =
-        if *kind == EventKind::Phase && *duration_secs <= 0.0 { absent() } else { duration };
-    let (value, label) = (number(*value), word(label));
-    let (subject, name) = (word(word_of(stream)), &stream.name);
-    format!("{onset_secs:.3}\t{duration}\t{kind}\t{value}\t{label}\t{subject}\t{name}")
-}
-
 fn absent() -> String {
     "n/a".to_owned()
 }
@@ -121,8 +158,8 @@ fn number(value: f64) -> String {
     if value.is_finite() { value.to_string() } else { absent() }
 }
 
-/// A text as a cell: on one line, without tabs.
+/// A text as a cell.
 fn word(text: &str) -> String {
-    let text = text.replace(['\t', '\n', '\r'], " ");
+    let text = on_one_line(text);
     if text.trim().is_empty() { absent() } else { text }
 }

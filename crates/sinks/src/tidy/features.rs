@@ -8,8 +8,8 @@ use teampulse_core::sample::Record;
 use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::time::Time;
 
-use super::course::{Course, Section, word_of};
-use super::file::{Lines, Unwritten};
+use super::course::{Course, SHORTEST_SECS, Section, word_of};
+use super::file::{Lines, Unwritten, on_one_line};
 use crate::csv::{number, quoted};
 
 /// The name of the file.
@@ -60,7 +60,11 @@ impl Features {
         let window = Window::of(record.sample.measured, values);
         let section = course.section(&record.stream.subject(), window.middle());
         let id = record.sample.stream;
-        if !is_of_phases(&record.stream) {
+        if is_of_phases(&record.stream) {
+            if says_nothing(values) {
+                return Ok(());
+            }
+        } else {
             if !self.is_due(self.told.get(&id), window, section) {
                 return Ok(());
             }
@@ -74,8 +78,7 @@ impl Features {
     }
 
     fn is_due(&self, told: Option<&Told>, window: Window, section: Section<'_>) -> bool {
-        window.is_after(section.begin)
-            && section.end.is_none_or(|end| window.is_before(end))
+        window.lies_in(section)
             && told.is_none_or(|told| {
                 let since_ns = window.end.nanos_since(told.end);
                 let is_time = told.section != section.begin
@@ -93,7 +96,7 @@ impl Features {
     ) -> Result<(), Unwritten> {
         let (begin_secs, end_secs) = (course.secs(begin), course.secs(end));
         let (subject, name) = (quoted(word_of(stream)), quoted(&stream.name));
-        let phase = quoted(section.phase.unwrap_or_default());
+        let phase = quoted(&on_one_line(section.phase.unwrap_or_default()));
         let FeatureValues { window_secs, coverage, quality, .. } = values;
         let of_window = format!(
             "{begin_secs:.3},{end_secs:.3},{end},{subject},{name},{phase},{window_secs},\
@@ -125,6 +128,11 @@ impl Window {
         moment.nanos_since(self.begin) <= TOLERANCE_NS
     }
 
+    /// Whether it lies in a section, as near as windows do.
+    pub(super) fn lies_in(self, section: Section<'_>) -> bool {
+        self.is_after(section.begin) && section.end.is_none_or(|end| self.is_before(end))
+    }
+
     /// Whether it ends at a moment, as near as windows do, or earlier.
     fn is_before(self, moment: Time) -> bool {
         self.end.nanos_since(moment) <= TOLERANCE_NS
@@ -139,4 +147,9 @@ impl Window {
 /// Whether the windows of a stream are phases.
 pub(super) fn is_of_phases(stream: &Stream) -> bool {
     stream.name.ends_with("/phases")
+}
+
+/// Whether a phase was too short for any value, and for anybody to have meant it.
+fn says_nothing(values: &FeatureValues) -> bool {
+    values.window_secs < SHORTEST_SECS && values.reasons.iter().all(|reason| *reason != Reason::Ok)
 }

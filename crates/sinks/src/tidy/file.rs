@@ -1,5 +1,6 @@
 //! A text file that grows line by line.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -44,10 +45,17 @@ impl Lines {
         writeln!(self.file, "{line}").map_err(Unwritten::at(&self.path))
     }
 
-    /// Puts the lines of a file that was flushed in the order of a number in each.
-    pub(super) fn sort(self, key: impl Fn(&str) -> f64) -> Result<(), Unwritten> {
+    /// Puts others in place of some lines of a file that was flushed, by their numbers, and all in the
+    /// order of a number in each.
+    pub(super) fn revise(
+        self,
+        others: &BTreeMap<usize, String>,
+        key: impl Fn(&str) -> f64,
+    ) -> Result<(), Unwritten> {
         let text = fs::read_to_string(&self.path).map_err(Unwritten::at(&self.path))?;
-        let mut lines: Vec<&str> = text.lines().collect();
+        let lines = text.lines().enumerate();
+        let mut lines: Vec<&str> =
+            lines.map(|(number, line)| others.get(&number).map_or(line, String::as_str)).collect();
         lines.sort_by(|a, b| key(a).total_cmp(&key(b)));
         let mut file = Lines::create(self.path)?;
         lines.iter().try_for_each(|line| file.push(line))?;
@@ -58,4 +66,10 @@ impl Lines {
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
         self.file.flush().map_err(Unwritten::at(&self.path))
     }
+}
+
+/// A text on one line, without tabs.
+pub(super) fn on_one_line(text: &str) -> String {
+    let is_break = |each: char| each.is_control() || ['\u{2028}', '\u{2029}'].contains(&each);
+    text.replace(is_break, " ")
 }

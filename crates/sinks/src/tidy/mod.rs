@@ -180,6 +180,7 @@ impl Writing {
     }
 
     fn finish(mut self, folder: &Path, session: &str) -> Result<(), Unwritten> {
+        self.course.finish();
         self.events.finish(&self.course)?;
         self.features.flush()?;
         let intervals = self.intervals.finish()?;

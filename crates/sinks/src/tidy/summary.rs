@@ -26,8 +26,6 @@ use super::intervals::Kept;
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
-/// Data are usable where coverage times quality is at least this.
-const LEAST_WORTH: f32 = 0.5;
 /// What the names of statistics have below the name of their stream.
 const STATISTICS: &str = "/statistics/";
 /// The most kinds of faults that are told apart.
@@ -111,18 +109,29 @@ impl Summary {
         streams: &Streams,
     ) {
         let name = &record.stream.name;
+        let is_phase = is_of_phases(&record.stream);
         let judged = record.stream.inputs.first();
-        let judged = judged.filter(|input| self.judges.get(*input) == Some(name));
+        let judged = judged.filter(|input| {
+            let judge = self.judges.get(*input);
+            judge
+                .is_some_and(|judge| judge == name || is_phase && analysis(judge) == analysis(name))
+        });
         let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
         if !window.is_after(course.began()) {
             return;
         }
         let subject = stream.subject();
-        let phase = course.section(&subject, window.middle()).phase;
-        let is_usable = values.coverage * values.quality >= LEAST_WORTH;
-        let key = (subject.clone(), stream.name.clone());
-        self.watched.entry(key).or_default().take_window(is_usable, phase);
+        let section = course.section(&subject, window.middle());
+        let watched = self.watched.entry((subject, stream.name.clone())).or_default();
+        let worth = f64::from(values.coverage * values.quality);
+        match section.phase {
+            Some(phase) if is_phase => watched.take_phase(worth, values.window_secs, phase),
+            phase if !is_phase => {
+                watched.take_window(worth, phase.filter(|_| window.lies_in(section)));
+            }
+            _ => {}
+        }
     }
 
     fn take_event(&mut self, record: &Record, event: &Event) {
@@ -144,6 +153,11 @@ impl Summary {
             self.faults.entry(label.to_owned()).or_insert((at, 0)).1 += 1;
         }
     }
+}
+
+/// What the windows of a stream come from: its name without their length.
+fn analysis(stream: &str) -> Option<&str> {
+    Some(stream.rsplit_once('/')?.0)
 }
 
 /// Whether the faults of a stream are counted elsewhere, or repeat what others tell.

@@ -1,3 +1,4 @@
+mod course;
 mod session;
 
 use std::fs;
@@ -9,9 +10,8 @@ use teampulse_core::stream::{Signal, Subject};
 use tempfile::tempdir;
 
 use super::*;
-use session::{Session, event, person, status, status_stream, write};
+use session::{ECG, Session, event, person, status, status_stream, write};
 
-const ECG: &str = "/humans/persons/p001/polar_h10/ecg";
 const PPG: &str = "/humans/persons/p001/polar_h10/ppg";
 
 #[test]
@@ -26,7 +26,7 @@ fn what_happens_is_a_row_as_bids_writes_it() {
     insta::assert_snapshot!(session.run().text("events.tsv").replace('\t', " | "), @r"
     onset | duration | trial_type | value | label | subject | stream | phase | time
     0.500 | 60 | phase | n/a | baseline | session | /session/events | baseline | 2026-11-18T11:06:40.500Z
-    70.000 | n/a | phase | n/a | 2-back | session | /session/events | 2-back | 2026-11-18T11:07:50.000Z
+    70.000 | 3 | phase | n/a | 2-back | session | /session/events | 2-back | 2026-11-18T11:07:50.000Z
     71.250 | 0 | report | 4 | isa | p001 | /humans/persons/p001/task/reports | 2-back | 2026-11-18T11:07:51.250Z
     72.000 | 0 | marker | n/a | coffee and biscuits | session | /session/events | 2-back | 2026-11-18T11:07:52.000Z
     73.000 | 0 | clock | n/a | end | session | /session/events | n/a | 2026-11-18T11:07:53.000Z
@@ -168,7 +168,7 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     # trial
 
     2026-11-18 11:06:40 to 2026-11-18 11:07:40 (UTC), 1 min 1 s.
-    Markers: 0. Self-reports: 0. Interventions: 0.
+    Markers set by people: 0. Self-reports: 0. Interventions: 0.
 
     ## Phases
 
@@ -181,9 +181,9 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
 
     ### p001
 
-    | stream                             | rate [Hz] | usable | baseline |  task | lost | ± [ms] |
-    |------------------------------------|----------:|-------:|---------:|------:|-----:|-------:|
-    | /humans/persons/p001/polar_h10/ecg |      20.0 |  100 % |    100 % | 100 % |    ? |    1.0 |
+    | stream                             | rate [Hz] | usable | baseline | task | lost | ± [ms] |
+    |------------------------------------|----------:|-------:|---------:|-----:|-----:|-------:|
+    | /humans/persons/p001/polar_h10/ecg |      20.0 |   75 % |     75 % | 75 % |    ? |    1.0 |
 
     ### robot1
 
@@ -191,10 +191,9 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     |--------------|----------:|-------:|---------:|------:|-----:|-------:|
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
-    usable: of windows, the share in which coverage × quality is at least 0.5; with a *, where nothing
-    is computed from a stream, the share of time in which it came as it should. A window counts for the
-    phase in which its middle lies. lost: on the way here and in our own queue; ? = nobody can tell.
-    ± : how far a time may be off (95 %); - = not known.
+    usable: coverage × quality of each phase as a whole, or else of the windows that lie in it, on average;
+    with a *, where there are none, the share of time in which a stream came as it should. lost: on the way
+    here and in our own queue; ? = nobody can tell. ± : how far a time may be off (95 %); - = not known.
 
     ## What was lost or wrong
 

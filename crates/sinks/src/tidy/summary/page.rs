@@ -10,16 +10,14 @@ use teampulse_core::time::Time;
 
 use super::Summary;
 use super::table::Table;
-use super::watched::Watched;
-use crate::tidy::course::Course;
+use super::watched::{Usable, Watched};
+use crate::tidy::course::{Course, SHORTEST_SECS};
+use crate::tidy::file::on_one_line;
 use crate::tidy::intervals::Kept;
 use crate::tidy::{events, features};
 
 /// So many faults are listed; the others are only counted.
 const FAULTS: usize = 20;
-
-/// What is shorter than this is no phase that anybody meant [s].
-const SHORTEST_SECS: f64 = 0.5;
 
 /// A summary, with all that stands around it.
 pub(super) struct Page<'a> {
@@ -47,13 +45,14 @@ impl Page<'_> {
         let Page { session, course, .. } = self;
         let lasted = duration(course.secs(course.now()));
         let (began, ended) = (second(course.began()), second(course.now()));
-        writeln!(f, "# {session}\n\n{began} to {ended} (UTC), {lasted}.")?;
+        writeln!(f, "# {}\n\n{began} to {ended} (UTC), {lasted}.", on_one_line(session))?;
         let counts = &self.summary.counts;
         let (markers, reports) = (counts.markers, counts.reports);
         let interventions = counts.interventions;
         writeln!(
             f,
-            "Markers: {markers}. Self-reports: {reports}. Interventions: {interventions}.\n"
+            "Markers set by people: {markers}. Self-reports: {reports}. Interventions: \
+             {interventions}.\n"
         )
     }
 
@@ -94,11 +93,10 @@ impl Page<'_> {
         }
         writeln!(
             f,
-            "usable: of windows, the share in which coverage × quality is at least 0.5; with a *, \
-             where nothing\nis computed from a stream, the share of time in which it came as it \
-             should. A window counts for the\nphase in which its middle lies. lost: on the way \
-             here and in our own queue; ? = nobody can tell.\n± : how far a time may be off (95 %); \
-             - = not known.\n"
+            "usable: coverage × quality of each phase as a whole, or else of the windows that lie in \
+             it, on average;\nwith a *, where there are none, the share of time in which a stream came \
+             as it should. lost: on the way\nhere and in our own queue; ? = nobody can tell. ± : how \
+             far a time may be off (95 %); - = not known.\n"
         )
     }
 
@@ -113,10 +111,8 @@ impl Page<'_> {
         let mut table = Table::new(head.chain(["lost", "± [ms]"]).map(str::to_owned), 1);
         let own = self.summary.watched.iter().filter(|((of, _), _)| of == subject);
         for ((_, name), watched) in own {
-            let star = if watched.has_windows() { "" } else { "*" };
-            let shares = watched.shares();
-            let mut row = vec![name.clone(), rate(watched), percent(shares.percent(), star)];
-            row.extend(labels.iter().map(|label| percent(shares.percent_in(label), star)));
+            let mut row = vec![name.clone(), rate(watched), percent(watched.usable())];
+            row.extend(labels.iter().map(|label| percent(watched.usable_in(label))));
             row.extend([lost(watched.last.as_ref()), uncertainty(watched.last.as_ref())]);
             table.push(row);
         }
@@ -129,16 +125,24 @@ impl Page<'_> {
         let bad = streams.filter_map(|((_, name), watched)| {
             let (state, reason) = watched.worst.as_ref()?;
             let secs = watched.not_fine_secs;
-            let reason = if reason.is_empty() { String::new() } else { format!(": {reason}") };
+            let reason = match on_one_line(reason) {
+                reason if reason.is_empty() => reason,
+                reason => format!(": {reason}"),
+            };
             Some(format!("- {name}: {secs} s not as it should be ({state}{reason})"))
         });
         let mut faults: Vec<_> = self.summary.faults.iter().collect();
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
         let told = faults.iter().take(FAULTS).map(|(label, (at, count))| {
             let often = if *count > 1 { format!(", {count} times") } else { String::new() };
-            format!("- at {:.1} s: {label}{often}", self.course.secs(*at))
+            format!("- at {:.1} s: {}{often}", self.course.secs(*at), on_one_line(label))
         });
         let mut lines: Vec<String> = told.collect();
+        if self.course.is_cut_off() {
+            let cut_off = "- The session was cut off: its end was never told; phases end with the last \
+                           that is known.";
+            lines.insert(0, cut_off.to_owned());
+        }
         if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
             lines.push(format!("- and {more} faults more: see {}", events::NAME));
         }
@@ -215,8 +219,10 @@ fn rate(watched: &Watched) -> String {
     watched.rate_hz().map_or("-".into(), |rate_hz| format!("{rate_hz:.1}"))
 }
 
-fn percent(percent: Option<f64>, star: &str) -> String {
-    percent.map_or("-".into(), |percent| format!("{percent:.0} %{star}"))
+fn percent(usable: Option<Usable>) -> String {
+    let Some(Usable { share, is_by_state }) = usable else { return "-".into() };
+    let star = if is_by_state { "*" } else { "" };
+    format!("{:.0} %{star}", 100.0 * share)
 }
 
 fn lost(last: Option<&StreamStatus>) -> String {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::tidy::file::on_one_line;
+
 /// Rows of cells below a head; numbers to the right.
 #[derive(Debug)]
 pub(super) struct Table {
@@ -13,11 +15,14 @@ pub(super) struct Table {
 impl Table {
     /// An empty table with this head; its first columns are texts, the others numbers.
     pub(super) fn new(head: impl IntoIterator<Item = String>, texts: usize) -> Table {
-        Table { rows: vec![head.into_iter().collect()], texts }
+        let mut table = Table { rows: Vec::new(), texts };
+        table.push(head);
+        table
     }
 
     pub(super) fn push(&mut self, row: impl IntoIterator<Item = String>) {
-        self.rows.push(row.into_iter().map(|cell| cell.replace('|', "\\|")).collect());
+        self.rows
+            .push(row.into_iter().map(|cell| on_one_line(&cell).replace('|', "\\|")).collect());
     }
 
     pub(super) fn is_empty(&self) -> bool {

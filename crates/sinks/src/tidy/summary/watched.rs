@@ -18,8 +18,10 @@ pub(super) struct Watched {
     rates_hz: f64,
     /// The seconds in which it came as it should.
     fine: Shares,
-    /// The windows of which enough was worth something.
-    usable: Shares,
+    /// What its windows were worth: in a phase, those that lie in it.
+    windows: Shares,
+    /// What whole phases of it were worth, by their lengths.
+    phases: Shares,
     /// The worst that was said of it, and for how many seconds it was not fine.
     pub(super) worst: Option<(State, String)>,
     pub(super) not_fine_secs: u32,
@@ -32,11 +34,20 @@ pub(super) struct Shares {
     phases: BTreeMap<String, Share>,
 }
 
-/// So many of so many.
+/// So much of so much.
 #[derive(Clone, Copy, Debug, Default)]
 struct Share {
-    good: u32,
-    of: u32,
+    worth: f64,
+    of: f64,
+}
+
+/// How much of a stream is usable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Usable {
+    /// How much [0..1].
+    pub(super) share: f64,
+    /// Whether only its state tells, as nothing is computed from it.
+    pub(super) is_by_state: bool,
 }
 
 impl Watched {
@@ -48,7 +59,8 @@ impl Watched {
                 self.rates_hz += status.rate_hz;
             }
         }
-        self.fine.take(status.state == State::Ok, phase);
+        let is_fine = f64::from(u8::from(status.state == State::Ok));
+        self.fine.take(is_fine, 1.0, phase);
         // A stream is declared a moment before its first sample.
         if !matches!(status.state, State::Ok | State::Never) {
             self.not_fine_secs += 1;
@@ -58,8 +70,14 @@ impl Watched {
         }
     }
 
-    pub(super) fn take_window(&mut self, is_usable: bool, phase: Option<&str>) {
-        self.usable.take(is_usable, phase);
+    /// Takes a window, within a phase or of none, and its worth [0..1].
+    pub(super) fn take_window(&mut self, worth: f64, phase: Option<&str>) {
+        self.windows.take(worth, 1.0, phase);
+    }
+
+    /// Takes a phase as a whole, with its length.
+    pub(super) fn take_phase(&mut self, worth: f64, length_secs: f64, phase: &str) {
+        self.phases.take(worth, length_secs, Some(phase));
     }
 
     /// Its mean rate while it came [Hz].
@@ -70,46 +88,52 @@ impl Watched {
         }
     }
 
-    /// Whether it is judged by the windows of a feature, and not by its state alone.
-    pub(super) fn has_windows(&self) -> bool {
-        self.usable.all.of > 0
+    /// How much of it is usable.
+    pub(super) fn usable(&self) -> Option<Usable> {
+        self.first(Shares::mean)
     }
 
-    /// How much of it is usable.
-    pub(super) fn shares(&self) -> &Shares {
-        if self.has_windows() { &self.usable } else { &self.fine }
+    /// How much of it is usable within a phase; `None` where nothing was told in it.
+    pub(super) fn usable_in(&self, phase: &str) -> Option<Usable> {
+        self.first(|shares| shares.mean_in(phase))
+    }
+
+    /// By whole phases where there are some, else by windows, else by its state alone.
+    fn first(&self, mean: impl Fn(&Shares) -> Option<f64>) -> Option<Usable> {
+        let computed = mean(&self.phases).or_else(|| mean(&self.windows));
+        let by_state = || Some(Usable { share: mean(&self.fine)?, is_by_state: true });
+        computed.map(|share| Usable { share, is_by_state: false }).or_else(by_state)
     }
 }
 
 impl Shares {
-    fn take(&mut self, is_good: bool, phase: Option<&str>) {
-        self.all.take(is_good);
+    fn take(&mut self, worth: f64, weight: f64, phase: Option<&str>) {
+        self.all.take(worth, weight);
         if let Some(phase) = phase {
             if !self.phases.contains_key(phase) {
                 self.phases.insert(phase.to_owned(), Share::default());
             }
-            self.phases.get_mut(phase).into_iter().for_each(|share| share.take(is_good));
+            self.phases.get_mut(phase).into_iter().for_each(|share| share.take(worth, weight));
         }
     }
 
-    /// The share of all [%]; `None` of nothing.
-    pub(super) fn percent(&self) -> Option<f64> {
-        self.all.percent()
+    fn mean(&self) -> Option<f64> {
+        self.all.mean()
     }
 
-    /// The share within a phase [%]; `None` where nothing was told in it.
-    pub(super) fn percent_in(&self, phase: &str) -> Option<f64> {
-        self.phases.get(phase)?.percent()
+    fn mean_in(&self, phase: &str) -> Option<f64> {
+        self.phases.get(phase)?.mean()
     }
 }
 
 impl Share {
-    fn take(&mut self, is_good: bool) {
-        self.good += u32::from(is_good);
-        self.of += 1;
+    /// What has no number is worth nothing.
+    fn take(&mut self, worth: f64, weight: f64) {
+        self.worth += weight * if worth.is_finite() { worth.clamp(0.0, 1.0) } else { 0.0 };
+        self.of += weight;
     }
 
-    fn percent(self) -> Option<f64> {
-        (self.of > 0).then(|| 100.0 * f64::from(self.good) / f64::from(self.of))
+    fn mean(self) -> Option<f64> {
+        (self.of > 0.0).then(|| self.worth / self.of)
     }
 }

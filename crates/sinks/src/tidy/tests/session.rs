@@ -19,6 +19,8 @@ use tempfile::{TempDir, tempdir};
 use crate::SinkContext;
 use crate::tidy::Tidy;
 
+pub const ECG: &str = "/humans/persons/p001/polar_h10/ecg";
+
 /// A session that is written into a folder, told second by second.
 pub struct Session {
     pub folder: TempDir,
@@ -85,20 +87,32 @@ impl Session {
         ends_secs: std::ops::RangeInclusive<u32>,
         window_secs: f64,
     ) {
-        let ecg = Stream::raw("/humans/persons/p001/polar_h10/ecg", person(), Shape::Wave);
+        for secs in ends_secs {
+            self.window(leaf, f64::from(secs), window(window_secs));
+        }
+    }
+
+    /// A window of the electrocardiogram that ends at a second.
+    pub fn window(&mut self, leaf: &str, end_secs: f64, window: Data) {
+        let ecg = Stream::raw(ECG, person(), Shape::Wave);
         self.streams.declare(ecg.clone());
         let channels = [("ECG_Rate_Mean", "bpm"), ("HRV_LF", "ms^2")];
         let stream = Stream::derived(&ecg, leaf, Shape::Feature).with_channels(&channels);
-        self.tell(f64::from(*ends_secs.start()), &session_streams(), described(&stream));
-        for secs in ends_secs {
-            self.tell(f64::from(secs), &stream, window(window_secs));
+        if self.streams.find(&stream.name).is_none() {
+            self.tell(end_secs, &session_streams(), described(&stream));
         }
+        self.tell(end_secs, &stream, window);
     }
 
     pub fn run(mut self) -> Files {
         let end = event(EventKind::Clock, END, f64::NAN, 0.0);
         let last = self.records.last().map_or(time(0.0), |last| last.sample.log_time);
         self.tell(last.secs_since(time(0.0)) + 1.0, &session_events(), end);
+        self.run_cut_off()
+    }
+
+    /// As after a crash: nobody tells that the session ends.
+    pub fn run_cut_off(self) -> Files {
         write(&self).unwrap();
         let names = fs::read_dir(self.folder.path()).unwrap();
         let names = names.map(|each| each.unwrap().file_name().into_string().unwrap());
@@ -168,13 +182,30 @@ pub fn event(kind: EventKind, label: &str, value: f64, duration_secs: f64) -> Da
 }
 
 pub fn window(window_secs: f64) -> Data {
+    covered(window_secs, 1.0)
+}
+
+/// A window of which only a share has data.
+pub fn covered(window_secs: f64, coverage: f32) -> Data {
     Data::Feature(Arc::new(FeatureValues {
         window_secs,
-        coverage: 1.0,
+        coverage,
         quality: 0.75,
         values: vec![71.5, f64::NAN],
         sigmas: Vec::new(),
         reasons: vec![Reason::Ok, Reason::Short],
+    }))
+}
+
+/// A window without values.
+pub fn empty(window_secs: f64) -> Data {
+    Data::Feature(Arc::new(FeatureValues {
+        window_secs,
+        coverage: 1.0,
+        quality: 1.0,
+        values: vec![f64::NAN; 2],
+        sigmas: Vec::new(),
+        reasons: vec![Reason::Short; 2],
     }))
 }
 

@@ -1,0 +1,168 @@
+//! Laws of what was going on when: phases, what looks back at them, and their end.
+
+use teampulse_core::data::EventKind;
+use teampulse_core::pump::session_events;
+use teampulse_core::status::State;
+use teampulse_core::stream::{Origin, Shape, Stream, Subject};
+
+use super::session::{
+    ECG, Files, Session, covered, empty, event, person, status, status_stream, window,
+};
+
+/// A row of `events.tsv`, by its label: some of its columns.
+fn row(files: &Files, label: &str, columns: &[usize]) -> String {
+    let text = files.text("events.tsv");
+    let rows = text.lines().map(|line| line.split('\t').collect::<Vec<_>>());
+    let row = rows.into_iter().find(|cells| cells[4] == label).unwrap();
+    columns.iter().map(|k| row[*k]).collect::<Vec<_>>().join(" ")
+}
+
+/// The shares of a stream in the summary: in all, and in each phase.
+fn usable(files: &Files, stream: &str) -> Vec<String> {
+    let text = files.text("summary.md");
+    let line = text.lines().find(|line| line.starts_with(&format!("| {stream} "))).unwrap();
+    let cells = line.split('|').map(|cell| cell.trim().to_owned());
+    cells.filter(|cell| cell.contains('%')).collect()
+}
+
+#[test]
+fn what_was_half_silent_is_half_usable() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 60.0);
+    session.phase(60.0, "faults", 30.0);
+    for secs in 30..=90 {
+        let silent_secs = f32::from(u8::try_from(secs).unwrap() - 30).clamp(30.0, 45.0) - 30.0;
+        session.window("heart/w30", f64::from(secs), covered(30.0, 1.0 - silent_secs / 30.0));
+        session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+    }
+    // Quality is three quarters throughout; the windows at the begin of a phase tell of the one before.
+    assert_eq!(usable(&session.run(), ECG)[1..], ["75 %", "38 %"]);
+}
+
+#[test]
+fn a_phase_is_judged_as_a_whole_where_it_was() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 40.0);
+    session.phase(40.0, "task", 20.0);
+    session.windows("heart/w30", 30..=60, 30.0);
+    session.window("heart/phases", 40.0, covered(40.0, 0.8));
+    session.window("heart/phases", 60.0, covered(20.0, 0.2));
+    assert_eq!(usable(&session.run(), ECG), ["45 %", "60 %", "15 %"]);
+}
+
+#[test]
+fn a_phase_in_which_no_window_lies_is_judged_by_the_state_of_the_stream() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 40.0);
+    session.phase(40.0, "task", 20.0);
+    for secs in 0..60 {
+        let state = if secs < 50 { State::Ok } else { State::Dead };
+        session.tell(f64::from(secs), &status_stream(), status(ECG, state, None));
+        if secs >= 30 {
+            session.window("heart/w30", f64::from(secs), window(30.0));
+        }
+    }
+    assert_eq!(usable(&session.run(), ECG)[1..], ["75 %", "50 %*"]);
+}
+
+#[test]
+fn what_is_told_when_it_is_over_began_so_long_before() {
+    let mut session = Session::new();
+    let of = |name: &str, subject| {
+        let stream = Stream::raw(name, subject, Shape::Event);
+        Stream { origin: Origin::Derived, ..stream }
+    };
+    let deployment = of("/robot2/deployment/events", Subject::robot("robot2"));
+    let alerts = of("/team/alerts", Subject::team());
+    let marker = |label, duration_secs| event(EventKind::Marker, label, f64::NAN, duration_secs);
+    session.tell(75.0, &deployment, marker("robot2 online", 15.0));
+    session.tell(76.5, &alerts, marker("robot2 no longer needs someone: offline", 11.5));
+    let person_s = Stream::raw("/humans/persons/p001/task/notes", person(), Shape::Event);
+    session.tell(80.0, &person_s, marker("lasts", 9.0));
+    let files = session.run();
+    assert_eq!(row(&files, "robot2 online", &[0, 1, 8]), "60.000 15 2026-11-18T11:07:40.000Z");
+    let alert = row(&files, "robot2 no longer needs someone: offline", &[0, 1]);
+    assert_eq!(alert, "65.000 11.5");
+    assert_eq!(row(&files, "lasts", &[0, 1]), "80.000 9");
+}
+
+#[test]
+fn a_phase_lasted_as_long_as_it_was_and_not_as_announced() {
+    let mut session = Session::new();
+    session.phase(0.5, "baseline", 60.0);
+    session.phase(40.0, "1-back", f64::NAN);
+    session.phase(50.0, "rest", 60.0);
+    let mark = event(EventKind::Marker, "last", f64::NAN, 0.0);
+    session.tell(70.25, &session_events(), mark);
+    let files = session.run();
+    let of = |label| row(&files, label, &[0, 1]);
+    assert_eq!(of("baseline"), "0.500 39.5");
+    assert_eq!(of("1-back"), "40.000 10");
+    assert_eq!(of("rest"), "50.000 21.25");
+}
+
+#[test]
+fn own_phases_that_began_before_the_session_s_have_their_length() {
+    let mut session = Session::new();
+    session.phase(2.0, "baseline", 60.0);
+    let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
+    session.tell_at(1.0, 2.5, &own, event(EventKind::Phase, "baseline", f64::NAN, 60.0));
+    session.tell(50.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
+    assert_eq!(row(&session.run(), "baseline", &[0, 1, 5]), "1.000 49 p001");
+}
+
+#[test]
+fn a_report_belongs_to_the_phase_that_has_just_ended() {
+    let mut session = Session::new();
+    let reports = Stream::raw("/humans/persons/p001/task/reports", person(), Shape::Event);
+    session.phase(0.0, "1-back", 30.0);
+    session.phase(30.0, "rest", 30.0);
+    let kinds = [(EventKind::Report, 30.0), (EventKind::Report, 39.0), (EventKind::Report, 41.0)];
+    for (kind, secs) in
+        kinds.into_iter().chain([(EventKind::Marker, 32.0), (EventKind::Report, 69.0)])
+    {
+        session.tell(secs, &reports, event(kind, &format!("at {secs}"), 3.0, 0.0));
+    }
+    let files = session.run();
+    let of = |secs: u32| row(&files, &format!("at {secs}"), &[7]);
+    assert_eq!([30, 39, 41, 32, 69].map(of), ["1-back", "1-back", "rest", "rest", "rest"]);
+}
+
+#[test]
+fn a_phase_too_short_for_any_value_has_no_rows() {
+    let mut session = Session::new();
+    session.window("heart/phases", 20.0, window(0.75));
+    session.window("heart/phases", 30.0, empty(10.0));
+    session.window("heart/phases", 30.5, empty(0.5));
+    assert_eq!(session.run().columns(&[1]), ["20.000", "30.000"]);
+}
+
+#[test]
+fn a_session_that_was_cut_off_says_so_and_ends_with_what_is_known() {
+    let mut session = Session::new();
+    session.phase(5.0, "baseline", 60.0);
+    session.beats(ECG, teampulse_core::stream::Signal::Ecg, 43.0, 2);
+    let files = session.run_cut_off();
+    assert_eq!(row(&files, "baseline", &[1]), "38.8");
+    let text = files.text("summary.md");
+    assert!(text.contains("| all | baseline |      5.0 |   43.8 |       38.8 |"), "{text}");
+    assert!(text.contains("- The session was cut off"), "{text}");
+}
+
+#[test]
+fn a_session_that_ended_was_not_cut_off() {
+    assert!(!Session::new().run().text("summary.md").contains("cut off"));
+}
+
+#[test]
+fn labels_with_line_breaks_break_no_file() {
+    let mut session = Session::new();
+    session.phase(0.0, "base\r\nline\u{2028}one", 60.0);
+    session.windows("heart/w30", 30..=31, 30.0);
+    session.tell(31.0, &session_events(), event(EventKind::Fault, "a\nb", f64::NAN, 0.0));
+    let files = session.run();
+    assert_eq!(files.columns(&[5]), ["base  line one"]);
+    let text = files.text("summary.md");
+    assert!(text.contains("| all | base  line one |") && text.contains(": a b\n"), "{text}");
+    assert!(text.lines().filter(|line| line.contains("line one")).all(|line| line.ends_with('|')));
+}
