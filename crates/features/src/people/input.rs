@@ -1,13 +1,17 @@
 //! How much a person does at keys, mice and controls.
 
+use std::collections::{BTreeMap, VecDeque};
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::data::{Data, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
+use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
+use teampulse_signal::analysis::LONGEST_HELD_NS;
 use teampulse_signal::estimate::Estimate;
 use teampulse_signal::window::Window;
 
@@ -18,6 +22,10 @@ use crate::windows::window_name;
 
 /// So many moments of a window are told apart; events at one moment are added up.
 const MOST_MOMENTS: usize = 600;
+/// So many events of a phase are kept at most.
+const MOST_OF_PHASE: usize = 20_000;
+/// So long after its end a phase is told of: what was done at its end may come late [ns].
+const SETTLED_NS: i64 = 1_000_000_000;
 
 /// How much a person does at keys, mice and controls.
 ///
@@ -26,8 +34,8 @@ const MOST_MOMENTS: usize = 600;
 /// - Formula: `input_rate` is events over the length of the window; `reaction_time` is the mean of the
 ///   finite numbers of events, of the streams that declare theirs in s.
 /// - Unit: 1/min, s.
-/// - Window: `windows_secs`, once a second, from when the first such stream is known. Silence is a rate
-///   of 0, not missing.
+/// - Window: `windows_secs`, once a second, from when the first such stream is known; and each phase when
+///   it is over, of a longer one its last 600 s. Silence is a rate of 0, not missing.
 /// - Reference: none; counts.
 /// - Limits: who has put the hands away and whose keyboard has come off are the same silence. Which key
 ///   it was is nowhere.
@@ -52,37 +60,98 @@ struct Inputs {
 
 impl Feature for Inputs {
     fn accepts(&self, stream: &Stream) -> bool {
-        stream.about == About::Person
-            && !stream.id.is_empty()
-            && stream.origin == Origin::Raw
-            && stream.signal == Signal::Input
-            && stream.shape == Shape::Event
+        is_input(stream) || Phases::hears(stream)
     }
 
+    /// One for the session, as all hear of the same phases.
     fn scope(&self) -> Scope {
-        Scope::Subject
+        Scope::Session
     }
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
-        let window = |&secs: &f64| (secs, Window::new((secs * 1e9) as i64, MOST_MOMENTS));
-        Box::new(Activity {
-            windows: self.windows_secs.iter().map(window).collect(),
-            outputs: Vec::new(),
-            sources: Vec::new(),
+        Box::new(Everyone {
+            windows_secs: self.windows_secs.clone(),
+            phases: Phases::default(),
+            whose: BTreeMap::new(),
+            people: BTreeMap::new(),
             seconds: WholeSeconds::default(),
-            begin: None,
         })
     }
 }
 
-/// What a person did, in windows of several lengths.
+/// What everyone did.
+struct Everyone {
+    windows_secs: Vec<f64>,
+    phases: Phases,
+    /// Whose each stream of input is.
+    whose: BTreeMap<StreamId, Subject>,
+    people: BTreeMap<Subject, Activity>,
+    seconds: WholeSeconds,
+}
+
+impl Extractor for Everyone {
+    fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
+        self.phases.join(id, stream);
+        if is_input(stream) {
+            let known = self.people.entry(stream.subject());
+            let person = known.or_insert_with(|| Activity::new(&self.windows_secs));
+            person.join(id, stream, out);
+            self.whose.insert(id, stream.subject());
+        }
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        let whose = self.whose.get(&sample.stream);
+        if let Some(person) = whose.and_then(|subject| self.people.get_mut(subject)) {
+            person.push(sample);
+        }
+        if self.phases.push(sample) && self.phases.is_over() {
+            self.end_phases(sample.measured, out);
+        }
+    }
+
+    fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.push(sample, out);
+    }
+
+    fn tick(&mut self, now: Time, out: &mut Outputs) {
+        let second = self.seconds.passed(now);
+        for person in self.people.values_mut() {
+            person.tick(now, second, out);
+        }
+        self.end_phases(Time::from_nanos(now.nanos().saturating_sub(SETTLED_NS)), out);
+    }
+}
+
+impl Everyone {
+    fn end_phases(&mut self, now: Time, out: &mut Outputs) {
+        for (subject, person) in &mut self.people {
+            person.end_phases(self.phases.of(subject), now, out);
+        }
+    }
+}
+
+fn is_input(stream: &Stream) -> bool {
+    stream.about == About::Person
+        && !stream.id.is_empty()
+        && stream.origin == Origin::Raw
+        && stream.signal == Signal::Input
+        && stream.shape == Shape::Event
+}
+
+/// What a person did, in windows of several lengths and in the phase that goes on.
 struct Activity {
     windows: Vec<(f64, Window<Deeds>)>,
     outputs: Vec<OutputId>,
     sources: Vec<Source>,
-    seconds: WholeSeconds,
+    /// The stream that was declared last, and of which all outputs are made.
+    stream: Option<Stream>,
     /// When this was first looked at.
     begin: Option<Time>,
+    /// What was done since the phase began that is told of next, in the order of its coming.
+    of_phase: VecDeque<(Time, Deeds)>,
+    /// How many phases are over for this person.
+    phases_told: usize,
 }
 
 /// A stream of events.
@@ -101,7 +170,20 @@ struct Deeds {
     reaction_secs: f64,
 }
 
-impl Extractor for Activity {
+impl Activity {
+    fn new(windows_secs: &[f64]) -> Activity {
+        let window = |&secs: &f64| (secs, Window::new((secs * 1e9) as i64, MOST_MOMENTS));
+        Activity {
+            windows: windows_secs.iter().map(window).collect(),
+            outputs: Vec::new(),
+            sources: Vec::new(),
+            stream: None,
+            begin: None,
+            of_phase: VecDeque::new(),
+            phases_told: 0,
+        }
+    }
+
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         let is_timed = stream.units.first().is_some_and(|unit| unit == "s");
         let source = Source { id, name: stream.name.clone(), is_timed };
@@ -109,11 +191,12 @@ impl Extractor for Activity {
             Some(known) => *known = source,
             None => self.sources.push(source),
         }
-        let declare = |(secs, _): &(f64, _)| out.declare(self.output(stream, *secs));
+        let declare = |(secs, _): &(f64, _)| out.declare(self.window(stream, *secs));
         self.outputs = self.windows.iter().map(declare).collect();
+        self.stream = Some(stream.clone());
     }
 
-    fn push(&mut self, sample: &Sample, _: &mut Outputs) {
+    fn push(&mut self, sample: &Sample) {
         let Data::Event(event) = &sample.data else { return };
         let known = self.sources.iter().find(|source| source.id == sample.stream);
         let is_timed = known.is_some_and(|source| source.is_timed) && event.value.is_finite();
@@ -122,34 +205,81 @@ impl Extractor for Activity {
         for (_, window) in &mut self.windows {
             window.insert_merged(sample.measured.nanos(), deed, Deeds::add);
         }
+        if self.of_phase.len() == MOST_OF_PHASE {
+            self.of_phase.pop_front();
+        }
+        self.of_phase.push_back((sample.measured, deed));
     }
 
-    fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
-        self.push(sample, out);
-    }
-
-    fn tick(&mut self, now: Time, out: &mut Outputs) {
+    /// Tells of windows at a whole `second` that has passed.
+    fn tick(&mut self, now: Time, second: Option<Time>, out: &mut Outputs) {
         let begin = *self.begin.get_or_insert(now);
-        let Some(end) = self.seconds.passed(now) else { return };
+        let Some(end) = second else { return };
+        let unreacted = self.unreacted();
         for ((secs, window), output) in self.windows.iter_mut().zip(&self.outputs) {
             window.advance(end.nanos());
             let is_full = end.secs_since(begin) >= *secs;
-            out.emit(*output, end, summary(window, *secs, is_full));
+            let deeds = window.iter().map(|(_, deeds)| deeds);
+            out.emit(*output, end, summary(deeds, *secs, is_full, unreacted));
         }
     }
-}
 
-impl Activity {
-    fn output(&self, stream: &Stream, secs: f64) -> Stream {
-        let name = format!("/humans/persons/{}/input/{}", stream.id, window_name(secs));
+    /// Tells of the phases that are over at `now`, and keeps what the next one needs.
+    fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
+        let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end <= now);
+        while let Some(phase) = phases.get(self.phases_told).filter(is_over) {
+            self.phases_told += 1;
+            self.tell_phase(phase, out);
+        }
+        let held = Time::from_nanos(now.nanos().saturating_sub(LONGEST_HELD_NS));
+        let next = phases.get(self.phases_told).map_or(now, |phase| phase.begin);
+        while self.of_phase.front().is_some_and(|(at, _)| *at < next.max(held)) {
+            self.of_phase.pop_front();
+        }
+    }
+
+    /// A phase without length, or of before anything was known, tells nothing.
+    fn tell_phase(&self, phase: &Phase, out: &mut Outputs) {
+        let (Some(stream), Some(end), Some(since)) = (&self.stream, phase.end, self.begin) else {
+            return;
+        };
+        let held = Time::from_nanos(end.nanos().saturating_sub(LONGEST_HELD_NS));
+        let begin = phase.begin.max(held);
+        if end <= begin.max(since) {
+            return;
+        }
+        let secs = end.secs_since(begin);
+        let inside = |at: &Time| (begin..end).contains(at);
+        let deeds = self.of_phase.iter().filter(|(at, _)| inside(at)).map(|(_, deeds)| deeds);
+        let is_full = since.secs_since(begin) < secs / 2.0;
+        let output = out.declare(self.output(
+            stream,
+            "phases",
+            "each phase, of a longer one its last 600 s",
+        ));
+        out.emit(output, end, summary(deeds, secs, is_full, self.unreacted()));
+    }
+
+    /// Why there is no reaction time when nobody reacted.
+    fn unreacted(&self) -> Reason {
+        let is_timed = self.sources.iter().any(|source| source.is_timed);
+        if is_timed { Reason::Undefined } else { Reason::Missing }
+    }
+
+    fn window(&self, stream: &Stream, secs: f64) -> Stream {
+        let over = format!("windows of {secs} s");
+        Stream { rate_hz: 1.0, ..self.output(stream, &window_name(secs), &over) }
+    }
+
+    fn output(&self, stream: &Stream, leaf: &str, over: &str) -> Stream {
+        let name = format!("/humans/persons/{}/input/{leaf}", stream.id);
         let output = Stream::raw(name, stream.subject(), Shape::Feature);
         Stream {
             signal: Signal::Input,
             origin: Origin::Derived,
             inputs: self.sources.iter().map(|source| source.name.clone()).collect(),
-            rate_hz: 1.0,
             method: format!(
-                "windows of {secs} s; input_rate: events over length, 0 in silence; reaction_time: \
+                "{over}; input_rate: events over length, 0 in silence; reaction_time: \
                  mean of the finite numbers of events that are in s"
             ),
             doc: format!("How much {} does at keys, mice and controls.", stream.id),
@@ -166,14 +296,20 @@ impl Deeds {
     }
 }
 
-fn summary(window: &Window<Deeds>, secs: f64, is_full: bool) -> Data {
+/// The values of a window or phase; `unreacted` is why there is no reaction time when nobody reacted.
+fn summary<'a>(
+    deeds: impl Iterator<Item = &'a Deeds>,
+    secs: f64,
+    is_full: bool,
+    unreacted: Reason,
+) -> Data {
     let mut all = Deeds::default();
-    window.iter().for_each(|(_, deeds)| all.add(*deeds));
+    deeds.for_each(|deeds| all.add(*deeds));
     let values: [Value; 2] = if is_full {
         let rate_per_min = f64::from(all.count) * 60.0 / secs;
         let reaction_secs = all.reaction_secs / f64::from(all.timed);
         let reaction = if all.timed == 0 {
-            Err(Reason::Missing)
+            Err(unreacted)
         } else {
             defined(Some(Estimate::unstated(reaction_secs)))
         };
@@ -189,7 +325,7 @@ mod tests {
     use std::sync::Arc;
 
     use teampulse_core::data::{Event, EventKind};
-    use teampulse_core::stream::Subject;
+    use teampulse_core::pump::{END, session_events};
 
     use super::*;
     use crate::drive::{Drive, built};
@@ -256,10 +392,39 @@ mod tests {
     }
 
     #[test]
-    fn only_input_of_people_is_accepted() {
+    fn only_input_of_people_is_counted() {
         let feature = built::<Input>("");
-        assert!(!feature.accepts(&Stream { signal: Signal::Event, ..presses() }));
-        assert!(!feature.accepts(&Stream { about: About::Robot, ..presses() }));
         assert!(!feature.accepts(&Stream { shape: Shape::Sample, ..presses() }));
+        for other in [
+            Stream { signal: Signal::Event, ..presses() },
+            Stream { about: About::Robot, ..presses() },
+        ] {
+            let (mut extractor, mut out) = (feature.start(&other), Outputs::new());
+            extractor.join(StreamId(0), &other, &mut out);
+            assert!(out.streams().is_empty());
+        }
+    }
+
+    #[test]
+    fn a_phase_is_told_of_when_it_is_over_and_the_last_with_the_session() {
+        let mut drive = drive(&presses());
+        let events = StreamId(1);
+        drive.join(events, &session_events());
+        let happen = |kind, label: &str| {
+            let (label, value, duration_secs) = (label.to_owned(), f64::NAN, f64::NAN);
+            Data::Event(Arc::new(Event { kind, label, value, duration_secs }))
+        };
+        drive.take_on(events, 10.0, happen(EventKind::Phase, "baseline"));
+        for secs in [12.0, 20.0, 38.0] {
+            drive.take(secs, press(0.5));
+        }
+        drive.take_on(events, 40.0, happen(EventKind::Phase, "task"));
+        drive.take(41.0, press(0.7));
+        let told = drive.features("/humans/persons/p1/input/phases");
+        assert_eq!(told.len(), 1);
+        assert_eq!((told[0].0, told[0].1.window_secs), (40.0, 30.0));
+        assert_eq!(told[0].1.values, [6.0, 0.5]);
+        drive.take_on(events, 60.0, happen(EventKind::Clock, END));
+        assert_eq!(drive.last("/humans/persons/p1/input/phases").values, [3.0, 0.7]);
     }
 }
