@@ -177,6 +177,14 @@ def test_what_is_already_there_is_not_written_over(stage, demo_bag):
 
 STUDY = '[session]\nname = "test"\n\n[[sources]]\ntype = "topics"\nnames = ["/a"]\n'
 
+COMMANDS = """[[sources]]
+type = "robots"
+namespace = "/robot*"
+battery = {{ topic = "power/state" }}
+
+commands = [{}]
+"""
+
 PHASES = (
     STUDY
     + """[[phases]]
@@ -212,6 +220,11 @@ MISTAKES = {
     ),
     "bad window": (STUDY + "[features]\nwindows_secs = [-3]\n", "study.toml:8", ""),
     "bad phase": (STUDY + '[[phases]]\nname = "a"\nfrom_secs = "x"\n', "study.toml:9", ""),
+    "absolute command": (COMMANDS.format('"/goal_pose"'), "study.toml:6", "goal_pose"),
+    "nameless command": (COMMANDS.format('""'), "study.toml:6", "goal_pose"),
+    "command with a space": (COMMANDS.format('"cmd_vel", "goal pose"'), "study.toml:6", "goal pose"),
+    "every topic a command": (COMMANDS.format('"*"'), "study.toml:6", "in full"),
+    "command that is the battery": (COMMANDS.format('"power/state"'), "study.toml:6", "battery"),
     "nameless phase": (PHASES.format(name="", begin=0, end=60), "study.toml:8", "name"),
     "phase before the start": (PHASES.format(name="a", begin=-1, end=60), "study.toml:9", "start"),
     "phase at no time": (PHASES.format(name="a", begin="nan", end=60), "study.toml:9", "NaN"),
@@ -239,6 +252,29 @@ def test_a_study_that_is_not_there_is_a_wrong_study(stage):
     answer = stage.ask("run", stage.folder / "nowhere.toml")
     assert answer.returncode == 4
     assert "nowhere.toml" in answer.stderr
+
+
+SIMULATE = STUDY + "[simulate]\nseed = 2\n"
+
+
+@pytest.mark.parametrize(
+    "line, word",
+    [
+        ("robots = 0", "1 to 1000"),
+        ("robots = -1", "-1"),
+        ("robots = 900", "arena_side_m"),
+        ("people = 100000", "0 to 100"),
+        ("speed = 0", "0.01 to 1000"),
+        ("odometry_hz = -3", "0 to 1000"),
+        ('script = [{ robot = "robot9", what = "dead" }]', "robot1 to robot5"),
+    ],
+)
+def test_a_team_that_can_not_be_simulated_is_shown_in_its_place(stage, line, word):
+    answer = stage.ask("simulate", stage.study(SIMULATE + line + "\n"))
+    assert answer.returncode == 4, answer.stderr
+    assert "study.toml:9" in answer.stderr
+    assert word in answer.stderr
+    assert answer.stdout == ""
 
 
 @pytest.mark.parametrize("below", ["", "sessions"], ids=["file", "below a file"])

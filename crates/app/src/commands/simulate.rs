@@ -80,6 +80,10 @@ impl Simulate {
                 "add one; `teampulse schema` tells its keys",
             )
         })?;
+        team.check().map_err(|error| {
+            let path = format!("simulate.{}", error.path);
+            study.misplaced(error.at(path))
+        })?;
         team.seed = self.seed.unwrap_or(team.seed);
         let off = self.clock_offset != 0.0 || self.clock_skew_ppm != 0.0;
         if off && is_fast(&team) {
@@ -110,7 +114,6 @@ impl Simulate {
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if fast { Clock::told() } else { host.clone() };
         let context = SourceContext { clock: clock.clone(), buses };
-        team.check().map_err(|error| Failure::new(error.message))?;
         let mut sources = SimulatedPerson::of(&team);
         let robotic = team.build(&context).map_err(|error| Failure::new(error.message))?;
         sources.push(("simulation".into(), robotic));

@@ -14,7 +14,7 @@ pub struct Choice {
     mapped: Vec<(&'static str, Field)>,
     numbers: Vec<Field>,
     images: Vec<String>,
-    commands: Vec<Pattern>,
+    commands: Vec<String>,
     topics: Vec<Pattern>,
 }
 
@@ -22,6 +22,7 @@ impl Choice {
     /// The choice that a study makes.
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
         check_scales(settings)?;
+        check_commands(settings)?;
         let wide = settings.namespace == "/";
         if wide && settings.prefix.is_none() {
             return Err(SettingsError::new("robots without a namespace need a `prefix`")
@@ -39,7 +40,7 @@ impl Choice {
                 .collect(),
             numbers: settings.numbers.clone(),
             images: settings.images.clone(),
-            commands: settings.commands.iter().map(relative).collect::<Result<_, _>>()?,
+            commands: settings.commands.clone(),
             topics: settings.topics.iter().map(relative).collect::<Result<_, _>>()?,
         })
     }
@@ -89,9 +90,13 @@ impl Choice {
         if let Some((parameter, field)) = self.mapped.iter().find(|(_, it)| it.topic == relative) {
             return Some(mapped(parameter, field));
         }
-        let path = format!("/{relative}");
-        if self.commands.iter().any(|each| each.matches(&path)) {
-            return Some(commands());
+        if self.commands.iter().any(|each| each == relative) {
+            if norm_of_type(type_name).is_none() {
+                return Some(commands());
+            }
+            tracing::warn!(
+                "{relative} is not counted as commands: its type {type_name} tells the robot's state"
+            );
         }
         if self.images.iter().any(|image| image == relative) {
             return Some(Stream { signal: Signal::Image, ..blank() });
@@ -99,6 +104,7 @@ impl Choice {
         if let Some(standard) = self.standard(type_name) {
             return Some(standard);
         }
+        let path = format!("/{relative}");
         self.topics.iter().any(|each| each.matches(&path)).then(blank)
     }
 
@@ -147,6 +153,43 @@ fn add(stream: &mut Stream, field: &Field) {
     stream.units.push(field.unit.clone().unwrap_or_else(|| "1".into()));
     stream.scale = field.scale;
     stream.rate_hz = field.rate_hz.unwrap_or(stream.rate_hz);
+}
+
+/// A command is a topic of its own: named in full, and nothing that tells the robot's state.
+fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
+    for (place, topic) in settings.commands.iter().enumerate() {
+        let wrong = |message: String, hint: &str| {
+            Err(SettingsError::new(message).with_hint(hint).at(format!("commands.{place}")))
+        };
+        if !is_relative_name(topic) {
+            let message = format!("`{topic}` is not the name of a topic relative to the robot");
+            return wrong(
+                message,
+                "name it in full and without a slash before it, like `goal_pose`",
+            );
+        }
+        if let Some((parameter, _)) = settings.mapped().iter().find(|(_, it)| it.topic == *topic) {
+            let message = format!("`{topic}` can't be a command: it is mapped as `{parameter}`");
+            return wrong(message, "what a robot tells of itself is not what people tell it");
+        }
+        if settings.images.contains(topic) {
+            let message = format!("`{topic}` can't be a command: it is among the `images`");
+            return wrong(message, "what a robot tells of itself is not what people tell it");
+        }
+    }
+    Ok(())
+}
+
+/// Whether ROS would take this as a name below a namespace: tokens of letters, digits and `_` that
+/// do not begin with a digit.
+fn is_relative_name(name: &str) -> bool {
+    let fits = |each: char| each.is_ascii_alphanumeric() || each == '_';
+    name.split('/').all(|token| {
+        !token.is_empty()
+            && !token.starts_with(|first: char| first.is_ascii_digit())
+            && !token.contains("__")
+            && token.chars().all(fits)
+    })
 }
 
 /// The numbers of one topic share a scale, and those of a standard type have none.
@@ -221,16 +264,48 @@ mod tests {
     #[test]
     fn commands_are_what_people_put_in_and_never_in_the_way_of_a_parameter() {
         let choice = choice(
-            r#"commands = ["goal_pose", "cmd_*", "odom_goal", "battery"]
+            r#"commands = ["goal_pose", "cmd_vel", "odom", "battery_state"]
                battery  = { topic = "battery" }"#,
         );
         let signal = |topic, type_name| Some(choice.stream(topic, type_name)?.signal);
         assert_eq!(signal("/r1/goal_pose", "geometry_msgs/msg/PoseStamped"), Some(Signal::Input));
         assert_eq!(signal("/r1/cmd_vel", "geometry_msgs/msg/Twist"), Some(Signal::Input));
-        assert_eq!(signal("/r1/odom_goal", "nav_msgs/msg/Odometry"), Some(Signal::Input));
+        assert_eq!(signal("/r1/battery_state", "sensor_msgs/msg/BatteryState"), None);
         assert_eq!(signal("/r1/odom", "nav_msgs/msg/Odometry"), Some(Signal::Odometry));
         assert_eq!(signal("/r1/battery", "sensor_msgs/msg/BatteryState"), Some(Signal::Battery));
         assert_eq!(signal("/r1/other", "geometry_msgs/msg/Twist"), None);
+    }
+
+    #[test]
+    fn a_command_that_is_no_topic_of_its_own_is_told_in_its_place() {
+        for wrong in [
+            "",
+            "*",
+            "cmd_*",
+            "**",
+            "/goal_pose",
+            "goal_pose/",
+            "a//b",
+            "goal pose",
+            "~/goal",
+            "9a",
+            "zone-a",
+            "goal__pose",
+            "größe",
+            "battery/value",
+            "camera",
+        ] {
+            let settings = Robots {
+                commands: vec!["goal_pose".into(), wrong.into()],
+                images: vec!["camera".into()],
+                ..toml::from_str(r#"battery = { topic = "battery/value" }"#).expect("settings")
+            };
+            let error = Choice::new(&settings).expect_err(wrong);
+            assert_eq!(error.path, "commands.1");
+            assert!(error.message.starts_with(&format!("`{wrong}`")), "{error}");
+            assert!(!error.hint.is_empty());
+        }
+        choice(r#"commands = ["goal_pose", "base/cmd_vel", "_hidden", "MoveTo2"]"#);
     }
 
     #[test]

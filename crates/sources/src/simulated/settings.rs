@@ -123,19 +123,36 @@ impl SimulatedTeam {
 
     /// Tells what can't be simulated.
     pub fn check(&self) -> Result<(), SettingsError> {
-        for (topic, rate_hz) in self.all_rates() {
-            within(&format!("the rate of {topic:?}"), rate_hz, 0.0, MOST_HZ)?;
+        for (key, rate_hz) in [
+            ("odometry_hz", self.odometry_hz),
+            ("battery_hz", self.battery_hz),
+            ("wifi_hz", self.wifi_hz),
+            ("diagnostics_hz", self.diagnostics_hz),
+            ("temperature_hz", self.temperature_hz),
+            ("camera_hz", self.camera_hz),
+            ("truth_hz", self.truth_hz),
+        ] {
+            within(key, rate_hz, 0.0, MOST_HZ)?;
         }
         within("speed", self.speed, 0.01, 1000.0)?;
         within("robots", f64::from(self.robots), 1.0, 1000.0)?;
         within("people", f64::from(self.people), 0.0, 100.0)?;
-        self.body.rates.check().map_err(|error| SettingsError::new(error.to_string()))?;
+        within("obstacles", f64::from(self.obstacles), 0.0, 1000.0)?;
+        within("boxes", f64::from(self.boxes), 0.0, 1000.0)?;
+        self.body.rates.check().map_err(|error| {
+            SettingsError::new(error.to_string()).with_hint("0 for none").at("body.rates")
+        })?;
         within("arena_side_m", self.arena_side_m, 3.0, 1000.0)?;
         within("top_speed_mps", self.top_speed_mps, 0.01, 5.0)?;
         within("cpu_consumption_w", self.cpu_consumption_w, 0.0, 200.0)?;
         within("battery_capacity_ah", self.battery_capacity_ah, 0.1, 1000.0)?;
         self.check_room()?;
-        self.script.iter().try_for_each(|scene| self.check_scene(scene))
+        self.script.iter().enumerate().try_for_each(|(place, scene)| {
+            self.check_scene(scene).map_err(|error| {
+                let path = format!("script.{place}.{}", error.path);
+                error.at(path)
+            })
+        })
     }
 
     fn check_room(&self) -> Result<(), SettingsError> {
@@ -146,23 +163,28 @@ impl SimulatedTeam {
         }
         let least_m = needed_m2.sqrt().ceil();
         let message = format!("{bodies} bodies don't fit in an arena of {} m", self.arena_side_m);
-        Err(SettingsError::new(message).with_hint(format!("set arena_side_m to {least_m} or more")))
+        let hint = format!("set arena_side_m to {least_m} or more");
+        Err(SettingsError::new(message).with_hint(hint).at("robots"))
     }
 
     fn check_scene(&self, scene: &Scene) -> Result<(), SettingsError> {
         if !self.names().contains(&scene.robot) {
             let message = format!("the script has a robot {:?} that isn't there", scene.robot);
             let hint = format!("the robots are {0}1 to {0}{1}", self.prefix, self.robots);
-            return Err(SettingsError::new(message).with_hint(hint));
+            return Err(SettingsError::new(message).with_hint(hint).at("robot"));
         }
-        match scene.what {
+        let checked = match scene.what {
             Change::SlowFactor(factor) => within("slow_factor", factor, 1.0, 1e6),
             Change::CpuFactor(factor) => within("cpu_factor", factor, 0.0, 1000.0),
             Change::ClockDriftPpm(ppm) => within("clock_drift_ppm", ppm, -1e5, 1e5),
             Change::ClockJumpSecs(secs) => within("clock_jump_secs", secs, -1e9, 1e9),
             Change::BatterySagV(sag_v) => within("battery_sag_v", sag_v, 0.0, 100.0),
             _ => Ok(()),
-        }
+        };
+        checked.map_err(|error| {
+            let path = format!("what.{}", error.path);
+            error.at(path)
+        })
     }
 
     fn all_rates(&self) -> [(Topic, f64); 8] {
@@ -183,7 +205,8 @@ fn within(what: &str, value: f64, least: f64, most: f64) -> Result<(), SettingsE
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(SettingsError::new(format!("{what} is {value}; expected {least} to {most}")))
+    let error = SettingsError::new(format!("{what} is {value}; expected {least} to {most}"));
+    Err(error.with_hint(format!("give a number from {least} to {most}")).at(what))
 }
 
 #[cfg(test)]
@@ -225,6 +248,27 @@ mod tests {
             wrong(r#"script = [{ robot = "robot9", what = "dead" }]"#),
             r#"the script has a robot "robot9" that isn't there"#
         );
+    }
+
+    #[test]
+    fn a_number_that_can_not_be_simulated_is_told_by_its_key() {
+        for (study, path) in [
+            ("robots = 0", "robots"),
+            ("people = 100000", "people"),
+            ("robots = 3\nobstacles = 4294967295", "obstacles"),
+            ("wifi_hz = -1", "wifi_hz"),
+            ("speed = nan", "speed"),
+            (r#"script = [{ robot = "robot9", what = "dead" }]"#, "script.0.robot"),
+            (
+                r#"script = [{ robot = "robot1", what = { slow_factor = 0 } }]"#,
+                "script.0.what.slow_factor",
+            ),
+        ] {
+            let settings: SimulatedTeam = toml::from_str(study).unwrap();
+            let error = settings.check().unwrap_err();
+            assert_eq!(error.path, path, "{error}");
+            assert!(!error.hint.is_empty(), "{error}");
+        }
     }
 
     #[test]
