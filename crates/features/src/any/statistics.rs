@@ -34,9 +34,10 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 ///   value less that of the newest phase named `baseline` that is over; so that of `sd` is the standard
 ///   deviation of the task less that of the baseline.
 /// - Unit: that of the channel; of a slope, that in each second.
-/// - Window: `windows_secs`, each second after the stream's first sample, told when the first sample at or
-///   after the end has come; `phases`, each when it is over, of a longer one its last 600 s. A sample that
-///   comes late stands at its place in what is told after it.
+/// - Window: `windows_secs`, 30 times in its length but each second at most (each second for 30 s, each 10 s
+///   for 300 s), from the stream's first sample on, told when the first sample at or after the end has
+///   come; `phases`, each when it is over, of a longer one its last 600 s. A sample that comes late stands
+///   at its place in what is told after it.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115.
 /// - Limits: nothing is judged, so the quality is always 1; with less than half of the data of a channel its

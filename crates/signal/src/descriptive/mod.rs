@@ -17,5 +17,5 @@ mod kept;
 mod course;
 mod ordered;
 
-pub use rolling::{Described, Rolling, View};
+pub use rolling::{Described, Pace, Rolling, View};
 pub use summary::{Summary, describe};

@@ -13,17 +13,18 @@ use crate::gaps::is_usable;
 
 /// What the samples of a stream come to in windows of several lengths that slide over it together.
 ///
-/// Windows end each hop after the first sample. The same as [`describe`] says of the samples of each
+/// Windows end each hop after the first sample, long ones more seldom if they [are to](Pace). The same as [`describe`] says of the samples of each
 /// window, at a cost that grows with how many samples come and go and not with how long a window is:
-/// moments are merged from those of single hops, and the values of a window are held in order. A
-/// function of the samples and the order in which they came alone. Memory is bounded by the longest
-/// window, or by what is [to be kept](Self::keep_from).
+/// moments are merged from those of single hops, and the values of a window are held in order, which
+/// costs the less the more seldom it ends. A function of the samples and the order in which they came
+/// alone. Memory is bounded by the longest window, or by what is [to be kept](Self::keep_from).
 ///
 /// ```
-/// use teampulse_signal::descriptive::Rolling;
+/// use teampulse_signal::descriptive::{Pace, Rolling};
 ///
 /// const SECOND_NS: i64 = 1_000_000_000;
-/// let mut rolling = Rolling::new(1.0, 1, &[3 * SECOND_NS], SECOND_NS);
+/// let pace = Pace { length_ns: 3 * SECOND_NS, hops: 1 };
+/// let mut rolling = Rolling::new(1.0, 1, &[pace], SECOND_NS);
 /// let mut medians = Vec::new();
 /// for (secs, value) in (0..).zip([5.0, 1.0, 3.0, f64::NAN, 2.0]) {
 ///     // The windows that end before this sample.
@@ -49,6 +50,15 @@ pub struct Rolling {
     windows: Vec<Window>,
 }
 
+/// How long a window is, and how often it ends.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub struct Pace {
+    /// Its length [ns].
+    pub length_ns: i64,
+    /// From one end to the next there are so many hops; at least one.
+    pub hops: i64,
+}
+
 /// What the samples of one hop come to, for each channel.
 #[derive(Clone, Debug)]
 struct Hop {
@@ -59,7 +69,7 @@ struct Hop {
 /// The values of one window in their order, for each channel.
 #[derive(Clone, Debug)]
 struct Window {
-    length_ns: i64,
+    pace: Pace,
     span: Span,
     ordered: Vec<Ordered>,
 }
@@ -90,10 +100,10 @@ const NEVER: Span = Span { begin_ns: i64::MIN, end_ns: i64::MIN };
 
 impl Rolling {
     /// Of `channels` channels at `rate_hz` [Hz], or 0 where samples come when they like, in windows of
-    /// `lengths_ns` [ns] that end each `hop_ns` [ns].
-    pub fn new(rate_hz: f64, channels: usize, lengths_ns: &[i64], hop_ns: i64) -> Rolling {
-        let window = |length_ns: &i64| Window {
-            length_ns: (*length_ns).max(1),
+    /// these paces, with hops of `hop_ns` [ns].
+    pub fn new(rate_hz: f64, channels: usize, paces: &[Pace], hop_ns: i64) -> Rolling {
+        let window = |pace: &Pace| Window {
+            pace: Pace { length_ns: pace.length_ns.max(1), hops: pace.hops.max(1) },
             span: NEVER,
             ordered: vec![Ordered::default(); channels],
         };
@@ -106,7 +116,7 @@ impl Rolling {
             keep_from_ns: i64::MAX,
             kept: Kept::new(channels),
             hops: VecDeque::new(),
-            windows: lengths_ns.iter().map(window).collect(),
+            windows: paces.iter().map(window).collect(),
         }
     }
 
@@ -130,8 +140,8 @@ impl Rolling {
         self.begin_ns.map(|_| self.newest_ns)
     }
 
-    /// Moves all windows to their next end if that is not after `at_ns` [ns]: call it until it gives
-    /// none before each [`push`](Self::push).
+    /// Moves the windows that [end](Self::ends) at the end of the next hop to it, and gives it, if it is
+    /// not after `at_ns` [ns]: call it until it gives none before each [`push`](Self::push).
     ///
     /// In a gap that is longer than the longest window no windows end.
     pub fn advance(&mut self, at_ns: i64) -> Option<i64> {
@@ -162,7 +172,12 @@ impl Rolling {
         }
     }
 
-    /// The window of a length, by its place among them, as it ended last.
+    /// Whether a window, by its place among them, ended last at a time [ns].
+    pub fn ends(&self, place: usize, end_ns: i64) -> bool {
+        self.windows[place].span.end_ns == end_ns
+    }
+
+    /// A window, by its place among them, as it ended last.
     pub fn window(&self, place: usize) -> View {
         let Window { span, ordered, .. } = &self.windows[place];
         let describe = |(channel, ordered): (usize, &Ordered)| {
@@ -188,8 +203,14 @@ impl Rolling {
     }
 
     fn longest_ns(&self) -> i64 {
-        let lengths_ns = self.windows.iter().map(|window| window.length_ns);
+        let lengths_ns = self.windows.iter().map(|window| window.pace.length_ns);
         lengths_ns.fold(self.hop_ns, i64::max)
+    }
+
+    /// How many hops there were from the first sample to the end of one [ns].
+    fn hops_until(&self, end_ns: i64) -> i128 {
+        let since_ns = i128::from(end_ns) - i128::from(self.begin_ns.unwrap_or(end_ns));
+        since_ns / i128::from(self.hop_ns)
     }
 
     fn is_young(&self, span: Span) -> bool {
@@ -210,10 +231,14 @@ impl Rolling {
     fn close(&mut self, end_ns: i64) {
         let span = Span { begin_ns: end_ns.saturating_sub(self.hop_ns), end_ns };
         self.hops.push_back(Hop { span, courses: self.courses(span) });
+        let number = self.hops_until(end_ns);
         for window in &mut self.windows {
-            window.slide(end_ns, &self.kept);
+            if number % i128::from(window.pace.hops) == 0 {
+                window.slide(end_ns, &self.kept);
+            }
         }
-        let before_ns = end_ns.saturating_sub(self.longest_ns());
+        let needed_ns = self.windows.iter().map(|window| window.needs_from_ns(end_ns));
+        let before_ns = needed_ns.fold(end_ns.saturating_sub(self.longest_ns()), i64::min);
         while self.hops.front().is_some_and(|hop| hop.span.begin_ns < before_ns) {
             self.hops.pop_front();
         }
@@ -251,7 +276,8 @@ impl Rolling {
         let first = self.hops.partition_point(|hop| hop.span.begin_ns < span.begin_ns);
         let until_ns = self.hops.get(first).map_or(span.end_ns, |hop| hop.span.begin_ns);
         let before = self.course_of_samples(channel, Span { end_ns: until_ns, ..span });
-        let hops = self.hops.range(first..).map(|hop| hop.courses[channel]);
+        let after = self.hops.partition_point(|hop| hop.span.end_ns <= span.end_ns);
+        let hops = self.hops.range(first..after.max(first)).map(|hop| hop.courses[channel]);
         hops.fold(before, Course::merged)
     }
 
@@ -283,9 +309,18 @@ impl Rolling {
 }
 
 impl Window {
+    /// From when on samples are needed [ns], at the end of a hop: what is let go of is looked up again.
+    fn needs_from_ns(&self, end_ns: i64) -> i64 {
+        if self.span == NEVER {
+            end_ns.saturating_sub(self.pace.length_ns)
+        } else {
+            self.span.begin_ns
+        }
+    }
+
     /// Moves to another end, not before the last one.
     fn slide(&mut self, end_ns: i64, kept: &Kept) {
-        let to = Span { begin_ns: end_ns.saturating_sub(self.length_ns), end_ns };
+        let to = Span { begin_ns: end_ns.saturating_sub(self.pace.length_ns), end_ns };
         let from = std::mem::replace(&mut self.span, to);
         let gone = kept.places(Span { end_ns: to.begin_ns.min(from.end_ns), ..from });
         let new = kept.places(Span { begin_ns: to.begin_ns.max(from.end_ns), ..to });

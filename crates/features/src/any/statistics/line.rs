@@ -8,13 +8,13 @@ use teampulse_core::stream::{Stream, Subject};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
-use teampulse_signal::descriptive::{Rolling, View};
+use teampulse_signal::descriptive::{Pace, Rolling, View};
 
-use super::outputs::{over_phases, over_window};
+use super::outputs::{over_phases, over_window, told_each_secs};
 use super::values::{coverage, statistics, with_differences};
 use crate::value::{Value, window_of};
 
-/// Windows are told of once a second of the stream's own time [ns].
+/// Windows end at whole seconds of the stream's own time [ns].
 const HOP_NS: i64 = 1_000_000_000;
 
 /// A stream at work.
@@ -63,9 +63,12 @@ impl Line {
     }
 
     fn rolling(&self) -> Rolling {
-        let lengths_ns: Vec<i64> =
-            self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
-        Rolling::new(self.stream.rate_hz, self.stream.channels.len(), &lengths_ns, HOP_NS)
+        let pace = |secs: &f64| Pace {
+            length_ns: (secs * 1e9) as i64,
+            hops: told_each_secs(*secs) as i64,
+        };
+        let paces: Vec<Pace> = self.windows_secs.iter().map(pace).collect();
+        Rolling::new(self.stream.rate_hz, self.stream.channels.len(), &paces, HOP_NS)
     }
 
     /// Takes in what came on the stream, in its turn or late.
@@ -92,7 +95,8 @@ impl Line {
     }
 
     fn tell_windows(&self, work: &Work, end_ns: i64, out: &mut Outputs) {
-        for (place, secs) in self.windows_secs.iter().enumerate() {
+        let ends = |(place, _): &(usize, &f64)| work.rolling.ends(*place, end_ns);
+        for (place, secs) in self.windows_secs.iter().enumerate().filter(ends) {
             let view = work.rolling.window(place);
             let values = with_differences(&view, work.baseline.as_deref());
             out.emit(work.windows[place], Time::from_nanos(end_ns), feature(*secs, &view, &values));

@@ -12,11 +12,20 @@ const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: me
     median, not scaled; minimum; maximum; slope: rise of the least-squares line; all of every usable sample; \
     …_difference: the value less that of the newest phase named baseline that is over";
 
+/// Windows are told of so often in their length, but not more than once a second.
+const TOLD_IN_LENGTH: f64 = 30.0;
+
+/// How often a window of `secs` [s] is told of: each so many whole seconds.
+pub(super) fn told_each_secs(secs: f64) -> f64 {
+    (secs / TOLD_IN_LENGTH).round().max(1.0)
+}
+
 /// The statistics over windows of `secs` [s].
 pub(super) fn over_window(input: &Stream, secs: f64) -> Stream {
-    let method = format!("causal, windows of {secs} s; {RECIPE}");
+    let each_secs = told_each_secs(secs);
+    let method = format!("causal, windows of {secs} s, each {each_secs} s; {RECIPE}");
     let doc = format!("What {} came to in the last {secs} s.", input.name);
-    Stream { rate_hz: 1.0, ..output(input, &window_name(secs), method, doc) }
+    Stream { rate_hz: each_secs.recip(), ..output(input, &window_name(secs), method, doc) }
 }
 
 /// The statistics over phases.
@@ -83,6 +92,15 @@ mod tests {
         let named = |place: usize| (stream.channels[place].as_str(), stream.units[place].as_str());
         assert_eq!([named(0), named(6)], [("mean/x", "m"), ("slope/x", "m/s")]);
         assert_eq!([named(8), named(20)], [("sd_difference/x", "m"), ("slope/v", "m/s/s")]);
+    }
+
+    #[test]
+    fn a_window_is_told_thirty_times_in_its_length_and_once_a_second_at_most() {
+        let told = [1.0, 30.0, 44.0, 60.0, 300.0, 3600.0].map(told_each_secs);
+        assert_eq!(told, [1.0, 1.0, 1.0, 2.0, 10.0, 120.0]);
+        let stream = over_window(&input(&[("x", "m")]), 300.0);
+        assert_eq!(stream.rate_hz, 0.1);
+        assert!(stream.method.contains("windows of 300 s, each 10 s;"), "{}", stream.method);
     }
 
     #[test]

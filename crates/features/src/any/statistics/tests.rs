@@ -29,14 +29,18 @@ fn input(channels: &[(&str, &str)]) -> Stream {
     Stream { rate_hz: RATE_HZ, ..stream }
 }
 
-fn feature() -> Box<dyn Feature> {
-    let feature = Statistics { windows_secs: Some(vec![10.0]) };
+fn feature(windows_secs: &[f64]) -> Box<dyn Feature> {
+    let feature = Statistics { windows_secs: Some(windows_secs.to_vec()) };
     feature.build(&FeatureContext::default()).unwrap()
 }
 
 impl Scene {
     fn new(stream: &Stream) -> Scene {
-        let feature = feature();
+        Scene::in_windows(stream, &[10.0])
+    }
+
+    fn in_windows(stream: &Stream, windows_secs: &[f64]) -> Scene {
+        let feature = feature(windows_secs);
         let (mut extractor, mut out) = (feature.start(stream), Outputs::new());
         for (id, stream) in [(INPUT, stream), (EVENTS, &session_events())] {
             assert!(feature.accepts(stream));
@@ -125,6 +129,21 @@ fn a_window_is_told_each_second_as_what_its_samples_come_to() {
         assert!(told.iter().zip(rest).all(|(told, exact)| (told - exact).abs() < 1e-12));
         assert!(window.reasons[7..].iter().all(|reason| *reason == Reason::Short));
     }
+}
+
+#[test]
+fn a_long_window_is_told_more_seldom_as_what_its_samples_come_to() {
+    let mut scene = Scene::in_windows(&input(&[("x", "uS")]), &[60.0, 10.0]);
+    scene.run(0..1000, saw(0.25));
+    let windows = scene.told("w60");
+    let ends: Vec<f64> = windows.iter().map(|(end, _)| *end).collect();
+    assert_eq!(ends, (1..50).map(|k| 2.0 * f64::from(k)).collect::<Vec<_>>());
+    let (end_secs, window) = windows.last().unwrap();
+    let end = (end_secs * 10.0).round() as i32;
+    let numbers: Vec<f64> = (end - 600..end).map(saw(0.25)).collect();
+    let exact = describe(&vec![0.0; numbers.len()], &numbers).unwrap();
+    assert_eq!(window.values[2..6], [exact.median, exact.mad, exact.least, exact.greatest]);
+    assert_eq!(scene.told("w10").len(), 99);
 }
 
 #[test]
@@ -240,7 +259,7 @@ fn another_rate_goes_on_and_other_channels_begin_anew() {
 
 #[test]
 fn what_is_derived_or_about_nobody_or_has_no_numbers_is_left_alone() {
-    let feature = feature();
+    let feature = feature(&[10.0]);
     let stream = input(&[("x", "uS")]);
     assert!(feature.accepts(&stream));
     for other in [

@@ -7,14 +7,24 @@ const SECOND_NS: i64 = 1_000_000_000;
 /// A sample: its time [ns] and its numbers.
 type Sample = (i64, Vec<f64>);
 
-/// Each window of the last length, with what it is told to be.
+/// Windows that end each hop.
+fn each_hop(lengths_ns: &[i64]) -> Vec<Pace> {
+    lengths_ns.iter().map(|&length_ns| Pace { length_ns, hops: 1 }).collect()
+}
+
+/// What each window is told to be as it ends, hop by hop.
 fn told(samples: &[Sample], rate_hz: f64, lengths_ns: &[i64]) -> Vec<Vec<View>> {
+    told_at_paces(samples, rate_hz, &each_hop(lengths_ns))
+}
+
+fn told_at_paces(samples: &[Sample], rate_hz: f64, paces: &[Pace]) -> Vec<Vec<View>> {
     let width = samples.first().map_or(1, |sample| sample.1.len());
-    let mut rolling = Rolling::new(rate_hz, width, lengths_ns, SECOND_NS);
+    let mut rolling = Rolling::new(rate_hz, width, paces, SECOND_NS);
     let mut told = Vec::new();
     for (at_ns, numbers) in samples {
-        while rolling.advance(*at_ns).is_some() {
-            told.push((0..lengths_ns.len()).map(|place| rolling.window(place)).collect());
+        while let Some(end_ns) = rolling.advance(*at_ns) {
+            let ends = (0..paces.len()).filter(|place| rolling.ends(*place, end_ns));
+            told.push(ends.map(|place| rolling.window(place)).collect());
         }
         rolling.push(*at_ns, numbers);
     }
@@ -132,7 +142,7 @@ fn a_gap_longer_than_the_longest_window_is_passed_over() {
 
 #[test]
 fn what_is_to_be_kept_can_be_described_and_the_rest_is_let_go() {
-    let mut rolling = Rolling::new(10.0, 1, &[2 * SECOND_NS], SECOND_NS);
+    let mut rolling = Rolling::new(10.0, 1, &each_hop(&[2 * SECOND_NS]), SECOND_NS);
     for k in 0..1000 {
         let at_ns = k * SECOND_NS / 10;
         while rolling.advance(at_ns).is_some() {}
@@ -158,7 +168,9 @@ fn times_at_both_ends_of_all_time_do_no_harm() {
         let mut times_ns = times_ns;
         times_ns.rotate_left(rotation);
         let samples: Vec<Sample> = times_ns.iter().map(|at_ns| (*at_ns, vec![1.0])).collect();
-        told(&samples, 0.0, &[SECOND_NS, 86_400 * SECOND_NS]);
+        let paces = [(1, 1), (86_400, i64::MAX), (30, 7)]
+            .map(|(secs, hops)| Pace { length_ns: secs * SECOND_NS, hops });
+        told_at_paces(&samples, 0.0, &paces);
     }
 }
 
@@ -182,8 +194,48 @@ proptest! {
     }
 
     #[test]
+    fn a_window_that_ends_more_seldom_is_the_same_when_it_ends(
+        samples in samples(), lengths_secs in prop::collection::vec((1i64..12, 1i64..15), 1..4),
+    ) {
+        let paces: Vec<Pace> = lengths_secs
+            .iter()
+            .map(|&(secs, hops)| Pace { length_ns: secs * SECOND_NS, hops })
+            .collect();
+        let begin_ns = samples[0].0;
+        for view in told_at_paces(&samples, 0.0, &paces).iter().flatten() {
+            let Span { begin_ns: from_ns, end_ns } = view.span;
+            let ends = |pace: &Pace| {
+                pace.length_ns == end_ns - from_ns && (end_ns - begin_ns) % (pace.hops * SECOND_NS) == 0
+            };
+            prop_assert!(paces.iter().any(ends));
+            for (channel, described) in view.channels.iter().enumerate() {
+                assert_same(described.summary, expected(&samples, channel, view.span), 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_stays_as_it_ended_until_it_ends_again(samples in samples()) {
+        let pace = Pace { length_ns: 4 * SECOND_NS, hops: 5 };
+        let mut rolling = Rolling::new(0.0, 2, &[pace], SECOND_NS);
+        let mut held: Option<View> = None;
+        for (at_ns, numbers) in samples.iter().filter(|sample| sample.0 >= samples[0].0) {
+            let is_late = rolling.newest_ns().is_some_and(|newest_ns| *at_ns < newest_ns);
+            while rolling.advance(*at_ns).is_some() {
+                let view = rolling.window(0);
+                if let Some(held) = held.filter(|held| held.span == view.span) {
+                    prop_assert_eq!(&held, &view);
+                }
+                held = Some(view);
+            }
+            rolling.push(*at_ns, numbers);
+            held = held.filter(|_| !is_late);
+        }
+    }
+
+    #[test]
     fn a_window_is_described_as_any_span_is(samples in samples()) {
-        let mut rolling = Rolling::new(0.0, 2, &[4 * SECOND_NS], SECOND_NS);
+        let mut rolling = Rolling::new(0.0, 2, &each_hop(&[4 * SECOND_NS]), SECOND_NS);
         for (at_ns, numbers) in &samples {
             while rolling.advance(*at_ns).is_some() {
                 let view = rolling.window(0);
