@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use teampulse_core::alerts::ALERTS;
-use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
@@ -28,6 +28,8 @@ use super::intervals::Kept;
 pub(super) const NAME: &str = "summary.md";
 /// What the names of statistics have below the name of their stream.
 const STATISTICS: &str = "/statistics/";
+/// A window with this share of its data has enough for a value, unless it is too short [0..1].
+const ENOUGH: f32 = 0.5;
 /// The most kinds of faults that are told apart.
 const MOST_FAULTS: usize = 1000;
 
@@ -118,7 +120,7 @@ impl Summary {
         });
         let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
-        if !window.is_after(course.began()) {
+        if !window.is_after(course.began()) || is_too_short(values) {
             return;
         }
         let subject = stream.subject();
@@ -153,6 +155,11 @@ impl Summary {
             self.faults.entry(label.to_owned()).or_insert((at, 0)).1 += 1;
         }
     }
+}
+
+/// Whether a window is too short for any value, however good its data are: it says nothing of them.
+fn is_too_short(values: &FeatureValues) -> bool {
+    values.coverage >= ENOUGH && values.reasons.iter().all(|reason| *reason == Reason::Short)
 }
 
 /// What the windows of a stream come from: its name without their length.

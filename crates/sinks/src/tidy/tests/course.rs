@@ -66,6 +66,17 @@ fn a_phase_in_which_no_window_lies_is_judged_by_the_state_of_the_stream() {
 }
 
 #[test]
+fn windows_too_short_for_any_value_do_not_judge_their_data() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 60.0);
+    for secs in 0..60 {
+        session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+        session.window("breath/w10", f64::from(secs), empty(10.0));
+    }
+    assert_eq!(usable(&session.run(), ECG), ["100 %*", "100 %*"]);
+}
+
+#[test]
 fn what_is_told_when_it_is_over_began_so_long_before() {
     let mut session = Session::new();
     let of = |name: &str, subject| {

@@ -202,7 +202,7 @@ pub fn empty(window_secs: f64) -> Data {
     Data::Feature(Arc::new(FeatureValues {
         window_secs,
         coverage: 1.0,
-        quality: 1.0,
+        quality: 0.0,
         values: vec![f64::NAN; 2],
         sigmas: Vec::new(),
         reasons: vec![Reason::Short; 2],
