@@ -225,6 +225,17 @@ MISTAKES = {
     "command with a space": (COMMANDS.format('"cmd_vel", "goal pose"'), "study.toml:6", "goal pose"),
     "every topic a command": (COMMANDS.format('"*"'), "study.toml:6", "in full"),
     "command that is the battery": (COMMANDS.format('"power/state"'), "study.toml:6", "battery"),
+    "unknown table of a feature": (STUDY + "[features.stat]\n", "study.toml:7", "state"),
+    "unknown setting of a feature": (
+        STUDY + "[features.state]\nstale_sec = 3\n",
+        "study.toml:8",
+        "stale_secs",
+    ),
+    "bad setting of a feature": (
+        STUDY + "[features.state]\nstale_secs = -3\n",
+        "study.toml:8",
+        "seconds",
+    ),
     "nameless phase": (PHASES.format(name="", begin=0, end=60), "study.toml:8", "name"),
     "phase before the start": (PHASES.format(name="a", begin=-1, end=60), "study.toml:9", "start"),
     "phase at no time": (PHASES.format(name="a", begin="nan", end=60), "study.toml:9", "NaN"),

@@ -40,6 +40,12 @@ impl Failure {
         self
     }
 
+    /// What is wrong with the study, where that is why.
+    #[cfg(test)]
+    pub fn study(self) -> Option<StudyError> {
+        self.study.map(|study| *study)
+    }
+
     /// Shows it on standard error.
     pub fn show(self) {
         match self.study {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use teampulse_core::clock::{self, Clock};
 use teampulse_core::clocks::Clocks;
 use teampulse_core::feature::Feature;
-use teampulse_core::registry::{Component, Settings};
+use teampulse_core::registry::Component;
 use teampulse_core::session::{Outcome, Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
@@ -179,7 +179,7 @@ pub struct Parts {
     pub sinks: Vec<Box<dyn Sink>>,
 }
 
-/// The features of a study, each with its default settings, without those that it disables.
+/// The features of a study, each with its settings, without those that it disables.
 pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
     let settings = &study.general.features;
     for disabled in &settings.disable {
@@ -191,16 +191,16 @@ pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
         }
     }
     let context = FeatureContext { windows_secs: settings.windows_secs.clone() };
-    let enabled = FEATURES
-        .iter()
-        .filter(|entry| settings.disable.iter().all(|disabled| disabled != entry.kind));
-    let build = |entry: &teampulse_core::registry::Entry<dyn Feature, FeatureContext>| {
-        let feature = (entry.build)(Settings::empty(), &context);
-        feature.map(Arc::from).map_err(|error| {
-            study.error(("features", "windows_secs"), error.message, error.hint).into()
-        })
-    };
-    enabled.map(build).collect()
+    let mut enabled = Vec::new();
+    for entry in FEATURES {
+        // What is disabled is built, too: a mistake in its settings is one all the same.
+        let built = (entry.build)(study.feature(entry.kind)?, &context);
+        let feature = built.map_err(|error| study.wrong_feature(entry.kind, error))?;
+        if settings.disable.iter().all(|disabled| disabled != entry.kind) {
+            enabled.push(Arc::from(feature));
+        }
+    }
+    Ok(enabled)
 }
 
 /// What the sinks of a session are built with.

@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clocks::ClockSettings;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
+use teampulse_features::FEATURES;
 use teampulse_sources::session::{self, Phase};
 use thiserror::Error;
 use toml::Spanned;
@@ -81,7 +82,7 @@ pub enum SessionClock {
     Simulated,
 }
 
-/// What is computed.
+/// What is computed. Beside these, each feature has a table of its own: `[features.state]`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FeatureSettings {
@@ -127,7 +128,8 @@ impl Study {
         let mut study = Study { path: path.to_owned(), text, general: General::default() };
         let table = study.table()?;
         let span = table.span();
-        let (keys, own): (DeTable<'_>, Vec<_>) = split(table.into_inner());
+        let (mut keys, own): (DeTable<'_>, Vec<_>) = split(table.into_inner());
+        study.set_features_apart(&mut keys)?;
         for (key, value) in own {
             study.check_own(&key, &value)?;
         }
@@ -199,12 +201,42 @@ impl Study {
 
     /// What is wrong with settings whose path begins at the study.
     pub fn misplaced(&self, error: SettingsError) -> StudyError {
-        let whole = self.table().ok().map(|table| {
-            let (span, table) = (table.span(), table.into_inner());
-            Spanned::new(span, DeValue::Table(table))
-        });
+        let whole = self.whole().ok();
         let span = whole.as_ref().and_then(|whole| nearest_place(whole, &error.path));
         self.wrong(error, span.or(Some(0..0)))
+    }
+
+    /// Whether a setting is written in the study.
+    fn has(&self, path: &str) -> bool {
+        self.whole().is_ok_and(|whole| walk(&whole, path).1)
+    }
+
+    fn whole(&self) -> Result<Spanned<DeValue<'_>>, StudyError> {
+        let table = self.table()?;
+        Ok(Spanned::new(table.span(), DeValue::Table(table.into_inner())))
+    }
+
+    /// The settings of one kind of feature: the table `[features.<kind>]`, or none.
+    pub fn feature(&self, kind: &str) -> Result<Settings<'_>, StudyError> {
+        let own = self.own("features")?.and_then(|features| match features.into_inner() {
+            DeValue::Table(mut table) => table.remove(kind),
+            _ => None,
+        });
+        Ok(match own {
+            Some(settings) => Settings::new(settings),
+            None => Settings::empty(),
+        })
+    }
+
+    /// What is wrong with a feature: in its own table, or in what the study says to all features.
+    pub fn wrong_feature(&self, kind: &str, error: SettingsError) -> StudyError {
+        if error.span.is_some() {
+            return self.wrong(error, None);
+        }
+        let own = format!("features.{kind}");
+        let paths = [format!("{own}.{}", error.path), format!("features.{}", error.path)];
+        let written = paths.into_iter().find(|path| self.has(path));
+        self.misplaced(error.at(written.unwrap_or(own)))
     }
 
     /// Fails where phases are named or timed as none can be.
@@ -290,6 +322,37 @@ impl Study {
         Err(self.error(("session", "name"), message, hint))
     }
 
+    /// Takes the tables of single features out of `[features]`: the features read them.
+    fn set_features_apart(&self, general: &mut DeTable<'_>) -> Result<(), StudyError> {
+        let Some(features) = general.get_mut("features") else { return Ok(()) };
+        let DeValue::Table(table) = features.get_mut() else { return Ok(()) };
+        for (key, value) in std::mem::take(table) {
+            let word = key.get_ref().as_ref();
+            let is_table = value.get_ref().is_table();
+            if !FEATURES.iter().any(|entry| entry.kind == word) {
+                if is_table {
+                    return Err(self.no_feature(word, key.span()));
+                }
+                table.insert(key, value);
+            } else if !is_table {
+                let error = SettingsError::new(format!("`{word}` is not written as a table"));
+                let hint = format!("begin its settings with [features.{word}]");
+                return Err(self.wrong(error.with_hint(hint), Some(value.span())));
+            }
+        }
+        Ok(())
+    }
+
+    fn no_feature(&self, word: &str, span: Range<usize>) -> StudyError {
+        let kinds: Vec<&str> = FEATURES.iter().map(|entry| entry.kind).collect();
+        let hint = match nearest(word, &kinds) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("the features are {}", kinds.join(", ")),
+        };
+        let error = SettingsError::new(format!("there is no feature `{word}`"));
+        self.wrong(error.with_hint(hint), Some(span))
+    }
+
     /// `sources` and `sinks` are arrays of tables, `simulate` is a table.
     fn check_own(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<(), StudyError> {
         let fits = match value.get_ref() {
@@ -323,16 +386,22 @@ impl Study {
 /// The place of a setting, or of what is nearest to it on the way there: `None` when not even the
 /// first key is written.
 fn nearest_place(whole: &Spanned<DeValue<'_>>, path: &str) -> Option<Range<usize>> {
+    let (found, _) = walk(whole, path);
+    (!std::ptr::eq(found, whole)).then(|| found.span())
+}
+
+/// Follows a path as far as it is written; and whether that is to its end.
+fn walk<'v, 'a>(whole: &'v Spanned<DeValue<'a>>, path: &str) -> (&'v Spanned<DeValue<'a>>, bool) {
     let mut found = whole;
     for key in path.split('.').filter(|key| !key.is_empty()) {
         let below = match found.get_ref() {
             DeValue::Array(array) => key.parse().ok().and_then(|place: usize| array.get(place)),
             other => other.get(key),
         };
-        let Some(below) = below else { break };
+        let Some(below) = below else { return (found, false) };
         found = below;
     }
-    (!std::ptr::eq(found, whole)).then(|| found.span())
+    (found, true)
 }
 
 type Own<'a> = Vec<(String, Spanned<DeValue<'a>>)>;
@@ -484,6 +553,35 @@ mod tests {
           ╰────
          help: one phase at a time: let the first end before the next begins
         "#);
+    }
+
+    #[test]
+    fn a_feature_has_a_table_of_its_own() {
+        let built = |text: &str| {
+            let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
+            crate::setup::features(&study).map_err(|error| error.study().expect("of the study"))
+        };
+        let all = built("").expect("defaults").len();
+        let set = "[features]\nwindows_secs = [10]\n[features.state]\nstale_secs = 3\n\
+                   [features.heart]\nwindows_secs = [300]\n";
+        assert_eq!(built(set).expect("settings").len(), all);
+        for (text, told, place) in [
+            ("[features.stat]\n", "there is no feature `stat`", "stat"),
+            ("[features]\nstate = 3", "`state` is not written as a table", "3"),
+            ("[features.state]\nstale = 3", "unknown field `stale`", "stale"),
+            ("[features.state]\nstale_secs = \"a\"", "invalid type", "\"a\""),
+            ("[features.state]\nstale_secs = -3", "`stale_secs` of -3 s", "-3"),
+            ("[features.heart]\nwindows_secs = [-3]", "a window of -3 s", "[-3]"),
+            ("[features]\nwindows_secs = [-3]\n[features.state]", "a window of -3 s", "[-3]"),
+            ("[features]\ndisable = [\"state\"]\n[features.state]\nx = 1", "unknown field", "x"),
+            ("[features.attention]\nlow_battery = 7", "a share from 0 to 1", "7"),
+            ("[features.link_quality]\nweak_dbm = nan", "not a level", "nan"),
+        ] {
+            let error = built(text).err().expect(text);
+            assert!(error.message.contains(told), "{text}: {}", error.message);
+            let (_, span) = *error.place.expect("a place");
+            assert_eq!(&text[span], place, "{text}");
+        }
     }
 
     #[test]

@@ -5,6 +5,9 @@ use teampulse_core::registry::SettingsError;
 /// The longest window that may be asked for [s]: a day.
 const LONGEST_SECS: f64 = 86_400.0;
 
+/// What is said of windows that can't be.
+const WINDOWS: &str = "give lengths in seconds, like [30, 60]";
+
 /// What a study says to all of its features: `[features]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureContext {
@@ -25,12 +28,12 @@ impl FeatureContext {
         let mut lengths_secs = own_secs.unwrap_or_else(|| self.windows_secs.clone());
         if let Some(wrong) = lengths_secs.iter().find(|secs| !(1.0..=LONGEST_SECS).contains(*secs))
         {
-            return Err(SettingsError::new(format!(
-                "a window of {wrong} s: expected 1 s to {LONGEST_SECS} s"
-            )));
+            let message = format!("a window of {wrong} s: expected 1 s to {LONGEST_SECS} s");
+            return Err(SettingsError::new(message).with_hint(WINDOWS).at("windows_secs"));
         }
         if lengths_secs.is_empty() {
-            return Err(SettingsError::new("no windows: expected the length of one at least"));
+            let message = "no windows: expected the length of one at least";
+            return Err(SettingsError::new(message).with_hint(WINDOWS).at("windows_secs"));
         }
         lengths_secs.sort_by(f64::total_cmp);
         lengths_secs.dedup();
@@ -45,7 +48,7 @@ pub(crate) fn duration_setting(name: &str, secs: f64) -> Result<f64, SettingsErr
     }
     let wrong =
         format!("`{name}` of {secs} s: expected more than 0 s and at most {LONGEST_SECS} s");
-    Err(SettingsError::new(wrong))
+    Err(SettingsError::new(wrong).with_hint("it is a length of time in seconds").at(name))
 }
 
 #[cfg(test)]

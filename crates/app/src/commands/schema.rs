@@ -3,6 +3,7 @@
 use schemars::SchemaGenerator;
 use serde_json::{Value, json};
 use teampulse_core::registry::Entry;
+use teampulse_features::FEATURES;
 use teampulse_sinks::SINKS;
 use teampulse_sources::SOURCES;
 use teampulse_sources::simulated::SimulatedTeam;
@@ -21,6 +22,10 @@ pub fn run() -> Exit {
 fn study() -> Value {
     let mut schema = SchemaGenerator::default().into_root_schema_for::<General>().to_value();
     schema["title"] = json!("teampulse study");
+    for entry in FEATURES {
+        let settings = &mut schema["$defs"]["FeatureSettings"]["properties"][entry.kind];
+        *settings = (entry.schema)().to_value();
+    }
     let properties = &mut schema["properties"];
     properties["sources"] = json!({ "type": "array", "items": { "oneOf": variants(SOURCES) } });
     properties["sinks"] = json!({ "type": "array", "items": { "oneOf": variants(SINKS) } });
@@ -40,4 +45,19 @@ fn variants<T: ?Sized, C>(entries: &[Entry<T, C>]) -> Vec<Value> {
         schema
     };
     entries.iter().map(variant).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_knows_the_settings_of_every_feature() {
+        let schema = study();
+        assert_eq!(schema["properties"]["features"]["$ref"], "#/$defs/FeatureSettings");
+        let features = &schema["$defs"]["FeatureSettings"]["properties"];
+        assert_eq!(features["windows_secs"]["type"], "array");
+        assert_eq!(features["state"]["properties"]["stale_secs"]["type"], "number");
+        assert!(FEATURES.iter().all(|entry| features[entry.kind]["type"] == "object"));
+    }
 }

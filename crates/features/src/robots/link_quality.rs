@@ -56,10 +56,8 @@ impl Component<dyn Feature, FeatureContext> for LinkQuality {
 
     fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
         if !self.weak_dbm.is_finite() {
-            return Err(SettingsError::new(format!(
-                "`weak_dbm` is {}, not a level",
-                self.weak_dbm
-            )));
+            let message = format!("`weak_dbm` is {}, not a level", self.weak_dbm);
+            return Err(SettingsError::new(message).with_hint("give one like -75").at("weak_dbm"));
         }
         let windows_secs = context.windows_or(self.windows_secs)?;
         Ok(Box::new(Links { windows_secs, weak_dbm: self.weak_dbm }))

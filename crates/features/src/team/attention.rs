@@ -79,7 +79,7 @@ impl Component<dyn Feature, FeatureContext> for Attention {
         for (name, share) in [("low_battery", self.low_battery), ("poor_link", self.poor_link)] {
             if !(0.0..=1.0).contains(&share) {
                 let wrong = format!("`{name}` is {share}: expected a share from 0 to 1");
-                return Err(SettingsError::new(wrong));
+                return Err(SettingsError::new(wrong).with_hint("1 is all of it").at(name));
             }
         }
         Ok(Box::new(self))
