@@ -61,6 +61,10 @@ def test_phases_cover_the_session(events, features):
     assert list(phases.label) == ["baseline", "1-back"]
     baseline, task = phases.onset
     assert baseline < 1 and abs(task - baseline - 60) < 0.5
+    # As they were: the session ended long before the second one should have.
+    assert phases.duration.iloc[0] == pytest.approx(60, abs=0.5)
+    assert phases.duration.iloc[1] == pytest.approx(RECORDED_SECS - 60, abs=2)
+    assert (events[events.trial_type == "phase"].duration <= RECORDED_SECS + 5).all()
     during = events[(events.subject == "robot1") & events.onset.between(1, 59)]
     assert set(during.phase) <= {"baseline"}
     windows = features[(features.window_secs == 30) & (features.subject == "p001")]
