@@ -209,6 +209,44 @@ fn a_domain_alone_tells_the_same() {
     }
 }
 
+#[test]
+fn only_nonlinear_values_are_held() {
+    let heart = causal(&beats(600));
+    let (before, now) = (secs(60, 360), secs(65, 365));
+    let (last, whole) = (heart.measure(before), heart.measure(now));
+    let held = heart.measure_again(now, &last);
+    let nonlinear = heart.places(Domain::Nonlinear);
+    assert_eq!(held.values[nonlinear.clone()], last.values[nonlinear.clone()]);
+    assert_ne!(held.values[nonlinear.clone()], whole.values[nonlinear.clone()]);
+    assert_eq!(held.values[..nonlinear.start], whole.values[..nonlinear.start]);
+    assert_eq!((held.coverage, held.quality), (whole.coverage, whole.quality));
+}
+
+#[test]
+fn what_is_held_covers_no_gap_and_no_lack_of_beats() {
+    let heart = causal(&beats(200));
+    let last = heart.measure(secs(60, 160));
+    for (begin, end) in [(140, 240), (120, 200), (300, 400)] {
+        let now = secs(begin, end);
+        let (whole, held) = (heart.measure(now), heart.measure_again(now, &last));
+        let reasons = |measured: &Measured| {
+            measured.values.iter().map(|value| value.err()).collect::<Vec<_>>()
+        };
+        assert!(reasons(&whole).iter().any(Option::is_some));
+        assert_eq!(reasons(&whole), reasons(&held));
+    }
+}
+
+#[test]
+fn a_reason_that_is_over_is_not_held() {
+    let heart = causal(&beats(600));
+    let now = secs(60, 360);
+    for poor in [secs(-280, 20), secs(600, 900)] {
+        let last = heart.measure(poor);
+        assert_eq!(heart.measure_again(now, &last), heart.measure(now));
+    }
+}
+
 proptest! {
     #[test]
     fn nothing_panics(

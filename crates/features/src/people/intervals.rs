@@ -19,7 +19,8 @@ use crate::running::{Happening, Naming};
 ///   intervals in time, frequency and geometry.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
+/// - Window: `windows_secs`, each second of the stream's own time, nonlinear and geometric values anew every
+///   10 s; and each phase when it is over.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043; Lipponen & Tarvainen (2019),
 ///   doi:10.1080/03091902.2019.1640306.
 /// - Limits: a single lost interval of which nobody tells is not noticed.

@@ -19,7 +19,8 @@ use crate::running::{Happening, Naming};
 ///   variability, amplitude, rise time and width of the waves, and the quality of the PPG.
 /// - Formula: that of each value stands in the stream's `method`.
 /// - Unit: as declared for each value.
-/// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
+/// - Window: `windows_secs`, each second of the stream's own time, nonlinear and geometric values anew every
+///   10 s; and each phase when it is over.
 /// - Reference: Elgendi et al. (2013), doi:10.1371/journal.pone.0076585.
 /// - Limits: a pulse is known about half a second after it; motion makes windows poor, and they say so.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -14,6 +14,8 @@ pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> +
 /// a session computes live is what a replay, or an analysis afterwards, computes from the same samples,
 /// bit for bit.
 ///
+/// What is dear to compute is computed anew every 10 s, and [held](super::Windows::measure_again) between.
+///
 /// Other spans than windows can be asked with [`measure`](Self::measure) as long as
 /// [`hold_from`](Self::hold_from) keeps what they need; that changes nothing in the windows.
 pub struct Live {
@@ -28,6 +30,8 @@ pub struct Live {
     begin_ns: Option<i64>,
     /// When windows end next.
     end_ns: i64,
+    /// For each length, when all of a window was computed last [ns], and what it was.
+    whole: Vec<Option<(i64, Measured)>>,
     /// What is needed for other spans than windows begins here.
     held_from_ns: Option<i64>,
     /// Samples before the analysis began anew.
@@ -38,6 +42,9 @@ pub struct Live {
 
 /// So much before the newest sample can be held for spans that are no windows [ns]: 600 s.
 pub const LONGEST_HELD_NS: i64 = 600_000_000_000;
+
+/// All of a window is computed again after so long [ns].
+const ANEW_NS: i64 = 10_000_000_000;
 
 /// What a live analysis tells of.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +77,7 @@ impl Live {
             cadence: Cadence::new(rate_hz),
             begin_ns: None,
             end_ns: 0,
+            whole: vec![None; lengths_ns.len()],
             held_from_ns: None,
             before: 0,
             pushed: 0,
@@ -121,7 +129,11 @@ impl Live {
 
     /// What a span tells now, as far as its samples are still held.
     pub fn measure(&self, span: Span) -> Measured {
-        let measured = self.analysis.measure(span);
+        self.aged(span, self.analysis.measure(span))
+    }
+
+    /// Says of a young window that it is short.
+    fn aged(&self, span: Span, measured: Measured) -> Measured {
         let is_young = self.begin_ns.is_none_or(|begin_ns| span.begin_ns < begin_ns);
         if is_young && measured.coverage < LEAST_COVERAGE { young(measured) } else { measured }
     }
@@ -150,6 +162,7 @@ impl Live {
         let gap_ns = at_ns.saturating_sub(last_ns);
         if self.empties_windows(gap_ns) {
             self.end_ns = self.end_after_ns(at_ns);
+            self.whole.fill(None);
         }
         if self.empties_windows(gap_ns) && gap_ns > LONGEST_HELD_NS {
             self.begin_anew(missing);
@@ -199,12 +212,25 @@ impl Live {
         }
     }
 
+    fn measure_window(&mut self, place: usize, span: Span) -> Measured {
+        let is_fresh = |at_ns: i64| span.end_ns.saturating_sub(at_ns) < ANEW_NS;
+        match &self.whole[place] {
+            Some((at_ns, last)) if is_fresh(*at_ns) => self.analysis.measure_again(span, last),
+            _ => {
+                let measured = self.analysis.measure(span);
+                self.whole[place] = Some((span.end_ns, measured.clone()));
+                measured
+            }
+        }
+    }
+
     fn tell_windows(&mut self, tell: &mut dyn FnMut(Told)) {
         let mut earliest_ns = self.end_ns;
         for place in 0..self.lengths_ns.len() {
             let begin_ns = self.end_ns.saturating_sub(self.lengths_ns[place]);
             let span = Span { begin_ns, end_ns: self.end_ns };
-            tell(Told::Window(place, span, self.measure(span)));
+            let measured = self.measure_window(place, span);
+            tell(Told::Window(place, span, self.aged(span, measured)));
             earliest_ns = earliest_ns.min(begin_ns);
         }
         let held_ns = self.held_from_ns.map_or(i64::MAX, |held_from_ns| {

@@ -34,6 +34,12 @@ pub trait Windows {
     ///
     /// The same span gives the same values until a sample of it comes in late.
     fn measure(&self, span: Span) -> Measured;
+
+    /// The same where `last` was measured of a span as long shortly before: what is dear to compute may
+    /// be taken from there, if the span of now could tell it, too.
+    fn measure_again(&self, span: Span, _last: &Measured) -> Measured {
+        self.measure(span)
+    }
 }
 
 /// An analysis of a signal that comes in sample by sample.

@@ -138,6 +138,10 @@ impl Windows for CausalEcg {
     fn measure(&self, span: Span) -> Measured {
         self.windows.measure(span)
     }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.windows.measure_again(span, last)
+    }
 }
 
 impl Causal for CausalEcg {

@@ -108,6 +108,17 @@ impl Windows for EcgWindows {
     }
 
     fn measure(&self, span: Span) -> Measured {
+        self.measure_after(span, None)
+    }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.measure_after(span, Some(last))
+    }
+}
+
+impl EcgWindows {
+    /// With what is dear to compute of the heart from `last`.
+    fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let coverage = self.track.coverage(span);
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
@@ -119,7 +130,7 @@ impl Windows for EcgWindows {
         let quality = quality(&beats, &pieces, living.max(0.0) * (1.0 - silent));
         let mut values = rates(&beats, span).to_vec();
         values.push(breathing_rate(&beats, span));
-        values.extend(self.heart.measure(span).values);
+        values.extend(self.heart.measure_after(span, last).values);
         if quality < LEAST_QUALITY && span.secs() > LONGEST_SECS {
             values.fill(Err(Reason::Quality));
         }

@@ -93,6 +93,10 @@ impl Windows for Intervals {
     fn measure(&self, span: Span) -> Measured {
         self.heart.measure(span)
     }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.heart.measure_again(span, last)
+    }
 }
 
 impl Causal for Intervals {

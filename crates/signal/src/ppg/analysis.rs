@@ -97,6 +97,10 @@ impl Windows for CausalPpg {
     fn measure(&self, span: Span) -> Measured {
         self.windows.measure(span)
     }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.windows.measure_again(span, last)
+    }
 }
 
 impl Causal for CausalPpg {

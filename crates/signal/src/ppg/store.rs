@@ -94,6 +94,17 @@ impl Windows for PpgWindows {
     }
 
     fn measure(&self, span: Span) -> Measured {
+        self.measure_after(span, None)
+    }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.measure_after(span, Some(last))
+    }
+}
+
+impl PpgWindows {
+    /// With what is dear to compute of the heart from `last`.
+    fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let coverage = self.signal.coverage(span);
         let Some(view) = self.view(span).filter(|_| coverage >= LEAST_COVERAGE) else {
             return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
@@ -102,7 +113,7 @@ impl Windows for PpgWindows {
         view.good_pulses().for_each(|at_ns| heart.push(at_ns));
         view.holes().for_each(|(from_ns, to_ns)| heart.mark_gap(from_ns, to_ns));
         let mut of_pulses = view.of_pulses(span);
-        let mut of_heart = heart.measure(span).values;
+        let mut of_heart = heart.measure_after(span, last).values;
         let of_signal = view.of_signal();
         if of_signal.flagged > MOST_FLAGGED {
             of_pulses.fill(Err(Reason::Quality));

@@ -137,6 +137,66 @@ fn a_sample_that_is_not_after_the_last_one_is_left_out() {
     assert_eq!(live.push(3 * SEC, &[1.0], &mut |_| ()), Some(3));
 }
 
+/// Means that are dear to compute: where one was told shortly before it stays.
+struct Dear(Means);
+
+impl Windows for Dear {
+    fn values(&self) -> &[Value] {
+        self.0.values()
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.0.measure(span)
+    }
+
+    fn measure_again(&self, _: Span, last: &Measured) -> Measured {
+        last.clone()
+    }
+}
+
+impl Causal for Dear {
+    fn push(&mut self, at_ns: i64, channels: &[f64]) {
+        self.0.push(at_ns, channels);
+    }
+
+    fn next_event(&mut self) -> Option<Event> {
+        self.0.next_event()
+    }
+
+    fn forget(&mut self, before_ns: i64) {
+        self.0.forget(before_ns);
+    }
+}
+
+fn dear(lengths_secs: &[i64]) -> Live {
+    let make: Make = Box::new(|rate_hz| {
+        Ok(Box::new(Dear(Means { track: Track::new(rate_hz), events: Vec::new() })))
+    });
+    let lengths_ns: Vec<i64> = lengths_secs.iter().map(|secs| secs * SEC).collect();
+    Live::new(make, 2.0, 1, &lengths_ns, SEC).unwrap()
+}
+
+#[test]
+fn what_is_held_was_computed_less_than_ten_seconds_before() {
+    let samples = halves(0..100);
+    let (fresh, _) = told(&mut live(&[1]), &samples);
+    let (held, _) = told(&mut dear(&[1]), &samples);
+    assert_eq!(held.len(), fresh.len());
+    for (place, window) in held.iter().enumerate() {
+        assert_eq!(*window, (fresh[place].0, fresh[place - place % 10].1));
+    }
+}
+
+#[test]
+fn nothing_is_held_through_a_silence_that_empties_the_windows() {
+    let samples = [halves(0..10), halves(16..30)].concat();
+    let (fresh, _) = told(&mut live(&[2]), &samples);
+    let (held, _) = told(&mut dear(&[2]), &samples);
+    let first = fresh.iter().position(|window| window.0 > 13.0).unwrap();
+    assert_eq!((held.len(), held[first]), (fresh.len(), fresh[first]));
+    assert_ne!(held[first], held[first - 1]);
+}
+
 proptest! {
     #[test]
     fn no_times_do_harm(times in prop::collection::vec(any::<i64>(), 0..20)) {

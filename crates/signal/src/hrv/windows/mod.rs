@@ -167,17 +167,38 @@ impl HeartWindows {
     /// As [`measure`](Windows::measure), but only the values of one domain, those at its
     /// [places](Self::places): for who wants the cheap ones more often.
     pub fn measure_domain(&self, span: Span, domain: Domain) -> Measured {
-        self.measure_domains(span, &[domain])
+        self.measure_domains(span, &[domain], None)
     }
 
-    fn measure_domains(&self, span: Span, domains: &[Domain]) -> Measured {
+    /// As [`measure`](Windows::measure), with the nonlinear values of `last`, which was measured shortly
+    /// before and ends with the values of the heart.
+    pub(crate) fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
+        let last = last.and_then(|last| {
+            let begin = last.values.len().checked_sub(self.values.len())?;
+            last.values[begin..].get(self.places(Domain::Nonlinear))
+        });
+        self.measure_domains(span, &self.domains, last)
+    }
+
+    /// With the nonlinear values of shortly before, where there are.
+    fn measure_domains(
+        &self,
+        span: Span,
+        domains: &[Domain],
+        nonlinear: Option<&[Result<f64, Reason>]>,
+    ) -> Measured {
         let cut = self.cut(span);
         let quality = 1.0 / (1.0 + cut.corrected_percent() / MOST_PERCENT);
         if cut.coverage < LEAST_COVERAGE {
             let count = domains.iter().map(|domain| domain.count()).sum();
             return Measured::nothing(cut.coverage, quality, count, Reason::Gap);
         }
-        let values = domains.iter().flat_map(|&domain| recipes::measure(domain, &cut)).collect();
+        let values = |&domain: &Domain| {
+            let last = nonlinear.filter(|_| domain == Domain::Nonlinear);
+            let held = last.and_then(|last| recipes::held(domain, &cut, last));
+            held.unwrap_or_else(|| recipes::measure(domain, &cut))
+        };
+        let values = domains.iter().flat_map(values).collect();
         Measured { coverage: cut.coverage, quality, values }
     }
 
@@ -209,6 +230,10 @@ impl Windows for HeartWindows {
     }
 
     fn measure(&self, span: Span) -> Measured {
-        self.measure_domains(span, &self.domains)
+        self.measure_after(span, None)
+    }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.measure_after(span, Some(last))
     }
 }

@@ -19,6 +19,9 @@ const LONGEST_BRIDGE_SECS: f64 = 6.0;
 
 const AUTOREGRESSIVE: Recipe = Recipe::Autoregressive { rate_hz: 4.0, order: 16 };
 
+/// Those of most costly formulas, as [`Live`](crate::analysis::Live) has them.
+const HELD: &str = "; made anew every 10 s while windows slide causally";
+
 /// A group of values that are computed together.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Domain {
@@ -54,13 +57,14 @@ pub(super) fn values(beats: &str) -> Vec<Value> {
         .into_iter()
         .flat_map(|domain| domain.rows().iter().map(move |row| (domain, row)));
     let value = |(domain, &(name, unit, recipe, need)): (Domain, &Row)| {
-        let spectrum = match (domain, need) {
+        let how = match (domain, need) {
             (Domain::Frequency, _) if name.ends_with("_AR") => format!("; {AUTOREGRESSIVE}"),
             (Domain::Frequency, Need::Secs(_)) => format!("; {}", Recipe::LombScargle),
             (Domain::Frequency, _) => format!("; {}", Recipe::default()),
+            (Domain::Nonlinear, _) => HELD.to_owned(),
             _ => String::new(),
         };
-        let method = format!("{recipe}{spectrum}; {beats}");
+        let method = format!("{recipe}{how}; {beats}");
         Value { name: name.into(), unit: unit.into(), method: method.into() }
     };
     rows.map(value).collect()
@@ -73,18 +77,31 @@ pub(super) fn measure(domain: Domain, cut: &Cut) -> Vec<Result<f64, Reason>> {
         Domain::Frequency => frequency(cut),
         Domain::Nonlinear => nonlinear(cut),
     };
-    let (ends_secs, _) = cut.present();
-    let shown = Shown {
-        count: ends_secs.len(),
-        window_secs: cut.window_secs,
-        secs: ends_secs.last().zip(ends_secs.first()).map_or(0.0, |(last, first)| last - first),
-        longest_secs: ends_secs.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max),
-    };
+    let shown = Shown::of(cut);
     let told = |(row, value): (&Row, f64)| match shown.lacks(row.3, value) {
         Some(reason) => Err(reason),
         None => Reason::unless_finite(value),
     };
     domain.rows().iter().zip(computed).map(told).collect()
+}
+
+/// The same values as they were told shortly before, where the span has what they need; `None` where one
+/// was not told for a reason that is over.
+pub(super) fn held(
+    domain: Domain,
+    cut: &Cut,
+    last: &[Result<f64, Reason>],
+) -> Option<Vec<Result<f64, Reason>>> {
+    let shown = Shown::of(cut);
+    let told = |(row, last): (&Row, &Result<f64, Reason>)| match (
+        shown.lacks(row.3, last.unwrap_or(f64::NAN)),
+        *last,
+    ) {
+        (Some(reason), _) => Some(Err(reason)),
+        (None, Ok(_) | Err(Reason::Undefined)) => Some(*last),
+        (None, Err(_)) => None,
+    };
+    domain.rows().iter().zip(last).map(told).collect()
 }
 
 /// What there is of intervals.
@@ -96,6 +113,16 @@ struct Shown {
 }
 
 impl Shown {
+    fn of(cut: &Cut) -> Shown {
+        let (ends_secs, _) = cut.present();
+        Shown {
+            count: ends_secs.len(),
+            window_secs: cut.window_secs,
+            secs: ends_secs.last().zip(ends_secs.first()).map_or(0.0, |(last, first)| last - first),
+            longest_secs: ends_secs.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max),
+        }
+    }
+
     fn lacks(&self, need: Need, value: f64) -> Option<Reason> {
         let short = |secs: u32| {
             let secs = f64::from(secs);
