@@ -49,6 +49,7 @@ pub mod team {
 pub mod context;
 mod analysed;
 mod running;
+mod over;
 mod windows;
 mod whole_seconds;
 mod value;

@@ -9,8 +9,9 @@ use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Shape, Signal, Stream};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
-use teampulse_signal::analysis::{self, LONGEST_HELD_NS, Live, Make, Measured, Span, Told, Value};
+use teampulse_signal::analysis::{self, Live, Make, Measured, Told, Value};
 
+use crate::over::{OVER_PHASES, PhasesTold, measured_span};
 use crate::windows::window_name;
 
 /// Windows are told of once a second of the stream's own time.
@@ -47,8 +48,7 @@ pub(crate) struct Running {
     windows_secs: Vec<f64>,
     stream: Stream,
     work: Option<Work>,
-    /// How many phases are over for this stream.
-    phases_told: usize,
+    phases_told: PhasesTold,
 }
 
 /// An analysis that has begun.
@@ -70,7 +70,14 @@ impl Running {
         let (naming, make) = analysis;
         let (windows_secs, stream) = (windows_secs.to_vec(), stream.clone());
         let work = None;
-        let mut running = Running { naming, make, windows_secs, stream, work, phases_told: 0 };
+        let mut running = Running {
+            naming,
+            make,
+            windows_secs,
+            stream,
+            work,
+            phases_told: PhasesTold::default(),
+        };
         running.work = running.start(out);
         running
     }
@@ -162,26 +169,18 @@ impl Running {
 
     /// Tells of phases that ended at or before a time [ns], and holds what the next one needs.
     fn tell_phases(&mut self, live: &mut Live, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
-        let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end.nanos() <= at_ns);
-        while let Some(phase) = phases.get(self.phases_told).filter(is_over) {
-            self.phases_told += 1;
+        while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
             self.tell_phase(live, phase, out);
         }
-        live.hold_from(phases.get(self.phases_told).map(|phase| phase.begin.nanos()));
+        live.hold_from(self.phases_told.next_begin_ns(phases));
     }
 
-    /// A phase without length, or of before the stream began, tells nothing.
-    fn tell_phase(&self, live: &Live, phase: &Phase, out: &mut Outputs) {
-        let (Some(end), Some(since_ns)) = (phase.end, live.begin_ns()) else { return };
-        let (begin_ns, end_ns) = (phase.begin.nanos(), end.nanos());
-        if end_ns <= begin_ns.max(since_ns) {
+    fn tell_phase(&self, live: &mut Live, phase: &Phase, out: &mut Outputs) {
+        let Some(span) = live.begin_ns().and_then(|since_ns| measured_span(phase, since_ns)) else {
             return;
-        }
-        let held_ns = end_ns.saturating_sub(LONGEST_HELD_NS);
-        let span = Span { begin_ns: begin_ns.max(held_ns), end_ns };
-        let over = format!("each phase, of a longer one its last {} s", LONGEST_HELD_NS / HOP_NS);
-        let output = out.declare(self.output("phases", &over, live.values()));
-        out.emit(output, end, feature(span.secs(), &live.measure(span)));
+        };
+        let output = out.declare(self.output("phases", OVER_PHASES, live.values()));
+        out.emit(output, Time::from_nanos(span.end_ns), feature(span.secs(), &live.measure(span)));
     }
 }
 

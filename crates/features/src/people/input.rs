@@ -16,6 +16,7 @@ use teampulse_signal::estimate::Estimate;
 use teampulse_signal::window::Window;
 
 use crate::context::FeatureContext;
+use crate::over::{OVER_PHASES, PhasesTold, measured_span};
 use crate::value::{Value, defined, window_of};
 use crate::whole_seconds::WholeSeconds;
 use crate::windows::window_name;
@@ -150,8 +151,7 @@ struct Activity {
     begin: Option<Time>,
     /// What was done since the phase began that is told of next, in the order of its coming.
     of_phase: VecDeque<(Time, Deeds)>,
-    /// How many phases are over for this person.
-    phases_told: usize,
+    phases_told: PhasesTold,
 }
 
 /// A stream of events.
@@ -180,7 +180,7 @@ impl Activity {
             stream: None,
             begin: None,
             of_phase: VecDeque::new(),
-            phases_told: 0,
+            phases_told: PhasesTold::default(),
         }
     }
 
@@ -226,38 +226,26 @@ impl Activity {
 
     /// Tells of the phases that are over at `now`, and keeps what the next one needs.
     fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
-        let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end <= now);
-        while let Some(phase) = phases.get(self.phases_told).filter(is_over) {
-            self.phases_told += 1;
+        while let Some(phase) = self.phases_told.next_over(phases, now.nanos()) {
             self.tell_phase(phase, out);
         }
-        let held = Time::from_nanos(now.nanos().saturating_sub(LONGEST_HELD_NS));
-        let next = phases.get(self.phases_told).map_or(now, |phase| phase.begin);
-        while self.of_phase.front().is_some_and(|(at, _)| *at < next.max(held)) {
+        let held_ns = now.nanos().saturating_sub(LONGEST_HELD_NS);
+        let next_ns = self.phases_told.next_begin_ns(phases).unwrap_or(now.nanos()).max(held_ns);
+        while self.of_phase.front().is_some_and(|(at, _)| at.nanos() < next_ns) {
             self.of_phase.pop_front();
         }
     }
 
-    /// A phase without length, or of before anything was known, tells nothing.
     fn tell_phase(&self, phase: &Phase, out: &mut Outputs) {
-        let (Some(stream), Some(end), Some(since)) = (&self.stream, phase.end, self.begin) else {
-            return;
-        };
-        let held = Time::from_nanos(end.nanos().saturating_sub(LONGEST_HELD_NS));
-        let begin = phase.begin.max(held);
-        if end <= begin.max(since) {
-            return;
-        }
-        let secs = end.secs_since(begin);
-        let inside = |at: &Time| (begin..end).contains(at);
-        let deeds = self.of_phase.iter().filter(|(at, _)| inside(at)).map(|(_, deeds)| deeds);
-        let is_full = since.secs_since(begin) < secs / 2.0;
-        let output = out.declare(self.output(
-            stream,
-            "phases",
-            "each phase, of a longer one its last 600 s",
-        ));
-        out.emit(output, end, summary(deeds, secs, is_full, self.unreacted()));
+        let (Some(stream), Some(since)) = (&self.stream, self.begin) else { return };
+        let Some(span) = measured_span(phase, since.nanos()) else { return };
+        let inside = self.of_phase.iter().filter(|(at, _)| span.holds(at.nanos()));
+        let deeds = inside.map(|(_, deeds)| deeds);
+        let unseen_ns = since.nanos().saturating_sub(span.begin_ns);
+        let is_full = unseen_ns as f64 / 1e9 < span.secs() / 2.0;
+        let output = out.declare(self.output(stream, "phases", OVER_PHASES));
+        let data = summary(deeds, span.secs(), is_full, self.unreacted());
+        out.emit(output, Time::from_nanos(span.end_ns), data);
     }
 
     /// Why there is no reaction time when nobody reacted.

@@ -7,11 +7,12 @@ use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Stream, Subject};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
-use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
+use teampulse_signal::analysis::LONGEST_HELD_NS;
 use teampulse_signal::descriptive::{Pace, Rolling, View};
 
 use super::outputs::{over_phases, over_window, told_each_secs};
 use super::values::{coverage, statistics, with_differences};
+use crate::over::{PhasesTold, measured_span};
 use crate::value::{Value, window_of};
 
 /// Windows end at whole seconds of the stream's own time [ns].
@@ -25,8 +26,7 @@ pub(super) struct Line {
     windows_secs: Vec<f64>,
     /// `None` while its numbers can't be read.
     work: Option<Work>,
-    /// How many phases are over for this stream.
-    phases_told: usize,
+    phases_told: PhasesTold,
 }
 
 struct Work {
@@ -40,7 +40,8 @@ struct Work {
 impl Line {
     pub(super) fn new(stream: &Stream, windows_secs: &[f64]) -> Line {
         let (stream, subject) = (stream.clone(), stream.subject());
-        Line { stream, subject, windows_secs: windows_secs.to_vec(), work: None, phases_told: 0 }
+        let (windows_secs, phases_told) = (windows_secs.to_vec(), PhasesTold::default());
+        Line { stream, subject, windows_secs, work: None, phases_told }
     }
 
     /// The stream is known, or known better: only with other channels it begins anew.
@@ -105,32 +106,27 @@ impl Line {
 
     /// Tells of phases that ended at or before a time [ns], and keeps what the next one needs.
     fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
-        let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end.nanos() <= at_ns);
-        while let Some(phase) = phases.get(self.phases_told).filter(is_over) {
-            self.phases_told += 1;
+        while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
             self.tell_phase(work, phase, out);
         }
         let longest_ns = work.rolling.newest_ns().map_or(at_ns, |newest_ns| newest_ns.max(at_ns));
         let longest_ns = longest_ns.saturating_sub(LONGEST_HELD_NS);
-        let next = phases.get(self.phases_told);
-        work.rolling.keep_from(next.map_or(i64::MAX, |next| next.begin.nanos().max(longest_ns)));
+        let next_ns = self.phases_told.next_begin_ns(phases);
+        work.rolling.keep_from(next_ns.map_or(i64::MAX, |next_ns| next_ns.max(longest_ns)));
     }
 
-    /// A phase without length, or of before the stream began, tells nothing.
     fn tell_phase(&self, work: &mut Work, phase: &Phase, out: &mut Outputs) {
-        let (Some(end), Some(since_ns)) = (phase.end, work.rolling.begin_ns()) else { return };
-        let (begin_ns, end_ns) = (phase.begin.nanos(), end.nanos());
-        if end_ns <= begin_ns.max(since_ns) {
+        let since_ns = work.rolling.begin_ns();
+        let Some(span) = since_ns.and_then(|since_ns| measured_span(phase, since_ns)) else {
             return;
-        }
-        let begin_ns = begin_ns.max(end_ns.saturating_sub(LONGEST_HELD_NS));
-        let view = work.rolling.describe(Span { begin_ns, end_ns });
+        };
+        let view = work.rolling.describe(span);
         if phase.label == BASELINE {
             work.baseline = Some(statistics(&view));
         }
         let values = with_differences(&view, work.baseline.as_deref());
         let output = out.declare(over_phases(&self.stream));
-        out.emit(output, end, feature(view.span.secs(), &view, &values));
+        out.emit(output, Time::from_nanos(span.end_ns), feature(span.secs(), &view, &values));
     }
 }
 

@@ -1,10 +1,11 @@
 //! The streams of statistics: what they are called, and what they say of themselves.
 
 use teampulse_core::stream::{Shape, Stream};
-use teampulse_signal::analysis::{LONGEST_HELD_NS, Value};
+use teampulse_signal::analysis::Value;
 
 use super::meaning::caution;
 use super::values::{STATISTICS, Unit};
+use crate::over::OVER_PHASES;
 use crate::windows::window_name;
 
 /// What a reader needs to compute the same.
@@ -30,8 +31,7 @@ pub(super) fn over_window(input: &Stream, secs: f64) -> Stream {
 
 /// The statistics over phases.
 pub(super) fn over_phases(input: &Stream) -> Stream {
-    let longest_secs = LONGEST_HELD_NS / 1_000_000_000;
-    let method = format!("each phase, of a longer one its last {longest_secs} s; {RECIPE}");
+    let method = format!("{OVER_PHASES}; {RECIPE}");
     let doc = format!("What {} came to in each phase, when it was over.", input.name);
     output(input, "phases", method, doc)
 }
