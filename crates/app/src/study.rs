@@ -1,20 +1,25 @@
 //! A study: what to watch, what to compute, what to keep, in one TOML file.
 
-use std::collections::BTreeMap;
+mod settings;
+mod error;
+mod place;
+
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
-use schemars::JsonSchema;
-use serde::Deserialize;
-use teampulse_core::clocks::ClockSettings;
+use miette::NamedSource;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
 use teampulse_features::FEATURES;
-use teampulse_sources::session::{self, Phase};
-use thiserror::Error;
+use teampulse_sources::session;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use self::error::{nearest, suggestion};
+use self::place::{nearest_place, walk};
+
+pub use self::error::StudyError;
+pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings};
 
 /// The largest study that is read [bytes].
 const LARGEST: u64 = 4 << 20;
@@ -26,76 +31,6 @@ pub struct Study {
     text: String,
     /// What is common to all studies.
     pub general: General,
-}
-
-/// What is common to all studies; sources and sinks have tables of their own.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct General {
-    /// The session as a whole.
-    pub session: SessionSettings,
-    /// What is computed.
-    pub features: FeatureSettings,
-    /// What is known of the devices' clocks, by the device's name; `teampulse calibrate` finds it.
-    pub clocks: BTreeMap<String, ClockSettings>,
-    /// The phases of the study, at set times; `baseline` is the reference.
-    pub phases: Vec<Phase>,
-    /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
-    /// Nothing about a person is published unless it is named here.
-    pub publish: Vec<teampulse_sources::pattern::Pattern>,
-}
-
-/// The session as a whole.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SessionSettings {
-    /// What the session is called; its bag is `<name>_<UTC>`.
-    pub name: String,
-    /// What the time is: `host`, or `/clock` to follow simulated time on ROS.
-    pub clock: SessionClock,
-    /// The ROS domain of `/clock`, `/session/events` and what is published; without it that of
-    /// `ROS_DOMAIN_ID`, else 0.
-    pub domain: Option<u32>,
-    /// A folder with the definitions of types that nobody on the network can explain, as a ROS
-    /// workspace installs them: `<folder>/share/<package>/msg/<Type>.msg`.
-    pub messages: Option<PathBuf>,
-    /// Shows estimates of people's workload and arousal on the screen. Whoever sees them in an
-    /// experiment is no longer blind. Default: false; they are recorded all the same.
-    pub show_estimates: bool,
-}
-
-impl Default for SessionSettings {
-    fn default() -> SessionSettings {
-        let (name, clock) = ("session".into(), SessionClock::Host);
-        SessionSettings { name, clock, domain: None, messages: None, show_estimates: false }
-    }
-}
-
-/// What the time of a session is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-pub enum SessionClock {
-    /// The host's clock.
-    #[serde(rename = "host")]
-    Host,
-    /// Simulated time, as it is told on the ROS topic `/clock`.
-    #[serde(rename = "/clock")]
-    Simulated,
-}
-
-/// What is computed. Beside these, each feature has a table of its own: `[features.state]`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FeatureSettings {
-    /// The lengths of the sliding windows [s].
-    pub windows_secs: Vec<f64>,
-    /// Families of features that are not computed; see `teampulse list features`.
-    pub disable: Vec<String>,
-}
-
-impl Default for FeatureSettings {
-    fn default() -> FeatureSettings {
-        FeatureSettings { windows_secs: vec![30.0, 60.0], disable: Vec::new() }
-    }
 }
 
 /// The parts of a study that are read by somebody else than [`General`].
@@ -383,27 +318,6 @@ impl Study {
     }
 }
 
-/// The place of a setting, or of what is nearest to it on the way there: `None` when not even the
-/// first key is written.
-fn nearest_place(whole: &Spanned<DeValue<'_>>, path: &str) -> Option<Range<usize>> {
-    let (found, _) = walk(whole, path);
-    (!std::ptr::eq(found, whole)).then(|| found.span())
-}
-
-/// Follows a path as far as it is written; and whether that is to its end.
-fn walk<'v, 'a>(whole: &'v Spanned<DeValue<'a>>, path: &str) -> (&'v Spanned<DeValue<'a>>, bool) {
-    let mut found = whole;
-    for key in path.split('.').filter(|key| !key.is_empty()) {
-        let below = match found.get_ref() {
-            DeValue::Array(array) => key.parse().ok().and_then(|place: usize| array.get(place)),
-            other => other.get(key),
-        };
-        let Some(below) = below else { return (found, false) };
-        found = below;
-    }
-    (found, true)
-}
-
 type Own<'a> = Vec<(String, Spanned<DeValue<'a>>)>;
 
 /// Splits a study's tables into the general ones and those that others read.
@@ -418,44 +332,6 @@ fn split(table: DeTable<'_>) -> (DeTable<'_>, Own<'_>) {
         }
     }
     (general, own)
-}
-
-/// What a misspelt word may have been meant to be, from the words that the message offers.
-fn suggestion(message: &str) -> Option<String> {
-    let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let (wrong, known) = words.split_first()?;
-    let near = message.starts_with("unknown").then(|| nearest(wrong, known)).flatten()?;
-    Some(format!("did you mean `{near}`?"))
-}
-
-fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
-    let similarity = |known: &&&str| strsim::jaro_winkler(word, known);
-    let near = known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
-    (similarity(&near) > 0.75).then_some(near)
-}
-
-/// What is wrong with a study, and where.
-#[derive(Debug, Error)]
-#[error("{message}")]
-pub struct StudyError {
-    message: String,
-    hint: Option<String>,
-    place: Option<Box<(NamedSource<String>, Range<usize>)>>,
-}
-
-impl Diagnostic for StudyError {
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        self.hint.as_ref().map(|hint| Box::new(hint) as Box<dyn std::fmt::Display>)
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|place| &place.0 as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = &**self.place.as_ref()?;
-        Some(Box::new(std::iter::once(LabeledSpan::underline(span.clone()))))
-    }
 }
 
 #[cfg(test)]
