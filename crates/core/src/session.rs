@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use tokio::task::JoinSet;
 
-use crate::clock::Clock;
+use crate::clock::{Clock, Stopwatch};
 use crate::clocks::Clocks;
 use crate::data::{Data, Event, EventKind};
 use crate::feature::Feature;
@@ -21,11 +21,14 @@ use crate::streams::Streams;
 
 /// How long the pump waits for readings before it looks at the clock.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// How long a live pump lets readings gather: it then wakes, and wakes its sinks, a few hundred
-/// times a second at most, whatever the rate of messages.
+/// How long after it woke a live pump wakes again at the soonest, while readings gather: it wakes, and
+/// wakes its sinks, a few hundred times a second, whatever the rate of messages.
 const GATHER: Duration = Duration::from_millis(4);
 /// How many records make a batch at most.
 const BATCH: usize = 1024;
+/// How long a live pump computes before it hands over what it has: the features of one sensor don't
+/// wait for those of all others.
+const PROMPT: Duration = Duration::from_millis(1);
 /// A recording that comes in smaller portions than this is played in time: nothing is held back.
 const FEW: usize = 64;
 /// The pauses before a source is run again double from the first to the last.
@@ -237,10 +240,14 @@ impl Line {
             let now = self.clock.now();
             self.queue.take(&mut items, PATIENCE);
             let (silent, few) = (items.is_empty(), items.len() < FEW);
+            let woken = Stopwatch::start();
+            let mut handed = woken;
             for item in items.drain(..) {
                 self.pump.take(item);
-                if self.pump.records().len() >= BATCH {
+                let waits = self.pace == Pace::Live && handed.elapsed() >= PROMPT;
+                if waits || self.pump.records().len() >= BATCH {
                     deliver(&mut self.posts, self.pump.records());
+                    handed = Stopwatch::start();
                 }
             }
             if silent && ended {
@@ -251,7 +258,7 @@ impl Line {
                     self.pump.tick_until(now);
                 }
                 deliver(&mut self.posts, self.pump.records());
-                std::thread::sleep(GATHER);
+                std::thread::sleep(GATHER.saturating_sub(woken.elapsed()));
             } else if few {
                 deliver(&mut self.posts, self.pump.records());
             }
