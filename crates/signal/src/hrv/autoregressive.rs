@@ -8,31 +8,51 @@ use crate::spectrum::Spectrum;
 
 /// Steps of the spectrum, up to half the sampling rate.
 const STEPS: usize = 2048;
+/// Numbers that are computed side by side: one alone would wait for the last at each step.
+const LANES: usize = 8;
 
 /// The spectrum of an even series, less its mean, by a model of `order` whose errors forwards and
-/// backwards are least (Burg).
-pub(super) fn burg(values: &[f64], rate_hz: f64, order: usize) -> Result<Spectrum, SignalError> {
+/// backwards are least (Burg), up to `highest_hz` [Hz].
+pub(super) fn burg(
+    values: &[f64],
+    rate_hz: f64,
+    order: usize,
+    highest_hz: f64,
+) -> Result<Spectrum, SignalError> {
     if values.len() <= 2 * order {
         return Err(SignalError::TooShort { count: values.len(), least: 2 * order + 1 });
     }
     let (coefficients, variance) = model(values, order);
     let step_hz = rate_hz / 2.0 / STEPS as f64;
-    let frequencies_hz: Vec<f64> = (0..=STEPS).map(|k| k as f64 * step_hz).collect();
-    // The model's polynomial on the unit circle, from its highest lag down (Horner).
-    let power = |frequency_hz: &f64| {
-        let (sin, cos) = (TAU * frequency_hz / rate_hz).sin_cos();
-        let turned = |(real, imaginary): (f64, f64), coefficient: &f64| {
-            let real = real + coefficient;
-            (real * cos + imaginary * sin, imaginary * cos - real * sin)
-        };
-        let (real, imaginary) = coefficients.iter().rev().fold((0.0, 0.0), turned);
-        2.0 * variance / rate_hz / ((1.0 + real).powi(2) + imaginary.powi(2))
-    };
-    let power: Vec<f64> = frequencies_hz.iter().map(power).collect();
+    let steps = ((highest_hz / step_hz).ceil() as usize).clamp(1, STEPS);
+    let frequencies_hz: Vec<f64> = (0..=steps).map(|k| k as f64 * step_hz).collect();
+    let mut power = vec![0.0; frequencies_hz.len()];
+    for (power, frequencies_hz) in power.chunks_mut(LANES).zip(frequencies_hz.chunks(LANES)) {
+        let mut sines = [(0.0, 0.0); LANES];
+        for (sine, frequency_hz) in sines.iter_mut().zip(frequencies_hz) {
+            *sine = (TAU * frequency_hz / rate_hz).sin_cos();
+        }
+        let gains = gains(&coefficients, sines);
+        power.iter_mut().zip(gains).for_each(|(p, gain)| *p = 2.0 * variance / rate_hz / gain);
+    }
     if power.iter().any(|each| !each.is_finite()) {
         return Err(SignalError::Constant);
     }
     Ok(Spectrum { frequencies_hz, power, segments: 1 })
+}
+
+/// The squared size of the model's polynomial on the unit circle, from its highest lag down (Horner).
+fn gains(coefficients: &[f64], sines: [(f64, f64); LANES]) -> [f64; LANES] {
+    let (sin, cos) = (sines.map(|each| each.0), sines.map(|each| each.1));
+    let (mut real, mut imaginary) = ([0.0; LANES], [0.0; LANES]);
+    for coefficient in coefficients.iter().rev() {
+        for lane in 0..LANES {
+            let (x, y) = (real[lane] + coefficient, imaginary[lane]);
+            real[lane] = x * cos[lane] + y * sin[lane];
+            imaginary[lane] = y * cos[lane] - x * sin[lane];
+        }
+    }
+    std::array::from_fn(|lane| (1.0 + real[lane]).powi(2) + imaginary[lane].powi(2))
 }
 
 /// The coefficients of lags 1 to `order`, and the variance of what they leave.
@@ -43,21 +63,37 @@ fn model(values: &[f64], order: usize) -> (Vec<f64>, f64) {
     let mut variance = forward.iter().map(|each| each * each).sum::<f64>() / values.len() as f64;
     let mut coefficients: Vec<f64> = Vec::with_capacity(order);
     for lag in 1..=order {
-        let pairs = || forward[lag..].iter().zip(&backward[lag - 1..]);
-        let products: f64 = pairs().map(|(f, b)| f * b).sum();
-        let squares: f64 = pairs().map(|(f, b)| f * f + b * b).sum();
+        // Errors forwards, and backwards of the value before: at the same place.
+        let count = values.len() - lag;
+        let (forward, backward) = (&mut forward[lag..], &mut backward[..count]);
+        let (products, squares) = sums(forward, backward);
         let reflection = -2.0 * products / squares;
         let reversed: Vec<f64> = coefficients.iter().rev().copied().collect();
         coefficients.iter_mut().zip(reversed).for_each(|(each, other)| *each += reflection * other);
         coefficients.push(reflection);
-        for k in (lag..forward.len()).rev() {
-            let (f, b) = (forward[k], backward[k - 1]);
-            forward[k] = f + reflection * b;
-            backward[k] = b + reflection * f;
+        for (f, b) in forward.iter_mut().zip(backward) {
+            (*f, *b) = (*f + reflection * *b, *b + reflection * *f);
         }
         variance *= 1.0 - reflection * reflection;
     }
     (coefficients, variance)
+}
+
+/// Of the products of errors forwards and backwards, and of the squares of both.
+fn sums(forward: &[f64], backward: &[f64]) -> (f64, f64) {
+    let ((ones, rest), (others, other_rest)) = (forward.as_chunks(), backward.as_chunks());
+    let (mut products, mut squares) = ([0.0; LANES], [0.0; LANES]);
+    let mut add = |lane: usize, f: f64, b: f64| {
+        products[lane] += f * b;
+        squares[lane] += f * f + b * b;
+    };
+    for (one, other) in ones.iter().zip(others) {
+        let (one, other): (&[f64; LANES], &[f64; LANES]) = (one, other);
+        (0..LANES).for_each(|lane| add(lane, one[lane], other[lane]));
+    }
+    let rest = rest.iter().zip(other_rest).enumerate();
+    rest.for_each(|(lane, (f, b))| add(lane, *f, *b));
+    (products.iter().sum(), squares.iter().sum())
 }
 
 #[cfg(test)]
@@ -68,13 +104,13 @@ mod tests {
     fn the_power_of_a_wave_stands_at_its_frequency() {
         let noise = |k: u32| f64::from(k * k % 997) / 997.0 - 0.5;
         let wave = |k: u32| 3.0 * (TAU * 0.25 * f64::from(k) / 4.0).sin() + 0.1 * noise(k);
-        let spectrum = burg(&(0..1200).map(wave).collect::<Vec<_>>(), 4.0, 16).unwrap();
+        let spectrum = burg(&(0..1200).map(wave).collect::<Vec<_>>(), 4.0, 16, 2.0).unwrap();
         let peak = spectrum.peak(0.1, 0.5).unwrap();
         assert!((peak.frequency_hz - 0.25).abs() < 0.002, "{peak:?}");
     }
 
     #[test]
     fn a_constant_has_no_spectrum() {
-        assert_eq!(burg(&[800.0; 100], 4.0, 16), Err(SignalError::Constant));
+        assert_eq!(burg(&[800.0; 100], 4.0, 16, 2.0), Err(SignalError::Constant));
     }
 }

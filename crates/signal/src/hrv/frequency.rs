@@ -4,13 +4,15 @@ use super::autoregressive::burg;
 use super::measure::Measure;
 use crate::cubic::{CubicSpline, Ends};
 use crate::error::SignalError;
-use crate::spectrum::{LombScargle, Mean, Normalisation, Rule, Spectrum, Welch};
+use crate::spectrum::{LombScargle, Mean, Normalisation, Rule, Spectrum, Transforms, Welch};
 
 /// Very low, low and high frequency [Hz], each without its upper end. Task Force (1996).
 const BANDS_HZ: [(f64, f64); 3] = [(0.0033, 0.04), (0.04, 0.15), (0.15, 0.4)];
 /// Shortest recordings that each band can be told from [s]. Task Force (1996) for the first; ten waves
 /// of the lowest frequency are wanted, the others have five and nine.
 const LEAST_SECS: [f64; 3] = [300.0, 120.0, 60.0];
+/// No band reaches higher [Hz].
+const HIGHEST_HZ: f64 = BANDS_HZ[2].1;
 /// Finest step of Lomb and Scargle's periodogram [Hz].
 const LEAST_STEP_HZ: f64 = 1e-4;
 
@@ -107,15 +109,18 @@ pub fn frequency_domain(
     intervals_ms: &[f64],
     recipe: &Recipe,
 ) -> Result<FrequencyDomain, SignalError> {
-    let (spectrum, span_secs) = spectrum(ends_secs, intervals_ms, recipe)?;
+    let kept = Transforms::default();
+    let (spectrum, span_secs) = spectrum(ends_secs, intervals_ms, recipe, &kept)?;
     Ok(FrequencyDomain::of(&spectrum, span_secs))
 }
 
-/// The spectrum of intervals, and the time from the first one's end to the last's [s].
+/// The spectrum of intervals, and the time from the first one's end to the last's [s]; `kept` are
+/// the transforms of other such spectra.
 pub(super) fn spectrum(
     ends_secs: &[f64],
     intervals_ms: &[f64],
     recipe: &Recipe,
+    kept: &Transforms,
 ) -> Result<(Spectrum, f64), SignalError> {
     let (left, right) = (ends_secs.len(), intervals_ms.len());
     if left != right {
@@ -132,11 +137,13 @@ pub(super) fn spectrum(
         CubicSpline::new(&ends_secs, &intervals_ms, Ends::NotAKnot)?.resampled(first_secs, rate_hz)
     };
     let spectrum = match *recipe {
-        Recipe::Autoregressive { rate_hz, order } => burg(&even(rate_hz)?, rate_hz, order)?,
+        Recipe::Autoregressive { rate_hz, order } => {
+            burg(&even(rate_hz)?, rate_hz, order, HIGHEST_HZ)?
+        }
         Recipe::Welch { rate_hz, segment_secs } => {
             let even = even(rate_hz)?;
             let segment = (rate_hz * segment_secs).round().max(0.0) as usize;
-            Welch::new(rate_hz, segment.min(even.len())).of(&even)?
+            Welch::new(rate_hz, segment.min(even.len())).of_next(&even, kept)?
         }
         Recipe::LombScargle => periodogram(&ends_secs, &intervals_ms, span_secs)?,
     };
@@ -149,7 +156,7 @@ fn periodogram(
     span_secs: f64,
 ) -> Result<Spectrum, SignalError> {
     let step_hz = (1.0 / span_secs).max(LEAST_STEP_HZ);
-    let highest = (BANDS_HZ[2].1 / step_hz).min(BANDS_HZ[2].1 / LEAST_STEP_HZ) as usize;
+    let highest = (HIGHEST_HZ / step_hz).min(HIGHEST_HZ / LEAST_STEP_HZ) as usize;
     let frequencies_hz: Vec<f64> = (1..=highest.max(2)).map(|k| k as f64 * step_hz).collect();
     LombScargle { mean: Mean::Subtracted, normalisation: Normalisation::Density }.of(
         ends_secs,

@@ -1,3 +1,5 @@
+use std::cell::OnceCell;
+
 use super::rolling::around_each;
 use crate::robust::quantile_of_sorted;
 
@@ -85,32 +87,50 @@ impl Artefacts {
 struct Series {
     /// Intervals [s].
     rr: Vec<f64>,
+    /// Differences between successive intervals, over their threshold.
+    change: Vec<f64>,
+    /// Asked for only where a change stands out: in most windows none does.
+    level: OnceCell<Level>,
+}
+
+/// Intervals against those around.
+struct Level {
     /// Median of the intervals around [s].
     usual: Vec<f64>,
     /// Threshold of differences from it [s].
-    usual_threshold: Vec<f64>,
+    threshold: Vec<f64>,
     /// Differences from it, over the threshold.
     off: Vec<f64>,
-    /// Differences between successive intervals, over their threshold.
-    change: Vec<f64>,
+}
+
+impl Level {
+    fn of(rr: &[f64]) -> Level {
+        let usual = usual(rr);
+        let off = rr.iter().zip(&usual).map(|(rr, usual)| rr - usual);
+        // A short interval is less off than a long one of the same kind of error.
+        let mut off: Vec<f64> =
+            off.map(|each| if each < 0.0 { 2.0 * each } else { each }).collect();
+        let threshold = threshold(&off);
+        off.iter_mut().zip(&threshold).for_each(|(value, by)| *value = over(*value, *by));
+        Level { usual, threshold, off }
+    }
+}
+
+/// Over a threshold of zero nothing is known: NaN compares as false.
+fn over(value: f64, threshold: f64) -> f64 {
+    if threshold > 0.0 { value / threshold } else { f64::NAN }
 }
 
 impl Series {
     fn of(rr: Vec<f64>) -> Series {
         let mut change = differences_with_mean_first(&rr);
-        let change_threshold = threshold(&change);
-        let usual = usual(&rr);
-        let off = rr.iter().zip(&usual).map(|(rr, usual)| rr - usual);
-        // A short interval is less off than a long one of the same kind of error.
-        let mut off: Vec<f64> =
-            off.map(|each| if each < 0.0 { 2.0 * each } else { each }).collect();
-        let usual_threshold = threshold(&off);
-        // Over a threshold of zero nothing is known: NaN compares as false.
-        let over =
-            |value: &mut f64, by: f64| *value = if by > 0.0 { *value / by } else { f64::NAN };
-        change.iter_mut().zip(change_threshold).for_each(|(value, by)| over(value, by));
-        off.iter_mut().zip(&usual_threshold).for_each(|(value, by)| over(value, *by));
-        Series { rr, usual, usual_threshold, off, change }
+        let thresholds = threshold(&change);
+        change.iter_mut().zip(thresholds).for_each(|(value, by)| *value = over(*value, by));
+        Series { rr, change, level: OnceCell::new() }
+    }
+
+    fn level(&self) -> &Level {
+        self.level.get_or_init(|| Level::of(&self.rr))
     }
 
     fn classified(&self) -> Vec<Artefact> {
@@ -123,7 +143,7 @@ impl Series {
             } else if self.is_ectopic(beat) {
                 found.push(Artefact { beat, kind: Kind::Ectopic });
                 beat += 1;
-            } else if !(change.abs() > 1.0 || self.off[beat].abs() > MOST_OFF) {
+            } else if !(change.abs() > 1.0 || self.level().off[beat].abs() > MOST_OFF) {
                 beat += 1;
             } else {
                 // The long or short interval may be the next.
@@ -159,10 +179,11 @@ impl Series {
             (self.change[beat], self.change_at(beat, 1), self.change_at(beat, 2));
         let long = change > 1.0 && lesser(next, second) < -1.0;
         let short = change < -1.0 && greater(next, second) > 1.0;
-        if !(long || short || self.off[beat].abs() > MOST_OFF) {
+        if !(long || short || self.level().off[beat].abs() > MOST_OFF) {
             return None;
         }
-        let (usual, threshold) = (self.usual[beat], self.usual_threshold[beat]);
+        let level = self.level();
+        let (usual, threshold) = (level.usual[beat], level.threshold[beat]);
         let half_is_usual = (self.rr[beat] / 2.0 - usual).abs() < threshold;
         let both_are_usual = (self.rr[beat] + self.rr[beat + 1] - usual).abs() < threshold;
         let missed_or_other = if long && half_is_usual { Kind::Missed } else { Kind::LongShort };

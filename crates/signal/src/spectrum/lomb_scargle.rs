@@ -130,59 +130,82 @@ impl Points {
     }
 
     /// Of the sines and cosines of all times at a frequency.
-    fn sums(&self, turned: &[(f64, f64)]) -> Sums {
-        let mut sums = Sums::default();
-        for (&(sin, cos), value) in turned.iter().zip(&self.values) {
-            sums.cos += cos;
-            sums.sin += sin;
-            sums.cos_cos += cos * cos;
-            sums.cos_sin += cos * sin;
-            sums.value += value;
-            sums.value_cos += value * cos;
-            sums.value_sin += value * sin;
+    fn sums(&self, turned: &Sines) -> Sums {
+        let (sin, sin_rest) = turned.sin.as_chunks();
+        let (cos, cos_rest) = turned.cos.as_chunks();
+        let (values, values_rest) = self.values.as_chunks();
+        let mut parts = [[0.0; LANES]; 7];
+        let mut add = |lane: usize, sin: f64, cos: f64, value: f64| {
+            let each = [cos, sin, cos * cos, cos * sin, value, value * cos, value * sin];
+            parts.iter_mut().zip(each).for_each(|(part, each)| part[lane] += each);
+        };
+        for ((sin, cos), values) in sin.iter().zip(cos).zip(values) {
+            let (sin, cos, values): (&[f64; LANES], &[f64; LANES], &[f64; LANES]) =
+                (sin, cos, values);
+            (0..LANES).for_each(|lane| add(lane, sin[lane], cos[lane], values[lane]));
         }
-        sums.over(self.values.len() as f64)
+        let rest = sin_rest.iter().zip(cos_rest).zip(values_rest).enumerate();
+        rest.for_each(|(lane, ((sin, cos), value))| add(lane, *sin, *cos, *value));
+        Sums::of(parts.map(|part| part.iter().sum::<f64>() / self.values.len() as f64))
     }
 }
 
 /// So many steps are turned before sines are taken afresh: rounding adds up.
 const TURNS: usize = 32;
 
+/// Points that are added side by side.
+const LANES: usize = 2;
+
 /// The sines and cosines of times at one frequency after the other. Where these are even, each is the
 /// one before, turned on by a step: a sine costs as much as all sums of a point.
 struct Turning<'a> {
     times_secs: &'a [f64],
     /// `None` for frequencies that are not even.
-    step: Option<Vec<(f64, f64)>>,
-    now: Vec<(f64, f64)>,
+    step: Option<Sines>,
+    now: Sines,
     turns: usize,
 }
 
 impl<'a> Turning<'a> {
     fn new(times_secs: &'a [f64], frequencies_hz: &[f64]) -> Turning<'a> {
-        let step = even_step_hz(frequencies_hz).map(|step_hz| sines(times_secs, step_hz));
-        Turning { times_secs, step, now: Vec::new(), turns: 0 }
+        let step = even_step_hz(frequencies_hz).map(|step_hz| Sines::of(times_secs, step_hz));
+        Turning { times_secs, step, now: Sines::default(), turns: 0 }
     }
 
     /// At the next frequency [Hz].
-    fn to(&mut self, frequency_hz: f64) -> &[(f64, f64)] {
+    fn to(&mut self, frequency_hz: f64) -> &Sines {
         match &self.step {
-            Some(step) if !self.turns.is_multiple_of(TURNS) => {
-                for ((sin, cos), (step_sin, step_cos)) in self.now.iter_mut().zip(step) {
-                    let turned_sin = *sin * step_cos + *cos * step_sin;
-                    *cos = *cos * step_cos - *sin * step_sin;
-                    *sin = turned_sin;
-                }
-            }
-            _ => self.now = sines(self.times_secs, frequency_hz),
+            Some(step) if !self.turns.is_multiple_of(TURNS) => self.now.turn(step),
+            _ => self.now = Sines::of(self.times_secs, frequency_hz),
         }
         self.turns += 1;
         &self.now
     }
 }
 
-fn sines(times_secs: &[f64], frequency_hz: f64) -> Vec<(f64, f64)> {
-    times_secs.iter().map(|time| (TAU * frequency_hz * time).sin_cos()).collect()
+/// Of each time at a frequency.
+#[derive(Default)]
+struct Sines {
+    sin: Vec<f64>,
+    cos: Vec<f64>,
+}
+
+impl Sines {
+    fn of(times_secs: &[f64], frequency_hz: f64) -> Sines {
+        let sines = times_secs.iter().map(|time| (TAU * frequency_hz * time).sin_cos());
+        let (sin, cos) = sines.unzip();
+        Sines { sin, cos }
+    }
+
+    fn turn(&mut self, step: &Sines) {
+        let steps = step.sin.iter().zip(&step.cos);
+        let now = self.sin.iter_mut().zip(&mut self.cos);
+        for ((sin, cos), (step_sin, step_cos)) in now.zip(steps) {
+            let turned_sin = *sin * step_cos + *cos * step_sin;
+            *cos = *cos * step_cos - *sin * step_sin;
+            *sin = turned_sin;
+        }
+    }
 }
 
 /// From each frequency to the next [Hz]; `None` when that differs.
@@ -195,7 +218,7 @@ fn even_step_hz(frequencies_hz: &[f64]) -> Option<f64> {
 }
 
 /// Means of products, as in equations 7 to 15 of Zechmeister & Kürster.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Sums {
     cos: f64,
     sin: f64,
@@ -207,16 +230,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn over(self, count: f64) -> Sums {
-        Sums {
-            cos: self.cos / count,
-            sin: self.sin / count,
-            cos_cos: self.cos_cos / count,
-            cos_sin: self.cos_sin / count,
-            value: self.value / count,
-            value_cos: self.value_cos / count,
-            value_sin: self.value_sin / count,
-        }
+    fn of([cos, sin, cos_cos, cos_sin, value, value_cos, value_sin]: [f64; 7]) -> Sums {
+        Sums { cos, sin, cos_cos, cos_sin, value, value_cos, value_sin }
     }
 
     /// Twice the explained mean square.

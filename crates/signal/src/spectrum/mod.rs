@@ -16,11 +16,13 @@ mod band_power;
 mod taper;
 mod detrend;
 mod welch;
+mod transforms;
 mod lomb_scargle;
 
 pub use band_power::{Peak, Rule, Spectrum};
 pub use detrend::Detrend;
 pub use lomb_scargle::{LombScargle, Mean, Normalisation};
 pub use taper::Taper;
+pub(crate) use transforms::Transforms;
 pub(crate) use welch::Transform;
 pub use welch::{Average, Scaling, Welch};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
+use super::transforms::Transforms;
 use super::{Detrend, Spectrum, Taper};
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
@@ -77,18 +78,36 @@ impl Welch {
     /// segment of usable samples.
     pub fn of(&self, signal: &[f64]) -> Result<Spectrum, SignalError> {
         let lengths = self.lengths(signal.len())?;
-        let mut transform = Transform::new(self, lengths);
+        self.by(&mut Transform::new(self, lengths), lengths, signal)
+    }
+
+    /// The same by a transform that is kept for the next signal.
+    pub(crate) fn of_next(
+        &self,
+        signal: &[f64],
+        kept: &Transforms,
+    ) -> Result<Spectrum, SignalError> {
+        let lengths = self.lengths(signal.len())?;
+        kept.with(self, lengths, |transform| self.by(transform, lengths, signal))
+    }
+
+    fn by(
+        &self,
+        transform: &mut Transform,
+        lengths: Lengths,
+        signal: &[f64],
+    ) -> Result<Spectrum, SignalError> {
         let segments = signal.windows(lengths.segment).step_by(lengths.step);
         let whole = segments.filter(|segment| segment.iter().all(|&value| is_usable(value)));
         let mut averaging = Averaging::new(self.average, lengths.transform / 2 + 1);
-        whole.for_each(|segment| averaging.add(transform.power(segment)));
-        if averaging.segments == 0 {
+        let add = |segment| averaging.add(transform.power(segment));
+        let segments = whole.map(add).count();
+        if segments == 0 {
             return Err(SignalError::NothingFinite);
         }
         let frequency_hz = |bin: usize| bin as f64 * self.rate_hz / lengths.transform as f64;
         let frequencies_hz = (0..=lengths.transform / 2).map(frequency_hz).collect();
-        let segments = averaging.segments;
-        let spectrum = Spectrum { frequencies_hz, power: averaging.average(), segments };
+        let spectrum = Spectrum { frequencies_hz, power: averaging.average(segments), segments };
         spectrum.finite()
     }
 
@@ -113,37 +132,42 @@ impl Welch {
 }
 
 /// What the segments so far come to.
-struct Averaging {
-    average: Average,
-    /// Of each bin the sum of all powers, or for the median each of them.
-    powers: Vec<Vec<f64>>,
-    segments: usize,
+enum Averaging {
+    /// Of each bin the sum of all powers.
+    Mean(Vec<f64>),
+    /// Of each bin all powers.
+    Median(Vec<Vec<f64>>),
 }
 
 impl Averaging {
     fn new(average: Average, bins: usize) -> Averaging {
-        Averaging { average, powers: vec![Vec::new(); bins], segments: 0 }
+        match average {
+            Average::Mean => Averaging::Mean(vec![0.0; bins]),
+            Average::Median => Averaging::Median(vec![Vec::new(); bins]),
+        }
     }
 
     fn add(&mut self, power: impl Iterator<Item = f64>) {
-        self.segments += 1;
-        for (bin, power) in self.powers.iter_mut().zip(power) {
-            match (self.average, bin.as_mut_slice()) {
-                (Average::Mean, [sum]) => *sum += power,
-                _ => bin.push(power),
+        match self {
+            Averaging::Mean(sums) => {
+                sums.iter_mut().zip(power).for_each(|(sum, power)| *sum += power);
+            }
+            Averaging::Median(bins) => {
+                bins.iter_mut().zip(power).for_each(|(bin, power)| bin.push(power));
             }
         }
     }
 
-    fn average(self) -> Vec<f64> {
-        let count = self.segments as f64;
-        let of_bin = |mut bin: Vec<f64>| match self.average {
-            Average::Mean => bin.iter().sum::<f64>() / count,
-            Average::Median => {
-                median_in_place(&mut bin).unwrap_or(f64::NAN) / median_bias(self.segments)
-            }
+    /// Of so many segments.
+    fn average(self, segments: usize) -> Vec<f64> {
+        let count = segments as f64;
+        let median = |mut bin: Vec<f64>| {
+            median_in_place(&mut bin).unwrap_or(f64::NAN) / median_bias(segments)
         };
-        self.powers.into_iter().map(of_bin).collect()
+        match self {
+            Averaging::Mean(sums) => sums.into_iter().map(|sum| sum / count).collect(),
+            Averaging::Median(bins) => bins.into_iter().map(median).collect(),
+        }
     }
 }
 
@@ -154,8 +178,8 @@ fn median_bias(count: usize) -> f64 {
     1.0 + pairs.map(|even| 1.0 / (even + 1.0) - 1.0 / even).sum::<f64>()
 }
 
-#[derive(Clone, Copy)]
-struct Lengths {
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Lengths {
     segment: usize,
     step: usize,
     transform: usize,
@@ -173,7 +197,7 @@ pub(crate) struct Transform {
 }
 
 impl Transform {
-    fn new(settings: &Welch, lengths: Lengths) -> Transform {
+    pub(super) fn new(settings: &Welch, lengths: Lengths) -> Transform {
         let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(lengths.transform);
         let weights = settings.taper.weights(lengths.segment);
         let scale = match settings.scaling {

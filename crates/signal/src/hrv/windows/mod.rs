@@ -8,6 +8,7 @@ mod rows;
 
 use std::collections::VecDeque;
 use std::ops::Range;
+use std::sync::Arc;
 
 use corrected::CorrectedBeats;
 use cut::Cut;
@@ -16,6 +17,7 @@ pub use recipes::Domain;
 
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value, Windows};
 use crate::intervals::{Edit, MOST_PERCENT};
+use crate::spectrum::Transforms;
 
 /// Causally, the beats of a span are corrected together with those from this time before it [s]: what
 /// is usual takes 45 beats on both sides to know.
@@ -52,8 +54,9 @@ pub const BEFORE_SECS: f64 = 60.0;
 pub struct HeartWindows {
     treatment: Treatment,
     domains: Vec<Domain>,
-    values: Vec<Value>,
+    values: Arc<[Value]>,
     beats: Beats,
+    transforms: Transforms,
 }
 
 /// What is done about beats that are artefacts.
@@ -101,8 +104,8 @@ impl HeartWindows {
 
     fn of(beats: Beats, corrected: &str) -> HeartWindows {
         let treatment = Treatment::Corrected;
-        let (domains, values) = (Domain::ALL.to_vec(), recipes::values(corrected));
-        HeartWindows { treatment, domains, values, beats }
+        let (domains, values) = (Domain::ALL.to_vec(), recipes::values(corrected).into());
+        HeartWindows { treatment, domains, values, beats, transforms: Transforms::default() }
     }
 
     /// The same with this done about artefacts.
@@ -196,7 +199,7 @@ impl HeartWindows {
         let values = |&domain: &Domain| {
             let last = nonlinear.filter(|_| domain == Domain::Nonlinear);
             let held = last.and_then(|last| recipes::held(domain, &cut, last));
-            held.unwrap_or_else(|| recipes::measure(domain, &cut))
+            held.unwrap_or_else(|| recipes::measure(domain, &cut, &self.transforms))
         };
         let values = domains.iter().flat_map(values).collect();
         Measured { coverage: cut.coverage, quality, values }

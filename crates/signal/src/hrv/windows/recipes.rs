@@ -11,6 +11,7 @@ use crate::hrv::{
     time_domain,
 };
 use crate::intervals::Kind;
+use crate::spectrum::Transforms;
 
 /// Least share of the time that a band needs that must lie between the first interval and the last.
 const LEAST_SHARE: f64 = 0.95;
@@ -70,19 +71,23 @@ pub(super) fn values(beats: &str) -> Vec<Value> {
     rows.map(value).collect()
 }
 
-/// The values of a domain in their order.
-pub(super) fn measure(domain: Domain, cut: &Cut) -> Vec<Result<f64, Reason>> {
+/// The values of a domain in their order; `kept` are the transforms of other spans.
+pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Result<f64, Reason>> {
+    let (rows, shown) = (domain.rows(), Shown::of(cut));
     let computed = match domain {
         Domain::Time => time(cut),
-        Domain::Frequency => frequency(cut),
+        // Most spans are too short for any.
+        Domain::Frequency if rows.iter().all(|row| shown.lacks(row.3, f64::NAN).is_some()) => {
+            vec![f64::NAN; rows.len()]
+        }
+        Domain::Frequency => frequency(cut, kept),
         Domain::Nonlinear => nonlinear(cut),
     };
-    let shown = Shown::of(cut);
     let told = |(row, value): (&Row, f64)| match shown.lacks(row.3, value) {
         Some(reason) => Err(reason),
         None => Reason::unless_finite(value),
     };
-    domain.rows().iter().zip(computed).map(told).collect()
+    rows.iter().zip(computed).map(told).collect()
 }
 
 /// The same values as they were told shortly before, where the span has what they need; `None` where one
@@ -159,11 +164,11 @@ fn time(cut: &Cut) -> Vec<f64> {
     features.into_iter().chain(padded(Some(segments), 0)).chain(counts).collect()
 }
 
-fn frequency(cut: &Cut) -> Vec<f64> {
+fn frequency(cut: &Cut, kept: &Transforms) -> Vec<f64> {
     let (ends_secs, intervals_ms) = cut.present();
     let is_bridged = ends_secs.windows(2).all(|pair| pair[1] - pair[0] <= LONGEST_BRIDGE_SECS);
     let of = |recipe: Recipe| {
-        let (spectrum, _) = spectrum(&ends_secs, &intervals_ms, &recipe).ok()?;
+        let (spectrum, _) = spectrum(&ends_secs, &intervals_ms, &recipe, kept).ok()?;
         Some(FrequencyDomain::of(&spectrum, cut.window_secs))
     };
     // A spline over a long hole would be long, and of no use.
@@ -198,7 +203,8 @@ mod tests {
     fn each_value_is_called_and_measured_as_its_feature() {
         let nn: Vec<f64> = (0..400u32).map(|k| 800.0 + f64::from(k * k % 37)).collect();
         let ends_secs: Vec<f64> = (1..=400u32).map(|k| 0.8 * f64::from(k)).collect();
-        let (spectrum, _) = spectrum(&ends_secs, &nn, &Recipe::default()).unwrap();
+        let (spectrum, _) =
+            spectrum(&ends_secs, &nn, &Recipe::default(), &Transforms::default()).unwrap();
         let named = [
             (&TIME[..], time_domain(&nn).unwrap().measures()),
             (&TIME[20..], segments::measures(&ends_secs, &nn)),
