@@ -14,7 +14,9 @@ pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> +
 /// a session computes live is what a replay, or an analysis afterwards, computes from the same samples,
 /// bit for bit.
 ///
-/// What is dear to compute is computed anew every 10 s, and [held](super::Windows::measure_again) between.
+/// What is dear to compute is computed anew every 10 s, and [held](super::Windows::measure_again) between:
+/// windows of different lengths, and [of different signals](Causal::turn_secs), take their turns in
+/// different seconds, which their lengths and the beginning decide alone, so that no second has all of it.
 ///
 /// Other spans than windows can be asked with [`measure`](Self::measure) as long as
 /// [`hold_from`](Self::hold_from) keeps what they need; that changes nothing in the windows.
@@ -30,7 +32,7 @@ pub struct Live {
     begin_ns: Option<i64>,
     /// When windows end next.
     end_ns: i64,
-    /// For each length, when all of a window was computed last [ns], and what it was.
+    /// For each length, in which of its turns all of a window was computed last, and what it was.
     whole: Vec<Option<(i64, Measured)>>,
     /// What is needed for other spans than windows begins here.
     held_from_ns: Option<i64>,
@@ -45,6 +47,9 @@ pub const LONGEST_HELD_NS: i64 = 600_000_000_000;
 
 /// All of a window is computed again after so long [ns].
 const ANEW_NS: i64 = 10_000_000_000;
+/// A window's length over this tells its turn in that time by what is left over [ns]: those of 30, 60
+/// and 300 s come 2 s after each other.
+const TURNS_NS: i64 = 7_000_000_000;
 
 /// What a live analysis tells of.
 #[derive(Clone, Debug, PartialEq)]
@@ -213,15 +218,24 @@ impl Live {
     }
 
     fn measure_window(&mut self, place: usize, span: Span) -> Measured {
-        let is_fresh = |at_ns: i64| span.end_ns.saturating_sub(at_ns) < ANEW_NS;
+        let turn = self.turn(place, span.end_ns);
         match &self.whole[place] {
-            Some((at_ns, last)) if is_fresh(*at_ns) => self.analysis.measure_again(span, last),
+            Some((last_turn, last)) if *last_turn == turn => {
+                self.analysis.measure_again(span, last)
+            }
             _ => {
                 let measured = self.analysis.measure(span);
-                self.whole[place] = Some((span.end_ns, measured.clone()));
+                self.whole[place] = Some((turn, measured.clone()));
                 measured
             }
         }
+    }
+
+    /// The number of the turn in which windows of a length, by its place, end at a time [ns].
+    fn turn(&self, place: usize, end_ns: i64) -> i64 {
+        let since_ns = end_ns.saturating_sub(self.begin_ns.unwrap_or(end_ns));
+        let turn_ns = self.lengths_ns[place] % TURNS_NS + self.analysis.turn_secs() * 1_000_000_000;
+        since_ns.saturating_sub(turn_ns).div_euclid(ANEW_NS)
     }
 
     fn tell_windows(&mut self, tell: &mut dyn FnMut(Told)) {

@@ -55,6 +55,12 @@ pub trait Causal: Windows {
 
     /// Lets go of what only spans that begin before `before_ns` [ns] need.
     fn forget(&mut self, before_ns: i64);
+
+    /// How much later than that of other signals its turn comes to be [measured](Windows::measure) in
+    /// full and not [again](Windows::measure_again) [s].
+    fn turn_secs(&self) -> i64 {
+        0
+    }
 }
 
 /// A recording that was analysed as a whole.

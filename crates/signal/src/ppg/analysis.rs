@@ -120,6 +120,11 @@ impl Causal for CausalPpg {
     fn forget(&mut self, before_ns: i64) {
         self.windows.forget(before_ns);
     }
+
+    /// Not in the seconds of an ECG that is worn, too.
+    fn turn_secs(&self) -> i64 {
+        1
+    }
 }
 
 /// Takes a pulse at the working rate into the windows, and makes an event of it.

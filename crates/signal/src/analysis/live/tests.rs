@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -185,6 +187,23 @@ fn what_is_held_was_computed_less_than_ten_seconds_before() {
     for (place, window) in held.iter().enumerate() {
         assert_eq!(*window, (fresh[place].0, fresh[place - place % 10].1));
     }
+}
+
+#[test]
+fn windows_of_different_lengths_take_their_turns_in_different_seconds() {
+    let mut live = dear(&[30, 60, 300]);
+    let (mut last, mut turns) = ([Ok(0.0); 3], BTreeSet::new());
+    for (secs, value) in halves(0..1000) {
+        live.push((secs * 1e9) as i64, &[value], &mut |told| {
+            let Told::Window(place, span, measured) = told else { return };
+            if measured.values[0] != last[place] && span.end_ns > 400 * SEC {
+                turns.insert((place, span.end_ns / SEC % 10));
+            }
+            last[place] = measured.values[0];
+        });
+    }
+    // Samples begin at 5 s.
+    assert_eq!(turns, BTreeSet::from([(0, 7), (1, 9), (2, 1)]));
 }
 
 #[test]
