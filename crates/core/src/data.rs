@@ -71,14 +71,28 @@ pub enum Reason {
     Missing = 4,
     /// The formula has no answer for these data.
     Undefined = 5,
+    /// No baseline is over yet that tells what to compare with.
+    NoBaseline = 6,
+    /// What it would tell of has not happened, or is no more.
+    Nothing = 7,
 }
 
 impl Reason {
+    /// Every reason, in the order of their codes.
+    pub const ALL: [Reason; 8] = [
+        Self::Ok,
+        Self::Short,
+        Self::Gap,
+        Self::Quality,
+        Self::Missing,
+        Self::Undefined,
+        Self::NoBaseline,
+        Self::Nothing,
+    ];
+
     /// The reason of a code on the wire; `None` for any other.
     pub fn from_code(code: u8) -> Option<Reason> {
-        [Self::Ok, Self::Short, Self::Gap, Self::Quality, Self::Missing, Self::Undefined]
-            .get(usize::from(code))
-            .copied()
+        Self::ALL.get(usize::from(code)).copied()
     }
 }
 
@@ -91,6 +105,8 @@ impl fmt::Display for Reason {
             Reason::Quality => "data too poor",
             Reason::Missing => "not measured by this device",
             Reason::Undefined => "undefined for these data",
+            Reason::NoBaseline => "no baseline yet to compare with",
+            Reason::Nothing => "there is none",
         })
     }
 }

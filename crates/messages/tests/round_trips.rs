@@ -44,7 +44,7 @@ fn waves() -> impl Strategy<Value = Wave> {
 }
 
 fn features() -> impl Strategy<Value = FeatureValues> {
-    let reason = (0..6_u8).prop_map(|code| Reason::from_code(code).expect("a code"));
+    let reason = prop::sample::select(Reason::ALL.to_vec());
     let rows = vec((any::<f64>(), any::<f64>(), reason), 0..20);
     (any::<f64>(), any::<f32>(), any::<f32>(), any::<bool>(), rows).prop_map(
         |(window_secs, coverage, quality, with_sigmas, rows)| FeatureValues {

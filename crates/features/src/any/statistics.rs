@@ -41,8 +41,8 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115.
 /// - Limits: nothing is judged, so the quality is always 1; with less than half of the data of a channel its
-///   values are short (before the stream is as old as the window) or have a gap; differences are short
-///   until a baseline is over. The mean of many raw signals (ECG, PPG, EEG, EMG, a belt) means nothing; the
+///   values are short (before the stream is as old as the window) or have a gap; differences have
+///   no baseline until one is over. The mean of many raw signals (ECG, PPG, EEG, EMG, a belt) means nothing; the
 ///   streams say where.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -251,7 +251,7 @@ impl Activity {
     /// Why there is no reaction time when nobody reacted.
     fn unreacted(&self) -> Reason {
         let is_timed = self.sources.iter().any(|source| source.is_timed);
-        if is_timed { Reason::Undefined } else { Reason::Missing }
+        if is_timed { Reason::Nothing } else { Reason::Missing }
     }
 
     fn window(&self, stream: &Stream, secs: f64) -> Stream {

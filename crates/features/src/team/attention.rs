@@ -246,7 +246,7 @@ impl Watch {
             robots,
             robots.and_then(each),
             known(self.alerts.robots_in_need() as f64),
-            oldest.map(Estimate::unstated).ok_or(Reason::Undefined),
+            oldest.map(Estimate::unstated).ok_or(Reason::Nothing),
         ]
     }
 

@@ -234,7 +234,7 @@ impl Watch {
         [
             watched(60.0 * began / (secs * coverage.max(LEAST_WATCHED))),
             watched(robots),
-            last.map(since_last).ok_or(Reason::Undefined),
+            last.map(since_last).ok_or(Reason::Nothing),
         ]
     }
 

@@ -127,7 +127,7 @@ fn a_window_is_told_each_second_as_what_its_samples_come_to() {
         let rest = [exact.mean, exact.sd.unwrap(), exact.slope_per_sec.unwrap()];
         let told = [window.values[0], window.values[1], window.values[6]];
         assert!(told.iter().zip(rest).all(|(told, exact)| (told - exact).abs() < 1e-12));
-        assert!(window.reasons[7..].iter().all(|reason| *reason == Reason::Short));
+        assert!(window.reasons[7..].iter().all(|reason| *reason == Reason::NoBaseline));
     }
 }
 
@@ -174,7 +174,7 @@ fn a_phase_differs_from_the_newest_baseline_that_is_over() {
     assert!(of(1, 8) > 5.0 && of(1, 1) > 2.9 * of(0, 1));
     let windows = scene.told("w10");
     let window = |end_secs: f64| &windows.iter().find(|(end, _)| *end == end_secs).unwrap().1;
-    assert_eq!(window(19.0).reasons[7], Reason::Short);
+    assert_eq!(window(19.0).reasons[7], Reason::NoBaseline);
     assert_eq!(window(20.0).reasons[7], Reason::Ok);
     assert_eq!(window(45.0).values[8], window(45.0).values[1] - of(0, 1));
     assert_eq!(window(80.0).values[8], window(80.0).values[1] - of(2, 1));
@@ -186,7 +186,7 @@ fn a_baseline_that_the_stream_had_little_of_gives_no_differences() {
     scene.happen(0.0, EventKind::Phase, "baseline", 20.0);
     scene.run(0..300, |tenth| if tenth < 150 { f64::NAN } else { 1.0 });
     let window = scene.told("w10").pop().unwrap().1;
-    assert_eq!((window.reasons[0], window.reasons[7]), (Reason::Ok, Reason::Gap));
+    assert_eq!((window.reasons[0], window.reasons[7]), (Reason::Ok, Reason::NoBaseline));
 }
 
 #[test]

@@ -46,8 +46,8 @@ pub(super) fn with_differences(view: &View, baseline: Option<&[Value]>) -> Vec<V
         values.extend(statistics);
         let baseline = baseline.and_then(|baseline| baseline.get(index * width..)?.get(..width));
         let differences = statistics.iter().enumerate().map(|(place, value)| {
-            // Until a baseline is over, all before it is short of one.
-            difference(*value, baseline.map_or(Err(Reason::Short), |baseline| baseline[place]))
+            let of_baseline = baseline.and_then(|baseline| baseline[place].ok());
+            difference(*value, of_baseline)
         });
         values.extend(differences);
     }
@@ -65,8 +65,8 @@ fn of_channel(channel: &Described, is_young: bool) -> [Value; 7] {
     [mean, of_two(sd), median, mad, least, greatest, of_two(slope_per_sec)]
 }
 
-fn difference(value: Value, baseline: Value) -> Value {
-    sound(value?.value - baseline?.value)
+fn difference(value: Value, baseline: Option<Estimate>) -> Value {
+    sound(value?.value - baseline.ok_or(Reason::NoBaseline)?.value)
 }
 
 fn sound(number: f64) -> Value {
@@ -104,11 +104,12 @@ mod tests {
             [values[0].err(), values[7].err()]
         };
         let [short, gap] = [Some(Reason::Short), Some(Reason::Gap)];
-        assert_eq!(reasons(&full, None), [None, short]);
+        let no_baseline = Some(Reason::NoBaseline);
+        assert_eq!(reasons(&full, None), [None, no_baseline]);
         assert_eq!(reasons(&view(&[1.0], 0.4, true), None), [short, short]);
         assert_eq!(reasons(&view(&[1.0], 0.4, false), None), [gap, gap]);
         let torn = statistics(&view(&[1.0], 0.4, false));
-        assert_eq!(reasons(&full, Some(&torn)), [None, gap]);
+        assert_eq!(reasons(&full, Some(&torn)), [None, no_baseline]);
     }
 
     #[test]

@@ -81,7 +81,7 @@ impl Reports {
             (report, share)
         });
         let Some((report, share)) = held.into_iter().find(|(_, share)| *share > 0.0) else {
-            return Err(self.lack());
+            return Err(Reason::Nothing);
         };
         Ok(report.told(window.end, share, doubled_secs))
     }
@@ -89,12 +89,8 @@ impl Reports {
     /// What the newest report about a phase tells.
     pub(super) fn of_phase(&self, phase: Stretch, phases: &[Phase], doubled_secs: f64) -> Value {
         let is_about = |report: &&Report| report.about(phases).begin == phase.begin;
-        let report = self.newest.iter().rev().find(is_about).ok_or(self.lack())?;
+        let report = self.newest.iter().rev().find(is_about).ok_or(Reason::Nothing)?;
         Ok(report.told(phase.end, 1.0, doubled_secs))
-    }
-
-    fn lack(&self) -> Reason {
-        if self.is_empty() { Reason::Missing } else { Reason::Gap }
     }
 }
 
@@ -167,7 +163,7 @@ mod tests {
         let sigma = |secs| at(&reports, secs).unwrap().sigma;
         assert_eq!(at(&reports, 90).unwrap().value, 0.5);
         assert!(sigma(120) > sigma(90) && sigma(140) > 1.5 * sigma(120));
-        assert_eq!(at(&reports, 150), Err(Reason::Gap));
+        assert_eq!(at(&reports, 150), Err(Reason::Nothing));
     }
 
     #[test]
@@ -180,7 +176,7 @@ mod tests {
                 reports.of_phase(stretch, &phases(), 120.0)
             };
             assert_eq!(of(1).unwrap().value, 0.75);
-            assert_eq!(of(2), Err(Reason::Gap));
+            assert_eq!(of(2), Err(Reason::Nothing));
         }
     }
 

@@ -102,7 +102,7 @@ fn a_body_alone_gives_an_estimate() {
     assert_eq!((calm.values[WORKLOAD], calm.values[AROUSAL]), (0.0, 0.0));
     assert!(hard.values[WORKLOAD] > 0.5 && hard.values[AROUSAL] > 0.5);
     assert_eq!(hard.values[WORKLOAD], hard.values[OF_BODY]);
-    assert_eq!(hard.reasons[OF_REPORT], Reason::Missing);
+    assert_eq!(hard.reasons[OF_REPORT], Reason::Nothing);
     assert!(hard.sigmas[WORKLOAD] > 0.2 && hard.sigmas[AROUSAL] > hard.sigmas[WORKLOAD]);
 }
 
@@ -183,7 +183,7 @@ fn a_phase_without_a_report_waits_for_it_and_is_told_without() {
     drive.until(130.0);
     assert!(!is_told(&drive, WHOLE));
     drive.until(140.0);
-    assert_eq!(drive.last(WHOLE).reasons[OF_REPORT], Reason::Missing);
+    assert_eq!(drive.last(WHOLE).reasons[OF_REPORT], Reason::Nothing);
 }
 
 #[test]

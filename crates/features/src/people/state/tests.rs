@@ -191,7 +191,7 @@ fn a_sensor_that_comes_after_the_baseline_has_nothing_to_be_compared_with() {
     drive.join(StreamId(3), &breath);
     drive.take_on(StreamId(3), 103.0, values(30.0, 1.0, &[15.0]));
     drive.until(104.0);
-    assert_eq!(value(&mut drive, "breathing_rate_z"), Err(Reason::Short));
+    assert_eq!(value(&mut drive, "breathing_rate_z"), Err(Reason::NoBaseline));
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn a_later_baseline_takes_the_place_of_the_first() {
     phase(&mut drive, 300, "task");
     (300..305).for_each(|secs| heart_window(&mut drive, secs, 90.0));
     assert!(value(&mut drive, "heart_rate_difference").unwrap().abs() < 1.0);
-    assert_eq!(value(&mut drive, "skin_level_z"), Err(Reason::Short));
+    assert_eq!(value(&mut drive, "skin_level_z"), Err(Reason::NoBaseline));
 }
 
 /// The same phases by whole phases, a strap and a glove telling of each.

@@ -167,7 +167,7 @@ impl Compared {
 
 /// What a track told of the phase that ended then.
 fn value_at(track: &Track, end: Time) -> Result<f64, Reason> {
-    track.told_at(end).map_or(Err(Reason::Short), |told| told.value)
+    track.told_at(end).map_or(Err(Reason::NoBaseline), |told| told.value)
 }
 
 /// The track that tells of phases what is compared of windows.
@@ -178,7 +178,7 @@ fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option
 /// Why a measure has nothing to compare.
 fn lack(tracks: &[Track], measure: usize) -> Reason {
     let is_told = tracks.iter().any(|track| track.measure == measure);
-    if is_told { Reason::Short } else { Reason::Missing }
+    if is_told { Reason::NoBaseline } else { Reason::Missing }
 }
 
 fn values(length_secs: f64, told: &[Result<(Difference, f32), Reason>; COUNT]) -> Data {

@@ -99,10 +99,10 @@ impl Windows {
         })
     }
 
-    /// Why a measure has nothing to compare: its sensor is not there, or was not in the baseline.
+    /// Why a measure has nothing to compare: its sensor is not there, or told nothing of the baseline.
     pub(super) fn lack(&self, measure: usize) -> Reason {
         let is_told = self.tracks.iter().any(|track| track.measure == measure);
-        if is_told { Reason::Short } else { Reason::Missing }
+        if is_told { Reason::NoBaseline } else { Reason::Missing }
     }
 
     /// Tells the state at a whole second, of windows that ended less than `stale_secs` [s] before.

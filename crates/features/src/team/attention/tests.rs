@@ -151,7 +151,7 @@ fn the_oldest_alert_that_nobody_answered_counts() {
     command(&mut drive, 41.0);
     drive.until(45.1);
     assert_eq!(drive.last(STATE).values[3], 0.0);
-    assert_eq!(drive.last(STATE).reasons[4], Reason::Undefined);
+    assert_eq!(drive.last(STATE).reasons[4], Reason::Nothing);
 }
 
 #[test]

@@ -64,7 +64,7 @@ fn windows_tell_how_often_and_how_long_ago() {
 fn before_half_a_window_there_is_no_rate_and_before_a_command_no_time_since() {
     let mut drive = drive();
     drive.until(10.0);
-    assert_eq!(drive.last(W30).reasons, [Reason::Short, Reason::Short, Reason::Undefined]);
+    assert_eq!(drive.last(W30).reasons, [Reason::Short, Reason::Short, Reason::Nothing]);
     drive.until(15.0);
     assert_eq!(drive.last(W30).reasons[..2], [Reason::Ok; 2]);
 }
