@@ -75,11 +75,13 @@ pub enum Reason {
     NoBaseline = 6,
     /// What it would tell of has not happened, or is no more.
     Nothing = 7,
+    /// The baseline is too short to tell how much its values vary.
+    BriefBaseline = 8,
 }
 
 impl Reason {
     /// Every reason, in the order of their codes.
-    pub const ALL: [Reason; 8] = [
+    pub const ALL: [Reason; 9] = [
         Self::Ok,
         Self::Short,
         Self::Gap,
@@ -88,6 +90,7 @@ impl Reason {
         Self::Undefined,
         Self::NoBaseline,
         Self::Nothing,
+        Self::BriefBaseline,
     ];
 
     /// The reason of a code on the wire; `None` for any other.
@@ -107,6 +110,7 @@ impl fmt::Display for Reason {
             Reason::Undefined => "undefined for these data",
             Reason::NoBaseline => "no baseline yet to compare with",
             Reason::Nothing => "there is none",
+            Reason::BriefBaseline => "baseline too short: z needs 5 windows of it",
         })
     }
 }

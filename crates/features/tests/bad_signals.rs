@@ -10,10 +10,11 @@ use teampulse_core::sample::Record;
 use teampulse_core::stream::Origin;
 use teampulse_emulators::body::{Fault, Scene, Sensor, Settings};
 
-const PHASES: [(&str, f64); 2] = [("baseline", 0.0), ("task", 60.0)];
-const SECS: f64 = 105.0;
-const BAD_FROM_SECS: f64 = 63.0;
-const BACK_SECS: f64 = 77.0;
+/// The baseline is as long as z against it needs.
+const PHASES: [(&str, f64); 2] = [("baseline", 0.0), ("task", 150.0)];
+const SECS: f64 = 195.0;
+const BAD_FROM_SECS: f64 = 153.0;
+const BACK_SECS: f64 = 167.0;
 /// Fewer seconds than this after a fault began, something of before may still become known.
 const SETTLING_SECS: f64 = 3.0;
 const WINDOW_SECS: f64 = 30.0;

@@ -26,12 +26,12 @@ const SENSORS: [Sensor; 3] = [Sensor::Ecg, Sensor::EdaWrist, Sensor::Respiration
 /// What is needed for the estimates.
 const FAMILIES: [&str; 6] = ["heart", "skin", "breath", "input", "state", "estimates"];
 /// So long each person is watched [s], and so much is told at once [s].
-const SECS: u32 = 310;
+const SECS: u32 = 400;
 const CHUNK_SECS: f64 = 0.25;
 
-/// A plan of which each level comes once.
+/// A plan of which each level comes once, after a baseline long enough for z in windows of 30 s.
 fn plan() -> Plan {
-    Plan { rounds: Some(1), ..Plan::default() }
+    Plan { baseline_secs: 150.0, rounds: Some(1), ..Plan::default() }
 }
 
 /// An operator as a source.

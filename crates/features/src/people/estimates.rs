@@ -50,7 +50,8 @@ const STATE: &str = "state";
 ///   doi:10.1155/2016/8146809; Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x. Reports:
 ///   Tattersall & Foord (1996), doi:10.1080/00140139608964495.
 /// - Limits: heart, breath and skin answer to posture, speech, heat, coffee and surprise as well; the index
-///   compares a person with the own baseline, never people with each other; the scale is a convention. A
+///   compares a person with the own baseline, never people with each other; the scale is a convention.
+///   Against a baseline too short for z (see `state`) the body gives no estimate, and reports alone do. A
 ///   report belongs to the phase in which it is given, or within 10 s after its end to that one. Reports
 ///   are events of kind `report` labelled `isa` about the person, or on /session/events labelled
 ///   `isa p001`, or `isa` where there is one person only. Hidden from the screen unless the study says

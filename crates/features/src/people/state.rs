@@ -41,10 +41,12 @@ use crate::whole_seconds::WholeSeconds;
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043, for the logarithm; Bayley & Hammersley
 ///   (1946), doi:10.2307/2983560, for overlapping windows.
 /// - Limits: a description of one person, no test, and nothing about why. Before a baseline is over there
-///   is no state. The spread of a baseline of a minute is known badly and mostly too small, so z is too
-///   large: the sigma says how unsure it is; five minutes are better. A measure is missing where no sensor
-///   gives it, short where the baseline is (nearly two window lengths are needed), a gap where its newest
-///   window is older than `stale_secs`; else it has the reason of its window. Of several devices the best
+///   is no state. Few windows vary less than a person does, and z against them is far too large: so it is
+///   told only when five windows fit side by side into what is known of the baseline, without its gaps
+///   (150 s for windows of 30 s; a twentieth may be missing), and five minutes are better; a difference
+///   needs nearly two. A measure is missing where no sensor gives it, has no baseline where the sensor came
+///   later, a baseline too short, and a gap where its newest window is older than `stale_secs`; else it has
+///   the reason of its window. Of several devices the best
 ///   family that has a baseline is taken, in it the best in quality during the baseline, of equals the
 ///   first by name; it is not changed until the next baseline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]

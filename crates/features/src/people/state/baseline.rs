@@ -14,6 +14,12 @@ const LEAST_WINDOWS: usize = 3;
 /// independent of the others.
 const LEAST_LENGTHS: f64 = 0.9;
 
+/// So many windows must fit side by side into what is known of a baseline: else their spread is that of
+/// a moment, and z against it is far too large. A twentieth may be missing, as windows end at whole
+/// seconds and artefacts take some.
+const WINDOWS_FOR_Z: f64 = 5.0;
+const LEAST_FOR_Z: f64 = 0.95 * WINDOWS_FOR_Z;
+
 /// Variances of a median and of 1.4826 median absolute deviations over those of a mean and of a
 /// standard deviation, of normal values: π/2, and 1/0.37 (Rousseeuw & Croux 1993).
 const MEDIAN_OVER_MEAN: f64 = std::f64::consts::FRAC_PI_2;
@@ -26,6 +32,8 @@ pub(super) struct Held {
     pub(super) end_ns: i64,
     /// The measure, in its unit.
     pub(super) value: f64,
+    /// How much of the window had data [0..1].
+    pub(super) coverage: f32,
     /// How good the data were [0..1].
     pub(super) quality: f32,
 }
@@ -43,6 +51,10 @@ pub(super) struct Baseline {
     pub(super) count: usize,
     /// How many independent windows these are worth: never more than would fit side by side, at least 2.
     pub(super) worth: f64,
+    /// How much time of the baseline the windows know [s].
+    pub(super) known_secs: f64,
+    /// How long a window is [s].
+    pub(super) length_secs: f64,
     /// Mean quality of the windows [0..1].
     pub(super) quality: f64,
 }
@@ -53,8 +65,7 @@ pub(super) type Difference = [Value; 3];
 impl Baseline {
     /// Of windows of a length [s], in the order of time; `None` of too few.
     pub(super) fn of(held: &[Held], length_secs: f64) -> Option<Baseline> {
-        let reach_ns = held.last()?.end_ns.saturating_sub(held.first()?.end_ns);
-        let lengths = reach_ns as f64 / 1e9 / length_secs;
+        let lengths = secs(held.last()?.end_ns, held.first()?.end_ns) / length_secs;
         if held.len() < LEAST_WINDOWS || lengths.is_nan() || lengths < LEAST_LENGTHS {
             return None;
         }
@@ -69,8 +80,20 @@ impl Baseline {
             count: held.len(),
             // Windows that are all equal have no correlation; they are worth the least.
             worth: effective_count(&values).unwrap_or(2.0).min(lengths + 1.0).max(2.0),
+            known_secs: known_secs(held, length_secs),
+            length_secs,
             quality: qualities.sum::<f64>() / held.len() as f64,
         })
+    }
+
+    /// How much of a baseline must be known for z [s].
+    pub(super) fn needed_secs(&self) -> f64 {
+        WINDOWS_FOR_Z * self.length_secs
+    }
+
+    /// Whether it is too short for z.
+    pub(super) fn is_brief(&self) -> bool {
+        self.known_secs < LEAST_FOR_Z * self.length_secs
     }
 
     /// How the value of a window differs: from the mean, in its unit and in standard deviations, and
@@ -78,7 +101,7 @@ impl Baseline {
     ///
     /// Sigmas are the baseline's own, with n the windows that it is worth: SD/√n of the difference,
     /// √(1/n + z²/2(n − 1)) of z (the mean and the SD are uncertain), and of the robust z the same with
-    /// the variances of a median and a MAD.
+    /// the variances of a median and a MAD. There is no z against a baseline that is too short.
     pub(super) fn difference(&self, value: f64) -> Difference {
         let shares = [1.0, 1.0, MEDIAN_OVER_MEAN].map(|factor| factor / self.worth);
         self.differences([value - self.mean, value - self.mean, value - self.median], shares)
@@ -106,9 +129,28 @@ impl Baseline {
 
     /// A difference in deviations; what is left by rounding equal values is none.
     fn over(&self, difference: f64, deviation: f64) -> Result<f64, Reason> {
+        if self.is_brief() {
+            return Err(Reason::BriefBaseline);
+        }
         let is_spread = deviation > self.mean.abs() * 1e-12;
         if is_spread { Ok(difference / deviation) } else { Err(Reason::Undefined) }
     }
+}
+
+/// The time that windows know together, in the order of time, without what is missing in them [s].
+fn known_secs(held: &[Held], length_secs: f64) -> f64 {
+    let mut until_ns = None;
+    let known = held.iter().map(|window| {
+        let since_secs = until_ns.map_or(f64::INFINITY, |until_ns| secs(window.end_ns, until_ns));
+        until_ns = Some(window.end_ns);
+        since_secs.clamp(0.0, length_secs) * f64::from(window.coverage).clamp(0.0, 1.0)
+    });
+    known.sum()
+}
+
+/// From one time to another [s].
+fn secs(to_ns: i64, from_ns: i64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 / 1e9
 }
 
 #[cfg(test)]
@@ -119,13 +161,48 @@ mod tests {
         let each = |(place, &value): (usize, &f64)| Held {
             end_ns: place as i64 * 1_000_000_000,
             value,
+            coverage: 1.0,
             quality: 1.0,
         };
         values.iter().enumerate().map(each).collect()
     }
 
     fn baseline(values: &[f64]) -> Baseline {
-        Baseline::of(&held(values), 2.0).unwrap()
+        Baseline::of(&held(values), 1.0).unwrap()
+    }
+
+    /// Whether windows of 30 s each second tell z of a baseline of a length.
+    fn has_z(secs: i64, coverage: impl Fn(i64) -> f32) -> bool {
+        let window = |end: i64| Held {
+            end_ns: end * 1_000_000_000,
+            value: (end * 37 % 11) as f64,
+            coverage: coverage(end),
+            quality: 1.0,
+        };
+        let held: Vec<Held> = (30..=secs).map(window).collect();
+        let [difference, z, robust_z] = Baseline::of(&held, 30.0).unwrap().difference(20.0);
+        assert!(difference.is_ok() && z.is_ok() == robust_z.is_ok());
+        assert!(z.is_ok() || z == Err(Reason::BriefBaseline));
+        z.is_ok()
+    }
+
+    #[test]
+    fn z_needs_five_windows_side_by_side_and_a_difference_does_not() {
+        assert_eq!(
+            [60, 120, 140, 150, 300].map(|secs| has_z(secs, |_| 1.0)),
+            [false, false, false, true, true]
+        );
+    }
+
+    #[test]
+    fn gaps_take_of_a_baseline_what_they_last() {
+        // Each second that is missing is so in thirty windows.
+        let gap_secs = |lasts: i64| {
+            move |end: i64| {
+                1.0 - (end.min(60 + lasts) - (end - 30).max(60)).clamp(0, lasts) as f32 / 30.0
+            }
+        };
+        assert!(has_z(150, gap_secs(5)) && !has_z(150, gap_secs(14)) && has_z(180, gap_secs(14)));
     }
 
     #[test]

@@ -103,10 +103,17 @@ pub(super) fn method_of_phases(
 
 /// Of what a measure is made, and what it was in the baseline.
 pub(super) fn recipe(measure: &Measure, stream: &str, baseline: &Baseline) -> String {
-    let Baseline { mean, sd, median, deviation, count, worth, .. } = baseline;
+    let Baseline { mean, sd, median, deviation, count, worth, known_secs, .. } = baseline;
+    let needed_secs = baseline.needed_secs();
+    let is_brief = baseline.is_brief();
+    let brief = if is_brief {
+        format!(", too short for z: {known_secs:.0} s, needs {needed_secs:.0} s")
+    } else {
+        String::new()
+    };
     format!(
         "{}: {} of {stream}, in the baseline mean {mean:.4} SD {sd:.4} median {median:.4} 1.4826 MAD \
-         {deviation:.4} {} in {count} windows worth {worth:.1}",
+         {deviation:.4} {} in {count} windows worth {worth:.1}{brief}",
         measure.name, measure.value, measure.unit
     )
 }

@@ -13,7 +13,7 @@ use crate::drive::{Drive, built};
 const EVENTS: StreamId = StreamId(0);
 const HEART: StreamId = StreamId(1);
 const SKIN: StreamId = StreamId(2);
-const STATE: &str = "/humans/persons/p1/state/w30";
+const STATE: &str = "/humans/persons/p1/state/w15";
 
 fn person() -> Subject {
     Subject { about: About::Person, id: "p1".into() }
@@ -60,8 +60,8 @@ fn around(centre: f64, secs: u32) -> f64 {
 /// A strap and a glove, and the phases of the session.
 fn begun() -> Drive {
     let mut drive = Drive::new(built::<State>("").as_ref(), &session_events());
-    drive.join(HEART, &heart("w30"));
-    drive.join(SKIN, &skin("glove", "w30"));
+    drive.join(HEART, &heart("w15"));
+    drive.join(SKIN, &skin("glove", "w15"));
     drive
 }
 
@@ -69,12 +69,12 @@ fn heart_window(drive: &mut Drive, secs: u32, rate: f64) {
     drive.take_on(
         HEART,
         f64::from(secs),
-        values(30.0, 0.9, &[0.9, rate, 40.0 - around(0.0, secs)]),
+        values(15.0, 0.9, &[0.9, rate, 40.0 - around(0.0, secs)]),
     );
 }
 
 fn skin_window(drive: &mut Drive, secs: u32, level: f64) {
-    drive.take_on(SKIN, f64::from(secs), values(30.0, 0.8, &[level, around(6.0, secs)]));
+    drive.take_on(SKIN, f64::from(secs), values(15.0, 0.8, &[level, around(6.0, secs)]));
 }
 
 fn phase(drive: &mut Drive, secs: u32, label: &str) {
@@ -87,7 +87,7 @@ fn after_baseline() -> Drive {
     phase(&mut drive, 10, "baseline");
     for secs in 11..100 {
         // Windows that began before the baseline are another matter.
-        let rate = if secs < 40 { 120.0 } else { around(70.0, secs) };
+        let rate = if secs < 25 { 120.0 } else { around(70.0, secs) };
         heart_window(&mut drive, secs, rate);
         skin_window(&mut drive, secs, around(5.0, secs));
     }
@@ -153,6 +153,32 @@ fn only_windows_that_lie_wholly_in_the_baseline_count() {
 }
 
 #[test]
+fn against_a_baseline_too_short_there_are_differences_and_no_z() {
+    let mut drive = begun();
+    phase(&mut drive, 0, "baseline");
+    (1..60).for_each(|secs| heart_window(&mut drive, secs, around(70.0, secs)));
+    phase(&mut drive, 60, "task");
+    heart_window(&mut drive, 63, 80.0);
+    drive.until(64.0);
+    assert!(value(&mut drive, "heart_rate_difference").unwrap() > 9.0);
+    for name in ["heart_rate_z", "heart_rate_robust_z"] {
+        assert_eq!(value(&mut drive, name), Err(Reason::BriefBaseline), "{name}");
+    }
+    assert!(drive.outputs()[0].method.contains("too short for z: 59 s, needs 75 s"));
+}
+
+#[test]
+fn a_sensor_that_told_too_little_of_the_baseline_has_not_even_differences() {
+    let mut drive = begun();
+    phase(&mut drive, 0, "baseline");
+    (15..60).for_each(|secs| heart_window(&mut drive, secs, around(70.0, secs)));
+    (50..60).for_each(|secs| skin_window(&mut drive, secs, around(5.0, secs)));
+    phase(&mut drive, 60, "task");
+    drive.until(64.0);
+    assert_eq!(value(&mut drive, "skin_level_difference"), Err(Reason::BriefBaseline));
+}
+
+#[test]
 fn what_is_not_measured_is_missing() {
     let mut drive = after_baseline();
     drive.until(105.0);
@@ -187,9 +213,9 @@ fn the_reason_of_a_window_is_that_of_the_state() {
 #[test]
 fn a_sensor_that_comes_after_the_baseline_has_nothing_to_be_compared_with() {
     let mut drive = after_baseline();
-    let breath = windows("belt/respiration/breath/w30", &[("RSP_Rate_Mean", "1/min")]);
+    let breath = windows("belt/respiration/breath/w15", &[("RSP_Rate_Mean", "1/min")]);
     drive.join(StreamId(3), &breath);
-    drive.take_on(StreamId(3), 103.0, values(30.0, 1.0, &[15.0]));
+    drive.take_on(StreamId(3), 103.0, values(15.0, 1.0, &[15.0]));
     drive.until(104.0);
     assert_eq!(value(&mut drive, "breathing_rate_z"), Err(Reason::NoBaseline));
 }
@@ -200,18 +226,18 @@ fn of_two_devices_the_better_one_is_taken_and_named() {
         [([0.5, 0.9], "wrist"), ([0.9, 0.5], "glove"), ([0.7, 0.7], "glove")]
     {
         let mut drive = begun();
-        drive.join(StreamId(3), &skin("wrist", "w30"));
+        drive.join(StreamId(3), &skin("wrist", "w15"));
         phase(&mut drive, 0, "baseline");
         for secs in 30..100 {
             for (id, quality) in [SKIN, StreamId(3)].into_iter().zip(qualities) {
-                let window = values(30.0, quality, &[around(5.0, secs), around(6.0, secs)]);
+                let window = values(15.0, quality, &[around(5.0, secs), around(6.0, secs)]);
                 drive.take_on(id, f64::from(secs), window);
             }
         }
         phase(&mut drive, 100, "task");
         drive.until(110.0);
         let state = drive.outputs()[0].clone();
-        let skin = format!("/humans/persons/p1/{expected}/eda/skin/w30");
+        let skin = format!("/humans/persons/p1/{expected}/eda/skin/w15");
         assert_eq!(state.inputs, [skin.clone(), session_events().name], "{qualities:?}");
         assert!(state.method.contains(&format!("skin_level: EDA_Tonic_Mean of {skin}")));
     }
@@ -220,16 +246,16 @@ fn of_two_devices_the_better_one_is_taken_and_named() {
 #[test]
 fn a_pulse_stands_in_where_there_is_no_electrocardiogram() {
     let mut drive = begun();
-    let pulse = windows("watch/ppg/pulse/w30", &[("HRV_MeanHR", "bpm"), ("HRV_RMSSD", "ms")]);
+    let pulse = windows("watch/ppg/pulse/w15", &[("HRV_MeanHR", "bpm"), ("HRV_RMSSD", "ms")]);
     drive.join(StreamId(3), &pulse);
     phase(&mut drive, 0, "baseline");
     for secs in 30..100 {
         heart_window(&mut drive, secs, f64::NAN);
-        let window = values(30.0, 0.9, &[around(70.0, secs), around(40.0, secs)]);
+        let window = values(15.0, 0.9, &[around(70.0, secs), around(40.0, secs)]);
         drive.take_on(StreamId(3), f64::from(secs), window);
     }
     phase(&mut drive, 100, "task");
-    drive.take_on(StreamId(3), 103.0, values(30.0, 0.9, &[80.0, 30.0]));
+    drive.take_on(StreamId(3), 103.0, values(15.0, 0.9, &[80.0, 30.0]));
     drive.until(104.0);
     assert!(value(&mut drive, "heart_rate_z").unwrap() > 3.0);
     // What the electrocardiogram does know is still its own.
@@ -277,7 +303,7 @@ fn a_phase_is_compared_with_the_baseline_as_one_phase() {
     assert!(value_of(&mut drive, PHASES, "heart_rate_z").unwrap() > 3.0);
     let inputs = &drive.outputs().iter().find(|stream| stream.name == PHASES).unwrap().inputs;
     assert!(inputs.iter().any(|name| name.ends_with("heart/phases")));
-    assert!(inputs.iter().any(|name| name.ends_with("heart/w30")));
+    assert!(inputs.iter().any(|name| name.ends_with("heart/w15")));
 }
 
 #[test]

@@ -73,7 +73,8 @@ impl Track {
         if let (Ok(value), true) = (value, baseline.is_some_and(is_inside))
             && self.held.len() < MOST_HELD
         {
-            self.held.push(Held { end_ns: end.nanos(), value, quality: window.quality });
+            let FeatureValues { coverage, quality, .. } = *window;
+            self.held.push(Held { end_ns: end.nanos(), value, coverage, quality });
         }
     }
 
@@ -86,6 +87,11 @@ impl Track {
     pub(super) fn held(&mut self, end: Time) -> &[Held] {
         self.held.retain(|held| held.end_ns <= end.nanos());
         &self.held
+    }
+
+    /// Whether there are windows of the baseline.
+    pub(super) fn is_held(&self) -> bool {
+        !self.held.is_empty()
     }
 
     /// What was told last.

@@ -34,6 +34,8 @@ struct Against {
     length_secs: f64,
     /// What is compared: of each measure the windows of the baseline and the track of the same stream.
     compared: [Option<Compared>; COUNT],
+    /// Why each of the others has no windows of the baseline.
+    lacks: [Reason; COUNT],
     method: String,
     inputs: Vec<String>,
 }
@@ -75,7 +77,8 @@ impl Whole {
         let method = output::method_of_phases(windows.length_secs(), phase, recipes);
         let inputs = windows.chosen().map(|(_, stream, _)| stream.to_owned()).collect();
         let length_secs = end.secs_since(phase.begin);
-        self.against = Some(Against { number, end, length_secs, compared, method, inputs });
+        let lacks = std::array::from_fn(|measure| windows.lack(measure));
+        self.against = Some(Against { number, end, length_secs, compared, lacks, method, inputs });
     }
 
     /// Tells of the phases that are over at `now`, as soon as all streams have told of them.
@@ -124,7 +127,7 @@ impl Whole {
         let length_secs = end.secs_since(phase.begin);
         let mut told = [const { Err(Reason::Missing) }; COUNT];
         for (measure, told) in told.iter_mut().enumerate() {
-            let lack = lack(&self.tracks, measure);
+            let lack = lack(&self.tracks, measure, against.lacks[measure]);
             let Some(compared) = &mut against.compared[measure] else {
                 *told = Err(lack);
                 continue;
@@ -175,10 +178,14 @@ fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option
     tracks.iter().find(|track| track.measure == measure && compared.is_of(track))
 }
 
-/// Why a measure has nothing to compare.
-fn lack(tracks: &[Track], measure: usize) -> Reason {
+/// Why a measure has nothing to compare, where its windows lacked something as the baseline was over.
+fn lack(tracks: &[Track], measure: usize, of_windows: Reason) -> Reason {
     let is_told = tracks.iter().any(|track| track.measure == measure);
-    if is_told { Reason::NoBaseline } else { Reason::Missing }
+    match of_windows {
+        Reason::Missing if is_told => Reason::NoBaseline,
+        of_windows if is_told => of_windows,
+        _ => Reason::Missing,
+    }
 }
 
 fn values(length_secs: f64, told: &[Result<(Difference, f32), Reason>; COUNT]) -> Data {

@@ -99,10 +99,14 @@ impl Windows {
         })
     }
 
-    /// Why a measure has nothing to compare: its sensor is not there, or told nothing of the baseline.
+    /// Why a measure has nothing to compare: its sensor is not there, or told nothing of the baseline, or
+    /// too little.
     pub(super) fn lack(&self, measure: usize) -> Reason {
-        let is_told = self.tracks.iter().any(|track| track.measure == measure);
-        if is_told { Reason::NoBaseline } else { Reason::Missing }
+        let tracks = self.tracks.iter().filter(|track| track.measure == measure);
+        let lack = |track: &Track| {
+            if track.is_held() { Reason::BriefBaseline } else { Reason::NoBaseline }
+        };
+        tracks.map(lack).max_by_key(|lack| *lack as u8).unwrap_or(Reason::Missing)
     }
 
     /// Tells the state at a whole second, of windows that ended less than `stale_secs` [s] before.
