@@ -10,7 +10,7 @@ use super::values;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
 use crate::gaps::is_usable;
 use crate::hrv::HeartWindows;
-use crate::respiration::derived::rate_from_beats;
+use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median_in_place;
 
 /// A longer time without a beat is none between neighbours [s]: 20 beats a minute.
@@ -33,6 +33,7 @@ pub(super) struct Told {
 pub(super) struct EcgWindows {
     values: Vec<Value>,
     heart: HeartWindows,
+    breathing: BreathingWindows,
     pub(super) track: Track,
     pub(super) beats: VecDeque<Told>,
     pub(super) pieces: VecDeque<Piece>,
@@ -45,6 +46,7 @@ impl EcgWindows {
         EcgWindows {
             values,
             heart,
+            breathing: BreathingWindows::default(),
             track: Track::new(rate_hz),
             beats: VecDeque::new(),
             pieces: VecDeque::new(),
@@ -129,7 +131,7 @@ impl EcgWindows {
         let living = signs.map_or(1.0, |signs| 1.0 - signs.flat - signs.saturated);
         let quality = quality(&beats, &pieces, living.max(0.0) * (1.0 - silent));
         let mut values = rates(&beats, span).to_vec();
-        values.push(breathing_rate(&beats, span));
+        values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);
         if quality < LEAST_QUALITY && span.secs() > LONGEST_SECS {
             values.fill(Err(Reason::Quality));
@@ -137,6 +139,15 @@ impl EcgWindows {
         let of_signal = [&[Ok(quality)][..], &Signs::values(signs), &[Ok(silent)]].concat();
         values.splice(values::OF_BEATS..values::OF_BEATS, of_signal);
         Measured { coverage, quality, values }
+    }
+
+    /// Breaths a minute, from the times of beats and their heights.
+    fn breathing_rate(&self, beats: &[Told], span: Span) -> Result<f64, Reason> {
+        let beat = |beat: &Told| {
+            let height = beat.looks.map_or(f64::NAN, |looks| looks.height);
+            Beat { at_ns: beat.at_ns, heights: [height, f64::NAN] }
+        };
+        Ok(self.breathing.measure(beats.iter().map(beat), span)?.rate_per_min.value)
     }
 }
 
@@ -161,15 +172,6 @@ fn rates(beats: &[Told], span: Span) -> [Result<f64, Reason>; 4] {
     let lowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
     let highest = rates.iter().copied().fold(0.0, f64::max);
     [Ok(mean), Ok(lowest), Ok(highest), deviation]
-}
-
-/// Breaths a minute, from the times of beats and their heights.
-fn breathing_rate(beats: &[Told], span: Span) -> Result<f64, Reason> {
-    let secs = |beat: &Told| beat.at_ns.saturating_sub(span.begin_ns) as f64 / 1e9;
-    let times_secs: Vec<f64> = beats.iter().map(secs).collect();
-    let height = |beat: &Told| beat.looks.map_or(f64::NAN, |looks| looks.height);
-    let heights: Vec<f64> = beats.iter().map(height).collect();
-    Ok(rate_from_beats(&times_secs, &heights, 0.0..span.secs())?.rate_per_min.value)
 }
 
 /// Quality, as [`super::quality()`] has it; of spans shorter than a piece, by beats alone.

@@ -10,6 +10,7 @@ use super::values;
 use super::view::View;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
 use crate::hrv::{BEFORE_SECS, HeartWindows};
+use crate::respiration::derived::BreathingWindows;
 
 /// With more than this share flagged, what is left is not told.
 const MOST_FLAGGED: f64 = 0.5;
@@ -24,6 +25,7 @@ pub(super) struct PpgWindows {
     smoothing: Smoothing,
     /// Without beats: they depend on the quality in each span.
     heart: HeartWindows,
+    breathing: BreathingWindows,
     values: Vec<Value>,
 }
 
@@ -38,6 +40,7 @@ impl PpgWindows {
             pulses: VecDeque::new(),
             smoothing: Smoothing::new(rate_hz),
             heart,
+            breathing: BreathingWindows::default(),
             values,
         }
     }
@@ -112,7 +115,7 @@ impl PpgWindows {
         let mut heart = self.heart.clone();
         view.good_pulses().for_each(|at_ns| heart.push(at_ns));
         view.holes().for_each(|(from_ns, to_ns)| heart.mark_gap(from_ns, to_ns));
-        let mut of_pulses = view.of_pulses(span);
+        let mut of_pulses = view.of_pulses(span, &self.breathing);
         let mut of_heart = heart.measure_after(span, last).values;
         let of_signal = view.of_signal();
         if of_signal.flagged > MOST_FLAGGED {

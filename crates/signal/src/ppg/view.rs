@@ -8,7 +8,7 @@ use super::template::Line;
 use crate::analysis::{Reason, Span, Track};
 use crate::gaps::{bridged, is_usable};
 use crate::hrv::BEFORE_SECS;
-use crate::respiration::derived::rate_from_pulses;
+use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median;
 
 /// Pulses of the newest samples are not known yet [s].
@@ -114,7 +114,11 @@ impl View {
     }
 
     /// Rates, shapes and breathing, in the order of the values.
-    pub(super) fn of_pulses(&self, span: Span) -> Vec<Result<f64, Reason>> {
+    pub(super) fn of_pulses(
+        &self,
+        span: Span,
+        breathing: &BreathingWindows,
+    ) -> Vec<Result<f64, Reason>> {
         let good = self.good_inside();
         let gap_ms = |pair: &[usize]| {
             let samples = self.pulses[pair[1]].1.sample - self.pulses[pair[0]].1.sample;
@@ -135,7 +139,9 @@ impl View {
             average(&all(|pulse| pulse.rise_ms)),
             average(&all(|pulse| pulse.width_ms)),
             self.perfusion_percent(&amplitudes),
-            self.breathing_rate(&good, span),
+            breathing
+                .measure(good.iter().map(|&index| self.beat(index)), span)
+                .map(|derived| derived.rate_per_min.value),
         ]
     }
 
@@ -149,18 +155,12 @@ impl View {
         if percent <= MOST_PERFUSION_PERCENT { Ok(percent) } else { Err(Reason::Missing) }
     }
 
-    fn breathing_rate(&self, good: &[usize], span: Span) -> Result<f64, Reason> {
-        let secs = |&index: &usize| self.pulses[index].0.saturating_sub(span.begin_ns) as f64 / 1e9;
-        let pulse = |&index: &usize| self.pulses[index].1;
-        let times_secs: Vec<f64> = good.iter().map(secs).collect();
-        let amplitudes: Vec<f64> = good.iter().map(|index| pulse(index).amplitude).collect();
-        let baseline = |index: &usize| {
-            let place = pulse(index).sample.round().max(0.0) as usize;
-            self.smoothed.get(place).map_or(f64::NAN, |top| top - pulse(index).amplitude)
-        };
-        let baselines: Vec<f64> = good.iter().map(baseline).collect();
-        let derived = rate_from_pulses(&times_secs, &amplitudes, &baselines, 0.0..span.secs());
-        derived.map(|derived| derived.rate_per_min.value)
+    /// A pulse with its amplitude and its baseline.
+    fn beat(&self, index: usize) -> Beat {
+        let (at_ns, pulse) = self.pulses[index];
+        let place = pulse.sample.round().max(0.0) as usize;
+        let baseline = self.smoothed.get(place).map_or(f64::NAN, |top| top - pulse.amplitude);
+        Beat { at_ns, heights: [pulse.amplitude, baseline] }
     }
 }
 

@@ -1,13 +1,13 @@
 //! The rhythm that modulations have in common.
 
-use std::ops::Range;
-
 use super::grid::Grid;
-use super::modulation::Modulation;
+use super::modulation::{Beat, Modulation};
 use crate::estimate::Estimate;
 
 /// How long the stretches are in which one rate is looked for [s].
 pub(super) const STRETCH_SECS: f64 = 30.0;
+/// The same [ns].
+pub(super) const STRETCH_NS: i64 = 30_000_000_000;
 /// The slowest and the fastest breathing that is looked for, and the grid between them [Hz].
 const LOW_HZ: f64 = 4.0 / 60.0;
 const HIGH_HZ: f64 = 45.0 / 60.0;
@@ -26,20 +26,18 @@ const LARGEST_SIGMA: f64 = 2.0;
 const FEWEST_VALUES: usize = 12;
 
 /// What a stretch tells.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) rate_per_min: Estimate,
     /// The share of the product around its peak [0..1].
     pub(super) clarity: f64,
 }
 
-pub(super) fn rate_of_stretch(
-    intervals: &Modulation,
-    heights: &[Modulation],
-    stretch: &Range<f64>,
-) -> Option<Stretch> {
-    let intervals = intervals.within(stretch);
+/// What the beats of a stretch tell that begins at `begin_ns` [ns].
+pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
+    let intervals = Modulation::of_intervals(beats, begin_ns);
     let high_hz = (HIGHEST_SHARE / intervals.median()?).min(HIGH_HZ);
-    let heights = heights.iter().map(|each| each.within(stretch));
+    let heights = (0..2).map(|which| Modulation::of_heights(beats, begin_ns, which));
     let all = std::iter::once(intervals).chain(heights);
     let all: Vec<Modulation> = all.filter(|each| each.count() >= FEWEST_VALUES).collect();
     let count = ((high_hz - LOW_HZ) / STEP_HZ).max(0.0) as usize;
@@ -47,7 +45,7 @@ pub(super) fn rate_of_stretch(
         return None;
     }
     let grid = Grid { low_hz: LOW_HZ, step_hz: STEP_HZ, count };
-    let common = product(all.iter().map(|each| each.shares(stretch, grid)), all.len(), count);
+    let common = product(all.iter().map(|each| each.shares(grid)), all.len(), count);
     let told = peak_of(&common, grid)?;
     let tells = told.clarity >= LEAST_CLARITY && told.rate_per_min.sigma <= LARGEST_SIGMA;
     tells.then_some(told)

@@ -23,20 +23,16 @@
 mod grid;
 mod modulation;
 mod fusion;
+mod kept;
+mod window;
 
 use std::ops::Range;
 
-use fusion::{STRETCH_SECS, Stretch, rate_of_stretch};
-use modulation::{Modulation, intervals};
+pub(crate) use modulation::Beat;
+pub(crate) use window::BreathingWindows;
 
-use crate::analysis::Reason;
+use crate::analysis::{Reason, Span};
 use crate::estimate::Estimate;
-use crate::robust::{SIGMA_FROM_MAD, mad, median};
-
-/// The largest standard uncertainty that is worth telling [1/min].
-const LARGEST_SIGMA: f64 = 2.0;
-/// Less of a window within intervals between beats is a gap.
-const LEAST_COVERED: f64 = 0.5;
 
 /// A breathing rate that was derived.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +49,8 @@ pub struct Derived {
 /// - *What*: the common rhythm of the intervals between beats (respiratory sinus arrhythmia) and of
 ///   their amplitudes [any unit]: the height of R above S, or the strength of the QRS complex
 ///   ([`Beat::strength`](crate::ecg::Beat)). Heights above the baseline alone show far less of it.
-/// - *Formula*: in stretches of 30 s, half overlapping, each modulation without its outliers
-///   (4 · 1.4826 · MAD) and its line under a Hann window; its power from 4 a minute up to 45 or 0.47
+/// - *Formula*: in stretches of 30 s, half overlapping, each by the beats within it alone: each
+///   modulation without its outliers (4 · 1.4826 · MAD) and its line under a Hann window; its power from 4 a minute up to 45 or 0.47
 ///   of the heart rate, times the frequency (against the slow waves that all have); the product of
 ///   the modulations' shares, each with a floor of a tenth of the mean; the rate of the greatest
 ///   product, and as its uncertainty the root mean square distance of the squared product from it.
@@ -76,7 +72,7 @@ pub fn rate_from_beats(
     amplitudes: &[f64],
     window_secs: Range<f64>,
 ) -> Result<Derived, Reason> {
-    rate(times_secs, &[amplitudes], window_secs)
+    rate(times_secs, [amplitudes, &[]], window_secs)
 }
 
 /// The breathing rate from the pulses of a PPG within a window [s].
@@ -92,53 +88,25 @@ pub fn rate_from_pulses(
     baselines: &[f64],
     window_secs: Range<f64>,
 ) -> Result<Derived, Reason> {
-    rate(times_secs, &[amplitudes, baselines], window_secs)
+    rate(times_secs, [amplitudes, baselines], window_secs)
 }
 
-fn rate(times_secs: &[f64], others: &[&[f64]], window: Range<f64>) -> Result<Derived, Reason> {
+fn rate(times_secs: &[f64], heights: [&[f64]; 2], window: Range<f64>) -> Result<Derived, Reason> {
     let length_secs = window.end - window.start;
-    // Also for a window of no number.
-    if !(length_secs >= STRETCH_SECS - 1e-6 && length_secs.is_finite()) {
+    // Also of a window of no number.
+    if !length_secs.is_finite() {
         return Err(Reason::Short);
     }
-    let heights = others.iter().map(|values| Modulation::at(times_secs, values, &window));
-    let heights: Vec<Modulation> = heights.filter(|each| each.count() > 0).collect();
-    if heights.is_empty() && !times_secs.is_empty() {
-        return Err(Reason::Missing);
-    }
-    let intervals = intervals(times_secs, &window);
-    if intervals.covered_secs() < LEAST_COVERED * length_secs {
-        return Err(Reason::Gap);
-    }
-    let stretches = stretches(&window);
-    let told = stretches.iter().map(|stretch| rate_of_stretch(&intervals, &heights, stretch));
-    let told: Vec<Stretch> = told.flatten().collect();
-    if told.is_empty() || 2 * told.len() < stretches.len() {
-        return Err(Reason::Quality);
-    }
-    let rate_per_min = median_of(&told);
-    if rate_per_min.sigma > LARGEST_SIGMA {
-        return Err(Reason::Quality);
-    }
-    let clarities: f64 = told.iter().map(|stretch| stretch.clarity).sum();
-    Ok(Derived { rate_per_min, clarity: clarities / stretches.len() as f64 })
+    let beat = |(place, secs): (usize, &f64)| Beat {
+        at_ns: nanos(secs - window.start),
+        heights: heights.map(|heights| heights.get(place).copied().unwrap_or(f64::NAN)),
+    };
+    let beats = times_secs.iter().enumerate().map(beat);
+    let span = Span { begin_ns: 0, end_ns: nanos(length_secs) };
+    BreathingWindows::default().measure(beats, span)
 }
 
-/// Half overlapping stretches that fill the window.
-fn stretches(window: &Range<f64>) -> Vec<Range<f64>> {
-    let spare_secs = (window.end - window.start - STRETCH_SECS).max(0.0);
-    let steps = (spare_secs / (STRETCH_SECS / 2.0) - 1e-6).ceil().max(0.0);
-    let begin = |k: usize| window.start + spare_secs * k as f64 / steps.max(1.0);
-    (0..=steps as usize).map(|k| begin(k)..begin(k) + STRETCH_SECS).collect()
-}
-
-/// The median rate; two stretches that overlap by half tell as much as one and a half.
-fn median_of(told: &[Stretch]) -> Estimate {
-    let rates: Vec<f64> = told.iter().map(|stretch| stretch.rate_per_min.value).collect();
-    let value = median(&rates).unwrap_or(f64::NAN);
-    let within: f64 = told.iter().map(|each| each.rate_per_min.sigma.powi(2)).sum();
-    let between = (SIGMA_FROM_MAD * mad(&rates).unwrap_or(f64::NAN)).powi(2);
-    let count = rates.len() as f64;
-    let variance = within / count + between;
-    Estimate { value, sigma: (variance / (count / 2.0 + 0.5)).sqrt() }
+/// What is no time lies before all time.
+fn nanos(secs: f64) -> i64 {
+    if secs.is_nan() { i64::MIN } else { (secs * 1e9).round() as i64 }
 }

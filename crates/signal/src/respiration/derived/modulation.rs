@@ -1,8 +1,8 @@
 //! What breathing modulates, once a beat.
 
 use std::f64::consts::PI;
-use std::ops::Range;
 
+use super::fusion::STRETCH_SECS;
 use super::grid::Grid;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
@@ -14,34 +14,54 @@ const OUTLIER_SIGMAS: f64 = 4.0;
 /// A smaller spread is that of rounding [share of the median].
 const LEAST_SPREAD: f64 = 1e-9;
 
-/// Values at ascending times [s].
+/// A heart beat or a pulse, and what breathing modulates in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beat {
+    /// When it was [ns].
+    pub(crate) at_ns: i64,
+    /// How high it is, in different ways [any unit]; NaN where that is not known.
+    pub(crate) heights: [f64; 2],
+}
+
+/// The intervals between ascending beats [s], each at its middle since `begin_ns` [s].
+pub(super) fn intervals(beats: &[Beat], begin_ns: i64) -> impl Iterator<Item = (f64, f64)> {
+    let interval = move |pair: &[Beat]| {
+        let [begin, end] = [0, 1].map(|which| secs_since(begin_ns, pair[which].at_ns));
+        (begin.midpoint(end), end - begin)
+    };
+    let limits = INTERVALS_SECS.0..INTERVALS_SECS.1;
+    beats.windows(2).map(interval).filter(move |(_, secs)| limits.contains(secs))
+}
+
+fn secs_since(begin_ns: i64, at_ns: i64) -> f64 {
+    at_ns.saturating_sub(begin_ns) as f64 / 1e9
+}
+
+/// Values at ascending times within a stretch [s since its beginning].
 pub(super) struct Modulation {
     times_secs: Vec<f64>,
     values: Vec<f64>,
 }
 
-/// The intervals between the beats of a window [s], each at its middle.
-pub(super) fn intervals(times_secs: &[f64], window: &Range<f64>) -> Modulation {
-    let beats = Modulation::at(times_secs, times_secs, window);
-    let neighbours = beats.times_secs.windows(2).map(|pair| (pair[0], pair[1] - pair[0]));
-    let is_interval =
-        |&(_, secs): &(f64, f64)| (INTERVALS_SECS.0..INTERVALS_SECS.1).contains(&secs);
-    let points = neighbours.filter(is_interval).map(|(begin, secs)| (begin + secs / 2.0, secs));
-    let (times_secs, values) = points.unzip();
-    Modulation { times_secs, values }
-}
-
 impl Modulation {
-    /// The usable values at those times of a window that ascend.
-    pub(super) fn at(times_secs: &[f64], values: &[f64], window: &Range<f64>) -> Modulation {
-        let mut last = f64::NEG_INFINITY;
-        let points = times_secs.iter().copied().zip(values.iter().copied());
-        let in_order = |&(time, value): &(f64, f64)| {
-            let fits = window.contains(&time) && time > last && is_usable(value);
-            last = if fits { time } else { last };
-            fits
-        };
-        let (times_secs, values) = points.filter(in_order).unzip();
+    /// The intervals between the beats of a stretch.
+    pub(super) fn of_intervals(beats: &[Beat], begin_ns: i64) -> Modulation {
+        Modulation::without_outliers(intervals(beats, begin_ns).collect())
+    }
+
+    /// Those heights of the beats of a stretch that are usable.
+    pub(super) fn of_heights(beats: &[Beat], begin_ns: i64, which: usize) -> Modulation {
+        let points =
+            beats.iter().map(|beat| (secs_since(begin_ns, beat.at_ns), beat.heights[which]));
+        Modulation::without_outliers(points.filter(|(_, height)| is_usable(*height)).collect())
+    }
+
+    fn without_outliers(mut points: Vec<(f64, f64)>) -> Modulation {
+        let values: Vec<f64> = points.iter().map(|point| point.1).collect();
+        let centre = median(&values).unwrap_or(0.0);
+        let reach = OUTLIER_SIGMAS * SIGMA_FROM_MAD * mad(&values).unwrap_or(0.0);
+        points.retain(|(_, value)| (value - centre).abs() <= reach);
+        let (times_secs, values) = points.into_iter().unzip();
         Modulation { times_secs, values }
     }
 
@@ -49,35 +69,17 @@ impl Modulation {
         self.values.len()
     }
 
-    /// How much time intervals cover [s].
-    pub(super) fn covered_secs(&self) -> f64 {
-        self.values.iter().sum()
-    }
-
     pub(super) fn median(&self) -> Option<f64> {
         median(&self.values)
     }
 
-    /// The part within a stretch, without its outliers.
-    pub(super) fn within(&self, stretch: &Range<f64>) -> Modulation {
-        let place = |secs: f64| self.times_secs.partition_point(|&time| time < secs);
-        let (begin, end) = (place(stretch.start), place(stretch.end));
-        let (times, values) = (&self.times_secs[begin..end], &self.values[begin..end]);
-        let centre = median(values).unwrap_or(0.0);
-        let reach = OUTLIER_SIGMAS * SIGMA_FROM_MAD * mad(values).unwrap_or(0.0);
-        let points = times.iter().copied().zip(values.iter().copied());
-        let (times_secs, values) =
-            points.filter(|(_, value)| (value - centre).abs() <= reach).unzip();
-        Modulation { times_secs, values }
-    }
-
-    /// The share of each frequency in the power times frequency within a stretch; an even share of
-    /// each for values that don't vary.
-    pub(super) fn shares(&self, stretch: &Range<f64>, grid: Grid) -> Vec<f64> {
-        let weights = self.weights(stretch);
+    /// The share of each frequency in the power times frequency; an even share of each for values
+    /// that don't vary.
+    pub(super) fn shares(&self, grid: Grid) -> Vec<f64> {
+        let weights = self.weights();
         let values = self.without_line(&weights);
         let points = self.times_secs.iter().zip(weights.iter().zip(&values));
-        let points = points.map(|(time, (weight, value))| (time - stretch.start, weight * value));
+        let points = points.map(|(time, (weight, value))| (*time, weight * value));
         let mut shares = grid.powers(points);
         for (place, power) in shares.iter_mut().enumerate() {
             *power *= grid.hz(place);
@@ -90,10 +92,9 @@ impl Modulation {
     }
 
     /// Hann's window over the stretch, at the times of the values.
-    fn weights(&self, stretch: &Range<f64>) -> Vec<f64> {
-        let length = stretch.end - stretch.start;
-        let share = self.times_secs.iter().map(|time| (time - stretch.start) / length);
-        share.map(|share| (PI * share).sin().powi(2)).collect()
+    fn weights(&self) -> Vec<f64> {
+        let weight = |time: &f64| (PI * time / STRETCH_SECS).sin().powi(2);
+        self.times_secs.iter().map(weight).collect()
     }
 
     /// The values above their weighted line of least squares.
