@@ -1,8 +1,6 @@
 """What is told of a person live is what `extract --method causal` tells afterwards of the same samples,
 bit for bit: also where a sensor failed, and where its computer went away and came back."""
 
-import struct
-from collections import defaultdict
 from itertools import pairwise
 
 import pytest
@@ -10,7 +8,7 @@ import pytest
 import bags
 import harness
 import tables
-from tables import stamp_ns
+from told import by_end, is_number, secs, windows
 
 PERSON = "/humans/persons/p001"
 WINDOWS_SECS = [10, 20]
@@ -57,15 +55,6 @@ SENSORS = {
     "temperature": "skin_temperature",
     "acceleration": "movement",
 }
-# By their codes, as `extract` words them.
-REASONS = [
-    None,
-    "window too short",
-    "data missing in the window",
-    "data too poor",
-    "not measured by this device",
-    "undefined for these data",
-]
 
 
 @pytest.fixture(scope="module")
@@ -119,36 +108,3 @@ def heard(bag, topic) -> list:
     told = next(each for each in of_stream if each.content.name == topic and each.content.channels)
     waves = bags.messages(bag, topic)
     return [wave for wave in waves if wave.log_secs > told.log_secs]
-
-
-def windows(bag, topic) -> dict[float, list]:
-    """The live windows by their ends [s]: of each value its bits, or why there is none."""
-    return {
-        secs(each): [
-            bits(value) if reason == 0 else REASONS[reason]
-            for value, reason in zip(each.content.values, each.content.reasons, strict=True)
-        ]
-        for each in bags.messages(bag, topic)
-    }
-
-
-def by_end(features: list[dict], window_secs: int) -> dict[float, list]:
-    """The same of what `extract` told, without a shorter window at the end."""
-    ended = defaultdict(list)
-    for each in features:
-        if each["end_secs"] - each["start_secs"] > window_secs - 1e-3:
-            value = each["value"]
-            ended[each["end_secs"]].append(each["reason"] if value is None else bits(value))
-    return dict(ended)
-
-
-def secs(message) -> float:
-    return stamp_ns(message) / 1e9
-
-
-def bits(value: float) -> bytes:
-    return struct.pack("<d", value)
-
-
-def is_number(value) -> bool:
-    return isinstance(value, bytes)
