@@ -2,19 +2,30 @@
 
 use crate::gaps::is_usable;
 
-/// Count, mean, spread and rise of values that were measured at times.
+/// Count, mean, spread, extremes and rise of values that were measured at times.
 ///
 /// Merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115, which is as exact as two passes:
 /// nothing is ever subtracted from a sum.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
     pub(super) count: f64,
     pub(super) mean: f64,
+    pub(super) least: f64,
+    pub(super) greatest: f64,
     mean_secs: f64,
     /// Sums of products of deviations from the means: of values, of times, of both.
     values: f64,
     times: f64,
     both: f64,
+}
+
+/// Of nothing.
+impl Default for Course {
+    fn default() -> Course {
+        let (least, greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+        let [count, mean, mean_secs, values, times, both] = [0.0; 6];
+        Course { count, mean, least, greatest, mean_secs, values, times, both }
+    }
 }
 
 impl Course {
@@ -30,6 +41,8 @@ impl Course {
         let mut course = Course { count, mean, mean_secs, ..Course::default() };
         for (secs, value) in usable {
             let (after, above) = (secs - mean_secs, value - mean);
+            course.least = course.least.min(value);
+            course.greatest = course.greatest.max(value);
             course.values += above * above;
             course.times += after * after;
             course.both += after * above;
@@ -48,6 +61,8 @@ impl Course {
         Course {
             count,
             mean: self.mean + above * share,
+            least: self.least.min(other.least),
+            greatest: self.greatest.max(other.greatest),
             mean_secs: self.mean_secs + after * share,
             values: self.values + other.values + above * above * weight,
             times: self.times + other.times + after * after * weight,
@@ -101,6 +116,7 @@ mod tests {
             let whole = describe(&secs, &values);
             prop_assert_eq!(course.count as usize, whole.map_or(0, |whole| whole.n));
             let Some(whole) = whole else { return Ok(()) };
+            prop_assert_eq!((course.least, course.greatest), (whole.least, whole.greatest));
             prop_assert!((course.mean - whole.mean).abs() <= 1e-9 * whole.mean.abs().max(1.0));
             if let (Some(sd), Some(exact)) = (course.sd(), whole.sd) {
                 let tolerance = if offset > 0.0 { 1e-6 } else { 1e-9 };

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::analysis::Span;
+use crate::gaps::is_usable;
 
 /// Samples of several channels in the order of their times.
 #[derive(Clone, Debug)]
@@ -22,13 +23,13 @@ impl Kept {
         self.channels.len()
     }
 
-    /// Takes in a sample at its place, after others of its time; what it lacks is NaN.
+    /// Takes in a sample at its place, after others of its time; what it lacks or can't be used is NaN.
     pub(super) fn insert(&mut self, at_ns: i64, numbers: &[f64]) {
         let is_newest = self.at_ns.back().is_none_or(|newest_ns| *newest_ns <= at_ns);
         let place = if is_newest { self.at_ns.len() } else { self.place(at_ns.saturating_add(1)) };
         self.at_ns.insert(place, at_ns);
         for (index, channel) in self.channels.iter_mut().enumerate() {
-            channel.insert(place, numbers.get(index).copied().unwrap_or(f64::NAN));
+            channel.insert(place, numbers.get(index).map_or(f64::NAN, |number| usable(*number)));
         }
     }
 
@@ -71,6 +72,11 @@ impl Kept {
     fn place(&self, at_ns: i64) -> usize {
         self.at_ns.partition_point(|each| *each < at_ns)
     }
+}
+
+/// There is one zero, and one number that can't be used.
+fn usable(number: f64) -> f64 {
+    if is_usable(number) { number + 0.0 } else { f64::NAN }
 }
 
 #[cfg(test)]

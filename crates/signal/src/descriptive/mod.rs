@@ -15,7 +15,8 @@ pub mod analysis;
 mod rolling;
 mod kept;
 mod course;
-mod ordered;
+mod middle;
+mod band;
 
 pub use rolling::{Described, Pace, Rolling, View};
 pub use summary::{Summary, describe};

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::course::Course;
 use super::kept::Kept;
-use super::ordered::Ordered;
+use super::middle::Middle;
 use super::summary::{Summary, describe};
 use crate::analysis::Span;
 use crate::coverage::coverage;
@@ -14,10 +14,12 @@ use crate::gaps::is_usable;
 /// What the samples of a stream come to in windows of several lengths that slide over it together.
 ///
 /// Windows end each hop after the first sample, long ones more seldom if they [are to](Pace). The same as [`describe`] says of the samples of each
-/// window, at a cost that grows with how many samples come and go and not with how long a window is:
-/// moments are merged from those of single hops, and the values of a window are held in order, which
-/// costs the less the more seldom it ends. A function of the samples and the order in which they came
-/// alone. Memory is bounded by the longest window, or by what is [to be kept](Self::keep_from).
+/// window, at a cost that grows with how many samples come and go, and with the share of a window that lies
+/// near its median and its MAD: moments and extremes are merged from those of single hops, and the middle
+/// ones are looked for among the values near to the last ones; all of a window is looked at only when they
+/// have moved from there. A function of the samples and the order in which they came
+/// alone. Memory is bounded by the longest window, or by what is [to be kept](Self::keep_from): each sample
+/// is held once, and those near the middle of a window once more.
 ///
 /// ```
 /// use teampulse_signal::descriptive::{Pace, Rolling};
@@ -66,12 +68,12 @@ struct Hop {
     courses: Box<[Course]>,
 }
 
-/// The values of one window in their order, for each channel.
+/// One window, with the middle of each channel.
 #[derive(Clone, Debug)]
 struct Window {
     pace: Pace,
     span: Span,
-    ordered: Vec<Ordered>,
+    middles: Vec<Middle>,
 }
 
 /// What a span comes to.
@@ -105,7 +107,7 @@ impl Rolling {
         let window = |pace: &Pace| Window {
             pace: Pace { length_ns: pace.length_ns.max(1), hops: pace.hops.max(1) },
             span: NEVER,
-            ordered: vec![Ordered::default(); channels],
+            middles: vec![Middle::default(); channels],
         };
         Rolling {
             rate_hz,
@@ -168,7 +170,7 @@ impl Rolling {
         self.newest_ns = self.newest_ns.max(at_ns);
         self.kept.insert(at_ns, numbers);
         if at_ns < self.newest_ns {
-            self.amend(at_ns, numbers);
+            self.amend(at_ns);
         }
     }
 
@@ -178,14 +180,13 @@ impl Rolling {
     }
 
     /// A window, by its place among them, as it ended last.
-    pub fn window(&self, place: usize) -> View {
-        let Window { span, ordered, .. } = &self.windows[place];
-        let describe = |(channel, ordered): (usize, &Ordered)| {
-            let coverage = self.coverage(channel, *span, ordered.count());
-            Described { coverage, summary: self.summary(channel, *span, ordered) }
-        };
-        let channels = ordered.iter().enumerate().map(describe).collect();
-        View { span: *span, is_young: self.is_young(*span), channels }
+    pub fn window(&mut self, place: usize) -> View {
+        let span = self.windows[place].span;
+        let mut middles = std::mem::take(&mut self.windows[place].middles);
+        let describe = |(channel, middle)| self.described(channel, span, middle);
+        let channels = middles.iter_mut().enumerate().map(describe).collect();
+        self.windows[place].middles = middles;
+        View { span, is_young: self.is_young(span), channels }
     }
 
     /// What any span comes to, as far as its samples are kept.
@@ -224,7 +225,7 @@ impl Rolling {
         self.hops.clear();
         for window in &mut self.windows {
             window.span = NEVER;
-            window.ordered.iter_mut().for_each(Ordered::clear);
+            window.middles.iter_mut().for_each(Middle::clear);
         }
     }
 
@@ -246,7 +247,7 @@ impl Rolling {
     }
 
     /// A sample that came late counts in what was told of before.
-    fn amend(&mut self, at_ns: i64, numbers: &[f64]) {
+    fn amend(&mut self, at_ns: i64) {
         let place = self.hops.partition_point(|hop| hop.span.end_ns <= at_ns);
         if let Some(span) =
             self.hops.get(place).map(|hop| hop.span).filter(|span| span.holds(at_ns))
@@ -254,11 +255,7 @@ impl Rolling {
             self.hops[place].courses = self.courses(span);
         }
         for window in self.windows.iter_mut().filter(|window| window.span.holds(at_ns)) {
-            for (ordered, value) in window.ordered.iter_mut().zip(numbers) {
-                if is_usable(*value) {
-                    ordered.change(&mut [], &mut [*value]);
-                }
-            }
+            window.insert(at_ns, &self.kept);
         }
     }
 
@@ -281,19 +278,22 @@ impl Rolling {
         hops.fold(before, Course::merged)
     }
 
-    fn summary(&self, channel: usize, span: Span, ordered: &Ordered) -> Option<Summary> {
-        let (median, mad) = ordered.median_and_mad()?;
+    fn described(&self, channel: usize, span: Span, middle: &mut Middle) -> Described {
         let course = self.course(channel, span);
-        Some(Summary {
-            n: ordered.count(),
+        let values = self.kept.values(channel, self.kept.places(span));
+        let n = course.count as usize;
+        let summary = |(median, mad)| Summary {
+            n,
             mean: course.mean,
             sd: course.sd(),
             median,
             mad,
-            least: ordered.least()?,
-            greatest: ordered.greatest()?,
+            least: course.least,
+            greatest: course.greatest,
             slope_per_sec: course.slope_per_sec(),
-        })
+        };
+        let summary = middle.median_and_mad(n, &values).map(summary);
+        Described { coverage: self.coverage(channel, span, n), summary }
     }
 
     fn coverage(&self, channel: usize, span: Span, usable: usize) -> f64 {
@@ -324,11 +324,20 @@ impl Window {
         let from = std::mem::replace(&mut self.span, to);
         let gone = kept.places(Span { end_ns: to.begin_ns.min(from.end_ns), ..from });
         let new = kept.places(Span { begin_ns: to.begin_ns.max(from.end_ns), ..to });
-        let usable = |channel: usize, places: &Range<usize>| -> Vec<f64> {
-            kept.values(channel, places.clone()).filter(|value| is_usable(*value)).collect()
-        };
-        for (channel, ordered) in self.ordered.iter_mut().enumerate() {
-            ordered.change(&mut usable(channel, &gone), &mut usable(channel, &new));
+        for (channel, middle) in self.middles.iter_mut().enumerate() {
+            let values = |places: &Range<usize>| kept.values(channel, places.clone());
+            middle.slide(&values(&gone), &values(&new));
+        }
+    }
+
+    /// A sample of a time [ns] stands in it, the last that came of those of its time.
+    fn insert(&mut self, at_ns: i64, kept: &Kept) {
+        let after = kept.places(Span { begin_ns: at_ns.saturating_add(1), ..self.span });
+        let own = after.start - 1..after.start;
+        for (channel, middle) in self.middles.iter_mut().enumerate() {
+            for value in kept.values(channel, own.clone()) {
+                middle.insert(value, &kept.values(channel, after.clone()));
+            }
         }
     }
 }

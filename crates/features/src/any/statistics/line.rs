@@ -81,7 +81,7 @@ impl Line {
             let at_ns = sample.measured.nanos().saturating_add(after_ns);
             self.tell_phases(&mut work, phases.of(&self.subject), at_ns, out);
             while let Some(end_ns) = work.rolling.advance(at_ns) {
-                self.tell_windows(&work, end_ns, out);
+                self.tell_windows(&mut work, end_ns, out);
             }
             work.rolling.push(at_ns, numbers);
         }
@@ -95,9 +95,11 @@ impl Line {
         self.work = Some(work);
     }
 
-    fn tell_windows(&self, work: &Work, end_ns: i64, out: &mut Outputs) {
-        let ends = |(place, _): &(usize, &f64)| work.rolling.ends(*place, end_ns);
-        for (place, secs) in self.windows_secs.iter().enumerate().filter(ends) {
+    fn tell_windows(&self, work: &mut Work, end_ns: i64, out: &mut Outputs) {
+        for (place, secs) in self.windows_secs.iter().enumerate() {
+            if !work.rolling.ends(place, end_ns) {
+                continue;
+            }
             let view = work.rolling.window(place);
             let values = with_differences(&view, work.baseline.as_deref());
             out.emit(work.windows[place], Time::from_nanos(end_ns), feature(*secs, &view, &values));

@@ -23,8 +23,9 @@ fn told_at_paces(samples: &[Sample], rate_hz: f64, paces: &[Pace]) -> Vec<Vec<Vi
     let mut told = Vec::new();
     for (at_ns, numbers) in samples {
         while let Some(end_ns) = rolling.advance(*at_ns) {
-            let ends = (0..paces.len()).filter(|place| rolling.ends(*place, end_ns));
-            told.push(ends.map(|place| rolling.window(place)).collect());
+            let places = 0..paces.len();
+            let ends: Vec<usize> = places.filter(|place| rolling.ends(*place, end_ns)).collect();
+            told.push(ends.into_iter().map(|place| rolling.window(place)).collect());
         }
         rolling.push(*at_ns, numbers);
     }

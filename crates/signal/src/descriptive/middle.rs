@@ -1,0 +1,195 @@
+//! The median of a window that slides, and the median distance from it.
+
+use super::band::Band;
+use crate::robust::median_in_place;
+
+/// How far the median and the MAD can move until the whole window is looked at again [MAD].
+///
+/// The wider, the more values are held; the narrower, the more often all are looked at. Of a straight line
+/// they move by 4 / 30 when a thirtieth of the window is new.
+const REACH: f64 = 0.2;
+
+/// The values of a window near to where the middle ones were found last.
+///
+/// What is told is exact: where the middle is no longer among those that are held, all are looked at.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Middle {
+    /// Around the median, and as far from it as the MAD, below and above; none before the first look.
+    bands: Vec<Band>,
+}
+
+impl Middle {
+    /// The first values of the window have gone, and new ones stand behind the last.
+    pub(super) fn slide(
+        &mut self,
+        gone: &(impl Iterator<Item = f64> + Clone),
+        new: &(impl Iterator<Item = f64> + Clone),
+    ) {
+        for band in &mut self.bands {
+            band.pop(gone.clone());
+            band.push(new.clone());
+        }
+    }
+
+    /// A value stands before these, which are the last of the window.
+    pub(super) fn insert(&mut self, value: f64, last: &(impl Iterator<Item = f64> + Clone)) {
+        self.bands.iter_mut().for_each(|band| band.insert(value, last.clone()));
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.bands.clear();
+    }
+
+    /// Median and median absolute deviation from it, not scaled, of these values, which are those of the
+    /// window; `count` of them are not NaN. `None` of none.
+    pub(super) fn median_and_mad(
+        &mut self,
+        count: usize,
+        values: &(impl Iterator<Item = f64> + Clone),
+    ) -> Option<(f64, f64)> {
+        self.known(count).or_else(|| self.look(values))
+    }
+
+    /// From what is held alone, where that is enough.
+    fn known(&self, count: usize) -> Option<(f64, f64)> {
+        let [around, low, high] = &self.bands[..] else { return None };
+        let mut near: Vec<f64> = around.inside.iter().copied().collect();
+        let [lower, upper] = middle_two(&mut near, around.below, count)?;
+        let median = lower.midpoint(upper);
+        let nearer = high.below.checked_sub(low.below + low.inside.len())?;
+        let held = low.inside.iter().chain(&high.inside);
+        let mut distances: Vec<f64> = held.map(|value| (value - median).abs()).collect();
+        let [lower, upper] = middle_two(&mut distances, nearer, count)?;
+        // No value between the bands is farther away than these, and none beyond them is nearer.
+        let is_between = (median - low.until).max(high.from - median) <= lower
+            && upper <= (median - low.from).min(high.until - median);
+        is_between.then(|| (median, lower.midpoint(upper)))
+    }
+
+    fn look(&mut self, values: &(impl Iterator<Item = f64> + Clone)) -> Option<(f64, f64)> {
+        let mut all: Vec<f64> = values.clone().filter(|value| !value.is_nan()).collect();
+        let median = median_in_place(&mut all)?;
+        for value in &mut all {
+            *value = (*value - median).abs();
+        }
+        let mad = median_in_place(&mut all)?;
+        self.bands = bands(median, mad);
+        self.bands.iter_mut().for_each(|band| band.push(values.clone()));
+        Some((median, mad))
+    }
+}
+
+/// Bands in which the middle values will be found again.
+fn bands(median: f64, mad: f64) -> Vec<Band> {
+    let reach = REACH * mad;
+    let (near, far) = ((mad - reach).max(0.0), mad + reach);
+    // Of equal values, each band holds at least these.
+    let above = |from: f64, until: f64| Band::new(from, until.max(from.next_up()));
+    let around = above(median - reach, (median + reach).max(median.next_up()));
+    let high = above(median + near, (median + far).max((median + mad).next_up()));
+    vec![around, Band::new(median - far, median - near), high]
+}
+
+/// The middle one, twice, or the middle two of `count` values, of which these stand behind `before` others in their
+/// order; `None` where they are not among these.
+fn middle_two(values: &mut [f64], before: usize, count: usize) -> Option<[f64; 2]> {
+    let lower_rank = (count.checked_sub(1)? / 2).checked_sub(before)?;
+    let upper_rank = (count / 2).checked_sub(before).filter(|rank| *rank < values.len())?;
+    let (below, upper, _) = values.select_nth_unstable_by(upper_rank, f64::total_cmp);
+    let upper = *upper;
+    if lower_rank == upper_rank {
+        return Some([upper; 2]);
+    }
+    let lower = below.iter().copied().max_by(f64::total_cmp)?;
+    Some([lower, upper])
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::robust::{mad, median};
+
+    fn held(middle: &Middle) -> usize {
+        middle.bands.iter().map(|band| band.inside.len()).sum()
+    }
+
+    /// Numbers between 0 and 1 without an order.
+    fn noise(count: usize) -> Vec<f64> {
+        let number = |k: usize| (k as u32).wrapping_mul(2_654_435_769);
+        (0..count).map(|k| f64::from(number(k)) / 2f64.powi(32)).collect()
+    }
+
+    #[test]
+    fn nothing_has_no_middle() {
+        let mut middle = Middle::default();
+        assert_eq!(middle.median_and_mad(0, &[f64::NAN].into_iter()), None);
+        assert_eq!(middle.median_and_mad(1, &[7.0].into_iter()), Some((7.0, 0.0)));
+        middle.slide(&[7.0].into_iter(), &[].into_iter());
+        assert_eq!(middle.median_and_mad(0, &[].into_iter()), None);
+    }
+
+    #[test]
+    fn of_noise_a_few_values_are_enough() {
+        let values = noise(20_000);
+        let mut middle = Middle::default();
+        middle.median_and_mad(10_000, &values[..10_000].iter().copied());
+        for begin in (0..10_000).step_by(100) {
+            let (gone, new) = (begin..begin + 100, begin + 10_000..begin + 10_100);
+            middle.slide(&values[gone].iter().copied(), &values[new].iter().copied());
+            assert!(middle.known(10_000).is_some() && held(&middle) < 4000);
+        }
+    }
+
+    #[test]
+    fn equal_values_are_known_to_be_equal() {
+        for value in [0.0, -3.5, 1e99] {
+            let mut middle = Middle::default();
+            middle.median_and_mad(6, &[value; 6].into_iter());
+            middle.slide(&[value; 2].into_iter(), &[value, 2.0 * value + 1.0].into_iter());
+            assert_eq!(middle.known(6), Some((value, 0.0)));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_window_that_slides_has_the_middle_of_its_values(
+            values in prop::collection::vec(
+                prop_oneof![
+                    8 => -1.0..1.0f64,
+                    8 => (-3i32..3).prop_map(f64::from),
+                    1 => -1e9..1e9f64,
+                    1 => Just(f64::NAN),
+                ],
+                1..2000,
+            ),
+            drift in prop_oneof![Just(0.0), -0.01..0.01f64],
+            (length, step) in (1usize..400, 1usize..100),
+            late in 0usize..100,
+        ) {
+            let drifted = |(k, value): (usize, &f64)| value + drift * k as f64;
+            let values: Vec<f64> = values.iter().enumerate().map(drifted).collect();
+            let mut middle = Middle::default();
+            let mut last = 0..0;
+            for end in (0..=values.len()).step_by(step) {
+                let window = end.saturating_sub(length).max(last.start)..end;
+                let gone = last.start..window.start.min(last.end);
+                let new = window.start.max(last.end)..end;
+                // One of the new ones comes late.
+                let late = new.start + late.min(new.len());
+                let of = |range: std::ops::Range<usize>| values[range].iter().copied();
+                let behind = late.saturating_add(1).min(end)..end;
+                middle.slide(&of(gone), &of(new.start..late).chain(of(behind.clone())));
+                if late < end {
+                    middle.insert(values[late], &of(behind));
+                }
+                let count = of(window.clone()).filter(|value| !value.is_nan()).count();
+                let found = middle.median_and_mad(count, &of(window.clone()));
+                let inside = &values[window.clone()];
+                prop_assert_eq!(found, median(inside).zip(mad(inside)));
+                last = window;
+            }
+        }
+    }
+}
