@@ -32,8 +32,9 @@ impl Line {
 pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<Line> {
     let points = evenly(&finite_points(x, y));
     let mut slopes = pair_slopes(&points);
-    let value = median_in_place(&mut slopes)?;
-    let slope = Estimate { value, sigma: rank_sigma(&mut slopes, points.len()) };
+    let (sigma, middle) = rank_sigma(&mut slopes, points.len())?;
+    let value = median_in_place(middle)?;
+    let slope = Estimate { value, sigma };
     let mut heights: Vec<f64> = points.iter().map(|(x, y)| y - value * x).collect();
     let intercept = median_in_place(&mut heights)?;
     intercept.is_finite().then_some(Line { slope, intercept })
@@ -92,17 +93,18 @@ fn pair_slopes(points: &[(f64, f64)]) -> Vec<f64> {
     slopes
 }
 
-/// Half the distance between the slopes at ± one standard deviation of Kendall's statistic.
-fn rank_sigma(slopes: &mut [f64], n_points: usize) -> f64 {
+/// Half the distance between the slopes at ± one standard deviation of Kendall's statistic, and the
+/// slopes that stand between these two in order: as many on both sides were left out. `None` of none.
+fn rank_sigma(slopes: &mut [f64], n_points: usize) -> Option<(f64, &mut [f64])> {
     let n = n_points as f64;
     let half_width = (n * (n - 1.0) * (2.0 * n + 5.0) / 18.0).sqrt() / 2.0;
-    let middle = (slopes.len() as f64 - 1.0) / 2.0;
-    let last = slopes.len() as f64 - 1.0;
-    let low_rank = (middle - half_width).clamp(0.0, last).floor() as usize;
-    let high_rank = (middle + half_width).clamp(0.0, last).ceil() as usize;
-    let low = *slopes.select_nth_unstable_by(low_rank, f64::total_cmp).1;
+    let last = slopes.len().checked_sub(1)? as f64;
+    let low_rank = (last / 2.0 - half_width).clamp(0.0, last).floor() as usize;
+    let high_rank = slopes.len() - 1 - low_rank;
     let high = *slopes.select_nth_unstable_by(high_rank, f64::total_cmp).1;
-    (high - low) / 2.0
+    let slopes = &mut slopes[..=high_rank];
+    let low = *slopes.select_nth_unstable_by(low_rank, f64::total_cmp).1;
+    Some(((high - low) / 2.0, &mut slopes[low_rank..]))
 }
 
 #[cfg(test)]

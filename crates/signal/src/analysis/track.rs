@@ -2,6 +2,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::{Recording, Span};
+use crate::gaps::is_usable;
 
 /// Samples of one quantity with their times, by their numbers since the first one.
 ///
@@ -12,24 +13,32 @@ pub struct Track {
     first: usize,
     at_ns: VecDeque<i64>,
     values: VecDeque<f64>,
+    /// How many were [usable](is_usable) up to each, so that no window has to look at all of its samples.
+    usable: VecDeque<usize>,
 }
 
 impl Track {
     /// A track without samples, of a quantity at `rate_hz` [Hz].
     pub fn new(rate_hz: f64) -> Track {
-        Track { rate_hz, first: 0, at_ns: VecDeque::new(), values: VecDeque::new() }
+        let (at_ns, values, usable) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
+        Track { rate_hz, first: 0, at_ns, values, usable }
     }
 
     /// A track of values that stand at the samples of a recording.
     pub fn of(recording: &Recording<'_>, values: Vec<f64>) -> Track {
-        let at_ns = (0..values.len()).map(|sample| recording.time_ns(sample as f64)).collect();
-        Track { rate_hz: recording.rate_hz, first: 0, at_ns, values: values.into() }
+        let mut track = Track::new(recording.rate_hz);
+        for (sample, value) in values.into_iter().enumerate() {
+            track.push(recording.time_ns(sample as f64), value);
+        }
+        track
     }
 
     /// Takes in the next sample.
     pub fn push(&mut self, at_ns: i64, value: f64) {
         self.at_ns.push_back(at_ns);
         self.values.push_back(value);
+        let before = self.usable.back().copied().unwrap_or(0);
+        self.usable.push_back(before + usize::from(is_usable(value)));
     }
 
     /// Samples a second [Hz].
@@ -97,9 +106,17 @@ impl Track {
     /// The share of the samples of a span that are held and [usable](crate::gaps::is_usable) [0..1].
     pub fn coverage(&self, span: Span) -> f64 {
         let expected = (span.secs() * self.rate_hz).round().max(1.0);
-        let usable =
-            self.iter(self.samples_in(span)).filter(|&value| crate::gaps::is_usable(value));
-        (usable.count() as f64 / expected).min(1.0)
+        (self.usable_in(span) as f64 / expected).min(1.0)
+    }
+
+    /// How many samples of a span are held and [usable](crate::gaps::is_usable).
+    pub fn usable_in(&self, span: Span) -> usize {
+        let samples = self.samples_in(span);
+        let (first, end) = (samples.start - self.first, samples.end - self.first);
+        if first == end {
+            return 0;
+        }
+        self.usable[end - 1] - self.usable[first] + usize::from(is_usable(self.values[first]))
     }
 
     /// Lets go of samples from before a time [ns].
@@ -107,6 +124,7 @@ impl Track {
         while self.at_ns.front().is_some_and(|&at_ns| at_ns < before_ns) {
             self.at_ns.pop_front();
             self.values.pop_front();
+            self.usable.pop_front();
             self.first += 1;
         }
     }

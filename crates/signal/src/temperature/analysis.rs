@@ -9,7 +9,6 @@ use crate::analysis::{
 };
 use crate::descriptive::describe;
 use crate::error::{SignalError, checked, checked_rate_hz};
-use crate::gaps::is_usable;
 use crate::trend::{smallest_step, trend};
 
 /// Slowest and fastest rate that is taken [Hz].
@@ -109,10 +108,8 @@ impl Windows for Running {
 
     fn measure(&self, span: Span) -> Measured {
         let coverage = self.readings.coverage(span);
-        let count = |track: &Track| {
-            track.iter(track.samples_in(span)).filter(|&reading| is_usable(reading)).count() as f64
-        };
-        let (usable, worn) = (count(&self.readings), count(&self.skin));
+        let usable = self.readings.usable_in(span) as f64;
+        let worn = self.skin.usable_in(span) as f64;
         let quality = if usable > 0.0 { worn / usable } else { 0.0 };
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, quality, VALUES.len(), Reason::Gap);
