@@ -59,6 +59,16 @@ pub(crate) fn median_in_place(values: &mut [f64]) -> Option<f64> {
     Some(lower.midpoint(upper))
 }
 
+/// [Quantile](quantile_of_sorted) of values in any order, without NaN; they are left in another order.
+/// `None` of none.
+pub(crate) fn quantile_in_place(values: &mut [f64], share: f64) -> Option<f64> {
+    let place = share.clamp(0.0, 1.0) * values.len().checked_sub(1)? as f64;
+    let (_, low, above) = values.select_nth_unstable_by(place.floor() as usize, f64::total_cmp);
+    let low = *low;
+    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
+    Some(low + (high - low) * (place - place.floor()))
+}
+
 fn finite(values: &[f64]) -> Vec<f64> {
     values.iter().copied().filter(|each| each.is_finite()).collect()
 }
@@ -119,6 +129,16 @@ mod tests {
         ) {
             let reversed: Vec<f64> = values.iter().rev().copied().collect();
             prop_assert_eq!(median(&values), median(&reversed));
+        }
+
+        #[test]
+        fn a_quantile_needs_no_order(
+            mut values in prop::collection::vec(-1e6..1e6, 1..50),
+            share in 0.0..=1.0,
+        ) {
+            let unordered = quantile_in_place(&mut values, share);
+            values.sort_by(f64::total_cmp);
+            prop_assert_eq!(unordered, Some(quantile_of_sorted(&values, share)));
         }
     }
 }

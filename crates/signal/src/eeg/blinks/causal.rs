@@ -3,7 +3,7 @@
 use super::candidates::Candidates;
 use super::noise::Noise;
 use super::polarity::Polarity;
-use super::{BLINK_HZ, Blink, LEAST_RATIO, LEAST_UV, low_pass, thinning};
+use super::{BLINK_HZ, Blink, low_pass, thinning};
 use crate::error::SignalError;
 use crate::filter::Cascade;
 use crate::gaps::is_usable;
@@ -45,7 +45,7 @@ impl BlinkDetector {
             thinning,
             until_next: 0,
             candidates: Candidates::new(working_rate_hz),
-            noise: Noise::new(working_rate_hz)?,
+            noise: Noise::new(working_rate_hz),
             polarity: Polarity::default(),
             delay: low_pass.group_delay_secs(BLINK_HZ) * rate_hz,
         })
@@ -61,8 +61,7 @@ impl BlinkDetector {
         self.until_next = self.thinning - 1;
         self.noise.push(if is_usable(sample) { value } else { f64::NAN });
         let candidate = self.candidates.push(value)?;
-        let least_uv = LEAST_UV.max(LEAST_RATIO * self.noise.sigma_uv()?);
-        let stands_out = candidate.height_uv.abs() >= least_uv;
+        let stands_out = self.noise.is_surpassed_by(candidate.height_uv);
         let is_blink = stands_out && self.polarity.fits(&candidate, self.candidates.reach());
         is_blink.then(|| Blink {
             sample: (candidate.place * self.thinning as f64 - self.delay).max(0.0),

@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
-use crate::error::SignalError;
-use crate::sliding::SlidingQuantiles;
+use super::{LEAST_RATIO, LEAST_UV};
+use crate::gaps::is_usable;
+use crate::robust::quantile_in_place;
 
 /// Standard deviation of a normal distribution over its interquartile range, 1 / (2 Φ⁻¹(3/4)).
 const SIGMA_FROM_IQR: f64 = 0.741_301_109_252_801;
@@ -19,29 +20,33 @@ const LEARNING_SECS: f64 = 2.0;
 pub(super) struct Noise {
     rise: usize,
     newest: VecDeque<f64>,
-    bends: SlidingQuantiles,
-    length: usize,
+    /// Of the last minute, in the order of a ring; NaN where there is none.
+    bends: Vec<f64>,
+    next: usize,
+    /// Those there are, in any order: put in order as far as is asked, which is seldom.
+    known: Vec<f64>,
     learning: usize,
     told: usize,
 }
 
 impl Noise {
-    pub(super) fn new(rate_hz: f64) -> Result<Noise, SignalError> {
+    pub(super) fn new(rate_hz: f64) -> Noise {
         let length = (MEMORY_SECS * rate_hz).round() as usize;
         let rise = (RISE_SECS * rate_hz).round() as usize;
-        Ok(Noise {
+        Noise {
             rise,
             newest: std::iter::repeat_n(f64::NAN, 2 * rise + 1).collect(),
-            bends: SlidingQuantiles::new(length)?,
-            length,
+            bends: vec![f64::NAN; length],
+            next: 0,
+            known: Vec::with_capacity(length),
             learning: (LEARNING_SECS * rate_hz) as usize,
             told: 0,
-        })
+        }
     }
 
     /// How many samples are remembered.
     pub(super) fn length(&self) -> usize {
-        self.length
+        self.bends.len()
     }
 
     /// Takes in the next sample of the working rate; NaN for one that is missing.
@@ -49,14 +54,27 @@ impl Noise {
         self.newest.pop_front();
         self.newest.push_back(value);
         let bend = self.newest[self.rise] - self.newest[0].midpoint(value);
-        self.bends.push(bend);
+        self.bends[self.next] = bend;
+        self.next = (self.next + 1) % self.bends.len();
         self.told = self.told.saturating_add(usize::from(bend.is_finite()));
     }
 
-    /// What is usual [µV]; `None` until two seconds were seen.
-    pub(super) fn sigma_uv(&self) -> Option<f64> {
-        let quartile = |share: f64| self.bends.quantile(share);
-        let range = (self.told >= self.learning).then(|| Some(quartile(0.75)? - quartile(0.25)?));
-        Some(SIGMA_FROM_IQR * range??)
+    /// Whether something of a height [µV], up or down, stands out of what is usual; nothing does until
+    /// two seconds were seen.
+    pub(super) fn is_surpassed_by(&mut self, height_uv: f64) -> bool {
+        let height_uv = height_uv.abs();
+        height_uv >= LEAST_UV
+            && self.sigma_uv().is_some_and(|sigma_uv| height_uv >= LEAST_RATIO * sigma_uv)
+    }
+
+    /// What is usual [µV].
+    fn sigma_uv(&mut self) -> Option<f64> {
+        if self.told < self.learning {
+            return None;
+        }
+        self.known.clear();
+        self.known.extend(self.bends.iter().filter(|bend| is_usable(**bend)));
+        let mut quartile = |share: f64| quantile_in_place(&mut self.known, share);
+        Some(SIGMA_FROM_IQR * (quartile(0.75)? - quartile(0.25)?))
     }
 }

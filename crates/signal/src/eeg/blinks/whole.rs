@@ -3,7 +3,7 @@
 use super::candidates::{Candidate, Candidates};
 use super::noise::Noise;
 use super::polarity::Polarity;
-use super::{Blink, LEAST_RATIO, LEAST_UV, low_pass, thinning};
+use super::{Blink, low_pass, thinning};
 use crate::error::SignalError;
 use crate::filter::zero_phase;
 use crate::gaps::is_usable;
@@ -20,7 +20,7 @@ pub fn find_blinks(signal: &[f64], rate_hz: f64) -> Result<Vec<Blink>, SignalErr
     let slow: Vec<f64> = slow.into_iter().step_by(thinning).collect();
     let is_there = signal.iter().step_by(thinning).map(|&sample| is_usable(sample));
     let is_there: Vec<bool> = is_there.collect();
-    let found = standing_out(&slow, &is_there, rate_hz / thinning as f64)?;
+    let found = standing_out(&slow, &is_there, rate_hz / thinning as f64);
     let reach = Candidates::new(rate_hz / thinning as f64).reach();
     let mut polarity = Polarity::default();
     let (most, _): (Vec<Candidate>, Vec<Candidate>) =
@@ -36,13 +36,9 @@ pub fn find_blinks(signal: &[f64], rate_hz: f64) -> Result<Vec<Blink>, SignalErr
 }
 
 /// The candidates that stand out of what is usual around them.
-fn standing_out(
-    slow: &[f64],
-    is_there: &[bool],
-    rate_hz: f64,
-) -> Result<Vec<Candidate>, SignalError> {
+fn standing_out(slow: &[f64], is_there: &[bool], rate_hz: f64) -> Vec<Candidate> {
     let mut candidates = Candidates::new(rate_hz);
-    let mut noise = Noise::new(rate_hz)?;
+    let mut noise = Noise::new(rate_hz);
     let ahead = noise.length() / 2;
     let reach = candidates.reach();
     let value = |index: usize| match is_there.get(index) {
@@ -60,11 +56,10 @@ fn standing_out(
             noise.push(value(index - 2 * reach + ahead));
         }
         let Some(candidate) = candidates.push(sample) else { continue };
-        let Some(sigma_uv) = noise.sigma_uv() else { continue };
-        if candidate.height_uv.abs() >= LEAST_UV.max(LEAST_RATIO * sigma_uv) {
+        if noise.is_surpassed_by(candidate.height_uv) {
             found.push(Candidate { place: candidate.place - reach as f64, ..candidate });
         }
     }
     found.retain(|candidate| (0.0..slow.len() as f64).contains(&candidate.place));
-    Ok(found)
+    found
 }
