@@ -3,11 +3,11 @@
 use super::clean::checked_ppg_rate_hz;
 use super::judge::REFRACTORY_SECS;
 use super::pulse::Pulse;
-use super::shape::Wave;
-use super::smooth::Smoothing;
+use super::pulses::Shaped;
+use super::runs::{Living, Runs};
+use super::smoothed::{Part, Smoothed};
 use super::template::Template;
-use crate::gaps::{bridged, is_usable};
-use crate::robust::median;
+use crate::robust::median_in_place;
 
 /// Cycles below this quality are flagged: motion, noise, a sensor that came off.
 pub const LEAST_QUALITY: f64 = 0.8;
@@ -21,10 +21,6 @@ const SHORTEST_CYCLES: f64 = 0.5;
 const AMPLITUDES: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 /// Steeper than so many usual pulses the signal does not rise or fall.
 const STEEPEST: f64 = 2.0;
-/// A signal that stays the same for longer is flat [s].
-const FLAT_SECS: f64 = 0.2;
-/// One that stays at its highest or lowest value for longer is at the end of the sensor's range [s].
-const SATURATED_SECS: f64 = 0.08;
 /// How many cycles before and after one tell whether it is good by luck only.
 const NEIGHBOURS: usize = 2;
 /// With fewer pulses nothing can be said.
@@ -48,7 +44,8 @@ pub struct Cycle {
 /// Quality of a cycle: likeness · living share, 0 where it is implausible. Here
 /// - likeness is the correlation of the pulse, from 0.4 usual cycles before its peak to 0.6
 ///   after it, with the median pulse, straight lines taken out of both, and not below 0 (after
-///   Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351);
+///   Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351); of more than 64 pulses
+///   the median is that of each second, third, …;
 /// - the living share is that of samples that are usable numbers and not flat (the same for more
 ///   than 0.2 s: a sensor that came off, or saturation);
 /// - implausible is a cycle under 0.27 s or half of the usual one, an amplitude below 0.3 or above 3
@@ -70,42 +67,45 @@ impl Quality {
     /// poor. `None` for another rate, and without a usable sample.
     pub fn of(signal: &[f64], rate_hz: f64, pulses: &[Pulse]) -> Option<Quality> {
         checked_ppg_rate_hz(rate_hz).ok()?;
-        let smoothed = Smoothing::new(rate_hz).smoothed(&bridged(signal).ok()?);
-        let wave = Wave { smoothed: &smoothed, rate_hz };
-        Some(Quality::over(&wave, &Living::of(signal, rate_hz), pulses))
+        let smoothed = Smoothed::of(signal, rate_hz);
+        let part = smoothed.part(0..signal.len());
+        let living = Runs::of(signal, rate_hz).living(0..signal.len(), signal.iter().copied());
+        let numbered = pulses.iter().enumerate();
+        let shaped = numbered.map(|(number, &pulse)| Shaped::of(&part, number, 0, pulse));
+        let shaped: Vec<Shaped> = shaped.collect();
+        (!smoothed.held().is_empty()).then(|| Quality::over(rate_hz, &part, &living, &shaped))
     }
 
-    pub(super) fn over(wave: &Wave<'_>, living: &Living, pulses: &[Pulse]) -> Quality {
+    /// Of a part of a smoothed signal with its pulses.
+    pub(super) fn over(
+        rate_hz: f64,
+        signal: &Part<'_>,
+        living: &Living,
+        pulses: &[Shaped],
+    ) -> Quality {
         if pulses.len() < LEAST_PULSES {
             return Quality { cycles: Vec::new() };
         }
-        let secs = |samples: f64| samples / wave.rate_hz;
-        let gaps: Vec<f64> =
-            pulses.windows(2).map(|pair| pair[1].sample - pair[0].sample).collect();
-        let usual = median(&gaps).unwrap_or(0.0);
-        let usual = usual.clamp(REFRACTORY_SECS * wave.rate_hz, LONGEST_SECS * wave.rate_hz);
-        let amplitudes: Vec<f64> = pulses.iter().map(|pulse| pulse.amplitude).collect();
-        let usual_amplitude = median(&amplitudes).unwrap_or(0.0);
-        let steepest: Vec<f64> =
-            pulses.iter().map(|pulse| wave.steepest(pulse.onset, pulse.sample)).collect();
-        let steepest_usual = STEEPEST * median(&steepest).unwrap_or(0.0);
-        let template = Template::of(wave.smoothed, pulses, usual);
-        let cycle = |(index, pulse): (usize, &Pulse)| {
-            let longest = (pulse.onset + LONGEST_CYCLES * usual).min(wave.smoothed.len() as f64);
-            let next = pulses.get(index + 1).map(|next| next.onset);
-            let end = next.filter(|&onset| onset <= longest);
-            let is_short = gaps
-                .get(index)
-                .is_some_and(|&gap| gap < SHORTEST_CYCLES * usual || secs(gap) < REFRACTORY_SECS);
-            let is_plausible =
-                !is_short && AMPLITUDES.contains(&(pulse.amplitude / usual_amplitude));
+        let usual = Usual::of(rate_hz, signal, pulses);
+        let is_too_near = |one: &Shaped, other: &Shaped| {
+            let gap = other.pulse.sample - one.pulse.sample;
+            gap < SHORTEST_CYCLES * usual.cycle || gap / rate_hz < REFRACTORY_SECS
+        };
+        let cycle = |(index, shaped): (usize, &Shaped)| {
+            let (pulse, next) = (&shaped.pulse, pulses.get(index + 1));
+            let longest = pulse.onset + LONGEST_CYCLES * usual.cycle;
+            let longest = longest.min(living.samples.end as f64);
+            let end = next.map(|next| next.pulse.onset).filter(|&onset| onset <= longest);
             let (begin, is_followed) = (pulse.onset, end.is_some());
             let end = end.unwrap_or(longest).max(begin);
-            let likeness = template.likeness(wave.smoothed, pulse.sample).max(0.0);
-            let is_whole =
-                !living.is_saturated(begin, end) && wave.steepest(begin, end) <= steepest_usual;
+            let steepest = shaped.cycle_step.filter(|_| is_followed);
+            let steepest = steepest.unwrap_or_else(|| signal.steepest(begin, end));
+            let is_plausible = !next.is_some_and(|next| is_too_near(shaped, next))
+                && AMPLITUDES.contains(&(pulse.amplitude / usual.amplitude));
+            let is_whole = !living.is_saturated(begin, end) && steepest <= usual.steepest;
+            let likeness = || usual.template.likeness(signal, pulse.sample).max(0.0);
             let quality =
-                if is_plausible && is_whole { likeness * living.share(begin, end) } else { 0.0 };
+                if is_plausible && is_whole { likeness() * living.share(begin, end) } else { 0.0 };
             Cycle { begin, end, quality, is_followed }
         };
         let cycles = pulses.iter().enumerate().map(cycle).collect();
@@ -140,65 +140,46 @@ impl Quality {
     }
 }
 
-/// Lowers the quality of cycles to the median of those around it, where that is poor.
-fn without_luck(cycles: Vec<Cycle>) -> Vec<Cycle> {
-    let qualities: Vec<f64> = cycles.iter().map(|cycle| cycle.quality).collect();
-    let around = |index: usize| {
-        let near = index.saturating_sub(NEIGHBOURS)..(index + NEIGHBOURS + 1).min(qualities.len());
-        median(&qualities[near]).unwrap_or(0.0)
-    };
-    let limited = |(index, cycle): (usize, Cycle)| {
-        let around = around(index);
-        let limit = if around < LEAST_QUALITY { around } else { 1.0 };
-        Cycle { quality: cycle.quality.min(limit), ..cycle }
-    };
-    cycles.into_iter().enumerate().map(limited).collect()
+/// What is usual for the pulses of a part of a signal.
+struct Usual {
+    /// From one to the next [samples].
+    cycle: f64,
+    amplitude: f64,
+    /// A step from one sample to the next that is too great.
+    steepest: f64,
+    template: Template,
 }
 
-/// Which samples are usable and not flat, and which lie at the end of the sensor's range.
-pub(super) struct Living {
-    /// How many are living up to each.
-    living: Vec<usize>,
-    /// How many are saturated up to each.
-    saturated: Vec<usize>,
-}
-
-impl Living {
-    pub(super) fn of(signal: &[f64], rate_hz: f64) -> Living {
-        let most = |secs: f64| (secs * rate_hz).ceil().max(3.0) as usize;
-        let usable = || signal.iter().copied().filter(|&value| is_usable(value));
-        let ends =
-            [usable().fold(f64::INFINITY, f64::min), usable().fold(-f64::INFINITY, f64::max)];
-        let is_same =
-            |a: &f64, b: &f64| a.total_cmp(b).is_eq() || !(is_usable(*a) || is_usable(*b));
-        let (mut living, mut saturated) = (vec![0], vec![0]);
-        let extend = |counts: &mut Vec<usize>, length: usize, counts_now: bool| {
-            let (before, step) = (counts[counts.len() - 1], usize::from(counts_now));
-            counts.extend((1..=length).map(|each| before + step * each));
-        };
-        for run in signal.chunk_by(is_same) {
-            let (value, length) = (run[0], run.len());
-            extend(&mut living, length, is_usable(value) && length <= most(FLAT_SECS));
-            let is_at_end = ends.iter().any(|end| end.total_cmp(&value).is_eq());
-            extend(&mut saturated, length, is_at_end && length > most(SATURATED_SECS));
+impl Usual {
+    fn of(rate_hz: f64, signal: &Part<'_>, pulses: &[Shaped]) -> Usual {
+        let gaps = pulses.windows(2).map(|pair| pair[1].pulse.sample - pair[0].pulse.sample);
+        let cycle = median_of(gaps).clamp(REFRACTORY_SECS * rate_hz, LONGEST_SECS * rate_hz);
+        Usual {
+            cycle,
+            amplitude: median_of(pulses.iter().map(|shaped| shaped.pulse.amplitude)),
+            steepest: STEEPEST * median_of(pulses.iter().map(|shaped| shaped.rise_step)),
+            template: Template::of(signal, pulses, cycle),
         }
-        Living { living, saturated }
     }
+}
 
-    /// The share of the samples from one to another that are usable and not flat.
-    pub(super) fn share(&self, begin: f64, end: f64) -> f64 {
-        let (begin, end) = self.places(begin, end);
-        (self.living[end] - self.living[begin]) as f64 / (end - begin).max(1) as f64
-    }
+/// Of the finite values; 0 of none.
+fn median_of(values: impl Iterator<Item = f64>) -> f64 {
+    let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    median_in_place(&mut finite).unwrap_or(0.0)
+}
 
-    fn is_saturated(&self, begin: f64, end: f64) -> bool {
-        let (begin, end) = self.places(begin, end);
-        self.saturated[end] > self.saturated[begin]
+/// Lowers the quality of cycles to the median of those around it, where that is poor.
+fn without_luck(mut cycles: Vec<Cycle>) -> Vec<Cycle> {
+    let qualities: Vec<f64> = cycles.iter().map(|cycle| cycle.quality).collect();
+    for (index, cycle) in cycles.iter_mut().enumerate() {
+        let near = index.saturating_sub(NEIGHBOURS)..(index + NEIGHBOURS + 1).min(qualities.len());
+        let mut around = [0.0; 2 * NEIGHBOURS + 1];
+        let around = &mut around[..near.len()];
+        around.copy_from_slice(&qualities[near]);
+        let around = median_in_place(around).unwrap_or(0.0);
+        let limit = if around < LEAST_QUALITY { around } else { 1.0 };
+        cycle.quality = cycle.quality.min(limit);
     }
-
-    fn places(&self, begin: f64, end: f64) -> (usize, usize) {
-        let last = self.living.len() - 1;
-        let begin = (begin.round().max(0.0) as usize).min(last);
-        (begin, (end.round().max(0.0) as usize).clamp(begin, last))
-    }
+    cycles
 }

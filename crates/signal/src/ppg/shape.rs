@@ -13,7 +13,7 @@ const LONGEST_RISE_SECS: f64 = 0.5;
 /// How much the signal may climb again on the way down to the onset, as share of what it falls.
 const WIGGLE: f64 = 0.03;
 /// How long after the peak a pulse falls to half of its height at most [s].
-const LONGEST_FALL_SECS: f64 = 1.0;
+pub(super) const LONGEST_FALL_SECS: f64 = 1.0;
 
 /// A smoothed signal with pulse waves.
 pub(super) struct Wave<'a> {
@@ -46,13 +46,6 @@ impl Wave<'_> {
         let millis = 1e3 / self.rate_hz;
         let rise_ms = (sample - onset) * millis;
         Some(Pulse { sample, onset, amplitude, rise_ms, width_ms: (down - up) * millis })
-    }
-
-    /// The greatest step from one sample to the next between two places, up or down.
-    pub(super) fn steepest(&self, begin: f64, end: f64) -> f64 {
-        let place = |at: f64| (at.round().max(0.0) as usize).min(self.smoothed.len());
-        let part = &self.smoothed[place(begin)..place(end).max(place(begin))];
-        part.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
     }
 
     fn samples(&self, secs: f64) -> usize {

@@ -42,7 +42,8 @@ impl Smoothing {
         smoothed
     }
 
-    fn at(&self, around: &[f64]) -> f64 {
+    /// The smoothed value in the middle of as many values as weigh in.
+    pub(super) fn at(&self, around: &[f64]) -> f64 {
         let reach = self.reach();
         let pairs = around[..reach].iter().rev().zip(&around[reach + 1..]);
         let sides = pairs.zip(&self.weights[1..]).map(|((l, r), weight)| weight * (l + r));

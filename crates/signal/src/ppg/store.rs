@@ -1,11 +1,12 @@
 //! What is known of a PPG, of which any span can be asked.
 
-use std::collections::VecDeque;
-
 use super::analysis::Settings;
+use super::pieces::Pieces;
 use super::pulse::Pulse;
+use super::pulses::Pulses;
 use super::quality::Quality;
-use super::smooth::Smoothing;
+use super::runs::Runs;
+use super::smoothed::Smoothed;
 use super::values;
 use super::view::View;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
@@ -15,14 +16,18 @@ use crate::respiration::derived::BreathingWindows;
 /// With more than this share flagged, what is left is not told.
 const MOST_FLAGGED: f64 = 0.5;
 
-/// Samples at the working rate, and pulses there.
+/// Pulses of the newest samples are not known yet [s].
+const UNKNOWN_SECS: f64 = 0.5;
+
+/// Samples at the working rate, and pulses there, each with all that no window changes.
 pub(super) struct PpgWindows {
     signal: Track,
+    runs: Runs,
+    smoothed: Smoothed,
+    pieces: Pieces,
+    pulses: Pulses,
     /// How strongly the sensor moved, and how strongly it may, where that is known.
     motion: Option<(Track, f64)>,
-    /// In their order; the place is that at the working rate.
-    pulses: VecDeque<(i64, Pulse)>,
-    smoothing: Smoothing,
     /// Without beats: they depend on the quality in each span.
     heart: HeartWindows,
     breathing: BreathingWindows,
@@ -36,9 +41,11 @@ impl PpgWindows {
         let values = [values::of_signal(how, &settings.unit), heart.values().to_vec()].concat();
         PpgWindows {
             signal: Track::new(rate_hz),
+            runs: Runs::new(rate_hz),
+            smoothed: Smoothed::new(rate_hz),
+            pieces: Pieces::new(rate_hz),
+            pulses: Pulses::default(),
             motion: settings.motion_limit.map(|limit| (Track::new(rate_hz), limit)),
-            pulses: VecDeque::new(),
-            smoothing: Smoothing::new(rate_hz),
             heart,
             breathing: BreathingWindows::default(),
             values,
@@ -47,6 +54,10 @@ impl PpgWindows {
 
     pub(super) fn push(&mut self, at_ns: i64, value: f64, motion: f64) {
         self.signal.push(at_ns, value);
+        self.runs.push(value);
+        self.smoothed.push(value);
+        self.pieces.take(&self.smoothed);
+        self.pulses.settle(&self.smoothed);
         if let Some((track, _)) = &mut self.motion {
             track.push(at_ns, motion);
         }
@@ -55,8 +66,8 @@ impl PpgWindows {
     /// Takes in a pulse; when it was [ns], and the time since the one before it [ms].
     pub(super) fn push_pulse(&mut self, pulse: Pulse) -> (i64, f64) {
         let at_ns = self.signal.time_ns(pulse.sample).unwrap_or_default();
-        let before = self.pulses.back().map_or(f64::NAN, |before| before.1.sample);
-        self.pulses.push_back((at_ns, pulse));
+        let before = self.pulses.push(at_ns, pulse.sample).unwrap_or(f64::NAN);
+        self.pulses.settle(&self.smoothed);
         (at_ns, (pulse.sample - before) / self.signal.rate_hz() * 1e3)
     }
 
@@ -66,26 +77,34 @@ impl PpgWindows {
         if let Some((track, _)) = &mut self.motion {
             track.forget(before.begin_ns);
         }
-        while self.pulses.front().is_some_and(|pulse| pulse.0 < before.begin_ns) {
-            self.pulses.pop_front();
-        }
+        self.pulses.forget(before.begin_ns);
+        let first = self.signal.held().start;
+        self.runs.forget(first);
+        self.smoothed.forget(first);
+        self.pieces.forget(first);
     }
 
-    /// What is seen of a span, and of the minute before it; `None` without a usable sample.
-    fn view(&self, span: Span) -> Option<View> {
+    /// What is seen of a span, and of the minute before it.
+    fn view(&self, span: Span) -> View {
+        let rate_hz = self.signal.rate_hz();
         let context = span.with_before(BEFORE_SECS);
-        let from = self.pulses.partition_point(|pulse| pulse.0 < context.begin_ns);
-        let to = self.pulses.partition_point(|pulse| pulse.0 < context.end_ns).max(from);
-        let pulses = self.pulses.range(from..to).copied();
-        let mut view = View::of(&self.signal, span, &self.smoothing, pulses)?;
-        self.discard_moved(&mut view.quality, view.begin);
-        Some(view)
+        let samples = self.signal.samples_in(context);
+        let inside = self.signal.samples_in(span).start;
+        let living = self.runs.living(samples.clone(), self.signal.iter(samples.clone()));
+        let pulses = self.pulses.within(context, &self.smoothed);
+        let seen = self.smoothed.part(samples.clone());
+        let mut quality = Quality::over(rate_hz, &seen, &living, &pulses);
+        self.discard_moved(&mut quality);
+        let pieces = self.pieces.within(&(inside..samples.end)).copied().collect();
+        let known = self.signal.held().end as f64 - UNKNOWN_SECS * rate_hz;
+        let known = (samples.end as f64).min(known).max(inside as f64 + 1.0);
+        View { quality, rate_hz, living, pulses, pieces, inside, known }
     }
 
-    fn discard_moved(&self, quality: &mut Quality, begin: usize) {
+    fn discard_moved(&self, quality: &mut Quality) {
         let Some((track, limit)) = &self.motion else { return };
         quality.discard(|cycle| {
-            let place = |at: f64| begin + at.round().max(0.0) as usize;
+            let place = |at: f64| at.round().max(0.0) as usize;
             track.iter(place(cycle.begin)..place(cycle.end)).any(|level| level > *limit)
         });
     }
@@ -109,9 +128,10 @@ impl PpgWindows {
     /// With what is dear to compute of the heart from `last`.
     fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let coverage = self.signal.coverage(span);
-        let Some(view) = self.view(span).filter(|_| coverage >= LEAST_COVERAGE) else {
+        if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
-        };
+        }
+        let view = self.view(span);
         let mut heart = self.heart.clone();
         view.good_pulses().for_each(|at_ns| heart.push(at_ns));
         view.holes().for_each(|(from_ns, to_ns)| heart.mark_gap(from_ns, to_ns));

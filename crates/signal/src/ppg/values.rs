@@ -32,7 +32,7 @@ const TABLE: [(&str, &str, &str); 14] = [
     (
         "PPG_Perfusion",
         "%",
-        "AC/DC: 100 times the median PWA of good cycles over the mean of the signal; none above 20 %, where the device leaves out DC",
+        "AC/DC: 100 times the median PWA of good cycles over the mean of the signal in whole pieces of 5 s; none above 20 %, where the device leaves out DC",
     ),
     (
         "PPG_RSP_Rate",
@@ -47,7 +47,11 @@ const TABLE: [(&str, &str, &str); 14] = [
     ),
     ("PPG_Flagged", "1", "share of the span without a cycle of quality 0.8 or more"),
     ("PPG_Flat", "1", "share of samples that are missing or stay the same for more than 0.2 s"),
-    ("PPG_Skewness", "1", "skewness of the smoothed signal, median of pieces of 5 s without trend"),
+    (
+        "PPG_Skewness",
+        "1",
+        "skewness of the smoothed signal, median of the whole pieces of 5 s, counted from the first sample, without trend",
+    ),
 ];
 
 /// The values, by whole-record or causal methods, of a signal in some unit.
