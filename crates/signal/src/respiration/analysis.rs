@@ -12,6 +12,7 @@ use crate::analysis::{
     Causal, Event, LEAST_COVERAGE, Measured, Reason, Recording, Span, Track, Value, Whole, Windows,
 };
 use crate::error::SignalError;
+use crate::spectrum::Transforms;
 
 /// Below this quality nothing is told.
 pub const LEAST_QUALITY: f64 = 0.3;
@@ -147,6 +148,7 @@ struct Known {
     grouping: Grouping,
     means: Track,
     breaths: VecDeque<Breath>,
+    transforms: Transforms,
 }
 
 impl Known {
@@ -159,6 +161,7 @@ impl Known {
             grouping,
             means,
             breaths: VecDeque::new(),
+            transforms: Transforms::default(),
         }
     }
 
@@ -196,7 +199,7 @@ impl Windows for Known {
         let samples = self.grouping.edge(places.start)..self.grouping.edge(places.end);
         let breaths = self.breaths_in(&samples);
         let means = self.means.values(places.clone());
-        let spectral = Spectral::of(&means, self.means.rate_hz());
+        let spectral = Spectral::of(&means, self.means.rate_hz(), &self.transforms);
         let placed: Vec<Breath> = breaths
             .iter()
             .map(|breath| self.grouping.placed(breath).later(-(places.start as f64)))

@@ -7,6 +7,7 @@ use super::pattern::mean;
 use super::spectral::Spectral;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
+use crate::spectrum::Transforms;
 
 /// A signal that stays the same for longer is flat [s]; at its least or greatest value, saturated.
 const FLAT_SECS: f64 = 3.0;
@@ -37,7 +38,7 @@ pub fn quality(signal: &[f64], rate_hz: f64, breaths: &[Breath]) -> Option<f64> 
     let placed: Vec<Breath> = breaths.iter().map(|breath| grouping.placed(breath)).collect();
     let rate_hz = rate_hz / grouping.length() as f64;
     let means = grouping.all(signal);
-    Some(of_means(&means, rate_hz, &placed, Spectral::of(&means, rate_hz)))
+    Some(of_means(&means, rate_hz, &placed, Spectral::of(&means, rate_hz, &Transforms::default())))
 }
 
 /// The quality of the means of groups, with breaths at their places.

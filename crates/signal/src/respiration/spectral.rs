@@ -3,7 +3,7 @@
 use super::band;
 use super::grouping::Grouping;
 use crate::gaps::bridged;
-use crate::spectrum::{Detrend, Rule, Spectrum, Welch};
+use crate::spectrum::{Detrend, Rule, Spectrum, Transforms, Welch};
 
 /// Where breathing lies: 3 to 60 a minute [Hz].
 const BREATHING_HZ: (f64, f64) = (0.05, 1.0);
@@ -25,7 +25,8 @@ pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
     band::band(rate_hz).ok()?;
     let grouping = Grouping::new(rate_hz);
     let rate_hz = rate_hz / grouping.length() as f64;
-    Some(Spectral::of(&grouping.all(signal), rate_hz)?.rate_per_min)
+    let kept = Transforms::default();
+    Some(Spectral::of(&grouping.all(signal), rate_hz, &kept)?.rate_per_min)
 }
 
 /// A smaller spread is that of rounding [share of the largest value].
@@ -41,8 +42,8 @@ pub(super) struct Spectral {
 }
 
 impl Spectral {
-    /// Of the means of groups.
-    pub(super) fn of(means: &[f64], rate_hz: f64) -> Option<Spectral> {
+    /// Of the means of groups, by transforms that are kept for the next.
+    pub(super) fn of(means: &[f64], rate_hz: f64, kept: &Transforms) -> Option<Spectral> {
         if (means.len() as f64) < SHORTEST_SECS * rate_hz {
             return None;
         }
@@ -54,7 +55,7 @@ impl Spectral {
             ..Welch::new(rate_hz, segment)
         };
         let bridged = bridged(means).ok()?;
-        let spectrum = welch.of(&bridged).ok()?;
+        let spectrum = welch.of_next(&bridged, kept).ok()?;
         let (low_hz, high_hz) = BREATHING_HZ;
         let breathing = spectrum.band_power(low_hz, high_hz, Rule::Sum)?;
         let all = spectrum.band_power(low_hz, rate_hz, Rule::Sum)?;
