@@ -27,8 +27,10 @@ impl Kept {
     pub(super) fn insert(&mut self, at_ns: i64, numbers: &[f64]) {
         let is_newest = self.at_ns.back().is_none_or(|newest_ns| *newest_ns <= at_ns);
         let place = if is_newest { self.at_ns.len() } else { self.place(at_ns.saturating_add(1)) };
+        make_room(&mut self.at_ns);
         self.at_ns.insert(place, at_ns);
         for (index, channel) in self.channels.iter_mut().enumerate() {
+            make_room(channel);
             channel.insert(place, numbers.get(index).map_or(f64::NAN, |number| usable(*number)));
         }
     }
@@ -64,13 +66,28 @@ impl Kept {
     /// Lets go of samples from before a time [ns].
     pub(super) fn forget(&mut self, before_ns: i64) {
         let gone = self.place(before_ns);
-        self.at_ns.drain(..gone);
-        self.channels.iter_mut().for_each(|channel| drop(channel.drain(..gone)));
+        let_go(&mut self.at_ns, gone);
+        self.channels.iter_mut().for_each(|channel| let_go(channel, gone));
     }
 
     /// How many samples are from before a time [ns].
     fn place(&self, at_ns: i64) -> usize {
         self.at_ns.partition_point(|each| *each < at_ns)
+    }
+}
+
+/// Room for one more, and not for twice as many: in a window that slides there are never more.
+fn make_room<T>(samples: &mut VecDeque<T>) {
+    if samples.len() == samples.capacity() {
+        samples.reserve_exact(samples.len() / 8 + 16);
+    }
+}
+
+/// Lets go of the first so many, and of their room after a long phase.
+fn let_go<T>(samples: &mut VecDeque<T>, gone: usize) {
+    samples.drain(..gone);
+    if samples.capacity() > 2 * samples.len() + 64 {
+        samples.shrink_to(samples.len() + samples.len() / 8);
     }
 }
 
@@ -95,5 +112,20 @@ mod tests {
         kept.forget(20);
         assert_eq!(kept.places(Span { begin_ns: 20, end_ns: 30 }), 0..2);
         assert_eq!(kept.places(Span { begin_ns: 30, end_ns: 20 }), 2..2);
+    }
+
+    #[test]
+    fn there_is_not_much_more_room_than_samples() {
+        let mut kept = Kept::new(1);
+        for (newest_ns, longest_ns) in
+            (0..20_000).map(|k| (k, if k < 10_000 { 9000 } else { 1000 }))
+        {
+            kept.insert(newest_ns, &[0.0]);
+            kept.forget(newest_ns - longest_ns);
+            let room = kept.at_ns.capacity().max(kept.channels[0].capacity());
+            assert!(room <= 2 * kept.at_ns.len() + 64, "{room} for {}", kept.at_ns.len());
+        }
+        let room = kept.at_ns.capacity();
+        assert!(room < 1300, "{room}");
     }
 }
