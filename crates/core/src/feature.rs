@@ -4,6 +4,7 @@ use crate::data::Data;
 use crate::sample::Sample;
 use crate::stream::{Stream, StreamId};
 use crate::time::Time;
+use crate::units::spelt;
 
 /// A family of features as a study configures it: which streams it accepts, and how it begins.
 ///
@@ -79,8 +80,9 @@ impl Outputs {
     }
 
     /// Declares a stream that this extractor gives; the same name again keeps its id and replaces
-    /// what was declared.
-    pub fn declare(&mut self, stream: Stream) -> OutputId {
+    /// what was declared. Its units are spelt as all are that machines read.
+    pub fn declare(&mut self, mut stream: Stream) -> OutputId {
+        stream.units.iter_mut().for_each(|unit| *unit = spelt(unit));
         let known = self.declared.iter().position(|known| known.name == stream.name);
         let id = OutputId(known.unwrap_or(self.declared.len()));
         match known {

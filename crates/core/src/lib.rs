@@ -4,6 +4,7 @@
 pub mod time;
 pub mod clock;
 pub mod qos;
+pub mod units;
 pub mod stream;
 pub mod streams;
 pub mod data;

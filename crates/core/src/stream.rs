@@ -29,7 +29,8 @@ pub struct Stream {
     /// What the numbers of a sample are called. For a [`Shape::Message`] these are paths of fields
     /// (`pose.pose.position.x`): the numbers that are read out of the message.
     pub channels: Vec<String>,
-    /// The unit of each channel, in SI (`V`, `m/s`, `1` for a fraction); as many as `channels`.
+    /// The unit of each channel, in SI (`V`, `m/s`, `1` for a fraction), as [`units`](crate::units) spells
+    /// it; as many as `channels`.
     pub units: Vec<String>,
     /// Factor from the message's own numbers to `units`.
     pub scale: f64,

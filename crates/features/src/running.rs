@@ -309,7 +309,7 @@ mod tests {
         let ecg = "/humans/persons/p1/polar_h10/ecg";
         assert_eq!(names, [format!("{ecg}/heart/w10"), format!("{ecg}/beats")]);
         let place = streams[0].channels.iter().position(|name| name == "ECG_Rate_Mean").unwrap();
-        assert_eq!(streams[0].units[place], "bpm");
+        assert_eq!(streams[0].units[place], "1/min");
         let beats = samples.iter().filter(|(.., data)| data.contains("Beat")).count();
         assert!((75..=77).contains(&beats), "{beats} of 77");
         let windows = samples.iter().filter(|(.., data)| data.contains("window_secs: 10.0"));

@@ -1,12 +1,15 @@
 //! What holds for every feature, whatever it is fed.
 
+use std::collections::BTreeSet;
+
 use proptest::prelude::*;
 use teampulse_core::data::{Data, FeatureValues, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::Settings;
 use teampulse_core::sample::{Sample, Turn};
-use teampulse_core::stream::{Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Shape, Signal, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
+use teampulse_core::units;
 use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
 use toml::Spanned;
@@ -53,6 +56,51 @@ fn streams() -> Vec<Stream> {
         Stream { signal: *signal, ..stream.with_channels(&channels(*signal)) }
     };
     Signal::ALL.iter().map(stream).collect()
+}
+
+/// A stream of each signal of a person, in units as devices spell them.
+fn worn() -> Vec<Stream> {
+    let of_person = |signal: &Signal| {
+        let person = Subject { about: About::Person, id: "p1".into() };
+        let channels: &[(&str, &str)] = match signal {
+            Signal::Ecg => &[("ecg", "mV")],
+            Signal::Eda => &[("eda", "uS")],
+            Signal::Emg => &[("flexor", "uV"), ("extensor", "uV")],
+            Signal::Eeg => &[("F3", "uV"), ("F4", "uV"), ("Pz", "uV")],
+            Signal::Temperature => &[("skin", "degC")],
+            Signal::Acceleration => &[("x", "m/s^2"), ("y", "m/s^2"), ("z", "m/s^2")],
+            Signal::Interval => &[("rr", "ms")],
+            Signal::Input => &[("reaction_time", "s")],
+            _ => &[("value", "1")],
+        };
+        let shape = match signal {
+            Signal::Input | Signal::Event => Shape::Event,
+            Signal::Interval => Shape::Sample,
+            _ => Shape::Wave,
+        };
+        let stream = Stream::raw(format!("/humans/persons/p1/worn/{signal}"), person, shape);
+        Stream { signal: *signal, rate_hz: 128.0, ..stream.with_channels(channels) }
+    };
+    Signal::ALL.iter().map(of_person).collect()
+}
+
+#[test]
+fn every_unit_that_is_declared_stands_in_the_table_of_units() {
+    let mut unknown = BTreeSet::new();
+    let mut known = BTreeSet::new();
+    for (kind, feature) in features() {
+        for stream in streams().into_iter().chain(worn()).filter(|each| feature.accepts(each)) {
+            let out = run(feature.as_ref(), &stream, &[]);
+            for unit in out.streams().iter().flat_map(|output| &output.units) {
+                known.insert(unit.clone());
+                if !units::is_known(unit) {
+                    unknown.insert((kind, unit.clone()));
+                }
+            }
+        }
+    }
+    assert!(unknown.is_empty(), "{unknown:?}");
+    assert!(known.len() > 20, "{known:?}");
 }
 
 /// Numbers as devices give them, and others.

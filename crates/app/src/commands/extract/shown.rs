@@ -1,5 +1,6 @@
 //! What is told of a recording to people.
 
+use teampulse_core::units;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
 use super::told::{Score, secs};
@@ -41,7 +42,7 @@ pub fn window(values: &[Value], span: Span, measured: &Measured) {
     ));
     output::lines(values.iter().zip(&measured.values).map(|(value, told)| {
         let told = match told {
-            Ok(number) => format!("{:>12} {}", shown(*number), shown_unit(&value.unit)),
+            Ok(number) => format!("{:>12} {}", shown(*number), units::shown(&value.unit)),
             Err(reason) => format!("{:>12} {reason}", "-"),
         };
         format!("  {:<32}{told}", value.name).trim_end().to_owned()
@@ -113,10 +114,6 @@ fn shown(value: f64) -> String {
     }
     let text = format!("{value:.*}", digits as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
-}
-
-fn shown_unit(unit: &str) -> &str {
-    if unit == "1" { "" } else { unit }
 }
 
 #[cfg(test)]

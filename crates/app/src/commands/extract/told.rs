@@ -2,6 +2,7 @@
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+use teampulse_core::units;
 use teampulse_signal::agreement::Agreement;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
@@ -126,7 +127,7 @@ fn rows<'a>(
     values.iter().zip(&measured.values).map(|(value, told)| Row {
         name: value.name.clone().into_owned(),
         value: told.ok(),
-        unit: value.unit.clone().into_owned(),
+        unit: units::spelt(&value.unit),
         start_secs: secs(span.begin_ns),
         end_secs: secs(span.end_ns),
         coverage: measured.coverage,

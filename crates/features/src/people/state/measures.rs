@@ -25,7 +25,7 @@ pub(super) const MEASURES: [Measure; 6] = [
     // Of a spread, the logarithm is closer to normal: Task Force (1996).
     Measure { read: f64::ln, ..Measure::of("ln_rmssd", "ln(ms)", OF_THE_HEART, "HRV_RMSSD") },
     Measure::of("breathing_rate", "1/min", &["breath"], "RSP_Rate_Mean"),
-    Measure::of("skin_level", "µS", &["skin"], "EDA_Tonic_Mean"),
+    Measure::of("skin_level", "uS", &["skin"], "EDA_Tonic_Mean"),
     Measure::of("response_rate", "1/min", &["skin"], "SCR_Peaks_Rate"),
     Measure::of("input_rate", "1/min", &["input"], "input_rate"),
 ];
