@@ -8,9 +8,10 @@ use teampulse_core::stream::{About, Stream};
 /// The estimates that are shown, in their order.
 const SHOWN: [&str; 2] = ["workload", "arousal"];
 
-/// The newest estimates about a person, by stream: the windows of the first are shown.
+/// The newest estimates about a person, by the length of their windows [ms]: those of the shortest are
+/// shown.
 #[derive(Debug, Default)]
-pub(super) struct Estimates(BTreeMap<String, String>);
+pub(super) struct Estimates(BTreeMap<u64, String>);
 
 /// Whether a stream tells how somebody is compared with a baseline, or what is estimated from that.
 pub(super) fn unblinds(stream: &Stream) -> bool {
@@ -39,13 +40,14 @@ impl Estimates {
                 None => format!("{name} ?"),
             }
         });
-        self.0.insert(stream.name.clone(), shown.join("  "));
+        self.0.insert((1e3 * values.window_secs) as u64, shown.join("  "));
     }
 
-    /// The person's line: as estimates they are marked.
+    /// The person's line: as estimates they are marked, with their window and what ± means.
     pub(super) fn line(&self, id: &str) -> String {
-        let shown = self.0.values().next().map_or("", String::as_str);
-        format!("{id}  estimated {shown}")
+        let Some((window_ms, shown)) = self.0.first_key_value() else { return id.to_owned() };
+        let window_secs = *window_ms as f64 / 1e3;
+        format!("{id}  estimates of {window_secs} s  {shown}  (± 1 sigma)")
     }
 }
 
@@ -81,6 +83,26 @@ mod tests {
             reasons: Vec::new(),
         };
         estimates.take(&stream("estimates/w30"), &values);
-        assert_eq!(estimates.line("p001"), "p001  estimated workload 0.52 ±0.21  arousal ?");
+        let line = "p001  estimates of 30 s  workload 0.52 ±0.21  arousal ?  (± 1 sigma)";
+        assert_eq!(estimates.line("p001"), line);
+    }
+
+    #[test]
+    fn of_several_windows_the_shortest_is_shown_and_named() {
+        let mut estimates = Estimates::default();
+        for (window_secs, workload) in [(120.0, 0.9), (30.0, 0.4), (60.0, 0.7)] {
+            let values = FeatureValues {
+                window_secs,
+                coverage: 1.0,
+                quality: 1.0,
+                values: vec![workload, 0.1],
+                sigmas: vec![0.21, 0.21],
+                reasons: Vec::new(),
+            };
+            estimates.take(&stream(&format!("estimates/w{window_secs}")), &values);
+        }
+        let line = estimates.line("p001");
+        assert!(line.contains("of 30 s  workload 0.40") && line.ends_with("(± 1 sigma)"), "{line}");
+        assert!(line.chars().count() < 80, "{line}");
     }
 }
