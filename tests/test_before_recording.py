@@ -49,15 +49,29 @@ def test_check_says_no_go_where_nobody_is(stage):
     assert answer.stdout.splitlines()[-1] == "no-go"
 
 
-def test_check_says_that_no_robot_matches_and_goes_where_none_is_required(stage):
-    study = stage.study('[[sources]]\ntype = "robots"\nnamespace = "/alpha*"\n')
-    answer = stage.ask("check", study, "--seconds", 2, "--out", stage.folder)
+def test_check_says_who_was_not_found_and_is_no_go_where_nobody_is_there(stage):
+    people = '[[sources]]\ntype = "people"\n'
+    alpha = '[[sources]]\ntype = "robots"\nnamespace = "/alpha*"\n'
+    for sources in (alpha, people, alpha + people):
+        answer = stage.ask("check", stage.study(sources), "--seconds", 2, "--out", stage.folder)
+        lines = answer.stdout.splitlines()
+        assert answer.returncode == 5, answer.stdout
+        assert lines[-1] == "no-go"
+        if "robots" in sources:
+            assert {"robot    none  no robot matches /alpha*", "missing  no robot matches /alpha*"} < set(lines)
+        if "people" in sources:
+            assert "missing  no person matches /humans/persons/*" in lines
+
+
+def test_check_says_go_where_not_all_are_there_and_none_is_required(stage, team):
+    text = '[[sources]]\ntype = "robots"\nnamespace = "/robot*"\n[[sources]]\ntype = "people"\n'
+    answer = stage.ask("check", stage.study(text, "both.toml"), "--out", stage.folder)
     assert answer.returncode == 0, answer.stdout
-    assert "robot    none  no robot matches /alpha*" in answer.stdout.splitlines()
-    required = stage.study('[[sources]]\ntype = "robots"\nrequired = ["battery"]\n')
-    answer = stage.ask("check", required, "--seconds", 2, "--out", stage.folder)
+    assert "person   none  no person matches /humans/persons/*" in answer.stdout.splitlines()
+    strict = text.replace('"/robot*"\n', '"/alpha*"\nrequired = ["battery"]\n')
+    answer = stage.ask("check", stage.study(strict, "strict.toml"), "--seconds", 2, "--out", stage.folder)
     assert answer.returncode == 5
-    assert "missing  no robot matches /*" in answer.stdout.splitlines()
+    assert "missing  no robot matches /alpha*" in answer.stdout.splitlines()
 
 
 def test_check_tells_of_a_network_without_room_for_images(stage, team):
@@ -78,12 +92,29 @@ def test_scan_tells_topics_with_what_they_add(stage, team):
 
 
 def test_what_scan_suggests_is_a_study(stage, team):
-    told = stage.ask("scan").stdout
-    lines = [line.strip() for line in told[told.index("[[sources]]") :].splitlines()]
-    suggestion = "\n".join(line for line in lines if line.startswith("[[") or " = " in line)
-    assert tomllib.loads(suggestion)["sources"][0]["type"] == "robots"
+    suggestion = suggested(stage)
+    assert [each["type"] for each in tomllib.loads(suggestion)["sources"]] == ["robots"]
     checked = stage.ask("check", stage.study(suggestion), "--out", stage.folder)
     assert checked.returncode == 0, checked.stderr
+
+
+def test_scan_suggests_people_where_it_hears_them(stage):
+    study = stage.study(TEAM.replace("robots = 3", "robots = 1\npeople = 1"))
+    stage.teampulse("simulate", study).wait_for("simulating")
+    suggestion = suggested(stage)
+    sources = tomllib.loads(suggestion)["sources"]
+    assert [each["type"] for each in sources] == ["robots", "people"]
+    assert sources[1]["namespace"] == "/humans/persons/*"
+    checked = stage.ask("check", stage.study(suggestion), "--out", stage.folder)
+    assert checked.returncode == 0, checked.stderr
+    assert any(line.startswith("person   p001  ") for line in checked.stdout.splitlines())
+
+
+def suggested(stage) -> str:
+    """The lines of a study that `scan` prints."""
+    told = stage.ask("scan").stdout
+    lines = [line.strip() for line in told[told.index("[[sources]]") :].splitlines()]
+    return "\n".join(line for line in lines if line.startswith("[[") or " = " in line)
 
 
 @pytest.mark.parametrize("what", ["demo", "play"])

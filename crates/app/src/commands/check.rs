@@ -10,6 +10,7 @@ use teampulse_core::data::Data;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Stream};
+use teampulse_sources::people::People;
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 
 use crate::commands::run::seconds;
@@ -26,7 +27,8 @@ use crate::study::Study;
 /// Says go or no-go before a recording.
 ///
 /// Reads the study, listens to everything in it for a while without recording, and holds each robot
-/// against the robot profile.
+/// against the robot profile. It is no-go where something required is missing, and where nobody is
+/// there: neither a robot nor a person that the study watches.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -44,6 +46,7 @@ impl Check {
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
+        let people: Vec<People> = study.settings_of("sources", "people")?;
         let messages = study.general.session.messages.clone();
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
         let setup = Setup::new(study, buses).await?;
@@ -60,8 +63,13 @@ impl Check {
         output::lines(robots.iter().map(robot_line));
         let absent: Vec<&Robots> = wanted.iter().filter(|each| !is_there(each, &heard)).collect();
         output::lines(absent.iter().map(|each| format!("robot    none  {}", no_robot(each))));
+        output::lines(person_lines(&heard));
+        let away: Vec<&People> = people.iter().filter(|each| !are_there(each, &heard)).collect();
+        output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
         let mut missing = missing(&wanted, &robots);
-        missing.extend(absent.into_iter().filter(|each| requires(each)).map(no_robot));
+        let is_nobody = absent.len() == wanted.len() && away.len() == people.len();
+        missing.extend(absent.into_iter().filter(|each| is_nobody || requires(each)).map(no_robot));
+        missing.extend(away.into_iter().filter(|_| is_nobody).map(no_person));
         missing.extend(missing_fields(&wanted, &heard));
         missing.extend(machine::unfit(&self.out));
         if missing.is_empty() {
@@ -183,6 +191,24 @@ fn is_there(wanted: &Robots, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
 
 fn no_robot(wanted: &Robots) -> String {
     format!("no robot matches {}", wanted.namespace)
+}
+
+/// Whether any stream of the people that are wanted was heard of.
+fn are_there(wanted: &People, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
+    heard.iter().any(|(stream, _)| wanted.describe(stream))
+}
+
+fn no_person(wanted: &People) -> String {
+    format!("no person matches {}", wanted.namespace.text())
+}
+
+/// Who is there, and how many streams there are of each.
+fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = String> {
+    let mut people = BTreeMap::<&str, usize>::new();
+    for (stream, _) in heard.iter().filter(|(stream, _)| stream.about == About::Person) {
+        *people.entry(&stream.id).or_default() += 1;
+    }
+    people.into_iter().map(|(id, count)| format!("person   {id}  {count} streams"))
 }
 
 /// Whether there is no go without robots.

@@ -9,6 +9,7 @@ use clap::Args;
 use serde::Serialize;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
 use teampulse_ros::graph::EndpointKind;
+use teampulse_sources::people::{NAMESPACE, People};
 use teampulse_sources::robots::norm_of_type;
 
 use crate::commands::run::seconds;
@@ -136,15 +137,22 @@ fn show(found: &Domain) {
             topic.name, topic.type_name, topic.rate_hz, topic.kb_per_sec
         ));
     }
-    let robots = robots(found);
-    if robots.is_empty() {
-        return;
+    let robots = robots(found).into_iter().map(|namespace| ("robots", namespace));
+    let people = has_people(found).then(|| ("people", NAMESPACE.to_owned()));
+    let mut sources = robots.chain(people).peekable();
+    if sources.peek().is_some() {
+        output::line("\nlines for a study:");
     }
-    output::line("\nlines for a study:");
-    for namespace in robots {
-        output::line("[[sources]]\ntype      = \"robots\"");
+    for (kind, namespace) in sources {
+        output::line(format!("[[sources]]\ntype      = \"{kind}\""));
         output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.id));
     }
+}
+
+/// Whether signals of people were found where people stand.
+fn has_people(found: &Domain) -> bool {
+    let people = People::default();
+    found.topics.iter().any(|topic| people.hears(&topic.name, &topic.type_name))
 }
 
 /// The namespaces in which robots were found; those that differ only in a number share one pattern.

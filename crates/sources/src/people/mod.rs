@@ -11,6 +11,7 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
+use teampulse_core::stream::{About, Stream};
 use teampulse_ros::bus::Bus;
 
 use crate::follow::follow_ours;
@@ -38,10 +39,26 @@ pub struct People {
     pub domain: Option<u32>,
 }
 
+/// Where people stand unless a study says otherwise.
+pub const NAMESPACE: &str = "/humans/persons/*";
+
 impl Default for People {
     fn default() -> People {
-        let namespace = Pattern::parse("/humans/persons/*").expect("it begins with a slash");
+        let namespace = Pattern::parse(NAMESPACE).expect("it begins with a slash");
         People { namespace, domain: None }
+    }
+}
+
+impl People {
+    /// Whether a topic is a signal of a person in the namespace, by name and type.
+    pub fn hears(&self, topic: &str, type_name: &str) -> bool {
+        let choice = Choice::new(self.namespace.clone());
+        choice.is_ok_and(|choice| choice.stream(topic, type_name).is_some())
+    }
+
+    /// Whether a stream is of a person that these settings describe.
+    pub fn describe(&self, stream: &Stream) -> bool {
+        stream.about == About::Person && self.namespace.split(&stream.name).is_some()
     }
 }
 
