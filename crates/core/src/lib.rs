@@ -24,4 +24,5 @@ mod extractors;
 pub mod pump;
 pub mod phases;
 pub mod alerts;
+pub mod reports;
 pub mod session;

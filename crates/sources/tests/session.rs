@@ -71,12 +71,31 @@ async fn any_node_may_tell_an_event_or_set_a_marker() {
         subscribed(&*markers).await;
         phases.publish(&encode(&phase("two_back"))).expect("published");
         markers.publish(b"\0\x01\0\0\x05\0\0\0tea!\0").expect("published");
-        markers.publish(&[0xff; 9]).expect("published");
+        for _ in 0..2 {
+            markers.publish(&[0xff; 9]).expect("published");
+            phases.publish(&of_unknown_kind()).expect("published");
+        }
     })
     .await;
     let told = |kind, label: &str| events.iter().any(|it| it.kind == kind && it.label == label);
     assert!(told(EventKind::Phase, "two_back"), "{events:?}");
     assert!(told(EventKind::Marker, "tea!"), "{events:?}");
+    let faults: Vec<&Event> = events.iter().filter(|it| it.kind == EventKind::Fault).collect();
+    assert_eq!(faults.len(), 2, "each is told once: {faults:?}");
+    let of_kind =
+        "/session/events: failed to read kind \"phrase\": it is none of phase, marker, report, ";
+    assert!(faults.iter().any(|fault| fault.label.starts_with(of_kind)), "{faults:?}");
+}
+
+/// As by somebody who misspelt the kind of an event.
+fn of_unknown_kind() -> Vec<u8> {
+    let mut cdr = encode(&phase("two_back")).to_vec();
+    let place = cdr.windows(5).position(|word| word == b"phase").expect("the kind");
+    // Its length counts the zero at its end; a letter more fits into what is left to the next word.
+    cdr[place - 4] = 7;
+    cdr.splice(place..place + 6, *b"phrase\0");
+    cdr.remove(place + 7);
+    cdr
 }
 
 fn phase(label: &str) -> Sample {

@@ -14,12 +14,12 @@ use teampulse_core::data::{Data, Event};
 use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
 use teampulse_core::phases::Phases;
 use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::reports::named;
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 
 use self::person::Person;
-use self::reports::named;
 use crate::context::{FeatureContext, duration_setting};
 use crate::whole_seconds::WholeSeconds;
 use crate::windows::window_name;
@@ -54,7 +54,8 @@ const STATE: &str = "state";
 ///   Against a baseline too short for z (see `state`) the body gives no estimate, and reports alone do. A
 ///   report belongs to the phase in which it is given, or within 10 s after its end to that one. Reports
 ///   are events of kind `report` labelled `isa` about the person, or on /session/events labelled
-///   `isa p001`, or `isa` where there is one person only. Hidden from the screen unless the study says
+///   `isa p001`, or `isa` where there is one person only. One that is not on the scale is not used; the first
+///   of a person is told as a fault on `/humans/persons/<id>/reports/faults`. Hidden from the screen unless the study says
 ///   `show_estimates`: who sees them in an experiment is no longer blind.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -165,7 +166,7 @@ impl Extractor for Everyone {
                 let phases = self.phases.of(person.subject());
                 person.take((spans, sample.measured), values, phases, out);
             }
-            Data::Event(event) => self.hear(sample, event),
+            Data::Event(event) => self.hear(sample, event, out),
             _ => return,
         }
         if self.phases.is_over() {
@@ -191,7 +192,7 @@ impl Extractor for Everyone {
 
 impl Everyone {
     /// Something happened: a phase or a report, if it is one.
-    fn hear(&mut self, sample: &Sample, event: &Event) {
+    fn hear(&mut self, sample: &Sample, event: &Event, out: &mut Outputs) {
         let Some((subject, stream)) = self.events.get(&sample.stream) else { return };
         let of_session = subject.about == About::Session;
         if self.phases.push(sample) {
@@ -209,7 +210,7 @@ impl Everyone {
             None => None,
         };
         if let Some(person) = person {
-            person.hear(sample.measured, event, stream);
+            person.hear(sample.measured, event, stream, out);
         }
     }
 }

@@ -1,7 +1,10 @@
 //! The course of a session: when it began, and what was going on when.
 
-use teampulse_core::data::EventKind;
+use std::collections::BTreeSet;
+
+use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
+use teampulse_core::reports::named;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Stream, Subject};
 use teampulse_core::time::Time;
@@ -19,6 +22,8 @@ pub(super) struct Course {
     began: Option<Time>,
     now: Time,
     phases: Phases,
+    /// The ids of the people that something is about.
+    people: BTreeSet<String>,
     is_cut_off: bool,
 }
 
@@ -41,6 +46,10 @@ impl Course {
         self.now = sample.log_time;
         self.phases.join(sample.stream, &record.stream);
         self.phases.push(sample);
+        let stream = &record.stream;
+        if stream.about == About::Person && !self.people.contains(&stream.id) {
+            self.people.insert(stream.id.clone());
+        }
     }
 
     /// Nothing comes any more: a session that never told its end has ended with the last that is known.
@@ -69,6 +78,19 @@ impl Course {
     /// How long after the session's begin a moment is [s].
     pub(super) fn secs(&self, at: Time) -> f64 {
         at.secs_since(self.began())
+    }
+
+    /// Whom an event is about: a self-report on the session's events is about whom it names, or about
+    /// the only person that there is.
+    pub(super) fn whom(&self, stream: &Stream, event: &Event) -> Subject {
+        let named = if stream.about == About::Session { named(event) } else { None };
+        let id = match named {
+            Some("") if self.people.len() == 1 => self.people.first(),
+            Some(id) => self.people.get(id),
+            None => None,
+        };
+        let person = |id: &String| Subject { about: About::Person, id: id.clone() };
+        id.map_or_else(|| stream.subject(), person)
     }
 
     /// The phases of somebody.
@@ -126,10 +148,10 @@ impl Course {
     }
 }
 
-/// Whom a stream is about, in a word: its id, `team` or `session`.
-pub(super) fn word_of(stream: &Stream) -> &str {
-    match stream.about {
-        _ if !stream.id.is_empty() => &stream.id,
+/// Whom something is about, in a word: the id, `team` or `session`.
+pub(super) fn word_of(subject: &Subject) -> &str {
+    match subject.about {
+        _ if !subject.id.is_empty() => &subject.id,
         About::Person => "person",
         About::Robot => "robot",
         About::Team => "team",

@@ -106,8 +106,9 @@ impl Row {
         let (onset_secs, duration) = (course.secs(*onset), self.duration(course));
         let Event { kind, label, value, .. } = event.as_ref();
         let (value, label) = (number(*value), word(label));
-        let (subject, name) = (word(word_of(stream)), &stream.name);
-        let phase = course.phase_of(&stream.subject(), *kind, *onset).map_or_else(absent, word);
+        let whom = course.whom(stream, event);
+        let (subject, name) = (word(word_of(&whom)), &stream.name);
+        let phase = course.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
         format!(
             "{onset_secs:.3}\t{duration}\t{kind}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}"
         )

@@ -95,7 +95,7 @@ impl Features {
         (course, section): (&Course, Section<'_>),
     ) -> Result<(), Unwritten> {
         let (begin_secs, end_secs) = (course.secs(begin), course.secs(end));
-        let (subject, name) = (quoted(word_of(stream)), quoted(&stream.name));
+        let (subject, name) = (quoted(word_of(&stream.subject())), quoted(&stream.name));
         let phase = quoted(&on_one_line(section.phase.unwrap_or_default()));
         let FeatureValues { window_secs, coverage, quality, .. } = values;
         let of_window = format!(

@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use teampulse_core::alerts::ALERTS;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
+use teampulse_core::reports::is_off_scale;
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
@@ -50,6 +51,8 @@ pub(super) struct Summary {
 struct Counts {
     markers: u64,
     reports: u64,
+    /// Reports that stand nowhere on their scale.
+    off_scale: u64,
     interventions: u64,
 }
 
@@ -142,7 +145,10 @@ impl Summary {
         match event.kind {
             EventKind::Intervention => self.counts.interventions += 1,
             EventKind::Marker if is_of_session => self.counts.markers += 1,
-            EventKind::Report => self.counts.reports += 1,
+            EventKind::Report => {
+                self.counts.reports += 1;
+                self.counts.off_scale += u64::from(is_off_scale(event));
+            }
             EventKind::Fault if !is_told_elsewhere(stream) => {
                 self.take_fault(&event.label, record.sample.measured);
             }

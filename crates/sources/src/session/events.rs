@@ -1,7 +1,7 @@
 //! Events that other programs tell on ROS.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use async_trait::async_trait;
 use teampulse_core::data::{Data, Event, EventKind};
@@ -10,7 +10,7 @@ use teampulse_core::pump::session_events;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::cdr::Reader;
-use teampulse_messages::convert;
+use teampulse_messages::convert::{self, DecodeError};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
 use tokio::sync::broadcast::error::RecvError;
 
@@ -18,6 +18,10 @@ use super::happen;
 
 /// The topic on which any node may tell an event.
 const TOPIC: &str = "/session/events";
+const EVENT: &str = "teampulse_msgs/msg/Event";
+/// So many reasons why events can't be read are told, and so much of each [characters].
+const MOST_REASONS: usize = 100;
+const LONGEST_REASON: usize = 300;
 /// How many events are kept until they are taken.
 const DEPTH: u32 = 1000;
 
@@ -39,11 +43,11 @@ impl RosEvents {
         type_name: &str,
         read: Read,
     ) -> Result<Subscription, BusError> {
-        let outlet = outlet.clone();
+        let (outlet, told) = (outlet.clone(), Mutex::new(BTreeSet::new()));
         let deliver = Arc::new(move |arrival: Arrival| {
-            let Some((source_time, event)) = read(&arrival.bytes) else {
-                tracing::warn!(publisher = %arrival.publisher, "an event that can't be read");
-                return;
+            let (source_time, event) = match read(&arrival.bytes) {
+                Ok(read) => read,
+                Err(reason) => return refuse(&outlet, &told, &reason),
             };
             let stream = outlet.declare(session_events());
             let data = Data::Event(Arc::new(event));
@@ -58,7 +62,7 @@ impl Source for RosEvents {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let gone =
             |error: BusError| SourceError::Gone { message: error.to_string(), hint: String::new() };
-        let _events = self.subscribe(outlet, "teampulse_msgs/msg/Event", event).map_err(gone)?;
+        let _events = self.subscribe(outlet, EVENT, event).map_err(gone)?;
         let _markers = self.subscribe(outlet, "std_msgs/msg/String", marker).map_err(gone)?;
         let mut incidents = self.bus.incidents();
         let mut told = BTreeSet::new();
@@ -81,17 +85,28 @@ impl Source for RosEvents {
     }
 }
 
-/// Reads an event, with its stamp if it has one; `None` for what is no event.
-type Read = fn(&[u8]) -> Option<(Option<Time>, Event)>;
-
-fn event(cdr: &[u8]) -> Option<(Option<Time>, Event)> {
-    let decoded = convert::decode("teampulse_msgs/msg/Event", cdr).ok()?;
-    let Data::Event(event) = decoded.data else { return None };
-    let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
-    Some((stamp, Event::clone(&event)))
+/// Tells why an event can't be read, each reason once: as a fault of the session, so that it is on the
+/// screen and in the bag.
+fn refuse(outlet: &Outlet, told: &Mutex<BTreeSet<String>>, reason: &DecodeError) {
+    let reason: String = reason.to_string().chars().take(LONGEST_REASON).collect();
+    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+    if told.len() < MOST_REASONS && told.insert(reason.clone()) {
+        let label = format!("{TOPIC}: failed to {reason}; the event is left out");
+        happen(outlet, EventKind::Fault, &label, 0.0);
+    }
 }
 
-fn marker(cdr: &[u8]) -> Option<(Option<Time>, Event)> {
-    let label = Reader::new(cdr).ok()?.read::<String>().ok()?;
-    Some((None, Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 }))
+/// Reads an event, with its stamp if it has one.
+type Read = fn(&[u8]) -> Result<(Option<Time>, Event), DecodeError>;
+
+fn event(cdr: &[u8]) -> Result<(Option<Time>, Event), DecodeError> {
+    let decoded = convert::decode(EVENT, cdr)?;
+    let Data::Event(event) = decoded.data else { return Err(DecodeError::Type(EVENT.into())) };
+    let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
+    Ok((stamp, Event::clone(&event)))
+}
+
+fn marker(cdr: &[u8]) -> Result<(Option<Time>, Event), DecodeError> {
+    let label = Reader::new(cdr)?.read::<String>()?;
+    Ok((None, Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 }))
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use teampulse_core::stream::{Origin, Shape, Stream, Subject};
+use teampulse_core::reports::SCALE;
+use teampulse_core::stream::{Origin, Shape, Signal, Stream, Subject};
 
 use super::physiology::LEAST_SIGMA;
 
@@ -43,4 +44,27 @@ pub(super) fn estimates(
             ("arousal", "1"),
         ])
     }
+}
+
+/// What was reported and can't be used.
+pub(super) fn faults(person: &Subject, input: &str) -> Stream {
+    let name = format!("/humans/persons/{}/reports/faults", person.id);
+    Stream {
+        origin: Origin::Derived,
+        signal: Signal::Event,
+        inputs: vec![input.to_owned()],
+        method: "the first report labelled isa that is not from 1 to 5".to_owned(),
+        doc: format!("That a self-report of {} is not used.", person.id),
+        ..Stream::raw(name, person.clone(), Shape::Event)
+    }
+}
+
+/// What is said of a report that is not on its scale.
+pub(super) fn off_scale(value: f64) -> String {
+    let told =
+        if value.is_finite() { format!("ISA {value}") } else { "ISA without a number".into() };
+    let (least, most) = (SCALE.start(), SCALE.end());
+    format!(
+        "{told} is not used: tell the workload as a value from {least} (idle) to {most} (too much)"
+    )
 }

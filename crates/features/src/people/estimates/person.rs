@@ -1,11 +1,13 @@
 //! The estimates about one person.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 use std::time::Duration;
 
-use teampulse_core::data::{Event, FeatureValues};
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::phases::Phase;
+use teampulse_core::reports::is_off_scale;
 use teampulse_core::stream::{Stream, Subject};
 use teampulse_core::time::Time;
 
@@ -14,7 +16,7 @@ use super::combined::combined;
 use super::output;
 use super::physiology::{NOTHING, Physiology, Reading};
 use super::reports::{JUST_ENDED_NS, Reports, Stretch};
-use crate::value::{Value, window_of};
+use crate::value::{Value, moment, window_of};
 
 /// So long after its end a phase is told of, whatever is still to come [ns]: its state takes up to 12 s.
 const PATIENCE_NS: i64 = JUST_ENDED_NS + 5_000_000_000;
@@ -28,6 +30,8 @@ pub(super) struct Person {
     /// After so long the variance of a report has doubled [s].
     doubled_secs: f64,
     reports: Reports,
+    /// Whether it was told that a report is not on its scale.
+    is_off_scale_told: bool,
     /// On which streams reports and phases were told so far.
     told_on: BTreeSet<String>,
     /// States by what they are called: `w30`, `phases`.
@@ -58,6 +62,7 @@ impl Person {
             subject,
             doubled_secs,
             reports: Reports::default(),
+            is_off_scale_told: false,
             told_on: BTreeSet::new(),
             states: BTreeMap::new(),
             outputs: BTreeMap::new(),
@@ -77,10 +82,14 @@ impl Person {
         self.states.insert(spans.to_owned(), state);
     }
 
-    /// Something may have been reported.
-    pub(super) fn hear(&mut self, at: Time, event: &Event, stream: &str) {
+    /// Something may have been reported; the first that is not on its scale is told as a fault.
+    pub(super) fn hear(&mut self, at: Time, event: &Event, stream: &str, out: &mut Outputs) {
         if self.reports.take(at, event) {
             self.told_on.insert(stream.to_owned());
+        } else if is_off_scale(event) && !std::mem::replace(&mut self.is_off_scale_told, true) {
+            let output = out.declare(output::faults(&self.subject, stream));
+            let label = output::off_scale(event.value);
+            out.emit(output, at, Data::Event(Arc::new(moment(EventKind::Fault, label))));
         }
     }
 

@@ -2,16 +2,15 @@
 
 use std::collections::VecDeque;
 
-use teampulse_core::data::{Event, EventKind, Reason};
+use teampulse_core::data::{Event, Reason};
 use teampulse_core::phases::Phase;
+use teampulse_core::reports::{is_off_scale, named};
 use teampulse_core::time::Time;
 use teampulse_signal::estimate::Estimate;
 
 use super::physiology::LEAST_SIGMA;
 use crate::value::Value;
 
-/// What a report of the Instantaneous Self-Assessment is labelled.
-const LABEL: &str = "isa";
 /// A phase has just ended for so long [ns]: a report is about it, not about the one that began.
 pub(super) const JUST_ENDED_NS: i64 = 10_000_000_000;
 /// So many of the newest reports are held.
@@ -46,18 +45,10 @@ impl Stretch {
     }
 }
 
-/// Whom a report on the session's events names, if it is one: `p001` in `isa p001`, nobody (empty) in
-/// `isa`.
-pub(super) fn named(event: &Event) -> Option<&str> {
-    let mut words = event.label.split_whitespace();
-    let is_isa = words.next()?.eq_ignore_ascii_case(LABEL);
-    (event.kind == EventKind::Report && is_isa).then(|| words.next().unwrap_or(""))
-}
-
 impl Reports {
     /// Takes in a report from 1 to 5; whether it was one.
     pub(super) fn take(&mut self, at: Time, event: &Event) -> bool {
-        let is_one = named(event).is_some() && (1.0..=5.0).contains(&event.value);
+        let is_one = named(event).is_some() && !is_off_scale(event);
         if is_one {
             let place = self.newest.partition_point(|known| known.at <= at);
             self.newest.insert(place, Report { at, workload: (event.value - 1.0) / 4.0 });
@@ -123,6 +114,8 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_core::data::EventKind;
+
     use super::*;
 
     fn time(secs: i32) -> Time {

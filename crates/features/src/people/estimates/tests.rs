@@ -107,6 +107,23 @@ fn a_body_alone_gives_an_estimate() {
 }
 
 #[test]
+fn a_report_off_the_scale_is_a_fault_that_is_told_once() {
+    let mut drive = begun();
+    for (secs, isa) in [(10.0, 3.0), (20.0, 7.0), (30.0, 0.0), (40.0, f64::NAN)] {
+        report(&mut drive, secs, isa);
+    }
+    let told = drive.events("/humans/persons/p1/reports/faults");
+    let [(secs, fault)] = &told[..] else { panic!("{told:?}") };
+    assert_eq!((*secs, fault.kind), (20.0, EventKind::Fault));
+    assert_eq!(
+        fault.label,
+        "ISA 7 is not used: tell the workload as a value from 1 (idle) to 5 (too much)"
+    );
+    drive.take_on(EVENTS, 50.0, event(EventKind::Report, "isa p1", 80.0));
+    assert_eq!(drive.events("/humans/persons/p1/reports/faults").len(), 1);
+}
+
+#[test]
 fn a_report_alone_gives_an_estimate_and_says_its_age_in_its_uncertainty() {
     let mut drive = begun();
     report(&mut drive, 10.5, 4.0);

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use teampulse_core::phases::Phase;
+use teampulse_core::reports::SCALE;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Subject;
 use teampulse_core::time::Time;
@@ -49,9 +50,14 @@ impl Page<'_> {
         let counts = &self.summary.counts;
         let (markers, reports) = (counts.markers, counts.reports);
         let interventions = counts.interventions;
+        let (least, most) = (SCALE.start(), SCALE.end());
+        let off_scale = match counts.off_scale {
+            0 => String::new(),
+            count => format!(" ({count} not used: off the scale from {least} to {most})"),
+        };
         writeln!(
             f,
-            "Markers set by people: {markers}. Self-reports: {reports}. Interventions: \
+            "Markers set by people: {markers}. Self-reports: {reports}{off_scale}. Interventions: \
              {interventions}.\n"
         )
     }

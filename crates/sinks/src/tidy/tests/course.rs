@@ -140,6 +140,32 @@ fn a_report_belongs_to_the_phase_that_has_just_ended() {
 }
 
 #[test]
+fn a_report_on_the_session_s_events_is_about_whom_it_names() {
+    let mut session = Session::new();
+    session.phase(0.0, "session's", 300.0);
+    let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
+    session.tell(10.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
+    let report = |label| event(EventKind::Report, label, 3.0, 0.0);
+    session.tell(20.0, &session_events(), report("isa p001"));
+    session.tell(30.0, &session_events(), report("isa"));
+    session.tell(40.0, &session_events(), report("isa p007"));
+    let files = session.run();
+    assert_eq!(row(&files, "isa p001", &[5, 7]), "p001 1-back");
+    assert_eq!(row(&files, "isa", &[5, 7]), "p001 1-back");
+    assert_eq!(row(&files, "isa p007", &[5, 7]), "session session's");
+}
+
+#[test]
+fn reports_off_the_scale_are_counted_as_such() {
+    let mut session = Session::new();
+    for isa in [3.0, 7.0, f64::NAN] {
+        session.tell(20.0, &session_events(), event(EventKind::Report, "isa p001", isa, 0.0));
+    }
+    let text = session.run().text("summary.md");
+    assert!(text.contains("Self-reports: 3 (2 not used: off the scale from 1 to 5)."), "{text}");
+}
+
+#[test]
 fn a_phase_too_short_for_any_value_has_no_rows() {
     let mut session = Session::new();
     session.window("heart/phases", 20.0, window(0.75));
