@@ -150,7 +150,8 @@ impl Running {
                     Told::Event(event) => {
                         let is_this = |happening: &Happening| happening.kind == event.kind;
                         if let Some(place) = self.naming.events.iter().position(is_this) {
-                            let data = happened(&self.naming.events[place], &event);
+                            let channels = &self.stream.channels;
+                            let data = happened(&self.naming.events[place], &event, channels);
                             out.emit(events[place], Time::from_nanos(event.at_ns), data);
                         }
                     }
@@ -219,14 +220,16 @@ fn reason(value: Result<f64, analysis::Reason>) -> Reason {
     }
 }
 
-fn happened(happening: &Happening, event: &analysis::Event) -> Data {
+/// An event; one that was found in one of several channels is labelled with that.
+fn happened(happening: &Happening, event: &analysis::Event, channels: &[String]) -> Data {
     let detail = |name: &str| {
         let found = event.details.iter().find(|(each, _)| *each == name);
         found.map(|(_, value)| *value)
     };
+    let channel = detail("channel").and_then(|index| channels.get(index as usize));
     Data::Event(Arc::new(Event {
         kind: happening.word,
-        label: happening.kind.to_owned(),
+        label: channel.map_or(happening.kind, String::as_str).to_owned(),
         value: detail(happening.value).unwrap_or(f64::NAN),
         duration_secs: detail(happening.duration).unwrap_or(0.0),
     }))
@@ -243,6 +246,26 @@ mod tests {
     use crate::people::heart::Heart;
     use teampulse_core::registry::Component;
     use teampulse_core::sample::Turn;
+
+    #[test]
+    fn an_event_of_one_channel_of_several_is_labelled_with_it() {
+        let naming = Happening {
+            kind: "burst",
+            leaf: "bursts",
+            word: EventKind::Burst,
+            value: "peak",
+            duration: "",
+        };
+        let channels = ["flexor".to_owned(), "extensor".to_owned()];
+        let label = |details: &[(&'static str, f64)]| {
+            let details = details.to_vec();
+            let event = analysis::Event { kind: "burst", sample: 0.0, at_ns: 0, details };
+            let Data::Event(event) = happened(&naming, &event, &channels) else { panic!() };
+            event.label.clone()
+        };
+        assert_eq!(label(&[("channel", 1.0), ("peak", 3.0)]), "extensor");
+        assert_eq!(label(&[("peak", 3.0)]), "burst");
+    }
 
     const RATE_HZ: f64 = 130.0;
     /// The clock of the strap is a little fast.

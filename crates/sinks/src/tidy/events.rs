@@ -12,11 +12,33 @@ use teampulse_core::time::Time;
 
 use super::course::{Course, word_of};
 use super::file::{Lines, Unwritten, on_one_line};
+use super::sidecar::Column;
 
 /// The name of the file.
 pub(super) const NAME: &str = "events.tsv";
-/// Its columns; the first three are those of BIDS.
-const COLUMNS: &str = "onset\tduration\ttrial_type\tvalue\tlabel\tsubject\tstream\tphase\ttime";
+/// The name of the file that says what its columns are.
+pub(super) const SIDECAR: &str = "events.json";
+/// Its columns; the first three are those of BIDS, as is the last.
+pub(super) const COLUMNS: [(&str, Column); 10] = [
+    ("onset", Column::united("When it began, since the session did.", "s")),
+    ("duration", Column::united("How long it lasted; 0 for a moment.", "s")),
+    ("trial_type", Column::of("What kind of thing happened.")),
+    ("value", Column::of("The number that belongs to it: what it is stands with the kinds.")),
+    ("label", Column::of("Which one: the phase, the mark, the report, what is wrong.")),
+    (
+        "subject",
+        Column::of("Whom it is about: a person's pseudonym, a robot, the team or the session."),
+    ),
+    ("stream", Column::of("The stream of the bag that told it.")),
+    (
+        "phase",
+        Column::of(
+            "The phase that went on for the subject; of a report, the one that it is about.",
+        ),
+    ),
+    ("time", Column::of("When it began, as a time of day in UTC (ISO 8601).")),
+    ("channel", Column::of("The channel in which it was found, where a signal has several.")),
+];
 /// So long an event waits for earlier ones, so that the rows stand in the order of their onsets [ns].
 const WAIT_NS: i64 = 10_000_000_000;
 
@@ -48,7 +70,7 @@ struct Row {
 impl Events {
     pub(super) fn create(folder: &Path) -> Result<Events, Unwritten> {
         let mut file = Lines::create(folder.join(NAME))?;
-        file.push(COLUMNS)?;
+        file.push(COLUMNS.map(|(name, _)| name).join("\t"))?;
         let newest = Time::from_nanos(i64::MIN);
         let (waiting, phases) = (BTreeMap::new(), BTreeMap::new());
         Ok(Events { file, waiting, taken: 0, lines: 1, phases, newest, is_mixed_up: false })
@@ -105,12 +127,14 @@ impl Row {
         let Row { stream, event, onset } = self;
         let (onset_secs, duration) = (course.secs(*onset), self.duration(course));
         let Event { kind, label, value, .. } = event.as_ref();
+        // Of several channels, that of a burst is its label.
+        let channel = if *kind == EventKind::Burst { word(label) } else { absent() };
         let (value, label) = (number(*value), word(label));
         let whom = course.whom(stream, event);
         let (subject, name) = (word(word_of(&whom)), &stream.name);
         let phase = course.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
         format!(
-            "{onset_secs:.3}\t{duration}\t{kind}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}"
+            "{onset_secs:.3}\t{duration}\t{kind}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}\t{channel}"
         )
     }
 

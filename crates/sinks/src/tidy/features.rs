@@ -10,12 +10,33 @@ use teampulse_core::time::Time;
 
 use super::course::{Course, SHORTEST_SECS, Section, word_of};
 use super::file::{Lines, Unwritten, on_one_line};
+use super::sidecar::Column;
 use crate::csv::{number, quoted};
 
 /// The name of the file.
 pub(super) const NAME: &str = "features.csv";
-const COLUMNS: &str = "start_secs,end_secs,time_utc,subject,stream,phase,window_secs,coverage,\
-                       quality,name,value,unit,sigma,reason";
+/// The name of the file that says what its columns are.
+pub(super) const SIDECAR: &str = "features.json";
+/// Its columns.
+pub(super) const COLUMNS: [(&str, Column); 14] = [
+    ("start_secs", Column::united("When the window began, since the session did.", "s")),
+    ("end_secs", Column::united("When the window ended, since the session began.", "s")),
+    ("time_utc", Column::of("When the window ended, as a time of day in UTC (ISO 8601).")),
+    (
+        "subject",
+        Column::of("Whom it is about: a person's pseudonym, a robot, the team or the session."),
+    ),
+    ("stream", Column::of("The stream of the bag that told it; its description tells the method.")),
+    ("phase", Column::of("The phase in which the window lies; empty between phases.")),
+    ("window_secs", Column::united("How long the window is.", "s")),
+    ("coverage", Column::united("The share of the window that had data, from 0 to 1.", "1")),
+    ("quality", Column::united("How good the data were, from 0 to 1.", "1")),
+    ("name", Column::of("What the value is called; heart, breath and skin as in NeuroKit2.")),
+    ("value", Column::of("The value, in its unit; empty exactly where there is a reason.")),
+    ("unit", Column::of("The unit of the value and of its sigma.")),
+    ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),
+    ("reason", Column::of("Why there is no value.")),
+];
 /// Windows come each second: one that begins or ends half of that beside its place is in it [ns].
 const TOLERANCE_NS: i64 = 500_000_000;
 
@@ -47,7 +68,7 @@ impl Features {
     /// A stream has a row each so many seconds at most.
     pub(super) fn create(folder: &Path, every_secs: f64) -> Result<Features, Unwritten> {
         let mut file = Lines::create(folder.join(NAME))?;
-        file.push(COLUMNS)?;
+        file.push(COLUMNS.map(|(name, _)| name).join(","))?;
         Ok(Features { file, every_ns: (every_secs * 1e9) as i64, told: BTreeMap::new() })
     }
 

@@ -5,6 +5,7 @@ mod events;
 mod features;
 mod file;
 mod intervals;
+mod sidecar;
 mod summary;
 
 use std::path::{Path, PathBuf};
@@ -37,8 +38,9 @@ const FOLDER_WITHIN: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Tidy files in the bag's folder, for everyone who opens no bags: `events.tsv` in the manner of
-/// BIDS, `features.csv` with a row for each value, `intervals.txt` with the heart's intervals as
-/// Kubios HRV reads them, and `summary.md`, a page on what was usable.
+/// BIDS, `features.csv` with a row for each value, a `.json` beside each that says what its columns
+/// are, `intervals.txt` with the heart's intervals as Kubios HRV reads them, and `summary.md`, a page on
+/// what was usable.
 ///
 /// A study with a bag has them without asking; `tidy = false` at the bag leaves them out.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -153,6 +155,7 @@ impl Writing {
             events: Events::create(folder)?,
             features: Features::create(folder, settings.every_secs)?,
             intervals: Intervals::new(folder),
+        sidecar::write(folder)?;
             summary: Summary::default(),
             flushed: Time::EPOCH,
         })

@@ -24,12 +24,12 @@ fn what_happens_is_a_row_as_bids_writes_it() {
     let mark = event(EventKind::Marker, "coffee\tand\nbiscuits", f64::NAN, 0.0);
     session.tell(72.0, &session_events(), mark);
     insta::assert_snapshot!(session.run().text("events.tsv").replace('\t', " | "), @r"
-    onset | duration | trial_type | value | label | subject | stream | phase | time
-    0.500 | 60 | phase | n/a | baseline | session | /session/events | baseline | 2026-11-18T11:06:40.500Z
-    70.000 | 3 | phase | n/a | 2-back | session | /session/events | 2-back | 2026-11-18T11:07:50.000Z
-    71.250 | 0 | report | 4 | isa | p001 | /humans/persons/p001/task/reports | 2-back | 2026-11-18T11:07:51.250Z
-    72.000 | 0 | marker | n/a | coffee and biscuits | session | /session/events | 2-back | 2026-11-18T11:07:52.000Z
-    73.000 | 0 | clock | n/a | end | session | /session/events | n/a | 2026-11-18T11:07:53.000Z
+    onset | duration | trial_type | value | label | subject | stream | phase | time | channel
+    0.500 | 60 | phase | n/a | baseline | session | /session/events | baseline | 2026-11-18T11:06:40.500Z | n/a
+    70.000 | 3 | phase | n/a | 2-back | session | /session/events | 2-back | 2026-11-18T11:07:50.000Z | n/a
+    71.250 | 0 | report | 4 | isa | p001 | /humans/persons/p001/task/reports | 2-back | 2026-11-18T11:07:51.250Z | n/a
+    72.000 | 0 | marker | n/a | coffee and biscuits | session | /session/events | 2-back | 2026-11-18T11:07:52.000Z | n/a
+    73.000 | 0 | clock | n/a | end | session | /session/events | n/a | 2026-11-18T11:07:53.000Z | n/a
     ");
 }
 
@@ -123,7 +123,17 @@ fn of_one_device_the_electrocardiogram_is_kept() {
     session.beats(PPG, Signal::Ppg, 0.5, 9);
     session.beats(ECG, Signal::Ecg, 10.0, 2);
     let files = session.run();
-    assert_eq!(files.names, ["events.tsv", "features.csv", "intervals.txt", "summary.md"]);
+    assert_eq!(
+        files.names,
+        [
+            "events.json",
+            "events.tsv",
+            "features.csv",
+            "features.json",
+            "intervals.txt",
+            "summary.md"
+        ]
+    );
     assert_eq!(files.text("intervals.txt"), "801.000\n");
 }
 
@@ -141,7 +151,7 @@ fn each_of_several_devices_has_its_file() {
     session.beats(ECG, Signal::Ecg, 1.0, 3);
     session.beats("/humans/persons/p001/e4/ppg", Signal::Ppg, 5.0, 2);
     let files = session.run();
-    assert_eq!(files.names[2..4], ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"]);
+    assert_eq!(files.names[4..6], ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"]);
     assert_eq!(files.text("intervals_p001_e4.txt"), "801.000\n");
 }
 
@@ -239,10 +249,37 @@ fn a_file_that_can_t_be_written_is_an_error_that_says_what_to_do() {
 }
 
 #[test]
+fn each_column_of_a_table_is_told_in_the_file_beside_it() {
+    let files = Session::new().run();
+    for (table, beside, separator) in
+        [("events.tsv", "events.json", '\t'), ("features.csv", "features.json", ',')]
+    {
+        let told: serde_json::Value = serde_json::from_str(&files.text(beside)).unwrap();
+        let text = files.text(table);
+        let columns: Vec<&str> = text.lines().next().unwrap().split(separator).collect();
+        assert!(columns.iter().all(|column| told[column]["Description"].is_string()), "{told}");
+        assert_eq!(told.as_object().unwrap().len(), columns.len());
+    }
+    let events: serde_json::Value = serde_json::from_str(&files.text("events.json")).unwrap();
+    assert_eq!(events["onset"]["Units"], "s");
+    assert_eq!(events["trial_type"]["Levels"].as_object().unwrap().len(), EventKind::ALL.len() - 1);
+}
+
+#[test]
+fn a_burst_tells_its_channel() {
+    let mut session = Session::new();
+    let bursts = Stream::raw("/humans/persons/p001/myo/emg/bursts", person(), Shape::Event);
+    session.tell(5.0, &bursts, event(EventKind::Burst, "flexor", 12.0, 0.4));
+    let text = session.run().text("events.tsv");
+    let burst = text.lines().find(|line| line.contains("burst\t")).unwrap();
+    assert_eq!(burst.rsplit('\t').next(), Some("flexor"));
+}
+
+#[test]
 fn no_name_in_a_bag_leads_out_of_its_folder() {
     let mut session = Session::new();
     session.beats(ECG, Signal::Ecg, 1.0, 2);
     session.beats("/humans/persons/p001/../ecg", Signal::Ecg, 1.0, 2);
     let files = session.run();
-    assert_eq!(files.names[2..4], ["intervals_p001___.txt", "intervals_p001_polar_h10.txt"]);
+    assert_eq!(files.names[4..6], ["intervals_p001___.txt", "intervals_p001_polar_h10.txt"]);
 }
