@@ -195,6 +195,15 @@ class Stage:
             program.close()
 
 
+def eventually(found, within_secs=PATIENCE_SECS):
+    """Waits until something is found; gives it."""
+    deadline = time.monotonic() + within_secs
+    while not (result := found()):
+        assert time.monotonic() < deadline, f"not within {within_secs:.0f} s"
+        time.sleep(0.05)
+    return result
+
+
 def the_bag(out: Path) -> Path:
     """The only bag in a folder."""
     [metadata] = out.glob("*/metadata.yaml")

@@ -75,6 +75,8 @@ def test_a_full_disk_ends_the_recording_and_not_the_monitoring(stage):
 
     bag = harness.the_bag(out)
     assert bags.decoded_by_rosbags(bag).total() > 1000
+    assert recorder.stderr.count("error:") == 1, "one message for the bag and what stands beside it"
+    assert "The bag ended before the session did" in (bag / "summary.md").read_text()
     tally = bags.tallies(bag)["/bench"].summary()
     assert (tally["first"], tally["missing"], tally["corrupt"]) == (0, 0, 0)
 

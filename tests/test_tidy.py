@@ -1,5 +1,8 @@
 """The tidy files of a session: what most colleagues open, held against the bag that they stand beside."""
 
+import csv
+import json
+
 import numpy as np
 import pandas
 import pytest
@@ -9,8 +12,10 @@ import harness
 
 STUDY = harness.ROOT / "studies/one_operator.toml"
 ECG = "/humans/persons/p001/simulated/ecg"
+STATE = "/humans/persons/p001/state/w30"
 RECORDED_SECS = 75
-FILES = {"events.tsv", "features.csv", "intervals.txt", "summary.md"}
+TABLES = {"events.tsv": "\t", "features.csv": ","}
+FILES = {*TABLES, "events.json", "features.json", "intervals.txt", "summary.md"}
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +123,73 @@ def test_a_replay_writes_the_same_files(bag, stage):
     answer = stage.ask("replay", bag, "--out", stage.folder / "replay")
     assert answer.returncode == 0, answer.stderr
     again = harness.the_bag(stage.folder / "replay")
-    for name in ("events.tsv", "features.csv", "intervals.txt"):
+    for name in FILES - {"summary.md"}:
         assert (again / name).read_bytes() == (bag / name).read_bytes(), name
+
+
+def test_each_column_is_told_in_the_file_beside_its_table(bag, events, features):
+    for table, name in ((events, "events.json"), (features, "features.json")):
+        told = json.loads((bag / name).read_text())
+        assert set(told) == set(table.columns)
+        assert all(column["Description"] for column in told.values())
+    assert set(events.trial_type) <= set(json.loads((bag / "events.json").read_text())["trial_type"]["Levels"])
+    reasons = json.loads((bag / "features.json").read_text())["reason"]["Levels"]
+    assert set(features.reason.dropna()) <= set(reasons)
+
+
+def test_bursts_tell_the_channel_of_the_muscle(bag, events):
+    described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
+    [muscle] = [each for each in described if each.signal == "emg" and each.origin == 0]
+    bursts = events[events.trial_type == "burst"]
+    assert len(bursts) and set(bursts.channel) <= set(muscle.channels)
+    assert events[events.trial_type != "burst"].channel.isna().all()
+
+
+def test_units_have_one_spelling(features):
+    assert all(unit.isascii() for unit in set(features.unit))
+    assert {"uS", "degC", "1/min"} <= set(features.unit)
+    assert "bpm" not in set(features.unit)
+
+
+def test_against_a_baseline_of_a_minute_there_are_differences_and_no_z(bag):
+    described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
+    stream = next(each for each in described if each.name == STATE)
+    assert "too short for z" in stream.method
+    told = [each.content for each in bags.messages(bag, STATE)]
+    assert len(told) > 5
+    for kind, reason in (("difference", 0), ("z", 8), ("robust_z", 8)):
+        place = stream.channels.index(f"heart_rate_{kind}")
+        assert {each.reasons[place] for each in told} == {reason}, kind
+
+
+def test_a_killed_monitor_leaves_files_that_are_whole_up_to_their_last_line(stage):
+    out = stage.folder / "killed"
+    monitor = stage.teampulse("run", STUDY, "--out", out)
+    stage.teampulse("simulate", STUDY)
+    folder = harness.eventually(lambda: next(out.glob("*/"), None))
+    tables = [folder / name for name in TABLES]
+    # Beats are found after some seconds, windows of a few seconds are short.
+    intervals = folder / "intervals.txt"
+    harness.eventually(lambda: all(each.exists() and each.stat().st_size > 500 for each in tables), 60)
+    harness.eventually(lambda: intervals.exists() and intervals.stat().st_size > 50, 60)
+    monitor.kill()
+    for table in tables:
+        head, *rows = csv.reader(whole_lines(table), delimiter=TABLES[table.name])
+        assert rows and all(len(row) == len(head) for row in rows), table.name
+    assert all(300 < float(line) < 2000 for line in whole_lines(intervals))
+    assert not (folder / "summary.md").exists()
+
+    answer = stage.ask("replay", folder, "--out", stage.folder / "again")
+    assert answer.returncode == 3 and "damaged" in answer.stderr, answer.stderr
+    again = harness.the_bag(stage.folder / "again")
+    names = {each.name for each in again.glob("intervals*")}
+    assert names == {each.name for each in folder.glob("intervals*")}
+    assert "cut off" in (again / "summary.md").read_text()
+
+
+def whole_lines(path) -> list[str]:
+    """The lines of a file up to the last that has its end."""
+    return path.read_text().split("\n")[:-1]
 
 
 def test_a_study_can_do_without_them(stage):

@@ -19,7 +19,7 @@ use teampulse_ros::bus::Subscription;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
-use teampulse_sinks::{Bag, Estimates, SINKS, SinkContext, Terminal, Tidy};
+use teampulse_sinks::{Bag, Ended, Estimates, SINKS, SinkContext, Terminal, Tidy};
 use teampulse_sources::session::{Computers, Keys, Phases, RosEvents, follow_clock};
 use teampulse_sources::{SOURCES, SourceContext};
 
@@ -210,6 +210,7 @@ pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
         session: study.general.session.name.clone(),
         study: study.text().to_owned(),
         clock: clock.clone(),
+        bag_ended: Ended::default(),
     }
 }
 

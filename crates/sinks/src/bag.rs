@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_bag::{BagSink, Compression, Options, Version};
 use teampulse_core::registry::{Component, SettingsError};
-use teampulse_core::sink::Sink;
+use teampulse_core::sink::{Delivery, Inbox, Sink, SinkError};
 
-use crate::SinkContext;
+use crate::{Ended, SinkContext};
 
 /// A bag with everything of the session, in rosbag2's MCAP layout: it opens in `ros2 bag`,
 /// Foxglove, Lichtblick, PlotJuggler and `rosbags`.
@@ -84,6 +84,35 @@ split_mib   = 4096"#;
             ..Options::default()
         };
         let (folder, study) = (context.bag.clone(), context.study.clone());
-        Ok(Box::new(BagSink { folder, study, options }))
+        let bag = BagSink { folder, study, options };
+        Ok(Box::new(Telling { bag, ended: context.bag_ended.clone() }))
+    }
+}
+
+/// A bag that tells the tidy files beside it when it ends early, so that they end with it.
+#[derive(Debug)]
+pub struct Telling {
+    /// The bag.
+    pub bag: BagSink,
+    /// Whom it tells.
+    pub ended: Ended,
+}
+
+impl Sink for Telling {
+    fn name(&self) -> &'static str {
+        self.bag.name()
+    }
+
+    fn delivery(&self) -> Delivery {
+        self.bag.delivery()
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let Telling { bag, ended } = *self;
+        let recorded = Box::new(bag).run(inbox);
+        if recorded.is_err() {
+            ended.tell();
+        }
+        recorded
     }
 }

@@ -7,13 +7,15 @@ mod tidy;
 mod terminal;
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 
 pub use aligned::Aligned;
-pub use bag::Bag;
+pub use bag::{Bag, Telling};
 pub use csv::Csv;
 pub use terminal::{Board, Estimates, Terminal};
 pub use tidy::Tidy;
@@ -36,4 +38,22 @@ pub struct SinkContext {
     pub study: String,
     /// The session's clock.
     pub clock: Clock,
+    /// Whether the bag has ended before the session did.
+    pub bag_ended: Ended,
+}
+
+/// Tells sinks that the one beside which they write has ended early.
+#[derive(Clone, Debug, Default)]
+pub struct Ended(Arc<AtomicBool>);
+
+impl Ended {
+    /// It has ended.
+    pub fn tell(&self) {
+        self.0.store(true, Ordering::Release);
+    }
+
+    /// Whether it has.
+    pub fn is_told(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
 }

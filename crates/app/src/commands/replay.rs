@@ -12,6 +12,7 @@ use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
+use teampulse_sinks::Telling;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
@@ -55,10 +56,12 @@ impl Replay {
             ..Options::default()
         };
         let text = study.text().to_owned();
-        let mut sinks: Vec<Box<dyn Sink>> =
-            vec![Box::new(BagSink { folder: folder.clone(), study: text, options })];
         let clock = Clock::told();
-        sinks.extend(tidy(&study, &sink_context(&study, &folder, &clock))?);
+        let context = sink_context(&study, &folder, &clock);
+        let bag_sink = BagSink { folder, study: text, options };
+        let mut sinks: Vec<Box<dyn Sink>> =
+            vec![Box::new(Telling { bag: bag_sink, ended: context.bag_ended.clone() })];
+        sinks.extend(tidy(&study, &context)?);
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
         let unread = source.unread();
         let session = Session {
@@ -74,7 +77,7 @@ impl Replay {
         let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
         let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
-            output::line(folder.display().to_string());
+            output::line(context.bag.display().to_string());
         }
         Ok(exit)
     }

@@ -41,6 +41,13 @@ impl Lines {
         &self.path
     }
 
+    /// Gives the file another name; it grows on.
+    pub(super) fn rename(&mut self, path: PathBuf) -> Result<(), Unwritten> {
+        fs::rename(&self.path, &path).map_err(Unwritten::at(&path))?;
+        self.path = path;
+        Ok(())
+    }
+
     pub(super) fn push(&mut self, line: impl Display) -> Result<(), Unwritten> {
         writeln!(self.file, "{line}").map_err(Unwritten::at(&self.path))
     }

@@ -1,7 +1,6 @@
 //! The intervals between heart beats, as programs for heart rate variability read them.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use teampulse_core::data::{Event, EventKind};
@@ -11,26 +10,41 @@ use teampulse_core::streams::Streams;
 
 use super::file::{Lines, Unwritten};
 
-/// Of several signals of one device the first of these that has beats is kept.
+/// Of several signals of one device the first of these that has intervals is kept.
 const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 
 /// One interval [ms] a line, as detected and not corrected: a file for each device of a person. Where
 /// data are missing there is no interval, so none is longer than a heart can wait.
+///
+/// The names are at every moment those that they would have in the end, so that after a crash they are
+/// the same as after a replay: a file that is the only one has the plain name.
 #[derive(Debug)]
 pub(super) struct Intervals {
     folder: PathBuf,
-    files: BTreeMap<StreamId, Option<OfSignal>>,
+    /// What beats are found in, by their streams; `None` for those of which there are no files.
+    signals: BTreeMap<StreamId, Option<OfSignal>>,
+    /// By person and device.
+    files: BTreeMap<(String, String), OfDevice>,
 }
 
-/// The intervals of one signal.
+/// A signal in which beats are found.
 #[derive(Debug)]
 struct OfSignal {
     person: String,
     device: String,
     signal: Signal,
-    file: Lines,
+    /// How many intervals it has, and how many beats that have none before them.
     count: u64,
     gaps: u64,
+}
+
+/// The intervals of one device.
+#[derive(Debug)]
+struct OfDevice {
+    /// The stream of beats that it holds.
+    of: StreamId,
+    signal: Signal,
+    file: Lines,
 }
 
 /// A file of intervals that is kept.
@@ -48,7 +62,8 @@ pub(super) struct Kept {
 
 impl Intervals {
     pub(super) fn new(folder: &Path) -> Intervals {
-        Intervals { folder: folder.to_owned(), files: BTreeMap::new() }
+        let (signals, files) = (BTreeMap::new(), BTreeMap::new());
+        Intervals { folder: folder.to_owned(), signals, files }
     }
 
     /// Takes a beat, if it is one that was found in a signal.
@@ -62,71 +77,91 @@ impl Intervals {
         if event.kind != EventKind::Beat || record.sample.turn == Turn::Duplicate {
             return Ok(());
         }
-        if !self.files.contains_key(&id) {
-            let of_signal = OfSignal::begin(&self.folder, record, streams)?;
-            self.files.insert(id, of_signal);
+        let signal = self.signals.entry(id).or_insert_with(|| OfSignal::of(record, streams));
+        let Some(of) = signal else { return Ok(()) };
+        if !of.take(event) {
+            return Ok(());
         }
-        self.files.get_mut(&id).and_then(Option::as_mut).map_or(Ok(()), |file| file.take(event))
+        let (device, signal) = ((of.person.clone(), of.device.clone()), of.signal);
+        let file = self.file_of(&device, id, signal)?;
+        file.map_or(Ok(()), |file| file.push(format_args!("{:.3}", event.value)))
+    }
+
+    /// The file into which the intervals of a stream go: that of its device, unless that has those of a
+    /// better signal. The better one begins it anew.
+    fn file_of(
+        &mut self,
+        device: &(String, String),
+        id: StreamId,
+        signal: Signal,
+    ) -> Result<Option<&mut Lines>, Unwritten> {
+        if !self.files.contains_key(device) {
+            self.name_all()?;
+            let file = Lines::create(self.path(device, self.files.is_empty()))?;
+            self.files.insert(device.clone(), OfDevice { of: id, signal, file });
+        }
+        let Some(known) = self.files.get_mut(device) else { return Ok(None) };
+        if rank(signal) < rank(known.signal) {
+            // What is still in memory must not come after what is new.
+            known.file.flush()?;
+            known.file = Lines::create(known.file.path().to_owned())?;
+            (known.of, known.signal) = (id, signal);
+        }
+        Ok((known.of == id).then_some(&mut known.file))
+    }
+
+    /// With a second device the file of the first is named after it, too.
+    fn name_all(&mut self) -> Result<(), Unwritten> {
+        if self.files.len() != 1 {
+            return Ok(());
+        }
+        let path = self.files.keys().next().map(|device| self.path(device, false));
+        let first = self.files.values_mut().next();
+        first.zip(path).map_or(Ok(()), |(first, path)| first.file.rename(path))
+    }
+
+    fn path(&self, (person, device): &(String, String), is_only_one: bool) -> PathBuf {
+        let name = if is_only_one { String::new() } else { format!("_{person}_{device}") };
+        self.folder.join(format!("intervals{name}.txt"))
     }
 
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
-        self.files.values_mut().flatten().try_for_each(|each| each.file.flush())
+        self.files.values_mut().try_for_each(|each| each.file.flush())
     }
 
-    /// Keeps the best signal of each device; a file that is the only one has the plain name.
+    /// What there is, by person and device.
     pub(super) fn finish(mut self) -> Result<Vec<Kept>, Unwritten> {
         self.flush()?;
-        let mut of_device: BTreeMap<_, Vec<OfSignal>> = BTreeMap::new();
-        for each in self.files.into_values().flatten() {
-            of_device.entry((each.person.clone(), each.device.clone())).or_default().push(each);
-        }
-        let is_only_one = of_device.len() == 1;
-        let mut kept = Vec::new();
-        for ((person, device), mut signals) in of_device {
-            signals.sort_by_key(|each| (each.count == 0, rank(each.signal)));
-            let mut signals = signals.into_iter();
-            let Some(OfSignal { signal, file, count, gaps, .. }) = signals.next() else { continue };
-            for other in signals {
-                fs::remove_file(other.file.path()).map_err(Unwritten::at(other.file.path()))?;
-            }
-            let name = if is_only_one { String::new() } else { format!("_{person}_{device}") };
-            let name = format!("intervals{name}.txt");
-            let path = self.folder.join(&name);
-            fs::rename(file.path(), &path).map_err(Unwritten::at(&path))?;
-            kept.push(Kept { name, person, device, signal, count, gaps });
-        }
-        Ok(kept)
+        let kept = self.files.into_iter().filter_map(
+            |((person, device), OfDevice { of, signal, file })| {
+                let name = file.path().file_name()?.to_string_lossy().into_owned();
+                let OfSignal { count, gaps, .. } = self.signals.get(&of)?.as_ref()?;
+                Some(Kept { name, person, device, signal, count: *count, gaps: *gaps })
+            },
+        );
+        Ok(kept.collect())
     }
 }
 
 impl OfSignal {
     /// `None` for beats that were not found in a signal of a person here.
-    fn begin(
-        folder: &Path,
-        record: &Record,
-        streams: &Streams,
-    ) -> Result<Option<OfSignal>, Unwritten> {
+    fn of(record: &Record, streams: &Streams) -> Option<OfSignal> {
         let stream = &record.stream;
-        let input = stream.inputs.first().and_then(|input| streams.find(input));
-        let Some((_, input)) = input else { return Ok(None) };
+        let (_, input) = stream.inputs.first().and_then(|input| streams.find(input))?;
         let is_found = stream.about == About::Person && stream.origin == Origin::Derived;
         if !is_found || !BEST_FIRST.contains(&input.signal) {
-            return Ok(None);
+            return None;
         }
-        let (person, device, signal) = (plain(&stream.id), plain(&input.device), input.signal);
-        let leaf = plain(input.name.rsplit('/').next().unwrap_or_default());
-        let name = format!("intervals_{person}_{device}_{leaf}.txt");
-        let file = Lines::create(folder.join(name))?;
-        Ok(Some(OfSignal { person, device, signal, file, count: 0, gaps: 0 }))
+        let (person, device) = (plain(&stream.id), plain(&input.device));
+        Some(OfSignal { person, device, signal: input.signal, count: 0, gaps: 0 })
     }
 
-    fn take(&mut self, beat: &Event) -> Result<(), Unwritten> {
-        if !beat.value.is_finite() {
-            self.gaps += 1;
-            return Ok(());
-        }
-        self.count += 1;
-        self.file.push(format_args!("{:.3}", beat.value))
+    /// Counts a beat; whether it has an interval before it.
+    fn take(&mut self, beat: &Event) -> bool {
+        let is_interval = beat.value.is_finite();
+        let counted = if is_interval { &mut self.count } else { &mut self.gaps };
+        *counted += 1;
+        is_interval
     }
 }
 

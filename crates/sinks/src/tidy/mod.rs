@@ -27,7 +27,7 @@ use self::features::Features;
 use self::file::Unwritten;
 use self::intervals::Intervals;
 use self::summary::Summary;
-use crate::SinkContext;
+use crate::{Ended, SinkContext};
 
 /// How long to wait for something new before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -65,8 +65,8 @@ impl Component<dyn Sink, SinkContext> for Tidy {
             let message = format!("every_secs is {}, expected seconds above 0", self.every_secs);
             return Err(SettingsError::new(message));
         }
-        let SinkContext { bag, session, .. } = context.clone();
-        Ok(Box::new(Files { settings: self, folder: bag, session }))
+        let SinkContext { bag, session, bag_ended, .. } = context.clone();
+        Ok(Box::new(Files { settings: self, folder: bag, session, bag_ended }))
     }
 }
 
@@ -75,6 +75,7 @@ struct Files {
     settings: Tidy,
     folder: PathBuf,
     session: String,
+    bag_ended: Ended,
 }
 
 impl Sink for Files {
@@ -91,7 +92,7 @@ impl Sink for Files {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Files { settings, folder, session } = *self;
+        let Files { settings, folder, session, bag_ended } = *self;
         wait_for(&folder)?;
         let lost = |error: &Unwritten| SinkError::Lost {
             message: error.to_string(),
@@ -103,6 +104,10 @@ impl Sink for Files {
         };
         let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
         loop {
+            if bag_ended.is_told() {
+                writing.course.end_with_bag();
+                return writing.finish(&folder, &session).map_err(|error| lost(&error));
+            }
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
                     let streams = inbox.streams();
@@ -150,12 +155,12 @@ struct Writing {
 
 impl Writing {
     fn begin(settings: &Tidy, folder: &Path) -> Result<Writing, Unwritten> {
+        sidecar::write(folder)?;
         Ok(Writing {
             course: Course::default(),
             events: Events::create(folder)?,
             features: Features::create(folder, settings.every_secs)?,
             intervals: Intervals::new(folder),
-        sidecar::write(folder)?;
             summary: Summary::default(),
             flushed: Time::EPOCH,
         })

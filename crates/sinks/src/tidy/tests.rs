@@ -203,7 +203,8 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
 
     usable: coverage × quality of each phase as a whole, or else of the windows that lie in it, on average;
     with a *, where there are none, the share of time in which a stream came as it should. lost: on the way
-    here and in our own queue; ? = nobody can tell. ± : how far a time may be off (95 %); - = not known.
+    here and in our own queue; ? = nobody can tell. ± : how far a time may be off (95 %);
+    - = not known: the computer that measures stamps such a stream, and does not tell how well.
 
     ## What was lost or wrong
 
@@ -246,6 +247,48 @@ fn a_file_that_can_t_be_written_is_an_error_that_says_what_to_do() {
     let Err(SinkError::Lost { message, hint }) = write(&session) else { panic!("no error") };
     assert!(message.starts_with("write ") && message.contains("events.tsv"), "{message}");
     assert!(hint.contains("the bag goes on"), "{hint}");
+}
+
+#[test]
+fn files_of_intervals_have_at_every_moment_the_names_that_they_have_in_the_end() {
+    let folder = tempdir().unwrap();
+    let mut session = Session::new();
+    session.beats(PPG, Signal::Ppg, 0.5, 3);
+    session.beats(ECG, Signal::Ecg, 10.0, 3);
+    let of_one_device = session.records.len();
+    session.beats("/humans/persons/p001/e4/ppg", Signal::Ppg, 20.0, 3);
+    session.windows("heart/w30", 30..=31, 30.0);
+    let mut writing = Writing::begin(&Tidy::default(), folder.path()).unwrap();
+    let names = || {
+        let names = fs::read_dir(folder.path()).unwrap();
+        let names = names.map(|each| each.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.filter(|name| name.starts_with("intervals")).collect();
+        names.sort();
+        names
+    };
+    for (number, record) in session.records.iter().enumerate() {
+        writing.take(record, &session.streams).unwrap();
+        if number + 1 == of_one_device {
+            assert_eq!(names(), ["intervals.txt"]);
+        }
+    }
+    let expected = ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"];
+    assert_eq!(names(), expected);
+    let text = fs::read_to_string(folder.path().join(expected[1])).unwrap();
+    assert_eq!(text, "801.000\n802.000\n", "the electrocardiogram takes the place of the pulse");
+    writing.finish(folder.path(), "trial").unwrap();
+    assert_eq!(names(), expected);
+}
+
+#[test]
+fn files_end_with_the_bag_that_ended() {
+    let mut session = Session::new();
+    session.phase(5.0, "baseline", 60.0);
+    session.bag_ended.tell();
+    let files = session.run();
+    let text = files.text("summary.md");
+    assert!(text.contains("- The bag ended before the session did"), "{text}");
+    assert_eq!(files.text("events.tsv").lines().count(), 1);
 }
 
 #[test]

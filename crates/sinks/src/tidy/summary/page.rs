@@ -102,7 +102,8 @@ impl Page<'_> {
             "usable: coverage × quality of each phase as a whole, or else of the windows that lie in \
              it, on average;\nwith a *, where there are none, the share of time in which a stream came \
              as it should. lost: on the way\nhere and in our own queue; ? = nobody can tell. ± : how \
-             far a time may be off (95 %); - = not known.\n"
+             far a time may be off (95 %);\n- = not known: the computer that measures stamps such a \
+             stream, and does not tell how well.\n"
         )
     }
 
@@ -144,10 +145,8 @@ impl Page<'_> {
             format!("- at {:.1} s: {}{often}", self.course.secs(*at), on_one_line(label))
         });
         let mut lines: Vec<String> = told.collect();
-        if self.course.is_cut_off() {
-            let cut_off = "- The session was cut off: its end was never told; phases end with the last \
-                           that is known.";
-            lines.insert(0, cut_off.to_owned());
+        if let Some(cut_off) = self.course.cut_off() {
+            lines.insert(0, format!("- {cut_off}"));
         }
         if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
             lines.push(format!("- and {more} faults more: see {}", events::NAME));

@@ -16,8 +16,8 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use tempfile::{TempDir, tempdir};
 
-use crate::SinkContext;
 use crate::tidy::Tidy;
+use crate::{Ended, SinkContext};
 
 pub const ECG: &str = "/humans/persons/p001/polar_h10/ecg";
 
@@ -26,12 +26,14 @@ pub struct Session {
     pub folder: TempDir,
     pub streams: Streams,
     pub records: Vec<Record>,
+    pub bag_ended: Ended,
 }
 
 impl Session {
     pub fn new() -> Session {
         let (folder, streams) = (tempdir().unwrap(), Streams::default());
-        let mut session = Session { folder, streams, records: Vec::new() };
+        let mut session =
+            Session { folder, streams, records: Vec::new(), bag_ended: Ended::default() };
         let of_session = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
         let first = Arc::new(of_session.clone());
         session.tell(0.0, &of_session, Data::Description(first));
@@ -129,6 +131,7 @@ pub fn write(session: &Session) -> Result<(), SinkError> {
         session: "trial".into(),
         study: String::new(),
         clock: Clock::told(),
+        bag_ended: session.bag_ended.clone(),
     };
     let sink = Tidy::default().build(&context).unwrap();
     let (post, inbox) = queue(sink.delivery(), session.streams.clone());
