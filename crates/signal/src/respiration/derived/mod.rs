@@ -50,10 +50,11 @@ pub struct Derived {
 ///   their amplitudes [any unit]: the height of R above S, or the strength of the QRS complex
 ///   ([`Beat::strength`](crate::ecg::Beat)). Heights above the baseline alone show far less of it.
 /// - *Formula*: in stretches of 30 s, half overlapping, each by the beats within it alone: each
-///   modulation without its outliers (4 · 1.4826 · MAD) and its line under a Hann window; its power from 4 a minute up to 45 or 0.47
-///   of the heart rate, times the frequency (against the slow waves that all have); the product of
-///   the modulations' shares, each with a floor of a tenth of the mean; the rate of the greatest
-///   product, and as its uncertainty the root mean square distance of the squared product from it.
+///   modulation without its outliers (4 · 1.4826 · MAD) and its line under a Hann window; its power
+///   from 4 a minute up to 45 or 0.47 of the heart rate, times the frequency (against the slow waves
+///   that all have); the product of the modulations' shares, each with a floor of a tenth of the mean;
+///   the rate of the greatest product, and as its uncertainty the root mean square distance of the
+///   squared product from it.
 ///   A stretch tells when 80 % of the product lie within 1.5 / 30 s of the peak and its uncertainty
 ///   is below 2 a minute; a window when half of its stretches do, with their median.
 /// - *Window*: at least 30 s.
