@@ -13,8 +13,9 @@ pub struct Track {
     first: usize,
     at_ns: VecDeque<i64>,
     values: VecDeque<f64>,
-    /// How many were [usable](is_usable) up to each, so that no window has to look at all of its samples.
-    usable: VecDeque<usize>,
+    /// How many were [usable](is_usable) up to each, so that no window has to look at all of its samples;
+    /// from 2³² on counted from zero again.
+    usable: VecDeque<u32>,
 }
 
 impl Track {
@@ -26,11 +27,13 @@ impl Track {
 
     /// A track of values that stand at the samples of a recording.
     pub fn of(recording: &Recording<'_>, values: Vec<f64>) -> Track {
-        let mut track = Track::new(recording.rate_hz);
-        for (sample, value) in values.into_iter().enumerate() {
-            track.push(recording.time_ns(sample as f64), value);
-        }
-        track
+        let at_ns = (0..values.len()).map(|sample| recording.time_ns(sample as f64)).collect();
+        let up_to = |count: &mut u32, value: &f64| {
+            *count = one_more(*count, *value);
+            Some(*count)
+        };
+        let usable = values.iter().scan(0, up_to).collect();
+        Track { rate_hz: recording.rate_hz, first: 0, at_ns, values: values.into(), usable }
     }
 
     /// Takes in the next sample.
@@ -38,7 +41,7 @@ impl Track {
         self.at_ns.push_back(at_ns);
         self.values.push_back(value);
         let before = self.usable.back().copied().unwrap_or(0);
-        self.usable.push_back(before + usize::from(is_usable(value)));
+        self.usable.push_back(one_more(before, value));
     }
 
     /// Samples a second [Hz].
@@ -116,7 +119,8 @@ impl Track {
         if first == end {
             return 0;
         }
-        self.usable[end - 1] - self.usable[first] + usize::from(is_usable(self.values[first]))
+        let after_first = self.usable[end - 1].wrapping_sub(self.usable[first]);
+        after_first as usize + usize::from(is_usable(self.values[first]))
     }
 
     /// Lets go of samples from before a time [ns].
@@ -128,6 +132,10 @@ impl Track {
             self.first += 1;
         }
     }
+}
+
+fn one_more(count: u32, value: f64) -> u32 {
+    count.wrapping_add(u32::from(is_usable(value)))
 }
 
 #[cfg(test)]
