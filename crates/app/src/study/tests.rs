@@ -1,0 +1,170 @@
+use std::sync::Arc;
+
+use miette::{GraphicalReportHandler, GraphicalTheme};
+use proptest::prelude::*;
+use teampulse_core::clock::Clock;
+use teampulse_ros::bus::Bus;
+use teampulse_ros::buses::Buses;
+use teampulse_ros::memory::MemoryBus;
+use teampulse_sources::{SOURCES, SourceContext};
+
+use super::*;
+
+/// Reads a study and builds its sources, as `run` does.
+fn read(text: &str) -> Result<usize, StudyError> {
+    let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
+    study.check_phases()?;
+    let bus: Arc<dyn Bus> = MemoryBus::new("/test");
+    let buses = Arc::new(Buses::holding([(0, bus)]));
+    let context = SourceContext { clock: Clock::told(), buses };
+    study.build("sources", SOURCES, &context).map(|sources| sources.len())
+}
+
+/// What is shown of a mistake.
+fn shown(text: &str) -> String {
+    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+    let error = read(text).expect_err("the study has a mistake");
+    let mut shown = String::new();
+    handler.with_width(90).render_report(&mut shown, &error).expect("a string takes all");
+    shown
+}
+
+#[test]
+fn a_ten_line_study_is_enough() {
+    let text = "[session]\nname = \"my_team\"\n[[sources]]\ntype = \"robots\"\n\
+                namespace = \"/robot*\"\nrequired = [\"battery\"]\n[[sinks]]\ntype = \"bag\"\n";
+    assert_eq!(read(text).expect("a study"), 1);
+    assert_eq!(read("").expect("an empty study is one of defaults"), 0);
+}
+
+#[test]
+fn a_misspelt_key_is_shown_at_its_place_with_the_right_one() {
+    insta::assert_snapshot!(shown("[[sources]]\ntype = \"robots\"\nnamspace = \"/robot*\"\n"), @r#"
+     × unknown field `namspace`, expected one of `namespace`, `domain`, `prefix`,
+     │ `battery`, `link`, `odometry`, `diagnostics`, `temperature`, `numbers`, `images`,
+     │ `commands`, `topics`, `required`, `robots`
+      ╭─[study.toml:3:1]
+    2 │ type = "robots"
+    3 │ namspace = "/robot*"
+      · ────────
+      ╰────
+     help: did you mean `namespace`?
+    "#);
+}
+
+#[test]
+fn a_mistyped_value_is_shown_at_its_place() {
+    insta::assert_snapshot!(shown("[[sources]]\ntype = \"robots\"\ndomain = \"zero\"\n"), @r#"
+     × invalid type: string "zero", expected u32
+      ╭─[study.toml:3:10]
+    2 │ type = "robots"
+    3 │ domain = "zero"
+      ·          ──────
+      ╰────
+    "#);
+}
+
+#[test]
+fn an_unknown_kind_is_shown_with_the_nearest() {
+    insta::assert_snapshot!(shown("[[sources]]\ntype = \"robot\"\n"), @r#"
+     × there is no `robot` among the sources
+      ╭─[study.toml:2:8]
+    1 │ [[sources]]
+    2 │ type = "robot"
+      ·        ───────
+      ╰────
+     help: did you mean `robots`?
+    "#);
+}
+
+#[test]
+fn phases_that_overlap_are_shown_at_the_later_one() {
+    let text = "[[phases]]\nname = \"task\"\nfrom_secs = 50\n\
+                [[phases]]\nname = \"baseline\"\nfrom_secs = 0\nto_secs = 60\n";
+    insta::assert_snapshot!(shown(text), @r#"
+     × the phases `baseline` (from 0 s to 60 s) and `task` (from 50 s) overlap
+      ╭─[study.toml:3:13]
+    2 │ name = "task"
+    3 │ from_secs = 50
+      ·             ──
+    4 │ [[phases]]
+      ╰────
+     help: one phase at a time: let the first end before the next begins
+    "#);
+}
+
+#[test]
+fn a_feature_has_a_table_of_its_own() {
+    let built = |text: &str| {
+        let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
+        crate::setup::features(&study).map_err(|error| error.study().expect("of the study"))
+    };
+    let all = built("").expect("defaults").len();
+    let set = "[features]\nwindows_secs = [10]\n[features.state]\nstale_secs = 3\n\
+               [features.heart]\nwindows_secs = [300]\n";
+    assert_eq!(built(set).expect("settings").len(), all);
+    for (text, told, place) in [
+        ("[features.stat]\n", "there is no feature `stat`", "stat"),
+        ("[features]\nstate = 3", "`state` is not written as a table", "3"),
+        ("[features.state]\nstale = 3", "unknown field `stale`", "stale"),
+        ("[features.state]\nstale_secs = \"a\"", "invalid type", "\"a\""),
+        ("[features.state]\nstale_secs = -3", "`stale_secs` of -3 s", "-3"),
+        ("[features.heart]\nwindows_secs = [-3]", "a window of -3 s", "[-3]"),
+        ("[features]\nwindows_secs = [-3]\n[features.state]", "a window of -3 s", "[-3]"),
+        ("[features]\ndisable = [\"state\"]\n[features.state]\nx = 1", "unknown field", "x"),
+        ("[features.attention]\nlow_battery = 7", "a share from 0 to 1", "7"),
+        ("[features.link_quality]\nweak_dbm = nan", "not a level", "nan"),
+    ] {
+        let error = built(text).err().expect(text);
+        assert!(error.message.contains(told), "{text}: {}", error.message);
+        let (_, span) = *error.place.expect("a place");
+        assert_eq!(&text[span], place, "{text}");
+    }
+}
+
+#[test]
+fn every_other_mistake_is_told_with_its_place() {
+    for (text, told) in [
+        ("[session\nname = 1", "unclosed table"),
+        ("[session]\nname = 1", "invalid type: integer"),
+        ("[sesion]\n", "unknown field `sesion`"),
+        ("[session]\nclock = \"sundial\"", "unknown variant `sundial`"),
+        ("[session]\nname = \"../x\"", "can't be the name"),
+        ("sources = 3", "`sources` is not written as [[…]]"),
+        ("[[sources]]\nnamespace = \"/r*\"", "`type` is missing"),
+        ("sources = [3]", "an entry of `sources` is not a table"),
+        ("[[sources]]\ntype = \"robots\"\nrequired = [\"wings\"]", "`wings` is not a parameter"),
+        ("[[sources]]\ntype = \"robots\"\nnamespace = \"/\"", "need a `prefix`"),
+        ("[[sources]]\ntype = \"topics\"\nnames = [\"tf\"]", "not a pattern of ROS names"),
+        ("[[sources]]\ntype = \"robots\"\nnamespace = \"r*\"", "not a pattern of ROS names"),
+        ("[[sources]]\ntype = \"robots\"\ndomain = 7", "join"),
+        ("[[phases]]\nname = \"baseline\"", "missing field `from_secs`"),
+        ("[[phases]]\nname = \"\"\nfrom_secs = 0", "a phase has no name"),
+    ] {
+        let error = read(text).expect_err(text);
+        assert!(error.message.contains(told), "{text}: {}", error.message);
+        assert!(error.place.is_some(), "{text}: no place");
+    }
+}
+
+#[test]
+fn every_example_is_a_study() {
+    for entry in SOURCES {
+        let text = format!("[[sources]]\ntype = \"{}\"\n{}\n", entry.kind, entry.example);
+        assert_eq!(read(&text).unwrap_or_else(|error| panic!("{text}: {error}")), 1);
+    }
+}
+
+proptest! {
+    #[test]
+    fn no_text_makes_it_panic(text in ".*") {
+        drop(read(&text));
+    }
+
+    #[test]
+    fn no_study_like_text_makes_it_panic(
+        lines in prop::collection::vec("\\[?\\[?[a-z]{0,9}\\]?\\]? ?=? ?[\\[{\"a-z0-9/*.}\\]]{0,9}", 0..9),
+    ) {
+        drop(read(&lines.join("\n")));
+    }
+}
