@@ -84,7 +84,7 @@ impl Events {
     ) -> Result<(), Unwritten> {
         if record.sample.turn != Turn::Duplicate && is_told(&record.stream, event) {
             let (stream, event) = (Arc::clone(&record.stream), Arc::clone(event));
-            let onset = onset(&stream, &event, record.sample.measured);
+            let onset = record.sample.measured;
             self.taken += 1;
             self.waiting.insert((onset, self.taken), Row { stream, event, onset });
         }
@@ -129,7 +129,8 @@ impl Row {
         let Event { kind, label, value, .. } = event.as_ref();
         // Of several channels, that of a burst is its label.
         let channel = if *kind == EventKind::Burst { word(label) } else { absent() };
-        let (value, label) = (number(*value), word(label));
+        let value = number(ended_secs(stream, event).unwrap_or(*value));
+        let label = word(label);
         let whom = course.whom(stream, event);
         let (subject, name) = (word(word_of(&whom)), &stream.name);
         let phase = course.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
@@ -141,6 +142,9 @@ impl Row {
     /// How long it lasted: of a phase as far as is known, without a length when its end is not.
     fn duration(&self, course: &Course) -> String {
         let Event { kind, label, duration_secs, .. } = self.event.as_ref();
+        if ended_secs(&self.stream, &self.event).is_some() {
+            return number(0.0);
+        }
         if *kind != EventKind::Phase {
             return number(*duration_secs);
         }
@@ -151,14 +155,12 @@ impl Row {
     }
 }
 
-/// When what an event tells began. A marker that was concluded of a robot or the team tells that
-/// something is over, and how long that took: it began so long before.
-fn onset(stream: &Stream, event: &Event, measured: Time) -> Time {
+/// How long that lasted which an event tells the end of [s]: a marker that was concluded of a robot or
+/// the team. Its row is that moment: a row over what was before would have the label of the opposite.
+fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
     let of_robots = matches!(stream.about, About::Robot | About::Team);
-    let is_over = event.kind == EventKind::Marker && stream.origin == Origin::Derived && of_robots;
-    let lasted_ns =
-        if is_over && event.duration_secs > 0.0 { 1e9 * event.duration_secs } else { 0.0 };
-    Time::from_nanos(measured.nanos().saturating_sub(lasted_ns.round() as i64))
+    let is_end = event.kind == EventKind::Marker && stream.origin == Origin::Derived && of_robots;
+    Some(event.duration_secs).filter(|secs| is_end && *secs > 0.0)
 }
 
 /// Whether an event has a row. Beats stand in the files of intervals; what is told of clocks each

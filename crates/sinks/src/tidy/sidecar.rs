@@ -57,7 +57,10 @@ fn put(folder: &Path, name: &str, columns: &BTreeMap<&str, Column>) -> Result<()
 fn meaning(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Phase => "a phase of the study began; the label is its name",
-        EventKind::Marker => "somebody or a program set a mark; the label is its text",
+        EventKind::Marker => {
+            "somebody or a program set a mark, or something of a robot is over; the label is its text; \
+             value, of what is over: how long it had lasted until this onset [s]"
+        }
         EventKind::Report => {
             "a person reported; isa: value is the workload from 1 (idle) to 5 (too much)"
         }

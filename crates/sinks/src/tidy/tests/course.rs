@@ -77,7 +77,7 @@ fn windows_too_short_for_any_value_do_not_judge_their_data() {
 }
 
 #[test]
-fn what_is_told_when_it_is_over_began_so_long_before() {
+fn the_end_of_something_is_a_moment_that_tells_how_long_it_lasted() {
     let mut session = Session::new();
     let of = |name: &str, subject| {
         let stream = Stream::raw(name, subject, Shape::Event);
@@ -86,14 +86,17 @@ fn what_is_told_when_it_is_over_began_so_long_before() {
     let deployment = of("/robot2/deployment/events", Subject::robot("robot2"));
     let alerts = of("/team/alerts", Subject::team());
     let marker = |label, duration_secs| event(EventKind::Marker, label, f64::NAN, duration_secs);
+    session.phase(50.0, "before", 20.0);
+    session.phase(70.0, "after", 20.0);
     session.tell(75.0, &deployment, marker("robot2 online", 15.0));
     session.tell(76.5, &alerts, marker("robot2 no longer needs someone: offline", 11.5));
     let person_s = Stream::raw("/humans/persons/p001/task/notes", person(), Shape::Event);
     session.tell(80.0, &person_s, marker("lasts", 9.0));
     let files = session.run();
-    assert_eq!(row(&files, "robot2 online", &[0, 1, 8]), "60.000 15 2026-11-18T11:07:40.000Z");
-    let alert = row(&files, "robot2 no longer needs someone: offline", &[0, 1]);
-    assert_eq!(alert, "65.000 11.5");
+    let online = row(&files, "robot2 online", &[0, 1, 3, 7, 8]);
+    assert_eq!(online, "75.000 0 15 after 2026-11-18T11:07:55.000Z");
+    let alert = row(&files, "robot2 no longer needs someone: offline", &[0, 1, 3, 7]);
+    assert_eq!(alert, "76.500 0 11.5 after");
     assert_eq!(row(&files, "lasts", &[0, 1]), "80.000 9");
 }
 
