@@ -5,6 +5,7 @@ mod aligned;
 mod csv;
 mod tidy;
 mod terminal;
+mod text;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -119,7 +119,7 @@ pub struct StreamDescription {
     pub units: Vec<String>,
     /// The declared rate [Hz]; 0 where irregular.
     pub rate_hz: f64,
-    /// Factor from the message's own numbers to `units`.
+    /// Factor from the message's own numbers to `units`; 0 (not set) counts as 1.
     pub scale: f64,
     /// One sentence for people.
     pub doc: String,

@@ -5,6 +5,8 @@ use teampulse_core::data::{Event, EventKind};
 use teampulse_core::pump::{CLOCKS, END};
 use teampulse_core::stream::{About, Origin, Stream};
 
+use crate::text::shown;
+
 /// What is told of an event; `None` for what happens too often, or is told elsewhere.
 pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
@@ -13,7 +15,7 @@ pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
     if is_note || is_counted || is_input || is_of_task(stream, event.kind) {
         return None;
     }
-    let sentence = sentence(stream, event);
+    let sentence = shown(&sentence(stream, event));
     Some(if stream.about == About::Person {
         format!("{}: {sentence}", stream.id)
     } else {
@@ -63,6 +65,12 @@ mod tests {
         let raw = Stream::raw(name, Subject::robot("robot2"), Shape::Event);
         let event = Event { kind, label: label.into(), value, duration_secs: f64::NAN };
         told(&Stream { origin, ..raw }, &event).unwrap_or_default()
+    }
+
+    #[test]
+    fn a_label_commands_no_terminal() {
+        let marked = told_of("/session/events", Origin::Raw, EventKind::Marker, "\u{1b}[2J", 0.0);
+        assert_eq!(marked, "marker:  [2J");
     }
 
     #[test]

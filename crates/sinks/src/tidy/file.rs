@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+pub(super) use crate::text::on_one_line;
+
 /// A text file that grows line by line.
 #[derive(Debug)]
 pub(super) struct Lines {
@@ -73,10 +75,4 @@ impl Lines {
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
         self.file.flush().map_err(Unwritten::at(&self.path))
     }
-}
-
-/// A text on one line, without tabs.
-pub(super) fn on_one_line(text: &str) -> String {
-    let is_break = |each: char| each.is_control() || ['\u{2028}', '\u{2029}'].contains(&each);
-    text.replace(is_break, " ")
 }
