@@ -151,6 +151,7 @@ impl Extractor for Everyone {
             person
         };
         let person = self.people.entry(stream.id.clone()).or_insert_with(new);
+        person.measure(stream);
         let mut tokens = stream.name.rsplit('/');
         if let (Some(spans), Some(STATE)) = (tokens.next(), tokens.next()) {
             person.join(stream, spans);

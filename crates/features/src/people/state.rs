@@ -22,6 +22,7 @@ use teampulse_core::stream::{About, Stream, StreamId};
 use teampulse_core::time::Time;
 
 use self::measures::family_and_spans;
+pub(super) use self::measures::measures_of;
 use self::person::Person;
 use crate::context::{FeatureContext, duration_setting};
 use crate::whole_seconds::WholeSeconds;

@@ -14,8 +14,9 @@ use teampulse_core::time::Time;
 use super::PHASES;
 use super::combined::combined;
 use super::output;
-use super::physiology::{NOTHING, Physiology, Reading};
+use super::physiology::{Physiology, Reading, without_state};
 use super::reports::{JUST_ENDED_NS, Reports, Stretch};
+use crate::people::state::measures_of;
 use crate::value::{Value, moment, window_of};
 
 /// So long after its end a phase is told of, whatever is still to come [ns]: its state takes up to 12 s.
@@ -34,6 +35,8 @@ pub(super) struct Person {
     is_off_scale_told: bool,
     /// On which streams reports and phases were told so far.
     told_on: BTreeSet<String>,
+    /// What is measured of the body, whether there is a state of it or not.
+    measured: BTreeSet<&'static str>,
     /// States by what they are called: `w30`, `phases`.
     states: BTreeMap<String, State>,
     outputs: BTreeMap<String, Output>,
@@ -64,6 +67,7 @@ impl Person {
             reports: Reports::default(),
             is_off_scale_told: false,
             told_on: BTreeSet::new(),
+            measured: BTreeSet::new(),
             states: BTreeMap::new(),
             outputs: BTreeMap::new(),
             next: 0,
@@ -72,6 +76,11 @@ impl Person {
 
     pub(super) fn subject(&self) -> &Subject {
         &self.subject
+    }
+
+    /// A stream tells windows of the person.
+    pub(super) fn measure(&mut self, stream: &Stream) {
+        self.measured.extend(measures_of(stream));
     }
 
     /// A stream tells states over these spans.
@@ -134,7 +143,7 @@ impl Person {
                 if !self.states.contains_key(spans) {
                     let window = before(second, *secs);
                     let report = self.reports.of_window(window, phases, self.doubled_secs);
-                    self.emit(spans, window, (NOTHING, report), out);
+                    self.emit(spans, window, (without_state(&self.measured), report), out);
                 }
             }
         }
@@ -162,7 +171,8 @@ impl Person {
             }
             self.next += 1;
             if told.is_some() || report.is_ok() {
-                self.emit(PHASES, stretch, (told.unwrap_or(NOTHING), report), out);
+                let body = told.unwrap_or_else(|| without_state(&self.measured));
+                self.emit(PHASES, stretch, (body, report), out);
             }
         }
     }

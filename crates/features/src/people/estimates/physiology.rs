@@ -1,5 +1,7 @@
 //! What the body tells of workload and arousal.
 
+use std::collections::BTreeSet;
+
 use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::Stream;
 use teampulse_signal::estimate::Estimate;
@@ -36,13 +38,15 @@ pub(super) struct Physiology {
     pub(super) quality: f64,
 }
 
-/// What the body tells where there is no state.
-pub(super) const NOTHING: Physiology = Physiology {
-    workload: Err(Reason::Missing),
-    arousal: Err(Reason::Missing),
-    coverage: 0.0,
-    quality: 1.0,
-};
+/// What the body tells where there is no state: what is measured of it has no baseline yet.
+pub(super) fn without_state(measured: &BTreeSet<&str>) -> Physiology {
+    let lack = |signs: &[Sign]| {
+        let is_measured = signs.iter().any(|(measure, _)| measured.contains(measure));
+        Err(if is_measured { Reason::NoBaseline } else { Reason::Missing })
+    };
+    let (workload, arousal) = (lack(OF_WORKLOAD), lack(OF_AROUSAL));
+    Physiology { workload, arousal, coverage: 0.0, quality: 1.0 }
+}
 
 /// Where the values of the measures stand in a state.
 pub(super) struct Reading {

@@ -138,6 +138,31 @@ fn a_report_alone_gives_an_estimate_and_says_its_age_in_its_uncertainty() {
 }
 
 #[test]
+fn a_body_that_is_measured_lacks_a_baseline_until_there_is_a_state() {
+    let mut drive = begun();
+    let windows = |name: &str, channel| {
+        let name = format!("/humans/persons/p1/{name}");
+        let stream = Stream::raw(name, person("p1"), Shape::Feature);
+        Stream { origin: Origin::Derived, ..stream.with_channels(&[(channel, "1/min")]) }
+    };
+    phase(&mut drive, 0.0, "baseline");
+    report(&mut drive, 10.0, 2.0);
+    let mut reasons = |place: u32, secs, name, channel| {
+        drive.join(StreamId(place), &windows(name, channel));
+        drive.until(secs);
+        let told = drive.last(W30);
+        [WORKLOAD, OF_BODY, OF_REPORT, AROUSAL].map(|place| told.reasons[place])
+    };
+    let (is, lacks, not) = (Reason::Ok, Reason::NoBaseline, Reason::Missing);
+    assert_eq!(reasons(5, 12.0, "strap/ecg/heart/w30", "HRV_MeanHR"), [is, lacks, is, not]);
+    assert_eq!(reasons(6, 14.0, "wrist/eda/skin/w30", "EDA_Tonic_Mean"), [is, lacks, is, lacks]);
+    phase(&mut drive, 60.0, "task");
+    drive.until(90.0);
+    let whole = drive.last(WHOLE);
+    assert_eq!([OF_BODY, AROUSAL].map(|place| whole.reasons[place]), [lacks, lacks]);
+}
+
+#[test]
 fn body_and_report_meet_by_what_they_are_sure_of() {
     let mut drive = with_body();
     report(&mut drive, 99.0, 2.0);

@@ -64,6 +64,15 @@ pub(super) fn family_and_spans(stream: &Stream) -> Option<(&str, &str)> {
     (is_windows && is_read).then_some((family, spans))
 }
 
+/// The measures that a stream tells, by their names.
+pub(in crate::people) fn measures_of(stream: &Stream) -> impl Iterator<Item = &'static str> {
+    let family = family_and_spans(stream).map(|(family, _)| family);
+    let is_told = move |measure: &&Measure| {
+        family.is_some_and(|family| measure.place_in(stream, family).is_some())
+    };
+    MEASURES.iter().filter(is_told).map(|measure| measure.name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
