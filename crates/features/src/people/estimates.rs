@@ -7,10 +7,11 @@ mod physiology;
 mod reports;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::data::{Data, Event};
+use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
 use teampulse_core::phases::Phases;
 use teampulse_core::registry::{Component, SettingsError};
@@ -21,6 +22,7 @@ use teampulse_core::time::Time;
 
 use self::person::Person;
 use crate::context::{FeatureContext, duration_setting};
+use crate::value::moment;
 use crate::whole_seconds::WholeSeconds;
 use crate::windows::window_name;
 
@@ -55,7 +57,8 @@ const STATE: &str = "state";
 ///   report belongs to the phase in which it is given, or within 10 s after its end to that one. Reports
 ///   are events of kind `report` labelled `isa` about the person, or on /session/events labelled
 ///   `isa p001`, or `isa` where there is one person only. One that is not on the scale is not used; the first
-///   of a person is told as a fault on `/humans/persons/<id>/reports/faults`. Hidden from the screen unless the study says
+///   of a person is told as a fault on `/humans/persons/<id>/reports/faults`, and the first that is about
+///   nobody known on `/session/reports/faults`. Hidden from the screen unless the study says
 ///   `show_estimates`: who sees them in an experiment is no longer blind.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -106,6 +109,7 @@ impl Feature for Estimating {
             events: BTreeMap::new(),
             states: BTreeMap::new(),
             people: BTreeMap::new(),
+            is_nobody_told: false,
             seconds: WholeSeconds::default(),
         })
     }
@@ -133,6 +137,8 @@ struct Everyone {
     /// The streams of states, by whom they are about and over which spans.
     states: BTreeMap<StreamId, (String, String)>,
     people: BTreeMap<String, Person>,
+    /// Whether it was told that a report is about nobody.
+    is_nobody_told: bool,
     seconds: WholeSeconds,
 }
 
@@ -212,6 +218,13 @@ impl Everyone {
         };
         if let Some(person) = person {
             person.hear(sample.measured, event, stream, out);
+        } else if let Some(id) = named.filter(|_| of_session)
+            && !std::mem::replace(&mut self.is_nobody_told, true)
+        {
+            let output = out.declare(output::faults(&Subject::session(), stream));
+            let label = output::about_nobody(id, self.people.len());
+            let fault = moment(EventKind::Fault, label);
+            out.emit(output, sample.measured, Data::Event(Arc::new(fault)));
         }
     }
 }

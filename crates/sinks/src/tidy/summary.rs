@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use teampulse_core::alerts::ALERTS;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
-use teampulse_core::reports::is_off_scale;
+use teampulse_core::reports::{is_off_scale, named};
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
@@ -51,7 +51,9 @@ pub(super) struct Summary {
 struct Counts {
     markers: u64,
     reports: u64,
-    /// Reports that stand nowhere on their scale.
+    /// Reports that aren't used: what is about nobody known, is no number, or stands nowhere on its scale.
+    about_nobody: u64,
+    no_number: u64,
     off_scale: u64,
     interventions: u64,
 }
@@ -62,7 +64,7 @@ impl Summary {
             Data::Description(stream) => self.describe(stream),
             Data::Status(status) => self.take_status(status, course, streams),
             Data::Feature(values) => self.take_window(record, values, course, streams),
-            Data::Event(event) => self.take_event(record, event),
+            Data::Event(event) => self.take_event(record, event, course),
             _ => {}
         }
     }
@@ -139,7 +141,7 @@ impl Summary {
         }
     }
 
-    fn take_event(&mut self, record: &Record, event: &Event) {
+    fn take_event(&mut self, record: &Record, event: &Event, course: &Course) {
         let stream = &record.stream;
         let is_of_session = stream.about == About::Session && stream.origin == Origin::Raw;
         match event.kind {
@@ -147,7 +149,7 @@ impl Summary {
             EventKind::Marker if is_of_session => self.counts.markers += 1,
             EventKind::Report => {
                 self.counts.reports += 1;
-                self.counts.off_scale += u64::from(is_off_scale(event));
+                self.counts.take_unused(event, is_about_nobody(stream, event, course));
             }
             EventKind::Fault if !is_told_elsewhere(stream) => {
                 self.take_fault(&event.label, record.sample.measured);
@@ -161,6 +163,24 @@ impl Summary {
             self.faults.entry(label.to_owned()).or_insert((at, 0)).1 += 1;
         }
     }
+}
+
+impl Counts {
+    /// Counts a report that is not used by what first keeps it from that.
+    fn take_unused(&mut self, report: &Event, is_about_nobody: bool) {
+        if is_about_nobody {
+            self.about_nobody += 1;
+        } else if is_off_scale(report) && report.value.is_nan() {
+            self.no_number += 1;
+        } else if is_off_scale(report) {
+            self.off_scale += 1;
+        }
+    }
+}
+
+/// Whether a report that should be about a person is about nobody known.
+fn is_about_nobody(stream: &Stream, report: &Event, course: &Course) -> bool {
+    named(report).is_some() && course.whom(stream, report).about == About::Session
 }
 
 /// Whether a window is too short for any value, however good its data are: it says nothing of them.

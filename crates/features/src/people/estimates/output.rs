@@ -46,25 +46,43 @@ pub(super) fn estimates(
     }
 }
 
-/// What was reported and can't be used.
-pub(super) fn faults(person: &Subject, input: &str) -> Stream {
-    let name = format!("/humans/persons/{}/reports/faults", person.id);
+/// What was reported of a person and can't be used, or of the session: of nobody known.
+pub(super) fn faults(subject: &Subject, input: &str) -> Stream {
+    let id = &subject.id;
+    let (name, method, whom) = if id.is_empty() {
+        let method = "the first report labelled isa that is about nobody known";
+        ("/session/reports/faults".to_owned(), method, "nobody known")
+    } else {
+        let method = "the first report labelled isa that is not from 1 to 5";
+        (format!("/humans/persons/{id}/reports/faults"), method, id.as_str())
+    };
     Stream {
         origin: Origin::Derived,
         signal: Signal::Event,
         inputs: vec![input.to_owned()],
-        method: "the first report labelled isa that is not from 1 to 5".to_owned(),
-        doc: format!("That a self-report of {} is not used.", person.id),
-        ..Stream::raw(name, person.clone(), Shape::Event)
+        method: method.to_owned(),
+        doc: format!("That a self-report of {whom} is not used."),
+        ..Stream::raw(name, subject.clone(), Shape::Event)
     }
 }
 
 /// What is said of a report that is not on its scale.
 pub(super) fn off_scale(value: f64) -> String {
     let told =
-        if value.is_finite() { format!("ISA {value}") } else { "ISA without a number".into() };
+        if value.is_nan() { "ISA that is not a number".to_owned() } else { format!("ISA {value}") };
     let (least, most) = (SCALE.start(), SCALE.end());
     format!(
         "{told} is not used: tell the workload as a value from {least} (idle) to {most} (too much)"
     )
+}
+
+/// What is said of a report that names this person, or nobody, among so many. Who they are isn't said:
+/// what is about the session may be published.
+pub(super) fn about_nobody(named: &str, count: usize) -> String {
+    let told = match (named, count) {
+        ("", 0) => "ISA without a name is not used, as nobody is known yet".to_owned(),
+        ("", _) => format!("ISA without a name is not used, as there are {count} people"),
+        _ => format!("ISA of {named} is not used, as nobody of that name is known"),
+    };
+    format!("{told}: label it isa and the id of a person, as it stands in the streams' names")
 }

@@ -124,6 +124,37 @@ fn a_report_off_the_scale_is_a_fault_that_is_told_once() {
 }
 
 #[test]
+fn a_report_about_nobody_is_a_fault_that_is_told_once() {
+    let first = |people: &[&str], label: &str| {
+        let mut drive = Drive::new(built::<Estimates>("").as_ref(), &session_events());
+        for (place, id) in (1..).zip(people) {
+            drive.join(StreamId(place), &reports(id));
+        }
+        for secs in [10.0, 20.0] {
+            drive.take_on(EVENTS, secs, event(EventKind::Report, label, 3.0));
+        }
+        let told = drive.events("/session/reports/faults");
+        let [(10.0, fault)] = &told[..] else { panic!("{told:?}") };
+        assert_eq!(fault.kind, EventKind::Fault);
+        fault.label.split(": ").next().map(str::to_owned).unwrap()
+    };
+    let unknown = |id| format!("ISA of {id} is not used, as nobody of that name is known");
+    assert_eq!(first(&["p1"], "isa p009"), unknown("p009"));
+    assert_eq!(first(&["p1"], "isa P1"), unknown("P1"));
+    assert_eq!(
+        first(&["p1", "p2"], "isa"),
+        "ISA without a name is not used, as there are 2 people"
+    );
+    assert_eq!(first(&[], "isa"), "ISA without a name is not used, as nobody is known yet");
+}
+
+#[test]
+fn what_is_not_a_number_is_not_called_off_the_scale() {
+    assert!(output::off_scale(f64::NAN).starts_with("ISA that is not a number is not used"));
+    assert!(output::off_scale(f64::INFINITY).starts_with("ISA inf is not used"));
+}
+
+#[test]
 fn a_report_alone_gives_an_estimate_and_says_its_age_in_its_uncertainty() {
     let mut drive = begun();
     report(&mut drive, 10.5, 4.0);

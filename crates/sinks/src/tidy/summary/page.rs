@@ -50,16 +50,27 @@ impl Page<'_> {
         let counts = &self.summary.counts;
         let (markers, reports) = (counts.markers, counts.reports);
         let interventions = counts.interventions;
-        let (least, most) = (SCALE.start(), SCALE.end());
-        let off_scale = match counts.off_scale {
-            0 => String::new(),
-            count => format!(" ({count} not used: off the scale from {least} to {most})"),
-        };
+        let unused = self.unused();
         writeln!(
             f,
-            "Markers set by people: {markers}. Self-reports: {reports}{off_scale}. Interventions: \
+            "Markers set by people: {markers}. Self-reports: {reports}{unused}. Interventions: \
              {interventions}.\n"
         )
+    }
+
+    /// How many self-reports are not used, and why.
+    fn unused(&self) -> String {
+        let counts = &self.summary.counts;
+        let (least, most) = (SCALE.start(), SCALE.end());
+        let off_scale = format!("off the scale from {least} to {most}");
+        let unused = [
+            (counts.off_scale, off_scale.as_str()),
+            (counts.no_number, "not a number"),
+            (counts.about_nobody, "about nobody known"),
+        ];
+        let told = unused.iter().filter(|(count, _)| *count > 0);
+        let told: Vec<String> = told.map(|(count, why)| format!("{count} {why}")).collect();
+        if told.is_empty() { String::new() } else { format!(" (not used: {})", told.join(", ")) }
     }
 
     fn phases(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

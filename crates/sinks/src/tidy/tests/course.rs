@@ -159,13 +159,29 @@ fn a_report_on_the_session_s_events_is_about_whom_it_names() {
 }
 
 #[test]
-fn reports_off_the_scale_are_counted_as_such() {
-    let mut session = Session::new();
-    for isa in [3.0, 7.0, f64::NAN] {
-        session.tell(20.0, &session_events(), event(EventKind::Report, "isa p001", isa, 0.0));
+fn reports_that_are_not_used_are_counted_as_such() {
+    let summary = |people: &[&str]| {
+        let mut session = Session::new();
+        for id in people {
+            let name = format!("/humans/persons/{id}/task/presses");
+            let about = Subject { id: (*id).to_owned(), ..person() };
+            let stream = Stream::raw(name, about, Shape::Event);
+            session.tell(10.0, &stream, event(EventKind::Marker, "match", f64::NAN, 0.0));
+        }
+        let told = [("isa p001", 3.0), ("isa P001", 3.0), ("isa p009", 9.0), ("isa", 2.0)];
+        for (label, isa) in told.into_iter().chain([("isa p001", 7.0), ("isa p001", f64::NAN)]) {
+            session.tell(20.0, &session_events(), event(EventKind::Report, label, isa, 0.0));
+        }
+        session.run().text("summary.md")
+    };
+    for (people, about_nobody) in [(&["p001"][..], 2), (&["p001", "p002"], 3)] {
+        let unused = format!(
+            "Self-reports: 6 (not used: 1 off the scale from 1 to 5, 1 not a number, \
+             {about_nobody} about nobody known)."
+        );
+        let text = summary(people);
+        assert!(text.contains(&unused), "{text}");
     }
-    let text = session.run().text("summary.md");
-    assert!(text.contains("Self-reports: 3 (2 not used: off the scale from 1 to 5)."), "{text}");
 }
 
 #[test]
