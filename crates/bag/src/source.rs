@@ -131,6 +131,7 @@ impl<'a> Playback<'a> {
     /// Plays the bag once, `shift` later than it was recorded.
     async fn play(&mut self, shift: Duration) -> Result<(), SourceError> {
         let source = self.source;
+        let mut last = None;
         for (count, message) in source.bag.messages(source.from).enumerate() {
             let message = match message {
                 Ok(message) => message,
@@ -139,6 +140,7 @@ impl<'a> Playback<'a> {
                     continue;
                 }
             };
+            last = Some(message.log_time + shift);
             if let Some(pace) = &source.pace {
                 let position = message.log_time + shift;
                 let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), position));
@@ -152,6 +154,10 @@ impl<'a> Playback<'a> {
             if count % TURN == TURN - 1 {
                 tokio::task::yield_now().await;
             }
+        }
+        // What was computed in a silence at the end tells how long the session went on.
+        if let Some(last) = last {
+            self.outlet.pass(last);
         }
         Ok(())
     }

@@ -59,6 +59,20 @@ impl Source for Script {
     }
 }
 
+/// The same, and then a silence until the session is killed.
+struct Silenced;
+
+#[async_trait]
+impl Source for Silenced {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        Script.run(outlet).await?;
+        outlet.pass(at(SILENT_UNTIL_NANOS));
+        Ok(())
+    }
+}
+
+const SILENT_UNTIL_NANOS: i64 = 34_560_000_000;
+
 /// Keeps all that it is given.
 #[derive(Clone, Default)]
 struct Kept(Arc<Mutex<Vec<Record>>>);
@@ -142,6 +156,18 @@ async fn a_replay_equals_the_run_it_came_from() {
     assert_eq!(run.len(), replay.len());
     let study = Bag::open(&first).unwrap().attachment("study.toml").unwrap();
     assert_eq!(study.as_deref(), Some(&b"[session]"[..]));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_replay_goes_on_through_the_silence_before_a_kill() {
+    let folder = tempdir().unwrap();
+    let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
+    record(first.clone(), Box::new(Silenced), Options::default()).await;
+    let replayed = source(&first, Selection::Raw);
+    record(second.clone(), Box::new(replayed), Options::default()).await;
+    let last = Bag::open(&first).unwrap().bounds().unwrap().1;
+    assert!(at(SILENT_UNTIL_NANOS).secs_since(last) < 1.0, "a silent session tells its health");
+    assert_eq!(told(&first), told(&second));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

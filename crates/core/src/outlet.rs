@@ -51,6 +51,8 @@ pub(crate) enum Item {
     Declared { id: StreamId, stream: Arc<Stream>, at: Time },
     /// A reading, with the time of its arrival and its source's budget.
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
+    /// Time has passed up to a moment, and nothing came.
+    Passed { until: Time },
     /// So many readings of a stream did not fit in their source's budget.
     Dropped { stream: StreamId, count: u64 },
 }
@@ -223,6 +225,11 @@ impl Outlet {
         }
         self.push(reading, cost, Some(arrival));
         Ok(())
+    }
+
+    /// Tells that a recording goes on until a time, though nothing more of it is handed over.
+    pub fn pass(&self, until: Time) {
+        self.queue.push(|| Item::Passed { until });
     }
 
     /// Reports that `count` samples of a stream were lost on the way here; NaN says that losses of

@@ -79,6 +79,7 @@ impl Pump {
         match item {
             Item::Declared { id, stream, at } => self.take_declaration(id, &stream, at),
             Item::Arrived { reading, arrival, .. } => self.take_reading(reading, arrival),
+            Item::Passed { until } => self.tick_until(until),
             Item::Dropped { stream, count } => {
                 self.dropped += count;
                 let event = Loss::InOurQueue.event(&self.streams.get(stream).name, count as f64);
