@@ -211,6 +211,7 @@ pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
         study: study.text().to_owned(),
         clock: clock.clone(),
         bag_ended: Ended::default(),
+        damage: None,
     }
 }
 

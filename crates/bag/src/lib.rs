@@ -16,7 +16,7 @@ pub use metadata::Version;
 pub use pace::Pace;
 pub use read::index::Damage;
 pub use read::messages::{Message, Messages};
-pub use read::{Bag, BagStream};
+pub use read::{Bag, BagStream, DAMAGE_NOTE};
 pub use recover::{RecoveredFile, Report, recover};
 pub use sink::{BagSink, STUDY_NAME};
 pub use source::{BagSource, Selection, Unread};

@@ -11,10 +11,10 @@ use teampulse_messages::convert::schema_of;
 
 use crate::error::BagError;
 use crate::metadata::{FileSpan, Metadata, Topic};
-use crate::read::Bag;
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
 use crate::read::parse;
+use crate::read::{Bag, DAMAGE_NOTE};
 use crate::write::part::{Attachment, Compression, Part};
 use crate::write::spare::SpareFile;
 use teampulse_messages::convert::type_name;
@@ -62,12 +62,31 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     let mut bag = Bag::open(path)?;
     let told = bag.told_messages();
     let parts = bag.parts_mut().iter_mut().zip(told);
-    let files = parts.map(|(part, told)| recover_file(part, told)).collect::<Result<_, _>>()?;
+    let files: Vec<RecoveredFile> =
+        parts.map(|(part, told)| recover_file(part, told)).collect::<Result<_, _>>()?;
     if path.is_dir() {
         let bag = Bag::open(path)?;
-        describe(&bag).save(path).map_err(BagError::io("write", path))?;
+        let mut metadata = describe(&bag);
+        note_losses(&files, &mut metadata);
+        metadata.save(path).map_err(BagError::io("write", path))?;
     }
     Ok(Report { files })
+}
+
+/// Notes what is lost: the files are whole from now on, and tell no more of it.
+fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
+    let lossy = files.iter().filter(|file| !file.damage.is_empty() && file.is_lossy());
+    let lost = lossy.map(|file| {
+        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+        let lost =
+            file.lost_messages.map_or("an unknown number of".into(), |lost| lost.to_string());
+        format!("{name}: {lost} messages were lost to damage")
+    });
+    let before = metadata.custom.remove(DAMAGE_NOTE);
+    let told: Vec<String> = before.into_iter().chain(lost).collect();
+    if !told.is_empty() {
+        metadata.custom.insert(DAMAGE_NOTE.into(), told.join("; "));
+    }
 }
 
 fn recover_file(index: &mut Index, told_messages: Option<u64>) -> Result<RecoveredFile, BagError> {

@@ -132,6 +132,30 @@ fn a_chunk_with_a_wrong_checksum_is_left_out_and_told() {
     assert!(matches!(bad[0], Err(BagError::Damaged { .. })));
 }
 
+#[test]
+fn what_was_lost_to_damage_is_told_before_and_after_a_bag_was_made_whole() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write(&path, Compression::None, &session(120));
+    let lost = |path: &Path| {
+        let mut bag = Bag::open(path).unwrap();
+        bag.check();
+        bag.lost_to_damage()
+    };
+    assert_eq!(lost(&path), None);
+    let file = path.join("bag_0.mcap");
+    let mut bytes = fs::read(&file).unwrap();
+    let place = bytes.windows(10).position(|text| text == b"message 63").unwrap();
+    bytes[place] ^= 1;
+    fs::write(&file, &bytes).unwrap();
+    assert!(lost(&path).unwrap().ends_with(" bytes can't be read (parts: 1)"));
+    recover(&path).unwrap();
+    let noted = "bag_0.mcap: 40 messages were lost to damage";
+    assert_eq!(lost(&path).as_deref(), Some(noted));
+    recover(&path).unwrap();
+    assert_eq!(lost(&path).as_deref(), Some(noted), "it is told once");
+}
+
 /// The end of the file when each batch was flushed, of a bag that is then spoiled by `spoil`.
 fn spoil(path: &Path, compression: Compression, spoil: impl Fn(&mut Vec<u8>, &[u64])) -> PathBuf {
     let flushed = write(path, compression, &session(197));

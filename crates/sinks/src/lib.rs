@@ -41,6 +41,8 @@ pub struct SinkContext {
     pub clock: Clock,
     /// Whether the bag has ended before the session did.
     pub bag_ended: Ended,
+    /// What damage took from the recording that this session is computed from.
+    pub damage: Option<String>,
 }
 
 /// Tells sinks that the one beside which they write has ended early.

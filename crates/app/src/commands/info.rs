@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use teampulse_bag::{Bag, BagStream, Damage, Unread};
+use teampulse_bag::{Bag, BagStream, DAMAGE_NOTE, Damage, Unread};
 use teampulse_core::stream::Origin;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
@@ -50,7 +50,7 @@ struct Row {
     messages: u64,
     /// Null where one message or none, or no time, leaves it unknown.
     rate_hz: Option<f64>,
-    /// How many were lost on the way and in our own queue; null where unknown.
+    /// How many were lost on the way and in our own queue; null where unknown, as in a damaged bag.
     lost: Option<u64>,
 }
 
@@ -60,7 +60,7 @@ impl Info {
         if !self.json {
             return self.show();
         }
-        let told = self.bags.iter().map(|path| Ok(tell(&open(path)?)));
+        let told = self.bags.iter().map(|path| Ok(tell(&checked(path)?)));
         match told.collect::<Result<Vec<_>, Failure>>()?.as_slice() {
             [one] => output::json(one),
             several => output::json(&several),
@@ -71,7 +71,7 @@ impl Info {
     /// Shows each bag as soon as it was opened.
     fn show(&self) -> Result<Exit, Failure> {
         for (place, path) in self.bags.iter().enumerate() {
-            let told = tell(&open(path)?);
+            let told = tell(&checked(path)?);
             if place > 0 {
                 output::line("");
             }
@@ -84,6 +84,13 @@ impl Info {
 /// Opens a bag, or says why not.
 pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
     Bag::open(path).map_err(|error| Failure::to(&error).hint(error.hint()))
+}
+
+/// Opens a bag and reads all of it, so that its damage is known.
+fn checked(path: &std::path::Path) -> Result<Bag, Failure> {
+    let mut bag = open(path)?;
+    bag.check();
+    Ok(bag)
 }
 
 /// Says on standard error what is damaged in a bag before it is read.
@@ -99,7 +106,7 @@ pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
     if exit == Exit::Fine && !is_whole { Exit::DataLost } else { exit }
 }
 
-/// What is known to be damaged in a bag without reading all of it.
+/// What is known to be damaged in a bag: all of it once it was checked.
 fn damage(bag: &Bag) -> Vec<String> {
     let places = bag.damage().map(|(path, each)| format!("{}: {}", path.display(), told(each)));
     let missing = (bag.missing() > 0).then(|| {
@@ -123,14 +130,21 @@ fn tell(bag: &Bag) -> Told {
     let duration_secs = last.secs_since(first);
     let mut streams: Vec<Row> =
         bag.streams().iter().map(|stream| row(bag, stream, duration_secs)).collect();
+    if bag.lost_to_damage().is_some() {
+        // What was lost of which stream, nobody can tell any more.
+        for row in &mut streams {
+            row.lost = None;
+        }
+    }
     streams.sort_by(|a, b| a.name.cmp(&b.name));
+    let before = bag.notes().get(DAMAGE_NOTE).map(|note| format!("before: {note}"));
     Told {
         path: bag.path().display().to_string(),
         messages: bag.messages_count(),
         start_secs: bag.bounds().map(|(first, _)| first.secs()),
         duration_secs,
         two_sided: bag.notes().contains_key(RETIMED),
-        damage: damage(bag),
+        damage: damage(bag).into_iter().chain(before).collect(),
         notes: bag.notes().clone(),
         streams,
     }

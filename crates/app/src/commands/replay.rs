@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{Bag, BagSink, BagSource, Options, STUDY_NAME, Selection};
+use teampulse_bag::{Bag, BagSink, BagSource, DAMAGE_NOTE, Options, STUDY_NAME, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
@@ -43,8 +43,10 @@ pub struct Replay {
 impl Replay {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
-        let bag = Arc::new(open(&self.bag)?);
+        let mut bag = open(&self.bag)?;
         warn_of_damage(&bag);
+        bag.check();
+        let bag = Arc::new(bag);
         let study = match &self.study {
             Some(path) => Study::read(path)?,
             None => study_of(&bag)?,
@@ -52,12 +54,13 @@ impl Replay {
         let folder = bag_folder(&self.out, &format!("{}_replay", study.general.session.name));
         let options = Options {
             session: study.general.session.name.clone(),
-            notes: retimed(&bag),
+            notes: kept_notes(&bag),
             ..Options::default()
         };
         let text = study.text().to_owned();
         let clock = Clock::told();
-        let context = sink_context(&study, &folder, &clock);
+        let mut context = sink_context(&study, &folder, &clock);
+        context.damage = bag.lost_to_damage();
         let bag_sink = BagSink { folder, study: text, options };
         let mut sinks: Vec<Box<dyn Sink>> =
             vec![Box::new(Telling { bag: bag_sink, ended: context.bag_ended.clone() })];
@@ -83,10 +86,12 @@ impl Replay {
     }
 }
 
-/// The note of a bag whose times are made for good, to be kept in what is computed from it.
-fn retimed(bag: &Bag) -> BTreeMap<String, String> {
-    let note = bag.notes().get_key_value(RETIMED);
-    note.map(|(key, word)| (key.clone(), word.clone())).into_iter().collect()
+/// The notes that are kept in what is computed from a bag: that its times are made for good, and
+/// what damage took from it.
+fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
+    let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
+    let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));
+    retimed.into_iter().chain(damage).collect()
 }
 
 /// How the samples of a bag get their place in time: with the clocks of a study, or as they are

@@ -31,6 +31,9 @@ use crate::read::messages::Messages;
 use crate::read::notes::kept_notes;
 use teampulse_messages::convert::type_name;
 
+/// The note of a bag that says what was lost to damage before it was made whole or computed again.
+pub const DAMAGE_NOTE: &str = "teampulse.damage";
+
 /// A bag: all that is known about it without reading its messages.
 ///
 /// Bags of other writers open as well, and so do bags that were cut: those are read as far as they
@@ -113,6 +116,27 @@ impl Bag {
     pub fn damage(&self) -> impl Iterator<Item = (&Path, &Damage)> {
         let parts = self.parts.iter();
         parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
+    }
+
+    /// Reads all of it, so that [`Bag::damage`] names each part that can't be read.
+    pub fn check(&mut self) {
+        self.parts.iter_mut().for_each(Index::check);
+    }
+
+    /// What of its messages was lost to damage, in a few words; `None` where nothing is known to be
+    /// lost. It is not known before [`Bag::check`]. The missing end of a file that was not finished
+    /// doesn't count: until then nothing was lost.
+    pub fn lost_to_damage(&self) -> Option<String> {
+        let torn: Vec<&Damage> =
+            self.damage().map(|(_, damage)| damage).filter(|damage| !damage.is_tail).collect();
+        let bytes: u64 = torn.iter().map(|damage| damage.lost_bytes).sum();
+        let unread = (!torn.is_empty())
+            .then(|| format!("{bytes} bytes can't be read (parts: {})", torn.len()));
+        let missing = Some(self.missing()).filter(|missing| *missing > 0);
+        let missing = missing.map(|missing| format!("{missing} messages are missing"));
+        let before = self.notes().get(DAMAGE_NOTE).cloned();
+        let told: Vec<String> = before.into_iter().chain(unread).chain(missing).collect();
+        (!told.is_empty()).then(|| told.join("; "))
     }
 
     /// How many messages were written to it, as its statistics and `metadata.yaml` say, and are not

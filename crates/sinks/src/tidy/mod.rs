@@ -65,8 +65,8 @@ impl Component<dyn Sink, SinkContext> for Tidy {
             let message = format!("every_secs is {}, expected seconds above 0", self.every_secs);
             return Err(SettingsError::new(message));
         }
-        let SinkContext { bag, session, bag_ended, .. } = context.clone();
-        Ok(Box::new(Files { settings: self, folder: bag, session, bag_ended }))
+        let SinkContext { bag, session, bag_ended, damage, .. } = context.clone();
+        Ok(Box::new(Files { settings: self, folder: bag, session, bag_ended, damage }))
     }
 }
 
@@ -76,6 +76,7 @@ struct Files {
     folder: PathBuf,
     session: String,
     bag_ended: Ended,
+    damage: Option<String>,
 }
 
 impl Sink for Files {
@@ -92,7 +93,7 @@ impl Sink for Files {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Files { settings, folder, session, bag_ended } = *self;
+        let Files { settings, folder, session, bag_ended, damage } = *self;
         wait_for(&folder)?;
         let lost = |error: &Unwritten| SinkError::Lost {
             message: error.to_string(),
@@ -103,6 +104,7 @@ impl Sink for Files {
             ),
         };
         let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
+        writing.summary.damage = damage;
         loop {
             if bag_ended.is_told() {
                 writing.course.end_with_bag();

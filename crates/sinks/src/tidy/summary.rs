@@ -44,6 +44,8 @@ pub(super) struct Summary {
     /// When each fault was told first, and how often.
     faults: BTreeMap<String, (Time, u64)>,
     counts: Counts,
+    /// What damage took from the recording that all this is computed from.
+    pub(super) damage: Option<String>,
 }
 
 /// How much of each kind happened.

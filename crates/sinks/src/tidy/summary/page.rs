@@ -131,7 +131,8 @@ impl Page<'_> {
         for ((_, name), watched) in own {
             let mut row = vec![name.clone(), rate(watched), percent(watched.usable())];
             row.extend(labels.iter().map(|label| percent(watched.usable_in(label))));
-            row.extend([lost(watched.last.as_ref()), uncertainty(watched.last.as_ref())]);
+            let counted = watched.last.as_ref().filter(|_| self.summary.damage.is_none());
+            row.extend([lost(counted), uncertainty(watched.last.as_ref())]);
             table.push(row);
         }
         table
@@ -158,6 +159,10 @@ impl Page<'_> {
         let mut lines: Vec<String> = told.collect();
         if let Some(cut_off) = self.course.cut_off() {
             lines.insert(0, format!("- {cut_off}"));
+        }
+        if let Some(damage) = &self.summary.damage {
+            let damage = on_one_line(damage);
+            lines.insert(0, format!("- The bag that was replayed is damaged: {damage}."));
         }
         if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
             lines.push(format!("- and {more} faults more: see {}", events::NAME));

@@ -211,6 +211,22 @@ fn a_session_that_ended_was_not_cut_off() {
 }
 
 #[test]
+fn what_is_computed_from_a_damaged_bag_says_so_and_counts_no_losses() {
+    let mut session = Session::new();
+    session.window("heart/w30", 30.0, window(30.0));
+    session.tell(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
+    let whole = session.run().text("summary.md");
+    let mut session = Session::new();
+    session.window("heart/w30", 30.0, window(30.0));
+    session.tell(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
+    session.damage = Some("12 messages are missing".into());
+    let damaged = session.run().text("summary.md");
+    let told = "- The bag that was replayed is damaged: 12 messages are missing.";
+    assert!(damaged.contains(told) && !whole.contains("damaged"), "{damaged}");
+    assert!(damaged.contains("|    ? |") && !whole.contains("|    ? |"), "{damaged}\n{whole}");
+}
+
+#[test]
 fn labels_with_line_breaks_break_no_file() {
     let mut session = Session::new();
     session.phase(0.0, "base\r\nline\u{2028}one", 60.0);

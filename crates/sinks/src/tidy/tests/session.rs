@@ -27,13 +27,19 @@ pub struct Session {
     pub streams: Streams,
     pub records: Vec<Record>,
     pub bag_ended: Ended,
+    pub damage: Option<String>,
 }
 
 impl Session {
     pub fn new() -> Session {
         let (folder, streams) = (tempdir().unwrap(), Streams::default());
-        let mut session =
-            Session { folder, streams, records: Vec::new(), bag_ended: Ended::default() };
+        let mut session = Session {
+            folder,
+            streams,
+            records: Vec::new(),
+            bag_ended: Ended::default(),
+            damage: None,
+        };
         let of_session = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
         let first = Arc::new(of_session.clone());
         session.tell(0.0, &of_session, Data::Description(first));
@@ -132,6 +138,7 @@ pub fn write(session: &Session) -> Result<(), SinkError> {
         study: String::new(),
         clock: Clock::told(),
         bag_ended: session.bag_ended.clone(),
+        damage: session.damage.clone(),
     };
     let sink = Tidy::default().build(&context).unwrap();
     let (post, inbox) = queue(sink.delivery(), session.streams.clone());
