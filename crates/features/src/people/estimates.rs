@@ -54,12 +54,13 @@ const STATE: &str = "state";
 /// - Limits: heart, breath and skin answer to posture, speech, heat, coffee and surprise as well; the index
 ///   compares a person with the own baseline, never people with each other; the scale is a convention.
 ///   Against a baseline too short for z (see `state`) the body gives no estimate, and reports alone do. A
-///   report belongs to the phase in which it is given, or within 10 s after its end to that one. Reports
-///   are events of kind `report` labelled `isa` about the person, or on /session/events labelled
-///   `isa p001`, or `isa` where there is one person only. One that is not on the scale is not used; the first
-///   of a person is told as a fault on `/humans/persons/<id>/reports/faults`, and the first that is about
-///   nobody known on `/session/reports/faults`. Hidden from the screen unless the study says
-///   `show_estimates`: who sees them in an experiment is no longer blind.
+///   report belongs to the phase in which it is given, or within 10 s after its end to that one, so a phase
+///   is told 11 s after its end, or as the session ends. Reports are events of kind `report` labelled
+///   `isa` about the person, or on /session/events labelled `isa p001`, or `isa` where there is one person
+///   only. One that is not on the scale is not used; the first of a person is told as a fault on
+///   `/humans/persons/<id>/reports/faults`, and the first that is about nobody known on
+///   `/session/reports/faults`. Hidden from the screen unless the study says `show_estimates`: who sees
+///   them in an experiment is no longer blind.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Estimates {

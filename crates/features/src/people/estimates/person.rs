@@ -19,6 +19,8 @@ use super::reports::{JUST_ENDED_NS, Reports, Stretch};
 use crate::people::state::measures_of;
 use crate::value::{Value, moment, window_of};
 
+/// So long after its end a phase waits for reports about it [ns]: as long as they count, and on their way.
+const LISTENING_NS: i64 = JUST_ENDED_NS + 1_000_000_000;
 /// So long after its end a phase is told of, whatever is still to come [ns]: its state takes up to 12 s.
 const PATIENCE_NS: i64 = JUST_ENDED_NS + 5_000_000_000;
 
@@ -164,8 +166,10 @@ impl Person {
             let mut told = self.states.get(PHASES).into_iter().flat_map(|state| &state.phases);
             let told = told.find(|(at, _)| *at == end).map(|(_, body)| *body);
             let report = self.reports.of_phase(stretch, phases, self.doubled_secs);
-            let is_known = told.is_some() && (report.is_ok() || is_last);
-            let is_late = now.nanos_since(end) >= PATIENCE_NS;
+            let since_ns = now.nanos_since(end);
+            // A newer report may come, also where there is one.
+            let is_known = told.is_some() && (since_ns >= LISTENING_NS || is_last);
+            let is_late = since_ns >= PATIENCE_NS;
             if !(is_known || is_late || is_last && self.states.is_empty()) {
                 return;
             }

@@ -99,7 +99,7 @@ impl Report {
         let before = last.checked_sub(1).map(|before| &phases[before]);
         let phase = before.filter(has_just_ended).unwrap_or(&phases[last]);
         let end = phase.end.unwrap_or(never);
-        if self.at.nanos_since(end) > JUST_ENDED_NS {
+        if self.at.nanos_since(end) >= JUST_ENDED_NS {
             return Stretch { begin: end, end: next };
         }
         Stretch { begin: phase.begin, end }

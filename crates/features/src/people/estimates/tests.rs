@@ -237,13 +237,30 @@ fn a_phase_is_told_with_the_report_at_its_end() {
     phase(&mut drive, 120.0, "rest");
     drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
     report(&mut drive, 123.0, 5.0);
-    drive.until(125.0);
+    drive.until(132.0);
     let told = drive.features(WHOLE);
     // The baseline has neither a state nor a report.
     assert_eq!(told.len(), 1);
     assert_eq!((told[0].0, told[0].1.window_secs), (120.0, 60.0));
     assert_eq!(told[0].1.values[OF_REPORT], 1.0);
     assert!(told[0].1.reasons.iter().all(|reason| *reason == Reason::Ok));
+}
+
+#[test]
+fn a_phase_is_told_with_the_newest_report_that_counts_for_it() {
+    let of_report = |secs: f64| {
+        let mut drive = with_body();
+        drive.join(StreamId(3), &states("phases"));
+        phase(&mut drive, 60.0, "task");
+        phase(&mut drive, 120.0, "rest");
+        drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
+        report(&mut drive, 120.0, 5.0);
+        drive.until(secs);
+        report(&mut drive, secs, 4.0);
+        drive.until(135.0);
+        drive.last(WHOLE).values[OF_REPORT]
+    };
+    assert_eq!([124.8, 129.9, 130.0, 134.0].map(of_report), [0.75, 0.75, 1.0, 1.0]);
 }
 
 #[test]
