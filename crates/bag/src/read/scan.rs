@@ -124,7 +124,11 @@ impl Scan {
     /// Takes what is there of a chunk that the file ends in.
     fn take_cut(&mut self) -> McapResult<()> {
         match prefix_at(&self.index.file, self.at)? {
-            Some((op::CHUNK, _)) => self.take_block(self.left_bytes(), Extent::Cut),
+            Some((op::CHUNK, _)) => match self.add(self.block(self.left_bytes(), Extent::Cut)) {
+                Err(McapError::Io(error)) => Err(error.into()),
+                // Cut before its first record: the missing end is told once, by `resume`.
+                _ => Ok(()),
+            },
             _ => Ok(()),
         }
     }
