@@ -1,6 +1,8 @@
 """Bad input: a clear error each, nothing lost, no panic."""
 
+import json
 import random
+import shutil
 import struct
 import time
 
@@ -152,6 +154,25 @@ def test_a_bag_that_is_none_is_refused(stage, command, content):
     path.write_bytes(content)
     refused(stage.ask(command[0], path, *command[1:]), "no.mcap")
     assert path.read_bytes() == content
+
+
+def test_damage_within_a_bag_is_found_when_all_of_it_is_read(stage, demo_bag):
+    copy = stage.folder / "damaged"
+    shutil.copytree(demo_bag, copy)
+    part = max(copy.glob("*.mcap"), key=lambda path: path.stat().st_size)
+    content = bytearray(part.read_bytes())
+    content[len(content) // 3 : len(content) // 3 + 64] = bytes(64)
+    part.write_bytes(content)
+
+    def info(bag, *options) -> dict:
+        answer = stage.ask("info", bag, "--json", *options)
+        assert answer.returncode == 0, answer.stderr
+        return json.loads(answer.stdout)
+
+    assert not info(demo_bag, "--check")["damage"]
+    checked = info(copy, "--check")
+    assert part.name in checked["damage"][0]
+    assert all(stream["lost"] is None for stream in checked["streams"])
 
 
 def test_a_bag_that_is_not_there_is_refused(stage):

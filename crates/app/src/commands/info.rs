@@ -20,6 +20,9 @@ pub struct Info {
     /// The bags: each a folder, or one of its .mcap files
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
+    /// Reads all of each bag, so that damage within is found too: it takes as long as reading it does
+    #[arg(long)]
+    check: bool,
     /// Prints one JSON object, or an array of them for several bags
     #[arg(long)]
     json: bool,
@@ -60,7 +63,7 @@ impl Info {
         if !self.json {
             return self.show();
         }
-        let told = self.bags.iter().map(|path| Ok(tell(&checked(path)?)));
+        let told = self.bags.iter().map(|path| Ok(tell(&self.opened(path)?)));
         match told.collect::<Result<Vec<_>, Failure>>()?.as_slice() {
             [one] => output::json(one),
             several => output::json(&several),
@@ -71,7 +74,7 @@ impl Info {
     /// Shows each bag as soon as it was opened.
     fn show(&self) -> Result<Exit, Failure> {
         for (place, path) in self.bags.iter().enumerate() {
-            let told = tell(&checked(path)?);
+            let told = tell(&self.opened(path)?);
             if place > 0 {
                 output::line("");
             }
@@ -79,18 +82,20 @@ impl Info {
         }
         Ok(Exit::Fine)
     }
+
+    /// Opens a bag, and reads all of it where that was asked for.
+    fn opened(&self, path: &std::path::Path) -> Result<Bag, Failure> {
+        let mut bag = open(path)?;
+        if self.check {
+            bag.check();
+        }
+        Ok(bag)
+    }
 }
 
 /// Opens a bag, or says why not.
 pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
     Bag::open(path).map_err(|error| Failure::to(&error).hint(error.hint()))
-}
-
-/// Opens a bag and reads all of it, so that its damage is known.
-fn checked(path: &std::path::Path) -> Result<Bag, Failure> {
-    let mut bag = open(path)?;
-    bag.check();
-    Ok(bag)
 }
 
 /// Says on standard error what is damaged in a bag before it is read.
