@@ -9,6 +9,7 @@ import pytest
 
 import bags
 import harness
+import tables
 
 STUDY = harness.ROOT / "studies/one_operator.toml"
 ECG = "/humans/persons/p001/simulated/ecg"
@@ -138,7 +139,8 @@ def test_each_column_is_told_in_the_file_beside_its_table(bag, events, features)
 
 
 def test_bursts_tell_the_channel_of_the_muscle(bag, events):
-    described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
+    # What a stream is may be told again when more of it is known.
+    described = tables.described(bag).values()
     [muscle] = [each for each in described if each.signal == "emg" and each.origin == 0]
     bursts = events[events.trial_type == "burst"]
     assert len(bursts) and set(bursts.channel) <= set(muscle.channels)
@@ -152,8 +154,7 @@ def test_units_have_one_spelling(features):
 
 
 def test_against_a_baseline_of_a_minute_there_are_differences_and_no_z(bag):
-    described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
-    stream = next(each for each in described if each.name == STATE)
+    stream = tables.described(bag)[STATE]
     assert "too short for z" in stream.method
     told = [each.content for each in bags.messages(bag, STATE)]
     assert len(told) > 5
