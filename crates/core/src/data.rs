@@ -110,7 +110,7 @@ impl fmt::Display for Reason {
             Reason::Undefined => "undefined for these data",
             Reason::NoBaseline => "no baseline yet to compare with",
             Reason::Nothing => "there is none",
-            Reason::BriefBaseline => "baseline too short: z needs 5 windows of it",
+            Reason::BriefBaseline => "baseline too short to compare with",
         })
     }
 }

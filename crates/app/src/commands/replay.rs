@@ -88,7 +88,7 @@ impl Replay {
 
 /// The notes that are kept in what is computed from a bag: that its times are made for good, and
 /// what damage took from it.
-fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
+pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));
     retimed.into_iter().chain(damage).collect()

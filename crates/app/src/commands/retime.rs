@@ -12,7 +12,7 @@ use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::{RETIMED, study_of};
+use crate::commands::replay::{RETIMED, kept_notes, study_of};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -40,7 +40,9 @@ pub struct Retime {
 impl Retime {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
-        let bag = Arc::new(open(&self.bag)?);
+        let mut bag = open(&self.bag)?;
+        bag.check();
+        let bag = Arc::new(bag);
         if bag.notes().contains_key(RETIMED) {
             return Err(Failure::new(format!("{} has such times already", self.bag.display()))
                 .hint("retime the bag that it was made from"));
@@ -52,11 +54,10 @@ impl Retime {
         };
         let (settings, hindsight) = (study.general.clocks.clone(), Hindsight::default());
         let folder = bag_folder(&self.out, &format!("{}_retimed", study.general.session.name));
-        let options = Options {
-            session: study.general.session.name.clone(),
-            notes: [(RETIMED.to_owned(), "two-sided".to_owned())].into(),
-            ..Options::default()
-        };
+        let mut notes = kept_notes(&bag);
+        notes.insert(RETIMED.to_owned(), "two-sided".to_owned());
+        let session = study.general.session.name.clone();
+        let options = Options { session, notes, ..Options::default() };
         let text = study.text().to_owned();
         let sink = BagSink { folder: folder.clone(), study: text, options };
 

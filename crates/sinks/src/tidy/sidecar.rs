@@ -91,7 +91,7 @@ fn why(reason: Reason) -> &'static str {
         Reason::NoBaseline => "no phase named baseline is over, or nothing was measured in it",
         Reason::Nothing => "what this would tell of has not happened, or is no more",
         Reason::BriefBaseline => {
-            "the baseline holds less than five windows side by side: its spread is not known"
+            "too little of the baseline is known: a difference needs nearly two windows, z five"
         }
     }
 }
