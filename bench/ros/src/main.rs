@@ -46,6 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 struct Count {
     received: u64,
     lost: u64,
+    /// In how many places messages are missing.
+    gaps: u64,
     losses: Losses,
     latencies_ns: Vec<i64>,
 }
@@ -54,7 +56,9 @@ impl Count {
     fn add(&mut self, arrival: &Arrival) {
         self.received += 1;
         if let Some(sequence) = arrival.sequence {
-            self.lost += self.losses.observe(arrival.publisher, sequence);
+            let lost = self.losses.observe(arrival.publisher, sequence);
+            self.lost += lost;
+            self.gaps += u64::from(lost > 0);
         }
         let written = arrival.bytes.get(WRITTEN_AT..WRITTEN_AT + 8);
         let written = written.and_then(|bytes| bytes.try_into().ok()).map(i64::from_le_bytes);
@@ -65,6 +69,7 @@ impl Count {
 fn report(counts: &[Arc<Mutex<Count>>]) {
     let received: u64 = counts.iter().map(|count| lock(count).received).sum();
     let lost: u64 = counts.iter().map(|count| lock(count).lost).sum();
+    let gaps: u64 = counts.iter().map(|count| lock(count).gaps).sum();
     let mut latencies_ns: Vec<i64> =
         counts.iter().flat_map(|count| std::mem::take(&mut lock(count).latencies_ns)).collect();
     latencies_ns.sort_unstable();
@@ -74,7 +79,7 @@ fn report(counts: &[Arc<Mutex<Count>>]) {
     };
     let (p50_ms, p99_ms) = (percentile_ms(0.5), percentile_ms(0.99));
     println!(
-        "{{\"messages\": {received}, \"lost\": {lost}, \"p50_ms\": {p50_ms:.3}, \
+        "{{\"messages\": {received}, \"lost\": {lost}, \"gaps\": {gaps}, \"p50_ms\": {p50_ms:.3}, \
          \"p99_ms\": {p99_ms:.3}}}"
     );
 }

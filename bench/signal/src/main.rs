@@ -21,6 +21,7 @@ mod golden;
 mod records;
 mod noise;
 mod resampling;
+mod unkind;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -39,6 +40,11 @@ fn main() -> ExitCode {
         ["ppg", data] => ppg::measure(Path::new(data)),
         ["respiration", data] => respiration::measure(Path::new(data)),
         ["statistics", data] => statistics::measure(Path::new(data)),
+        ["unkind", "write", seeds, count, folder] => unkind::write(seeds, count, Path::new(folder)),
+        ["unkind", seeds, count, ref peers @ ..] => {
+            let peers = peers.first().map(Path::new);
+            unkind::measure(seeds, count, peers)
+        }
         ["rolling", folder, windows_secs] => rolling::measure(Path::new(folder), windows_secs),
         ["speed", job, rate_hz, file] => speed::measure(job, rate_hz, Path::new(file)),
         _ => Err("there is no such part".into()),

@@ -42,7 +42,9 @@ impl Noise {
     pub fn others(&self, records: &[Record], decibels: f64) -> Vec<Record> {
         let others = records.iter().filter(|record| record.name != self.clean.name);
         let length = self.samples.len();
-        let pieces = others.flat_map(|record| BEGINS.map(|begin| piece(record, begin, length)));
+        let places = others.flat_map(|record| BEGINS.map(|begin| (record, begin)));
+        let whole = places.filter(|(record, begin)| begin + length <= record.signal.len());
+        let pieces = whole.map(|(record, begin)| piece(record, begin, length));
         pieces.map(|piece| self.over(&piece, decibels)).collect()
     }
 

@@ -13,7 +13,8 @@ pub struct Record {
     pub beats: Vec<f64>,
 }
 
-/// The records of a folder in WFDB's format 212 (channel 0 [mV]), with beats in `*.beats.csv`.
+/// The records of a folder in WFDB's format 212 (channel 0 [mV]), with beats in `*.beats.csv`, as far
+/// as the signal goes.
 pub fn mitdb(folder: &Path) -> Result<Vec<Record>, Box<dyn Error>> {
     let mut names: Vec<String> = std::fs::read_dir(folder)?
         .filter_map(|entry| entry.ok()?.file_name().to_str()?.strip_suffix(".dat").map(Into::into))
@@ -24,10 +25,12 @@ pub fn mitdb(folder: &Path) -> Result<Vec<Record>, Box<dyn Error>> {
 
 fn mitdb_record(folder: &Path, name: String) -> Result<Record, Box<dyn Error>> {
     let bytes = std::fs::read(folder.join(format!("{name}.dat")))?;
-    let signal = bytes.chunks_exact(3).map(|pair| first_of_pair(pair[0], pair[1])).collect();
+    let signal: Vec<f64> =
+        bytes.chunks_exact(3).map(|pair| first_of_pair(pair[0], pair[1])).collect();
     let table = std::fs::read_to_string(folder.join(format!("{name}.beats.csv")))?;
     let beats = table.lines().skip(1).filter_map(|line| line.split(',').next()?.parse().ok());
-    Ok(Record { name, signal, beats: beats.collect() })
+    let beats = beats.filter(|&beat: &f64| beat < signal.len() as f64).collect();
+    Ok(Record { name, signal, beats })
 }
 
 fn first_of_pair(low: u8, high: u8) -> f64 {

@@ -6,8 +6,10 @@ mod accuracy;
 mod calibration;
 mod clocks;
 mod grid;
+mod links;
 mod matching;
 mod recording;
+mod scenarios;
 mod soak;
 
 use std::process::ExitCode;
@@ -22,6 +24,9 @@ fn main() -> ExitCode {
         ("calibration", []) => judge(calibration::measure()),
         ("clocks", []) => judge(clocks::measure()),
         ("grid", rest) => finish(grid::measure(rest)),
+        ("links", rest) => {
+            scenarios::measure(rest).map_or_else(|error| refuse(&error.to_string()), judge)
+        }
         ("soak", []) => finish(soak::measure()),
         ("matching", rest) => finish(matching::measure(rest)),
         _ => refuse(&format!("there is no part `{part}`")),

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use teampulse_core::computers::{SIMULATED, is_simulated};
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 use teampulse_ros::buses::Buses;
@@ -17,9 +18,10 @@ pub fn lines(buses: &Buses, heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String
     let mut clocks = BTreeMap::<&str, &StreamStatus>::new();
     for (stream, status) in heard {
         let Some(computer) = stamping.get(&stream.name) else { continue };
-        if !status.offset_secs.is_nan() {
+        // In simulated time no computer's clock counts.
+        if status.clock != ClockKind::Host as u8 {
             let known = clocks.entry(computer).or_insert(status);
-            if is_probed(status) {
+            if is_probed(status) || known.offset_secs.is_nan() {
                 *known = status;
             }
         }
@@ -47,6 +49,15 @@ fn is_probed(status: &StreamStatus) -> bool {
 }
 
 fn line(computer: &str, status: &StreamStatus) -> String {
+    if status.offset_secs.is_nan() {
+        return format!(
+            "clock    ?     {computer}  unknown: its stamps are taken as they are; run teampulse there (its \
+             probes tell)"
+        );
+    }
+    if is_simulated(status.offset_secs) {
+        return format!("clock    off   {computer}  {SIMULATED}");
+    }
     let off = status.offset_secs.abs() > WARNED_SECS;
     let word = if off { "off  " } else { "ok   " };
     let how = if is_probed(status) { "by probes" } else { "by its stamps" };
@@ -79,6 +90,7 @@ fn remedy(status: &StreamStatus) -> String {
 /// A time without sign, in milliseconds below one second, in seconds from there on.
 fn sized(secs: f64) -> String {
     match secs {
+        _ if secs.is_nan() => "unknown".into(),
         10.0.. => format!("{secs:.1} s"),
         0.9995.. => format!("{secs:.3} s"),
         _ => format!("{:.1} ms", secs * 1e3),
@@ -139,6 +151,20 @@ mod tests {
              behind their arrival: a slow stream, or a clock that is off; run teampulse there \
              (its probes tell) or synchronise it"
         );
+    }
+
+    #[test]
+    fn what_is_unknown_is_said_to_be_unknown() {
+        let nothing = line("laptop2", &status(f64::NAN, ClockKind::Remote));
+        assert!(nothing.starts_with("clock    ?     laptop2  unknown: "), "{nothing}");
+        let vague = StreamStatus { sigma_secs: f64::NAN, ..status(0.01, ClockKind::Remote) };
+        assert_eq!(line("a", &vague), "clock    ok    a  +10.0 ms ± unknown by its stamps");
+    }
+
+    #[test]
+    fn stamps_of_a_simulation_are_no_clock_that_is_off() {
+        let told = line("arena", &status(-1.8e9, ClockKind::Remote));
+        assert!(told.starts_with("clock    off   arena  stamps by simulated time"), "{told}");
     }
 
     #[test]

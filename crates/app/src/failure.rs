@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::exit::Exit;
+use crate::output::{draw, say};
 use crate::study::StudyError;
 
 /// Why a command ended early.
@@ -40,6 +41,11 @@ impl Failure {
         self
     }
 
+    /// The message and the hint.
+    pub fn words(&self) -> (String, String) {
+        (self.message.clone(), self.hint.clone())
+    }
+
     /// What is wrong with the study, where that is why.
     #[cfg(test)]
     pub fn study(self) -> Option<StudyError> {
@@ -49,9 +55,9 @@ impl Failure {
     /// Shows it on standard error.
     pub fn show(self) {
         match self.study {
-            Some(study) => eprintln!("{:?}", miette::Report::new(*study)),
-            None if self.hint.is_empty() => eprintln!("error: {}", self.message),
-            None => eprintln!("error: {}\n hint: {}", self.message, self.hint),
+            Some(study) => draw(format!("{:?}", miette::Report::new(*study))),
+            None if self.hint.is_empty() => say(format!("error: {}", self.message)),
+            None => say(format!("error: {}\n hint: {}", self.message, self.hint)),
         }
     }
 }

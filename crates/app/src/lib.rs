@@ -9,11 +9,16 @@ mod machine;
 mod network;
 mod output;
 mod setup;
+mod desk;
+mod notes;
 mod stop;
+mod recorded;
+mod tidied;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use teampulse_core::panics::{at, install_hook, watched};
 use tracing_subscriber::EnvFilter;
 
 /// Watches the people and the robots of a human-robot team on one clock.
@@ -31,17 +36,28 @@ struct Arguments {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     log_to_stderr();
+    install_hook();
+    machine::allow_many_files();
     let runtime =
         tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = match runtime {
         Ok(runtime) => runtime,
         Err(error) => {
-            eprintln!("error: failed to start: {error}");
+            output::say(format!("error: failed to start: {error}"));
             return exit::Exit::Failed.into();
         }
     };
-    let ended = runtime.block_on(arguments.command.run());
+    let ended = watched(|| {
+        runtime.block_on(async {
+            machine::outlive_large_files();
+            arguments.command.run().await
+        })
+    });
     runtime.shutdown_background();
+    let ended = ended.unwrap_or_else(|panic| {
+        let failure = failure::Failure::new(format!("teampulse panicked: {panic}{}", at(&panic)));
+        Err(failure.hint("a fault of teampulse; please report it"))
+    });
     match ended {
         Ok(exit) => exit.into(),
         Err(failure) => {
@@ -57,8 +73,11 @@ fn log_to_stderr() {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+        .with_writer(|| teampulse_sinks::Aside)
+        .with_ansi(false)
         .with_target(false)
         .without_time()
+        // It would be said with `eprintln!`, which panics once the terminal is closed.
+        .log_internal_errors(false)
         .init();
 }

@@ -4,13 +4,26 @@ mod host_clock;
 
 use std::path::Path;
 
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use teampulse_ros::receiving;
+use tokio::signal::unix::{SignalKind, signal};
+
 /// What a best-effort image of 1 MiB at 30 Hz needs to arrive whole [bytes].
 const RECEIVE_BUFFER: u64 = 4 << 20;
+/// The most that the bus asks for [bytes].
+const LARGEST_BUFFER: u64 = receiving::BUFFER_BYTES as u64;
+/// What a packet of up to 1.4 KiB takes of a receive buffer [bytes]; the kernel gives twice what is
+/// asked for.
+const PACKET: f64 = 2304.0 / 2.0;
+/// For how long the thread that receives may have to wait for a processor on a busy machine [s].
+const HELD_UP_SECS: f64 = 0.1;
+/// From how many messages a second on it matters how soon a processor is free.
+const MANY_PER_SEC: f64 = 10_000.0;
 /// Less free disk than this is told [bytes].
 const FREE_DISK: u64 = 2 << 30;
 
 /// With less free disk than this nothing is recorded [bytes].
-const LEAST_DISK: u64 = 64 << 20;
+pub const LEAST_DISK: u64 = 64 << 20;
 
 /// One line for each thing about the machine that a recording depends on.
 pub fn check(out: &Path) -> Vec<String> {
@@ -21,14 +34,30 @@ pub fn check(out: &Path) -> Vec<String> {
 pub fn unfit(out: &Path) -> Option<String> {
     let folder = existing(out);
     if !folder.is_dir() {
-        return Some(format!("a folder to write into: {} is a file", folder.display()));
+        return Some(format!("{} is a file, not a folder to write into", folder.display()));
     }
     let writable = rustix::fs::access(folder, rustix::fs::Access::WRITE_OK);
     if let Err(error) = writable {
-        return Some(format!("a folder to write into: {}: {error}", folder.display()));
+        return Some(format!("{} can't be written into: {error}", folder.display()));
     }
     let free = free_bytes(folder).ok().filter(|free| *free < LEAST_DISK)?;
-    Some(format!("room on the disk of {}: {} MiB are free", folder.display(), free >> 20))
+    Some(format!("only {} MiB are free on the disk of {}", free >> 20, folder.display()))
+}
+
+/// Lets this process open as many files and sockets as it may have at most: a large team has many.
+pub fn allow_many_files() {
+    let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+    if current != maximum {
+        let raised = setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum });
+        raised.unwrap_or_else(|error| tracing::debug!("may not open more files: {error}"));
+    }
+}
+
+/// Lets writing fail where a file grows larger than this account allows (`ulimit -f`), instead of
+/// ending the process: a recording says so and ends whole.
+pub fn outlive_large_files() {
+    let hears = signal(SignalKind::from_raw(libc::SIGXFSZ));
+    drop(hears.inspect_err(|error| tracing::warn!("failed to hear of large files: {error}")));
 }
 
 /// The folder itself, or the nearest above it that exists.
@@ -42,19 +71,52 @@ fn free_bytes(folder: &Path) -> rustix::io::Result<u64> {
     Ok(space.f_bavail.saturating_mul(space.f_frsize))
 }
 
+/// What so many messages a second ask of the machine, where it falls short.
+pub fn crowded(messages_per_sec: f64) -> Vec<String> {
+    let small = largest_receive_buffer().and_then(|bytes| too_small(bytes, messages_per_sec));
+    small.into_iter().chain(waits(receiving::may_come_first(), messages_per_sec)).collect()
+}
+
+/// That what receives waits for processors like all else, where so much comes that it matters.
+fn waits(may_come_first: bool, messages_per_sec: f64) -> Option<String> {
+    (!may_come_first && messages_per_sec >= MANY_PER_SEC).then(|| {
+        format!(
+            "cpu      wait  {messages_per_sec:.0} messages/s are received at the priority of any other \
+             program: a busy machine may lose some; a line `YOU - nice -10` with your account in \
+             /etc/security/limits.conf permits more from the next login on"
+        )
+    })
+}
+
+fn too_small(bytes: u64, messages_per_sec: f64) -> Option<String> {
+    let needed = (messages_per_sec * HELD_UP_SECS * PACKET) as u64;
+    let needed = needed.max(RECEIVE_BUFFER).next_power_of_two().min(LARGEST_BUFFER);
+    let held_ms = bytes as f64 / PACKET / messages_per_sec * 1e3;
+    (bytes < needed && messages_per_sec > 0.0 && held_ms < HELD_UP_SECS * 1e3).then(|| {
+        format!(
+            "network  small receive buffers of {} KiB hold {held_ms:.0} ms of {messages_per_sec:.0} \
+             messages/s: a busy machine loses some; raise them with \
+             `sudo sysctl -w net.core.rmem_max={needed}`",
+            bytes >> 10
+        )
+    })
+}
+
+fn largest_receive_buffer() -> Option<u64> {
+    receiving::buffer_bytes().map(|bytes| bytes as u64)
+}
+
 fn receive_buffer() -> String {
-    let path = "/proc/sys/net/core/rmem_max";
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    match text.trim().parse::<u64>() {
-        Ok(bytes) if bytes >= RECEIVE_BUFFER => {
+    match largest_receive_buffer() {
+        Some(bytes) if bytes >= RECEIVE_BUFFER => {
             format!("network  ok    receive buffers up to {} KiB", bytes >> 10)
         }
-        Ok(bytes) => format!(
+        Some(bytes) => format!(
             "network  small receive buffers up to {} KiB: large messages may be lost; raise it \
              with `sudo sysctl -w net.core.rmem_max={RECEIVE_BUFFER}`",
             bytes >> 10
         ),
-        Err(_) => format!("network  ?     the size of receive buffers is unknown: no {path}"),
+        None => "network  ?     the size of receive buffers is unknown".to_owned(),
     }
 }
 
@@ -73,12 +135,35 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_receive_buffer_holds_what_comes_while_the_machine_is_busy() {
+        let (installed, large) = (208 << 10, 16 << 20);
+        let told = too_small(installed, 50_000.0).unwrap();
+        assert!(told.contains("208 KiB hold 4 ms of 50000 messages/s"), "{told}");
+        assert!(told.contains("net.core.rmem_max=8388608"), "{told}");
+        assert_eq!(too_small(large, 100_000.0), None);
+        assert!(too_small(4 << 20, 100_000.0).unwrap().ends_with("rmem_max=16777216`"));
+        assert_eq!(too_small(installed, 1_000.0), None, "they hold 185 ms of it");
+        assert_eq!(too_small(installed, 0.0), None);
+    }
+
+    #[test]
+    fn many_messages_ask_for_priority_where_there_is_none() {
+        let told = waits(false, 50_000.0).unwrap();
+        assert!(told.contains("50000 messages/s") && told.contains("nice -10"), "{told}");
+        assert_eq!(waits(true, 50_000.0), None);
+        assert_eq!(waits(false, 500.0), None);
+    }
+
+    #[test]
     fn nothing_is_recorded_into_a_file_or_below_one() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         std::fs::write(&file, "mine").unwrap();
         for out in [file.clone(), file.join("below")] {
-            assert!(unfit(&out).unwrap().ends_with("file is a file"), "{out:?}");
+            assert!(
+                unfit(&out).unwrap().ends_with("file is a file, not a folder to write into"),
+                "{out:?}"
+            );
         }
         assert_eq!(unfit(&folder.path().join("new")), None);
     }

@@ -4,28 +4,36 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use teampulse_bag::Growth;
 use teampulse_core::clock::{self, Clock};
 use teampulse_core::clocks::Clocks;
-use teampulse_core::feature::Feature;
+use teampulse_core::panics::at;
 use teampulse_core::registry::Component;
-use teampulse_core::session::{Outcome, Pace, Session};
-use teampulse_core::sink::Sink;
+use teampulse_core::session::{NamedFeature, Outcome, Pace, Session};
+use teampulse_core::sink::{Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
 use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
-use teampulse_ros::bus::Subscription;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
-use teampulse_sinks::{Bag, Ended, Estimates, SINKS, SinkContext, Terminal, Tidy};
-use teampulse_sources::session::{Computers, Keys, Phases, RosEvents, follow_clock};
+use teampulse_sinks::{
+    Bag, Colours, Ended, Estimates, Kept, SINKS, SinkContext, Terminal, TerminalSettings, Tidy,
+    View,
+};
+use teampulse_sources::claims::Claims;
+use teampulse_sources::session::{
+    Computers, Overflows, PhaseDesk, Phases, RosEvents, SimulatedClock, follow_clock,
+};
 use teampulse_sources::{SOURCES, SourceContext};
 
+use crate::desk::Desk;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network::default_domain;
+use crate::notes;
 use crate::stop::Stop;
 use crate::study::{SessionClock, Study, StudyError};
 
@@ -38,9 +46,17 @@ pub struct Setup {
     pub clock: Clock,
     /// The buses that are joined.
     pub buses: Arc<Buses>,
+    /// Whether the bag ended early, and where it goes on.
+    pub bag_ended: Ended,
     study: Study,
-    /// Held as long as the session follows `/clock`.
-    follows: Option<Subscription>,
+    /// How the bag grows on the disk.
+    growth: Growth,
+    /// What the person at the keys looks at.
+    view: View,
+    /// Where the phases are turned.
+    phases: PhaseDesk,
+    /// What follows `/clock`, where the session does.
+    follows: Option<SimulatedClock>,
 }
 
 impl Setup {
@@ -49,14 +65,17 @@ impl Setup {
         // What is wrong with the environment is not to be blamed on the study.
         default_domain(&buses)?;
         study.check_phases()?;
-        let mut setup = Setup { clock: Clock::host(), buses, study, follows: None };
+        let growth = Growth::default();
+        let (clock, bag_ended) = (Clock::host(), Ended::default());
+        let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
+        let mut setup = Setup { clock, buses, bag_ended, study, growth, view, phases, follows };
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::told();
             let bus = setup.buses.get(setup.domain()?).map_err(Failure::to)?;
             let follows = follow_clock(&*bus, &setup.clock, CLOCK_PATIENCE);
             let follows = follows.await.map_err(Failure::to)?;
             setup.follows = Some(follows.ok_or_else(|| {
-                Failure::new(format!("nobody tells the time on /clock of {}", bus.name()))
+                Failure::new(format!("nothing publishes /clock on {}", bus.name()))
                     .hint("start the simulation first, or set `clock = \"host\"`")
                     .exit(Exit::DeviceMissing)
             })?);
@@ -74,7 +93,8 @@ impl Setup {
 
     /// The sources of the study.
     pub fn sources(&self) -> Result<Sources, Failure> {
-        let context = SourceContext { clock: self.clock.clone(), buses: Arc::clone(&self.buses) };
+        let (clock, buses) = (self.clock.clone(), Arc::clone(&self.buses));
+        let context = SourceContext { clock, buses, claims: Claims::default() };
         Ok(self.study.build("sources", SOURCES, &context)?)
     }
 
@@ -83,17 +103,18 @@ impl Setup {
         let mut sources = Sources::new();
         let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
         sources.push(("events".into(), Box::new(RosEvents::new(bus))));
-        let phases = self.study.general.phases.clone();
-        sources.push(("phases".into(), Box::new(Phases::new(phases))));
-        let stop = stop.clone();
-        if let Some(keys) = Keys::open(move || stop.ask()) {
+        let phases = Phases::new(self.study.general.phases.clone(), self.phases.clone());
+        sources.push(("phases".into(), Box::new(phases)));
+        let desk = Desk::new(self.view.clone(), self.phases.clone(), self.growth.clone());
+        if let Some(keys) = desk.open(stop.clone()) {
+            self.view.explain_keys();
             sources.push(("keys".into(), Box::new(keys)));
         }
         Ok(sources)
     }
 
     /// The features of the study.
-    pub fn features(&self) -> Result<Vec<Arc<dyn Feature>>, Failure> {
+    pub fn features(&self) -> Result<Vec<NamedFeature>, Failure> {
         features(&self.study)
     }
 
@@ -110,9 +131,16 @@ impl Setup {
 
     /// The sinks of the study; where it has a bag, tidy files with it.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
+        let (growth, bag_ended) = (self.growth.clone(), self.bag_ended.clone());
         let context = sink_context(&self.study, bag, &self.clock);
+        let context = SinkContext { growth, bag_ended, ..context };
         let built = self.study.build("sinks", SINKS, &context)?;
         let has = |kind| built.iter().any(|(name, _)| name == kind);
+        if built.iter().filter(|(name, _)| name == "bag").count() > 1 {
+            let message = "it has two bags: one session is recorded into one";
+            let hint = "leave one of the [[sinks]] with type = \"bag\" out";
+            return Err(self.study.error(("sinks", ""), message, hint).into());
+        }
         let (has_bag, has_tidy) = (has("bag"), has("tidy"));
         if has_tidy && !has_bag {
             let message = "it has no bag in whose folder tidy files could stand";
@@ -129,29 +157,72 @@ impl Setup {
     /// The sink that shows the team on the terminal.
     pub fn terminal(&self) -> Box<dyn Sink> {
         let shown = self.study.general.session.show_estimates;
-        Box::new(Terminal::new(if shown { Estimates::Shown } else { Estimates::Hidden }))
+        let phases = self.phases.clone();
+        let term = std::env::var_os("TERM");
+        let no_color = std::env::var_os("NO_COLOR").is_some_and(|set| !set.is_empty());
+        Box::new(Terminal::new(TerminalSettings {
+            estimates: if shown { Estimates::Shown } else { Estimates::Hidden },
+            kept: self.kept(),
+            view: self.view.clone(),
+            colours: if no_color { Colours::None } else { Colours::Some },
+            plain: term.is_none_or(|term| term == "dumb"),
+            notes: self.notes(),
+            next: Some(Arc::new(move || phases.next())),
+        }))
+    }
+
+    /// What is to be known of the study before it runs.
+    pub fn notes(&self) -> Vec<String> {
+        notes::of_study(&self.study)
+    }
+
+    /// What the sinks of the study keep.
+    fn kept(&self) -> Kept {
+        let kinds = self.study.kinds("sinks");
+        if kinds.iter().any(|kind| kind == "bag") {
+            Kept::Bag(self.growth.clone())
+        } else if kinds.is_empty() {
+            Kept::Nothing
+        } else {
+            Kept::Tables
+        }
     }
 
     /// The sink that publishes on ROS what was concluded, and what the study names.
     pub fn publisher(&self) -> Result<Box<dyn Sink>, Failure> {
         let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
-        let named = self.study.general.publish.iter().map(|name| name.text().to_owned());
-        Ok(Box::new(RosSink::fresh(bus, Publish::Conclusions(named.collect()))))
+        Ok(Box::new(RosSink::fresh(bus, self.published())))
     }
 
-    /// The sink that tells the health of every stream on `/diagnostics`.
+    /// What is published on ROS: what was concluded of robots and the team, and what the study names.
+    fn published(&self) -> Publish {
+        let named = self.study.general.publish.iter().map(|name| name.text().to_owned());
+        Publish::Conclusions(named.collect())
+    }
+
+    /// The sink that tells the health of streams on `/diagnostics`.
     pub fn diagnostics(&self) -> Result<Box<dyn Sink>, Failure> {
         let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
-        Ok(Box::new(DiagnosticsSink::new(bus)))
+        Ok(Box::new(DiagnosticsSink::new(bus, self.published())))
     }
 
     /// Runs a session with these parts until it ends or is asked to stop.
-    pub async fn run(self, mut parts: Parts, stop: impl Future<Output = ()>) -> Outcome {
+    pub async fn run(self, parts: Parts, stop: impl Future<Output = ()>) -> Outcome {
+        self.session(parts).run(stop).await
+    }
+
+    /// A session with these parts.
+    pub fn session(self, mut parts: Parts) -> Session {
         for bus in self.buses.joined() {
             let name = format!("clocks on {}", bus.name());
+            let overflows = Overflows::new(Arc::clone(&bus));
             parts.sources.push((name, Box::new(Computers::new(bus))));
+            parts.sources.push(("receive buffers".into(), Box::new(overflows)));
         }
-        let session = Session {
+        if let Some(follows) = self.follows {
+            parts.sources.push(("/clock".into(), Box::new(follows)));
+        }
+        Session {
             clock: self.clock,
             pace: Pace::Live,
             clocks: Clocks::new(self.study.general.clocks.clone()),
@@ -160,8 +231,7 @@ impl Setup {
             features: parts.features,
             sinks: parts.sinks,
             encode,
-        };
-        session.run(stop).await
+        }
     }
 }
 
@@ -174,13 +244,13 @@ pub struct Parts {
     /// Its sources, by name.
     pub sources: Sources,
     /// Its features.
-    pub features: Vec<Arc<dyn Feature>>,
+    pub features: Vec<NamedFeature>,
     /// Its sinks.
     pub sinks: Vec<Box<dyn Sink>>,
 }
 
 /// The features of a study, each with its settings, without those that it disables.
-pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
+pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     let settings = &study.general.features;
     for disabled in &settings.disable {
         if !FEATURES.iter().any(|entry| entry.kind == disabled) {
@@ -190,14 +260,15 @@ pub fn features(study: &Study) -> Result<Vec<Arc<dyn Feature>>, Failure> {
             return Err(study.error(("features", "disable"), message, hint).into());
         }
     }
-    let context = FeatureContext { windows_secs: settings.windows_secs.clone() };
+    let (windows_secs, mains_hz) = (settings.windows_secs.clone(), settings.mains_hz);
+    let context = FeatureContext { windows_secs, mains_hz };
     let mut enabled = Vec::new();
     for entry in FEATURES {
         // What is disabled is built, too: a mistake in its settings is one all the same.
         let built = (entry.build)(study.feature(entry.kind)?, &context);
         let feature = built.map_err(|error| study.wrong_feature(entry.kind, error))?;
         if settings.disable.iter().all(|disabled| disabled != entry.kind) {
-            enabled.push(Arc::from(feature));
+            enabled.push((entry.kind, Arc::from(feature)));
         }
     }
     Ok(enabled)
@@ -211,6 +282,7 @@ pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
         study: study.text().to_owned(),
         clock: clock.clone(),
         bag_ended: Ended::default(),
+        growth: Growth::default(),
         damage: None,
     }
 }
@@ -239,21 +311,35 @@ pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
 /// The exit code of a session that has ended, with what went wrong said on standard error.
 pub fn conclude(outcome: Outcome) -> Exit {
     let mut exit = Exit::Fine;
+    let mut blame = |failure: Failure, code| {
+        failure.show();
+        exit = if exit == Exit::Failed { exit } else { code };
+    };
     if outcome.dropped > 0 {
-        eprintln!("error: {} samples were dropped in our own queue", outcome.dropped);
-        exit = Exit::DataLost;
+        let message = format!("{} samples were dropped in our own queue", outcome.dropped);
+        blame(Failure::new(message), Exit::DataLost);
     }
     for (name, error) in outcome.sinks {
-        let (hint, code) = match &error {
-            teampulse_core::sink::SinkError::Lost { hint, .. } => (hint.clone(), Exit::DataLost),
-            teampulse_core::sink::SinkError::Failed { hint, .. } => (hint.clone(), Exit::Failed),
-        };
-        Failure::new(format!("{name}: failed to {error}")).hint(hint).show();
-        exit = if exit == Exit::Failed { exit } else { code };
+        let failure = Failure::new(format!("{name}: failed to {error}"));
+        match error {
+            SinkError::Lost { hint, .. } => blame(failure.hint(hint), Exit::DataLost),
+            SinkError::Failed { hint, .. } => blame(failure.hint(hint), Exit::Failed),
+        }
+    }
+    for broken in outcome.features {
+        let failure = Failure::new(format!("{broken}{}", at(&broken.panic)));
+        let hint = "all that is raw was recorded; please report this fault of teampulse";
+        blame(failure.hint(hint), Exit::DataLost);
+    }
+    for what in outcome.undone {
+        blame(Failure::new(format!("ended before everything was done: {what}")), Exit::DataLost);
     }
     for (name, error) in outcome.sources {
-        Failure::new(format!("{name}: failed to {error}")).show();
-        exit = Exit::Failed;
+        blame(Failure::new(format!("{name}: failed to {error}")), Exit::Failed);
+    }
+    for panic in outcome.pump.iter().chain(&outcome.strays) {
+        let failure = Failure::new(format!("a part of teampulse panicked: {panic}{}", at(panic)));
+        blame(failure.hint("please report this fault of teampulse"), Exit::Failed);
     }
     exit
 }

@@ -4,8 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
-use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::Notify;
+use teampulse_core::session::{Outcome, Session};
+use teampulse_sinks::leave_screen;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::watch;
+
+use crate::exit::Exit;
+use crate::output::say;
 
 /// How often the session's clock is looked at.
 const LOOK: Duration = Duration::from_millis(20);
@@ -13,38 +18,99 @@ const LOOK: Duration = Duration::from_millis(20);
 const STANDSTILL: Duration = Duration::from_secs(10);
 
 /// A way to ask the session to stop, from any thread.
-#[derive(Clone, Debug, Default)]
-pub struct Stop(Arc<Notify>);
+#[derive(Clone, Debug)]
+pub struct Stop(Arc<watch::Sender<u32>>);
 
-impl Stop {
-    /// Asks the session to stop.
-    pub fn ask(&self) {
-        self.0.notify_one();
-    }
-
-    /// Resolves when somebody asked, on Ctrl-C and SIGTERM, or after `duration_secs` by the
-    /// session's clock. After this a second Ctrl-C ends the process at once.
-    pub async fn asked(self, clock: Clock, duration_secs: Option<f64>) {
-        tokio::select! {
-            () = self.0.notified() => {}
-            () = signalled() => {}
-            () = elapsed(clock, duration_secs) => {}
-        }
-        tokio::spawn(async {
-            signalled().await;
-            eprintln!("error: stopped before everything was written");
-            std::process::exit(1);
-        });
+impl Default for Stop {
+    fn default() -> Stop {
+        Stop(Arc::new(watch::Sender::new(0)))
     }
 }
 
-async fn signalled() {
-    let terminate = signal(SignalKind::terminate());
-    let Ok(mut terminate) = terminate else { return std::future::pending().await };
-    tokio::select! {
-        _ = tokio::signal::ctrl_c() => {}
-        _ = terminate.recv() => {}
+impl Stop {
+    /// Asks the session to stop; once more is no more.
+    pub fn ask(&self) {
+        self.0.send_modify(|asked| *asked = (*asked).max(1));
     }
+
+    /// Whether the session was asked to stop.
+    pub fn was_asked(&self) -> bool {
+        *self.0.borrow() > 0
+    }
+
+    /// Resolves when somebody asked, on Ctrl-C, SIGTERM and SIGHUP (a closed terminal), or after
+    /// `duration_secs` by the session's clock. From now on these signals end the process in no other
+    /// way.
+    pub fn asked(self, clock: Clock, duration_secs: Option<f64>) -> impl Future<Output = ()> {
+        self.hear_signals();
+        async move {
+            tokio::select! {
+                () = self.reached(1) => {}
+                () = elapsed(clock, duration_secs) => self.ask(),
+            }
+        }
+    }
+
+    /// Resolves when Ctrl-C or SIGTERM came once more: what takes long is not waited for.
+    pub async fn hurried(self) {
+        self.reached(2).await;
+        say("ending at once: what is not on the disk within a few seconds is lost");
+    }
+
+    /// Runs a session until it ends or is asked to.
+    pub async fn run(self, session: Session, clock: Clock, duration_secs: Option<f64>) -> Outcome {
+        let asked = self.clone().asked(clock, duration_secs);
+        session.run_until(asked, self.hurried()).await
+    }
+
+    async fn reached(&self, times: u32) {
+        let mut asked = self.0.subscribe();
+        if asked.wait_for(|asked| *asked >= times).await.is_err() {
+            // Nobody is left who could ask.
+            std::future::pending::<()>().await;
+        }
+    }
+
+    /// Counts signals. A third Ctrl-C ends the process whatever it is doing.
+    fn hear_signals(&self) {
+        let interrupts = [SignalKind::interrupt(), SignalKind::terminate()];
+        for mut signal in interrupts.into_iter().filter_map(|kind| signal(kind).ok()) {
+            let stop = self.clone();
+            tokio::spawn(async move {
+                while signal.recv().await.is_some() {
+                    stop.0.send_modify(|asked| *asked += 1);
+                    if *stop.0.borrow() > 2 {
+                        leave_screen();
+                        say("error: stopped before everything was written");
+                        std::process::exit(Exit::Failed as i32);
+                    }
+                }
+            });
+        }
+        if let Some(mut hangup) = hangup() {
+            let stop = self.clone();
+            tokio::spawn(async move {
+                // The kernel and the shell both tell of a closed terminal: it is no hurry.
+                while hangup.recv().await.is_some() {
+                    stop.ask();
+                }
+            });
+        }
+    }
+}
+
+/// SIGHUP, unless whoever started this process has it ignore that, as `nohup` does.
+fn hangup() -> Option<Signal> {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let kind = SignalKind::hangup();
+    if is_ignored(kind.as_raw_value(), &status) { None } else { signal(kind).ok() }
+}
+
+/// Whether a process ignores a signal, by its `/proc/PID/status`.
+fn is_ignored(signal: i32, status: &str) -> bool {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 async fn elapsed(clock: Clock, duration_secs: Option<f64>) {
@@ -56,5 +122,27 @@ async fn elapsed(clock: Clock, duration_secs: Option<f64>) {
         let now = clock.now();
         still = if now == seen { still + LOOK } else { Duration::ZERO };
         seen = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_process_ignores_is_known() {
+        let status = "Name:\tx\nSigBlk:\t0000000000000001\nSigIgn:\t0000000000001001\n";
+        assert!(is_ignored(1, status) && is_ignored(13, status));
+        assert!(!is_ignored(2, status) && !is_ignored(1, ""));
+    }
+
+    #[tokio::test]
+    async fn a_key_asks_once_and_is_never_a_hurry() {
+        let stop = Stop::default();
+        stop.ask();
+        stop.ask();
+        stop.clone().asked(Clock::told(), None).await;
+        let hurried = tokio::time::timeout(Duration::from_millis(1), stop.hurried()).await;
+        assert!(hurried.is_err());
     }
 }

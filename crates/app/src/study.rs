@@ -3,6 +3,7 @@
 mod settings;
 mod error;
 mod place;
+mod shown;
 
 use std::io::Read;
 use std::ops::Range;
@@ -10,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use miette::NamedSource;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
+use teampulse_core::text::{LONGEST_LABEL, LONGEST_NAME, label, on_one_line};
 use teampulse_features::FEATURES;
 use teampulse_sources::session;
 use toml::Spanned;
@@ -17,10 +19,14 @@ use toml::de::{DeTable, DeValue};
 
 use self::error::{nearest, suggestion};
 use self::place::{nearest_place, walk};
+use self::shown::shown;
 
 pub use self::error::StudyError;
 pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings};
 
+/// The longest name of a session [bytes]: the time and a number are put behind it, and a file system
+/// takes 255.
+const MOST_NAME_BYTES: usize = 200;
 /// The largest study that is read [bytes].
 const LARGEST: u64 = 4 << 20;
 
@@ -40,7 +46,7 @@ impl Study {
     /// Reads a study from a file, or from standard input where the path is `-`.
     pub fn read(path: &Path) -> Result<Study, StudyError> {
         let unreadable = |reason: String| StudyError {
-            message: format!("failed to read the study {}: {reason}", path.display()),
+            message: line(&format!("failed to read the study {}: {reason}", path.display())),
             hint: Some("give the path of a study file, such as studies/demo.toml".into()),
             place: None,
         };
@@ -69,7 +75,7 @@ impl Study {
             study.check_own(&key, &value)?;
         }
         let rest = Settings::new(Spanned::new(span, DeValue::Table(keys)));
-        study.general = rest.read().map_err(|error| study.wrong(error, None))?;
+        study.general = rest.read().map_err(|error| study.wrong(with_own_tables(error), None))?;
         study.check_name()?;
         Ok(study)
     }
@@ -116,6 +122,17 @@ impl Study {
             }
         }
         Ok(found)
+    }
+
+    /// The types of all entries in one of the study's arrays.
+    pub fn kinds(&self, key: &str) -> Vec<String> {
+        let kind = |value: Spanned<DeValue<'_>>| match value.into_inner() {
+            DeValue::Table(mut table) => {
+                table.remove("type").and_then(|kind| kind.get_ref().as_str().map(str::to_owned))
+            }
+            _ => None,
+        };
+        self.entries(key).unwrap_or_default().into_iter().filter_map(kind).collect()
     }
 
     /// An error at one of the study's tables, or at a key of it; at the beginning of the study
@@ -249,11 +266,17 @@ impl Study {
     fn check_name(&self) -> Result<(), StudyError> {
         let name = &self.general.session.name;
         let fits = |each: char| each.is_alphanumeric() || matches!(each, '_' | '-' | '.');
-        if !name.is_empty() && !name.starts_with('.') && name.chars().all(fits) {
+        // `-rf_2026…` would be an option to whoever deletes it.
+        let is_plain = name.len() <= MOST_NAME_BYTES && !name.starts_with(['.', '-']);
+        if !name.is_empty() && is_plain && name.chars().all(fits) {
             return Ok(());
         }
+        let name = label(name.clone(), LONGEST_NAME);
         let message = format!("`{name}` can't be the name of a session's folder");
-        let hint = "it is made of letters, digits, `_`, `-` and `.`";
+        let hint = format!(
+            "it is made of letters, digits, `_`, `-` and `.`, does not begin with `.` or `-`, and has \
+             {MOST_NAME_BYTES} bytes at most"
+        );
         Err(self.error(("session", "name"), message, hint))
     }
 
@@ -312,10 +335,36 @@ impl Study {
         let hint =
             if error.hint.is_empty() { suggestion(&error.message) } else { Some(error.hint) };
         let span = error.span.or(whole).unwrap_or(0..0);
-        let name = self.path.display().to_string();
-        let source = NamedSource::new(name, self.text.clone()).with_language("toml");
-        StudyError { message: error.message, hint, place: Some(Box::new((source, span))) }
+        let (text, span) = shown(&self.text, &span);
+        let source = NamedSource::new(line(&self.path.display().to_string()), text);
+        let place = Some(Box::new((source.with_language("toml"), span)));
+        StudyError { message: line(&error.message), hint: hint.map(|hint| line(&hint)), place }
     }
+}
+
+/// An unknown word among the tables may also be meant for one that is read apart.
+fn with_own_tables(mut error: SettingsError) -> SettingsError {
+    if let Some(known) = error.message.strip_prefix("unknown field `")
+        && let Some((word, "session")) = known
+            .split_once("`, expected one of `")
+            .map(|(word, known)| (word, known.split('`').next().unwrap_or_default()))
+        && let Some(near) = nearest(word, &OWN_TABLES)
+    {
+        error.hint = format!("did you mean `{near}`?");
+    }
+    error
+}
+
+/// What is said of a study: without what would command a terminal, and with an end.
+fn line(text: &str) -> String {
+    let lines = text.lines().map(|line| on_one_line(line).into_owned());
+    let mut lines = lines.take(20).map(|line| label(line, LONGEST_LABEL));
+    let mut all = lines.next().unwrap_or_default();
+    for line in lines {
+        all.push('\n');
+        all += &line;
+    }
+    all
 }
 
 type Own<'a> = Vec<(String, Spanned<DeValue<'a>>)>;

@@ -16,6 +16,7 @@ const QOS_KEY: &str = "offered_qos_profiles";
 const HASH_KEY: &str = "topic_type_hash";
 const ORIGIN_KEY: &str = "teampulse_origin";
 const SHAPE_KEY: &str = "teampulse_shape";
+const PUBLISHER_KEY: &str = "teampulse_publisher";
 const DERIVED: &str = "derived";
 const OWN: &str = "own";
 
@@ -34,29 +35,39 @@ impl Channel {
     pub(crate) fn of(stream: &Stream, schema: &Arc<Schema>, qos: String) -> Channel {
         let origin = if stream.origin == Origin::Derived { DERIVED } else { "raw" };
         let shape = if matches!(stream.shape, Shape::Message(_)) { "message" } else { OWN };
-        let metadata = [
+        let mut metadata = vec![
             (QOS_KEY, qos),
             (HASH_KEY, schema.hash.clone()),
             (ORIGIN_KEY, origin.to_owned()),
             (SHAPE_KEY, shape.to_owned()),
         ];
+        if !stream.publisher.is_empty() {
+            metadata.push((PUBLISHER_KEY, stream.publisher.clone()));
+        }
+        let metadata = metadata.into_iter().map(|(key, value)| (key.to_owned(), value));
         Channel {
             topic: stream.name.clone(),
             schema: Arc::clone(schema),
             encoding: "cdr".to_owned(),
-            metadata: metadata.map(|(key, value)| (key.to_owned(), value)).into(),
+            metadata: metadata.collect(),
         }
     }
 
     /// The stream as far as the channel tells: all else is in its description, if the bag has one.
     ///
-    /// What was not recorded by teampulse is raw and about the robot that its name begins with.
+    /// What was not recorded by teampulse is raw and about the robot that its name begins with; a topic
+    /// without a namespace, such as `/tf`, is about none.
     pub(crate) fn stream(&self) -> Stream {
-        let subject = Subject::robot(self.topic.split('/').nth(1).unwrap_or_default());
+        let mut tokens = self.topic.split('/').skip(1);
+        let subject = match (tokens.next(), tokens.next()) {
+            (Some(robot), Some(_)) => Subject::robot(robot),
+            _ => Subject::session(),
+        };
         let mut stream = Stream::raw(&*self.topic, subject, self.shape());
         if self.is(ORIGIN_KEY, DERIVED) {
             stream.origin = Origin::Derived;
         }
+        stream.publisher = self.metadata.get(PUBLISHER_KEY).cloned().unwrap_or_default();
         stream.qos = self.metadata.get(QOS_KEY).map_or_else(Vec::new, |text| qos::read(text));
         stream
     }
@@ -67,11 +78,16 @@ impl Channel {
         if is_ours { shape_of(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
     }
 
+    /// Whether others than teampulse recorded it.
+    pub(crate) fn is_foreign(&self) -> bool {
+        !self.metadata.contains_key(ORIGIN_KEY)
+    }
+
     /// Whether its messages begin with a header that nobody has read yet: teampulse keeps the stamp
     /// as the publish time.
     pub(crate) fn has_unread_headers(&self) -> bool {
-        let is_foreign = !self.metadata.contains_key(ORIGIN_KEY);
-        is_foreign && Definition::of(&self.schema).is_ok_and(|each| starts_with_header(&each))
+        self.is_foreign()
+            && Definition::of(&self.schema).is_ok_and(|each| starts_with_header(&each))
     }
 
     fn is(&self, key: &str, word: &str) -> bool {
@@ -82,4 +98,24 @@ impl Channel {
 /// The type hash that a channel's metadata tell; empty where they don't.
 pub(crate) fn type_hash(metadata: &BTreeMap<String, String>) -> String {
     metadata.get(HASH_KEY).cloned().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topic_without_a_namespace_is_about_no_robot() {
+        let of = |topic: &str| {
+            let (name, encoding) = ("std_msgs/msg/String".to_owned(), "ros2msg".to_owned());
+            let schema = Schema { name, encoding, text: String::new(), hash: String::new() };
+            let metadata = BTreeMap::new();
+            let (topic, encoding) = (topic.to_owned(), "cdr".to_owned());
+            Channel { topic, schema: Arc::new(schema), encoding, metadata }.stream().subject()
+        };
+        assert_eq!(of("/robot1/odom"), Subject::robot("robot1"));
+        for topic in ["/foo", "/tf", "/", "foo"] {
+            assert_eq!(of(topic), Subject::session(), "{topic}");
+        }
+    }
 }

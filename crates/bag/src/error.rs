@@ -29,6 +29,12 @@ pub enum BagError {
         /// What it seems to be.
         found: Found,
     },
+    /// Somebody deleted or moved what was being recorded.
+    #[error("record to {}: it was deleted while it was recorded", path.display())]
+    Deleted {
+        /// The file.
+        path: PathBuf,
+    },
     /// The operating system refused.
     #[error("{doing} {}: {error}", path.display())]
     Io {
@@ -64,14 +70,17 @@ pub enum BagError {
 /// What was found where a bag was expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Found {
-    /// An `SQLite` file of rosbag2.
-    #[error("a rosbag2 recording in SQLite")]
+    /// An `SQLite` file of something else, or a broken one.
+    #[error("an SQLite file without a recording of rosbag2")]
     Sqlite,
+    /// A file of rosbag2 that can be read, but not mended.
+    #[error("a recording in SQLite or a compressed file")]
+    Foreign,
     /// A bag of ROS 1.
     #[error("a ROS 1 bag")]
     Ros1,
-    /// A bag that rosbag2 compressed as a whole, or message by message.
-    #[error("a recording that rosbag2 compressed outside MCAP")]
+    /// A recording that was compressed with something else than Zstandard, or a file that can't be unpacked.
+    #[error("a recording whose compression can't be undone")]
     Compressed,
     /// A folder without any MCAP file.
     #[error("a folder without MCAP files")]
@@ -89,7 +98,10 @@ impl BagError {
             BagError::DiskFull { .. } => "free some space, or record to another disk with --out",
             BagError::NotABag { found, .. } => found.hint(),
             BagError::Damaged { .. } => "run `teampulse recover` to keep what is whole",
-            BagError::Io { .. } | BagError::Format { .. } => "",
+            BagError::Deleted { .. } => "leave the folder of a recording alone until it has ended",
+            BagError::Io { doing: "open" | "read" | "unpack", error, .. } => hint_of_reading(error),
+            BagError::Io { error, .. } => hint_of(error),
+            BagError::Format { .. } => "",
         }
     }
 
@@ -98,17 +110,51 @@ impl BagError {
     }
 }
 
+/// What helps against what the operating system refused.
+fn hint_of(error: &io::Error) -> &'static str {
+    use io::ErrorKind::{FileTooLarge, NotFound, PermissionDenied, ReadOnlyFilesystem};
+    match error.kind() {
+        FileTooLarge => {
+            "this account may write no larger files (`ulimit -f`): allow more, or set split_mib"
+        }
+        NotFound => "its folder was deleted or moved",
+        PermissionDenied => "record to a folder that you may write into, with --out",
+        ReadOnlyFilesystem => {
+            "the disk can't be written: look at `dmesg`, or record to another with --out"
+        }
+        _ if matches!(error.raw_os_error(), Some(EMFILE | ENFILE)) => {
+            "too many files are open: allow more (`ulimit -n`), or end other programs"
+        }
+        _ => "",
+    }
+}
+
+/// What helps where a recording can't be read.
+fn hint_of_reading(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::NotFound => "give the folder of a recording, or its file",
+        io::ErrorKind::PermissionDenied => {
+            "a recording is private to the user who made it: read it as that user"
+        }
+        _ => hint_of(error),
+    }
+}
+
+/// Too many files are open, in this process and on this machine.
+const EMFILE: i32 = 24;
+const ENFILE: i32 = 23;
+
 impl Found {
     fn hint(self) -> &'static str {
         match self {
-            Found::Sqlite => "convert it with `ros2 bag convert` to storage_id mcap",
+            Found::Foreign => "`teampulse import` makes a bag of all that is whole of it",
             Found::Ros1 => "convert it with `rosbags-convert` to a rosbag2 in MCAP",
             Found::Compressed => {
                 "convert it with `ros2 bag convert` to compression_mode none; \
                  MCAP compresses its own chunks"
             }
-            Found::NoFiles | Found::Other => {
-                "give the folder of a recording or one of its .mcap files"
+            Found::Sqlite | Found::NoFiles | Found::Other => {
+                "give the folder of a recording or one of its .mcap or .db3 files"
             }
         }
     }

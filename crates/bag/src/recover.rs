@@ -6,16 +6,18 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use mcap::records::{MessageHeader, op};
+use teampulse_core::private;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
-use crate::error::BagError;
+use crate::error::{BagError, Found};
 use crate::metadata::{FileSpan, Metadata, Topic};
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
 use crate::read::parse;
 use crate::read::{Bag, DAMAGE_NOTE};
-use crate::write::part::{Attachment, Compression, Part};
+use crate::write::chunk::Compression;
+use crate::write::part::{Attachment, Part};
 use crate::write::spare::SpareFile;
 use teampulse_messages::convert::type_name;
 
@@ -60,6 +62,9 @@ impl RecoveredFile {
 /// `<name>.mcap.orig` when something was lost from its middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
     let mut bag = Bag::open(path)?;
+    if let Some(made) = bag.parts().iter().find(|part| part.is_made) {
+        return Err(BagError::NotABag { path: made.path.clone(), found: Found::Foreign });
+    }
     let told = bag.told_messages();
     let parts = bag.parts_mut().iter_mut().zip(told);
     let files: Vec<RecoveredFile> =
@@ -131,7 +136,7 @@ fn free_name(path: &Path) -> PathBuf {
 /// Writes all that can be read into another file, and that to the disk; says how many messages it
 /// has.
 fn rewrite(index: &Index, path: &Path) -> Result<u64, BagError> {
-    let file = File::create(path).map_err(BagError::io("write", path))?;
+    let file = private::create(path).map_err(BagError::io("write", path))?;
     let disk = file.try_clone().map_err(BagError::io("write", path))?;
     let spare = Arc::new(Mutex::new(SpareFile::new(folder_of(path))));
     let mut part = Part::begin(path, file, spare, Compression::Zstd)?;
@@ -168,7 +173,7 @@ fn copy_extras(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
         } else if let Ok((name, metadata)) = parse::metadata(&body)
             && extra.opcode == op::METADATA
         {
-            part.annotate(&name, metadata)?;
+            part.annotate(&name, &metadata)?;
         }
     }
     Ok(())

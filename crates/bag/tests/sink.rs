@@ -5,12 +5,13 @@ mod session;
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use session::{at, record};
-use teampulse_bag::{Bag, BagSink, BagWriter, Options, STUDY_NAME};
+use teampulse_bag::{Bag, BagSink, BagWriter, Broken, ENDED_NOTE, Options, STUDY_NAME, Stage};
 use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
-use teampulse_core::sink::{Batch, Delivery, Sink, SinkError, queue};
+use teampulse_core::sink::{Batch, Delivery, Limits, Posted, Sink, SinkError, queue, queue_within};
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{Origin, Shape, Stream, Subject};
 use teampulse_core::streams::Streams;
@@ -99,4 +100,87 @@ fn a_disk_without_room_is_refused_at_once_and_leaves_nothing() {
     assert!(message.contains("the disk is full"), "{message}");
     assert!(!hint.is_empty());
     assert!(!path.exists());
+}
+
+#[test]
+fn how_much_is_on_the_disk_is_what_the_files_hold() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let options = Options { split_secs: Some(1.0), ..Options::default() };
+    let growth = options.growth.clone();
+    assert_eq!(growth.on_disk().stage, Stage::NotBegun);
+    let mut writer = BagWriter::create(&path, &options).unwrap();
+    let began = growth.on_disk();
+    assert_eq!(began.stage, Stage::Open);
+    assert!(began.synced_bytes > 0 && began.free_bytes.is_some_and(|free| free > 0));
+    for second in 1..4 {
+        writer.write(&status(second, None, 0)).unwrap();
+        writer.flush().unwrap();
+    }
+    assert!(growth.on_disk().synced_bytes > began.synced_bytes);
+    assert!(writer.finish().unwrap().files > 1);
+    let files = std::fs::read_dir(&path).unwrap().map(|each| each.unwrap());
+    let bags = files.filter(|file| file.path().extension().is_some_and(|it| it == "mcap"));
+    let whole_bytes: u64 = bags.map(|file| file.metadata().unwrap().len()).sum();
+    let ended = growth.on_disk();
+    assert_eq!((ended.stage, ended.synced_bytes), (Stage::Finished, whole_bytes));
+}
+
+#[test]
+fn a_recording_that_ends_early_says_why_where_it_is_shown() {
+    let folder = tempdir().unwrap();
+    let options = Options { keep_free_bytes: u64::MAX, ..Options::default() };
+    let growth = options.growth.clone();
+    run(&folder.path().join("bag"), options, Vec::new()).unwrap_err();
+    let Stage::EndedEarly(why) = growth.on_disk().stage else { panic!("it did not end early") };
+    assert!(why.contains("the disk is full"), "{why}");
+}
+
+/// The labels of the session's events in a bag.
+fn labels(bag: &Bag) -> Vec<String> {
+    let of_session = |stream: usize| bag.streams()[stream].stream.name == "/session/events";
+    let events = bag.messages(None).map(Result::unwrap).filter(|each| of_session(each.stream));
+    events.map(|message| String::from_utf8_lossy(&message.cdr).into_owned()).collect()
+}
+
+#[test]
+fn a_bag_that_is_cut_off_is_whole_and_says_why_it_ended() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let sink = BagSink { folder: path.clone(), study: String::new(), options: Options::default() };
+    let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
+    let (post, inbox) = queue_within(Delivery::Lossless, Streams::default(), limits);
+    let batch = |second| Batch::from(vec![status(second, Some(0), 0)]);
+    // The disk stands still: the first is taken, for the second there is no room.
+    assert_eq!(post.deliver(&batch(1)), Posted::Accepted);
+    assert!(matches!(post.deliver(&batch(2)), Posted::CutOff { .. }));
+    assert_eq!(post.deliver(&batch(3)), Posted::Skipped);
+    let Err(SinkError::Lost { message, .. }) = Box::new(sink).run(inbox) else { panic!() };
+    assert!(message.starts_with("keep up: it took nothing for 0 s"), "{message}");
+    assert!(message.contains(&path.display().to_string()), "the bag is named: {message}");
+    assert_eq!(post.deliver(&batch(4)), Posted::Ended);
+
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.damage().count(), 0);
+    assert_eq!(bag.messages_count(), 2);
+    assert_eq!(bag.notes()[ENDED_NOTE], format!("failed to {message}"));
+    let [label] = &labels(&bag)[..] else { panic!() };
+    assert!(label.contains("bag: failed to keep up"), "{label}");
+}
+
+#[test]
+fn a_recording_that_is_deleted_under_way_ends_and_counts_what_is_in_no_bag() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let sink = BagSink { folder: path.clone(), study: String::new(), options: Options::default() };
+    let (post, inbox) = queue(Delivery::Lossless, Streams::default());
+    let recording = sink.begin().unwrap();
+    std::fs::remove_dir_all(&path).unwrap();
+    let batch: Vec<Record> = (1..=10).map(|second| status(second, Some(0), 0)).collect();
+    assert_eq!(post.deliver(&batch.into()), Posted::Accepted);
+    let Err(Broken { error, unwritten }) = recording.record(&inbox) else { panic!() };
+    let SinkError::Lost { message, hint } = error else { panic!() };
+    assert!(message.contains("it was deleted while it was recorded"), "{message}");
+    assert!(!hint.is_empty());
+    assert_eq!(unwritten, 10);
 }

@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use rustix::time::{ClockId, clock_gettime};
 
 use crate::time::Time;
 
@@ -14,18 +16,17 @@ pub struct Clock(Arc<Kind>);
 #[derive(Debug)]
 enum Kind {
     /// Ahead of the machine's clock by so much when it started [s], and faster by so much [ppm].
-    Host {
-        wall_at_start: Time,
-        started: Instant,
-        ahead_secs: f64,
-        fast_ppm: f64,
+    Host { wall_at_start: Time, started: Moment, ahead_secs: f64, fast_ppm: f64 },
+    Told {
+        nanos: AtomicI64,
+        /// How far the session's time is ahead of the time that is told [ns]: it went on when that jumped.
+        ahead_nanos: AtomicI64,
     },
-    Told(AtomicI64),
 }
 
 impl Clock {
-    /// The host's clock: its wall clock now, and its monotonic clock from here on. A later step of
-    /// the wall clock does not move it; see [`Clock::wall_offset_nanos`].
+    /// The host's clock: its wall clock now, and its monotonic clock from here on, also while the machine
+    /// sleeps. A later step of the wall clock does not move it; see [`Clock::wall_offset_nanos`].
     pub fn host() -> Clock {
         Clock::host_off(0.0, 0.0)
     }
@@ -33,14 +34,14 @@ impl Clock {
     /// The host's clock as it would be if it were ahead by so much now [s], and ran so much faster
     /// [ppm]: for a simulated computer.
     pub fn host_off(ahead_secs: f64, fast_ppm: f64) -> Clock {
-        let (wall_at_start, started) = (wall(), Instant::now());
+        let (wall_at_start, started) = (wall(), Moment::now());
         Clock(Arc::new(Kind::Host { wall_at_start, started, ahead_secs, fast_ppm }))
     }
 
     /// A clock that shows what it was last told: simulated time, a recording's, or a test's. Before
     /// the first telling it shows [`Time::EPOCH`].
     pub fn told() -> Clock {
-        Clock(Arc::new(Kind::Told(AtomicI64::new(0))))
+        Clock(Arc::new(Kind::Told { nanos: AtomicI64::new(0), ahead_nanos: AtomicI64::new(0) }))
     }
 
     /// The time of the session.
@@ -52,7 +53,7 @@ impl Clock {
                 let truth = *wall_at_start + elapsed;
                 Time::from_nanos(truth.nanos().saturating_add((ahead_secs * 1e9) as i64))
             }
-            Kind::Told(nanos) => Time::from_nanos(nanos.load(Ordering::Acquire)),
+            Kind::Told { nanos, .. } => Time::from_nanos(nanos.load(Ordering::Acquire)),
         }
     }
 
@@ -61,13 +62,34 @@ impl Clock {
     pub fn tell(&self, now: Time) -> bool {
         match &*self.0 {
             Kind::Host { .. } => false,
-            Kind::Told(nanos) => nanos.fetch_max(now.nanos(), Ordering::AcqRel) < now.nanos(),
+            Kind::Told { nanos, .. } => {
+                nanos.fetch_max(now.nanos(), Ordering::AcqRel) < now.nanos()
+            }
+        }
+    }
+
+    /// From now on the session's time is so far ahead of the simulated time by which messages are
+    /// stamped [ns].
+    pub fn run_ahead(&self, of_stamps_nanos: i64) {
+        if let Kind::Told { ahead_nanos, .. } = &*self.0 {
+            ahead_nanos.store(of_stamps_nanos, Ordering::Release);
+        }
+    }
+
+    /// A stamp by simulated time, in the session's time; a host's clock changes nothing.
+    pub fn session_from_stamp(&self, stamp: Time) -> Time {
+        match &*self.0 {
+            Kind::Host { .. } => stamp,
+            Kind::Told { ahead_nanos, .. } => {
+                let nanos = stamp.nanos().saturating_add(ahead_nanos.load(Ordering::Acquire));
+                Time::from_nanos(nanos)
+            }
         }
     }
 
     /// Whether the time is told (simulated) rather than the host's.
     pub fn is_told(&self) -> bool {
-        matches!(*self.0, Kind::Told(_))
+        matches!(*self.0, Kind::Told { .. })
     }
 
     /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero
@@ -77,7 +99,7 @@ impl Clock {
             Kind::Host { wall_at_start, started, .. } => {
                 wall().nanos_since(*wall_at_start + started.elapsed())
             }
-            Kind::Told(_) => 0,
+            Kind::Told { .. } => 0,
         }
     }
 }
@@ -91,13 +113,29 @@ pub fn wall() -> Time {
     Time::from_nanos(nanos)
 }
 
+/// A moment of the machine's monotonic clock, which goes on while the machine sleeps: a laptop's closed lid
+/// is a silence, and no step of the wall clock.
+#[derive(Clone, Copy, Debug)]
+struct Moment(Duration);
+
+impl Moment {
+    fn now() -> Moment {
+        let now = clock_gettime(ClockId::Boottime);
+        Moment(Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+    }
+
+    fn elapsed(self) -> Duration {
+        Moment::now().0.saturating_sub(self.0)
+    }
+}
+
 /// How long our own work takes, by the machine's monotonic clock: pacing, which no result depends on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stopwatch(Instant);
+pub(crate) struct Stopwatch(Moment);
 
 impl Stopwatch {
     pub(crate) fn start() -> Stopwatch {
-        Stopwatch(Instant::now())
+        Stopwatch(Moment::now())
     }
 
     pub(crate) fn elapsed(&self) -> Duration {

@@ -12,6 +12,8 @@ use teampulse_timefilter::clock::{
     OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
 };
 
+use crate::computers::{SIMULATED, is_simulated};
+use crate::data::{Data, EventKind};
 use crate::qos::{Durability, Qos};
 use crate::stream::{About, Shape, Stream, StreamId};
 
@@ -20,6 +22,16 @@ use owner::Owner;
 
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
+
+/// The topic of simulated time. What happens to it is told by events of the session of the kind `clock`,
+/// of which the label begins with this name: `/clock jumped back`.
+pub const SIMULATED_CLOCK: &str = "/clock";
+
+/// Whether simulated time broke: it jumped, stopped or goes on.
+pub(crate) fn breaks_simulated_time(data: &Data) -> bool {
+    let of_clock = |label: &str| label.split(' ').next() == Some(SIMULATED_CLOCK);
+    matches!(data, Data::Event(event) if event.kind == EventKind::Clock && of_clock(&event.label))
+}
 
 /// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study. Of messages the
 /// last word of the topic is the device: `[clocks.imu]` for `/strap/imu`.
@@ -68,8 +80,10 @@ pub struct Clocks {
     places: BTreeMap<Owner, usize>,
     /// The clock of each stream, by its id.
     of: Vec<Option<Placed>>,
-    /// By topic, the streams of messages that have a clock.
-    messages: BTreeMap<String, Vec<StreamId>>,
+    /// By topic, the streams that have a clock.
+    streams: BTreeMap<String, Vec<StreamId>>,
+    /// How often simulated time broke.
+    simulated_epoch: u32,
 }
 
 /// How times come about.
@@ -154,6 +168,10 @@ impl Clocks {
         }
         let Placed { clock, latency } = self.placed(id, stream, stamps);
         let Clock { owner, model, .. } = &mut self.at_work[clock];
+        let is_message = matches!(stream.shape, Shape::Message(_));
+        if matches!((&self.way, &owner), (Way::Retimed, Owner::Computer(_))) && !is_message {
+            return stamped;
+        }
         if let Way::Collecting(hindsight) = &self.way {
             hindsight.push(owner, stamps);
         }
@@ -170,7 +188,7 @@ impl Clocks {
     /// From now on the stamps of the streams of this name are by the clock of this computer.
     pub(crate) fn stamped_by(&mut self, stream: String, computer: String) {
         if self.computers.get(&stream) != Some(&computer) {
-            for id in self.messages.remove(&stream).unwrap_or_default() {
+            for id in self.streams.remove(&stream).unwrap_or_default() {
                 self.of[id.0 as usize] = None;
             }
             self.computers.insert(stream, computer);
@@ -181,6 +199,11 @@ impl Clocks {
     pub(crate) fn probed(&mut self, computer: String, probe: &Probe) {
         let clock = self.owned_by(&Owner::Computer(computer), 0.0);
         self.at_work[clock].model.probe(probe);
+    }
+
+    /// Simulated time broke.
+    pub(crate) fn begin_epoch_of_simulated_time(&mut self) {
+        self.simulated_epoch += 1;
     }
 
     /// Time passes; gives what happened to clocks, each with the clock's name.
@@ -203,7 +226,11 @@ impl Clocks {
     /// What is known of the clock of a stream; `None` before its first sample.
     pub(crate) fn state(&self, id: StreamId) -> Option<ClockState> {
         let Placed { clock, latency } = (*self.of.get(id.0 as usize)?)?;
-        let state = self.at_work[clock].model.state();
+        let Clock { owner, model, .. } = &self.at_work[clock];
+        let mut state = model.state();
+        if *owner == Owner::Host {
+            state.epoch += self.simulated_epoch;
+        }
         let uncertainty_secs = state.uncertainty_secs.hypot(latency.uncertainty_secs);
         Some(ClockState { uncertainty_secs, ..state })
     }
@@ -212,7 +239,11 @@ impl Clocks {
     pub(crate) fn complaint(&self, id: StreamId) -> Option<String> {
         let clock = self.clock(id)?;
         let secs = clock.off_secs?;
-        Some(format!("the clock of {} is {secs:+.3} s off", clock.owner))
+        Some(if is_simulated(secs) {
+            format!("{} {SIMULATED}", clock.owner)
+        } else {
+            format!("the clock of {} is {secs:+.3} s off", clock.owner)
+        })
     }
 
     fn clock(&self, id: StreamId) -> Option<&Clock> {
@@ -231,31 +262,33 @@ impl Clocks {
         if self.of.len() <= index {
             self.of.resize(index + 1, None);
         }
-        let mut placed = Placed { clock, latency: NO_LATENCY };
-        if matches!(stream.shape, Shape::Message(_)) {
-            self.messages.entry(stream.name.clone()).or_default().push(id);
-            placed.latency = self.latency_of(stream);
-        }
+        let is_message = matches!(stream.shape, Shape::Message(_));
+        let latency = if is_message { self.latency_of(stream) } else { NO_LATENCY };
+        let placed = Placed { clock, latency };
+        self.streams.entry(stream.name.clone()).or_default().push(id);
         self.of[index] = Some(placed);
         placed
     }
 
     /// Whose clock stamps a stream. Messages of which it was never told who sent them are stamped
     /// by their subject: a robot is one computer until more is known. What another computer has
-    /// stamped in our own shapes, it has placed by the device's clock already: that is believed.
+    /// stamped in our own shapes, it has placed by the device's clock already, in its own time.
     fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
         let device = || stream.device.clone();
+        let computer = self.computers.get(&stream.name).map(String::as_str);
+        match (&stream.shape, computer) {
+            (Shape::Event, Some(SIMULATED_TIME)) if is_kept(stream) => return Owner::Kept(id),
+            (_, Some(SIMULATED_TIME)) => return Owner::Host,
+            (_, Some(computer)) => return Owner::Computer(computer.to_owned()),
+            (_, None) => {}
+        }
         match &stream.shape {
-            Shape::Message(_) => Owner::Computer(match self.computers.get(&stream.name) {
-                Some(computer) if computer == SIMULATED_TIME => return Owner::Host,
-                Some(computer) => computer.clone(),
-                None if stream.about == About::Session => stream.name.clone(),
-                None => stream.id.clone(),
-            }),
-            Shape::Event if is_kept(stream) => Owner::Kept(id),
-            _ if stream.device.is_empty() || self.computers.contains_key(&stream.name) => {
-                Owner::Host
+            Shape::Message(_) if stream.about == About::Session => {
+                Owner::Computer(stream.name.clone())
             }
+            Shape::Message(_) => Owner::Computer(stream.id.clone()),
+            Shape::Event if is_kept(stream) => Owner::Kept(id),
+            _ if stream.device.is_empty() => Owner::Host,
             _ if stamps.device.is_some() => Owner::Device(stream.subject(), device()),
             Shape::Sample | Shape::Wave if stream.rate_hz > 0.0 => Owner::Counted(id, device()),
             _ => Owner::Host,
@@ -345,83 +378,4 @@ pub(crate) const UNKNOWN: ClockState = ClockState {
 };
 
 #[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use super::*;
-    use crate::stream::{Schema, Subject};
-
-    fn clocks_of(clocks: &Clocks) -> Vec<Option<usize>> {
-        clocks.of.iter().map(|placed| placed.map(|placed| placed.clock)).collect()
-    }
-
-    const STREAMS: u32 = 100_000;
-    const NOW: i64 = 1_700_000_000_000_000_000;
-
-    fn messages(number: u32, schema: &Arc<Schema>) -> Stream {
-        let subject = Subject::robot(format!("robot{number}"));
-        Stream::raw(format!("/robot{number}/x"), subject, Shape::Message(Arc::clone(schema)))
-    }
-
-    fn schema() -> Arc<Schema> {
-        let name = "test_msgs/msg/Any".into();
-        Arc::new(Schema { name, encoding: String::new(), text: String::new(), hash: String::new() })
-    }
-
-    /// Would take hours if each were compared with all others.
-    #[test]
-    fn a_device_is_called_by_its_last_word_or_that_of_its_topic() {
-        let mut stream = Stream::raw("/strap/imu", Subject::robot("strap"), Shape::Sample);
-        assert_eq!(device_of(&stream), "imu");
-        stream.device = "power/state".into();
-        assert_eq!(device_of(&stream), "state");
-    }
-
-    #[test]
-    fn what_another_computer_has_stamped_in_our_shapes_is_believed() {
-        let person = Subject { about: crate::stream::About::Person, id: "p001".into() };
-        let mut stream = Stream::raw("/humans/persons/p001/strap/ecg", person, Shape::Wave);
-        (stream.device, stream.rate_hz) = ("strap".into(), 128.0);
-        let stamps =
-            Stamps { device: Some(7), source: Some(NOW - 300_000_000), ..Stamps::arrived(NOW) };
-        let mut clocks = Clocks::default();
-        clocks.stamped_by(stream.name.clone(), "computer1".into());
-        let corrected = clocks.correct(StreamId(0), &stream, &stamps);
-        assert_eq!(corrected.measured, NOW - 300_000_000);
-    }
-
-    #[test]
-    fn a_hundred_thousand_computers_have_a_clock_each() {
-        let (mut clocks, schema) = (Clocks::default(), schema());
-        for round in 0..3 {
-            for number in 0..STREAMS {
-                let stream = messages(number, &schema);
-                let arrival = NOW + round * 1_000_000_000 + i64::from(number);
-                let stamps = Stamps { source: Some(arrival - 1_000), ..Stamps::arrived(arrival) };
-                let corrected = clocks.correct(StreamId(number), &stream, &stamps);
-                assert_eq!(corrected.measured, arrival - 1_000);
-                if round == 1 {
-                    clocks.stamped_by(stream.name, format!("computer{number}"));
-                }
-            }
-            assert_eq!(clocks.tick(NOW + (round + 1) * 1_000_000_000).len(), 0);
-        }
-        let (of_robots, of_computers) = (STREAMS as usize, STREAMS as usize);
-        assert_eq!(clocks.at_work.len(), of_robots + of_computers);
-        assert!((0..STREAMS).all(|number| clocks.state(StreamId(number)).is_some()));
-    }
-
-    #[test]
-    fn a_stream_keeps_its_clock_when_another_is_told_whose_it_is() {
-        let (mut clocks, schema) = (Clocks::default(), schema());
-        let stamps = Stamps { source: Some(NOW), ..Stamps::arrived(NOW) };
-        for number in 0..2 {
-            clocks.correct(StreamId(number), &messages(number, &schema), &stamps);
-        }
-        clocks.stamped_by("/robot1/x".into(), "laptop".into());
-        assert_eq!(clocks_of(&clocks), [Some(0), None]);
-        clocks.correct(StreamId(1), &messages(1, &schema), &stamps);
-        assert_eq!(clocks_of(&clocks), [Some(0), Some(2)]);
-        assert_eq!(clocks.at_work[2].owner, Owner::Computer("laptop".into()));
-    }
-}
+mod tests;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use teampulse_timefilter::clock::Probe;
 
 use crate::data::{Data, Event, EventKind};
+use crate::publishers;
 use crate::qos::Qos;
 use crate::stream::{Shape, Signal, Stream, Subject};
 use crate::time::Time;
@@ -15,8 +16,21 @@ const STAMPED_BY: &str = "/teampulse/stamped_by";
 /// The topic on which probes of other computers' clocks are told.
 const PROBES: &str = "/teampulse/clock_probes";
 
-/// The topics of what is told of computers' clocks: too often to be shown to people.
-pub const UNTOLD: [&str; 2] = [STAMPED_BY, PROBES];
+/// The topics of what is told of computers' clocks, and of publishers: too often to be shown to people.
+pub const UNTOLD: [&str; 3] = [STAMPED_BY, PROBES, publishers::TOPIC];
+
+/// No clock is so far behind [s]: stamps that are, such as those of a simulation that began at 0, are of
+/// simulated time. Ten years.
+const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;
+
+/// Whether stamps that are so far off [s] are of simulated time, and no clock's.
+pub fn is_simulated(offset_secs: f64) -> bool {
+    offset_secs < -SIMULATED_SECS
+}
+
+/// What is said of stamps that are, in a session that keeps another time.
+pub const SIMULATED: &str =
+    "stamps by simulated time: set clock = \"/clock\" below [session] to follow it";
 
 /// What is told of another computer's clock.
 #[derive(Clone, Debug, PartialEq)]

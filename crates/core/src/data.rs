@@ -7,6 +7,7 @@ use bytes::Bytes;
 
 use crate::status::StreamStatus;
 use crate::stream::{Stream, words};
+use crate::text::{self, LONGEST_LABEL, LONGEST_NAME};
 
 /// What a sample holds: a closed set of shapes, not of sensors. A new sensor needs no new shape.
 #[derive(Clone, Debug)]
@@ -25,6 +26,29 @@ pub enum Data {
     Description(Arc<Stream>),
     /// A ROS message from elsewhere, byte for byte: CDR with its four-byte header.
     Message(Bytes),
+}
+
+impl Data {
+    /// The same data with their texts [cut and cleaned](crate::text); a message from elsewhere stays as it
+    /// came.
+    #[must_use]
+    pub fn cleaned(self) -> Data {
+        match self {
+            Data::Event(event) if !text::is_clean(&event.label, LONGEST_LABEL) => {
+                let mut event = Arc::unwrap_or_clone(event);
+                event.label = text::label(event.label, LONGEST_LABEL);
+                Data::Event(Arc::new(event))
+            }
+            Data::Status(status) if !status.is_clean() => {
+                let mut status = Arc::unwrap_or_clone(status);
+                status.name = text::name(status.name, 2 * LONGEST_NAME);
+                status.reason = text::label(status.reason, LONGEST_LABEL);
+                Data::Status(Arc::new(status))
+            }
+            // A stream is cleaned where it is declared or decoded.
+            other => other,
+        }
+    }
 }
 
 /// A run of samples with one period: what a device gives in one notification.

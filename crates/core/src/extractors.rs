@@ -1,26 +1,58 @@
 //! Features at work: which extractor hears which stream.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
 use std::sync::Arc;
 
 use crate::data::Data;
 use crate::feature::{Emitted, Extractor, Feature, OutputId, Outputs, Scope};
+use crate::panics::{Panic, caught};
 use crate::sample::{Sample, Turn};
 use crate::stream::{Stream, StreamId, Subject};
 use crate::time::Time;
 
 /// All features of a session at work.
+///
+/// An extractor that panics is left out from then on, and so is a feature that can't even say what it
+/// accepts; all others go on.
 pub(crate) struct Extractors {
-    features: Vec<Arc<dyn Feature>>,
+    /// By name; without the feature where that has panicked.
+    features: Vec<(&'static str, Option<Arc<dyn Feature>>)>,
     at_work: Vec<AtWork>,
     /// By feature and what shares an extractor.
     shared: BTreeMap<(usize, Sharing), usize>,
     /// Who listens to a stream, by its id.
     listeners: BTreeMap<StreamId, Vec<usize>>,
+    broken: Vec<Broken>,
+}
+
+/// A feature with the name that it has in a study.
+pub type NamedFeature = (&'static str, Arc<dyn Feature>);
+
+/// What panicked, and is left out.
+#[derive(Clone, Debug)]
+pub struct Broken {
+    /// The feature.
+    pub feature: &'static str,
+    /// The stream or subject of what is left out; empty for what is about all together.
+    pub about: String,
+    /// The panic.
+    pub panic: Panic,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Broken { feature, about, panic } = self;
+        let of = if about.is_empty() { "" } else { " of " };
+        write!(f, "feature {feature}{of}{about} panicked and is left out from now on: {panic}")
+    }
 }
 
 struct AtWork {
-    extractor: Box<dyn Extractor>,
+    feature: &'static str,
+    about: String,
+    /// `None` once it has panicked.
+    extractor: Option<Box<dyn Extractor>>,
     outputs: Outputs,
     /// The ids of its outputs, in the order of their declaration.
     ids: Vec<StreamId>,
@@ -49,40 +81,72 @@ pub(crate) struct Output {
 }
 
 impl Extractors {
-    pub(crate) fn new(features: Vec<Arc<dyn Feature>>) -> Extractors {
-        let (shared, listeners) = (BTreeMap::new(), BTreeMap::new());
-        Extractors { features, at_work: Vec::new(), shared, listeners }
-    }
-
-    /// A stream was declared: every feature that accepts it joins.
-    pub(crate) fn join(&mut self, id: StreamId, stream: &Stream, given: &mut VecDeque<Given>) {
-        for feature in 0..self.features.len() {
-            if !self.features[feature].accepts(stream) {
-                continue;
-            }
-            let index = self.at_work_on(feature, id, stream);
-            let listeners = self.listeners.entry(id).or_default();
-            if !listeners.contains(&index) {
-                listeners.push(index);
-            }
-            let at_work = &mut self.at_work[index];
-            at_work.extractor.join(id, stream, &mut at_work.outputs);
-            at_work.hand_on(index, given);
+    pub(crate) fn new(features: Vec<NamedFeature>) -> Extractors {
+        let features = features.into_iter().map(|(name, feature)| (name, Some(feature)));
+        Extractors {
+            features: features.collect(),
+            at_work: Vec::new(),
+            shared: BTreeMap::new(),
+            listeners: BTreeMap::new(),
+            broken: Vec::new(),
         }
     }
 
-    /// The extractor of a feature for a stream, begun if there is none yet.
-    fn at_work_on(&mut self, feature: usize, id: StreamId, stream: &Stream) -> usize {
-        let sharing = match self.features[feature].scope() {
-            Scope::Stream => Sharing::Stream(id),
-            Scope::Subject => Sharing::Subject(stream.subject()),
-            Scope::Session => Sharing::Session,
+    /// A stream was declared: every feature that accepts it joins. None hears what a second publisher of
+    /// a person's topic sent.
+    pub(crate) fn join(&mut self, id: StreamId, stream: &Stream, given: &mut VecDeque<Given>) {
+        if stream.beside().is_some() {
+            return;
+        }
+        for feature in 0..self.features.len() {
+            match self.at_work_on(feature, id, stream) {
+                Ok(None) => {}
+                Ok(Some(index)) => {
+                    let listeners = self.listeners.entry(id).or_default();
+                    if !listeners.contains(&index) {
+                        listeners.push(index);
+                    }
+                    let at_work = &mut self.at_work[index];
+                    let joins = |extractor: &mut dyn Extractor, outputs: &mut Outputs| {
+                        extractor.join(id, stream, outputs);
+                    };
+                    self.broken.extend(at_work.call(index, given, joins));
+                }
+                Err(panic) => {
+                    let (name, begins) = &mut self.features[feature];
+                    *begins = None;
+                    self.broken.push(Broken { feature: name, about: stream.name.clone(), panic });
+                }
+            }
+        }
+    }
+
+    /// The extractor of a feature for a stream, begun if there is none yet; `None` where the feature
+    /// does not accept the stream.
+    fn at_work_on(
+        &mut self,
+        feature: usize,
+        id: StreamId,
+        stream: &Stream,
+    ) -> Result<Option<usize>, Panic> {
+        let (name, Some(begins)) = &self.features[feature] else { return Ok(None) };
+        if !caught(|| begins.accepts(stream))? {
+            return Ok(None);
+        }
+        let (sharing, about) = match caught(|| begins.scope())? {
+            Scope::Stream => (Sharing::Stream(id), stream.name.clone()),
+            Scope::Subject => (Sharing::Subject(stream.subject()), stream.id.clone()),
+            Scope::Session => (Sharing::Session, String::new()),
         };
-        *self.shared.entry((feature, sharing)).or_insert_with(|| {
-            let extractor = self.features[feature].start(stream);
-            self.at_work.push(AtWork { extractor, outputs: Outputs::new(), ids: Vec::new() });
-            self.at_work.len() - 1
-        })
+        if let Some(index) = self.shared.get(&(feature, sharing.clone())) {
+            return Ok(Some(*index));
+        }
+        let extractor = Some(caught(|| begins.start(stream))?);
+        let (outputs, ids) = (Outputs::new(), Vec::new());
+        self.at_work.push(AtWork { feature: name, about, extractor, outputs, ids });
+        let index = self.at_work.len() - 1;
+        self.shared.insert((feature, sharing), index);
+        Ok(Some(index))
     }
 
     /// An output that was declared has this id in the session.
@@ -103,26 +167,79 @@ impl Extractors {
     pub(crate) fn push(&mut self, sample: &Sample, given: &mut VecDeque<Given>) {
         let Some(listeners) = self.listeners.get(&sample.stream) else { return };
         for &index in listeners {
-            let at_work = &mut self.at_work[index];
-            match sample.turn {
-                Turn::OnTime => at_work.extractor.push(sample, &mut at_work.outputs),
-                Turn::Late => at_work.extractor.push_late(sample, &mut at_work.outputs),
-                Turn::Duplicate => {}
-            }
-            at_work.hand_on(index, given);
+            let broken =
+                self.at_work[index].call(index, given, |extractor, outputs| match sample.turn {
+                    Turn::OnTime => extractor.push(sample, outputs),
+                    Turn::Late => extractor.push_late(sample, outputs),
+                    Turn::Duplicate | Turn::Excess => {}
+                });
+            self.broken.extend(broken);
         }
     }
 
     /// Time passes for all.
     pub(crate) fn tick(&mut self, now: Time, given: &mut VecDeque<Given>) {
         for (index, at_work) in self.at_work.iter_mut().enumerate() {
-            at_work.extractor.tick(now, &mut at_work.outputs);
-            at_work.hand_on(index, given);
+            let ticks = |extractor: &mut dyn Extractor, outputs: &mut Outputs| {
+                extractor.tick(now, outputs);
+            };
+            self.broken.extend(at_work.call(index, given, ticks));
         }
+    }
+
+    /// None could hear anything until then.
+    pub(crate) fn stood_still(&mut self, until: Time, given: &mut VecDeque<Given>) {
+        for (index, at_work) in self.at_work.iter_mut().enumerate() {
+            let waits = |extractor: &mut dyn Extractor, _: &mut Outputs| {
+                extractor.stood_still(until);
+            };
+            self.broken.extend(at_work.call(index, given, waits));
+        }
+    }
+
+    /// What has panicked since this was last asked.
+    pub(crate) fn take_broken(&mut self) -> Vec<Broken> {
+        std::mem::take(&mut self.broken)
+    }
+
+    /// Lets go of all features: what they gave stays.
+    pub(crate) fn leave_out_all(&mut self) {
+        self.features.clear();
+        self.listeners.clear();
+        self.at_work.iter_mut().for_each(AtWork::leave_out);
     }
 }
 
 impl AtWork {
+    /// Calls the extractor and hands on what it gives. What it gave in a call that panicked is let go
+    /// of, and so is the extractor.
+    fn call(
+        &mut self,
+        by: usize,
+        given: &mut VecDeque<Given>,
+        work: impl FnOnce(&mut dyn Extractor, &mut Outputs),
+    ) -> Option<Broken> {
+        let extractor = self.extractor.as_deref_mut()?;
+        match caught(|| work(extractor, &mut self.outputs)) {
+            Ok(()) => {
+                self.hand_on(by, given);
+                None
+            }
+            Err(panic) => {
+                self.leave_out();
+                Some(Broken { feature: self.feature, about: self.about.clone(), panic })
+            }
+        }
+    }
+
+    fn leave_out(&mut self) {
+        let extractor = self.extractor.take();
+        // What is half done may panic once more when it is dropped.
+        drop(caught(|| drop(extractor)));
+        self.outputs.news.clear();
+        self.outputs.emitted.clear();
+    }
+
     fn hand_on(&mut self, by: usize, given: &mut VecDeque<Given>) {
         for id in self.outputs.news.drain(..) {
             let stream = Box::new(self.outputs.declared[id.0].clone());

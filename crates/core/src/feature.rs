@@ -50,6 +50,10 @@ pub trait Extractor: Send {
 
     /// Time passes. Called every 100 ms of the session, after all samples taken before it.
     fn tick(&mut self, _now: Time, _out: &mut Outputs) {}
+
+    /// Until then, a moment that is still to come, teampulse itself did not run: what was not heard may
+    /// have been there.
+    fn stood_still(&mut self, _until: Time) {}
 }
 
 /// What an extractor gives.

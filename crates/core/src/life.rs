@@ -1,7 +1,10 @@
 //! The life of a stream: how it is judged, on ticks, from its rate, its age and its losses.
 
+mod pace;
+
 use std::collections::VecDeque;
 
+use pace::Pace;
 use teampulse_timefilter::clock::ClockState;
 
 use crate::status::{SIGMAS_95, State, StreamStatus};
@@ -16,13 +19,15 @@ const DELAYS: usize = 32;
 const LEARNED_FROM: u64 = 5;
 const LEARNED_FROM_SECS: f64 = 2.0;
 const LEARNED_WITHIN_SECS: f64 = 60.0;
-/// The shortest time over which a rate is counted [s].
-const SHORTEST_SECS: f64 = 0.2;
+/// A rate was kept up when it held for so many seconds: a burst after a pause raises it for as long as
+/// one counts, which is less.
+const KEPT_UP_SECS: usize = 13;
+/// How often it is told of a stream that nothing ever came of: there may be thousands.
+const SILENT_SECS: u32 = 30;
 
 /// What is counted of a stream within one second.
 #[derive(Clone, Copy, Debug, Default)]
 struct Second {
-    samples: u64,
     lost: u64,
     late: u64,
     duplicates: u64,
@@ -41,10 +46,14 @@ pub(crate) struct Life {
     seconds: VecDeque<Second>,
     current: Second,
     newest: Option<Time>,
+    /// Until when nothing could be heard, as this process did not run.
+    deaf_until: Option<Time>,
+    /// How many seconds passed before anything came.
+    silent_secs: u32,
     received: u64,
-    /// How many samples there were in all that was received, and in the last of it.
-    samples: u64,
-    newest_samples: u64,
+    pace: Pace,
+    /// The rates of the last seconds, while it is learned which is usual [Hz].
+    held_hz: VecDeque<f64>,
     lost_source: Option<u64>,
     lost_queue: u64,
     late: u64,
@@ -68,9 +77,11 @@ impl Life {
             seconds: VecDeque::with_capacity(WINDOW_SECS + 1),
             current: Second::default(),
             newest: None,
+            deaf_until: None,
+            silent_secs: 0,
             received: 0,
-            samples: 0,
-            newest_samples: 0,
+            pace: Pace::default(),
+            held_hz: VecDeque::new(),
             lost_source: None,
             lost_queue: 0,
             late: 0,
@@ -105,9 +116,7 @@ impl Life {
         self.first.get_or_insert(log_time);
         self.newest = Some(log_time);
         self.received += 1;
-        self.newest_samples = samples.into();
-        self.samples = self.samples.saturating_add(self.newest_samples);
-        self.current.samples = self.current.samples.saturating_add(self.newest_samples);
+        self.pace.arrived(samples.into(), log_time);
         self.ahead_secs = source_time.map_or(f64::NAN, |stamp| stamp.secs_since(log_time));
         if measured != log_time {
             self.delays_secs.push_back(log_time.secs_since(measured));
@@ -117,10 +126,21 @@ impl Life {
         }
     }
 
+    /// A sample was taken that was published before anybody listened: it tells nothing of the rate.
+    pub(crate) fn was_given_history(&mut self, log_time: Time) {
+        self.newest = Some(log_time);
+        self.received += 1;
+    }
+
     /// The sample just taken came out of its turn.
     pub(crate) fn was_late(&mut self) {
         self.late += 1;
         self.current.late += 1;
+    }
+
+    /// Until then nothing could be heard: a silence counts from there.
+    pub(crate) fn stood_still(&mut self, until: Time) {
+        self.deaf_until = self.deaf_until.max(Some(until));
     }
 
     /// The sample just taken came twice.
@@ -154,6 +174,9 @@ impl Life {
     /// A whole second of the session has passed: it is `now`.
     pub(crate) fn second(&mut self, now: Time) {
         self.now = now;
+        if self.newest.is_none() {
+            self.silent_secs = self.silent_secs.saturating_add(1);
+        }
         self.seconds.push_back(std::mem::take(&mut self.current));
         if self.seconds.len() > WINDOW_SECS {
             self.seconds.pop_front();
@@ -161,6 +184,12 @@ impl Life {
         if !self.declared && !self.irregular {
             self.learn();
         }
+    }
+
+    /// Whether its status is due: every second once something came; before that in the first second
+    /// and now and then.
+    pub(crate) fn is_due(&self) -> bool {
+        self.newest.is_some() || self.silent_secs % SILENT_SECS == 1
     }
 
     /// Learns the rate in the first minute: the fastest that it kept up, so that a silence within
@@ -172,12 +201,18 @@ impl Life {
         if !enough || self.now.secs_since(first) > LEARNED_WITHIN_SECS {
             return;
         }
-        let rate_hz = if between_secs < WINDOW_SECS as f64 {
-            (self.samples - self.newest_samples) as f64 / between_secs
+        let silent_secs = self.now.secs_since(newest);
+        if self.expected_hz.is_some_and(|hz| is_stale(silent_secs, hz)) {
+            return;
+        }
+        self.held_hz.push_back(self.pace.rate_hz(self.now));
+        let kept_up_hz = self.held_hz.iter().copied().fold(f64::INFINITY, f64::min);
+        if self.held_hz.len() <= KEPT_UP_SECS {
+            self.expected_hz = Some(kept_up_hz);
         } else {
-            self.rate_hz()
-        };
-        self.expected_hz = Some(self.expected_hz.map_or(rate_hz, |known| known.max(rate_hz)));
+            self.held_hz.pop_front();
+            self.expected_hz = self.expected_hz.map(|known| known.max(kept_up_hz));
+        }
     }
 
     /// How the stream of this name is doing at `now`; its clock is as `clock` says, with what is
@@ -194,7 +229,7 @@ impl Life {
             name: name.to_owned(),
             state,
             reason,
-            rate_hz: self.rate_hz(),
+            rate_hz: self.pace.rate_hz(now),
             age_secs: self.newest.map_or(f64::NAN, |newest| now.secs_since(newest)),
             received: self.received,
             lost_source: self.lost_source,
@@ -218,13 +253,13 @@ impl Life {
             return (State::Never, reason.into());
         };
         let age_secs = now.secs_since(newest);
+        let silent_secs = now.secs_since(self.heard_since(newest));
         if let Some(expected_hz) = self.expected_hz {
-            let period_secs = 1.0 / expected_hz;
             let silent = || format!("silent for {age_secs:.1} s");
-            if age_secs > f64::max(10.0 * period_secs, 5.0) {
+            if silent_secs > f64::max(10.0 / expected_hz, 5.0) {
                 return (State::Dead, silent());
             }
-            if age_secs > f64::max(3.0 * period_secs, 1.0) {
+            if is_stale(silent_secs, expected_hz) {
                 return (State::Stale, silent());
             }
         }
@@ -232,6 +267,11 @@ impl Life {
             Some(reason) => (State::Degraded, reason),
             None => (State::Ok, String::new()),
         }
+    }
+
+    /// That moment, or when it could be heard again after it.
+    fn heard_since(&self, moment: Time) -> Time {
+        self.deaf_until.map_or(moment, |until| until.max(moment))
     }
 
     /// What is wrong with a stream that does come, with what is wrong with its clock.
@@ -265,18 +305,11 @@ impl Life {
 
     fn too_slow(&self) -> Option<String> {
         let expected_hz = self.expected_hz?;
-        let rate_hz = self.rate_hz();
-        let watched_secs = self.now.secs_since(self.first?);
+        let rate_hz = self.pace.rate_hz(self.now);
+        let watched_secs = self.now.secs_since(self.heard_since(self.first?));
         let whole_window = watched_secs > WINDOW_SECS as f64 + 1.0;
         (whole_window && rate_hz < 0.8 * expected_hz && expected_hz * WINDOW_SECS as f64 >= 5.0)
             .then(|| format!("{rate_hz:.1} Hz instead of {expected_hz:.1} Hz"))
-    }
-
-    /// The rate of samples over the window, or from the first sample on [Hz].
-    fn rate_hz(&self) -> f64 {
-        let Some(first) = self.first else { return 0.0 };
-        let secs = self.now.secs_since(first).clamp(SHORTEST_SECS, WINDOW_SECS as f64);
-        self.sum(|second| second.samples) as f64 / secs
     }
 
     fn sum(&self, count: impl Fn(&Second) -> u64) -> u64 {
@@ -290,8 +323,15 @@ impl Life {
     }
 }
 
+/// Whether a stream of a rate [Hz] is silent for longer than it should be.
+fn is_stale(silent_secs: f64, expected_hz: f64) -> bool {
+    silent_secs > f64::max(3.0 / expected_hz, 1.0)
+}
+
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     fn status(life: &Life, now: Time) -> StreamStatus {
@@ -315,6 +355,43 @@ mod tests {
     fn a_stream_that_never_came_is_never_fine() {
         let life = Life::new(5.0);
         assert_eq!(status(&life, Time::from_nanos(1)).state, State::Never);
+    }
+
+    #[test]
+    fn what_was_not_heard_while_nothing_could_be_heard_was_not_silent() {
+        let mut life = Life::new(5.0);
+        let stopped = live(&mut life, 0, 20, 5);
+        let woke = stopped + Duration::from_secs(60);
+        life.stood_still(woke);
+        (21..=80).for_each(|second| life.second(Time::from_stamp(second, 0)));
+        assert_eq!(status(&life, woke).state, State::Ok);
+        let back = live(&mut life, 80, 1, 5);
+        assert_eq!(status(&life, back).state, State::Ok, "{}", status(&life, back).reason);
+        let gone = back + Duration::from_secs(6);
+        assert_eq!(status(&life, gone).state, State::Dead);
+        // What did not come back is as silent as it is.
+        let mut life = Life::new(5.0);
+        live(&mut life, 0, 20, 5);
+        life.stood_still(woke);
+        let status = status(&life, woke + Duration::from_secs(6));
+        assert_eq!((status.state, &*status.reason), (State::Dead, "silent for 66.2 s"));
+    }
+
+    #[test]
+    fn a_stream_that_never_came_is_told_of_now_and_then() {
+        let mut life = Life::new(0.0);
+        let told = |life: &mut Life, from_secs: i64, secs: i64| {
+            let seconds = from_secs..from_secs + secs;
+            let due = seconds.filter(|second| {
+                life.second(Time::from_stamp(*second as i32 + 1, 0));
+                life.is_due()
+            });
+            due.count()
+        };
+        assert_eq!(told(&mut life, 0, 10), 1);
+        assert_eq!(told(&mut life, 10, 290), 9);
+        live(&mut life, 300, 1, 5);
+        assert_eq!(told(&mut life, 301, 60), 60, "what came once is told of every second");
     }
 
     #[test]
@@ -378,6 +455,22 @@ mod tests {
         assert_eq!(status(&life, now).state, State::Ok);
         let now = live(&mut life, 41, 2, 0);
         assert_eq!(status(&life, now).state, State::Stale);
+    }
+
+    #[test]
+    fn a_network_that_catches_up_is_not_the_way_it_is() {
+        for (held_up_from, held_up_secs) in [(2, 3), (6, 3), (15, 4), (30, 4)] {
+            let mut life = Life::new(0.0);
+            live(&mut life, 0, held_up_from, 20);
+            live(&mut life, held_up_from, held_up_secs, 0);
+            let resumed = held_up_from + held_up_secs;
+            let at_once = Time::from_nanos(resumed * 1_000_000_000);
+            (0..20 * held_up_secs).for_each(|_| life.arrived(1, at_once, at_once, None));
+            let now = live(&mut life, resumed, 25, 20);
+            assert_eq!(status(&life, now).reason, "", "held up after {held_up_from} s");
+            let now = live(&mut life, resumed + 25, 15, 10);
+            assert_eq!(status(&life, now).reason, "10.0 Hz instead of 20.0 Hz");
+        }
     }
 
     #[test]

@@ -9,8 +9,10 @@ use tokio::sync::Notify;
 
 use crate::clock::Clock;
 use crate::computers::Told;
-use crate::data::Data;
+use crate::data::{Data, Event};
 use crate::loss::Loss;
+use crate::publishers::PublishedBy;
+use crate::pump::session_events;
 use crate::source::Reading;
 use crate::stream::{Stream, StreamId};
 use crate::streams::{Declared, Streams};
@@ -53,6 +55,8 @@ pub(crate) enum Item {
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
     /// Time has passed up to a moment, and nothing came.
     Passed { until: Time },
+    /// Nothing was watched up to a moment, and time did not pass.
+    Paused { until: Time },
     /// So many readings of a stream did not fit in their source's budget.
     Dropped { stream: StreamId, count: u64 },
 }
@@ -232,12 +236,18 @@ impl Outlet {
         self.queue.push(|| Item::Passed { until });
     }
 
+    /// Tells that a recording paused until a time: nothing is concluded from the silence before it.
+    pub fn pause(&self, until: Time) {
+        self.queue.push(|| Item::Paused { until });
+    }
+
     /// Reports that `count` samples of a stream were lost on the way here; NaN says that losses of
     /// this stream can't be known, and 0 that from now on they are. Sum up: one report a burst.
     pub fn lost(&self, stream: StreamId, count: f64) {
         let event = Loss::OnTheWay.event(&self.streams.get(stream).name, count);
         let stream = self.declare(Loss::OnTheWay.stream());
-        let reading = Reading { stream, device_time: None, source_time: None, data: event };
+        let reading =
+            Reading { index: None, stream, device_time: None, source_time: None, data: event };
         let cost = cost(&reading);
         self.push(reading, cost, None);
     }
@@ -255,9 +265,27 @@ impl Outlet {
         self.tell(&Told::Probed { computer: computer.to_owned(), offset_secs, round_trip_secs });
     }
 
+    /// Tells who publishes the topic of a stream, where these are several, and when they are no more.
+    pub fn published_by(&self, stream: StreamId, publishers: &[String]) {
+        let stream = self.streams.get(stream).name.clone();
+        let told = PublishedBy { stream, publishers: publishers.to_vec() };
+        self.hand_over(PublishedBy::stream(), told.event());
+    }
+
+    /// Tells of an event of the session.
+    pub(crate) fn happen(&self, event: Event) {
+        let stream = self.declare(session_events());
+        let data = Data::Event(Arc::new(event));
+        self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
+    }
+
     fn tell(&self, told: &Told) {
-        let (stream, data) = (self.declare(told.stream()), told.event());
-        self.offer(Reading { stream, device_time: None, source_time: None, data });
+        self.hand_over(told.stream(), told.event());
+    }
+
+    fn hand_over(&self, stream: Stream, data: Data) {
+        let stream = self.declare(stream);
+        self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
     }
 
     /// Resolves when the session is over.
@@ -303,7 +331,10 @@ fn cost(reading: &Reading) -> usize {
         + match &reading.data {
             Data::Message(bytes) => bytes.len(),
             Data::Wave(wave) => wave.samples.len() * size_of::<f64>(),
-            _ => 0,
+            Data::Sample(values) => values.len() * size_of::<f64>(),
+            Data::Feature(feature) => feature.values.len() * 2 * size_of::<f64>(),
+            Data::Event(event) => event.label.len(),
+            Data::Status(_) | Data::Description(_) => 0,
         }
 }
 
@@ -315,7 +346,7 @@ mod tests {
 
     fn reading(stream: StreamId, bytes: usize) -> Reading {
         let data = Data::Message(Bytes::from(vec![0; bytes]));
-        Reading { stream, device_time: None, source_time: None, data }
+        Reading { index: None, stream, device_time: None, source_time: None, data }
     }
 
     fn outlet(queue: &Queue) -> (Outlet, StreamId) {

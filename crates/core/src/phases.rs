@@ -11,6 +11,9 @@ use crate::time::Time;
 /// The phase that all others are compared with.
 pub const BASELINE: &str = "baseline";
 
+/// What a phase is called that was told without a name.
+const UNNAMED: &str = "unnamed";
+
 /// Of anybody, the phases after so many are not taken: no study has them, and memory is bounded.
 const MOST_PHASES: usize = 10_000;
 
@@ -28,7 +31,7 @@ pub struct Phase {
 /// The phases of everyone in a session, as they are told.
 ///
 /// A phase begins when its event was measured. It ends after the length that it was told with, else at
-/// the begin of the next one, else with the session. A subject of which phases are told on a stream of
+/// the begin of the next one, or of one without a name, else with the session. A subject of which phases are told on a stream of
 /// its own has those from then on; everyone else has the session's.
 #[derive(Debug, Default)]
 pub struct Phases {
@@ -102,16 +105,24 @@ impl Phases {
     }
 }
 
-/// A phase begins, and the one before it is over; whether it is one.
+/// What a phase is called that is told with a label: `None` of one that only ends the one before.
+pub fn name_of(label: &str) -> Option<&str> {
+    let is_blank = label.trim().is_empty();
+    (!label.is_empty()).then_some(if is_blank { UNNAMED } else { label })
+}
+
+/// A phase begins, and the one before it is over; whether anything changed. One without a name only ends
+/// the one before.
 fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
     let is_next = phases.last().is_none_or(|last| last.begin <= at);
     if !is_next || phases.len() == MOST_PHASES {
         return false;
     }
     cut(phases, at);
+    let Some(label) = name_of(&event.label) else { return true };
     let length_ns = event.duration_secs * 1e9;
     let end = (length_ns > 0.0).then(|| at.nanos().saturating_add(length_ns.round() as i64));
-    let label = event.label.clone();
+    let label = label.to_owned();
     phases.push(Phase { label, begin: at, end: end.map(Time::from_nanos) });
     true
 }
@@ -221,6 +232,14 @@ mod tests {
         assert!(!happen(&mut phases, OWN, 20, event(EventKind::Clock, END)));
         assert!(!tell(&mut phases, StreamId(7), 20, "task", f64::NAN));
         assert_eq!(told(&phases, &person()), [("baseline".to_owned(), 10.0, None)]);
+    }
+
+    #[test]
+    fn a_phase_without_a_name_only_ends_the_one_before() {
+        let mut phases = phases();
+        tell(&mut phases, SESSION, 10, "task", 60.0);
+        assert!(tell(&mut phases, SESSION, 30, "", 0.0));
+        assert_eq!(told(&phases, &person()), [("task".to_owned(), 10.0, Some(30.0))]);
     }
 
     #[test]

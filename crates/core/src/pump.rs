@@ -3,31 +3,39 @@
 //! Its contract stands in ARCHITECTURE.md. Everything here is a function of what was taken and in
 //! which order, so that a replay of the recorded readings gives the same samples, byte for byte.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_timefilter::Ticks;
+use teampulse_timefilter::clock::News;
 
-use crate::clocks::Clocks;
-use crate::computers::Told;
+use crate::clocks::{Clocks, breaks_simulated_time};
+use crate::computers::{SIMULATED, Told, is_simulated};
 use crate::data::{Data, Event, EventKind};
-use crate::extractors::{Extractors, Given};
-use crate::feature::Feature;
+use crate::extractors::{Broken, Extractors, Given, NamedFeature};
+use crate::fault::{faults, lasting};
+use crate::intake::Shared;
+use crate::life::Life;
 use crate::loss::Loss;
 use crate::outlet::Item;
+use crate::publishers::PublishedBy;
 use crate::qos::Qos;
 use crate::sample::{Record, Sample, Turn};
 use crate::source::Reading;
-use crate::stream::{Origin, Shape, Signal, Stream, StreamId, Subject};
+use crate::standstill::standstill;
+use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
 use crate::streams::{Declared, Streams};
 use crate::time::Time;
-use crate::track::Track;
+use crate::track::{Track, Word};
 
 /// The time from one tick to the next.
 pub const TICK: Duration = Duration::from_millis(100);
 const TICKS_PER_SECOND: i64 = 10;
+
+/// How many records make a batch at most.
+pub(crate) const BATCH: usize = 1024;
 
 /// The label of the event with which a session ends.
 pub const END: &str = "end";
@@ -44,12 +52,16 @@ pub struct Pump {
     encode: Encode,
     clocks: Clocks,
     extractors: Extractors,
+    intake: Shared,
     tracks: Vec<Option<Track>>,
     ticks: Ticks,
     last: Time,
     given: VecDeque<Given>,
     records: Vec<Record>,
     dropped: u64,
+    /// What there was no time left for, by stream.
+    left_out: BTreeMap<StreamId, u64>,
+    broken: Vec<Broken>,
 }
 
 impl Pump {
@@ -57,7 +69,7 @@ impl Pump {
     pub fn new(
         streams: Streams,
         clocks: Clocks,
-        features: Vec<Arc<dyn Feature>>,
+        features: Vec<NamedFeature>,
         encode: Encode,
     ) -> Pump {
         Pump {
@@ -65,12 +77,15 @@ impl Pump {
             encode,
             clocks,
             extractors: Extractors::new(features),
+            intake: Shared::default(),
             tracks: Vec::new(),
             ticks: Ticks::every(TICK.as_nanos() as i64),
             last: Time::EPOCH,
             given: VecDeque::new(),
             records: Vec::new(),
             dropped: 0,
+            left_out: BTreeMap::new(),
+            broken: Vec::new(),
         }
     }
 
@@ -80,6 +95,7 @@ impl Pump {
             Item::Declared { id, stream, at } => self.take_declaration(id, &stream, at),
             Item::Arrived { reading, arrival, .. } => self.take_reading(reading, arrival),
             Item::Passed { until } => self.tick_until(until),
+            Item::Paused { until } => self.pause_until(until),
             Item::Dropped { stream, count } => {
                 self.dropped += count;
                 let event = Loss::InOurQueue.event(&self.streams.get(stream).name, count as f64);
@@ -88,25 +104,81 @@ impl Pump {
         }
     }
 
+    /// There is no time left to take what comes next out of the queue: readings are counted as lost.
+    pub(crate) fn leave_out(&mut self, item: Item) {
+        match item {
+            Item::Arrived { reading, .. } => *self.left_out.entry(reading.stream).or_default() += 1,
+            other => self.take(other),
+        }
+    }
+
     /// Time has passed up to `now`, and nothing came that was not taken.
     pub(crate) fn tick_until(&mut self, now: Time) {
-        for tick in self.ticks.until(now.nanos()) {
-            let tick = Time::from_nanos(tick);
-            self.last = self.last.max(tick);
-            self.tell_clocks(tick);
-            self.extractors.tick(tick, &mut self.given);
-            self.settle(tick);
-            if tick.nanos() / TICK.as_nanos() as i64 % TICKS_PER_SECOND == 0 {
-                self.tell_health(tick);
+        while let Some(tick) = self.ticks.next_until(now.nanos()) {
+            self.tick(Time::from_nanos(tick));
+        }
+    }
+
+    /// The same, but no more than a batch of what comes of it at once: whether there is more.
+    pub(crate) fn tick_towards(&mut self, now: Time) -> bool {
+        while self.records.len() < BATCH {
+            let Some(tick) = self.ticks.next_until(now.nanos()) else { return false };
+            self.tick(Time::from_nanos(tick));
+        }
+        true
+    }
+
+    /// Up to when time has passed before an item is taken.
+    pub(crate) fn time_of(&self, item: &Item) -> Time {
+        let is_raw = |track: &Track| track.stream.origin == Origin::Raw;
+        match item {
+            Item::Declared { at, .. } => *at,
+            Item::Passed { until } => *until,
+            Item::Arrived { reading, arrival, .. } => {
+                let track = self.tracks.get(reading.stream.0 as usize).and_then(Option::as_ref);
+                if track.is_some_and(is_raw) { *arrival } else { self.last }
             }
+            Item::Paused { .. } | Item::Dropped { .. } => self.last,
+        }
+    }
+
+    /// Ticks go on behind a time, without those before it.
+    fn pause_until(&mut self, until: Time) {
+        let mut ticks = Ticks::every(TICK.as_nanos() as i64);
+        // The first call gives none: it tells when time begins.
+        if until > self.last && ticks.next_until(until.nanos()).is_none() {
+            self.ticks = ticks;
+        }
+    }
+
+    fn tick(&mut self, tick: Time) {
+        self.last = self.last.max(tick);
+        self.tell_clocks(tick);
+        self.extractors.tick(tick, &mut self.given);
+        self.settle(tick);
+        if tick.nanos() / TICK.as_nanos() as i64 % TICKS_PER_SECOND == 0 {
+            self.tell_health(tick, Life::is_due);
         }
     }
 
     /// Ends a live session: the closing tick is recorded.
     pub(crate) fn close(&mut self, now: Time) {
+        for (stream, count) in std::mem::take(&mut self.left_out) {
+            self.take(Item::Dropped { stream, count });
+        }
         let label = END.to_owned();
         let event = Event { kind: EventKind::Clock, label, value: f64::NAN, duration_secs: 0.0 };
+        self.happen(event, now);
+    }
+
+    /// Something happens in the session itself.
+    pub(crate) fn happen(&mut self, event: Event, now: Time) {
         self.take_own(session_events(), Data::Event(Arc::new(event)), now);
+    }
+
+    /// From now on nothing is computed any more: what is raw is still taken.
+    pub(crate) fn leave_out_features(&mut self) {
+        self.extractors.leave_out_all();
     }
 
     /// What came of what was taken, in order.
@@ -117,6 +189,11 @@ impl Pump {
     /// How many readings were dropped in front of this pump.
     pub(crate) fn dropped(&self) -> u64 {
         self.dropped
+    }
+
+    /// The features that have panicked.
+    pub(crate) fn take_broken(&mut self) -> Vec<Broken> {
+        std::mem::take(&mut self.broken)
     }
 
     fn take_declaration(&mut self, id: StreamId, stream: &Arc<Stream>, at: Time) {
@@ -133,23 +210,25 @@ impl Pump {
     }
 
     /// Takes a reading; what a recording hands over as derived keeps the log time of its cause.
-    fn take_reading(&mut self, reading: Reading, arrival: Time) {
+    fn take_reading(&mut self, mut reading: Reading, arrival: Time) {
+        reading.data = reading.data.cleaned();
         let track = self.track(reading.stream).expect("a stream is declared before its readings");
         let log_time = match track.stream.origin {
             Origin::Raw => self.next_log_time(arrival),
             Origin::Derived => self.last.max(arrival),
         };
         self.count_losses(&reading);
-        self.take_told(&reading, log_time);
+        self.take_word(&reading, log_time);
         let index = reading.stream.0 as usize;
         let track = self.tracks[index].as_mut().expect("a stream is declared before its readings");
-        let sample = track.sample(reading, log_time, &mut self.clocks);
-        let is_end = is_end(&sample.data);
+        let mut sample = track.sample(reading, log_time, &mut self.clocks);
+        track.bound(&mut sample, &mut self.intake);
+        let is_end = is_end(&track.stream, &sample.data);
         self.extractors.push(&sample, &mut self.given);
         self.record(sample);
         self.settle(log_time);
         if is_end {
-            self.tell_health(log_time);
+            self.tell_health(log_time, |_| true);
         }
     }
 
@@ -159,7 +238,8 @@ impl Pump {
         if news || self.track(id).is_none() {
             self.take_declaration(id, &self.streams.get(id), at);
         }
-        let reading = Reading { stream: id, device_time: None, source_time: None, data };
+        let reading =
+            Reading { index: None, stream: id, device_time: None, source_time: None, data };
         self.take_reading(reading, at);
     }
 
@@ -175,11 +255,32 @@ impl Pump {
     fn count_losses(&mut self, reading: &Reading) {
         let Some(loss) = self.track(reading.stream).and_then(|track| track.tells) else { return };
         let Data::Event(event) = &reading.data else { return };
-        let lost_on = |track: &&mut Track| {
-            track.stream.name == event.label && track.stream.origin == Origin::Raw
+        let named = self.streams.named(&event.label);
+        let is_raw = |pump: &mut Pump, id| {
+            pump.track(id).is_some_and(|track| track.stream.origin == Origin::Raw)
         };
-        if let Some(track) = self.tracks.iter_mut().flatten().find(lost_on) {
+        if let Some(id) = named.into_iter().find(|id| is_raw(self, *id))
+            && let Some(track) = self.track(id)
+        {
             track.lost(loss, event.value.clamp(0.0, MOST_LOST));
+        }
+    }
+
+    /// What a reading says to the pump itself.
+    fn take_word(&mut self, reading: &Reading, log_time: Time) {
+        match self.track(reading.stream).and_then(|track| track.word) {
+            Some(Word::Computers) => self.take_told(reading, log_time),
+            Some(Word::Publishers) => self.take_publishers(reading),
+            Some(Word::Happenings) if breaks_simulated_time(&reading.data) => {
+                // What is stamped by simulated time begins a new epoch.
+                self.clocks.begin_epoch_of_simulated_time();
+            }
+            Some(Word::Happenings) => {
+                if let Some(lasted) = standstill(&reading.data) {
+                    self.take_standstill(lasted, log_time);
+                }
+            }
+            None => {}
         }
     }
 
@@ -196,11 +297,39 @@ impl Pump {
         }
     }
 
+    /// What a reading tells of the publishers of a topic is held against its stream.
+    fn take_publishers(&mut self, reading: &Reading) {
+        let Some(track) = self.track(reading.stream) else { return };
+        let Some(told) = PublishedBy::read(&track.stream, &reading.data) else { return };
+        let is_raw = |pump: &mut Pump, id| {
+            pump.track(id).is_some_and(|track| track.stream.origin == Origin::Raw)
+        };
+        let named = self.streams.named(&told.stream);
+        if let Some(id) = named.into_iter().find(|id| is_raw(self, *id))
+            && let Some(track) = self.track(id)
+        {
+            track.published_by = told.complaint(&track.stream);
+        }
+    }
+
+    /// What was not heard while this process did not run was not silent.
+    fn take_standstill(&mut self, lasted: Duration, log_time: Time) {
+        let until = log_time + lasted;
+        for track in self.tracks.iter_mut().flatten() {
+            track.life.stood_still(until);
+        }
+        self.extractors.stood_still(until, &mut self.given);
+    }
+
     /// Tells what happened to clocks.
     fn tell_clocks(&mut self, tick: Time) {
         for (owner, news) in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
-            let (kind, label) = (EventKind::Clock, format!("{owner} {news}"));
+            let label = match news {
+                News::Off { secs } if is_simulated(secs) => format!("{owner} {SIMULATED}"),
+                _ => format!("{owner} {news}"),
+            };
+            let kind = EventKind::Clock;
             let event = Event { kind, label, value: news.value(), duration_secs: 0.0 };
             self.take_derived(stream, tick, tick, Data::Event(Arc::new(event)));
         }
@@ -208,6 +337,28 @@ impl Pump {
 
     /// Declares and records all that extractors gave, and feeds it to those who listen to it.
     fn settle(&mut self, log_time: Time) {
+        self.settle_given(log_time);
+        loop {
+            let broken = self.extractors.take_broken();
+            if broken.is_empty() {
+                break;
+            }
+            for each in &broken {
+                self.tell_broken(each, log_time);
+            }
+            self.broken.extend(broken);
+            self.settle_given(log_time);
+        }
+    }
+
+    /// Tells of a feature that panicked. A replay comes to the same.
+    fn tell_broken(&mut self, broken: &Broken, log_time: Time) {
+        let stream = self.declare_derived(faults(), log_time);
+        let event = Data::Event(Arc::new(lasting(broken.to_string())));
+        self.take_derived(stream, log_time, log_time, event);
+    }
+
+    fn settle_given(&mut self, log_time: Time) {
         while let Some(given) = self.given.pop_front() {
             match given {
                 Given::Declared { output, stream } => {
@@ -236,8 +387,10 @@ impl Pump {
     }
 
     fn take_derived(&mut self, stream: StreamId, measured: Time, log_time: Time, data: Data) {
+        // What was read out of messages from elsewhere.
+        let data = data.cleaned();
         let track = self.track(stream).expect("an extractor declares before it emits");
-        let index = track.number();
+        let index = track.number(None);
         let sample = Sample {
             stream,
             measured,
@@ -253,13 +406,15 @@ impl Pump {
         self.record(sample);
     }
 
-    /// Tells the health of every raw stream, once a second.
-    fn tell_health(&mut self, tick: Time) {
+    /// A second has passed: tells the health of the raw streams of which it is due.
+    fn tell_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
         let mut told = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
             if track.has_health() {
                 track.life.second(tick);
-                told.push(track.status(tick, &self.clocks));
+                if is_due(&track.life) {
+                    told.push(track.status(tick, &self.clocks));
+                }
             }
         }
         if told.is_empty() {
@@ -294,9 +449,12 @@ impl Pump {
 
     /// Adds a stream. The second type on a topic is told apart by its name.
     fn add_track(&mut self, mut track: Track) {
-        let mut known = self.tracks.iter().flatten();
+        let named = self.streams.named(&track.stream.name);
+        let is_told = |pump: &mut Pump, id| {
+            pump.track(id).is_some_and(|known| known.told_as == track.told_as)
+        };
         if let Shape::Message(schema) = &track.stream.shape
-            && known.any(|known| known.told_as == track.told_as)
+            && named.into_iter().any(|id| is_told(self, id))
         {
             track.told_as = format!("{} ({})", track.stream.name, schema.name);
         }
@@ -309,13 +467,18 @@ impl Pump {
 }
 
 /// Whether this is the end of a session: the last losses are then told.
-fn is_end(data: &Data) -> bool {
-    matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
+fn is_end(stream: &Stream, data: &Data) -> bool {
+    stream.about == About::Session
+        && stream.name == SESSION_EVENTS
+        && matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
 }
+
+/// The topic of what happens in a session.
+pub(crate) const SESSION_EVENTS: &str = "/session/events";
 
 /// The stream of what happens in a session: phases, markers, its end.
 pub fn session_events() -> Stream {
-    let mut stream = Stream::raw("/session/events", Subject::session(), Shape::Event);
+    let mut stream = Stream::raw(SESSION_EVENTS, Subject::session(), Shape::Event);
     stream.signal = Signal::Event;
     stream.qos = vec![Qos::latched(1000)];
     stream.doc = "phases, markers and faults of the session".into();
@@ -336,7 +499,7 @@ fn clock_events() -> Stream {
 }
 
 /// The stream on which every stream is described.
-fn descriptions() -> Stream {
+pub fn descriptions() -> Stream {
     let mut stream = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
     stream.origin = Origin::Derived;
     stream.qos = vec![Qos::latched(1000)];

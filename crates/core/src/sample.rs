@@ -41,6 +41,8 @@ pub enum Turn {
     Late,
     /// A second time; recorded, not fed to features.
     Duplicate,
+    /// More of it came than can be computed with; recorded, not fed to features.
+    Excess,
 }
 
 /// A sample as sinks are given it: with its stream, and encoded once for all of them.

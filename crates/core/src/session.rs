@@ -1,41 +1,39 @@
 //! A session: sources, features and sinks running together, and the supervisor that minds them.
+//!
+//! Every component is called where its panic is caught: it takes out itself, is named in an event and in
+//! the [`Outcome`], and the others go on.
 
-use std::collections::VecDeque;
-use std::future::Future;
-use std::sync::Arc;
-use std::thread::JoinHandle;
+mod sources;
+mod pumping;
+mod sinks;
+
+use std::future::{Future, pending};
+use std::pin::{Pin, pin};
 use std::time::Duration;
-
-use tokio::task::JoinSet;
 
 use crate::clock::{Clock, Stopwatch};
 use crate::clocks::Clocks;
-use crate::data::{Data, Event, EventKind};
-use crate::feature::Feature;
+use crate::data::{Event, EventKind};
+use crate::fault::lasting;
 use crate::outlet::{Outlet, Queue};
-use crate::pump::{Encode, Pump, session_events};
-use crate::sample::Record;
-use crate::sink::{self, Post, Posted, Sink, SinkError};
-use crate::source::{Reading, Source, SourceError};
+use crate::panics::{Panic, at, strays_after};
+use crate::pump::{Encode, Pump};
+use crate::sink::{Sink, SinkError};
+use crate::source::{Source, SourceError};
 use crate::streams::Streams;
+use pumping::{Line, Pumping};
+use sources::Sources;
 
-/// How long the pump waits for readings before it looks at the clock.
-const PATIENCE: Duration = Duration::from_millis(20);
-/// How long after it woke a live pump wakes again at the soonest, while readings gather: it wakes, and
-/// wakes its sinks, a few hundred times a second, whatever the rate of messages.
-const GATHER: Duration = Duration::from_millis(4);
-/// How many records make a batch at most.
-const BATCH: usize = 1024;
-/// How long a live pump computes before it hands over what it has: the features of one sensor don't
-/// wait for those of all others.
-const PROMPT: Duration = Duration::from_millis(1);
-/// A recording that comes in smaller portions than this is played in time: nothing is held back.
-const FEW: usize = 64;
-/// The pauses before a source is run again double from the first to the last.
-const FIRST_PAUSE: Duration = Duration::from_secs(1);
-const LAST_PAUSE: Duration = Duration::from_secs(30);
+pub use crate::extractors::{Broken, NamedFeature};
+
 /// How far the wall clock must step to be told.
 const WALL_STEP_NANOS: i64 = 500_000_000;
+/// How long sources may take to end once they are asked to.
+const SOURCES_PATIENCE: Duration = Duration::from_secs(5);
+/// How long a sink may take to end once there is a hurry.
+const HURRIED: Duration = Duration::from_secs(5);
+/// How often a wait looks at its own end.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// What a session is made of.
 pub struct Session {
@@ -49,8 +47,8 @@ pub struct Session {
     pub streams: Streams,
     /// The sources, each with the name it has in messages.
     pub sources: Vec<(String, Box<dyn Source>)>,
-    /// The features, in the order in which they hear a sample.
-    pub features: Vec<Arc<dyn Feature>>,
+    /// The features, each with its name, in the order in which they hear a sample.
+    pub features: Vec<NamedFeature>,
     /// The sinks.
     pub sinks: Vec<Box<dyn Sink>>,
     /// How samples become ROS messages.
@@ -75,216 +73,155 @@ pub struct Outcome {
     pub sinks: Vec<(&'static str, SinkError)>,
     /// How many readings were dropped in our own queue.
     pub dropped: u64,
+    /// The features that panicked, and were left out from then on.
+    pub features: Vec<Broken>,
+    /// Why the pump, and with it the session, ended early.
+    pub pump: Option<Panic>,
+    /// Panics outside of any component.
+    pub strays: Vec<Panic>,
+    /// What was left undone because the end was asked for twice, or took too long.
+    pub undone: Vec<String>,
 }
 
 impl Session {
     /// Runs until all sources have ended, one of them says that there is no use in going on, or
     /// `stop` resolves.
     pub async fn run(self, stop: impl Future<Output = ()>) -> Outcome {
+        self.run_until(stop, pending()).await
+    }
+
+    /// The same; once `hurry` has resolved, too, only what is bounded in time is still waited for: a
+    /// few seconds for the sinks to end what they hold.
+    pub async fn run_until(
+        self,
+        stop: impl Future<Output = ()>,
+        hurry: impl Future<Output = ()>,
+    ) -> Outcome {
         let queue = Queue::new();
         let outlet = || queue.outlet(self.clock.clone(), self.streams.clone());
-        let mut sources = JoinSet::new();
+        let mut sources = Sources::default();
         for (name, source) in self.sources {
-            sources.spawn(mind(name, source, outlet()));
+            sources.start(name, source, outlet());
         }
-        let watch = tokio::spawn(watch_wall_clock(outlet(), self.pace));
-        let (posts, sinks) = start_sinks(self.sinks, &self.streams, &outlet());
+        let strays = strays_after(0).len();
+        let watch = tokio::spawn(watch(outlet(), self.pace, strays));
+        let started = self.sinks.into_iter();
+        let started = started.map(|sink| sinks::start(sink, &self.streams, &outlet(), self.pace));
+        let (ways, mut running): (Vec<_>, Vec<_>) = started.unzip();
         let pump = Pump::new(self.streams, self.clocks, self.features, self.encode);
-        let line = Line { queue: queue.clone(), clock: self.clock, pace: self.pace, pump, posts };
-        let pump = std::thread::spawn(move || line.run());
+        let line = Line::new((queue.clone(), self.clock), self.pace, pump, ways);
+        let mut pump = Pumping::start(line);
 
         let mut outcome = Outcome::default();
+        let mut hurry = Once { future: pin!(hurry), is_done: false };
         tokio::select! {
             () = stop => {}
-            () = all_ended(&mut sources, &mut outcome) => {}
+            () = sources.all_ended(&mut outcome.sources) => {}
+            () = pump.ended() => {}
         }
         queue.close();
+        let mut patience = pin!(passed(SOURCES_PATIENCE));
         while !sources.is_empty() {
-            all_ended(&mut sources, &mut outcome).await;
+            let waits = tokio::select! {
+                () = sources.all_ended(&mut outcome.sources) => true,
+                () = &mut patience => false,
+                () = hurry.done() => false,
+            };
+            if !waits {
+                let left = sources.abandon().into_iter();
+                outcome.undone.extend(left.map(|name| format!("{name}: it did not stop")));
+                break;
+            }
         }
         queue.end();
         watch.abort();
-        outcome.dropped = join(pump).await;
-        for (name, sink) in sinks {
-            if let Err(error) = join(sink).await {
-                outcome.sinks.push((name, error));
-            }
-        }
+        pump.finish(&mut hurry, &running, &mut outcome).await;
+        end_sinks(&mut running, &mut hurry, &mut outcome).await;
+        outcome.strays = strays_after(strays);
         outcome
     }
 }
 
-/// Waits until every source has ended, or one of them has failed for good.
-async fn all_ended(
-    sources: &mut JoinSet<Result<(), (String, SourceError)>>,
+/// Waits for all sinks, and no longer than a few seconds once there is a hurry.
+async fn end_sinks(
+    running: &mut [sinks::Running],
+    hurry: &mut Once<'_, impl Future<Output = ()>>,
     outcome: &mut Outcome,
 ) {
-    while let Some(ended) = sources.join_next().await {
-        match ended {
-            Ok(Ok(())) => {}
-            Ok(Err(failed)) => {
-                outcome.sources.push(failed);
-                return;
+    let mut deadline = None;
+    for sink in running {
+        let late = || SinkError::Lost {
+            message: "end in time: it is still being written, and was left behind".into(),
+            hint: "look at the disk; `teampulse recover` makes a bag whole".into(),
+        };
+        let ended = loop {
+            let Some(hurried) = &deadline else {
+                tokio::select! {
+                    ended = sink.ended() => break ended,
+                    () = hurry.done() => {
+                        sink.break_off("wait for its disk");
+                        deadline = Some(Stopwatch::start());
+                    }
+                }
+                continue;
+            };
+            let left = HURRIED.saturating_sub(Stopwatch::elapsed(hurried));
+            tokio::select! {
+                biased;
+                ended = sink.ended() => break ended,
+                () = passed(left) => break Err(late()),
             }
-            Err(panic) => std::panic::resume_unwind(panic.into_panic()),
+        };
+        if let Err(error) = ended {
+            outcome.sinks.push((sink.name, error));
         }
     }
 }
 
-/// Runs a source, and runs it again after a pause whenever its device went away.
-async fn mind(
-    name: String,
-    mut source: Box<dyn Source>,
-    outlet: Outlet,
-) -> Result<(), (String, SourceError)> {
-    let mut pause = FIRST_PAUSE;
-    loop {
-        match source.run(&outlet).await {
-            Ok(()) => return Ok(()),
-            Err(_) if outlet.is_closed() => return Ok(()),
-            Err(SourceError::Gone { message, hint }) => {
-                tracing::warn!(%name, %hint, "failed to {message}; trying again in {pause:?}");
-                tell(&outlet, EventKind::Fault, format!("{name}: failed to {message}"), f64::NAN);
-            }
-            Err(fatal) => return Err((name, fatal)),
+/// A future that stays resolved.
+struct Once<'a, F> {
+    future: Pin<&'a mut F>,
+    is_done: bool,
+}
+
+impl<F: Future<Output = ()>> Once<'_, F> {
+    async fn done(&mut self) {
+        if !self.is_done {
+            self.future.as_mut().await;
+            self.is_done = true;
         }
-        tokio::select! {
-            () = tokio::time::sleep(pause) => {}
-            () = outlet.closed() => return Ok(()),
-        }
-        pause = (pause * 2).min(LAST_PAUSE);
     }
 }
 
-/// Tells when the machine's wall clock steps; the session's clock goes on as it was.
-async fn watch_wall_clock(outlet: Outlet, pace: Pace) {
-    if pace == Pace::Recorded || outlet.clock().is_told() {
+/// Resolves after so much of the machine's time, whatever a test makes of the runtime's.
+async fn passed(duration: Duration) {
+    let began = Stopwatch::start();
+    while began.elapsed() < duration {
+        tokio::time::sleep(LOOK.min(duration)).await;
+    }
+}
+
+/// Tells when the machine's wall clock steps, while the session's clock goes on as it was; and of
+/// panics where nobody catches them.
+async fn watch(outlet: Outlet, pace: Pace, mut strays: usize) {
+    if pace == Pace::Recorded {
         return;
     }
     let mut known_nanos = 0;
     loop {
         tokio::time::sleep(Duration::from_secs(1)).await;
+        for panic in strays_after(strays) {
+            strays += 1;
+            outlet.happen(lasting(format!("a part of teampulse panicked: {panic}{}", at(&panic))));
+        }
         let offset_nanos = outlet.clock().wall_offset_nanos();
         let step_nanos = offset_nanos - known_nanos;
         if step_nanos.abs() > WALL_STEP_NANOS {
             known_nanos = offset_nanos;
-            let step_secs = step_nanos as f64 / 1e9;
-            tracing::warn!("the machine's wall clock stepped by {step_secs:+.3} s");
-            tell(&outlet, EventKind::Clock, "wall clock step".into(), step_secs);
+            let value = step_nanos as f64 / 1e9;
+            tracing::warn!("the machine's wall clock stepped by {value:+.3} s");
+            let (kind, label) = (EventKind::Clock, "wall clock step".to_owned());
+            outlet.happen(Event { kind, label, value, duration_secs: 0.0 });
         }
     }
-}
-
-/// Hands over an event of the session.
-fn tell(outlet: &Outlet, kind: EventKind, label: String, value: f64) {
-    let stream = outlet.declare(session_events());
-    let data = Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }));
-    outlet.offer(Reading { stream, device_time: None, source_time: None, data });
-}
-
-type Running = (&'static str, JoinHandle<Result<(), SinkError>>);
-
-/// Starts each sink on a thread of its own; one that ends early says so at once.
-fn start_sinks(
-    sinks: Vec<Box<dyn Sink>>,
-    streams: &Streams,
-    outlet: &Outlet,
-) -> (Vec<Way>, Vec<Running>) {
-    let start = |sink: Box<dyn Sink>| {
-        let (name, wants) = (sink.name(), sink.wants());
-        let (post, inbox) = sink::queue(sink.delivery(), streams.clone());
-        let outlet = outlet.clone();
-        let work = move || {
-            let ended = sink.run(inbox);
-            if let Err(error) = &ended {
-                tell(&outlet, EventKind::Fault, format!("{name}: failed to {error}"), f64::NAN);
-            }
-            ended
-        };
-        let thread = std::thread::Builder::new().name(name.into());
-        (Way { post, wants }, (name, thread.spawn(work).expect("the system can start a thread")))
-    };
-    sinks.into_iter().map(start).unzip()
-}
-
-/// Waits for a thread without holding up the runtime; a panic of the thread goes on here.
-async fn join<T: Send + 'static>(thread: JoinHandle<T>) -> T {
-    let joined = tokio::task::spawn_blocking(move || thread.join()).await;
-    match joined.expect("a blocking task is not cancelled") {
-        Ok(value) => value,
-        Err(panic) => std::panic::resume_unwind(panic),
-    }
-}
-
-/// The way to a sink, and what it wants.
-struct Way {
-    post: Post,
-    wants: sink::Wants,
-}
-
-/// The pump on its thread, with its queue before it and its sinks behind it.
-struct Line {
-    queue: Queue,
-    clock: Clock,
-    pace: Pace,
-    pump: Pump,
-    posts: Vec<Way>,
-}
-
-impl Line {
-    /// Runs until the queue has ended and is empty; gives how many readings were dropped.
-    fn run(mut self) -> u64 {
-        let mut items = VecDeque::new();
-        loop {
-            let ended = self.queue.has_ended();
-            let now = self.clock.now();
-            self.queue.take(&mut items, PATIENCE);
-            let (silent, few) = (items.is_empty(), items.len() < FEW);
-            let woken = Stopwatch::start();
-            let mut handed = woken;
-            for item in items.drain(..) {
-                self.pump.take(item);
-                let waits = self.pace == Pace::Live && handed.elapsed() >= PROMPT;
-                if waits || self.pump.records().len() >= BATCH {
-                    deliver(&mut self.posts, self.pump.records());
-                    handed = Stopwatch::start();
-                }
-            }
-            if silent && ended {
-                break;
-            }
-            if self.pace == Pace::Live {
-                if silent {
-                    self.pump.tick_until(now);
-                }
-                deliver(&mut self.posts, self.pump.records());
-                std::thread::sleep(GATHER.saturating_sub(woken.elapsed()));
-            } else if few {
-                deliver(&mut self.posts, self.pump.records());
-            }
-        }
-        if self.pace == Pace::Live {
-            self.pump.close(self.clock.now());
-        }
-        deliver(&mut self.posts, self.pump.records());
-        self.pump.dropped()
-    }
-}
-
-/// Hands what the pump has to each sink that wants it; a sink that has ended is left out from then
-/// on.
-fn deliver(posts: &mut Vec<Way>, records: &mut Vec<Record>) {
-    if records.is_empty() {
-        return;
-    }
-    let all: sink::Batch = records.drain(..).collect();
-    posts.retain(|way| {
-        let batch = match &way.wants {
-            sink::Wants::Everything => Arc::clone(&all),
-            sink::Wants::Only(wanted) => {
-                all.iter().filter(|record| wanted(&record.stream)).cloned().collect()
-            }
-        };
-        batch.is_empty() || way.post.deliver(&batch) == Posted::Accepted
-    });
 }

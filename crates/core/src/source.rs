@@ -25,6 +25,8 @@ pub trait Source: Send {
 pub struct Reading {
     /// The stream that it belongs to.
     pub stream: StreamId,
+    /// Its number as its publisher or its recording has it; `None` when it has none.
+    pub index: Option<u64>,
     /// The device's own clock [ns]; `None` when it has none.
     pub device_time: Option<i64>,
     /// The stamp that its source put on it, by the clock of the source's host.

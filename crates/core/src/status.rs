@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::text::{LONGEST_LABEL, LONGEST_NAME, is_clean};
+
 /// How a stream is doing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamStatus {
@@ -48,6 +50,11 @@ pub struct StreamStatus {
 pub(crate) const SIGMAS_95: f64 = 1.96;
 
 impl StreamStatus {
+    /// Whether its texts are [short and clean](crate::text); the second type on a topic has both in its name.
+    pub(crate) fn is_clean(&self) -> bool {
+        is_clean(&self.name, 2 * LONGEST_NAME) && is_clean(&self.reason, LONGEST_LABEL)
+    }
+
     /// Half the width of the interval that holds the true time of a sample with a probability of
     /// 95 % [s]; NaN where unknown.
     pub fn uncertainty_secs(&self) -> f64 {

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::qos::Qos;
+use crate::text::{self, LONGEST_NAME, LONGEST_PROSE};
 
 /// A stream of a session, by its place in the session's [`Streams`](crate::streams::Streams).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -42,6 +43,9 @@ pub struct Stream {
     pub method: String,
     /// One sentence for people.
     pub doc: String,
+    /// Who published it first, with the id of the publisher on its bus; empty where that is unknown or
+    /// ourselves. A bag keeps it with its channel.
+    pub publisher: String,
     /// What its publishers offer, or with what it is to be published.
     pub qos: Vec<Qos>,
 }
@@ -64,6 +68,7 @@ impl Stream {
             inputs: Vec::new(),
             method: String::new(),
             doc: String::new(),
+            publisher: String::new(),
             qos: Vec::new(),
         }
     }
@@ -74,6 +79,20 @@ impl Stream {
         stream.origin = Origin::Derived;
         stream.inputs = vec![input.name.clone()];
         stream
+    }
+
+    /// What the stream of another publisher of a person's topic is called: the second, the third, …
+    pub fn name_beside(topic: &str, number: usize) -> String {
+        format!("{topic}{BESIDE}{number}")
+    }
+
+    /// The topic of which this is what another publisher sent than the one that is heard; `None` for any
+    /// other stream. It is recorded, and no feature hears it.
+    pub fn beside(&self) -> Option<&str> {
+        let (topic, number) = self.name.rsplit_once(BESIDE)?;
+        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        let is_raw = self.about == About::Person && self.origin == Origin::Raw;
+        (is_number && is_raw).then_some(topic)
     }
 
     /// Whom the stream is about.
@@ -88,7 +107,44 @@ impl Stream {
         self.units = channels.iter().map(|(_, unit)| (*unit).to_owned()).collect();
         self
     }
+
+    /// The same stream with its texts [cut and cleaned](crate::text), and a rate that is one. What is derived
+    /// has longer names than what it was derived from.
+    #[must_use]
+    pub fn cleaned(mut self) -> Stream {
+        let longest = match self.origin {
+            Origin::Raw => LONGEST_NAME,
+            Origin::Derived => DERIVED * LONGEST_NAME,
+        };
+        for text in [&mut self.name, &mut self.id, &mut self.device] {
+            *text = text::name(std::mem::take(text), longest);
+        }
+        for text in self.channels.iter_mut().chain(&mut self.inputs) {
+            *text = text::name(std::mem::take(text), longest);
+        }
+        for text in &mut self.units {
+            *text = text::label(std::mem::take(text), longest);
+        }
+        let longest_method = text::longest_method(self.channels.len());
+        self.method = text::label(std::mem::take(&mut self.method), longest_method);
+        for text in [&mut self.doc, &mut self.publisher] {
+            *text = text::label(std::mem::take(text), LONGEST_PROSE);
+        }
+        if let Shape::Message(schema) = &mut self.shape {
+            Schema::clean(schema);
+        }
+        if !(self.rate_hz.is_finite() && self.rate_hz >= 0.0) {
+            self.rate_hz = 0.0;
+        }
+        self
+    }
 }
+
+/// So many times as long as the names of what comes from outside are those of what is derived, at most.
+const DERIVED: usize = 4;
+
+/// What stands between a topic and the number of another publisher.
+const BESIDE: &str = "/publisher_";
 
 /// Whom a stream is about.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -172,6 +228,20 @@ pub struct Schema {
     pub hash: String,
 }
 
+impl Schema {
+    /// Cuts and cleans its name and what stands beside it; the definition stays as it came.
+    fn clean(this: &mut Arc<Schema>) {
+        let Schema { name, encoding, hash, .. } = &**this;
+        if [name, encoding, hash].iter().all(|text| text::is_clean(text, LONGEST_NAME)) {
+            return;
+        }
+        let Schema { name, encoding, hash, .. } = Arc::make_mut(this);
+        for text in [name, encoding, hash] {
+            *text = text::name(std::mem::take(text), LONGEST_NAME);
+        }
+    }
+}
+
 macro_rules! words {
     ($(#[$doc:meta])* $name:ident { $($(#[$each:meta])* $variant:ident = $word:literal),* $(,)? }) => {
         $(#[$doc])*
@@ -242,5 +312,23 @@ words! {
         Event = "event",
         /// Anything else.
         Other = "other",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_beside_a_person_s_topic_is_known_by_its_name() {
+        let person = Subject { about: About::Person, id: "p001".into() };
+        let ecg = "/humans/persons/p001/strap/ecg";
+        let name = Stream::name_beside(ecg, 2);
+        assert_eq!(Stream::raw(name, person.clone(), Shape::Wave).beside(), Some(ecg));
+        for other in [ecg.to_owned(), format!("{ecg}/publisher_"), format!("{ecg}/publisher_x")] {
+            assert_eq!(Stream::raw(other, person.clone(), Shape::Wave).beside(), None);
+        }
+        let robot = Stream::raw("/r1/publisher_2", Subject::robot("r1"), Shape::Sample);
+        assert_eq!(robot.beside(), None);
     }
 }

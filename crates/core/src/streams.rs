@@ -21,17 +21,20 @@ struct Known {
 impl Streams {
     /// Declares a stream. One of the same name, origin and type keeps its id, and what is newly
     /// known about it replaces what was; another type on the same topic is another stream.
+    ///
+    /// Its texts are [cut and cleaned](Stream::cleaned).
     pub fn declare(&self, stream: Stream) -> Declared {
+        let stream = stream.cleaned();
         let mut declared = self.0.write().unwrap_or_else(PoisonError::into_inner);
         let Known { streams, named } = &mut *declared;
         let mut of_name = named.get(&stream.name).into_iter().flatten();
         let known = of_name.find(|index| is_same(&streams[**index], &stream)).copied();
         let index = known.unwrap_or(streams.len());
-        let news = known.is_none_or(|index| *streams[index] != stream);
+        let news = known.is_none_or(|index| is_described_anew(&streams[index], &stream));
         if known.is_none() {
             named.entry(stream.name.clone()).or_default().push(index);
             streams.push(Arc::new(stream));
-        } else if news {
+        } else if *streams[index] != stream {
             streams[index] = Arc::new(stream);
         }
         let id = u32::try_from(index).expect("a session has fewer than four billion streams");
@@ -48,6 +51,13 @@ impl Streams {
         let known = self.known();
         let index = *known.named.get(name)?.first()?;
         Some((StreamId(index as u32), Arc::clone(&known.streams[index])))
+    }
+
+    /// The streams of a name, in the order in which they were declared.
+    pub(crate) fn named(&self, name: &str) -> Vec<StreamId> {
+        let known = self.known();
+        let places = known.named.get(name).into_iter().flatten();
+        places.map(|index| StreamId(*index as u32)).collect()
     }
 
     /// The streams that were declared after the first so many.
@@ -76,6 +86,13 @@ pub struct Declared {
     pub news: bool,
 }
 
+/// Whether a description of the stream tells something new. Who publishes it, and what they offer, is no
+/// part of that: a replay, which knows these from the begin on, has the same descriptions.
+fn is_described_anew(known: &Stream, stream: &Stream) -> bool {
+    let (qos, publisher) = (known.qos.clone(), known.publisher.clone());
+    known != stream && *known != Stream { publisher, qos, ..stream.clone() }
+}
+
 fn is_same(known: &Stream, stream: &Stream) -> bool {
     let same_shape = match (&known.shape, &stream.shape) {
         (Shape::Message(known), Shape::Message(new)) => known.name == new.name,
@@ -87,6 +104,7 @@ fn is_same(known: &Stream, stream: &Stream) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::qos::Qos;
     use crate::stream::{Schema, Subject};
 
     fn message(name: &str, ty: &str, text: &str) -> Stream {
@@ -107,6 +125,16 @@ mod tests {
         assert_eq!(again, Declared { id: first, news: true });
         assert!(!streams.declare(message("/r1/x", "a/msg/X", "uint8 x")).news);
         assert_eq!(streams.get(first).shape, message("", "a/msg/X", "uint8 x").shape);
+    }
+
+    #[test]
+    fn what_publishers_offer_is_kept_and_no_news() {
+        let streams = Streams::default();
+        let first = message("/r1/x", "a/msg/X", "");
+        let id = streams.declare(first.clone()).id;
+        let offered = Stream { qos: vec![Qos::reliable(1)], publisher: "r1".into(), ..first };
+        assert_eq!(streams.declare(offered.clone()), Declared { id, news: false });
+        assert_eq!(*streams.get(id), offered);
     }
 
     #[test]

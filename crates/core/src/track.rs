@@ -4,12 +4,18 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use teampulse_timefilter::clock::{Corrected, Stamps};
+use teampulse_timefilter::clock::{Corrected, Says, Stamps};
 
 use crate::clocks::{Clocks, UNKNOWN};
+use crate::computers::UNTOLD;
 use crate::data::Data;
+use crate::density::Density;
+use crate::intake::{Intake, Shared};
 use crate::life::Life;
 use crate::loss::Loss;
+use crate::publishers;
+use crate::pump::SESSION_EVENTS;
+use crate::qos::{Durability, Qos};
 use crate::sample::{Sample, Turn};
 use crate::source::Reading;
 use crate::status::StreamStatus;
@@ -19,23 +25,72 @@ use crate::time::Time;
 /// With how many of its newest neighbours a message is compared to find it sent twice.
 const NEIGHBOURS: usize = 4;
 
+/// What is older than this when it arrives may have been kept for those who join later [s].
+const KEPT_SECS: f64 = 1.0;
+/// For how long after the first message, or after a silence, what was kept may come [s].
+const JOINING_SECS: f64 = 2.0;
+/// How long such a silence lasts [s].
+const SILENCE_SECS: f64 = 5.0;
+
 /// One stream: how its readings become samples.
 #[derive(Debug)]
 pub(crate) struct Track {
     pub(crate) id: StreamId,
     pub(crate) stream: Arc<Stream>,
     pub(crate) life: Life,
+    intake: Intake,
+    density: Density,
     /// What it is called where its health is told.
     pub(crate) told_as: String,
     /// The losses that are told on this stream, if it is one of those.
     pub(crate) tells: Option<Loss>,
+    /// What its readings say to the pump itself, if anything.
+    pub(crate) word: Option<Word>,
+    /// What is wrong with its publishers.
+    pub(crate) published_by: Option<String>,
+    joining: Option<Joining>,
     next_index: u64,
+    /// The number of the last sample.
+    last_index: Option<u64>,
     /// How many samples there were, of waves each one counted, and the lost ones too.
     position: u64,
     /// How many samples the last reading had.
     last_count: u32,
     newest: Option<Time>,
     neighbours: VecDeque<(Time, Bytes)>,
+}
+
+/// What the readings of a stream say to the pump itself; known by its name, which stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Word {
+    /// What happens in the session.
+    Happenings,
+    /// Whose clock stamps a stream, or what a probe of it found.
+    Computers,
+    /// Who publishes a topic.
+    Publishers,
+}
+
+impl Word {
+    fn of(stream: &Stream) -> Option<Word> {
+        match stream.name.as_str() {
+            SESSION_EVENTS => Some(Word::Happenings),
+            publishers::TOPIC => Some(Word::Publishers),
+            name if UNTOLD.contains(&name) => Some(Word::Computers),
+            _ => None,
+        }
+    }
+}
+
+/// When what was kept for those who join later may come.
+#[derive(Debug)]
+struct Joining {
+    /// Whether anything was.
+    is_kept: bool,
+    /// When readings began to come, at first or after a silence.
+    began: Time,
+    /// When the last one came.
+    last: Time,
 }
 
 /// Whether a stream comes now and then by its nature: what happens, and what people do.
@@ -49,9 +104,15 @@ impl Track {
             id,
             life: if is_irregular(&stream) { Life::irregular() } else { Life::new(stream.rate_hz) },
             told_as: stream.name.clone(),
+            intake: Intake::default(),
+            density: Density::default(),
             tells: Loss::told_on(&stream),
+            word: Word::of(&stream),
+            published_by: None,
+            joining: None,
             stream,
             next_index: 0,
+            last_index: None,
             position: 0,
             last_count: 1,
             newest: None,
@@ -74,11 +135,23 @@ impl Track {
         log_time: Time,
         clocks: &mut Clocks,
     ) -> Sample {
-        reading.source_time = reading.source_time.filter(|&stamp| stamp != log_time);
-        let stamps = self.stamps(&reading, log_time);
+        // A bag has no times before 1970, and a replay must see the same stamps.
+        let source_time = reading.source_time.map(|stamp| stamp.max(Time::EPOCH));
+        reading.source_time = source_time.filter(|&stamp| stamp != log_time);
+        let is_history = self.stream.origin == Origin::Raw && self.is_history(&reading, log_time);
+        let is_message = matches!(self.stream.shape, Shape::Message(_));
+        let says = match (is_message, is_history) {
+            (_, true) => Says::Kept,
+            (true, false) => Says::Sent,
+            (false, false) => Says::Measured,
+        };
+        let stamps = self.stamps(&reading, log_time, says);
         let Corrected { measured, period_nanos, disbelieved } = match self.stream.origin {
-            Origin::Raw => clocks.correct(self.id, &self.stream, &stamps),
-            Origin::Derived => Corrected {
+            // What was published long ago tells nothing of the publisher's clock.
+            Origin::Raw if !(is_history && is_message) => {
+                clocks.correct(self.id, &self.stream, &stamps)
+            }
+            Origin::Raw | Origin::Derived => Corrected {
                 measured: stamps.source.unwrap_or(stamps.arrival),
                 period_nanos: stamps.period_nanos,
                 disbelieved: false,
@@ -90,14 +163,21 @@ impl Track {
         }
         self.position = self.position.saturating_add(u64::from(stamps.count));
         self.last_count = stamps.count;
-        // Of our own shapes a recording has no stamp of the source's.
-        let told = matches!(self.stream.shape, Shape::Message(_));
-        let source_time = reading.source_time.filter(|_| told);
-        self.life.arrived(stamps.count, log_time, measured, source_time);
-        if disbelieved {
-            self.life.was_disbelieved();
+        if is_history {
+            self.life.was_given_history(log_time);
+        } else {
+            // Of our own shapes a recording has no stamp of the source's.
+            let source_time = reading.source_time.filter(|_| is_message);
+            self.life.arrived(stamps.count, log_time, measured, source_time);
+            if disbelieved {
+                self.life.was_disbelieved();
+            }
         }
-        let turn = self.turn(measured, &reading);
+        let turn = self.turn(measured, &reading, is_history);
+        if turn == Turn::OnTime && matches!(reading.data, Data::Wave(_)) {
+            let stated_hz = self.stated_hz(period_nanos);
+            self.density.came(stamps.count.into(), measured, log_time, stated_hz);
+        }
         Sample {
             stream: self.id,
             measured,
@@ -105,19 +185,42 @@ impl Track {
             device_time: reading.device_time,
             source_time: reading.source_time,
             period_ns: period_nanos,
-            index: self.number(),
+            index: self.number(reading.index),
             turn,
             data: reading.data,
+        }
+    }
+
+    /// The rate that is stated, by the period of a wave [ns] or by the description, whichever is lower [Hz];
+    /// 0 where none is.
+    fn stated_hz(&self, period_nanos: f64) -> f64 {
+        let rates_hz = [1e9 / period_nanos, self.stream.rate_hz];
+        let stated_hz = rates_hz.into_iter().filter(|hz| hz.is_finite() && *hz > 0.0);
+        stated_hz.reduce(f64::min).unwrap_or(0.0)
+    }
+
+    /// Marks a sample that comes in its turn, or late, as too much where nothing can be computed with it any
+    /// more.
+    pub(crate) fn bound(&mut self, sample: &mut Sample, all: &mut Shared) {
+        let is_computed_with = matches!(sample.turn, Turn::OnTime | Turn::Late);
+        if is_computed_with && !self.intake.admits(all, &self.stream, &sample.data, sample.log_time)
+        {
+            sample.turn = Turn::Excess;
         }
     }
 
     /// How the stream is doing at `now`, its clock included.
     pub(crate) fn status(&self, now: Time, clocks: &Clocks) -> StreamStatus {
         let clock = clocks.state(self.id).unwrap_or(UNKNOWN);
-        self.life.status(&self.told_as, now, &clock, clocks.complaint(self.id))
+        let of_publishers = || self.published_by.clone();
+        let of_clock = || clocks.complaint(self.id);
+        let of_density = || self.density.complaint();
+        let complaint = self.intake.complaint(now).or_else(of_publishers);
+        let complaint = complaint.or_else(of_density).or_else(of_clock);
+        self.life.status(&self.told_as, now, &clock, complaint)
     }
 
-    fn stamps(&self, reading: &Reading, log_time: Time) -> Stamps {
+    fn stamps(&self, reading: &Reading, log_time: Time, says: Says) -> Stamps {
         let (count, period_nanos) = match &reading.data {
             Data::Wave(wave) => {
                 let count = wave.samples.len() / wave.channels.max(1) as usize;
@@ -128,17 +231,22 @@ impl Track {
         Stamps {
             device: reading.device_time,
             source: reading.source_time.map(Time::nanos),
+            says,
             arrival: log_time.nanos(),
+            stream: self.id.0,
             index: self.position,
             count,
             period_nanos,
         }
     }
 
-    /// The number of the next sample.
-    pub(crate) fn number(&mut self) -> u64 {
-        let index = self.next_index;
-        self.next_index += 1;
+    /// The number of the next sample: its publisher's `own`, if that goes on counting, so that what was
+    /// missing there is missing here; else one more than the last.
+    pub(crate) fn number(&mut self, own: Option<u64>) -> u64 {
+        let goes_on = |own: &u64| self.last_index.is_none_or(|last| *own > last);
+        let index = own.filter(goes_on).unwrap_or(self.next_index);
+        self.last_index = Some(index);
+        self.next_index = index.saturating_add(1);
         index
     }
 
@@ -148,22 +256,48 @@ impl Track {
             Loss::OnTheWay => self.life.lost_on_the_way(count),
             Loss::InOurQueue => self.life.lost_in_our_queue(count),
         }
-        self.next_index += count as u64;
+        self.next_index = self.next_index.saturating_add(count as u64);
         let samples = (count as u64).saturating_mul(u64::from(self.last_count));
         self.position = self.position.saturating_add(samples);
     }
 
-    fn turn(&mut self, measured: Time, reading: &Reading) -> Turn {
+    fn turn(&mut self, measured: Time, reading: &Reading, is_history: bool) -> Turn {
         if self.came_before(reading) {
             self.life.was_duplicate();
             return Turn::Duplicate;
         }
         if self.newest.is_some_and(|newest| measured < newest) {
-            self.life.was_late();
+            // What two publishers have kept comes one behind the other.
+            if !is_history {
+                self.life.was_late();
+            }
             return Turn::Late;
         }
         self.newest = Some(measured);
         Turn::OnTime
+    }
+
+    /// Whether a reading is what a publisher has kept for those who join later: it was published long
+    /// before it came, and came at once with the first, or, as a message, after a silence.
+    ///
+    /// Told by what a recording has, too: the offers at the first reading, and stamps that are kept.
+    fn is_history(&mut self, reading: &Reading, log_time: Time) -> bool {
+        let is_message = matches!(self.stream.shape, Shape::Message(_));
+        let joining = self.joining.get_or_insert_with(|| {
+            let keeps = |qos: &Qos| qos.durability == Durability::TransientLocal;
+            let may_be_kept =
+                self.stream.shape == Shape::Event && self.stream.about != About::Session;
+            let is_kept = (is_message || may_be_kept) && self.stream.qos.iter().any(keeps);
+            Joining { is_kept, began: log_time, last: log_time }
+        });
+        if is_message && log_time.secs_since(joining.last) >= SILENCE_SECS {
+            joining.began = log_time;
+        }
+        joining.last = log_time;
+        let is_old = |stamp: Time| log_time.secs_since(stamp) > KEPT_SECS;
+        joining.is_kept
+            && log_time.secs_since(joining.began) <= JOINING_SECS
+            && reading.source_time.is_some_and(is_old)
     }
 
     /// Whether the same bytes with the same stamp came just before.

@@ -1,4 +1,9 @@
-//! How units are spelt: one way where machines read them, one where people do.
+//! How units are spelt: one way where machines read them, one where people do; and what numbers of one are
+//! in another.
+
+mod conversion;
+
+pub use conversion::{Conversion, accepted, worked_in};
 
 /// THE table of spellings: as machines read it (in messages, bags, tables and JSON: ASCII, as most ROS
 /// drivers and BIDS write), as people do, and what else means the same.

@@ -52,6 +52,7 @@ impl Source for Script {
         for each in self.readings.drain(..) {
             let arrival = Time::from_nanos(each.arrival);
             let reading = Reading {
+                index: None,
                 stream: outlet.declare_at(each.stream, arrival),
                 device_time: each.device,
                 source_time: each.source.map(Time::from_nanos),

@@ -14,6 +14,7 @@ use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session::{Outcome, Pace, Session};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{About, Origin, Schema, Shape, Stream, StreamId, Subject};
 use teampulse_core::streams::Streams;
@@ -104,7 +105,8 @@ impl Source for Robot {
             let stamp =
                 outlet.clock().now() - Duration::from_micros(if k % 50 == 49 { 90_000 } else { 0 });
             let data = Data::Message(Bytes::copy_from_slice(&k.to_le_bytes()));
-            let reading = Reading { stream, device_time: None, source_time: Some(stamp), data };
+            let reading =
+                Reading { index: None, stream, device_time: None, source_time: Some(stamp), data };
             if k % 70 == 69 {
                 outlet.offer(reading.clone());
                 outlet.lost(stream, 2.0);
@@ -131,7 +133,7 @@ async fn keep(
         clocks: Clocks::default(),
         streams: Streams::default(),
         sources: sources.into_iter().map(|source| ("test".to_owned(), source)).collect(),
-        features: vec![Arc::new(Counting)],
+        features: vec![("counting", Arc::new(Counting))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
         encode,
     };
@@ -222,7 +224,8 @@ impl Source for Paced {
         let stream = outlet.declare_at(robot_stream("r1"), Time::from_nanos(1));
         for k in 1..=3_i64 {
             let data = Data::Message(Bytes::copy_from_slice(&k.to_le_bytes()));
-            let reading = Reading { stream, device_time: None, source_time: None, data };
+            let reading =
+                Reading { index: None, stream, device_time: None, source_time: None, data };
             outlet.send(reading, Time::from_nanos(10 * k)).await.expect("the session goes on");
             let delivered = || {
                 let kept = self.0.lock().expect("nobody panicked");
@@ -251,4 +254,142 @@ async fn a_recording_that_is_played_slowly_is_delivered_as_it_comes() {
     };
     let ended = tokio::time::timeout(Duration::from_secs(30), session.run(std::future::pending()));
     assert!(ended.await.is_ok(), "readings are held back");
+}
+
+/// Computes for long with each sample.
+struct Slow;
+
+impl Feature for Slow {
+    fn accepts(&self, stream: &Stream) -> bool {
+        stream.about == About::Robot
+    }
+
+    fn scope(&self) -> Scope {
+        Scope::Subject
+    }
+
+    fn start(&self, _: &Stream) -> Box<dyn Extractor> {
+        Box::new(Slow)
+    }
+}
+
+impl Extractor for Slow {
+    fn join(&mut self, _: StreamId, _: &Stream, _: &mut Outputs) {}
+
+    fn push(&mut self, _: &Sample, _: &mut Outputs) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Hands over more than can be computed with, all at once.
+struct Flood(u64);
+
+#[async_trait]
+impl Source for Flood {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let stream = outlet.declare(robot_stream("r1"));
+        for k in 0..self.0 {
+            let data = Data::Message(Bytes::copy_from_slice(&k.to_le_bytes()));
+            outlet.offer(Reading {
+                index: None,
+                stream,
+                device_time: None,
+                source_time: None,
+                data,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Would take a hundred minutes if all were computed with.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() {
+    let kept: Arc<std::sync::Mutex<Vec<Record>>> = Arc::default();
+    let session = Session {
+        clock: Clock::host(),
+        pace: Pace::Live,
+        clocks: Clocks::default(),
+        streams: Streams::default(),
+        sources: vec![("test".into(), Box::new(Flood(120_000)))],
+        features: vec![("slow", Arc::new(Slow))],
+        sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
+        encode,
+    };
+    let outcome = session.run(std::future::ready(())).await;
+    let kept = kept.lock().expect("nobody panicked");
+    let taken = kept.iter().filter(|record| record.stream.name == "/r1/any").count() as u64;
+    assert_eq!(taken + outcome.dropped, 120_000);
+    let told = kept.iter().filter(|record| record.stream.name == "/teampulse/lost_queue");
+    assert_eq!(told.count(), usize::from(outcome.dropped > 0));
+    let labels = kept.iter().filter_map(|record| match &record.sample.data {
+        Data::Event(event) => Some(event.label.as_str()),
+        _ => None,
+    });
+    assert_eq!(labels.filter(|label| label.contains("nothing computed of it")).count(), 1);
+    assert!(matches!(
+        &kept.last().expect("the end is told").sample.data,
+        Data::Event(_) | Data::Status(_)
+    ));
+}
+
+/// Hands over a reading, and one from hours later.
+struct Leap;
+
+#[async_trait]
+impl Source for Leap {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let stream = outlet.declare_at(robot_stream("r1"), Time::from_nanos(1));
+        for at in [1, 20 * 3_600_000_000_000] {
+            let data = Data::Message(Bytes::from_static(b"x"));
+            let reading =
+                Reading { index: None, stream, device_time: None, source_time: None, data };
+            outlet.send(reading, Time::from_nanos(at)).await.expect("the session goes on");
+        }
+        Ok(())
+    }
+}
+
+/// Notes how large the largest batch was, and how many records came.
+struct Largest(Arc<std::sync::Mutex<(usize, usize)>>);
+
+impl Sink for Largest {
+    fn name(&self) -> &'static str {
+        "largest"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        loop {
+            match inbox.receive(Duration::from_secs(1)) {
+                Received::Batch(batch) => {
+                    let mut noted = self.0.lock().expect("nobody panicked");
+                    *noted = (noted.0.max(batch.len()), noted.1 + batch.len());
+                }
+                Received::Silence => {}
+                Received::Closed => return Ok(()),
+            }
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_comes_of_a_long_silence_is_handed_over_in_portions() {
+    let noted = Arc::default();
+    let session = Session {
+        clock: Clock::told(),
+        pace: Pace::Recorded,
+        clocks: Clocks::default(),
+        streams: Streams::default(),
+        sources: vec![("test".into(), Box::new(Leap))],
+        features: Vec::new(),
+        sinks: vec![Box::new(Largest(Arc::clone(&noted)))],
+        encode,
+    };
+    session.run(std::future::pending()).await;
+    let (largest, all) = *noted.lock().expect("nobody panicked");
+    assert!(all > 72_000 && largest < 2100, "{largest} of {all}");
 }

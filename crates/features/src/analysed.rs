@@ -14,6 +14,10 @@ use crate::running::{Naming, Running};
 /// So long after its end a phase is told of although nothing has come on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
 
+/// No sensor of a person is faster [samples a second]; what says so is not analysed, as it would take room for
+/// its windows.
+const HIGHEST_RATE_HZ: f64 = 100_000.0;
+
 /// A feature of a person's signal: an analysis that runs on each stream of that signal.
 pub(crate) struct Analysed {
     /// Which signal it accepts.
@@ -34,6 +38,7 @@ impl Analysed {
             && matches!(stream.shape, Shape::Sample | Shape::Wave)
             && !stream.channels.is_empty()
             && (stream.rate_hz > 0.0 || self.signal == Signal::Interval)
+            && stream.rate_hz <= HIGHEST_RATE_HZ
     }
 }
 
@@ -117,6 +122,7 @@ mod tests {
 
     use super::*;
     use crate::context::FeatureContext;
+    use crate::people::heart::Heart;
     use crate::people::skin_temperature::SkinTemperature;
 
     const RATE_HZ: f64 = 4.0;
@@ -164,6 +170,10 @@ mod tests {
         }
 
         fn take(&mut self, stream: StreamId, secs: f64, data: Data) {
+            self.take_at(stream, secs, 1e9 / RATE_HZ, data);
+        }
+
+        fn take_at(&mut self, stream: StreamId, secs: f64, period_ns: f64, data: Data) {
             let measured = Time::from_nanos((secs * 1e9).round() as i64);
             let sample = Sample {
                 stream,
@@ -171,7 +181,7 @@ mod tests {
                 log_time: measured,
                 device_time: None,
                 source_time: None,
-                period_ns: 1e9 / RATE_HZ,
+                period_ns,
                 index: 0,
                 turn: Turn::OnTime,
                 data,
@@ -181,7 +191,10 @@ mod tests {
 
         /// The end [s] and the values of each window, or of each phase.
         fn told(&mut self, leaf: &str) -> Vec<(f64, FeatureValues)> {
-            let name = format!("/humans/persons/p1/e4/temp/skin_temperature/{leaf}");
+            self.told_of(&format!("/humans/persons/p1/e4/temp/skin_temperature/{leaf}"))
+        }
+
+        fn told_of(&mut self, name: &str) -> Vec<(f64, FeatureValues)> {
             let known = self.out.streams().iter().find(|stream| stream.name == name).cloned();
             let Some(id) = known.map(|stream| self.out.declare(stream)) else { return Vec::new() };
             let of = self.out.samples().filter(|(stream, ..)| *stream == id);
@@ -210,6 +223,46 @@ mod tests {
         assert_eq!(phases(&mut warming), [(60.0, 60.0, 1.0), (120.0, 30.0, 1.0)]);
         warming.happen(140.0, EventKind::Clock, END, 0.0);
         assert_eq!(phases(&mut warming)[2..], [(140.0, 20.0, 1.0)]);
+    }
+
+    /// How many intervals an ECG with a beat each 0.8 s has in a phase of so many seconds; the beats are
+    /// at 0.3 s, 1.1 s and so on.
+    fn intervals_in(phase_secs: f64) -> f64 {
+        const RATE_HZ: f64 = 130.0;
+        let bump = |secs: f64, at: f64, width: f64| {
+            let from = (secs - at + 0.4).rem_euclid(0.8) - 0.4;
+            (-(from / width).powi(2) / 2.0).exp()
+        };
+        let volts = |secs: f64| bump(secs, 0.3, 0.012) + 0.2 * bump(secs, 0.55, 0.05);
+        let subject = Subject { about: About::Person, id: "p1".into() };
+        let stream = Stream::raw("/humans/persons/p1/strap/ecg", subject, Shape::Wave);
+        let stream = Stream { signal: Signal::Ecg, rate_hz: RATE_HZ, ..stream };
+        let stream = stream.with_channels(&[("ecg", "mV")]);
+        let feature = Heart { windows_secs: Some(vec![10.0]) };
+        let feature = feature.build(&FeatureContext::default()).unwrap();
+        let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
+        extractor.join(INPUT, &stream, &mut out);
+        extractor.join(EVENTS, &session_events(), &mut out);
+        let mut heart = Warming { extractor, out, now_secs: 0.0 };
+        heart.happen(0.0, EventKind::Phase, "task", phase_secs);
+        for wave in 0..50 {
+            let at = |k: i32| f64::from(wave) + f64::from(k) / RATE_HZ;
+            let samples = (0..130).map(|k| volts(at(k))).collect();
+            let wave = Wave { period_ns: 1e9 / RATE_HZ, channels: 1, samples };
+            heart.take_at(INPUT, at(0), 1e9 / RATE_HZ, Data::Wave(wave));
+        }
+        let phases = "/humans/persons/p1/strap/ecg/heart/phases";
+        let known = heart.out.streams().iter().find(|stream| stream.name == phases).unwrap();
+        let place = known.channels.iter().position(|name| name == "HRV_N").unwrap();
+        heart.told_of(phases)[0].1.values[place]
+    }
+
+    #[test]
+    fn the_last_beat_of_a_phase_belongs_to_it() {
+        // No beat lies between 40.3 s and 41.1 s.
+        let (after_a_beat, later) = (intervals_in(40.4), intervals_in(40.9));
+        assert!(later > 40.0, "{later}");
+        assert_eq!(after_a_beat, later);
     }
 
     #[test]

@@ -13,12 +13,14 @@ const WINDOWS: &str = "give lengths in seconds, like [30, 60]";
 pub struct FeatureContext {
     /// The lengths of the windows of every feature that does not say its own [s].
     pub windows_secs: Vec<f64>,
+    /// The frequency of the mains [Hz]: 50 or 60; without it the one that is heard in a signal.
+    pub mains_hz: Option<f64>,
 }
 
-/// Windows of 30 s and 60 s.
+/// Windows of 30 s and 60 s, and the mains that are heard.
 impl Default for FeatureContext {
     fn default() -> FeatureContext {
-        FeatureContext { windows_secs: vec![30.0, 60.0] }
+        FeatureContext { windows_secs: vec![30.0, 60.0], mains_hz: None }
     }
 }
 
@@ -57,7 +59,8 @@ mod tests {
 
     #[test]
     fn windows_are_ascending_and_each_comes_once() {
-        let context = FeatureContext { windows_secs: vec![60.0, 30.0, 60.0] };
+        let context =
+            FeatureContext { windows_secs: vec![60.0, 30.0, 60.0], ..FeatureContext::default() };
         assert_eq!(context.windows_or(None).unwrap(), [30.0, 60.0]);
         assert_eq!(context.windows_or(Some(vec![5.0])).unwrap(), [5.0]);
     }

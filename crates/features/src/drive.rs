@@ -23,7 +23,9 @@ pub(crate) struct Drive {
 /// The feature of these settings, in a study with windows of 30 s.
 pub(crate) fn built<S: Component<dyn Feature, FeatureContext>>(settings: &str) -> Box<dyn Feature> {
     let settings: S = toml::from_str(settings).expect("settings that read");
-    settings.build(&FeatureContext { windows_secs: vec![30.0] }).expect("settings that build")
+    settings
+        .build(&FeatureContext { windows_secs: vec![30.0], ..FeatureContext::default() })
+        .expect("settings that build")
 }
 
 /// A stream of the robot `r1` whose samples are plain numbers.
@@ -89,6 +91,11 @@ impl Drive {
         let now_secs = self.next_tick_ns as f64 / 1e9;
         let late = sample(secs, now_secs, Data::Sample(numbers.into()));
         self.extractor.push_late(&late, &mut self.out);
+    }
+
+    /// Until `secs` teampulse itself does not run.
+    pub(crate) fn stood_still(&mut self, secs: f64) {
+        self.extractor.stood_still(time(secs));
     }
 
     /// All ticks up to `secs`.

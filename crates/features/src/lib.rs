@@ -34,6 +34,7 @@ pub mod people {
     pub mod intervals;
     pub mod movement;
     pub mod muscle;
+    pub mod outages;
     pub mod pulse;
     pub mod skin;
     pub mod skin_temperature;
@@ -74,6 +75,7 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<people::intervals::Intervals>("intervals"),
     Entry::new::<people::movement::Movement>("movement"),
     Entry::new::<people::muscle::Muscle>("muscle"),
+    Entry::new::<people::outages::Outages>("outages"),
     Entry::new::<people::pulse::Pulse>("pulse"),
     Entry::new::<people::skin::Skin>("skin"),
     Entry::new::<people::skin_temperature::SkinTemperature>("skin_temperature"),

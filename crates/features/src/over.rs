@@ -1,10 +1,58 @@
 //! Phases that are over: each is told of once, as far as it is held.
 
+use std::collections::VecDeque;
+
 use teampulse_core::phases::Phase;
 use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
 
 /// How a recipe says what is measured of a phase.
-pub(crate) const OVER_PHASES: &str = "each phase, of a longer one its last 600 s";
+pub(crate) const OVER_PHASES: &str = "each phase, of a longer one its last 600 s, or fewer where these have more than 8 million numbers";
+
+/// More numbers of a stream than these are not held for a phase that goes on: of 20 channels at 1 kHz, those
+/// of 400 s. One stream takes a few times eight bytes for each, whatever its rate.
+const MOST_HELD: u64 = 8_000_000;
+
+/// From when on the numbers of a stream are held, so that they are never more than [`MOST_HELD`].
+///
+/// Counted in whole seconds of the stream's own time, so that any chunking holds the same.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Held {
+    /// Each second with its numbers, ascending; some have none.
+    seconds: VecDeque<(i64, u64)>,
+    numbers: u64,
+    /// Nothing from before this second is held any more.
+    from_sec: Option<i64>,
+}
+
+impl Held {
+    /// So many numbers came for a time [ns]. What comes late counts with the newest.
+    pub(crate) fn came(&mut self, at_ns: i64, numbers: u64) {
+        let sec = at_ns.div_euclid(SECOND_NS);
+        match self.seconds.back_mut() {
+            Some((newest, count)) if *newest >= sec => *count += numbers,
+            _ => self.seconds.push_back((sec, numbers)),
+        }
+        self.numbers += numbers;
+        let longest_secs = LONGEST_HELD_NS / SECOND_NS;
+        while let Some(&(first, count)) = self.seconds.front()
+            && self.seconds.len() > 1
+            && (self.numbers > MOST_HELD || sec.saturating_sub(first) > longest_secs)
+        {
+            if self.numbers > MOST_HELD {
+                self.from_sec = Some(first.saturating_add(1));
+            }
+            self.numbers -= count;
+            self.seconds.pop_front();
+        }
+    }
+
+    /// The earliest time that can be held [ns].
+    pub(crate) fn since_ns(&self) -> i64 {
+        self.from_sec.map_or(i64::MIN, |sec| sec.saturating_mul(SECOND_NS))
+    }
+}
+
+const SECOND_NS: i64 = 1_000_000_000;
 
 /// Which phases were told of already.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,10 +73,53 @@ impl PhasesTold {
     }
 }
 
-/// What is measured of a phase that is over: all of it, or as much of its end as is held. `None` of one
-/// without length, or of before there was anything (`since_ns`).
-pub(crate) fn measured_span(phase: &Phase, since_ns: i64) -> Option<Span> {
+/// What is measured of a phase that is over: all of it, or as much of its end as is held (`held_ns`). `None`
+/// of one without length, or of before there was anything (`since_ns`).
+pub(crate) fn measured_span(phase: &Phase, since_ns: i64, held_ns: i64) -> Option<Span> {
     let (begin_ns, end_ns) = (phase.begin.nanos(), phase.end?.nanos());
-    let begin_ns = begin_ns.max(end_ns.saturating_sub(LONGEST_HELD_NS));
+    let begin_ns = begin_ns.max(end_ns.saturating_sub(LONGEST_HELD_NS)).max(held_ns);
     (end_ns > begin_ns.max(since_ns)).then_some(Span { begin_ns, end_ns })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From when on numbers are held after so many seconds of so many each [s].
+    fn held_from_secs(secs: i64, numbers: u64) -> Option<i64> {
+        let mut held = Held::default();
+        for sec in 0..secs {
+            for tenth in 0..10 {
+                held.came(sec * SECOND_NS + tenth * SECOND_NS / 10, numbers / 10);
+            }
+            assert!(held.numbers <= MOST_HELD.max(numbers));
+        }
+        (held.since_ns() != i64::MIN).then(|| held.since_ns() / SECOND_NS)
+    }
+
+    #[test]
+    fn a_usual_stream_is_held_for_ten_minutes() {
+        for numbers in [130, 1000, 12_000] {
+            assert_eq!(held_from_secs(2000, numbers), None, "{numbers} a second");
+        }
+    }
+
+    #[test]
+    fn of_a_stream_at_its_limit_no_more_than_so_many_numbers_are_held() {
+        assert_eq!(held_from_secs(600, 200_000), Some(560));
+        assert_eq!(held_from_secs(600, 20_000), Some(200));
+        assert_eq!(held_from_secs(50, 10_000_000), Some(49));
+    }
+
+    #[test]
+    fn what_comes_late_or_after_a_gap_counts_too() {
+        let mut held = Held::default();
+        held.came(1000 * SECOND_NS, 6_000_000);
+        held.came(500 * SECOND_NS, 1_000_000);
+        assert_eq!(held.since_ns(), i64::MIN);
+        held.came(1001 * SECOND_NS, 1_500_000);
+        assert_eq!(held.since_ns(), 1001 * SECOND_NS);
+        held.came(9000 * SECOND_NS, 10);
+        assert_eq!((held.numbers, held.since_ns()), (10, 1001 * SECOND_NS));
+    }
 }

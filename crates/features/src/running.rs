@@ -8,14 +8,19 @@ use teampulse_core::phases::Phase;
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{Shape, Signal, Stream};
 use teampulse_core::time::Time;
+use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
 use teampulse_signal::analysis::{self, Live, Make, Measured, Told, Value};
 
-use crate::over::{OVER_PHASES, PhasesTold, measured_span};
+use crate::over::{Held, OVER_PHASES, PhasesTold, measured_span};
 use crate::windows::window_name;
 
 /// Windows are told of once a second of the stream's own time.
 const HOP_NS: i64 = 1_000_000_000;
+
+/// A phase is told of when samples so much later have come [ns]: a beat is known a moment after it, and
+/// the last one of a phase belongs to it.
+const KNOWN_AFTER_NS: i64 = 2_000_000_000;
 
 /// What an analysis is called, and which events it tells of.
 pub(crate) struct Naming {
@@ -49,12 +54,17 @@ pub(crate) struct Running {
     stream: Stream,
     work: Option<Work>,
     phases_told: PhasesTold,
+    is_refusal_told: bool,
 }
 
 /// An analysis that has begun.
 struct Work {
     live: Live,
+    held: Held,
     readout: Readout,
+    /// To the unit that the analysis works in, a channel each.
+    conversions: Vec<Conversion>,
+    numbers: Vec<f64>,
     windows: Vec<OutputId>,
     events: Vec<OutputId>,
 }
@@ -77,6 +87,7 @@ impl Running {
             stream,
             work,
             phases_told: PhasesTold::default(),
+            is_refusal_told: false,
         };
         running.work = running.start(out);
         running
@@ -87,9 +98,11 @@ impl Running {
         &self.stream
     }
 
-    /// The stream is known better: at another rate or with other channels it begins anew.
+    /// The stream is known better: at another rate, with other channels or units it begins anew.
     pub(crate) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
-        let of = |stream: &Stream| (stream.rate_hz.to_bits(), stream.channels.clone());
+        let of = |stream: &Stream| {
+            (stream.rate_hz.to_bits(), stream.channels.clone(), stream.units.clone())
+        };
         let is_same = of(&self.stream) == of(stream);
         self.stream = stream.clone();
         if self.work.is_none() || !is_same {
@@ -100,6 +113,7 @@ impl Running {
     fn start(&self, out: &mut Outputs) -> Option<Work> {
         let stream = &self.stream;
         let readout = Readout::of(stream)?;
+        let conversions = conversions(stream).ok()?;
         let lengths_ns: Vec<i64> =
             self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
         let (make, channels) = ((self.make)(stream), stream.channels.len());
@@ -109,7 +123,15 @@ impl Running {
         let windows = self.windows_secs.iter().map(window).collect();
         let event = |happening: &Happening| out.declare(events(stream, happening));
         let events = self.naming.events.iter().map(event).collect();
-        Some(Work { live, readout, windows, events })
+        Some(Work {
+            live,
+            held: Held::default(),
+            readout,
+            conversions,
+            numbers: Vec::new(),
+            windows,
+            events,
+        })
     }
 
     fn window(&self, secs: f64, values: &[Value]) -> Stream {
@@ -134,15 +156,23 @@ impl Running {
 
     /// Takes in what came on the stream; `phases` are those of its subject.
     pub(crate) fn push(&mut self, sample: &Sample, phases: &[Phase], out: &mut Outputs) {
-        let Some(mut work) = self.work.take() else { return };
+        let Some(mut work) = self.work.take() else {
+            self.tell_refusal(sample.measured, out);
+            return;
+        };
         let width = self.stream.channels.len();
         if let Some(numbers) = work.readout.read(&sample.data) {
+            let conversions = work.conversions.iter().cycle();
+            work.numbers.clear();
+            work.numbers.extend(numbers.iter().zip(conversions).map(|(number, to)| to.of(*number)));
+            let numbers = std::mem::take(&mut work.numbers);
             for (place, channels) in numbers.chunks_exact(width).enumerate() {
                 let after_ns = (sample.period_ns * place as f64).round() as i64;
                 let at_ns = sample.measured.nanos().saturating_add(after_ns);
-                self.tell_phases(&mut work.live, phases, at_ns, out);
+                let known_ns = at_ns.saturating_sub(KNOWN_AFTER_NS);
+                self.tell_phases(&mut work, phases, known_ns, out);
                 let (windows, events) = (&work.windows, &work.events);
-                work.live.push(at_ns, channels, &mut |told| match told {
+                let missing = work.live.push(at_ns, channels, &mut |told| match told {
                     Told::Window(place, span, measured) => {
                         let data = feature(span.secs(), &measured);
                         out.emit(windows[place], Time::from_nanos(span.end_ns), data);
@@ -156,33 +186,70 @@ impl Running {
                         }
                     }
                 });
+                // What is missing takes as much room as what came.
+                let taken = missing.map_or(0, |missing| 1 + missing as u64);
+                work.held.came(at_ns, taken * width as u64);
             }
+            work.numbers = numbers;
         }
         self.work = Some(work);
+    }
+
+    /// Says once, as a fault, that a stream's unit can't be told in that of the analysis.
+    fn tell_refusal(&mut self, at: Time, out: &mut Outputs) {
+        let Err((unit, to)) = conversions(&self.stream) else { return };
+        if !std::mem::replace(&mut self.is_refusal_told, true) {
+            let stream = &self.stream;
+            let output = out.declare(Stream {
+                signal: Signal::Event,
+                device: stream.device.clone(),
+                doc: format!("Why nothing is computed of {}.", stream.name),
+                ..Stream::derived(stream, &format!("{}/refused", self.naming.leaf), Shape::Event)
+            });
+            let label = format!("{}: {unit} can't be told in {to}", self.naming.leaf);
+            let fault =
+                Event { kind: EventKind::Fault, label, value: f64::NAN, duration_secs: 0.0 };
+            out.emit(output, at, Data::Event(Arc::new(fault)));
+        }
     }
 
     /// Tells of the phases that are over at `now`, whether or not samples have come since.
     pub(crate) fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
-        self.tell_phases(&mut work.live, phases, now.nanos(), out);
+        self.tell_phases(&mut work, phases, now.nanos(), out);
         self.work = Some(work);
     }
 
     /// Tells of phases that ended at or before a time [ns], and holds what the next one needs.
-    fn tell_phases(&mut self, live: &mut Live, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
+    fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
         while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
-            self.tell_phase(live, phase, out);
+            self.tell_phase(work, phase, out);
         }
-        live.hold_from(self.phases_told.next_begin_ns(phases));
+        let begin_ns = self.phases_told.next_begin_ns(phases);
+        work.live.hold_from(begin_ns.map(|begin_ns| begin_ns.max(work.held.since_ns())));
     }
 
-    fn tell_phase(&self, live: &mut Live, phase: &Phase, out: &mut Outputs) {
-        let Some(span) = live.begin_ns().and_then(|since_ns| measured_span(phase, since_ns)) else {
+    fn tell_phase(&self, work: &Work, phase: &Phase, out: &mut Outputs) {
+        let (live, held_ns) = (&work.live, work.held.since_ns());
+        let since_ns = live.begin_ns();
+        let Some(span) = since_ns.and_then(|since_ns| measured_span(phase, since_ns, held_ns))
+        else {
             return;
         };
         let output = out.declare(self.output("phases", OVER_PHASES, live.values()));
         out.emit(output, Time::from_nanos(span.end_ns), feature(span.secs(), &live.measure(span)));
     }
+}
+
+/// How the numbers of each channel become those of the unit that analyses of the signal work in; else the
+/// unit that can't, and that one.
+fn conversions(stream: &Stream) -> Result<Vec<Conversion>, (String, &'static str)> {
+    let conversion = |place: usize| {
+        let unit = stream.units.get(place).map_or("", String::as_str);
+        let refused = || (unit.to_owned(), worked_in(stream.signal).unwrap_or("1"));
+        Conversion::for_signal(stream.signal, unit).ok_or_else(refused)
+    };
+    (0..stream.channels.len()).map(conversion).collect()
 }
 
 fn events(input: &Stream, happening: &Happening) -> Stream {
@@ -236,161 +303,4 @@ fn happened(happening: &Happening, event: &analysis::Event, channels: &[String])
 }
 
 #[cfg(test)]
-mod tests {
-    use teampulse_core::data::Wave;
-    use teampulse_core::stream::{About, Origin, StreamId, Subject};
-    use teampulse_signal::ecg;
-
-    use super::*;
-    use crate::context::FeatureContext;
-    use crate::people::heart::Heart;
-    use teampulse_core::registry::Component;
-    use teampulse_core::sample::Turn;
-
-    #[test]
-    fn an_event_of_one_channel_of_several_is_labelled_with_it() {
-        let naming = Happening {
-            kind: "burst",
-            leaf: "bursts",
-            word: EventKind::Burst,
-            value: "peak",
-            duration: "",
-        };
-        let channels = ["flexor".to_owned(), "extensor".to_owned()];
-        let label = |details: &[(&'static str, f64)]| {
-            let details = details.to_vec();
-            let event = analysis::Event { kind: "burst", sample: 0.0, at_ns: 0, details };
-            let Data::Event(event) = happened(&naming, &event, &channels) else { panic!() };
-            event.label.clone()
-        };
-        assert_eq!(label(&[("channel", 1.0), ("peak", 3.0)]), "extensor");
-        assert_eq!(label(&[("peak", 3.0)]), "burst");
-    }
-
-    const RATE_HZ: f64 = 130.0;
-    /// The clock of the strap is a little fast.
-    const PERIOD_NS: f64 = 1e9 / RATE_HZ * 1.000_05;
-
-    fn ecg() -> Stream {
-        let subject = Subject { about: About::Person, id: "p1".into() };
-        let stream = Stream::raw("/humans/persons/p1/polar_h10/ecg", subject, Shape::Wave);
-        let stream = Stream { signal: Signal::Ecg, rate_hz: RATE_HZ, ..stream };
-        stream.with_channels(&[("ecg", "mV")])
-    }
-
-    /// A bump each 100 samples and a little, broad ones between them.
-    fn voltages() -> Vec<f64> {
-        let bump = |k: usize, at: f64, width: f64| {
-            let from = (k % 101) as f64 - at;
-            (-(from / width).powi(2) / 2.0).exp()
-        };
-        (0..7800).map(|k| bump(k, 40.0, 1.5) + 0.2 * bump(k, 75.0, 6.0)).collect()
-    }
-
-    /// What comes out when samples come in waves of these many, some of them lost.
-    fn told(lengths: &[usize]) -> (Vec<Stream>, Vec<(OutputId, Time, String)>) {
-        let feature = Heart { windows_secs: Some(vec![10.0]) };
-        let feature = feature.build(&FeatureContext::default()).unwrap();
-        let stream = ecg();
-        assert!(feature.accepts(&stream));
-        let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
-        extractor.join(StreamId(0), &stream, &mut out);
-        let (voltages, mut begin) = (voltages(), 0);
-        for length in lengths.iter().cycle() {
-            let end = (begin + length).min(voltages.len());
-            if begin == end {
-                break;
-            }
-            let ns = (begin as f64 * PERIOD_NS).round() as i64;
-            extractor.push(&wave(ns, &voltages[begin..end]), &mut out);
-            begin = end;
-        }
-        let samples = out.samples().map(|(id, at, data)| (id, at, format!("{data:?}")));
-        (out.streams().to_vec(), samples.collect())
-    }
-
-    fn wave(at_ns: i64, samples: &[f64]) -> Sample {
-        let at = Time::from_nanos(1_700_000_000_000_000_000 + at_ns);
-        let samples = samples.into();
-        Sample {
-            stream: StreamId(0),
-            measured: at,
-            log_time: at,
-            device_time: None,
-            source_time: None,
-            period_ns: PERIOD_NS,
-            index: 0,
-            turn: Turn::OnTime,
-            data: Data::Wave(Wave { period_ns: 1e9 / RATE_HZ, channels: 1, samples }),
-        }
-    }
-
-    #[test]
-    fn beats_and_windows_come_out_with_their_names_and_units() {
-        let (streams, samples) = told(&[73]);
-        let names: Vec<&str> = streams.iter().map(|stream| stream.name.as_str()).collect();
-        let ecg = "/humans/persons/p1/polar_h10/ecg";
-        assert_eq!(names, [format!("{ecg}/heart/w10"), format!("{ecg}/beats")]);
-        let place = streams[0].channels.iter().position(|name| name == "ECG_Rate_Mean").unwrap();
-        assert_eq!(streams[0].units[place], "1/min");
-        let beats = samples.iter().filter(|(.., data)| data.contains("Beat")).count();
-        assert!((75..=77).contains(&beats), "{beats} of 77");
-        let windows = samples.iter().filter(|(.., data)| data.contains("window_secs: 10.0"));
-        // Each second of a minute, but for the end of the last.
-        assert_eq!(windows.count(), 59);
-    }
-
-    #[test]
-    fn waves_of_any_length_give_the_same() {
-        let whole = told(&[73]).1;
-        // Where a wave begins, its time is rounded: no more than that may differ.
-        for lengths in [&[7800][..], &[1], &[5, 200, 33]] {
-            let other = told(lengths).1;
-            assert_eq!(whole.len(), other.len());
-            for (one, other) in whole.iter().zip(&other) {
-                assert_eq!(one.0, other.0);
-                assert!((one.1.nanos() - other.1.nanos()).abs() <= 2);
-            }
-        }
-    }
-
-    #[test]
-    fn live_is_what_the_analysis_tells_afterwards() {
-        let make: Make =
-            Box::new(|rate_hz| ecg::analysis::causal(&ecg::analysis::Settings::default(), rate_hz));
-        let mut live = Live::new(make, RATE_HZ, 1, &[10_000_000_000], HOP_NS).unwrap();
-        let mut expected = Vec::new();
-        for (sample, voltage) in voltages().into_iter().enumerate() {
-            let wave_begin = (sample / 73 * 73) as f64;
-            let from_begin = ((sample % 73) as f64 * PERIOD_NS).round() as i64;
-            let at_ns = 1_700_000_000_000_000_000 + (wave_begin * PERIOD_NS).round() as i64;
-            live.push(at_ns + from_begin, &[voltage], &mut |told| {
-                if let Told::Window(_, span, measured) = told {
-                    expected.push(format!("{:?}", feature(span.secs(), &measured)));
-                }
-            });
-        }
-        let windows = told(&[73]).1.into_iter().map(|(.., data)| data);
-        let windows: Vec<String> = windows.filter(|data| data.contains("window_secs")).collect();
-        assert!(windows == expected);
-    }
-
-    #[test]
-    fn a_robot_s_or_a_derived_signal_is_left_alone() {
-        let feature = Heart::default().build(&FeatureContext::default()).unwrap();
-        assert!(!feature.accepts(&Stream { about: About::Robot, ..ecg() }));
-        assert!(!feature.accepts(&Stream { origin: Origin::Derived, ..ecg() }));
-        assert!(!feature.accepts(&Stream { rate_hz: 0.0, ..ecg() }));
-        assert!(!feature.accepts(&Stream { signal: Signal::Ppg, ..ecg() }));
-    }
-
-    #[test]
-    fn a_rate_at_which_nothing_can_be_told_gives_no_stream() {
-        let feature = Heart::default().build(&FeatureContext::default()).unwrap();
-        let stream = Stream { rate_hz: 1.0, ..ecg() };
-        let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
-        extractor.join(StreamId(0), &stream, &mut out);
-        extractor.push(&wave(0, &[1.0; 10]), &mut out);
-        assert!(out.streams().is_empty() && out.samples().next().is_none());
-    }
-}
+mod tests;

@@ -74,7 +74,13 @@ impl Source for Operating {
                     samples: wave.samples.as_slice().into(),
                 });
                 let source_time = Some(after(wave.first_secs()));
-                readings.push(Reading { stream, device_time: None, source_time, data });
+                readings.push(Reading {
+                    index: None,
+                    stream,
+                    device_time: None,
+                    source_time,
+                    data,
+                });
             }
             for reading in readings {
                 hand_over(reading, after(at_secs), outlet).await;
@@ -93,7 +99,7 @@ fn happens(happening: &Happening, [phases, presses, reports]: [StreamId; 3]) -> 
     };
     let event = Event { kind, label: label.to_owned(), value, duration_secs: f64::NAN };
     let (data, source_time) = (Data::Event(Arc::new(event)), Some(after(happening.at_secs)));
-    Some(Reading { stream, device_time: None, source_time, data })
+    Some(Reading { index: None, stream, device_time: None, source_time, data })
 }
 
 fn events(name: &str) -> Stream {

@@ -38,8 +38,11 @@ impl fmt::Display for Value {
     }
 }
 
+/// So many values are listed; of fields with several only the count from then on.
+const MOST_VALUES: usize = 100_000;
+
 /// The values of a message, each with its path, in their order. Of a field with more than `limit`
-/// values only their count is listed.
+/// values only their count is listed, and of one behind the first hundred thousand.
 pub fn flatten(
     definition: &Definition,
     cdr: &[u8],
@@ -68,7 +71,7 @@ impl List<'_> {
             field.kind.skip(count, &mut self.from)
         } else if field.count == Count::One {
             self.value(&field.kind, path)
-        } else if count > self.limit {
+        } else if count > self.limit || self.values.len() >= MOST_VALUES {
             self.values.push((path, Value::Many(count)));
             field.kind.skip(count, &mut self.from)
         } else {

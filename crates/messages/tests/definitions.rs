@@ -217,3 +217,37 @@ proptest! {
         prop_assert!(values.is_err() || read.is_ok(), "what can be listed can be read");
     }
 }
+
+/// Would take ages if each way through the types were gone.
+#[test]
+fn types_without_numbers_that_are_nested_without_end_have_none() {
+    let line = "=".repeat(80);
+    let level = |level: u32| {
+        let next = level + 1;
+        format!("{line}\nMSG: a_msgs/A{level}\nA{next}[] x\nA{next}[] y\n")
+    };
+    let levels: String = (1..30).map(level).collect();
+    let text = format!("A1[] x\nA1[] y\n{levels}{line}\nMSG: a_msgs/A30\n");
+    let definition = Definition::parse("a_msgs/msg/A0", &text).unwrap();
+    assert_eq!(numbers(&definition), Vec::<String>::new());
+}
+
+#[test]
+fn a_name_longer_than_any_is_refused() {
+    let named =
+        |length: usize| Definition::parse("a_msgs/msg/A", &format!("uint8 {}", "x".repeat(length)));
+    assert!(named(255).is_ok() && named(256).is_err());
+}
+
+#[test]
+fn an_array_larger_than_all_memory_is_an_error_and_not_an_overflow() {
+    for count in [1_u64 << 29, 1 << 61, u64::MAX] {
+        for kind in ["float64", "string", "wstring", "uint8"] {
+            let Ok(definition) = Definition::parse("a_msgs/msg/A", &format!("{kind}[{count}] x"))
+            else {
+                continue;
+            };
+            assert!(flatten(&definition, &[0, 1, 0, 0, 1, 2, 3, 4], 100).is_err());
+        }
+    }
+}

@@ -165,6 +165,12 @@ pub enum Incident {
         /// How often since the subscription began.
         total: u64,
     },
+    /// This machine dropped packets because our receive buffers were full. What reliable publishers
+    /// send again is not lost.
+    Overflow {
+        /// How many packets since this was told the last time.
+        packets: u64,
+    },
     /// One topic is published with two types.
     TwoTypes {
         /// The topic.

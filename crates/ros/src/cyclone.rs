@@ -10,6 +10,7 @@ mod census;
 mod type_search;
 mod type_client;
 mod type_server;
+mod parameter_server;
 mod client;
 mod server;
 mod service;
@@ -17,9 +18,12 @@ mod names;
 mod wake;
 mod discovery;
 mod reader;
+mod replies;
 mod writer;
 mod message;
 mod gather;
+mod overflow;
+mod sockets;
 mod fragments;
 mod sertype;
 mod qos;
@@ -41,14 +45,15 @@ use tokio::sync::{broadcast, watch};
 use crate::bus::{
     Answer, Asked, Bus, BusError, Client, Deliver, Hear, Incident, Publisher, Subscription,
 };
-use crate::graph::Graph;
+use crate::graph::{EndpointKind, Graph};
 use domain::Participant;
+use parameter_server::{FollowsClock, ParameterServer};
 use server::Server;
 use service::Service;
 use site::{Site, Watcher};
 use subscription::Listening;
 use type_server::TypeServer;
-use writer::Writer;
+use writer::{Met, Writer};
 
 /// How to take part in a domain.
 #[derive(Clone, Debug)]
@@ -77,8 +82,9 @@ pub struct CycloneBus {
     name: String,
     prefixes: Vec<PathBuf>,
     watcher: Option<JoinHandle<()>>,
-    /// Before `site`, in whose participant it lives.
-    _server: TypeServer,
+    /// Before `site`, in whose participant they live.
+    _types: TypeServer,
+    _parameters: ParameterServer,
     site: Arc<Site>,
 }
 
@@ -96,14 +102,32 @@ impl CycloneBus {
         let Participation { domain, namespace, node_name, configuration, gid_width, prefixes } =
             participation;
         let participant = Arc::new(Participant::join(domain, &configuration)?);
-        let server = TypeServer::open(&participant, &names::node(&namespace, &node_name))?;
+        if let Some(bytes) = sockets::enlarge(domain) {
+            gather::suit(bytes);
+        }
+        let node = names::node(&namespace, &node_name);
+        let types = TypeServer::open(&participant, &node)?;
         let site = Arc::new(Site::new(participant, namespace, node_name));
-        let mut watcher = Watcher::new(Arc::clone(&site), gid_width)?;
+        let parameters = ParameterServer::open(&site.participant, &node, &follows_clock(&site))?;
+        let mut watcher = Watcher::new(Arc::clone(&site), domain, gid_width)?;
         watcher.look();
         let thread = thread::Builder::new().name(format!("ros-domain-{domain}"));
         let watcher = thread.spawn(|| watcher.run()).map_err(|error| error.to_string())?;
-        Ok(CycloneBus { name, prefixes, watcher: Some(watcher), _server: server, site })
+        let watcher = Some(watcher);
+        Ok(CycloneBus { name, prefixes, watcher, _types: types, _parameters: parameters, site })
     }
+}
+
+/// Whether we subscribe to `/clock`, asked as long as the site is there.
+fn follows_clock(site: &Arc<Site>) -> FollowsClock {
+    let site = Arc::downgrade(site);
+    Arc::new(move || {
+        let Some(site) = site.upgrade() else { return false };
+        let graph = Arc::clone(&site.graph.borrow());
+        graph.endpoints.iter().any(|each| {
+            each.own && each.kind == EndpointKind::Subscription && each.topic == "/clock"
+        })
+    })
 }
 
 impl Drop for CycloneBus {
@@ -153,14 +177,15 @@ impl Bus for CycloneBus {
     ) -> Result<Box<dyn Publisher>, BusError> {
         let names = (&*names::dds_topic(topic), &*names::dds_type(&schema.name));
         let (incidents, told) = (self.site.incidents.clone(), topic.to_owned());
-        let differs = Box::new(move |policy| {
+        let meet = Box::new(move |met| {
+            let Met::Incompatible(policy) = met else { return };
             let topic = told.clone();
             // Without a listener there is nobody to tell.
             incidents.send(Incident::IncompatibleQos { topic, policy, ours: false }).ok();
         });
         let participant = Arc::clone(&self.site.participant);
         let user_data = names::user_data(&schema.hash);
-        let writer = Writer::open(&participant, names, qos, &user_data, differs);
+        let writer = Writer::open(&participant, names, qos, &user_data, meet);
         let writer = writer.map_err(|reason| not_opened(topic, &schema.name, reason))?;
         Ok(Box::new(Publishing { topic: topic.to_owned(), writer, _participant: participant }))
     }

@@ -15,6 +15,8 @@ use teampulse_messages::standard::diagnostic_msgs::{DiagnosticArray, DiagnosticS
 use teampulse_messages::standard::std_msgs::Header;
 
 use crate::bus::{Bus, Publisher};
+use crate::discretion::Discretion;
+use crate::sink::Publish;
 
 /// The topic that monitors of ROS listen to.
 const TOPIC: &str = "/diagnostics";
@@ -22,13 +24,16 @@ const TOPIC: &str = "/diagnostics";
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Publishes the health of every stream, clock included, as one `diagnostic_msgs/DiagnosticArray` a
-/// second.
-pub struct DiagnosticsSink(Arc<dyn Bus>);
+/// second; that of people's streams only where these are published, too.
+pub struct DiagnosticsSink {
+    bus: Arc<dyn Bus>,
+    publish: Publish,
+}
 
 impl DiagnosticsSink {
-    /// A sink that publishes on this bus.
-    pub fn new(bus: Arc<dyn Bus>) -> DiagnosticsSink {
-        DiagnosticsSink(bus)
+    /// A sink that publishes on this bus, beside one that publishes these streams.
+    pub fn new(bus: Arc<dyn Bus>, publish: Publish) -> DiagnosticsSink {
+        DiagnosticsSink { bus, publish }
     }
 }
 
@@ -47,11 +52,13 @@ impl Sink for DiagnosticsSink {
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let schema = catalogue::shipped(DiagnosticArray::NAME).expect("the type is shipped");
-        let publisher = self.0.publish(TOPIC, &schema, &Qos::reliable(10))?;
+        let publisher = self.bus.publish(TOPIC, &schema, &Qos::reliable(10))?;
+        let mut discretion = Discretion::new(self.publish);
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
-                    arrays(&batch).for_each(|array| send(&*publisher, &array));
+                    discretion.learn(inbox.streams());
+                    arrays(&batch, &discretion).for_each(|array| send(&*publisher, &array));
                 }
                 Received::Silence => {}
                 Received::Closed => return Ok(()),
@@ -67,9 +74,11 @@ fn send(publisher: &dyn Publisher, array: &DiagnosticArray) {
 }
 
 /// The statuses of a batch, one array for each second.
-fn arrays(batch: &Batch) -> impl Iterator<Item = DiagnosticArray> {
+fn arrays(batch: &Batch, discretion: &Discretion) -> impl Iterator<Item = DiagnosticArray> {
     let told = batch.iter().filter_map(|record| match &record.sample.data {
-        Data::Status(status) => Some((record.sample.measured, diagnostic(status))),
+        Data::Status(status) if discretion.tells_health_of(&status.name) => {
+            Some((record.sample.measured, diagnostic(status)))
+        }
         _ => None,
     });
     let mut arrays: Vec<DiagnosticArray> = Vec::new();

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock;
-use teampulse_core::data::Data;
+use teampulse_core::fault::FAULTS;
+use teampulse_core::pattern::Pattern;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError, Wants};
@@ -18,6 +19,7 @@ use teampulse_messages::standard::Message;
 use teampulse_messages::standard::rosgraph_msgs::Clock;
 
 use crate::bus::{Bus, BusError, Publisher};
+use crate::discretion::Discretion;
 
 /// How long it is waited for samples at a time; in silence streams may have been declared.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -33,9 +35,8 @@ pub enum Publish {
     /// What was computed, unless it is about people, and those that are named as in
     /// [`Publish::Named`].
     Conclusions(Vec<String>),
-    /// Those of which the name is one of these, token by token: `*` is any one token, and a last
-    /// `**` is whatever follows. What is about a person must be named from its first token on:
-    /// `/humans/persons/p001/*/hrv`.
+    /// Those whose name matches one of these [`Pattern`]s. What is about a person must be named from its
+    /// first token on, which has no star: `/humans/persons/p001/*/hrv`.
     Named(Vec<String>),
 }
 
@@ -113,6 +114,7 @@ struct Desk<'a> {
     publishers: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
     /// How many streams were looked at.
     seen: usize,
+    discretion: Discretion,
     refused: BTreeMap<String, u64>,
 }
 
@@ -129,6 +131,7 @@ impl<'a> Desk<'a> {
             clock: sink.clock.then(clock).transpose()?,
             publishers: BTreeMap::new(),
             seen: 0,
+            discretion: Discretion::new(sink.publish.clone()),
             refused: BTreeMap::new(),
         })
     }
@@ -136,6 +139,7 @@ impl<'a> Desk<'a> {
     /// Opens the publishers of streams that were declared, so that whoever subscribes to what comes
     /// now and then is there for the first of it.
     fn open_declared(&mut self, streams: &Streams) -> Result<(), BusError> {
+        self.discretion.learn(streams);
         for (id, stream) in streams.after(self.seen) {
             self.seen += 1;
             if is_known(&stream.shape) && !self.publishers.contains_key(&id) {
@@ -160,26 +164,18 @@ impl<'a> Desk<'a> {
     }
 
     fn publish_record(&mut self, record: &Record) -> Result<(), BusError> {
-        if self.describes_a_person(record) {
-            return Ok(());
-        }
+        let Some(cdr) = self.discretion.censor(record) else { return Ok(()) };
+        let cdr = cdr.into_owned();
         let stamps = self.stamps;
         let Some(publisher) = self.publisher(record)? else { return Ok(()) };
         let published = match stamps {
-            Some(clock) => publisher.publish_at(&record.cdr, clock.now()),
-            None => publisher.publish(&record.cdr),
+            Some(clock) => publisher.publish_at(&cdr, clock.now()),
+            None => publisher.publish(&cdr),
         };
         if let Err(refused) = published {
             self.refuse(&record.stream.name, &refused);
         }
         Ok(())
-    }
-
-    /// Whether a record describes a stream about a person that is not published: its method may tell
-    /// of the person, such as how the heart beat in the baseline.
-    fn describes_a_person(&self, record: &Record) -> bool {
-        let Data::Description(stream) = &record.sample.data else { return false };
-        stream.about == About::Person && !self.publish.includes(stream)
     }
 
     /// The publisher of a record, opened if it is its stream's first; `None` if it has none.
@@ -239,28 +235,24 @@ impl Publish {
                 let own_words = stream.about == About::Session && stream.shape == Shape::Event;
                 stream.origin == Origin::Raw && !about_person && !own_words
             }
+            // What a feature of people said when it panicked is about them.
+            Publish::Conclusions(_) if stream.name == FAULTS => false,
             Publish::Conclusions(_) if concluded => true,
             Publish::Conclusions(patterns) | Publish::Named(patterns) => {
                 patterns.iter().any(|pattern| {
-                    let named = !pattern.trim_start_matches('/').starts_with('*');
-                    (named || !about_person) && matches(pattern, &stream.name)
+                    let first = pattern.trim_start_matches('/').split('/').next();
+                    let is_named = first.is_some_and(|first| !first.contains('*'));
+                    (is_named || !about_person) && matches(pattern, &stream.name)
                 })
             }
         }
     }
 }
 
-/// Whether a topic is named by a pattern.
+/// Whether a topic is named by a pattern, which may lack its first slash.
 fn matches(pattern: &str, topic: &str) -> bool {
-    let mut tokens = topic.trim_start_matches('/').split('/');
-    for wanted in pattern.trim_start_matches('/').split('/') {
-        match (wanted, tokens.next()) {
-            ("**", Some(_)) => return true,
-            (wanted, Some(token)) if wanted == "*" || wanted == token => {}
-            _ => return false,
-        }
-    }
-    tokens.next().is_none()
+    let pattern = Pattern::parse(&format!("/{}", pattern.trim_start_matches('/')));
+    pattern.is_ok_and(|pattern| pattern.matches(topic))
 }
 
 impl From<BusError> for SinkError {
@@ -381,6 +373,11 @@ mod tests {
         let (_ecg, ecg) = listen(&theirs, &person().name, "teampulse_msgs/msg/Sample");
         run(RosSink::fresh(ours.clone(), Publish::Everything), [person(), robot()]);
         assert!(ecg.lock().unwrap().is_empty());
+        for pattern in ["/**", "/*/persons/*/ecg", "/h*/**"] {
+            let named = Publish::Named(vec![pattern.into()]);
+            run(RosSink::fresh(ours.clone(), named), [person(), robot()]);
+            assert!(ecg.lock().unwrap().is_empty(), "{pattern}");
+        }
         let named = Publish::Named(vec!["/humans/persons/*/ecg".into()]);
         run(RosSink::fresh(ours, named), [person(), robot()]);
         assert_eq!(ecg.lock().unwrap().len(), 1);
@@ -404,10 +401,10 @@ mod tests {
 
     #[test]
     fn patterns_name_topics_token_by_token() {
-        for pattern in ["/r1/load", "r1/load", "/*/load", "/r1/*", "/r1/**", "/**"] {
+        for pattern in ["/r1/load", "r1/load", "/*/load", "/r1/*", "/r1/lo*", "/r1/**", "/**"] {
             assert!(matches(pattern, "/r1/load"), "{pattern}");
         }
-        for pattern in ["/r1", "/r1/load/x", "/r1/lo*", "/r1/load/**", "/r2/*", ""] {
+        for pattern in ["/r1", "/r1/load/x", "/r1/lo*d*x", "/r1/load/**", "/r2/*", ""] {
             assert!(!matches(pattern, "/r1/load"), "{pattern}");
         }
     }
@@ -419,6 +416,7 @@ mod tests {
         };
         assert!(concluded(Stream::raw("/team/state", Subject::team(), Shape::Feature)));
         assert!(concluded(robot()) && !concluded(person()));
+        assert!(!concluded(Stream::raw(FAULTS, Subject::session(), Shape::Event)));
         assert!(!Publish::Conclusions(Vec::new()).includes(&robot()), "what it said is known");
     }
 

@@ -8,6 +8,14 @@ use bytes::Bytes;
 use teampulse_core::qos::Qos;
 use teampulse_core::stream::Schema;
 use teampulse_core::time::Time;
+use teampulse_messages::catalogue;
+use teampulse_messages::standard::Message;
+use teampulse_messages::standard::rcl_interfaces::{
+    DescribeParametersRequest, DescribeParametersResponse, GetParameterTypesRequest,
+    GetParameterTypesResponse, GetParametersRequest, GetParametersResponse, ListParametersRequest,
+    ListParametersResponse, Parameter, ParameterValue, SetParametersAtomicallyRequest,
+    SetParametersAtomicallyResponse, SetParametersRequest, SetParametersResponse,
+};
 use teampulse_messages::standard::rmw_dds_common::GidWidth;
 use teampulse_ros::bus::{Arrival, Asked, Bus, Deliver, Incident, Publisher, Reply, Subscription};
 use teampulse_ros::cyclone::{CycloneBus, Participation};
@@ -382,4 +390,90 @@ fn a_service_answers_whoever_asks_and_tells_who_answered() {
     // The host and the process of whoever runs this test, and the participant.
     let computer = graph.computer(reply.server);
     assert!(computer.ends_with(&format!(", {})", reply.server.participant())), "{computer}");
+}
+
+/// Asks a service of the other node until it answers; gives the plain CDR of the reply.
+fn asked<Request: Message>(
+    monitor: &Arc<dyn Bus>,
+    service: &str,
+    type_name: &str,
+    request: &Request,
+) -> Bytes {
+    let (answers, replies) = std::sync::mpsc::sync_channel(1);
+    let hear = Arc::new(move |reply: Reply| drop(answers.try_send(reply.bytes)));
+    let client = monitor.client(service, type_name, hear).unwrap();
+    loop {
+        client.ask(1, &request.encode()).unwrap();
+        if let Ok(reply) = replies.recv_timeout(Duration::from_millis(100)) {
+            return reply;
+        }
+    }
+}
+
+#[test]
+fn the_parameters_of_a_node_are_told_as_by_any_other() {
+    let (robot, monitor) = pair(119);
+    let ask = |service: &str| format!("/robot/{service}");
+    let kind = |service: &str| format!("rcl_interfaces/srv/{service}");
+    let names = vec!["use_sim_time".to_owned()];
+
+    let list = ListParametersRequest::default();
+    let listed = asked(&monitor, &ask("list_parameters"), &kind("ListParameters"), &list);
+    let listed = ListParametersResponse::decode(&listed).unwrap().result.names;
+    assert_eq!(listed, ["start_type_description_service", "use_sim_time"]);
+
+    let get = GetParametersRequest { names: names.clone() };
+    let told = || {
+        let told = asked(&monitor, &ask("get_parameters"), &kind("GetParameters"), &get);
+        GetParametersResponse::decode(&told).unwrap().values
+    };
+    assert_eq!(told(), [ParameterValue::bool(false)]);
+    let deliver: Deliver = Arc::new(|_| {});
+    let _clock = robot.subscribe("/clock", "rosgraph_msgs/msg/Clock", ADAPTIVE, deliver).unwrap();
+    until("the clock is followed", || told() == [ParameterValue::bool(true)]);
+
+    let types = GetParameterTypesRequest { names: names.clone() };
+    let types = asked(&monitor, &ask("get_parameter_types"), &kind("GetParameterTypes"), &types);
+    assert_eq!(GetParameterTypesResponse::decode(&types).unwrap().types, [ParameterValue::BOOL]);
+
+    let describe = DescribeParametersRequest { names };
+    let described =
+        asked(&monitor, &ask("describe_parameters"), &kind("DescribeParameters"), &describe);
+    let described = DescribeParametersResponse::decode(&described).unwrap().descriptors;
+    assert!(described[0].read_only && described[0].r#type == ParameterValue::BOOL);
+
+    let parameters = vec![Parameter { name: "use_sim_time".into(), ..Parameter::default() }];
+    let set = SetParametersRequest { parameters: parameters.clone() };
+    let results = asked(&monitor, &ask("set_parameters"), &kind("SetParameters"), &set);
+    assert!(!SetParametersResponse::decode(&results).unwrap().results[0].successful);
+    let set = SetParametersAtomicallyRequest { parameters };
+    let service = ask("set_parameters_atomically");
+    let result = asked(&monitor, &service, &kind("SetParametersAtomically"), &set);
+    assert!(!SetParametersAtomicallyResponse::decode(&result).unwrap().result.successful);
+}
+
+#[test]
+fn a_reader_tells_the_hash_of_its_type_before_anything_is_published() {
+    let (robot, monitor) = pair(120);
+    let deliver: Deliver = Arc::new(|_| {});
+    let events = [
+        ("/session/events", "teampulse_msgs/msg/Event"),
+        ("/session/events", "std_msgs/msg/String"),
+        ("/clock", "rosgraph_msgs/msg/Clock"),
+    ];
+    let subscribe = |(topic, type_name): (&str, &str)| {
+        monitor.subscribe(topic, type_name, ADAPTIVE, Arc::clone(&deliver)).unwrap()
+    };
+    let _subscriptions: Vec<Subscription> = events.into_iter().map(subscribe).collect();
+    until_graph(&robot, "all readers with their hashes", |graph| {
+        events.iter().all(|(topic, type_name)| {
+            let hash = &catalogue::shipped(type_name).unwrap().hash;
+            graph.endpoints.iter().any(|each| {
+                each.topic == *topic
+                    && each.type_name == *type_name
+                    && each.kind == EndpointKind::Subscription
+                    && each.type_hash == *hash
+            })
+        })
+    });
 }

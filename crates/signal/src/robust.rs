@@ -83,6 +83,15 @@ pub fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
     sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
 }
 
+/// Between points, in the order of their first numbers, on straight lines.
+pub(crate) fn interpolated(points: &[(f64, f64)], at: f64) -> f64 {
+    let line = points.windows(2).find(|pair| at <= pair[1].0);
+    let Some(&[(left, low), (right, high)]) = line.and_then(|pair| pair.first_chunk::<2>()) else {
+        return points.last().map_or(0.0, |last| last.1);
+    };
+    low + (high - low) * ((at - left) / (right - left)).clamp(0.0, 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -118,7 +118,9 @@ fn flat_and_saturated_parts_are_told_of() {
         assert!((0.3..0.37).contains(&of("ECG_Flat")), "{}", of("ECG_Flat"));
         assert!((of("ECG_LeadOff") - 0.33).abs() < 0.05);
         assert!(of("ECG_Saturated") <= 0.0);
-        assert!(windows.measure(secs(60, 90)).quality < 0.6);
+        // A third has no signal, which counts once.
+        let quality = windows.measure(secs(60, 90)).quality;
+        assert!((0.5..0.68).contains(&quality), "{quality}");
     }
     let mut saturated = signal();
     saturated[14_000..16_000].fill(5.0);
@@ -210,7 +212,7 @@ fn absurd_rates_and_no_channels_are_survived() {
         let recording = Recording { rate_hz, begin_ns: 0, channels: &[vec![0.0; 50]] };
         assert!(whole(&Settings::default(), &recording).is_err());
     }
-    for mains_hz in [0.0, -1.0, f64::NAN, 1e9] {
+    for mains_hz in [0.0, -1.0, f64::NAN, 1e9].map(Some) {
         assert!(causal(&Settings { mains_hz, ..Settings::default() }, RATE_HZ).is_err());
     }
     for channels in [&[][..], &[vec![]], &[vec![1.0]]] {

@@ -277,6 +277,34 @@ proptest! {
 }
 
 #[test]
+fn intervals_lie_where_their_times_say_and_gaps_stay_gaps() {
+    // A minute of beats, two minutes of nothing, a minute of beats.
+    let interval_ms = |k: usize| 800.0 + 20.0 * (k as f64).sin();
+    let runs = [(0.0, 75), (180.0, 75)];
+    let (mut intervals_ms, mut ends_secs) = (Vec::new(), Vec::new());
+    for (begin_secs, count) in runs {
+        let mut end_secs = begin_secs;
+        for k in 0..count {
+            end_secs += interval_ms(k) / 1e3;
+            intervals_ms.push(interval_ms(k));
+            ends_secs.push(end_secs);
+        }
+    }
+    let channels = [intervals_ms, ends_secs];
+    let recording = Recording { rate_hz: 1.0, begin_ns: 5_000_000_000, channels: &channels };
+    let settings = analysis::Settings { treatment: Treatment::AsTheyAre, ..Default::default() };
+    let told = analysis::whole(&settings, &recording).unwrap();
+    let coverage = |begin_secs: i64, end_secs: i64| {
+        let ns = |secs: i64| (5 + secs) * 1_000_000_000;
+        told.windows.measure(Span { begin_ns: ns(begin_secs), end_ns: ns(end_secs) }).coverage
+    };
+    assert!((coverage(0, 60) - 1.0).abs() < 0.02, "{}", coverage(0, 60));
+    assert!((coverage(0, 240) - 0.5).abs() < 0.02, "{}", coverage(0, 240));
+    assert!(coverage(70, 170) < 0.01, "{}", coverage(70, 170));
+    assert_eq!(told.events.iter().filter(|beat| beat.at_ns < 70_000_000_000).count(), 75);
+}
+
+#[test]
 fn intervals_as_they_are_give_what_the_formulas_give() {
     // Every 20th interval is wrong.
     let interval = |k: u32| if k % 20 == 7 { 400.0 } else { 800.0 + f64::from(k * k % 40) };

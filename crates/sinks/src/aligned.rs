@@ -1,16 +1,19 @@
 //! One table of many streams at common times.
 
+mod happening;
+
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use teampulse_core::data::Data;
+use teampulse_core::private;
 use teampulse_core::pump::TICK;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
-use teampulse_core::stream::{Stream, StreamId};
+use teampulse_core::stream::{Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 use teampulse_timefilter::Ticks;
@@ -18,6 +21,7 @@ use teampulse_timefilter::align::{
     AlignError, Aligner, Cell, Mode, Onto, Output, Policy, Row, Run, SourceId, SourceSettings,
 };
 
+use self::happening::Happenings;
 use crate::csv::{exact_secs, number, quoted};
 
 /// How long to wait for something new before looking again.
@@ -51,7 +55,7 @@ struct Member {
 
 impl Aligned {
     /// A sink that writes `path`, with these streams from left to right. Onto a pivot, that is the
-    /// first of them.
+    /// first of them; it may be one of events.
     pub fn new(
         path: &Path,
         onto: Onto,
@@ -60,7 +64,10 @@ impl Aligned {
         let mut aligner = Aligner::new(onto, Mode::Reproducible)?;
         let mut members = Vec::new();
         for (stream, policy) in streams {
-            let channels = stream.channels.len();
+            let channels = match stream.shape {
+                Shape::Event => Happenings::CHANNELS,
+                _ => stream.channels.len(),
+            };
             let settings = SourceSettings {
                 channels,
                 lateness_nanos: LATENESS_NANOS,
@@ -122,23 +129,32 @@ struct Table {
     failed: Option<io::Error>,
     /// Of the times of each stream, as they were told.
     uncertainties: Vec<Told>,
+    /// What happened, where the rows are at events.
+    happenings: Option<Happenings>,
 }
 
 impl Desk {
     fn open(sink: Aligned) -> io::Result<Desk> {
         if let Some(folder) = sink.path.parent() {
-            fs::create_dir_all(folder)?;
+            private::create_folders(folder)?;
         }
-        let mut file = BufWriter::new(File::create(&sink.path)?);
+        let mut file = BufWriter::new(private::create(&sink.path)?);
         let columns = sink.members.iter().flat_map(|member| columns(&member.stream));
         writeln!(file, "time_secs,{}", columns.collect::<Vec<_>>().join(","))?;
         let uncertainties = sink.members.iter().map(|_| Told::default()).collect();
+        let is_of_events =
+            sink.members.first().is_some_and(|first| first.stream.shape == Shape::Event);
         Ok(Desk {
             members: sink.members,
             places: BTreeMap::new(),
             aligner: sink.aligner,
             ticks: Ticks::every(TICK.as_nanos() as i64),
-            table: Table { file, failed: None, uncertainties },
+            table: Table {
+                file,
+                failed: None,
+                uncertainties,
+                happenings: is_of_events.then(Happenings::default),
+            },
         })
     }
 
@@ -170,6 +186,15 @@ impl Desk {
     }
 
     fn push(&mut self, place: usize, sample: &Sample, stream: &Stream) {
+        let (measured, arrival) = (sample.measured.nanos(), sample.log_time.nanos());
+        if let (Data::Event(event), Some(happenings)) = (&sample.data, &mut self.table.happenings) {
+            let values = happenings.push(event);
+            let run = Run { measured, period_nanos: 0.0, arrival, values: &values };
+            let (source, table) = (self.members[place].source, &mut self.table);
+            let taken = self.aligner.push_run(source, run, |output| table.take(output));
+            warn_of(taken, stream);
+            return;
+        }
         let member = &mut self.members[place];
         if member.readout.is_none() {
             let described = Stream { channels: member.stream.channels.clone(), ..stream.clone() };
@@ -177,13 +202,10 @@ impl Desk {
         }
         let Some(readout) = &mut member.readout else { return };
         let Some(values) = readout.read(&sample.data) else { return };
-        let (measured, arrival) = (sample.measured.nanos(), sample.log_time.nanos());
         let run = Run { measured, period_nanos: sample.period_ns, arrival, values };
         let table = &mut self.table;
         let taken = self.aligner.push_run(member.source, run, |output| table.take(output));
-        if let Err(error) = taken {
-            tracing::warn!("failed to align {}: {error}", stream.name);
-        }
+        warn_of(taken, stream);
     }
 
     fn finish(mut self) -> io::Result<()> {
@@ -211,6 +233,12 @@ impl Desk {
     }
 }
 
+fn warn_of(taken: Result<(), AlignError>, stream: &Stream) {
+    if let Err(error) = taken {
+        tracing::warn!("failed to align {}: {error}", stream.name);
+    }
+}
+
 impl Table {
     fn take(&mut self, output: Output<'_>) {
         if let (Output::Row(row), None) = (output, &self.failed)
@@ -223,6 +251,10 @@ impl Table {
     fn write(&mut self, row: &Row<'_>) -> io::Result<()> {
         write!(self.file, "{}", exact_secs(Time::from_nanos(row.at)))?;
         for (place, (_, cell)) in row.cells().enumerate() {
+            if let (0, Some(happenings)) = (place, &mut self.happenings) {
+                write!(self.file, ",{}", happenings.cells(cell.values))?;
+                continue;
+            }
             let told = self.uncertainties.get_mut(place);
             let uncertainty_secs = told.map_or(f64::NAN, |told| told.at(row.at));
             self.write_cell(&cell, uncertainty_secs)?;
@@ -279,6 +311,9 @@ fn idle_nanos(policy: Policy) -> i64 {
 /// What a stream's columns are called.
 fn columns(stream: &Stream) -> Vec<String> {
     let name = &stream.name;
+    if stream.shape == Shape::Event {
+        return Happenings::COLUMNS.map(|word| quoted(&format!("{name}:{word}"))).to_vec();
+    }
     let values = stream.channels.iter().zip(&stream.units);
     let values = values.map(|(channel, unit)| match unit.as_str() {
         "" => format!("{name}:{channel}"),

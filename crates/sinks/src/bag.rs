@@ -1,12 +1,18 @@
 //! The bag: everything, in rosbag2's MCAP layout.
 
+mod telling;
+
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_bag::{BagSink, Compression, Options, Version};
 use teampulse_core::registry::{Component, SettingsError};
-use teampulse_core::sink::{Delivery, Inbox, Sink, SinkError};
+use teampulse_core::sink::Sink;
 
-use crate::{Ended, SinkContext};
+pub use telling::{Again, Telling};
+
+use crate::SinkContext;
 
 /// A bag with everything of the session, in rosbag2's MCAP layout: it opens in `ros2 bag`,
 /// Foxglove, Lichtblick, PlotJuggler and `rosbags`.
@@ -15,14 +21,19 @@ use crate::{Ended, SinkContext};
 pub struct Bag {
     /// How it is compressed: `zstd` (smallest), `lz4` or `none`.
     pub compression: Compressed,
-    /// A file of this size is followed by another [MiB].
+    /// A file of this size is followed by another [MiB]; 0 for never, as in rosbag2.
     pub split_mib: Option<u64>,
-    /// A file that spans so much time is followed by another [s].
+    /// A file that spans so much time is followed by another [s]; 0 for never.
     pub split_secs: Option<f64>,
     /// For which ROS 2 `metadata.yaml` is written: 9 (Jazzy and later) or 5 (Humble).
     pub metadata_version: u8,
     /// The recording ends, and says so, when the disk has less room than this [MiB].
     pub keep_free_mib: u64,
+    /// What happens when the recording fails, as on a full disk: `retry` (it goes on in a new bag, in a
+    /// folder beside the first whose name ends in a number, as soon as that can be made) or `end`.
+    pub on_failure: OnFailure,
+    /// Another folder, best on another disk, in which the recording goes on when it fails in its own.
+    pub fallback: Option<PathBuf>,
     /// Whether tidy files stand in its folder: events, features, heart intervals and a summary, as
     /// the sink `tidy` writes them.
     pub tidy: bool,
@@ -40,6 +51,16 @@ pub enum Compressed {
     None,
 }
 
+/// What happens when a recording fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OnFailure {
+    /// It goes on in a new bag, as soon as one can be made.
+    Retry,
+    /// It ends; the session goes on.
+    End,
+}
+
 impl Default for Bag {
     fn default() -> Bag {
         Bag {
@@ -48,6 +69,8 @@ impl Default for Bag {
             split_secs: None,
             metadata_version: 9,
             keep_free_mib: 64,
+            on_failure: OnFailure::Retry,
+            fallback: None,
             tidy: true,
         }
     }
@@ -70,6 +93,7 @@ split_mib   = 4096"#;
                 return Err(SettingsError::new(message));
             }
         };
+        let (split_bytes, split_secs) = self.splits();
         let options = Options {
             session: context.session.clone(),
             compression: match self.compression {
@@ -77,42 +101,41 @@ split_mib   = 4096"#;
                 Compressed::Lz4 => Compression::Lz4,
                 Compressed::None => Compression::None,
             },
-            split_bytes: self.split_mib.map(|mib| mib << 20),
-            split_secs: self.split_secs,
+            split_bytes,
+            split_secs,
             metadata_version,
             keep_free_bytes: self.keep_free_mib << 20,
+            growth: context.growth.clone(),
             ..Options::default()
         };
         let (folder, study) = (context.bag.clone(), context.study.clone());
         let bag = BagSink { folder, study, options };
-        Ok(Box::new(Telling { bag, ended: context.bag_ended.clone() }))
+        let again = match self.on_failure {
+            OnFailure::Retry => Again::Beside { fallback: self.fallback },
+            OnFailure::End => Again::Never,
+        };
+        Ok(Box::new(Telling { bag, ended: context.bag_ended.clone(), again }))
     }
 }
 
-/// A bag that tells the tidy files beside it when it ends early, so that they end with it.
-#[derive(Debug)]
-pub struct Telling {
-    /// The bag.
-    pub bag: BagSink,
-    /// Whom it tells.
-    pub ended: Ended,
+impl Bag {
+    /// The size [bytes] and the length [s] of a file that is followed by another; `None` for never.
+    fn splits(&self) -> (Option<u64>, Option<f64>) {
+        let bytes = self.split_mib.filter(|mib| *mib > 0).map(|mib| mib << 20);
+        (bytes, self.split_secs.filter(|secs| *secs > 0.0))
+    }
 }
 
-impl Sink for Telling {
-    fn name(&self) -> &'static str {
-        self.bag.name()
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-    fn delivery(&self) -> Delivery {
-        self.bag.delivery()
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Telling { bag, ended } = *self;
-        let recorded = Box::new(bag).run(inbox);
-        if recorded.is_err() {
-            ended.tell();
-        }
-        recorded
+    #[test]
+    fn a_limit_of_zero_never_splits() {
+        let splits = |mib, secs| {
+            Bag { split_mib: Some(mib), split_secs: Some(secs), ..Bag::default() }.splits()
+        };
+        assert_eq!(splits(0, 0.0), (None, None));
+        assert_eq!(splits(3, 0.5), (Some(3 << 20), Some(0.5)));
     }
 }

@@ -8,17 +8,20 @@ mod terminal;
 mod text;
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 
 pub use aligned::Aligned;
-pub use bag::{Bag, Telling};
+pub use bag::{Again, Bag, Telling};
 pub use csv::Csv;
-pub use terminal::{Board, Estimates, Terminal};
+pub use terminal::{
+    Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Settings as TerminalSettings,
+    Terminal, View, leave_screen,
+};
 pub use tidy::Tidy;
 
 /// The table of all sinks.
@@ -39,24 +42,46 @@ pub struct SinkContext {
     pub study: String,
     /// The session's clock.
     pub clock: Clock,
-    /// Whether the bag has ended before the session did.
+    /// Whether the bag has ended before the session did, and where it goes on.
     pub bag_ended: Ended,
+    /// How the bag grows on the disk.
+    pub growth: Growth,
     /// What damage took from the recording that this session is computed from.
     pub damage: Option<String>,
 }
 
-/// Tells sinks that the one beside which they write has ended early.
+/// Tells those who write beside a bag that it has ended early, and where the recording goes on.
 #[derive(Clone, Debug, Default)]
-pub struct Ended(Arc<AtomicBool>);
+pub struct Ended(Arc<Mutex<Ending>>);
+
+#[derive(Debug, Default)]
+struct Ending {
+    why: Option<String>,
+    goes_on_in: Vec<PathBuf>,
+}
 
 impl Ended {
-    /// It has ended.
-    pub fn tell(&self) {
-        self.0.store(true, Ordering::Release);
+    /// It has ended, for a reason that is a sentence about what failed.
+    pub fn tell(&self, why: impl Into<String>) {
+        self.lock().why.get_or_insert_with(|| why.into());
     }
 
-    /// Whether it has.
-    pub fn is_told(&self) -> bool {
-        self.0.load(Ordering::Acquire)
+    /// Why it has ended; `None` while it goes on.
+    pub fn why(&self) -> Option<String> {
+        self.lock().why.clone()
+    }
+
+    /// The recording goes on in another folder.
+    pub fn goes_on_in(&self, folder: PathBuf) {
+        self.lock().goes_on_in.push(folder);
+    }
+
+    /// The folders in which the recording went on, in their order.
+    pub fn folders(&self) -> Vec<PathBuf> {
+        self.lock().goes_on_in.clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Ending> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,12 +1,25 @@
 //! Texts from elsewhere, made harmless for a line of ours.
 
+use std::borrow::Cow;
+
+use teampulse_core::text;
+
 /// The most characters of one text that are shown to people.
 const MOST_SHOWN: usize = 200;
 
 /// A text on one line, without tabs and without what would command a terminal.
 pub(crate) fn on_one_line(text: &str) -> String {
-    let is_break = |each: char| each.is_control() || ['\u{2028}', '\u{2029}'].contains(&each);
-    text.replace(is_break, " ")
+    text::on_one_line(text).into_owned()
+}
+
+/// A text that no spreadsheet runs: one that begins like a formula stands behind an apostrophe, as OWASP
+/// advises against CSV injection.
+pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
+    if text.trim_start().starts_with(['=', '+', '-', '@']) {
+        Cow::Owned(format!("'{text}"))
+    } else {
+        Cow::Borrowed(text)
+    }
 }
 
 /// The same, cut where it is too long to be read.
@@ -22,6 +35,14 @@ pub(crate) fn shown(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_begins_like_a_formula_is_a_text() {
+        for text in ["=cmd|' /C calc'!A0", "+1", "-2+3", "@SUM(A1)", " =1"] {
+            assert_eq!(harmless(text), format!("'{text}"));
+        }
+        assert_eq!(harmless("1-back = hard"), "1-back = hard");
+    }
 
     #[test]
     fn a_text_from_elsewhere_commands_no_terminal_and_ends() {

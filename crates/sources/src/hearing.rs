@@ -79,9 +79,11 @@ pub(crate) fn hear(
         match decode(&shape, &arrival.bytes) {
             Ok(decoded) => {
                 hearing.hear(&decoded.data);
-                let source_time = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
-                let Decoded { device_time, data, .. } = decoded;
-                outlet.offer(Reading { stream: id, device_time, source_time, data });
+                let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
+                let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));
+                let Decoded { device_time, index, data, .. } = decoded;
+                tally.number(index, &arrival, &outlet);
+                outlet.offer(Reading { stream: id, index, device_time, source_time, data });
             }
             Err(reason) => {
                 tally.refuse();

@@ -1,14 +1,19 @@
 //! Sources: whatever originates data. The monitoring interface of the paper.
 
-pub mod pattern;
 pub mod robots;
 pub mod people;
 pub mod topics;
 pub mod simulated;
 pub mod session;
+pub mod claims;
 mod follow;
+mod apart;
+mod publishers;
+mod publishing;
 mod hearing;
 mod tally;
+mod stamping;
+mod numbers;
 
 use std::sync::Arc;
 
@@ -17,6 +22,8 @@ use teampulse_core::registry::{Entry, SettingsError};
 use teampulse_core::source::Source;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
+
+use crate::claims::Claims;
 
 /// The table of all sources.
 pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
@@ -32,6 +39,8 @@ pub struct SourceContext {
     pub clock: Clock,
     /// The buses that the session has joined.
     pub buses: Arc<Buses>,
+    /// Which source takes which topic.
+    pub claims: Claims,
 }
 
 /// The highest domain that has ports of its own.
@@ -40,7 +49,7 @@ const HIGHEST_DOMAIN: u32 = 232;
 /// The bus of a domain; without one that of `ROS_DOMAIN_ID`, else 0.
 fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
     if let Some(domain) = domain.filter(|domain| *domain > HIGHEST_DOMAIN) {
-        let message = format!("ROS domain {domain} is none: expected 0 to {HIGHEST_DOMAIN}");
+        let message = format!("ROS has no domain {domain}: expected 0 to {HIGHEST_DOMAIN}");
         return Err(SettingsError::new(message));
     }
     let domain = domain.map_or_else(|| context.buses.default_domain(), Ok);

@@ -1,47 +1,85 @@
-//! The tally of one topic: how many of its messages were lost on the way.
+//! The tally of one stream: how many of its messages were lost on the way, and whose clock stamps them.
+
+use std::sync::Arc;
 
 use teampulse_core::outlet::Outlet;
 use teampulse_core::stream::StreamId;
 use teampulse_ros::bus::Arrival;
+use teampulse_ros::graph::Graph;
 use teampulse_ros::losses::Losses;
+use tokio::sync::watch;
+
+use crate::numbers::Numbers;
+use crate::stamping::Stamping;
 
 /// What is known of the losses of one stream, from the numbers that its publishers give.
 #[derive(Debug)]
 pub(crate) struct Tally {
     stream: StreamId,
+    stamping: Stamping,
     losses: Losses,
     known: Option<bool>,
     untold: u64,
+    numbers: Numbers,
+    /// What the bus lost and what could not be read since the last sample, which its number shows, too.
+    unnumbered: u64,
 }
 
 impl Tally {
     /// Nothing has arrived yet.
-    pub(crate) fn new(stream: StreamId) -> Tally {
-        Tally { stream, losses: Losses::default(), known: None, untold: 0 }
+    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> Tally {
+        Tally {
+            stream,
+            stamping: Stamping::new(stream, graph),
+            losses: Losses::default(),
+            known: None,
+            untold: 0,
+            numbers: Numbers::default(),
+            unnumbered: 0,
+        }
     }
 
-    /// A message arrived: counts what is missing before it. Whether losses can be known at all is
-    /// told when it is first seen or changes.
+    /// A message arrived: tells whose clock stamps it, and counts what is missing before it. Whether losses
+    /// can be known at all is told when it is first seen or changes.
     pub(crate) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
+        self.stamping.hear(arrival.publisher, outlet);
         let known = arrival.sequence.is_some();
         if self.known != Some(known) {
             self.known = Some(known);
             outlet.lost(self.stream, if known { 0.0 } else { f64::NAN });
         }
         if let Some(sequence) = arrival.sequence {
-            self.untold += self.losses.observe(arrival.publisher, sequence);
+            let lost = self.losses.observe(arrival.publisher, sequence);
+            self.untold = self.untold.saturating_add(lost);
+            self.unnumbered = self.unnumbered.saturating_add(lost);
         }
     }
 
     /// A message could not be read: it is as good as lost.
     pub(crate) fn refuse(&mut self) {
-        self.untold += 1;
+        self.untold = self.untold.saturating_add(1);
+        self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
-    /// Tells what was counted since the last time.
-    pub(crate) fn tell(&mut self, outlet: &Outlet) {
-        if self.untold > 0 {
-            outlet.lost(self.stream, std::mem::take(&mut self.untold) as f64);
+    /// A sample was read that has a number of its own: counts what its publisher never had, as it was
+    /// lost on the way there. Told at once, as it is missing right before this sample.
+    pub(crate) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
+        let lost_here = std::mem::take(&mut self.unnumbered);
+        let Some(index) = index else { return };
+        let missing = self.numbers.missing_before(arrival.publisher, index);
+        let lost_before = missing.saturating_sub(lost_here);
+        if lost_before > 0 {
+            self.untold = self.untold.saturating_add(lost_before);
+            self.tell(outlet);
         }
+    }
+
+    /// Tells what was counted since the last time, and returns how much that is.
+    pub(crate) fn tell(&mut self, outlet: &Outlet) -> u64 {
+        let untold = std::mem::take(&mut self.untold);
+        if untold > 0 {
+            outlet.lost(self.stream, untold as f64);
+        }
+        untold
     }
 }

@@ -8,14 +8,16 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
-use teampulse_core::stream::{About, Shape, Stream, Subject};
+use teampulse_core::stream::{Shape, Stream, Subject};
 use teampulse_ros::bus::Bus;
 
+use crate::claims::{Claimed, HAPPENINGS, Rank, is_of_sessions};
 use crate::follow::follow;
-use crate::pattern::Pattern;
 use crate::{SourceContext, join};
+use teampulse_core::pattern::Pattern;
 
-/// Any ROS topics by name, recorded as they are; what a robot of the study owns is left to it.
+/// Any ROS topics by name, recorded as they are; what a robot or a person of the study owns is left to
+/// it, and what sessions of teampulse say of themselves is meant only by its full name.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Topics {
@@ -30,25 +32,54 @@ impl Component<dyn Source, SourceContext> for Topics {
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let bus = join(context, self.domain)?;
-        Ok(Box::new(Watch { bus, names: self.names }))
+        let names = Arc::new(self.names);
+        let wanted = Arc::clone(&names);
+        let claimed =
+            context.claims.lay(&bus, Rank::Named, move |each| wants(&wanted, &each.topic));
+        Ok(Box::new(Watch { bus, names, claimed }))
     }
 }
 
 /// Topics being recorded.
 struct Watch {
     bus: Arc<dyn Bus>,
-    names: Vec<Pattern>,
+    names: Arc<Vec<Pattern>>,
+    claimed: Claimed,
 }
 
 #[async_trait]
 impl Source for Watch {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         follow(Arc::clone(&self.bus), outlet, |endpoint| {
-            let named = self.names.iter().any(|name| name.matches(&endpoint.topic));
-            let of_robot = |(_, known): (_, Arc<Stream>)| known.about == About::Robot;
-            let wanted = named && !outlet.streams().find(&endpoint.topic).is_some_and(of_robot);
-            wanted.then(|| Stream::raw(&endpoint.topic, Subject::session(), Shape::Sample))
+            let is_wanted = wants(&self.names, &endpoint.topic) && self.claimed.is_ours(endpoint);
+            is_wanted.then(|| Stream::raw(&endpoint.topic, Subject::session(), Shape::Sample))
         })
         .await
+    }
+}
+
+/// Whether a topic is wanted by name. What another session says of itself is not meant by a star, and
+/// what happens in this one is heard already.
+fn wants(names: &[Pattern], topic: &str) -> bool {
+    let of_sessions = is_of_sessions(topic);
+    let by_name = |name: &Pattern| name.text() == topic && topic != HAPPENINGS;
+    names.iter().any(|name| if of_sessions { by_name(name) } else { name.matches(topic) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stars_do_not_mean_what_sessions_say_of_themselves() {
+        let names = |names: &[&str]| -> Vec<Pattern> {
+            names.iter().map(|name| Pattern::parse(name).unwrap()).collect()
+        };
+        let all = names(&["/**"]);
+        for (topic, wanted) in [("/tf", true), ("/teampulse/status", false), (HAPPENINGS, false)] {
+            assert_eq!(wants(&all, topic), wanted, "{topic}");
+        }
+        assert!(wants(&names(&["/teampulse/status"]), "/teampulse/status"));
+        assert!(!wants(&names(&[HAPPENINGS]), HAPPENINGS));
     }
 }

@@ -24,10 +24,14 @@ const ECG: &str = "/humans/persons/p001/strap/ecg";
 const PEOPLE: &str = "";
 
 fn wave(stamp: Time, samples: &[f64]) -> Vec<u8> {
+    numbered(0, stamp, samples)
+}
+
+fn numbered(index: u64, stamp: Time, samples: &[f64]) -> Vec<u8> {
     let header = Header { stamp, frame_id: String::new() };
     let samples = samples.to_vec();
     let (device_time, period_ns) = (77, 1e9 / 128.0);
-    msgs::Wave { header, device_time, index: 0, period_ns, channels: 1, samples }.encode().to_vec()
+    msgs::Wave { header, device_time, index, period_ns, channels: 1, samples }.encode().to_vec()
 }
 
 /// The description that a sensor's computer publishes of the ECG.
@@ -121,6 +125,23 @@ async fn a_signal_that_nobody_describes_is_what_its_name_and_its_messages_say() 
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_never_reached_its_publisher_is_a_gap_and_counted() {
+    let indices = [100, 101, 102, 105, 106, 110];
+    let records = watch::<People>(PEOPLE, async move |bus: Arc<MemoryBus>| {
+        let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
+        subscribed(&*ecg).await;
+        for index in indices {
+            ecg.publish(&numbered(index, clock::wall(), &[1.0])).expect("published");
+        }
+    })
+    .await;
+    let kept: Vec<u64> = of(&records, ECG).iter().map(|record| record.sample.index).collect();
+    assert_eq!(kept, indices);
+    let lost = of(&records, "/teampulse/lost_source").into_iter().filter_map(lost).sum::<f64>();
+    assert!((lost - 5.0).abs() < 1e-9, "{lost}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_can_not_be_decoded_is_told_once_and_counted() {
     let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
@@ -181,4 +202,70 @@ async fn what_a_person_does_comes_as_events() {
     let Data::Event(event) = &record.sample.data else { panic!("{record:?}") };
     assert_eq!((event.kind, event.label.as_str()), (EventKind::Marker, "press"));
     assert_eq!((record.stream.signal, record.stream.id.as_str()), (Signal::Event, "p002"));
+}
+
+/// Publishes the ECG so often that a second publisher is told from one that restarts: what these say.
+async fn both_talk(first: &dyn Publisher, second: &dyn Publisher) {
+    for k in 0..60 {
+        first.publish(&wave(clock::wall(), &[f64::from(k)])).expect("published");
+        second.publish(&wave(clock::wall(), &[f64::from(-1000 - k)])).expect("published");
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+}
+
+/// The first number of each wave of a stream.
+fn numbers(records: &[Record], name: &str) -> Vec<f64> {
+    let first = |record: &&Record| match &record.sample.data {
+        Data::Wave(wave) => wave.samples[0],
+        other => panic!("{other:?}"),
+    };
+    of(records, name).iter().map(first).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn two_publishers_of_one_person_are_not_merged_into_one_heart() {
+    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+        let (laptop, other) = (bus.join("/laptop1/driver"), bus.join("/laptop2/driver"));
+        let first = publisher(&laptop, ECG, msgs::Wave::NAME);
+        subscribed(&*first).await;
+        first.publish(&wave(clock::wall(), &[-1.0])).expect("published");
+        let second = publisher(&other, ECG, msgs::Wave::NAME);
+        subscribed(&*second).await;
+        both_talk(&*first, &*second).await;
+    })
+    .await;
+    let expected = |from: i32, step: i32| (0..60).map(move |k| f64::from(from + step * k));
+    let of_first: Vec<f64> = std::iter::once(-1.0).chain(expected(0, 1)).collect();
+    assert_eq!(numbers(&records, ECG), of_first);
+    let beside = format!("{ECG}/publisher_2");
+    assert_eq!(numbers(&records, &beside), expected(-1000, -1).collect::<Vec<_>>());
+    let stream = stream(&records, &beside);
+    assert_eq!((stream.beside(), stream.id.as_str()), (Some(ECG), "p001"));
+    assert!(stream.publisher.starts_with("/laptop2/driver ("), "{}", stream.publisher);
+    let told = faults(&records);
+    let [label] = &told[..] else { panic!("{told:?}") };
+    assert!(label.starts_with(&format!("{ECG}: a second publisher, /laptop2/driver (")), "{label}");
+    assert!(label.contains(", beside /laptop1/driver (") && label.ends_with(&beside), "{label}");
+    let published_by = of(&records, "/teampulse/published_by");
+    let Data::Event(event) = &published_by[0].sample.data else { panic!("{published_by:?}") };
+    assert!(event.label.starts_with(&format!("{ECG} /laptop1/driver (")), "{}", event.label);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_publisher_that_restarts_is_the_same_stream_from_its_first_message_on() {
+    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+        let mut count = 0;
+        for _ in 0..5 {
+            let driver = bus.join("/laptop1/driver");
+            let ecg = publisher(&driver, ECG, msgs::Wave::NAME);
+            subscribed(&*ecg).await;
+            for _ in 0..20 {
+                ecg.publish(&wave(clock::wall(), &[f64::from(count)])).expect("published");
+                count += 1;
+            }
+        }
+    })
+    .await;
+    assert_eq!(numbers(&records, ECG), (0..100).map(f64::from).collect::<Vec<_>>());
+    assert_eq!(faults(&records), Vec::<String>::new());
 }

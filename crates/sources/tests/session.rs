@@ -8,6 +8,7 @@ use std::time::Duration;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::pump::END;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session::{Pace, Session};
@@ -17,9 +18,10 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
 use teampulse_messages::convert::encode;
+use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Bus, Publisher};
 use teampulse_ros::memory::MemoryBus;
-use teampulse_sources::session::{Phase, Phases, RosEvents, follow_clock};
+use teampulse_sources::session::{Phase, PhaseDesk, Phases, RosEvents, follow_clock};
 
 use keeper::Keeper;
 
@@ -87,6 +89,31 @@ async fn any_node_may_tell_an_event_or_set_a_marker() {
     assert!(faults.iter().any(|fault| fault.label.starts_with(of_kind)), "{faults:?}");
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_end_of_another_session_ends_nothing_here() {
+    let monitor = MemoryBus::new("/teampulse");
+    let player = monitor.join("/teampulse_player");
+    let events = events(RosEvents::new(monitor), Clock::host(), async move {
+        let played = publisher(&player, "/session/events", "teampulse_msgs/msg/Event");
+        subscribed(&*played).await;
+        played.publish(&encode(&phase("baseline"))).expect("published");
+        played.publish(&encode(&happened(EventKind::Clock, END))).expect("published");
+        played.publish(&encode(&phase("task"))).expect("published");
+    })
+    .await;
+    let labels: Vec<(EventKind, &str)> =
+        events.iter().map(|event| (event.kind, event.label.as_str())).collect();
+    let refused =
+        "/session/events: failed to take `end` of another session's clock; the event is left out";
+    let expected = [
+        (EventKind::Phase, "baseline"),
+        (EventKind::Fault, refused),
+        (EventKind::Phase, "task"),
+        (EventKind::Clock, END),
+    ];
+    assert_eq!(labels, expected);
+}
+
 /// As by somebody who misspelt the kind of an event.
 fn of_unknown_kind() -> Vec<u8> {
     let mut cdr = encode(&phase("two_back")).to_vec();
@@ -99,7 +126,10 @@ fn of_unknown_kind() -> Vec<u8> {
 }
 
 fn phase(label: &str) -> Sample {
-    let kind = EventKind::Phase;
+    happened(EventKind::Phase, label)
+}
+
+fn happened(kind: EventKind, label: &str) -> Sample {
     let event = Event { kind, label: label.into(), value: f64::NAN, duration_secs: 60.0 };
     Sample {
         stream: StreamId(0),
@@ -135,8 +165,10 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
     });
     let _follows = follows.expect("a bus").expect("a clock");
     let phase = |name: &str, from_secs| Phase { name: name.into(), from_secs, to_secs: None };
-    let phases =
-        Phases::new(vec![phase("task", 100.0), phase("baseline", 0.0), phase("later", 1e6)]);
+    let phases = Phases::new(
+        vec![phase("task", 100.0), phase("baseline", 0.0), phase("later", 1e6)],
+        PhaseDesk::default(),
+    );
     let events = events(phases, clock.clone(), async {
         tokio::time::sleep(Duration::from_millis(60)).await;
         told_at(102);
@@ -145,4 +177,35 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
     .await;
     let begun = events.iter().filter(|event| event.kind == EventKind::Phase);
     assert_eq!(begun.map(|event| event.label.as_str()).collect::<Vec<_>>(), ["baseline", "task"]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_clock_that_jumps_back_is_an_event_and_the_session_goes_on() {
+    let monitor = MemoryBus::new("/teampulse");
+    let simulator = publisher(&monitor.join("/sim"), "/clock", "rosgraph_msgs/msg/Clock");
+    let clock = Clock::told();
+    let tell = |secs: i32| {
+        let now = rosgraph_msgs::Clock { clock: Time::from_stamp(secs, 0) };
+        simulator.publish(&now.encode()).expect("published");
+    };
+    let follow = follow_clock(&*monitor, &clock, Duration::from_secs(5));
+    let (follows, ()) = tokio::join!(follow, async {
+        while clock.now() == Time::EPOCH {
+            tell(100);
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    });
+    let follows = follows.expect("a bus").expect("a clock");
+    let events = events(follows, clock.clone(), async {
+        for secs in [101, 10, 11, 12] {
+            tell(secs);
+        }
+        tokio::time::sleep(Duration::from_millis(60)).await;
+    })
+    .await;
+    assert_eq!(clock.now(), Time::from_stamp(103, 0));
+    let stamp = clock.session_from_stamp(Time::from_stamp(12, 0));
+    assert_eq!(stamp, Time::from_stamp(103, 0), "messages are placed beside it");
+    let labels: Vec<&str> = events.iter().map(|event| event.label.as_str()).collect();
+    assert_eq!(labels, ["/clock jumped back by 91.000 s", END]);
 }

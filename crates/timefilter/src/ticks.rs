@@ -20,14 +20,25 @@ impl Ticks {
     /// The ticks after the last one given, up to and including `now` [ns]. The first call gives
     /// none: it tells when time begins.
     pub fn until(&mut self, now: i64) -> impl Iterator<Item = i64> + use<> {
-        let newest = now.div_euclid(self.period_nanos);
-        let last = match self.last {
-            Some(last) if newest.saturating_sub(last) <= LONGEST_SILENCE => last,
-            _ => newest,
-        };
+        let (last, newest) = self.due(now);
         self.last = Some(newest.max(last));
         let period_nanos = self.period_nanos;
         (last.saturating_add(1)..=newest).map(move |tick| tick * period_nanos)
+    }
+
+    /// The first of the ticks that [`until`](Self::until) gives: the others can be had afterwards.
+    pub fn next_until(&mut self, now: i64) -> Option<i64> {
+        let (last, newest) = self.due(now);
+        let next = last.saturating_add(1).min(newest.max(last));
+        self.last = Some(next);
+        (next > last).then(|| next * self.period_nanos)
+    }
+
+    /// The last tick that was given, or passed over, and the newest that is due at `now` [ns].
+    fn due(&self, now: i64) -> (i64, i64) {
+        let newest = now.div_euclid(self.period_nanos);
+        let known = self.last.filter(|last| newest.saturating_sub(*last) <= LONGEST_SILENCE);
+        (known.unwrap_or(newest), newest)
     }
 }
 
@@ -46,6 +57,16 @@ mod tests {
             .collect();
         assert_eq!(whole, parts);
         assert_eq!(whole, [100, 200, 300, 400, 500, 600, 700, 800, 900, 1_000]);
+    }
+
+    #[test]
+    fn ticks_are_the_same_one_by_one() {
+        let mut whole = Ticks::every(100);
+        let mut single = whole.clone();
+        for now in [50, 1_000, 400, 90_000_000, 90_000_300, i64::MAX, i64::MIN, 0, 700] {
+            let ticks: Vec<i64> = std::iter::from_fn(|| single.next_until(now)).collect();
+            assert_eq!(ticks, whole.until(now).collect::<Vec<_>>());
+        }
     }
 
     #[test]

@@ -85,6 +85,7 @@ impl Device {
             },
             source: if way & 4 == 0 { None } else { Some(bytes.time()) },
             arrival,
+            stream: 0,
             index: self.index,
             count: if way == 8 { u32::MAX } else { count },
             period_nanos: bytes.number(),

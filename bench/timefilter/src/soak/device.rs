@@ -100,10 +100,10 @@ impl Device {
         Stamps {
             device: (kind.clock == Clock::OneWay).then_some(since_begun as i64),
             source: (kind.clock == Clock::Remote).then_some(measured + 30 * MILLI),
-            arrival: self.arrival,
             index: self.index,
             count: kind.batch,
             period_nanos: if kind.batch > 1 { 1e9 / kind.rate_hz } else { 0.0 },
+            ..Stamps::arrived(self.arrival)
         }
     }
 

@@ -99,7 +99,7 @@ impl Calibrate {
                 return Err(Failure::new(format!("{} is left as it is: {doubt}", study.display()))
                     .hint("record more events, apart from other motion, or give --from and --to"));
             }
-            (Some(doubt), None) => eprintln!("warning: {doubt}"),
+            (Some(doubt), None) => output::note(format!("warning: {doubt}")),
             (None, Some(study)) => write(study, &told)?,
             (None, None) => {}
         }
@@ -196,7 +196,7 @@ fn write(path: &Path, told: &Told) -> Result<(), Failure> {
     Study::parse(path, edited.clone())?;
     let unwritten = |error| Failure::to(format!("write the study {shown}: {error}"));
     std::fs::write(path, edited).map_err(unwritten)?;
-    eprintln!("written to {shown}");
+    output::note(format!("written to {shown}"));
     Ok(())
 }
 

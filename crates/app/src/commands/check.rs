@@ -1,34 +1,40 @@
 //! `teampulse check`: go or no-go before a recording.
 
+mod heard;
+mod lacks;
+mod unheard;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::Arc;
 
 use clap::Args;
-use teampulse_core::data::Data;
-use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{About, Origin, Shape, Stream};
-use teampulse_sources::people::People;
+use teampulse_core::stream::{About, Shape, Stream};
+use teampulse_sources::people::{People, second_publishers};
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 
 use crate::commands::run::seconds;
+use crate::commands::simulate::team;
 use crate::computers;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::machine;
 use crate::network;
+use crate::notes;
 use crate::output;
 use crate::setup::{Parts, Setup, Sources};
 use crate::stop::Stop;
 use crate::study::Study;
 
+use heard::{Heard, Listener};
+
 /// Says go or no-go before a recording.
 ///
 /// Reads the study, listens to everything in it for a while without recording, and holds each robot
-/// against the robot profile. It is no-go where something required is missing, and where nobody is
-/// there: neither a robot nor a person that the study watches.
+/// against the robot profile. It is no-go where something required is missing, where two publish what
+/// one person's sensor measures, and where nobody is there: neither a robot nor a person that the study
+/// watches.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -47,16 +53,24 @@ impl Check {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
         let people: Vec<People> = study.settings_of("sources", "people")?;
+        team(&study)?;
+        let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
+        let has_phases = !study.general.phases.is_empty();
+        let kinds = study.kinds("sources");
         let messages = study.general.session.messages.clone();
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
         let setup = Setup::new(study, buses).await?;
         let sources = setup.sources()?;
         drop((setup.features()?, setup.sinks(&setup.bag_folder(&self.out))?));
         output::line(format!("study    ok    {}", self.study.display()));
+        output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
         let buses = Arc::clone(&setup.buses);
-        let heard = listen(setup, sources, self.seconds).await?;
+        let Heard { streams: heard, own_phases } = listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
+        let messages = heard.iter().filter(|(stream, _)| matches!(stream.shape, Shape::Message(_)));
+        let messages_per_sec = messages.map(|(_, status)| status.rate_hz).sum();
+        output::lines(machine::crowded(messages_per_sec));
         output::lines(computers::lines(&buses, &heard));
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
@@ -66,11 +80,20 @@ impl Check {
         output::lines(person_lines(&heard));
         let away: Vec<&People> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
+        let names = heard.iter().map(|(stream, _)| stream.name.as_str());
+        let idle = notes::publishing_nothing(&publish, &names.collect::<Vec<_>>());
+        let lacks = lacks::notes(heard.iter().map(|(stream, _)| &**stream));
+        let overruled = lacks::overruled(has_phases, &own_phases);
+        let unheard = unheard::notes(&wanted, heard.iter().map(|(stream, _)| &**stream));
+        let notes = idle.iter().chain(&lacks).chain(&overruled).chain(&unheard);
+        output::lines(notes.map(|note| format!("note     {note}")));
         let mut missing = missing(&wanted, &robots);
         let is_nobody = absent.len() == wanted.len() && away.len() == people.len();
         missing.extend(absent.into_iter().filter(|each| is_nobody || requires(each)).map(no_robot));
         missing.extend(away.into_iter().filter(|_| is_nobody).map(no_person));
+        missing.extend(nothing(&kinds, &heard));
         missing.extend(missing_fields(&wanted, &heard));
+        missing.extend(second_publishers(heard.iter().map(|(stream, _)| &**stream)));
         missing.extend(machine::unfit(&self.out));
         if missing.is_empty() {
             output::line("go");
@@ -82,67 +105,16 @@ impl Check {
     }
 }
 
-/// Listens to a study's sources; gives every raw stream with its last status.
-async fn listen(
-    setup: Setup,
-    sources: Sources,
-    duration_secs: f64,
-) -> Result<Vec<(Arc<Stream>, StreamStatus)>, Failure> {
-    let heard = Heard::default();
-    let parts = Parts {
-        sources,
-        features: Vec::new(),
-        sinks: vec![Box::new(Listener(Arc::clone(&heard)))],
-    };
+/// Listens to a study's sources.
+async fn listen(setup: Setup, sources: Sources, duration_secs: f64) -> Result<Heard, Failure> {
+    let listener = Listener::default();
+    let parts = Parts { sources, features: Vec::new(), sinks: vec![Box::new(listener.clone())] };
     let asked = Stop::default().asked(setup.clock.clone(), Some(duration_secs));
     let outcome = setup.run(parts, asked).await;
     if let Some((name, error)) = outcome.sources.into_iter().next() {
         return Err(Failure::new(format!("{name}: failed to {error}")));
     }
-    let heard = std::mem::take(&mut *heard.lock().unwrap_or_else(PoisonError::into_inner));
-    Ok(heard.into_values().collect())
-}
-
-type Heard = Arc<Mutex<BTreeMap<String, (Arc<Stream>, StreamStatus)>>>;
-
-/// Keeps the last status of every raw stream.
-struct Listener(Heard);
-
-impl Sink for Listener {
-    fn name(&self) -> &'static str {
-        "check"
-    }
-
-    fn delivery(&self) -> Delivery {
-        Delivery::Lossless
-    }
-
-    fn wants(&self) -> Wants {
-        Wants::Only(Box::new(|stream| stream.shape == Shape::Status))
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        loop {
-            match inbox.receive(Duration::from_secs(1)) {
-                Received::Batch(batch) => {
-                    let streams = inbox.streams().all();
-                    let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-                    for record in batch.iter() {
-                        let Data::Status(status) = &record.sample.data else { continue };
-                        let of_name = |(_, stream): &&(_, Arc<Stream>)| {
-                            stream.name == status.name && stream.origin == Origin::Raw
-                        };
-                        if let Some((_, stream)) = streams.iter().find(of_name) {
-                            let entry = (Arc::clone(stream), StreamStatus::clone(status));
-                            heard.insert(status.name.clone(), entry);
-                        }
-                    }
-                }
-                Received::Silence => {}
-                Received::Closed => return Ok(()),
-            }
-        }
-    }
+    Ok(listener.heard())
 }
 
 fn stream_line(stream: &Stream, status: &StreamStatus) -> String {
@@ -202,6 +174,13 @@ fn no_person(wanted: &People) -> String {
     format!("no person matches {}", wanted.namespace.text())
 }
 
+/// That not one stream was heard of, where the study watches topics by name.
+fn nothing(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Option<String> {
+    let by_name = kinds.iter().any(|kind| kind == "topics");
+    let is_nothing = by_name && heard.is_empty();
+    is_nothing.then(|| "any topic: nothing that the study names is published".to_owned())
+}
+
 /// Who is there, and how many streams there are of each.
 fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = String> {
     let mut people = BTreeMap::<&str, usize>::new();
@@ -228,6 +207,10 @@ fn missing(wanted: &[Robots], robots: &[Robot]) -> Vec<String> {
         for robot in robots {
             let absent = wanted.required.iter().filter(|parameter| !robot.offers(parameter));
             missing.extend(absent.map(|parameter| format!("{parameter} of robot {}", robot.id)));
+            let silent = wanted.required.iter().filter(|parameter| robot.is_silent(parameter));
+            missing.extend(silent.map(|parameter| {
+                format!("{parameter} of robot {}: advertised, but nothing is published", robot.id)
+            }));
         }
     }
     missing

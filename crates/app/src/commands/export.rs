@@ -4,25 +4,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use teampulse_bag::{Bag, BagSource, Selection};
+use teampulse_bag::{Bag, Selection};
 use teampulse_core::clock::Clock;
+use teampulse_core::pattern::Pattern;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
-use teampulse_core::stream::{About, Origin, Shape, Stream};
+use teampulse_core::stream::{Origin, Shape, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_messages::{fields, readout};
 use teampulse_sinks::{Aligned, Csv};
-use teampulse_sources::pattern::Pattern;
 use teampulse_timefilter::align::{Onto, Policy};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::{clocks_of, study_of};
+use crate::commands::replay::{clocks_of, source_of, study_of};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
-use crate::setup::conclude;
-use crate::stop::Stop;
+use crate::recorded::read_through;
 
 /// Hands a bag's contents out as tables: one file for each stream, or one of many streams at common
 /// times.
@@ -46,10 +45,10 @@ pub struct Export {
     /// Where the tables are written; without it beside the bag
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// One table of all streams instead, so many rows a second
+    /// One table of several streams instead, so many rows a second
     #[arg(long, value_name = "HZ", value_parser = rate, group = "times")]
     grid: Option<f64>,
-    /// One table of all streams instead, a row for each sample of this one
+    /// One table of several streams instead, a row for each sample of this one, or for each event
     #[arg(long, value_name = "STREAM", group = "times")]
     pivot: Option<String>,
     /// How values at a row's time are made: exact, nearest:TIME, hold:TIME, linear:TIME (the most
@@ -57,7 +56,8 @@ pub struct Export {
     /// all streams, or for some as in `/robot*/odom=hold:2s`
     #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule, requires = "times")]
     policy: Vec<Rule>,
-    /// Which streams stand in that table; without it all that have numbers
+    /// Which streams stand in that table, as in `/robot*/odom` or `/**` for all that have numbers; without
+    /// it those that were recorded, and nothing that was computed from them
     #[arg(long, value_name = "STREAM", value_parser = Pattern::parse, requires = "times")]
     stream: Vec<Pattern>,
 }
@@ -96,19 +96,19 @@ impl Export {
                 Format::Csv => (Csv::into_folder(folder.clone()), folder),
             },
         };
-        let source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived);
+        let source = source_of(&bag, Selection::RawAndDerived);
         let unread = source.unread();
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
-            clocks: clocks_of(&bag, study_of(&bag).ok().as_ref()),
+            clocks: clocks_of(&bag, study_of(&bag).ok().flatten().as_ref()),
             streams: Streams::default(),
             sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),
             sinks: vec![sink],
             encode,
         };
-        let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
+        let exit = read_through(session, &written).await;
         let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
             output::line(written.display().to_string());
@@ -128,13 +128,13 @@ impl Export {
             .streams()
             .iter()
             .filter(|each| each.messages > 0 && self.wants(&each.stream))
-            .filter_map(|each| with_numbers(&each.stream))
+            .filter_map(|each| self.with_numbers(&each.stream))
             .collect();
         streams.sort_by(|a, b| a.name.cmp(&b.name));
         if let Some(pivot) = &self.pivot {
             let place = streams.iter().position(|stream| stream.name == *pivot);
             let place = place.ok_or_else(|| {
-                Failure::new(format!("the bag has no stream {pivot} with numbers"))
+                Failure::new(format!("the bag has no stream {pivot} with numbers or events"))
                     .hint("`teampulse info` lists its streams")
             })?;
             streams[..=place].rotate_right(1);
@@ -171,8 +171,17 @@ impl Export {
     fn wants(&self, stream: &Stream) -> bool {
         let is_pivot = self.pivot.as_ref() == Some(&stream.name);
         let named = self.stream.iter().any(|pattern| pattern.matches(&stream.name));
-        let is_own = stream.about == About::Session && stream.origin == Origin::Derived;
-        is_pivot || named || (self.stream.is_empty() && !is_own)
+        is_pivot || named || (self.stream.is_empty() && stream.origin == Origin::Raw)
+    }
+
+    /// A stream with its numbers as channels; `None` when there are none. Events are the rows of a table,
+    /// and never cells of it.
+    fn with_numbers(&self, stream: &Stream) -> Option<Stream> {
+        let is_pivot = self.pivot.as_ref() == Some(&stream.name);
+        if is_pivot && stream.shape == Shape::Event {
+            return Some(stream.clone());
+        }
+        with_numbers(stream)
     }
 
     /// The last rule that names the stream, else the last for all.

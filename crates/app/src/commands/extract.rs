@@ -2,7 +2,10 @@
 
 mod analyses;
 mod found;
+mod options;
+mod plausible;
 mod progress;
+mod rows;
 mod shown;
 mod table;
 mod times;
@@ -19,11 +22,15 @@ use teampulse_signal::analysis::{Cadence, Live, Recording, Told as live};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
-use analyses::Signal;
+pub use analyses::Signal;
+pub use options::{factor, failure, rate};
+pub use rows::{Rows, Said};
+pub use table::{Row, Table};
+
 use found::{Found, Purpose};
+use options::{mains, seconds, warn};
 use progress::Progress;
-use table::{Row, Table, TableError, Wanted};
-use times::Times;
+use table::{Decimal, TableError, Wanted, is_raw};
 use told::{Score, Told};
 use windows::{Lengths, Windows};
 
@@ -32,13 +39,13 @@ use windows::{Lengths, Windows};
 const TOLERANCES_SECS: [f64; 2] = [0.15, 0.05];
 /// More cells are not held at once: half a gigabyte, of which an analysis needs a few.
 const MOST_CELLS: usize = 1 << 26;
-/// Shortest window, and shortest time between two [s].
-const SHORTEST_SECS: f64 = 0.1;
 
 /// Finds events, and features of windows, in any table of samples.
 ///
-/// A table has a number a line, or columns between commas, semicolons, tabs or spaces, with or without
-/// a line of names. Files of Empatica's E4 are known, as are comments that tell the sampling rate.
+/// A table has a number a line, or columns between commas, semicolons, tabs or spaces, with decimal points
+/// or commas, with or without a line of names. Files of Empatica (E4, Embrace Plus), Shimmer (Consensys)
+/// and Polar Sensor Logger are known, as are comments that tell the sampling rate, units below
+/// or beside names, and times in s, ms, us, ns or as dates.
 ///
 /// Every number comes with the recipe that it was computed by; where one would mean nothing, the reason
 /// stands instead.
@@ -55,19 +62,23 @@ pub struct Extract {
     /// The column, by its name or its number from 1; several for a signal with several channels
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     column: Vec<String>,
-    /// The column with the times, in seconds unless its name ends in _ms, _us or _ns, or the unit stands
-    /// behind a colon
+    /// The column with the times: dates, or numbers of the unit behind the colon, of that which the table
+    /// tells, or else of that which their size and the rate that they make tell
     #[arg(long, value_name = "NAME[:UNIT]")]
     time: Option<String>,
     /// Multiplies every sample, to bring it into the signal's unit
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
     scale: f64,
-    /// What the samples are in after that, for signals that may come in any unit
-    #[arg(long, value_name = "UNIT", default_value = "1")]
-    unit: String,
-    /// The frequency of the mains, whose hum is taken out of an ECG
-    #[arg(long, value_name = "HZ", default_value = "50", value_parser = mains)]
-    mains: f64,
+    /// What the samples are in after that; without it what the table tells, or the signal's own unit. What
+    /// is analysed in one unit is converted to it: skin resistance in kohm to uS, intervals in s to ms
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<String>,
+    /// What stands before decimals; without it what the table looks like
+    #[arg(long, value_name = "MARK")]
+    decimal: Option<Decimal>,
+    /// The frequency of the mains, whose hum is taken out of an ECG; without it the one that is heard in it
+    #[arg(long, value_name = "HZ", value_parser = mains)]
+    mains: Option<f64>,
     /// Length of a window; without it one window holds all
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     window: Option<f64>,
@@ -108,9 +119,12 @@ pub enum Method {
 impl Extract {
     /// Does it.
     pub fn run(self) -> Result<Exit, Failure> {
-        let mut table = Table::open(&self.file, &self.wanted(), self.rate).map_err(failure)?;
+        let table = Table::open(&self.file, &self.wanted(), self.rate).map_err(failure)?;
         self.check(&table)?;
         let rate_hz = table.rate_hz();
+        let said = Said { scale: self.scale, unit: self.unit.as_deref() };
+        let mut rows = Rows::new(self.signal, table, &said)?;
+        rows.table().notes().iter().for_each(|note| output::note(format!("note: {note}")));
         let progress = Progress::new();
         let purpose = match (self.json, self.events) {
             (true, _) => Purpose::Kept,
@@ -119,11 +133,11 @@ impl Extract {
         };
         let mut found = Found::new(purpose, self.truth.as_ref().and(self.signal.main_event()));
         match self.method {
-            Method::Causal => self.causal(&mut table, &progress, &mut found)?,
-            Method::Whole => self.whole(&mut table, &progress, &mut found)?,
+            Method::Causal => self.causal(&mut rows, &progress, &mut found)?,
+            Method::Whole => self.whole(&mut rows, &progress, &mut found)?,
         }
         progress.end();
-        warn(&table, &found);
+        warn(rows.table(), &found);
         let score = match &self.truth {
             Some(truth) => {
                 let truth = truth::read(truth, rate_hz).map_err(failure)?;
@@ -138,7 +152,7 @@ impl Extract {
                 output::json(&Told::new(self.signal.word(), rate_hz, method, &found, score));
             }
             Purpose::Events => {
-                score.iter().flatten().for_each(|each| eprintln!("{}", each.shown()));
+                score.iter().flatten().for_each(|each| output::note(each.shown()));
             }
             Purpose::Windows => {
                 shown::recipes(&found.values, method);
@@ -174,35 +188,25 @@ impl Extract {
     }
 
     fn wanted(&self) -> Wanted {
-        Wanted {
-            signal: self.signal.word(),
-            words: self.signal.column_words(),
-            takes_all: self.signal.takes_all_columns(),
-            is_even: self.signal.is_even(),
-            columns: self.column.clone(),
-            time: self.time.clone(),
-        }
+        self.signal.wanted(self.column.clone(), self.time.clone(), self.decimal)
     }
 
-    /// Each sample is taken in, and what becomes known told, as it would be live.
     fn causal(
         &self,
-        table: &mut Table,
+        rows: &mut Rows,
         progress: &Progress,
         found: &mut Found,
     ) -> Result<(), Failure> {
         let lengths = Lengths::new(self.window, self.hop);
-        let mut times = Times::new(self.signal, table);
-        let mut live = self.live(table, lengths)?;
+        let mut live = self.live(rows, lengths)?;
         found.values = live.values().to_vec();
         let mut held = 0;
         let mut windows = None;
-        while let Some(row) = self.next_row(table)? {
-            let at_ns = times.of(&row);
-            not_too_far(&times, &row)?;
-            let windows = windows.get_or_insert_with(|| Windows::new(times.begin_ns(), lengths));
+        while let Some((at_ns, row)) = rows.next()? {
+            let begin_ns = rows.times().begin_ns();
+            let windows = windows.get_or_insert_with(|| Windows::new(begin_ns, lengths));
             if lengths.is_none() {
-                held += row.values.len() * (1 + times.skipped());
+                held += row.values.len() * (1 + rows.times().skipped());
                 not_too_much(held, Method::Causal)?;
             }
             let missing = live.push(at_ns, &row.values, &mut |told| match told {
@@ -213,22 +217,19 @@ impl Extract {
                 live::Window(..) => {}
             });
             found.count(missing);
-            if table.rows() == times::FIRST {
-                plausible(&times)?;
-            }
-            progress.reading(table.rows(), || table.read_share());
+            progress.reading(rows.table().rows(), || rows.table().read_share());
         }
-        plausible(&times)?;
         let mut windows = windows.ok_or_else(|| failure(TableError::Empty))?;
         windows.skip_until(live.next_end_ns().unwrap_or(0));
-        for span in windows.rest(times.end_ns()) {
+        for span in windows.rest(rows.times().end_ns()) {
             progress.aside(|| found.window(span, live.measure(span)));
         }
         Ok(())
     }
 
-    fn live(&self, table: &Table, lengths: Option<Lengths>) -> Result<Live, Failure> {
-        let (settings, signal, names) = (self.settings(), self.signal, table.names().to_vec());
+    fn live(&self, rows: &Rows, lengths: Option<Lengths>) -> Result<Live, Failure> {
+        let table = rows.table();
+        let (settings, signal, names) = (self.settings(table), self.signal, table.names().to_vec());
         let channels = names.len();
         let make = Box::new(move |rate_hz| settings.causal(signal, &names, rate_hz));
         let rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
@@ -238,21 +239,21 @@ impl Extract {
         let live = live.map_err(|error| analyses::failure(signal, error))?;
         let live = live.first_after(lengths.map_or(1, Lengths::first_ns));
         // Intervals begin before the first one is told.
-        Ok(if signal.is_even() { live } else { live.beginning_at(0) })
+        Ok(if signal.is_even() { live } else { live.beginning_at(rows.times().begin_ns()) })
     }
 
     fn whole(
         &self,
-        table: &mut Table,
+        rows: &mut Rows,
         progress: &Progress,
         found: &mut Found,
     ) -> Result<(), Failure> {
-        let mut channels = vec![Vec::new(); table.names().len()];
-        let mut times = Times::new(self.signal, table);
-        let mut cadence = Cadence::new(if self.signal.is_even() { table.rate_hz() } else { 0.0 });
-        while let Some(row) = self.next_row(table)? {
-            let at_ns = times.of(&row);
-            not_too_far(&times, &row)?;
+        let mut channels = vec![Vec::new(); rows.table().names().len()];
+        // When each interval ended, after the beginning [s].
+        let mut ends_secs = Vec::new();
+        let rate_hz = if self.signal.is_even() { rows.table().rate_hz() } else { 0.0 };
+        let mut cadence = Cadence::new(rate_hz);
+        while let Some((at_ns, row)) = rows.next()? {
             let missing = cadence.missing_before(at_ns);
             found.count(missing);
             let Some(missing) = missing else { continue };
@@ -261,16 +262,22 @@ impl Extract {
                 channel.extend(std::iter::repeat_n(f64::NAN, missing));
                 channel.push(*value);
             }
-            progress.reading(table.rows(), || table.read_share());
+            if !self.signal.is_even() {
+                let begin_ns = rows.times().begin_ns();
+                let end_secs = |_| at_ns.saturating_sub(begin_ns) as f64 / 1e9;
+                ends_secs.push(row.at_ns.map_or(f64::NAN, end_secs));
+            }
+            progress.reading(rows.table().rows(), || rows.table().read_share());
         }
         if channels[0].is_empty() {
             return Err(failure(TableError::Empty));
         }
-        plausible(&times)?;
-        let (begin_ns, end_ns) = (times.begin_ns(), times.end_ns());
+        channels.extend((!self.signal.is_even()).then_some(ends_secs));
+        let (table, begin_ns, end_ns) =
+            (rows.table(), rows.times().begin_ns(), rows.times().end_ns());
         let recording = Recording { rate_hz: table.rate_hz(), begin_ns, channels: &channels };
         progress.analysing();
-        let whole = self.settings().whole(self.signal, table.names(), &recording);
+        let whole = self.settings(table).whole(self.signal, table.names(), &recording);
         let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
         found.values = whole.windows.values().to_vec();
         whole.events.into_iter().for_each(|event| progress.aside(|| found.event(event)));
@@ -281,24 +288,14 @@ impl Extract {
         Ok(())
     }
 
-    /// The next row, scaled.
-    fn next_row(&self, table: &mut Table) -> Result<Option<Row>, Failure> {
-        let mut row = table.next_row().map_err(failure)?;
-        if let Some(row) = &mut row {
-            // Intervals in seconds, as their name says.
-            let is_secs = self.signal == Signal::Interval && table.names()[0].ends_with("_secs");
-            let scale = if is_secs { 1e3 * self.scale } else { self.scale };
-            row.values.iter_mut().for_each(|value| *value *= scale);
-        }
-        Ok(row)
-    }
-
-    fn settings(&self) -> analyses::Settings {
+    fn settings(&self, table: &Table) -> analyses::Settings {
+        let told = || table.units().first().cloned().flatten().filter(|unit| !is_raw(unit));
+        let unit = self.unit.clone().or_else(told).unwrap_or_else(|| "1".to_owned());
         analyses::Settings {
             phasic: self.phasic.unwrap_or(analyses::Phasic::HighPass),
             artefacts: self.artefacts.unwrap_or(analyses::Artefacts::Kept),
             mains_hz: self.mains,
-            unit: self.unit.clone(),
+            unit,
         }
     }
 
@@ -307,20 +304,6 @@ impl Extract {
         let score = |&secs: &f64| Score::new(secs, &agreement(secs), rate_hz);
         TOLERANCES_SECS.iter().map(score).collect()
     }
-}
-
-/// A silence of more than a day is a wrong time, no gap.
-fn not_too_far(times: &Times, row: &Row) -> Result<(), Failure> {
-    let jump = |step_secs| failure(TableError::Jump { line: row.line, step_secs });
-    times.jump_secs().map_or(Ok(()), |step_secs| Err(jump(step_secs)))
-}
-
-/// Intervals that no heart has are in another unit.
-fn plausible(times: &Times) -> Result<(), Failure> {
-    let Some(usual_ms) = times.odd_interval_ms() else { return Ok(()) };
-    let message = format!("intervals of {usual_ms} ms are no heart's");
-    let hint = "give --scale 1000 if they are in seconds; a heart rate is no interval";
-    Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
 }
 
 fn not_too_much(cells: usize, method: Method) -> Result<(), Failure> {
@@ -333,56 +316,4 @@ fn not_too_much(cells: usize, method: Method) -> Result<(), Failure> {
     };
     Err(Failure::new(format!("the table has more than {MOST_CELLS} samples to be held at once"))
         .hint(hint))
-}
-
-fn failure(error: TableError) -> Failure {
-    let hint = error.hint();
-    let exit = match error {
-        TableError::NoColumn { .. }
-        | TableError::WhichColumn { .. }
-        | TableError::TextColumn { .. }
-        | TableError::NoRate { .. } => Exit::BadArguments,
-        _ => Exit::Failed,
-    };
-    Failure::to(error).hint(hint).exit(exit)
-}
-
-/// Says on standard error what the table did not have.
-fn warn(table: &Table, found: &Found) {
-    let rows = table.rows();
-    let notes = [
-        (table.missing(), "cells hold no number: those samples count as missing", "of all"),
-        (
-            found.missing,
-            "rows are missing by their times: their samples count as missing",
-            "beside",
-        ),
-        (found.left_out, "rows do not come after the one before them: they were left out", "of"),
-    ];
-    for (count, what, of) in notes.into_iter().filter(|(count, ..)| *count > 0) {
-        eprintln!("note: {count} {what} ({of} {rows} rows)");
-    }
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate_hz = text.parse::<f64>().ok().filter(|rate_hz| (1e-3..=1e6).contains(rate_hz));
-    rate_hz.ok_or_else(|| "a rate lies between 0.001 and 1000000 Hz".into())
-}
-
-fn mains(text: &str) -> Result<f64, String> {
-    match text {
-        "50" => Ok(50.0),
-        "60" => Ok(60.0),
-        _ => Err("the mains have 50 or 60 Hz".into()),
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let secs = text.parse::<f64>().ok().filter(|secs| (SHORTEST_SECS..=1e6).contains(secs));
-    secs.ok_or_else(|| format!("expected seconds, from {SHORTEST_SECS} to 1000000"))
-}
-
-fn factor(text: &str) -> Result<f64, String> {
-    let factor = text.parse::<f64>().ok().filter(|factor| factor.is_finite() && *factor != 0.0);
-    factor.ok_or_else(|| "expected a number that is not 0".into())
 }

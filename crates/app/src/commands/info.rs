@@ -1,10 +1,11 @@
 //! `teampulse info`: what is in a bag.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use teampulse_bag::{Bag, BagStream, DAMAGE_NOTE, Damage, Unread};
+use teampulse_bag::{Bag, BagStream, CONTINUES_NOTE, DAMAGE_NOTE, Damage, ENDED_NOTE, Unread};
 use teampulse_core::stream::Origin;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
@@ -20,7 +21,8 @@ pub struct Info {
     /// The bags: each a folder, or one of its .mcap files
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
-    /// Reads all of each bag, so that damage within is found too: it takes as long as reading it does
+    /// Reads all of each bag, so that damage within is found too, and fails (exit code 1) where there is any:
+    /// it takes as long as reading it does
     #[arg(long)]
     check: bool,
     /// Prints one JSON object, or an array of them for several bags
@@ -39,7 +41,7 @@ struct Told {
     /// Whether `retime` made the times: each then also depends on what came after it.
     two_sided: bool,
     damage: Vec<String>,
-    notes: std::collections::BTreeMap<String, String>,
+    notes: BTreeMap<String, String>,
     streams: Vec<Row>,
 }
 
@@ -63,24 +65,40 @@ impl Info {
         if !self.json {
             return self.show();
         }
-        let told = self.bags.iter().map(|path| Ok(tell(&self.opened(path)?)));
-        match told.collect::<Result<Vec<_>, Failure>>()?.as_slice() {
+        let (mut told, mut exit) = (Vec::new(), Exit::Fine);
+        for path in &self.bags {
+            let bag = self.opened(path)?;
+            exit = self.after(&bag, exit);
+            told.push(tell(&bag));
+        }
+        match told.as_slice() {
             [one] => output::json(one),
             several => output::json(&several),
         }
-        Ok(Exit::Fine)
+        Ok(exit)
     }
 
     /// Shows each bag as soon as it was opened.
     fn show(&self) -> Result<Exit, Failure> {
+        let mut exit = Exit::Fine;
         for (place, path) in self.bags.iter().enumerate() {
-            let told = tell(&self.opened(path)?);
+            let bag = self.opened(path)?;
+            exit = self.after(&bag, exit);
             if place > 0 {
                 output::line("");
             }
-            show(&told);
+            show(&tell(&bag));
+            if self.check && damage(&bag).is_empty() {
+                let count = bag.messages_count();
+                output::line(format!("checked: all {count} messages were read, and all are whole"));
+            }
         }
-        Ok(Exit::Fine)
+        Ok(exit)
+    }
+
+    /// The exit code after a bag was told of: one that was checked has failed where anything is damaged.
+    fn after(&self, bag: &Bag, exit: Exit) -> Exit {
+        if self.check && !damage(bag).is_empty() { Exit::Failed } else { exit }
     }
 
     /// Opens a bag, and reads all of it where that was asked for.
@@ -101,7 +119,7 @@ pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
 /// Says on standard error what is damaged in a bag before it is read.
 pub fn warn_of_damage(bag: &Bag) {
     for each in damage(bag) {
-        eprintln!("damaged: {each}");
+        output::note(format!("damaged: {each}"));
     }
 }
 
@@ -112,7 +130,7 @@ pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
 }
 
 /// What is known to be damaged in a bag: all of it once it was checked.
-fn damage(bag: &Bag) -> Vec<String> {
+pub fn damage(bag: &Bag) -> Vec<String> {
     let places = bag.damage().map(|(path, each)| format!("{}: {}", path.display(), told(each)));
     let missing = (bag.missing() > 0).then(|| {
         let (path, missing) = (bag.path().display(), bag.missing());
@@ -174,6 +192,13 @@ fn rate_hz(messages: u64, duration_secs: f64) -> Option<f64> {
     (messages > 1 && duration_secs > 0.0).then(|| messages as f64 / duration_secs)
 }
 
+/// That a recording ended before its session did, and why; and which one it goes on from.
+fn how_it_ended(notes: &BTreeMap<String, String>) -> impl Iterator<Item = String> {
+    let noted = |note: &str, what: &str| notes.get(note).map(|text| format!("{what}: {text}"));
+    let ended = noted(ENDED_NOTE, "ended before its session");
+    ended.into_iter().chain(noted(CONTINUES_NOTE, "goes on from"))
+}
+
 fn show(told: &Told) {
     output::line(format!("{}  {} messages", told.path, told.messages));
     if let Some(start_secs) = told.start_secs {
@@ -183,6 +208,7 @@ fn show(told: &Told) {
     if told.two_sided {
         output::line("times are two-sided: retime made them from all of each clock's course");
     }
+    output::lines(how_it_ended(&told.notes));
     output::lines(told.damage.iter().map(|each| format!("damaged: {each}")));
     output::line(format!(
         "\n{:<44} {:<36} {:<8} {:>9} {:>9} {:>6}",
@@ -205,6 +231,15 @@ fn show(told: &Told) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_recording_that_ended_early_says_why_and_one_that_goes_on_from_where() {
+        let notes = [(ENDED_NOTE, "the disk is full"), (CONTINUES_NOTE, "a_bag")];
+        let notes = notes.map(|(note, text)| (note.to_owned(), text.to_owned()));
+        let lines: Vec<String> = how_it_ended(&BTreeMap::from(notes)).collect();
+        assert_eq!(lines, ["ended before its session: the disk is full", "goes on from: a_bag"]);
+        assert_eq!(how_it_ended(&BTreeMap::new()).count(), 0);
+    }
 
     #[test]
     fn no_rate_is_known_from_one_message_or_without_time() {

@@ -5,11 +5,12 @@ mod check;
 mod demo;
 mod export;
 mod extract;
-mod info;
+mod import;
+pub mod info;
 mod list;
 mod play;
 mod recover;
-mod replay;
+pub mod replay;
 mod retime;
 mod run;
 mod scan;
@@ -44,6 +45,8 @@ pub enum Command {
     Info(info::Info),
     /// Mends a damaged bag
     Recover(recover::Recover),
+    /// Makes bags of other people's recordings and tables
+    Import(Box<import::Import>),
     /// Hands a bag's contents out as tables
     Export(export::Export),
     /// Finds beats, responses and features in any table of samples
@@ -69,7 +72,8 @@ impl Command {
             Command::Retime(command) => command.run().await,
             Command::Calibrate(command) => command.run(),
             Command::Info(command) => command.run(),
-            Command::Recover(command) => command.run(),
+            Command::Recover(command) => command.run().await,
+            Command::Import(command) => command.run().await,
             Command::Export(command) => command.run().await,
             Command::Extract(command) => command.run(),
             Command::List(command) => Ok(command.run()),

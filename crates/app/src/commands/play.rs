@@ -19,6 +19,7 @@ use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network;
+use crate::output::say;
 use crate::setup::conclude;
 use crate::stop::Stop;
 
@@ -60,6 +61,7 @@ impl Play {
         let bus = buses.get(domain).map_err(Failure::to)?;
         let pace = Playing::new(self.rate);
         let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)
+            .as_placed()
             .paced(pace.clone())
             .repeated(if self.again { u64::MAX } else { 1 });
         if let (Some(secs), Some((first, last))) = (self.start, bag.bounds()) {
@@ -79,7 +81,7 @@ impl Play {
         let quit = stop.clone();
         let pause = move || pace.set_paused(!pace.is_paused());
         let _keys = pause_by_key(pause, move || quit.ask());
-        eprintln!("playing {} on ROS domain {domain}; Ctrl-C ends it", self.bag.display());
+        say(format!("playing {} on ROS domain {domain}; Ctrl-C ends it", self.bag.display()));
         let session = Session {
             clock: Clock::told(),
             pace: Pace::Recorded,
@@ -90,7 +92,7 @@ impl Play {
             sinks: vec![Box::new(sink)],
             encode,
         };
-        let exit = conclude(session.run(stop.asked(Clock::host(), None)).await);
+        let exit = conclude(stop.run(session, Clock::host(), None).await);
         Ok(after_reading(&bag, &unread, exit))
     }
 }

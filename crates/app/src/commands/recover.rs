@@ -1,6 +1,6 @@
 //! `teampulse recover`: mends a damaged bag.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use teampulse_bag::RecoveredFile;
@@ -8,9 +8,10 @@ use teampulse_bag::RecoveredFile;
 use crate::commands::info::told;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, say};
+use crate::tidied::{SUMMARY, write_tidy_files};
 
-/// Mends a damaged bag: keeps all that can be read, in place.
+/// Mends a damaged bag: keeps all that can be read, in place, and writes the tidy files beside it.
 #[derive(Debug, Args)]
 pub struct Recover {
     /// The bag's folder, or one of its .mcap files
@@ -19,15 +20,31 @@ pub struct Recover {
 
 impl Recover {
     /// Does it.
-    pub fn run(self) -> Result<Exit, Failure> {
-        let recovered = teampulse_bag::recover(&self.bag);
+    pub async fn run(self) -> Result<Exit, Failure> {
+        // A link stays one, and what it leads to is mended.
+        let path = self.bag.canonicalize().unwrap_or_else(|_| self.bag.clone());
+        let recovered = teampulse_bag::recover(&path);
         let report = recovered.map_err(|error| Failure::to(&error).hint(error.hint()))?;
         report.files.iter().for_each(tell);
-        if report.files.iter().any(|file| !file.damage.is_empty()) {
-            eprintln!("`teampulse replay` makes its tidy files (summary.md and the tables) anew");
+        let is_mended = report.files.iter().any(|file| !file.damage.is_empty());
+        let mut exit = Exit::Fine;
+        if path.is_dir() && (is_mended || !path.join(SUMMARY).exists()) {
+            exit = tidied(&path).await;
         }
         let is_lossy = report.files.iter().any(RecoveredFile::is_lossy);
-        Ok(if is_lossy { Exit::DataLost } else { Exit::Fine })
+        Ok(if is_lossy { Exit::DataLost } else { exit })
+    }
+}
+
+/// Writes the tidy files; a bag that has no study, or none that is understood, is whole without them.
+async fn tidied(folder: &Path) -> Exit {
+    match write_tidy_files(folder).await {
+        Ok(exit) => exit,
+        Err(failure) => {
+            say("the bag is whole, but its tidy files could not be written:");
+            failure.show();
+            Exit::Fine
+        }
     }
 }
 

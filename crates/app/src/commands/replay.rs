@@ -12,14 +12,15 @@ use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::Telling;
+use teampulse_sinks::{Again, Telling};
+use teampulse_sources::robots::{Choice, Robots};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
-use crate::setup::{bag_folder, conclude, features, sink_context, tidy};
-use crate::stop::Stop;
+use crate::recorded::read_through;
+use crate::setup::{bag_folder, features, sink_context, tidy};
 use crate::study::Study;
 
 /// The note of a bag whose times `retime` has made.
@@ -30,9 +31,9 @@ pub const RETIMED: &str = "teampulse.times";
 /// With the study of the recording the derived streams come out byte for byte as they were.
 #[derive(Debug, Args)]
 pub struct Replay {
-    /// The bag's folder, or one of its .mcap files
+    /// The bag's folder, or one of its .mcap or .db3 files
     bag: PathBuf,
-    /// The study; without it the one that is kept in the bag
+    /// The study; without it the one that is kept in the bag, or the defaults
     #[arg(long)]
     study: Option<PathBuf>,
     /// Where the new bag's folder is made
@@ -46,44 +47,53 @@ impl Replay {
         let mut bag = open(&self.bag)?;
         warn_of_damage(&bag);
         bag.check();
+        describe_foreign(&mut bag);
         let bag = Arc::new(bag);
         let study = match &self.study {
             Some(path) => Study::read(path)?,
-            None => study_of(&bag)?,
+            None => study_or_defaults(&bag)?,
         };
         let folder = bag_folder(&self.out, &format!("{}_replay", study.general.session.name));
-        let options = Options {
-            session: study.general.session.name.clone(),
-            notes: kept_notes(&bag),
-            ..Options::default()
-        };
-        let text = study.text().to_owned();
-        let clock = Clock::told();
-        let mut context = sink_context(&study, &folder, &clock);
-        context.damage = bag.lost_to_damage();
-        let bag_sink = BagSink { folder, study: text, options };
-        let mut sinks: Vec<Box<dyn Sink>> =
-            vec![Box::new(Telling { bag: bag_sink, ended: context.bag_ended.clone() })];
-        sinks.extend(tidy(&study, &context)?);
-        let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
-        let unread = source.unread();
-        let session = Session {
-            clock,
-            pace: Pace::Recorded,
-            clocks: clocks_of(&bag, Some(&study)),
-            streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(source))],
-            features: features(&study)?,
-            sinks,
-            encode,
-        };
-        let exit = conclude(session.run(Stop::default().asked(Clock::host(), None)).await);
-        let exit = after_reading(&bag, &unread, exit);
+        let exit = replayed(bag, &study, folder.clone()).await?;
         if exit != Exit::Failed {
-            output::line(context.bag.display().to_string());
+            output::line(folder.display().to_string());
         }
         Ok(exit)
     }
+}
+
+/// Computes everything derived of a bag again, into a new one.
+pub async fn replayed(bag: Arc<Bag>, study: &Study, folder: PathBuf) -> Result<Exit, Failure> {
+    let options = Options {
+        session: study.general.session.name.clone(),
+        notes: kept_notes(&bag),
+        ..Options::default()
+    };
+    let (text, out) = (study.text().to_owned(), folder.clone());
+    let clock = Clock::told();
+    let mut context = sink_context(study, &folder, &clock);
+    context.damage = bag.lost_to_damage();
+    let bag_sink = BagSink { folder, study: text, options };
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Telling {
+        bag: bag_sink,
+        ended: context.bag_ended.clone(),
+        again: Again::Never,
+    })];
+    sinks.extend(tidy(study, &context)?);
+    let source = source_of(&bag, Selection::Raw);
+    let unread = source.unread();
+    let session = Session {
+        clock,
+        pace: Pace::Recorded,
+        clocks: clocks_of(&bag, Some(study)),
+        streams: Streams::default(),
+        sources: vec![("bag".into(), Box::new(source))],
+        features: features(study)?,
+        sinks,
+        encode,
+    };
+    let exit = read_through(session, &out).await;
+    Ok(after_reading(&bag, &unread, exit))
 }
 
 /// The notes that are kept in what is computed from a bag: that its times are made for good, and
@@ -92,6 +102,25 @@ pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));
     retimed.into_iter().chain(damage).collect()
+}
+
+/// A study of nothing but a name, which is that of a recording.
+pub fn defaults(recording: &Path) -> String {
+    let name = recording.file_name().unwrap_or_default().to_string_lossy();
+    let mut parts = name.split('.').map(|part| part.trim_start_matches('-'));
+    let name = parts.find(|part| !part.is_empty()).unwrap_or("recording");
+    let fits = |each: char| each.is_ascii_alphanumeric() || matches!(each, '_' | '-');
+    let name = name.chars().map(|each| if fits(each) { each } else { '_' });
+    let name: String = name.take(100).collect();
+    format!(
+        "# No study was kept in the recording: these are the defaults.\n[session]\nname = \"{name}\"\n"
+    )
+}
+
+/// Hands a bag over: with the stamps of its samples' sources, or where `retime` has placed them for good.
+pub fn source_of(bag: &Arc<Bag>, selection: Selection) -> BagSource {
+    let source = BagSource::new(Arc::clone(bag), selection);
+    if bag.notes().contains_key(RETIMED) { source.as_placed() } else { source }
 }
 
 /// How the samples of a bag get their place in time: with the clocks of a study, or as they are
@@ -105,14 +134,30 @@ pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     }
 }
 
-/// The study that is kept in a bag.
-pub fn study_of(bag: &Bag) -> Result<Study, Failure> {
+/// Reads what others recorded of robots, each a namespace, by its types.
+pub fn describe_foreign(bag: &mut Bag) {
+    let settings: Result<Robots, _> = toml::from_str("namespace = \"/*\"");
+    let choice = settings.ok().and_then(|settings| Choice::new(&settings).ok());
+    let choice = choice.expect("a namespace is all that a choice needs");
+    bag.describe_foreign(|topic, type_name| choice.stream(topic, type_name));
+}
+
+/// The study that is kept in a bag; `None` in one that others recorded.
+pub fn study_of(bag: &Bag) -> Result<Option<Study>, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
-    let Some(kept) = kept else {
-        return Err(Failure::new(format!("no study is kept in {}", bag.path().display()))
-            .hint("give one with --study"));
-    };
     let name = format!("{}:{STUDY_NAME}", bag.path().display());
-    Ok(Study::parse(Path::new(&name), String::from_utf8_lossy(&kept).into_owned())?)
+    let study = kept
+        .map(|kept| Study::parse(Path::new(&name), String::from_utf8_lossy(&kept).into_owned()));
+    Ok(study.transpose()?)
+}
+
+/// The study that is kept in a bag, or else the defaults.
+pub fn study_or_defaults(bag: &Bag) -> Result<Study, Failure> {
+    if let Some(study) = study_of(bag)? {
+        return Ok(study);
+    }
+    let shown = bag.path().display();
+    output::note(format!("note: no study is kept in {shown}: the defaults are taken"));
+    Ok(Study::parse(Path::new("the defaults"), defaults(bag.path()))?)
 }

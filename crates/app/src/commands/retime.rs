@@ -12,12 +12,12 @@ use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::{RETIMED, kept_notes, study_of};
+use crate::commands::replay::{RETIMED, kept_notes, study_or_defaults};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
-use crate::setup::{bag_folder, conclude, features};
-use crate::stop::Stop;
+use crate::recorded::read_through;
+use crate::setup::{bag_folder, features};
 use crate::study::Study;
 
 /// Writes a new bag with better times: of every device clock, what came later is known too.
@@ -50,7 +50,7 @@ impl Retime {
         warn_of_damage(&bag);
         let study = match &self.study {
             Some(path) => Study::read(path)?,
-            None => study_of(&bag)?,
+            None => study_or_defaults(&bag)?,
         };
         let (settings, hindsight) = (study.general.clocks.clone(), Hindsight::default());
         let folder = bag_folder(&self.out, &format!("{}_retimed", study.general.session.name));
@@ -72,12 +72,14 @@ impl Retime {
             sinks: Vec::new(),
             encode,
         };
-        let collected = conclude(first.run(Stop::default().asked(Clock::host(), None)).await);
+        let collected = read_through(first, &folder).await;
         if collected != Exit::Fine {
             return Ok(collected);
         }
         if hindsight.is_empty() {
-            eprintln!("warning: no device with a clock is in the bag: its times stay as they are");
+            output::note(
+                "warning: no device with a clock is in the bag: its times stay as they are",
+            );
         }
 
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
@@ -92,7 +94,7 @@ impl Retime {
             sinks: vec![Box::new(sink)],
             encode,
         };
-        let exit = conclude(second.run(Stop::default().asked(Clock::host(), None)).await);
+        let exit = read_through(second, &folder).await;
         let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
             output::line(folder.display().to_string());

@@ -1,6 +1,6 @@
 //! `teampulse run`: monitors and records a real team.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -8,14 +8,16 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::machine;
 use crate::network;
-use crate::output;
-use crate::setup::{Parts, Setup, conclude};
+use crate::output::{last_line, say};
+use crate::setup::{Parts, Setup, Sources, conclude};
 use crate::stop::Stop;
 use crate::study::Study;
+use crate::tidied::{SUMMARY, write_tidy_files};
 
 /// Monitors and records a real team.
 ///
-/// While it runs: a letter or digit sets a marker, the space bar one named `mark`, `q` ends it.
+/// While it runs: a letter or digit sets a marker, the space bar one named `mark`, `q` ends it; Ctrl-N
+/// begins the next phase, Ctrl-R repeats one, Ctrl-X aborts it; arrows scroll the team, pages the log.
 #[derive(Debug, Args)]
 pub struct Run {
     /// The study: what to watch, what to compute, what to keep
@@ -35,20 +37,28 @@ impl Run {
         let messages = study.general.session.messages.clone();
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
         let setup = Setup::new(study, buses).await?;
-        watch(setup, self.duration, self.out).await
+        watch(setup, Vec::new(), self.duration, self.out).await
     }
 }
 
-/// Runs a whole study until it is asked to stop.
+/// Runs a whole study, and sources beside it, until it is asked to stop.
 pub async fn watch(
     setup: Setup,
+    beside: Sources,
     duration_secs: Option<f64>,
     out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
     if let Some(reason) = machine::unfit(&out) {
-        return Err(Failure::new(format!("nothing can be recorded: there is no {reason}"))
+        return Err(Failure::new(format!("nothing can be recorded: {reason}"))
             .hint("give another folder with --out"));
+    }
+    if let Ok(target) = std::fs::read_link(&out) {
+        say(format!(
+            "{} is a link: what is recorded stands in {}",
+            out.display(),
+            target.display()
+        ));
     }
     let bag = setup.bag_folder(&out);
     let mut parts =
@@ -56,24 +66,36 @@ pub async fn watch(
     if parts.sources.is_empty() {
         return Err(setup.without("sources", "nothing is watched").into());
     }
-    if parts.sinks.is_empty() {
-        eprintln!("warning: the study has no [[sinks]]: nothing is recorded");
+    for note in setup.notes() {
+        say(format!("note: {note}"));
     }
     parts.sources.extend(setup.attended(&stop)?);
+    parts.sources.extend(beside);
     parts.sinks.push(setup.terminal());
     parts.sinks.push(setup.publisher()?);
     parts.sinks.push(setup.diagnostics()?);
-    let asked = stop.asked(setup.clock.clone(), duration_secs);
-    let exit = conclude(setup.run(parts, asked).await);
-    if bag.exists() {
-        eprintln!("recorded; look into it with `teampulse info {}`", bag.display());
-        let summary = bag.join("summary.md");
-        if summary.exists() {
-            eprintln!("what was usable, on one page: {}", summary.display());
+    let (clock, ended) = (setup.clock.clone(), setup.bag_ended.clone());
+    let exit = conclude(stop.run(setup.session(parts), clock, duration_secs).await);
+    for later in ended.folders() {
+        // They were left out while there was a session to watch.
+        if let Err(failure) = write_tidy_files(&later).await {
+            failure.show();
         }
-        output::line(bag.display().to_string());
+    }
+    for folder in [bag].into_iter().chain(ended.folders()).filter(|folder| folder.exists()) {
+        say_where(&folder);
     }
     Ok(exit)
+}
+
+/// Says where something was recorded.
+fn say_where(folder: &Path) {
+    say(format!("recorded; look into it with `teampulse info {}`", folder.display()));
+    let summary = folder.join(SUMMARY);
+    if summary.exists() {
+        say(format!("what was usable, on one page: {}", summary.display()));
+    }
+    last_line(folder.display().to_string());
 }
 
 /// Reads a positive, finite number of seconds.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use rustix::process::Signal;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::registry::Component;
@@ -14,15 +15,17 @@ use teampulse_messages::convert::encode;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::SourceContext;
+use teampulse_sources::claims::Claims;
 use teampulse_sources::simulated::{SimulatedPerson, SimulatedTeam};
 
 use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network;
+use crate::output::say;
 use crate::setup::conclude;
 use crate::stop::Stop;
-use crate::study::Study;
+use crate::study::{SessionClock, Study, StudyError};
 
 /// What is published of people: a study that asks for simulated ones has nobody to protect. With what
 /// their streams are.
@@ -30,7 +33,8 @@ const OF_PEOPLE: [&str; 2] = ["/humans/persons/**", "/teampulse/streams"];
 
 /// Runs the simulated robots and people of a study alone, on ROS.
 ///
-/// Reads the table [simulate] of the study. At a speed other than 1 it publishes /clock.
+/// Reads the table [simulate] of the study. At a speed other than 1, and where the session's clock is
+/// /clock, it publishes that.
 #[derive(Debug, Args)]
 pub struct Simulate {
     /// The study
@@ -41,7 +45,7 @@ pub struct Simulate {
     /// The seed of all that is random, instead of the study's
     #[arg(long)]
     seed: Option<u64>,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0
+    /// The ROS domain; without it that of the study's session, or of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<u32>,
     /// How far the clock of the robots' computer is ahead of the true time [s]
@@ -52,6 +56,9 @@ pub struct Simulate {
     #[arg(long, value_name = "PPM", default_value_t = 0.0, value_parser = skew)]
     #[arg(allow_negative_numbers = true)]
     clock_skew_ppm: f64,
+    /// Ends with the process that started it
+    #[arg(long, value_name = "PID", hide = true)]
+    with_parent: Option<i32>,
 }
 
 /// A number of seconds that a clock may be off.
@@ -71,59 +78,89 @@ fn number(text: &str, most: f64) -> Option<f64> {
 impl Simulate {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
+        if let Some(parent) = self.with_parent {
+            end_with(parent)?;
+        }
         let study = Study::read(&self.study)?;
-        let team: Option<SimulatedTeam> = study.settings("simulate")?;
-        let mut team = team.ok_or_else(|| {
+        let mut team = team(&study)?.ok_or_else(|| {
             study.error(
                 ("simulate", ""),
                 "it has no table [simulate]",
                 "add one; `teampulse schema` tells its keys",
             )
         })?;
+        team.seed = self.seed.unwrap_or(team.seed);
+        let off = self.clock_offset != 0.0 || self.clock_skew_ppm != 0.0;
+        let time = time_of(&study, &team);
+        if off && time == SessionClock::Simulated {
+            let message = "a clock can't be off in simulated time, which all computers share";
+            return Err(Failure::new(message)
+                .hint("leave out `speed` and `clock`, or --clock-offset and --clock-skew-ppm")
+                .exit(Exit::BadArguments));
+        }
+        let domain = self.domain.or(study.general.session.domain);
+        self.simulate(team, time, domain).await
+    }
+}
+
+/// The simulated team of a study, if it has one.
+pub fn team(study: &Study) -> Result<Option<SimulatedTeam>, StudyError> {
+    let team: Option<SimulatedTeam> = study.settings("simulate")?;
+    if let Some(team) = &team {
         team.check().map_err(|error| {
             let path = format!("simulate.{}", error.path);
             study.misplaced(error.at(path))
         })?;
-        team.seed = self.seed.unwrap_or(team.seed);
-        let off = self.clock_offset != 0.0 || self.clock_skew_ppm != 0.0;
-        if off && is_fast(&team) {
-            let message = "a clock can't be off in simulated time, which all computers share";
-            return Err(Failure::new(message)
-                .hint("leave out `speed`, or --clock-offset and --clock-skew-ppm")
-                .exit(Exit::BadArguments));
-        }
-        self.simulate(team).await
     }
+    Ok(team)
 }
 
-/// Whether a team is simulated faster or slower than real time.
-fn is_fast(team: &SimulatedTeam) -> bool {
-    (team.speed - 1.0).abs() > f64::EPSILON
+/// Whose time it is: simulated where it runs faster or slower than real time, and where a session of the
+/// study would wait for /clock.
+fn time_of(study: &Study, team: &SimulatedTeam) -> SessionClock {
+    let is_real = (team.speed - 1.0).abs() <= f64::EPSILON;
+    if is_real { study.general.session.clock } else { SessionClock::Simulated }
+}
+
+/// Has the kernel send SIGTERM when the process that started this one ends, however that happens.
+fn end_with(parent: i32) -> Result<(), Failure> {
+    let asked = rustix::process::set_parent_process_death_signal(Some(Signal::TERM));
+    asked.map_err(|error| Failure::to(format!("end with its parent: {error}")))?;
+    // It may have ended before that.
+    let lives = rustix::process::getppid().is_some_and(|pid| pid.as_raw_nonzero().get() == parent);
+    if lives { Ok(()) } else { Err(Failure::new("the process that started this one has ended")) }
 }
 
 impl Simulate {
     /// Runs a simulated team until it ends or is asked to stop.
-    async fn simulate(&self, mut team: SimulatedTeam) -> Result<Exit, Failure> {
+    async fn simulate(
+        &self,
+        mut team: SimulatedTeam,
+        time: SessionClock,
+        domain: Option<u32>,
+    ) -> Result<Exit, Failure> {
         let host = Clock::host_off(self.clock_offset, self.clock_skew_ppm);
         let buses = network::buses_telling("teampulse_simulator", host.clone());
-        let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
+        let domain = domain.map_or_else(|| network::default_domain(&buses), Ok)?;
         let bus = buses.get(domain).map_err(Failure::to)?;
         let (robots, people) = (team.robots, team.people);
-        let fast = is_fast(&team);
+        let is_simulated = time == SessionClock::Simulated;
         // What is due by a clock that runs fast is due sooner.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
-        let clock = if fast { Clock::told() } else { host.clone() };
-        let context = SourceContext { clock: clock.clone(), buses };
+        let clock = if is_simulated { Clock::told() } else { host.clone() };
+        let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
         let mut sources = SimulatedPerson::of(&team);
         let robotic = team.build(&context).map_err(|error| Failure::new(error.message))?;
         sources.push(("simulation".into(), robotic));
-        let sinks = sinks(&bus, fast, &host, people);
+        let sinks = sinks(&bus, time, &host, people);
         let and_people = match people {
             0 => String::new(),
             1 => " and a person".into(),
             _ => format!(" and {people} people"),
         };
-        eprintln!("simulating {robots} robots{and_people} on ROS domain {domain}; Ctrl-C ends it");
+        say(format!(
+            "simulating {robots} robots{and_people} on ROS domain {domain}; Ctrl-C ends it"
+        ));
         let session = Session {
             clock: clock.clone(),
             pace: Pace::Live,
@@ -134,19 +171,20 @@ impl Simulate {
             sinks,
             encode,
         };
-        Ok(conclude(session.run(Stop::default().asked(clock, self.duration)).await))
+        Ok(conclude(Stop::default().run(session, clock, self.duration).await))
     }
 }
 
 /// What publishes: the robots, and the people where there are any. The clock is told once.
-fn sinks(bus: &Arc<dyn Bus>, fast: bool, host: &Clock, people: u32) -> Vec<Box<dyn Sink>> {
+fn sinks(bus: &Arc<dyn Bus>, time: SessionClock, host: &Clock, people: u32) -> Vec<Box<dyn Sink>> {
+    let is_simulated = time == SessionClock::Simulated;
     let publishing = |publish| {
         let sink = RosSink::lossless(Arc::clone(bus), publish);
-        if fast { sink } else { sink.stamped_by(host.clone()) }
+        if is_simulated { sink } else { sink.stamped_by(host.clone()) }
     };
     let robotic = publishing(Publish::Raw);
     let mut sinks: Vec<Box<dyn Sink>> =
-        vec![Box::new(if fast { robotic.with_clock() } else { robotic })];
+        vec![Box::new(if is_simulated { robotic.with_clock() } else { robotic })];
     if people > 0 {
         let named = OF_PEOPLE.map(str::to_owned).to_vec();
         sinks.push(Box::new(publishing(Publish::Named(named))));

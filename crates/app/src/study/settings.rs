@@ -22,7 +22,7 @@ pub struct General {
     pub phases: Vec<Phase>,
     /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
     /// Nothing about a person is published unless it is named here.
-    pub publish: Vec<teampulse_sources::pattern::Pattern>,
+    pub publish: Vec<teampulse_core::pattern::Pattern>,
 }
 
 /// The session as a whole.
@@ -68,12 +68,15 @@ pub enum SessionClock {
 pub struct FeatureSettings {
     /// The lengths of the sliding windows [s].
     pub windows_secs: Vec<f64>,
+    /// The frequency of the mains, whose hum is taken out of an ECG [Hz]: 50 or 60. Without it the one that
+    /// is heard in the signal.
+    pub mains_hz: Option<f64>,
     /// Families of features that are not computed; see `teampulse list features`.
     pub disable: Vec<String>,
 }
 
 impl Default for FeatureSettings {
     fn default() -> FeatureSettings {
-        FeatureSettings { windows_secs: vec![30.0, 60.0], disable: Vec::new() }
+        FeatureSettings { windows_secs: vec![30.0, 60.0], mains_hz: None, disable: Vec::new() }
     }
 }

@@ -6,6 +6,7 @@ use teampulse_core::clock::Clock;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::memory::MemoryBus;
+use teampulse_sources::claims::Claims;
 use teampulse_sources::{SOURCES, SourceContext};
 
 use super::*;
@@ -16,7 +17,7 @@ fn read(text: &str) -> Result<usize, StudyError> {
     study.check_phases()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
-    let context = SourceContext { clock: Clock::told(), buses };
+    let context = SourceContext { clock: Clock::told(), buses, claims: Claims::default() };
     study.build("sources", SOURCES, &context).map(|sources| sources.len())
 }
 
@@ -155,6 +156,68 @@ fn every_example_is_a_study() {
     }
 }
 
+/// A value for each kind of text that a study has, wrong and right ones.
+fn with_text(text: &str) -> Vec<String> {
+    let text = text.replace(['\\', '"', '\n', '\r'], "_");
+    let robots = "[[sources]]\ntype = \"robots\"\nnamespace = \"/r*\"\n";
+    [
+        format!("[session]\nname = \"{text}\""),
+        format!("[session]\nclock = \"{text}\""),
+        format!("[session]\n\"{text}\" = 3"),
+        format!("[\"{text}\"]"),
+        format!("{text} = 1"),
+        format!("[[sources]]\ntype = \"{text}\""),
+        format!("[[sources]]\ntype = \"robots\"\nnamespace = \"{text}\""),
+        format!("{robots}required = [\"{text}\"]"),
+        format!(
+            "{robots}battery = {{ topic = \"{text}\", field = \"{text}\", unit = \"{text}\" }}"
+        ),
+        format!(
+            "{robots}numbers = [{{ topic = \"{text}\", field = \"{text}\", unit = \"{text}\" }}]"
+        ),
+        format!("[features]\ndisable = [\"{text}\"]"),
+        format!("[features.\"{text}\"]\nx = 1"),
+        format!(
+            "[[phases]]\nname = \"{text}\"\nfrom_secs = 0\n[[phases]]\nname = \"b\"\nfrom_secs = -1"
+        ),
+        format!("publish = [\"{text}\"]"),
+        format!("[clocks.\"{text}\"]\nlatency_secs = \"{text}\""),
+        format!("# {text}\n[session]\nname = 1"),
+    ]
+    .into()
+}
+
+#[test]
+fn a_mistake_behind_the_longest_line_is_shown() {
+    for length in [65_534, 65_535, 65_536, 200_000] {
+        let text = format!("[session]\nname = \"{}\"\n", "x/".repeat(length));
+        let shown = shown(&text);
+        assert!(shown.contains("can't be the name") && shown.len() < 20_000);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+
+    #[test]
+    fn no_text_of_a_study_commands_the_terminal_or_is_endless(
+        piece in prop::collection::vec(
+            prop_oneof![any::<char>(), prop::sample::select(vec!['\u{1b}', '\u{9b}', '\u{202e}', '\t', 'a'])], 1..20,
+        ),
+    ) {
+        let text: String = piece.iter().cycle().take(100_000).collect();
+        let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+        for study in with_text(&text) {
+            let Err(error) = read(&study) else { continue };
+            let mut shown = String::new();
+            handler.clone().with_width(90).render_report(&mut shown, &error).expect("a string takes all");
+            let unwanted = |each: char| each != '\n' && teampulse_core::text::is_unwanted(each);
+            prop_assert!(!shown.contains(unwanted), "{shown:?}");
+            prop_assert!(shown.len() < 100_000);
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn no_text_makes_it_panic(text in ".*") {
@@ -166,5 +229,15 @@ proptest! {
         lines in prop::collection::vec("\\[?\\[?[a-z]{0,9}\\]?\\]? ?=? ?[\\[{\"a-z0-9/*.}\\]]{0,9}", 0..9),
     ) {
         drop(read(&lines.join("\n")));
+    }
+}
+
+#[test]
+fn a_table_of_sources_that_is_misspelt_is_found() {
+    for (wrong, meant) in
+        [("[[source]]", "sources"), ("[[sink]]", "sinks"), ("[simulated]", "simulate")]
+    {
+        let said = shown(&format!("{wrong}\ntype = \"robots\"\n"));
+        assert!(said.contains(&format!("did you mean `{meant}`?")), "{said}");
     }
 }

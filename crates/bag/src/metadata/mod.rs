@@ -10,6 +10,7 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::Path;
 
+use teampulse_core::private;
 use teampulse_core::qos::Qos;
 use teampulse_core::time::Time;
 
@@ -147,7 +148,7 @@ impl Metadata {
     /// Writes `metadata.yaml` into the bag's folder, all or nothing.
     pub(crate) fn save(&self, folder: &Path) -> io::Result<()> {
         let unfinished = folder.join(".metadata.yaml.new");
-        let mut file = File::create(&unfinished)?;
+        let mut file = private::create(&unfinished)?;
         file.write_all(self.to_yaml().as_bytes())?;
         file.sync_data()?;
         fs::rename(&unfinished, folder.join(FILE_NAME))?;

@@ -14,6 +14,8 @@ pub(crate) struct Told {
     pub storage: String,
     /// What rosbag2 compressed beside the storage: nothing, `FILE` or `MESSAGE`.
     pub compression_mode: String,
+    /// With what: `zstd`, as a rule.
+    pub compression_format: String,
     /// The bag's files, in order, relative to its folder.
     pub files: Vec<String>,
     /// How many messages each of them holds, by its name.
@@ -62,6 +64,7 @@ impl Told {
         match key {
             "version" if value == "5" => self.version = Version::V5,
             "storage_identifier" => value.clone_into(&mut self.storage),
+            "compression_format" => value.clone_into(&mut self.compression_format),
             "compression_mode" => value.clone_into(&mut self.compression_mode),
             _ => {}
         }

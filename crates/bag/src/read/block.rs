@@ -8,7 +8,10 @@ use mcap::{McapError, McapResult};
 
 use crate::read::chunk::{Extent, unpack};
 use crate::read::fields::Fields;
-use crate::read::records::{PREFIX_BYTES, Records, read_at};
+use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at};
+
+/// No chunk has more messages than these: writers end one after a few megabytes.
+const MOST_MESSAGES: usize = 2_000_000;
 
 /// Where a run of records is, and what it spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +79,14 @@ impl Block {
     /// Reads its messages.
     pub(crate) fn load(&self, file: &File) -> McapResult<Contents> {
         let records = self.records(file)?;
-        let mut entries = Vec::new();
+        let is_message = |record: &McapResult<RawRecord<'_>>| {
+            record.as_ref().is_ok_and(|record| record.opcode == op::MESSAGE)
+        };
+        let count = Records::new(&records).filter(is_message).count();
+        if count > MOST_MESSAGES {
+            return Err(McapError::ChunkTooLarge(records.len() as u64));
+        }
+        let mut entries = Vec::with_capacity(count);
         for record in Records::new(&records) {
             match record {
                 Ok(record) if record.opcode == op::MESSAGE => {
@@ -87,7 +97,8 @@ impl Block {
                 Err(error) => return Err(error),
             }
         }
-        entries.sort_by_key(|entry| entry.log_time);
+        // As they stand in the file where times are equal; sorting in place takes no room.
+        entries.sort_unstable_by_key(|entry: &Entry| (entry.log_time, entry.start));
         Ok(Contents { entries, records })
     }
 }

@@ -60,6 +60,7 @@ impl<'a> Header<'a> {
     fn decompress(&self, packed: Bytes, extent: Extent) -> McapResult<Bytes> {
         let unpacked = match self.compression {
             b"" => return Ok(packed),
+            b"zstd" if extent == Extent::Whole => self.unpack_zstd(&packed),
             b"zstd" => {
                 read_all(zstd::stream::read::Decoder::with_buffer(&*packed), self.unpacked_bytes)
             }
@@ -74,6 +75,15 @@ impl<'a> Header<'a> {
             (records, Err(_)) if extent == Extent::Cut => Ok(records.into()),
             (_, Err(error)) => Err(McapError::DecompressionError(error.to_string())),
         }
+    }
+
+    /// At once into the room that it claims, which is taken only as it is filled: a window to decompress by
+    /// would come on top.
+    fn unpack_zstd(&self, packed: &[u8]) -> (Vec<u8>, std::io::Result<()>) {
+        let mut records = Vec::with_capacity(self.unpacked_bytes as usize);
+        let unpacked = zstd::bulk::Decompressor::new()
+            .and_then(|mut unpacker| unpacker.decompress_to_buffer(packed, &mut records));
+        (records, unpacked.map(|_| ()))
     }
 
     fn check(&self, records: Bytes) -> McapResult<Bytes> {
@@ -95,7 +105,7 @@ fn read_all(
     decoder: std::io::Result<impl Read>,
     announced_bytes: u64,
 ) -> (Vec<u8>, std::io::Result<()>) {
-    let mut records = Vec::new();
+    let mut records = Vec::with_capacity(announced_bytes as usize);
     let read = decoder.and_then(|decoder| decoder.take(announced_bytes).read_to_end(&mut records));
     (records, read.map(|_| ()))
 }

@@ -16,6 +16,7 @@ use crate::channel::{Channel, type_hash};
 use crate::error::{BagError, Found};
 use crate::metadata::{ROSBAG2_RECORD, SERIALIZED_KEY, Span, Told};
 use crate::read::block::Block;
+use crate::read::foreign::{self, Opened, is_packed};
 use crate::read::parse::{self, ChannelRecord, Statistics};
 use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at, split_prefix};
 use crate::read::scan::scan;
@@ -29,6 +30,8 @@ const FOOTER_BYTES: u64 = 37;
 pub(crate) struct Index {
     pub path: PathBuf,
     pub file: File,
+    /// Whether that is not what stands at the path, but was made of it.
+    pub is_made: bool,
     pub blocks: Vec<Block>,
     pub channels: BTreeMap<u16, Arc<Channel>>,
     pub counts: BTreeMap<u16, u64>,
@@ -68,8 +71,43 @@ pub struct Damage {
 impl Index {
     /// Finds out what a file holds; one that was cut or damaged is read as far as it can be.
     pub(crate) fn open(path: &Path) -> Result<Index, BagError> {
-        let file = File::open(path).map_err(BagError::io("open", path))?;
+        let index = Index::of(path, foreign::open(path)?)?;
+        if !index.begins_packed() {
+            return Ok(index);
+        }
+        let mut plain = Index::of(path, foreign::with_plain_messages(&index)?)?;
+        plain.damage.splice(0..0, index.damage);
+        Ok(plain)
+    }
+
+    fn of(path: &Path, opened: Opened) -> Result<Index, BagError> {
+        let Opened { file, is_made, damage } = opened;
         check_magic(path, &file)?;
+        let mut index = Index::read(path, file)?;
+        index.is_made = is_made;
+        index.damage.extend(damage.map(|reason| Damage {
+            offset: 0,
+            lost_bytes: 0,
+            reason,
+            is_tail: false,
+        }));
+        Ok(index)
+    }
+
+    /// Whether its first message was compressed by itself, and all others with it.
+    fn begins_packed(&self) -> bool {
+        let is_own = |channel: &Arc<Channel>| !channel.is_foreign();
+        if self.channels.values().any(is_own) {
+            return false;
+        }
+        let first = self.blocks.iter().find_map(|block| block.load(&self.file).ok());
+        first.is_some_and(|contents| {
+            let entry = contents.entries.first();
+            entry.is_some_and(|entry| is_packed(&contents.records[entry.start..entry.end]))
+        })
+    }
+
+    fn read(path: &Path, file: File) -> Result<Index, BagError> {
         let mut index = Index::empty(path, file);
         let Err(error) = index.read_summary() else { return Ok(index) };
         let scanned = scan(Index::empty(path, index.file));
@@ -90,6 +128,7 @@ impl Index {
         Index {
             path: path.to_owned(),
             file,
+            is_made: false,
             blocks: Vec::new(),
             channels: BTreeMap::new(),
             counts: BTreeMap::new(),

@@ -4,6 +4,8 @@ pub(crate) mod records;
 mod fields;
 pub(crate) mod parse;
 mod chunk;
+mod foreign;
+mod sqlite;
 pub(crate) mod block;
 pub(crate) mod index;
 mod landmark;
@@ -11,7 +13,7 @@ mod scan;
 pub(crate) mod messages;
 mod notes;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,13 +21,14 @@ use std::sync::Arc;
 use mcap::McapError;
 use mcap::records::op;
 use teampulse_core::data::Data;
-use teampulse_core::stream::{Schema, Shape, Stream};
+use teampulse_core::stream::{Origin, Schema, Shape, Stream};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::decode;
 
 use crate::channel::Channel;
 use crate::error::{BagError, Found};
 use crate::metadata::{FILE_NAME, Span, Told, Version};
+use crate::read::foreign::KINDS;
 use crate::read::index::{Damage, Index};
 use crate::read::messages::Messages;
 use crate::read::notes::kept_notes;
@@ -43,6 +46,8 @@ pub struct Bag {
     path: PathBuf,
     parts: Vec<Index>,
     streams: Vec<BagStream>,
+    /// The places of the streams.
+    places: HashMap<Key, usize>,
     /// For each part, what its channels carry.
     channels: Vec<BTreeMap<u16, Carried>>,
     told: Told,
@@ -62,6 +67,8 @@ pub struct BagStream {
     pub stream: Arc<Stream>,
     /// How many messages of it are in the bag.
     pub messages: u64,
+    /// Whether others than teampulse recorded it.
+    pub(crate) is_foreign: bool,
     /// Whether its stamps are to be read out of its messages.
     pub(crate) has_unread_headers: bool,
     /// Its type, as it became known.
@@ -73,8 +80,8 @@ impl Bag {
     pub fn open(path: &Path) -> Result<Bag, BagError> {
         let (files, told) = if path.is_dir() { files_of(path)? } else { only(path) };
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
-        let mut bag =
-            Bag { path: path.to_owned(), parts, streams: Vec::new(), channels: Vec::new(), told };
+        let (streams, places, channels) = (Vec::new(), HashMap::new(), Vec::new());
+        let mut bag = Bag { path: path.to_owned(), parts, streams, places, channels, told };
         bag.gather_streams();
         bag.read_descriptions();
         if !bag.notes().keys().any(|key| key.starts_with("lost_source:")) {
@@ -204,11 +211,22 @@ impl Bag {
         for part in &self.parts {
             let mut channels = BTreeMap::new();
             for (id, channel) in &part.channels {
-                let stream = place_of(&mut self.streams, channel);
+                let stream = place_of(&mut self.streams, &mut self.places, channel);
                 self.streams[stream].messages += part.counts.get(id).copied().unwrap_or(0);
                 channels.insert(*id, Carried { stream, schema: Arc::clone(&channel.schema) });
             }
             self.channels.push(channels);
+        }
+    }
+
+    /// Describes streams that others recorded, and nobody described, by their topics and types.
+    pub fn describe_foreign(&mut self, describe: impl Fn(&str, &str) -> Option<Stream>) {
+        for known in self.streams.iter_mut().filter(|known| known.is_foreign) {
+            let is_blank = known.stream.channels.is_empty();
+            let description = describe(&known.stream.name, type_name(&known.stream.shape));
+            if let Some(description) = description.filter(|_| is_blank) {
+                known.stream = Arc::new(described(&known.stream, &description));
+            }
         }
     }
 
@@ -231,10 +249,15 @@ impl Bag {
     }
 
     fn describe(&mut self, description: &Stream) {
-        let known = self.streams.iter_mut().find(|known| is_same(&known.stream, description));
-        if let Some(known) = known {
+        if let Some(place) = self.place(description) {
+            let known = &mut self.streams[place];
             known.stream = Arc::new(described(&known.stream, description));
         }
+    }
+
+    /// The place of the stream that a description is of.
+    pub(crate) fn place(&self, description: &Stream) -> Option<usize> {
+        self.places.get(&key(description)).copied()
     }
 }
 
@@ -249,26 +272,38 @@ pub(crate) fn description(cdr: &[u8]) -> Option<Arc<Stream>> {
 /// The stream of a channel with all that its description adds: the type and the quality of service
 /// stay as the channel has them.
 pub(crate) fn described(channel: &Stream, description: &Stream) -> Stream {
-    Stream { shape: channel.shape.clone(), qos: channel.qos.clone(), ..description.clone() }
+    Stream {
+        shape: channel.shape.clone(),
+        publisher: channel.publisher.clone(),
+        qos: channel.qos.clone(),
+        ..description.clone()
+    }
 }
 
-/// Whether a description is that of a channel's stream.
-pub(crate) fn is_same(channel: &Stream, description: &Stream) -> bool {
-    channel.name == description.name
-        && channel.origin == description.origin
-        && type_name(&channel.shape) == type_name(&description.shape)
+/// What a stream of a bag is known by: its name, its origin and its type.
+type Key = (String, Origin, String);
+
+fn key(stream: &Stream) -> Key {
+    (stream.name.clone(), stream.origin, type_name(&stream.shape).to_owned())
 }
 
 /// The place of a channel's stream among those of the bag; a definition that became known replaces
 /// an empty one.
-fn place_of(streams: &mut Vec<BagStream>, channel: &Channel) -> usize {
+fn place_of(
+    streams: &mut Vec<BagStream>,
+    places: &mut HashMap<Key, usize>,
+    channel: &Channel,
+) -> usize {
     let stream = channel.stream();
     let schema = Arc::clone(&channel.schema);
-    let known = streams.iter().position(|known| is_same(&known.stream, &stream));
-    let Some(place) = known else {
+    let key = key(&stream);
+    let Some(&place) = places.get(&key) else {
+        places.insert(key, streams.len());
         let stream = Arc::new(stream);
         let has_unread_headers = channel.has_unread_headers();
-        streams.push(BagStream { stream, messages: 0, has_unread_headers, schemas: vec![schema] });
+        let is_foreign = channel.is_foreign();
+        let schemas = vec![schema];
+        streams.push(BagStream { stream, messages: 0, is_foreign, has_unread_headers, schemas });
         return streams.len() - 1;
     };
     let known = &mut streams[place];
@@ -292,31 +327,50 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Told), BagError> {
     let text = fs::read_to_string(folder.join(FILE_NAME)).unwrap_or_default();
     let told = Told::read(&text);
     let not_a_bag = |found| Err(BagError::NotABag { path: folder.to_owned(), found });
-    if told.storage == "sqlite3" {
-        return not_a_bag(Found::Sqlite);
-    }
-    if !matches!(told.compression_mode.to_ascii_uppercase().as_str(), "" | "NONE") {
+    let is_compressed = !matches!(told.compression_mode.to_ascii_uppercase().as_str(), "" | "NONE");
+    if is_compressed && !matches!(told.compression_format.as_str(), "" | "zstd") {
         return not_a_bag(Found::Compressed);
     }
     // Older versions wrote the folder's name in front.
     let named =
         told.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
     let mut files: Vec<PathBuf> = named.collect();
-    for found in mcap_files(folder)? {
-        if !files.contains(&found) {
+    for found in files_in(folder)? {
+        // One that rosbag2 unpacked beside the packed one is the same.
+        if !files.iter().any(|file| unpacked_name(file) == unpacked_name(&found)) {
             files.push(found);
+        }
+    }
+    // Written as they will be called, or as they were before they were compressed.
+    for file in &mut files {
+        let packed = PathBuf::from(format!("{}.zstd", file.display()));
+        if !file.exists() && packed.exists() {
+            *file = packed;
         }
     }
     if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, told)) }
 }
 
-/// The MCAP files in a folder, those of one recording by their numbers.
-fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+/// A file's name as it is when it is not compressed.
+fn unpacked_name(file: &Path) -> PathBuf {
+    if file.extension().is_some_and(|kind| kind == "zstd") {
+        file.with_extension("")
+    } else {
+        file.to_owned()
+    }
+}
+
+/// The files of recordings in a folder, those of one by their numbers; packed ones behind unpacked ones.
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     let entries = fs::read_dir(folder).map_err(BagError::io("open", folder))?;
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let mut files: Vec<PathBuf> =
-        paths.filter(|path| path.extension().is_some_and(|kind| kind == "mcap")).collect();
+    let is_part = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        KINDS.iter().any(|kind| name.ends_with(kind))
+    };
+    let mut files: Vec<PathBuf> = paths.filter(is_part).collect();
     files.sort_by_cached_key(|path| {
+        let path = unpacked_name(path);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let (name, number) = stem.rsplit_once('_').unwrap_or((&stem, ""));
         (name.to_owned(), number.parse::<u64>().unwrap_or(u64::MAX), stem.clone())

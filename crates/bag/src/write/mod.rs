@@ -2,23 +2,34 @@
 
 pub(crate) mod spare;
 pub(crate) mod part;
+mod file;
+pub(crate) mod chunk;
+mod summary;
+mod out;
+mod records;
 mod routes;
 
-use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, File};
 use std::io::ErrorKind;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mcap::records::MessageHeader;
+use rustix::process::{Resource, getrlimit};
+use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
-use teampulse_core::sample::Record;
+use teampulse_core::private;
+use teampulse_core::sample::{Record, Sample};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
 
 use crate::error::BagError;
+use crate::growth::Growth;
 use crate::metadata::{FileSpan, Metadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span, Version};
-use crate::write::part::{Attachment, Compression, Part, nanos};
+use crate::write::chunk::Compression;
+use crate::write::part::{Attachment, Part, nanos};
 use crate::write::routes::Routes;
 use crate::write::spare::{Spare, SpareFile, free_bytes};
 use teampulse_messages::convert::type_name;
@@ -26,9 +37,9 @@ use teampulse_messages::convert::type_name;
 /// The metadata record that says which session a file belongs to.
 const SESSION_RECORD: &str = "teampulse";
 
-/// A file whose index has become so large is followed by another, whatever the options say [bytes]:
-/// the index is in memory until its file ends.
-const INDEX_BYTES: u64 = 64 << 20;
+/// A file whose index has become so large is followed by another, whatever the options say [bytes]: who
+/// reads the file holds its index in memory, where it takes two to three times as much.
+const INDEX_BYTES: u64 = 16 << 20;
 
 /// How a bag is written.
 #[derive(Clone, Debug)]
@@ -47,6 +58,10 @@ pub struct Options {
     pub notes: BTreeMap<String, String>,
     /// The recording ends when the disk has less room than this [bytes].
     pub keep_free_bytes: u64,
+    /// Where it is told how the recording grows.
+    pub growth: Growth,
+    /// By whose time it is flushed.
+    pub clock: Clock,
 }
 
 impl Default for Options {
@@ -59,6 +74,8 @@ impl Default for Options {
             metadata_version: Version::default(),
             notes: BTreeMap::new(),
             keep_free_bytes: 64 << 20,
+            growth: Growth::default(),
+            clock: Clock::host(),
         }
     }
 }
@@ -90,10 +107,16 @@ pub struct BagWriter {
     spare: Arc<Mutex<dyn Spare>>,
     part: Part<File>,
     disk: File,
+    /// How much of the current file was synced [bytes].
+    synced_bytes: u64,
     finished: Vec<FileSpan>,
     routes: Routes,
     descriptions: Vec<Record>,
+    /// The places of the descriptions of each name.
+    described: HashMap<String, Vec<usize>>,
     custom: BTreeMap<String, String>,
+    /// How many messages were written since the disk had all of them.
+    unsynced: u64,
 }
 
 impl BagWriter {
@@ -111,20 +134,32 @@ impl BagWriter {
         let spare: Arc<Mutex<dyn Spare>> = Arc::new(Mutex::new(SpareFile::new(folder)));
         let path = folder.join(format!("{name}_0.mcap"));
         let (part, disk) = begin(&path, &spare, options)?;
+        let mut options = options.clone();
+        let metadata_version = options.metadata_version;
+        if let Some(limit_bytes) = getrlimit(Resource::Fsize).current {
+            // This account may write no larger files: half of that leaves room for the index.
+            let most_bytes = limit_bytes / 2;
+            options.split_bytes =
+                options.split_bytes.or(Some(most_bytes)).map(|at| at.min(most_bytes));
+        }
         let mut custom = options.notes.clone();
         custom.insert("session".to_owned(), options.session.clone());
         let mut writer = BagWriter {
             folder: folder.to_owned(),
             name,
-            options: options.clone(),
+            options,
             spare,
             part,
             disk,
+            synced_bytes: 0,
             finished: Vec::new(),
-            routes: Routes::new(options.metadata_version),
+            routes: Routes::new(metadata_version),
             descriptions: Vec::new(),
+            described: HashMap::new(),
             custom,
+            unsynced: 0,
         };
+        writer.options.growth.begin();
         writer.flush()?;
         writer.save_metadata()?;
         Ok(writer)
@@ -146,10 +181,17 @@ impl BagWriter {
     /// can't. Also looks after the free space.
     pub fn flush(&mut self) -> Result<(), BagError> {
         if self.part.flush()? {
+            self.check_there()?;
             self.disk.sync_data().map_err(BagError::io("write", &self.folder))?;
-            self.check_room()?;
+            self.unsynced = 0;
+            self.note_sync()?;
         }
         self.check_full()
+    }
+
+    /// How many messages were written since the last flush: what a disk that fails now may not have.
+    pub fn unsynced(&self) -> u64 {
+        self.unsynced
     }
 
     /// Appends an attachment: the study, a calibration.
@@ -168,10 +210,12 @@ impl BagWriter {
         // Its time has come: the rest fits into what was kept back.
         self.spare.lock().unwrap_or_else(PoisonError::into_inner).release();
         let metadata = self.metadata();
-        self.part.annotate(ROSBAG2_RECORD, serialized(&metadata))?;
+        self.part.annotate(ROSBAG2_RECORD, &serialized(&metadata))?;
         self.part.finish()?;
         self.disk.sync_all().map_err(BagError::io("write", &self.folder))?;
         metadata.save(&self.folder).map_err(BagError::io("write", &self.folder))?;
+        self.options.growth.add(length(&self.disk).saturating_sub(self.synced_bytes));
+        self.options.growth.finish();
         let Span { messages, first, last } = metadata.span();
         Ok(Summary { folder: self.folder, files: metadata.files.len(), messages, first, last })
     }
@@ -188,6 +232,7 @@ impl BagWriter {
             publish_time: nanos(publish_time(record, log_time)),
         };
         self.part.write(&header, &record.cdr)?;
+        self.unsynced += 1;
         self.routes.count(route);
         self.check_full()
     }
@@ -209,12 +254,14 @@ impl BagWriter {
         let path = self.folder.join(format!("{}_{number}.mcap", self.name));
         let (part, disk) = begin(&path, &self.spare, &self.options)?;
         let metadata = self.metadata();
-        self.part.annotate(ROSBAG2_RECORD, serialized(&metadata))?;
+        self.part.annotate(ROSBAG2_RECORD, &serialized(&metadata))?;
         let ended = std::mem::replace(&mut self.part, part).finish()?;
         self.finished.push(ended.file);
         self.routes.begin_file();
         let disk = std::mem::replace(&mut self.disk, disk);
         disk.sync_all().map_err(BagError::io("write", &self.folder))?;
+        self.options.growth.add(length(&disk).saturating_sub(self.synced_bytes));
+        self.synced_bytes = 0;
         if ended.is_full {
             return Err(self.disk_full());
         }
@@ -227,16 +274,19 @@ impl BagWriter {
     fn keep_description(&mut self, described: &Arc<Stream>, record: &Record) {
         let is_same = |kept: &Record| match &kept.sample.data {
             Data::Description(known) => {
-                known.name == described.name
-                    && known.origin == described.origin
+                known.origin == described.origin
                     && type_name(&known.shape) == type_name(&described.shape)
             }
             _ => false,
         };
-        match self.descriptions.iter().position(is_same) {
-            Some(at) => self.descriptions[at] = record.clone(),
-            None => self.descriptions.push(record.clone()),
+        let mut named = self.described.get(&described.name).into_iter().flatten();
+        if let Some(at) = named.find(|at| is_same(&self.descriptions[**at])) {
+            self.descriptions[*at] = record.clone();
+            return;
         }
+        let at = self.descriptions.len();
+        self.described.entry(described.name.clone()).or_default().push(at);
+        self.descriptions.push(record.clone());
     }
 
     fn metadata(&self) -> Metadata {
@@ -258,8 +308,22 @@ impl BagWriter {
         if self.part.is_full() { Err(self.disk_full()) } else { Ok(()) }
     }
 
-    fn check_room(&self) -> Result<(), BagError> {
+    /// What was deleted would be written on into nowhere.
+    fn check_there(&self) -> Result<(), BagError> {
+        let file = self.disk.metadata().map_err(BagError::io("write", &self.folder))?;
+        if file.nlink() == 0 {
+            return Err(BagError::Deleted { path: self.folder.clone() });
+        }
+        Ok(())
+    }
+
+    /// Tells how much is on the disk now, and fails where it leaves too little room.
+    fn note_sync(&mut self) -> Result<(), BagError> {
         let free_bytes = free_bytes(&self.folder).map_err(BagError::io("write", &self.folder))?;
+        let written_bytes = self.part.written_bytes();
+        let more_bytes = written_bytes.saturating_sub(self.synced_bytes);
+        self.options.growth.synced(more_bytes, free_bytes);
+        self.synced_bytes = written_bytes;
         if free_bytes < self.options.keep_free_bytes { Err(self.disk_full()) } else { Ok(()) }
     }
 
@@ -268,11 +332,16 @@ impl BagWriter {
     }
 }
 
+/// How long a file is [bytes]; 0 where that can't be known.
+fn length(file: &File) -> u64 {
+    file.metadata().map_or(0, |file| file.len())
+}
+
 fn create_folder(folder: &Path) -> Result<(), BagError> {
     if let Some(parent) = folder.parent() {
-        fs::create_dir_all(parent).map_err(BagError::io("create", parent))?;
+        private::create_folders(parent).map_err(BagError::io("create", parent))?;
     }
-    fs::create_dir(folder).map_err(|error| match error.kind() {
+    private::create_folder(folder).map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => BagError::Exists { path: folder.to_owned() },
         _ => BagError::io("create", folder)(error),
     })
@@ -284,15 +353,14 @@ fn begin(
     spare: &Arc<Mutex<dyn Spare>>,
     options: &Options,
 ) -> Result<(Part<File>, File), BagError> {
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
-    let file = file.map_err(BagError::io("create", path))?;
+    let file = private::create_new(path).map_err(BagError::io("create", path))?;
     let disk = file.try_clone().map_err(BagError::io("create", path))?;
     let part = Part::begin(path, file, Arc::clone(spare), options.compression);
     // A file that has no room to begin in would be taken for a damaged part of the bag.
     let mut part = part.inspect_err(|_| drop(fs::remove_file(path)))?;
     let software = concat!("teampulse ", env!("CARGO_PKG_VERSION")).to_owned();
     let session = [("session", options.session.clone()), ("software", software)];
-    part.annotate(SESSION_RECORD, session.map(|(key, value)| (key.to_owned(), value)).into())?;
+    part.annotate(SESSION_RECORD, &session.map(|(key, value)| (key.to_owned(), value)).into())?;
     Ok((part, disk))
 }
 
@@ -300,11 +368,13 @@ fn serialized(metadata: &Metadata) -> BTreeMap<String, String> {
     [(SERIALIZED_KEY.to_owned(), metadata.body())].into()
 }
 
-/// The second time of a message in the bag: the source's own stamp for what comes from elsewhere
-/// (the log time where it has none, as MCAP wants it), and `measured` for what is ours.
+/// The second time of a message in the bag: the source's own stamp, whether it could be believed or not;
+/// where it put none, the log time of what comes from elsewhere (as MCAP wants it), and `measured` for what
+/// is ours.
 fn publish_time(record: &Record, log_time: Time) -> Time {
+    let Sample { measured, source_time, .. } = record.sample;
     match record.stream.shape {
-        Shape::Message(_) => record.sample.source_time.unwrap_or(log_time),
-        _ => record.sample.measured,
+        Shape::Message(_) => source_time.unwrap_or(log_time),
+        _ => source_time.unwrap_or(measured),
     }
 }

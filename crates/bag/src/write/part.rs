@@ -1,61 +1,30 @@
 //! One file of a bag while it is written.
 
 use std::collections::BTreeMap;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use mcap::McapError;
 use mcap::records::MessageHeader;
-use mcap::{McapError, McapResult, WriteOptions, Writer};
 use teampulse_core::time::Time;
 
 use crate::channel::Channel;
 use crate::error::BagError;
 use crate::metadata::{FileSpan, Span};
+use crate::write::chunk::Compression;
+use crate::write::file::{CHUNK_BYTES, McapFile};
 use crate::write::spare::{Backed, Progress, Spare, is_full};
 
-/// The size at which a chunk is closed [bytes], uncompressed.
-const CHUNK_BYTES: u64 = 768 << 10;
-/// Small records are gathered up to this [bytes].
-const BUFFER_BYTES: usize = 64 << 10;
-
-/// How the chunks of a bag are compressed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Compression {
-    /// Not at all: the fastest.
-    None,
-    /// LZ4: about half the size.
-    Lz4,
-    /// Zstandard at level 1: smaller than its default level on sensor data, and faster.
-    #[default]
-    Zstd,
-}
-
-impl Compression {
-    fn options(self) -> WriteOptions {
-        let options = WriteOptions::new().compression_threads(0);
-        match self {
-            Compression::None => options.compression(None),
-            Compression::Lz4 => options.compression(Some(mcap::Compression::Lz4)),
-            Compression::Zstd => {
-                options.compression(Some(mcap::Compression::Zstd)).compression_level(1)
-            }
-        }
-    }
-}
-
-/// An MCAP file being written. Chunks are built in memory and reach the file whole.
+/// One file of a bag while it is written, with what it takes to end it on a full disk.
 pub(crate) struct Part<F: Write> {
     path: PathBuf,
-    mcap: Writer<BufWriter<Backed<F>>>,
+    file: McapFile<Backed<F>>,
     progress: Arc<Progress>,
     spare: Arc<Mutex<dyn Spare>>,
     span: Span,
     largest_bytes: u64,
     described_bytes: u64,
-    content_bytes: u64,
-    flushes: u64,
-    channels: u64,
     pending: bool,
 }
 
@@ -90,25 +59,16 @@ impl<F: Write> Part<F> {
     ) -> Result<Part<F>, BagError> {
         let progress = Arc::<Progress>::default();
         let file = Backed::new(file, Arc::clone(&spare), Arc::clone(&progress));
-        let mcap = compression
-            .options()
-            .profile("ros2")
-            .library(concat!("teampulse/", env!("CARGO_PKG_VERSION")))
-            .chunk_size(Some(CHUNK_BYTES))
-            .disable_seeking(true)
-            .create(BufWriter::with_capacity(BUFFER_BYTES, file))
-            .map_err(error(path))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let file = McapFile::begin(file, folder, compression).map_err(error(path))?;
         let part = Part {
             path: path.to_owned(),
-            mcap,
+            file,
             progress,
             spare,
             span: Span::default(),
             largest_bytes: 0,
             described_bytes: 0,
-            content_bytes: 0,
-            flushes: 0,
-            channels: 0,
             pending: true,
         };
         part.keep_room()?;
@@ -118,24 +78,12 @@ impl<F: Write> Part<F> {
     /// Adds a channel, or finds the one that is as this.
     pub(crate) fn channel(&mut self, channel: &Channel) -> Result<u16, BagError> {
         let Channel { topic, schema, encoding, metadata } = channel;
-        let id = self.add(channel).map_err(self.error())?;
+        let id = self.file.channel(channel).map_err(self.error())?;
         let told: usize = metadata.iter().map(|(key, value)| key.len() + value.len() + 8).sum();
         let named = topic.len() + schema.name.len() + encoding.len() + 64;
         self.described_bytes += (schema.text.len() + told + named) as u64;
-        self.channels += 1;
         self.pending = true;
         Ok(id)
-    }
-
-    fn add(&mut self, channel: &Channel) -> McapResult<u16> {
-        let schema = &channel.schema;
-        // MCAP: a schema without text has no encoding either.
-        let encoding = if schema.text.is_empty() { "" } else { &schema.encoding };
-        let schema_id = match schema.name.as_str() {
-            "" => 0,
-            name => self.mcap.add_schema(name, encoding, schema.text.as_bytes())?,
-        };
-        self.mcap.add_channel(schema_id, &channel.topic, &channel.encoding, &channel.metadata)
     }
 
     /// Appends a message to a channel of this file.
@@ -144,8 +92,7 @@ impl<F: Write> Part<F> {
             self.largest_bytes = data.len() as u64;
             self.keep_room()?;
         }
-        self.mcap.write_to_known_channel(header, data).map_err(self.error())?;
-        self.content_bytes += data.len() as u64;
+        self.file.message(header, data).map_err(self.error())?;
         self.span.take(Time::from_nanos(header.log_time as i64));
         self.pending = true;
         Ok(())
@@ -153,25 +100,16 @@ impl<F: Write> Part<F> {
 
     /// Appends an attachment.
     pub(crate) fn attach(&mut self, attachment: Attachment<'_>) -> Result<(), BagError> {
-        let nanos = nanos(attachment.log_time);
-        let attachment = mcap::Attachment {
-            log_time: nanos,
-            create_time: nanos,
-            name: attachment.name.to_owned(),
-            media_type: attachment.media_type.to_owned(),
-            data: attachment.bytes.into(),
-        };
-        self.mcap.attach(&attachment).map_err(self.error())
+        self.file.attach(&attachment).map_err(self.error())
     }
 
     /// Appends a metadata record.
     pub(crate) fn annotate(
         &mut self,
         name: &str,
-        metadata: BTreeMap<String, String>,
+        metadata: &BTreeMap<String, String>,
     ) -> Result<(), BagError> {
-        let record = mcap::records::Metadata { name: name.to_owned(), metadata };
-        self.mcap.write_metadata(&record).map_err(self.error())
+        self.file.annotate(name, metadata).map_err(self.error())
     }
 
     /// Hands all that was written to the operating system; says whether there was anything.
@@ -179,15 +117,14 @@ impl<F: Write> Part<F> {
         if !std::mem::take(&mut self.pending) {
             return Ok(false);
         }
-        self.mcap.flush().map_err(self.error())?;
-        self.flushes += 1;
+        self.file.flush().map_err(self.error())?;
         self.keep_room()?;
         Ok(true)
     }
 
     /// Ends the file with its index.
     pub(crate) fn finish(mut self) -> Result<Ended, BagError> {
-        self.mcap.finish().map_err(self.error())?;
+        self.file.finish().map_err(self.error())?;
         Ok(Ended { file: self.file_span(), is_full: self.is_full() })
     }
 
@@ -201,10 +138,9 @@ impl<F: Write> Part<F> {
         self.progress.written_bytes()
     }
 
-    /// How much the index of its chunks will take [bytes], at most.
+    /// How much its index will take [bytes], at most, beside what it says of its channels.
     pub(crate) fn index_bytes(&self) -> u64 {
-        let chunks = self.flushes + self.content_bytes / CHUNK_BYTES + 1;
-        chunks * (128 + 10 * self.channels)
+        self.file.index_bytes()
     }
 
     /// What it spans so far.

@@ -1,5 +1,6 @@
 //! Where the samples of each stream go: its topic in the bag, its channel in the current file.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::sync::Arc;
 
@@ -18,6 +19,8 @@ pub(super) struct Routes {
     /// For each stream of the session, its way into the current file.
     slots: Vec<Option<Slot>>,
     topics: Vec<(Topic, Origin)>,
+    /// The places of the topics of each name.
+    named: HashMap<String, Vec<usize>>,
 }
 
 /// The way of one stream, as it was declared when its channel was opened.
@@ -35,7 +38,7 @@ pub(super) struct Route {
 
 impl Routes {
     pub(super) fn new(version: Version) -> Routes {
-        Routes { version, slots: Vec::new(), topics: Vec::new() }
+        Routes { version, slots: Vec::new(), topics: Vec::new(), named: HashMap::new() }
     }
 
     /// The way of a record; `None` when its stream is new in this file, or declared anew.
@@ -90,10 +93,12 @@ impl Routes {
     /// The topic of a stream. Its quality of service stays as it first was: readers tell channels
     /// of one topic apart by it.
     fn topic(&mut self, stream: &Stream, type_name: &str) -> usize {
-        let is_known = |(topic, origin): &(Topic, Origin)| {
-            topic.name == stream.name && topic.type_name == type_name && *origin == stream.origin
+        let named = self.named.entry(stream.name.clone()).or_default();
+        let is_known = |place: &&usize| {
+            let (topic, origin) = &self.topics[**place];
+            topic.type_name == type_name && *origin == stream.origin
         };
-        self.topics.iter().position(is_known).unwrap_or_else(|| {
+        named.iter().find(is_known).copied().unwrap_or_else(|| {
             let topic = Topic {
                 name: stream.name.clone(),
                 type_name: type_name.to_owned(),
@@ -101,6 +106,7 @@ impl Routes {
                 qos: stream.qos.clone(),
                 messages: 0,
             };
+            named.push(self.topics.len());
             self.topics.push((topic, stream.origin));
             self.topics.len() - 1
         })

@@ -1,12 +1,13 @@
 //! Space that is kept back on the disk, so that a recording on a full disk can still be ended well.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rustix::fs::{FallocateFlags, fallocate, statvfs};
+use teampulse_core::private;
 
 /// Room on the disk that can be given up once.
 pub(crate) trait Spare: Send {
@@ -35,7 +36,7 @@ impl SpareFile {
 
     fn create(&self) -> io::Result<File> {
         let path = self.folder.join(".spare");
-        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&path)?;
+        let file = private::create(&path)?;
         fs::remove_file(&path)?;
         Ok(file)
     }
@@ -129,16 +130,6 @@ impl<F: Write> Write for Backed<F> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
-    }
-}
-
-/// Only tells the position: what is written is never written again.
-impl<F: Write> Seek for Backed<F> {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        match to {
-            SeekFrom::Current(0) => Ok(self.progress.written_bytes()),
-            _ => Err(ErrorKind::Unsupported.into()),
-        }
     }
 }
 

@@ -32,6 +32,7 @@ impl Source for Recording {
             }
             let stream = outlet.declare_at((*record.stream).clone(), sample.log_time);
             let reading = Reading {
+                index: None,
                 stream,
                 device_time: sample.device_time,
                 source_time: stamp(&record.stream, &sample),

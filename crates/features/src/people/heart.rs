@@ -37,6 +37,16 @@ impl Component<dyn Feature, FeatureContext> for Heart {
 
     fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
         let windows_secs = context.windows_or(self.windows_secs)?;
+        let make = match context.mains_hz {
+            None => |_: &Stream| analysis(None),
+            Some(50.0) => |_: &Stream| analysis(Some(50.0)),
+            Some(60.0) => |_: &Stream| analysis(Some(60.0)),
+            Some(wrong) => {
+                let message = format!("mains of {wrong} Hz: expected 50 or 60");
+                let hint = "leave it out, and the mains are heard in the signal";
+                return Err(SettingsError::new(message).with_hint(hint).at("mains_hz"));
+            }
+        };
         Ok(Box::new(Analysed { signal: Signal::Ecg, naming: &NAMING, make, windows_secs }))
     }
 }
@@ -53,6 +63,7 @@ static NAMING: Naming = Naming {
     }],
 };
 
-fn make(_: &Stream) -> Make {
-    Box::new(|rate_hz| ecg::analysis::causal(&ecg::analysis::Settings::default(), rate_hz))
+fn analysis(mains_hz: Option<f64>) -> Make {
+    let settings = ecg::analysis::Settings { mains_hz, ..ecg::analysis::Settings::default() };
+    Box::new(move |rate_hz| ecg::analysis::causal(&settings, rate_hz))
 }

@@ -238,7 +238,7 @@ impl Activity {
 
     fn tell_phase(&self, phase: &Phase, out: &mut Outputs) {
         let (Some(stream), Some(since)) = (&self.stream, self.begin) else { return };
-        let Some(span) = measured_span(phase, since.nanos()) else { return };
+        let Some(span) = measured_span(phase, since.nanos(), i64::MIN) else { return };
         let inside = self.of_phase.iter().filter(|(at, _)| span.holds(at.nanos()));
         let deeds = inside.map(|(_, deeds)| deeds);
         let unseen_ns = since.nanos().saturating_sub(span.begin_ns);

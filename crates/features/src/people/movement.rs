@@ -5,7 +5,6 @@ use serde::Deserialize;
 use teampulse_core::feature::Feature;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::stream::{Signal, Stream};
-use teampulse_signal::acceleration::Unit;
 use teampulse_signal::acceleration::analysis::{Settings, causal};
 use teampulse_signal::analysis::Make;
 
@@ -21,7 +20,7 @@ use crate::running::Naming;
 /// - Unit: as declared for each value.
 /// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: van Hees et al. (2013), doi:10.1371/journal.pone.0061691.
-/// - Limits: in g; a stream in m/s² is converted by its unit.
+/// - Limits: in g; a stream in m/s², mg or 1/64 g is converted by its unit.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Movement {
@@ -44,9 +43,6 @@ static NAMING: Naming = Naming {
     events: &[],
 };
 
-fn make(stream: &Stream) -> Make {
-    let is_si = stream.units.first().is_some_and(|unit| unit == "m/s^2" || unit == "m/s²");
-    let unit = if is_si { Unit::MetresPerSecondSquared } else { Unit::G };
-    let settings = Settings { unit, ..Settings::default() };
-    Box::new(move |rate_hz| causal(&settings, rate_hz))
+fn make(_: &Stream) -> Make {
+    Box::new(|rate_hz| causal(&Settings::default(), rate_hz))
 }

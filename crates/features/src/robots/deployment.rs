@@ -27,7 +27,8 @@ use crate::whole_seconds::WholeSeconds;
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team", the robots' deployment time.
 /// - Limits: a robot that runs but can't be heard counts as gone. Which topics exist is no sign of
-///   life; only their messages are, but not those by which people command it.
+///   life; only their messages are, but not those by which people command it. While teampulse itself
+///   does not run nothing is heard, and no robot goes offline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Deployment {
@@ -109,7 +110,7 @@ impl Extractor for Watch {
         let measured = sample.measured.min(sample.log_time);
         let duty = self.duty.get_or_insert(Duty::unseen(sample.log_time, measured));
         let silence_ns = sample.log_time.nanos_since(duty.last_arrival);
-        duty.last_arrival = sample.log_time;
+        duty.last_arrival = duty.last_arrival.max(sample.log_time);
         duty.newest_measured = duty.newest_measured.max(measured);
         if duty.since.is_none() {
             duty.since = Some(sample.log_time);
@@ -126,6 +127,12 @@ impl Extractor for Watch {
         let second = self.seconds.passed(now);
         if let (Some(second), Some(duty), Some((state, _))) = (second, &self.duty, self.outputs) {
             out.emit(state, second, duty.state_at(second));
+        }
+    }
+
+    fn stood_still(&mut self, until: Time) {
+        if let Some(duty) = self.duty.as_mut().filter(|duty| duty.since.is_some()) {
+            duty.last_arrival = duty.last_arrival.max(until);
         }
     }
 }
@@ -257,6 +264,21 @@ mod tests {
             ]
         );
         assert_eq!((events[1].1.value, events[2].1.duration_secs), (5.0, 90.0));
+    }
+
+    #[test]
+    fn no_robot_goes_offline_while_nothing_could_be_heard() {
+        let mut drive = drive();
+        online(&mut drive, 0..11);
+        drive.stood_still(60.0);
+        drive.until(62.0);
+        assert_eq!(drive.events("/r1/deployment/events").len(), 1, "it was seen, and no more");
+        online(&mut drive, 62..70);
+        assert_eq!(drive.last("/r1/deployment").values[3], 0.0, "no outage");
+        drive.stood_still(100.0);
+        drive.until(110.0);
+        let events = drive.events("/r1/deployment/events");
+        assert_eq!((events[1].0, events[1].1.label.as_str()), (105.0, "r1 offline"));
     }
 
     #[test]

@@ -12,7 +12,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::pump::{END, session_events};
 use teampulse_core::registry::Settings as Own;
 use teampulse_core::sample::Record;
-use teampulse_core::session::{Pace, Session};
+use teampulse_core::session::{NamedFeature, Pace, Session};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{About, Shape, Signal, Stream, StreamId, Subject};
@@ -99,11 +99,11 @@ pub fn heard(source: Box<dyn Source>, is_wanted: fn(&str) -> bool) -> Vec<Record
     std::mem::take(&mut kept.lock().expect("nobody panicked"))
 }
 
-fn features(is_wanted: fn(&str) -> bool) -> Vec<Arc<dyn Feature>> {
-    let context = FeatureContext { windows_secs: vec![30.0] };
+fn features(is_wanted: fn(&str) -> bool) -> Vec<NamedFeature> {
+    let context = FeatureContext { windows_secs: vec![30.0], ..FeatureContext::default() };
     let build = |entry: &teampulse_core::registry::Entry<dyn Feature, FeatureContext>| {
         let built = (entry.build)(Own::empty(), &context);
-        Arc::from(built.expect("a feature without settings"))
+        (entry.kind, Arc::from(built.expect("a feature without settings")))
     };
     FEATURES.iter().filter(|entry| is_wanted(entry.kind)).map(build).collect()
 }
@@ -128,7 +128,8 @@ impl Source for Worn {
             last = at;
             let place = Sensor::ALL.iter().position(|each| *each == sensor).expect("a sensor");
             let stream = streams[place];
-            let reading = Reading { stream, device_time: None, source_time: Some(first), data };
+            let reading =
+                Reading { index: None, stream, device_time: None, source_time: Some(first), data };
             hand_over(reading, at, outlet).await;
         }
         hand_over(happens(events, EventKind::Clock, END.to_owned(), last), last, outlet).await;
@@ -144,7 +145,7 @@ pub async fn hand_over(reading: Reading, at: Time, outlet: &Outlet) {
 fn happens(stream: StreamId, kind: EventKind, label: String, at: Time) -> Reading {
     let event = Event { kind, label, value: f64::NAN, duration_secs: f64::NAN };
     let data = Data::Event(Arc::new(event));
-    Reading { stream, device_time: None, source_time: Some(at), data }
+    Reading { index: None, stream, device_time: None, source_time: Some(at), data }
 }
 
 /// The stream of a sensor of the person.

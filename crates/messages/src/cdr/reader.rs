@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
     }
 
     fn expect(&self, count: usize, item_bytes: usize) -> Result<(), CdrError> {
-        let needed = count as u64 * item_bytes as u64;
+        let needed = (count as u64).saturating_mul(item_bytes as u64);
         if needed > self.left() as u64 { Err(self.short(needed)) } else { Ok(()) }
     }
 

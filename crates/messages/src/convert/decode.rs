@@ -2,13 +2,25 @@ use std::sync::Arc;
 
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
 use teampulse_core::status::{State, StreamStatus};
+use teampulse_core::text::label;
 
 use super::{DecodeError, Decoded};
 use crate::standard::std_msgs::Header;
 use crate::standard::{Message, teampulse_msgs as msgs};
 
-/// The sample that a message of one of our six types holds.
+/// The largest message of ours that is read [bytes]: what it becomes takes a few times as much. A wave of two
+/// million numbers fits.
+const LARGEST_BYTES: usize = 16 << 20;
+
+/// So much of a word that is not in its list is shown [characters].
+const LONGEST_WORD: usize = 60;
+
+/// The sample that a message of one of our six types holds, with its texts [cut and
+/// cleaned](teampulse_core::text).
 pub fn decode(type_name: &str, cdr: &[u8]) -> Result<Decoded, DecodeError> {
+    if cdr.len() > LARGEST_BYTES {
+        return Err(DecodeError::Large(cdr.len()));
+    }
     match type_name {
         msgs::Sample::NAME => Ok(reading(msgs::Sample::decode(cdr)?)),
         msgs::Wave::NAME => wave(msgs::Wave::decode(cdr)?),
@@ -74,7 +86,7 @@ fn event(event: msgs::Event) -> Result<Decoded, DecodeError> {
         value: event.value,
         duration_secs: event.duration_secs,
     }));
-    let mut decoded = plain(&event.header, data);
+    let mut decoded = plain(&event.header, data.cleaned());
     decoded.device_time = device_time(event.device_time);
     Ok(decoded)
 }
@@ -100,7 +112,7 @@ fn status(status: msgs::StreamStatus) -> Result<Decoded, DecodeError> {
         sigma_secs: status.sigma_secs,
         latency_secs: status.latency_secs,
     }));
-    Ok(plain(&status.header, data))
+    Ok(plain(&status.header, data.cleaned()))
 }
 
 fn description(description: &msgs::StreamDescription) -> Result<Decoded, DecodeError> {
@@ -127,5 +139,5 @@ pub(super) fn expect_length(
 
 pub(super) fn unknown_word<T: ToString>(field: &'static str, word: &str, all: &[T]) -> DecodeError {
     let expected = all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-    DecodeError::Word { field, word: word.to_owned(), expected }
+    DecodeError::Word { field, word: label(word.to_owned(), LONGEST_WORD), expected }
 }

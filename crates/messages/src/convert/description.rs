@@ -9,9 +9,16 @@ use crate::standard::teampulse_msgs::StreamDescription;
 const ABOUT: [About; 4] = [About::Person, About::Robot, About::Team, About::Session];
 const ORIGINS: [Origin; 2] = [Origin::Raw, Origin::Derived];
 
+/// The most channels of a stream from outside.
+pub const MOST_CHANNELS: usize = 1024;
+
+/// The most channels of a stream that was computed from such ones, and the most that it can have been
+/// computed from.
+const MOST_DERIVED: usize = 16 * MOST_CHANNELS;
+
 impl StreamDescription {
-    /// The description of a stream. The quality of service is not part of it: a bag keeps that with
-    /// its channels, and the bus with its endpoints.
+    /// The description of a stream. The quality of service and the publisher are not part of it: a bag
+    /// keeps them with its channels, and the bus with its endpoints.
     pub fn of(stream: &Stream, header: Header) -> StreamDescription {
         StreamDescription {
             header,
@@ -33,17 +40,24 @@ impl StreamDescription {
     }
 
     /// The stream that is described. The schema of a message from elsewhere has its definition and
-    /// its hash only if they are [shipped](crate::catalogue::shipped).
+    /// its hash only if they are [shipped](crate::catalogue::shipped). Its texts are cut and cleaned.
     pub fn stream(&self) -> Result<Stream, DecodeError> {
         expect_length("units", self.units.len(), self.channels.len())?;
+        let origin = coded("origin", &ORIGINS, self.origin)?;
+        let most = match origin {
+            Origin::Raw => MOST_CHANNELS,
+            Origin::Derived => MOST_DERIVED,
+        };
+        expect_at_most("channels", self.channels.len(), most)?;
+        expect_at_most("inputs", self.inputs.len(), MOST_DERIVED)?;
         let signal = Signal::from_word(&self.signal);
-        Ok(Stream {
+        let stream = Stream {
             name: self.name.clone(),
             signal: signal.ok_or_else(|| unknown_word("signal", &self.signal, Signal::ALL))?,
             about: coded("about", &ABOUT, self.about)?,
             id: self.id.clone(),
             device: self.device.clone(),
-            origin: coded("origin", &ORIGINS, self.origin)?,
+            origin,
             shape: shape_of(&named(&self.r#type)),
             channels: self.channels.clone(),
             units: self.units.clone(),
@@ -52,8 +66,10 @@ impl StreamDescription {
             inputs: self.inputs.clone(),
             method: self.method.clone(),
             doc: self.doc.clone(),
+            publisher: String::new(),
             qos: Vec::new(),
-        })
+        };
+        Ok(stream.cleaned())
     }
 }
 
@@ -61,6 +77,11 @@ impl StreamDescription {
 fn code<T: PartialEq>(all: &[T], value: &T) -> u8 {
     let place = all.iter().position(|each| each == value);
     place.expect("the list has every value") as u8
+}
+
+fn expect_at_most(field: &'static str, length: usize, most: usize) -> Result<(), DecodeError> {
+    let expected = if length <= most { return Ok(()) } else { format!("at most {most}") };
+    Err(DecodeError::Length { field, length, expected })
 }
 
 fn coded<T: Copy>(field: &'static str, all: &[T], code: u8) -> Result<T, DecodeError> {

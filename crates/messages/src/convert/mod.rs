@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::cdr::CdrError;
 
 pub use decode::decode;
+pub use description::MOST_CHANNELS;
 pub use encode::encode;
 pub use schema::{schema_of, shape_of, type_name};
 
@@ -65,6 +66,9 @@ pub enum DecodeError {
         /// How many it should have.
         expected: String,
     },
+    /// It is larger than any device sends.
+    #[error("read a message of {0} bytes: expected at most 16 MiB")]
+    Large(usize),
     /// The period of a wave is no span of time.
     #[error("read a period of {0} ns: expected a finite one that is not negative")]
     Period(f64),

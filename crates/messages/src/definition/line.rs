@@ -114,9 +114,14 @@ fn positive(digits: &str) -> Option<u64> {
     digits.parse().ok().filter(|count| all_digits && *count > 0)
 }
 
+/// The longest name of a package, a type or a field [bytes], as ROS's own tools have it.
+const LONGEST_NAME: usize = 255;
+
 /// Whether a word can name a package, a type or a field.
 pub(super) fn is_name(word: &str) -> bool {
-    word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.chars().all(is_name_char)
+    word.len() <= LONGEST_NAME
+        && word.starts_with(|c: char| c.is_ascii_alphabetic())
+        && word.chars().all(is_name_char)
 }
 
 fn is_name_char(c: char) -> bool {

@@ -10,6 +10,7 @@ pub mod diagnostic_msgs;
 pub mod wireless_msgs;
 pub mod rosgraph_msgs;
 pub mod rmw_dds_common;
+pub mod rcl_interfaces;
 pub mod type_description_interfaces;
 pub mod teampulse_msgs;
 

@@ -2,25 +2,50 @@
 //! so that one wake-up serves many messages, as network cards moderate their interrupts.
 //!
 //! Waking up costs more than receiving: at 20,000 messages a second of 1 KiB it is a third of all
-//! the work. The price is up to half a millisecond on the arrival, at such rates only.
+//! the work. The price is up to half a millisecond on the arrival, at such rates only; less the
+//! higher the rate, as what gathers must fit in a socket's receive buffer many times.
 
 use std::cell::RefCell;
+use std::ops::RangeInclusive;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
 use teampulse_core::time::Time;
 
-/// How long the thread pauses.
-const PAUSE: Duration = Duration::from_micros(500);
+use crate::receiving;
+
+/// How long the thread pauses at most.
+const LONGEST_PAUSE: Duration = Duration::from_micros(500);
+/// How many messages gather at most: a tenth of those of 1 KiB that the receive buffers hold, from
+/// the first number, which suits a Linux machine as installed (208 KiB), to the last, with which hardly
+/// any work is left to save.
+const GATHERED: RangeInclusive<u32> = 16..=64;
+/// What a packet of 1 KiB takes of a receive buffer [bytes], which the kernel makes twice as large as
+/// it was asked to.
+const PACKET_BYTES: usize = 2304 / 2;
 /// Over how long the rate is counted [ns].
-const WINDOW_NANOS: i64 = 20_000_000;
+const WINDOW: Duration = Duration::from_millis(20);
 /// From how many messages in a window on it pauses: 5,000 a second.
-const MANY: usize = 100;
+const MANY: u32 = 100;
 /// A thread that waited this long for a message had caught up [ns].
 const CAUGHT_UP_NANOS: i64 = 15_000;
 
+/// How many messages gather in this process.
+static MOST: AtomicU32 = AtomicU32::new(*GATHERED.start());
+
 thread_local! {
     static RECEIVING: RefCell<Receiving> = RefCell::new(Receiving::new(Clock::host()));
+}
+
+/// Lets as many messages gather as suit receive buffers of this size [bytes].
+pub(super) fn suit(buffer_bytes: usize) {
+    MOST.store(gathered(buffer_bytes), Ordering::Relaxed);
+}
+
+fn gathered(buffer_bytes: usize) -> u32 {
+    let tenth = u32::try_from(buffer_bytes / PACKET_BYTES / 10).unwrap_or(u32::MAX);
+    tenth.clamp(*GATHERED.start(), *GATHERED.end())
 }
 
 /// The time at which this thread begins to hand messages over.
@@ -31,8 +56,8 @@ pub(super) fn begin() -> Time {
 /// So many messages were handed over since `began`; pauses if that saves work.
 pub(super) fn end(began: Time, messages: usize) {
     let pauses = RECEIVING.with_borrow_mut(|receiving| receiving.pauses(began, messages));
-    if pauses {
-        std::thread::sleep(PAUSE);
+    if let Some(pause) = pauses {
+        std::thread::sleep(pause);
     }
     RECEIVING.with_borrow_mut(|receiving| receiving.idle_since = receiving.clock.now());
 }
@@ -41,27 +66,43 @@ pub(super) fn end(began: Time, messages: usize) {
 struct Receiving {
     clock: Clock,
     window_began: Time,
-    in_window: usize,
-    many: bool,
+    in_window: u32,
+    /// How long it pauses; `None` where few messages come.
+    pause: Option<Duration>,
     idle_since: Time,
+    /// Whether it has asked to come before other threads.
+    comes_first: bool,
 }
 
 impl Receiving {
     fn new(clock: Clock) -> Receiving {
         let now = clock.now();
-        Receiving { clock, window_began: now, in_window: 0, many: false, idle_since: now }
+        Receiving {
+            clock,
+            window_began: now,
+            in_window: 0,
+            pause: None,
+            idle_since: now,
+            comes_first: false,
+        }
     }
 
-    /// Whether to pause behind messages that came at `began`.
-    fn pauses(&mut self, began: Time, messages: usize) -> bool {
-        self.in_window += messages;
-        if began.nanos_since(self.window_began) >= WINDOW_NANOS {
-            let stale = began.nanos_since(self.window_began) >= 2 * WINDOW_NANOS;
-            self.many = self.in_window >= MANY && !stale;
+    /// How long to pause behind messages that came at `began`.
+    fn pauses(&mut self, began: Time, messages: usize) -> Option<Duration> {
+        self.in_window = self.in_window.saturating_add(u32::try_from(messages).unwrap_or(u32::MAX));
+        let window_nanos = began.nanos_since(self.window_began);
+        if window_nanos >= WINDOW.as_nanos() as i64 {
+            let stale = window_nanos >= 2 * WINDOW.as_nanos() as i64;
+            let many = self.in_window >= MANY && !stale;
+            let most = MOST.load(Ordering::Relaxed);
+            self.pause = many.then(|| (WINDOW * most / self.in_window).min(LONGEST_PAUSE));
+            if many && !std::mem::replace(&mut self.comes_first, true) && !receiving::come_first() {
+                tracing::debug!("a thread that receives may not come before others");
+            }
             self.window_began = began;
             self.in_window = 0;
         }
-        self.many && began.nanos_since(self.idle_since) >= CAUGHT_UP_NANOS
+        self.pause.filter(|_| began.nanos_since(self.idle_since) >= CAUGHT_UP_NANOS)
     }
 }
 
@@ -69,29 +110,44 @@ impl Receiving {
 mod tests {
     use super::*;
 
-    /// Receives for a second with so much time between messages [ns]; counts the pauses.
-    fn pauses(gap_nanos: i64) -> usize {
+    /// Receives for a second with so much time between messages [ns]; the pauses.
+    fn pauses(gap_nanos: i64) -> Vec<Duration> {
         let mut receiving = Receiving::new(Clock::told());
         let moments = (1..1_000_000_000 / gap_nanos).map(|k| Time::from_nanos(k * gap_nanos));
-        let paused = moments.filter(|&moment| {
+        let paused = moments.filter_map(|moment| {
             let pauses = receiving.pauses(moment, 1);
             receiving.idle_since = moment;
             pauses
         });
-        paused.count()
+        paused.collect()
     }
 
     #[test]
     fn only_a_fast_stream_that_was_caught_up_with_is_paused_for() {
-        assert_eq!(pauses(1_000_000), 0, "1,000 messages a second come one by one");
-        assert!(pauses(50_000) > 15_000, "20,000 messages a second gather");
-        assert_eq!(pauses(4_000), 0, "a backlog is worked off without a pause");
+        assert!(pauses(1_000_000).is_empty(), "1,000 messages a second come one by one");
+        assert!(pauses(50_000).len() > 15_000, "20,000 messages a second gather");
+        assert!(pauses(4_000).is_empty(), "a backlog is worked off without a pause");
+    }
+
+    #[test]
+    fn no_more_gather_than_fit_in_a_small_receive_buffer_many_times() {
+        for gap_nanos in [180_000, 50_000, 20_000, 16_000] {
+            let gathered = |pause: &Duration| pause.as_nanos() as i64 / gap_nanos;
+            let most = pauses(gap_nanos).iter().map(gathered).max();
+            assert!((2..=16).contains(&most.unwrap()), "every {gap_nanos} ns: {most:?}");
+        }
+    }
+
+    #[test]
+    fn larger_receive_buffers_let_more_gather() {
+        let gathered = [0, 208 << 10, 1 << 20, 4 << 20, 32 << 20].map(gathered);
+        assert_eq!(gathered, [16, 18, 64, 64, 64]);
     }
 
     #[test]
     fn a_burst_after_silence_is_not_paused_for() {
         let mut receiving = Receiving::new(Clock::told());
-        assert!(!receiving.pauses(Time::from_stamp(5, 0), 99));
-        assert!(!receiving.pauses(Time::from_stamp(9, 0), 99));
+        assert_eq!(receiving.pauses(Time::from_stamp(5, 0), 99), None);
+        assert_eq!(receiving.pauses(Time::from_stamp(9, 0), 99), None);
     }
 }

@@ -43,8 +43,8 @@ impl Nodes {
             wake.wake();
         });
         let reader = Reader::open(participant, names, &Qos::latched(100), &user_data, tell)?;
-        let differs = Box::new(|_| {});
-        let writer = Writer::open(participant, names, &Qos::latched(1), &user_data, differs)?;
+        let meet = Box::new(|_| {});
+        let writer = Writer::open(participant, names, &Qos::latched(1), &user_data, meet)?;
         Ok(Nodes { writer, _reader: reader, heard, told: None })
     }
 

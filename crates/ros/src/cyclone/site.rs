@@ -13,6 +13,7 @@ use super::census::{self, Census};
 use super::discovery::Discovery;
 use super::domain::Participant;
 use super::nodes::Nodes;
+use super::overflow::Overflow;
 use super::subscription::Listening;
 use super::wake::Wake;
 use crate::bus::Incident;
@@ -68,7 +69,9 @@ impl Site {
     /// Keeps a subscription suited to what is offered, as long as it is alive.
     pub(super) fn keep(&self, subscription: &Arc<Listening>) {
         let mut all = self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
-        all.retain(|each| each.strong_count() > 0);
+        if all.len() == all.capacity() {
+            all.retain(|each| each.strong_count() > 0);
+        }
         all.push(Arc::downgrade(subscription));
         drop(all);
         // The graph may have changed since the subscription looked at it.
@@ -88,21 +91,28 @@ pub(super) struct Watcher {
     nodes: Nodes,
     site: Arc<Site>,
     width: Option<GidWidth>,
+    overflow: Overflow,
     ambiguous: BTreeMap<String, Vec<String>>,
 }
 
 impl Watcher {
     /// Begins to watch; ids are told in this width, or in that of the first that is heard.
-    pub(super) fn new(site: Arc<Site>, width: Option<GidWidth>) -> Result<Watcher, String> {
+    pub(super) fn new(
+        site: Arc<Site>,
+        domain: u32,
+        width: Option<GidWidth>,
+    ) -> Result<Watcher, String> {
         let discovery = Discovery::listen(&site.participant, Arc::clone(&site.wake))?;
         let nodes = Nodes::open(&site.participant, Arc::clone(&site.wake))?;
-        Ok(Watcher { discovery, nodes, site, width, ambiguous: BTreeMap::new() })
+        let overflow = Overflow::of(domain);
+        Ok(Watcher { discovery, nodes, site, width, overflow, ambiguous: BTreeMap::new() })
     }
 
     /// Watches until the site's `wake` ends.
     pub(super) fn run(mut self) {
         while self.site.wake.wait(PATIENCE) {
             self.look();
+            self.tell_overflow();
             self.site.wake.pause(COALESCED);
         }
     }
@@ -112,6 +122,10 @@ impl Watcher {
         // In this order: who is heard was discovered before.
         let heard = self.nodes.take();
         let changes = self.discovery.take();
+        if heard.is_empty() && changes.is_empty() {
+            let graph = Arc::clone(&self.site.graph.borrow());
+            return self.adapt_subscriptions(&graph);
+        }
         let mut census = self.site.census();
         for change in changes {
             census.apply(change);
@@ -129,7 +143,9 @@ impl Watcher {
         self.adapt_subscriptions(&graph);
         self.site.graph.send_if_modified(|told| {
             let changed = *told != graph;
-            *told = graph;
+            if changed {
+                *told = graph;
+            }
             changed
         });
     }
@@ -140,6 +156,15 @@ impl Watcher {
             if let Err(reason) = subscription.adapt(graph, now) {
                 tracing::warn!("failed to adapt a subscription to what is offered: {reason}");
             }
+        }
+    }
+
+    /// Tells how many packets found our receive buffers full.
+    fn tell_overflow(&mut self) {
+        let packets = self.overflow.look(self.site.clock.now());
+        if packets > 0 {
+            // Without a listener there is nobody to tell.
+            self.site.incidents.send(Incident::Overflow { packets }).ok();
         }
     }
 

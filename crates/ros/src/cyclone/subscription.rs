@@ -13,6 +13,7 @@ use super::names;
 use super::reader::{Reader, Told};
 use super::seen::Seen;
 use super::site::Site;
+use super::type_server::shipped_hash;
 use crate::bus::{Asked, Deliver, Incident};
 use crate::graph::{Endpoint, Graph};
 use crate::offer;
@@ -115,8 +116,10 @@ impl Listening {
 
     fn open(&self, qos: &Qos, offers: &[&Endpoint]) -> Result<Reader, String> {
         let (topic, type_name) = (names::dds_topic(&self.topic), names::dds_type(&self.type_name));
-        let hash = offers.iter().find(|offer| !offer.type_hash.is_empty());
-        let user_data = names::user_data(hash.map_or("", |offer| &offer.type_hash));
+        // Before anything is offered, what is shipped tells the hash: stock tools warn without one.
+        let offered = offers.iter().find(|offer| !offer.type_hash.is_empty());
+        let shipped = || shipped_hash(&self.type_name);
+        let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
         let ear = Arc::clone(&self.ear);
         let tell = Box::new(move |told| ear.hear(told));
         Reader::open(&self.participant, (&topic, &type_name), qos, &user_data, tell)

@@ -16,14 +16,26 @@ use super::qos::{self, Policies};
 use super::sertype;
 use crate::graph::Gid;
 
-/// What is called when a subscription asks for more of a policy than we offer.
-pub(super) type Differs = Box<dyn Fn(String) + Send + Sync>;
+/// What a writer hears of readers. Called on threads of the library.
+#[derive(Debug)]
+pub(super) enum Met {
+    /// A reader began to take what is written, or ended.
+    Matched,
+    /// A subscription asks for more of this policy than is offered.
+    Incompatible(String),
+}
+
+/// What is called for all that a writer hears of readers.
+pub(super) type Meet = Box<dyn Fn(Met) + Send + Sync>;
+
+/// How many readers are looked at to find one of a participant; with more it is taken for granted.
+const REACHED: usize = 256;
 
 /// A writer: what it writes is numbered from one, as the library numbers it.
 pub(super) struct Writer {
-    /// Before `_differs`: when its end returns, the library calls back no more.
+    /// Before `_meet`: when its end returns, the library calls back no more.
     entity: Entity,
-    _differs: Box<Differs>,
+    _meet: Box<Meet>,
     /// How many messages were written. Held while one is, so that the numbers keep their order.
     written: Mutex<u64>,
 }
@@ -35,26 +47,27 @@ impl Writer {
         (topic, type_name): (&str, &str),
         qos: &Qos,
         user_data: &str,
-        differs: Differs,
+        meet: Meet,
     ) -> Result<Writer, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
         // The topic may end here: the writer keeps what it needs of it.
         let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
-        let differs = Box::new(differs);
+        let meet = Box::new(meet);
         let policies = Policies::new(qos, user_data);
         // SAFETY: the listener is copied by the call, and its argument lives as long as the writer.
         let handle = unsafe {
-            let argument = ptr::from_ref(&*differs).cast_mut().cast::<c_void>();
+            let argument = ptr::from_ref(&*meet).cast_mut().cast::<c_void>();
             let listener = c::dds_create_listener(argument);
             c::dds_lset_offered_incompatible_qos(listener, Some(incompatible));
+            c::dds_lset_publication_matched(listener, Some(matched));
             let within = participant.entity().handle();
             let handle = c::dds_create_writer(within, topic.handle(), policies.as_ptr(), listener);
             c::dds_delete_listener(listener);
             handle
         };
         let entity = Entity::created(handle)?;
-        Ok(Writer { entity, _differs: differs, written: Mutex::new(0) })
+        Ok(Writer { entity, _meet: meet, written: Mutex::new(0) })
     }
 
     /// Writes a message: CDR with its header; stamped now, or as told. Waits for slow subscribers for
@@ -95,6 +108,28 @@ impl Writer {
         }
     }
 
+    /// Whether a reader of the same participant as this entity is matched now.
+    pub(super) fn reaches_participant_of(&self, entity: Gid) -> bool {
+        let matched = self.entity.handle();
+        let mut handles = [0; REACHED];
+        // SAFETY: as many handles are written as there is room for, and what was found by one is
+        // given back.
+        unsafe {
+            let found = c::dds_get_matched_subscriptions(matched, handles.as_mut_ptr(), REACHED);
+            let found = usize::try_from(found).unwrap_or(0);
+            found > REACHED
+                || handles[..found].iter().any(|handle| {
+                    let endpoint = c::dds_get_matched_subscription_data(matched, *handle);
+                    if endpoint.is_null() {
+                        return false;
+                    }
+                    let reader = Gid((*endpoint).key.v);
+                    c::dds_builtintopic_free_endpoint(endpoint);
+                    reader.participant() == entity.participant()
+                })
+        }
+    }
+
     pub(super) fn gid(&self) -> Gid {
         self.entity.gid()
     }
@@ -103,12 +138,27 @@ impl Writer {
 unsafe extern "C" fn incompatible(
     _writer: c::dds_entity_t,
     status: c::dds_offered_incompatible_qos_status_t,
-    differs: *mut c_void,
+    meet: *mut c_void,
 ) {
-    // SAFETY: the argument is the writer's `Differs`, which outlives it.
-    let differs = unsafe { &*differs.cast::<Differs>() };
-    let policy = qos::policy_name(status.last_policy_id);
-    if catch_unwind(AssertUnwindSafe(|| differs(policy))).is_err() {
-        tracing::error!("what a publisher calls for its differences panicked");
+    // SAFETY: the argument is the writer's `Meet`, which outlives it.
+    unsafe { call(meet, Met::Incompatible(qos::policy_name(status.last_policy_id))) }
+}
+
+unsafe extern "C" fn matched(
+    _writer: c::dds_entity_t,
+    _status: c::dds_publication_matched_status_t,
+    meet: *mut c_void,
+) {
+    // SAFETY: the argument is the writer's `Meet`, which outlives it.
+    unsafe { call(meet, Met::Matched) }
+}
+
+/// # Safety
+/// `meet` points to a `Meet`.
+unsafe fn call(meet: *mut c_void, met: Met) {
+    // SAFETY: the caller promises it.
+    let meet = unsafe { &*meet.cast::<Meet>() };
+    if catch_unwind(AssertUnwindSafe(|| meet(met))).is_err() {
+        tracing::error!("what a publisher calls for its readers panicked");
     }
 }

@@ -10,7 +10,7 @@ pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> +
 /// Windows of each length end together, each hop after the first sample, and are told of when the first
 /// sample at or after their end has come. A gap is filled with samples that are missing; of one that is
 /// longer than the longest window nothing is told, and after one that is longer than [`LONGEST_HELD_NS`],
-/// too, everything begins anew. All that is told is a function of the samples and their times alone: what
+/// too, or that a million samples would fill, everything begins anew. All that is told is a function of the samples and their times alone: what
 /// a session computes live is what a replay, or an analysis afterwards, computes from the same samples,
 /// bit for bit.
 ///
@@ -42,8 +42,14 @@ pub struct Live {
     nothing: Vec<f64>,
 }
 
-/// So much before the newest sample can be held for spans that are no windows [ns]: 600 s.
+/// So much before the newest sample can be held for spans that are no windows [ns]: 600 s, and 5 s more for
+/// who asks a moment after a span is over.
 pub const LONGEST_HELD_NS: i64 = 600_000_000_000;
+
+/// More samples than these are not filled into a gap: at 1 kHz they are a quarter of an hour.
+const MOST_FILLED: usize = 1_000_000;
+/// A span may be asked for so much after its end, when all of its events are known [ns].
+const ASKED_LATER_NS: i64 = 5_000_000_000;
 
 /// All of a window is computed again after so long [ns].
 const ANEW_NS: i64 = 10_000_000_000;
@@ -169,7 +175,9 @@ impl Live {
             self.end_ns = self.end_after_ns(at_ns);
             self.whole.fill(None);
         }
-        if self.empties_windows(gap_ns) && gap_ns > LONGEST_HELD_NS {
+        let is_long = self.empties_windows(gap_ns) && gap_ns > LONGEST_HELD_NS;
+        if is_long || missing > MOST_FILLED {
+            self.whole.fill(None);
             self.begin_anew(missing);
         } else {
             for number in 1..=missing {
@@ -248,7 +256,7 @@ impl Live {
             earliest_ns = earliest_ns.min(begin_ns);
         }
         let held_ns = self.held_from_ns.map_or(i64::MAX, |held_from_ns| {
-            held_from_ns.max(self.end_ns.saturating_sub(LONGEST_HELD_NS))
+            held_from_ns.max(self.end_ns.saturating_sub(LONGEST_HELD_NS + ASKED_LATER_NS))
         });
         self.analysis.forget(earliest_ns.saturating_add(self.hop_ns).min(held_ns));
         self.end_ns = self.end_ns.saturating_add(self.hop_ns);

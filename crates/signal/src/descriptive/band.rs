@@ -32,15 +32,6 @@ impl Band {
         self.inside.drain(..self.count_inside(values));
     }
 
-    /// Takes in a value before these, which are the last.
-    pub(super) fn insert(&mut self, value: f64, last: impl Iterator<Item = f64>) {
-        if self.holds(value) {
-            let place = self.inside.len() - self.count_inside(last);
-            self.inside.insert(place, value);
-        }
-        self.below += usize::from(value < self.from);
-    }
-
     fn holds(&self, value: f64) -> bool {
         self.from <= value && value < self.until
     }
@@ -63,10 +54,7 @@ mod tests {
         let mut band = Band::new(0.0, 2.0);
         band.push([1.5, -1.0, f64::NAN, 0.0, 2.0, 1.0].into_iter());
         assert_eq!((band.below, &band.inside), (1, &[1.5, 0.0, 1.0].into()));
-        band.insert(0.5, [2.0, 1.0].into_iter());
-        band.insert(-3.0, [1.0].into_iter());
-        assert_eq!((band.below, &band.inside), (2, &[1.5, 0.0, 0.5, 1.0].into()));
         band.pop([1.5, -1.0, f64::NAN, 0.0].into_iter());
-        assert_eq!((band.below, &band.inside), (1, &[0.5, 1.0].into()));
+        assert_eq!((band.below, &band.inside), (0, &[1.0].into()));
     }
 }

@@ -31,11 +31,7 @@ impl Middle {
         }
     }
 
-    /// A value stands before these, which are the last of the window.
-    pub(super) fn insert(&mut self, value: f64, last: &(impl Iterator<Item = f64> + Clone)) {
-        self.bands.iter_mut().for_each(|band| band.insert(value, last.clone()));
-    }
-
+    /// The window has other values than before.
     pub(super) fn clear(&mut self) {
         self.bands.clear();
     }
@@ -166,7 +162,7 @@ mod tests {
             ),
             drift in prop_oneof![Just(0.0), -0.01..0.01f64],
             (length, step) in (1usize..400, 1usize..100),
-            late in 0usize..100,
+            anew in prop_oneof![4 => Just(false), 1 => Just(true)],
         ) {
             let drifted = |(k, value): (usize, &f64)| value + drift * k as f64;
             let values: Vec<f64> = values.iter().enumerate().map(drifted).collect();
@@ -176,13 +172,10 @@ mod tests {
                 let window = end.saturating_sub(length).max(last.start)..end;
                 let gone = last.start..window.start.min(last.end);
                 let new = window.start.max(last.end)..end;
-                // One of the new ones comes late.
-                let late = new.start + late.min(new.len());
                 let of = |range: std::ops::Range<usize>| values[range].iter().copied();
-                let behind = late.saturating_add(1).min(end)..end;
-                middle.slide(&of(gone), &of(new.start..late).chain(of(behind.clone())));
-                if late < end {
-                    middle.insert(values[late], &of(behind));
+                middle.slide(&of(gone), &of(new));
+                if anew {
+                    middle.clear();
                 }
                 let count = of(window.clone()).filter(|value| !value.is_nan()).count();
                 let found = middle.median_and_mad(count, &of(window.clone()));

@@ -66,6 +66,8 @@ pub struct Pace {
 struct Hop {
     span: Span,
     courses: Box<[Course]>,
+    /// Whether samples of it have come since.
+    is_stale: bool,
 }
 
 /// One window, with the middle of each channel.
@@ -181,6 +183,7 @@ impl Rolling {
 
     /// A window, by its place among them, as it ended last.
     pub fn window(&mut self, place: usize) -> View {
+        self.freshen();
         let span = self.windows[place].span;
         let mut middles = std::mem::take(&mut self.windows[place].middles);
         let describe = |(channel, middle)| self.described(channel, span, middle);
@@ -231,7 +234,7 @@ impl Rolling {
 
     fn close(&mut self, end_ns: i64) {
         let span = Span { begin_ns: end_ns.saturating_sub(self.hop_ns), end_ns };
-        self.hops.push_back(Hop { span, courses: self.courses(span) });
+        self.hops.push_back(Hop { span, courses: self.courses(span), is_stale: false });
         let number = self.hops_until(end_ns);
         for window in &mut self.windows {
             if number % i128::from(window.pace.hops) == 0 {
@@ -246,16 +249,24 @@ impl Rolling {
         self.kept.forget(before_ns.min(self.keep_from_ns));
     }
 
-    /// A sample that came late counts in what was told of before.
+    /// A sample that came late counts in what was told of before: what it concerns is looked at again when
+    /// it is told next, once for however many there were.
     fn amend(&mut self, at_ns: i64) {
         let place = self.hops.partition_point(|hop| hop.span.end_ns <= at_ns);
-        if let Some(span) =
-            self.hops.get(place).map(|hop| hop.span).filter(|span| span.holds(at_ns))
-        {
-            self.hops[place].courses = self.courses(span);
+        if let Some(hop) = self.hops.get_mut(place).filter(|hop| hop.span.holds(at_ns)) {
+            hop.is_stale = true;
         }
         for window in self.windows.iter_mut().filter(|window| window.span.holds(at_ns)) {
-            window.insert(at_ns, &self.kept);
+            window.middles.iter_mut().for_each(Middle::clear);
+        }
+    }
+
+    fn freshen(&mut self) {
+        for place in 0..self.hops.len() {
+            if self.hops[place].is_stale {
+                self.hops[place].courses = self.courses(self.hops[place].span);
+                self.hops[place].is_stale = false;
+            }
         }
     }
 
@@ -327,17 +338,6 @@ impl Window {
         for (channel, middle) in self.middles.iter_mut().enumerate() {
             let values = |places: &Range<usize>| kept.values(channel, places.clone());
             middle.slide(&values(&gone), &values(&new));
-        }
-    }
-
-    /// A sample of a time [ns] stands in it, the last that came of those of its time.
-    fn insert(&mut self, at_ns: i64, kept: &Kept) {
-        let after = kept.places(Span { begin_ns: at_ns.saturating_add(1), ..self.span });
-        let own = after.start - 1..after.start;
-        for (channel, middle) in self.middles.iter_mut().enumerate() {
-            for value in kept.values(channel, own.clone()) {
-                middle.insert(value, &kept.values(channel, after.clone()));
-            }
         }
     }
 }

@@ -12,12 +12,12 @@ use super::causal::BeatDetector;
 use super::clean::{clean, cleaning};
 use super::history::History;
 use super::likeness::Likeness;
+use super::mains::{Cleaner, mains_hz};
 use super::pieces::Pieces;
 use super::whole::find_beats;
 use super::windows::{EcgWindows, HIDING_SECS, Told};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::SignalError;
-use crate::filter::Cascade;
 use crate::gaps::is_usable;
 use crate::hrv::{Domain, HeartWindows};
 use crate::intervals::Edit;
@@ -25,11 +25,16 @@ use crate::intervals::Edit;
 /// A beat is told of within this time [s], and samples are kept for so long.
 const KEPT_SECS: f64 = 10.0;
 
+/// After a beat so long its T wave is over, and before the next its P wave has not begun [s].
+const AFTER_SECS: f64 = 0.42;
+const BEFORE_SECS: f64 = 0.26;
+
 /// How an ECG is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The frequency of the mains, whose hum is taken out [Hz]: 50 or 60.
-    pub mains_hz: f64,
+    /// The frequency of the mains, whose hum is taken out [Hz]: 50 or 60; without it the one that is
+    /// heard in the signal, 50 where none is.
+    pub mains_hz: Option<f64>,
     /// Which values of the heart rate's variability: all of them.
     pub domains: Vec<Domain>,
     /// What a person says about single beats, in seconds since the first sample: none. For the
@@ -39,7 +44,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { mains_hz: 50.0, domains: Domain::ALL.to_vec(), edits: Vec::new() }
+        Settings { mains_hz: None, domains: Domain::ALL.to_vec(), edits: Vec::new() }
     }
 }
 
@@ -51,7 +56,7 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
     let kept = (KEPT_SECS * rate_hz).clamp(0.0, 1e5) as usize;
     Ok(Box::new(CausalEcg {
         detector: BeatDetector::new(rate_hz)?,
-        cleaner: Cascade::settled(&cleaning(rate_hz, settings.mains_hz)?),
+        cleaner: Cleaner::new(rate_hz, settings.mains_hz)?,
         clean: History::new(kept),
         pieces: Pieces::new(rate_hz),
         teller: Teller::new(rate_hz),
@@ -68,9 +73,10 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     let Recording { rate_hz, channels, .. } = *recording;
     let signal = channels.first().map_or(&[][..], |channel| &channel[..recording.len()]);
     let found = find_beats(signal, rate_hz)?;
-    cleaning(rate_hz, settings.mains_hz)?;
+    let mains_hz = settings.mains_hz.unwrap_or_else(|| mains_hz(signal, rate_hz));
+    cleaning(rate_hz, mains_hz)?;
     // Too short, or nothing in it: then there is nothing to look at either.
-    let clean = clean(signal, rate_hz, settings.mains_hz).unwrap_or_default();
+    let clean = clean(signal, rate_hz, mains_hz).unwrap_or_default();
     let beats_ns: Vec<i64> = found.iter().map(|beat| recording.time_ns(beat.sample)).collect();
     let gaps = gaps(recording, signal);
     let heart = HeartWindows::whole(recording.begin_ns, &beats_ns, &gaps, &settings.edits);
@@ -121,7 +127,7 @@ impl Gaps {
 
 struct CausalEcg {
     detector: BeatDetector,
-    cleaner: Cascade,
+    cleaner: Cleaner,
     clean: History,
     pieces: Pieces,
     teller: Teller,
@@ -173,22 +179,35 @@ impl Causal for CausalEcg {
 
 /// Makes events of beats.
 struct Teller {
+    rate_hz: f64,
     likeness: Likeness,
     before: Option<f64>,
 }
 
 impl Teller {
     fn new(rate_hz: f64) -> Teller {
-        Teller { likeness: Likeness::new(rate_hz), before: None }
+        Teller { rate_hz, likeness: Likeness::new(rate_hz), before: None }
+    }
+
+    /// From the lowest to the highest sample where neither beat has waves, if there is such a time.
+    fn between(&self, clean: &[f64], before: f64, beat: f64) -> Option<f64> {
+        let (begin, end) = (before + AFTER_SECS * self.rate_hz, beat - BEFORE_SECS * self.rate_hz);
+        let samples = clean.get(begin.max(0.0) as usize..end.max(0.0) as usize)?;
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = samples.iter().fold(ends, |(low, high), &v| (v.min(low), v.max(high)));
+        (high > low).then_some(high - low)
     }
 
     /// The event of a beat, which goes into the windows, too; `clean` begins at sample `begin`.
     fn tell(&mut self, beat: &Beat, clean: &[f64], begin: i64, windows: &mut EcgWindows) -> Event {
         let looks = self.likeness.push(clean, beat.sample - begin as f64);
         let rr_ms = self.before.and_then(|before| windows.interval_ms(before, beat.sample));
+        let between = self.before.and_then(|before| {
+            self.between(clean, before - begin as f64, beat.sample - begin as f64)
+        });
         self.before = Some(beat.sample);
         let at_ns = windows.track.time_ns(beat.sample).unwrap_or_default();
-        windows.push(Told { at_ns, rr_ms, looks });
+        windows.push(Told { at_ns, rr_ms, looks, between });
         let quality = looks.and_then(|looks| looks.likeness);
         let details = vec![
             ("rr_ms", rr_ms.unwrap_or(f64::NAN)),

@@ -5,6 +5,7 @@ use super::intake::Intake;
 use super::kernel::{Kernel, energy, sigma_secs};
 use super::moving_sum::MovingSum;
 use super::peak::{Deflection, PeakFinder};
+use super::shape::Shape;
 use crate::error::{SignalError, checked, checked_rate_hz};
 
 /// Rates at which QRS complexes are known well enough, and which cost no more than they tell [Hz].
@@ -31,6 +32,8 @@ pub(super) struct Candidate {
     /// Height of the envelope in the quietest quarter of the time before it, as share of its own.
     pub(super) restlessness: f64,
     pub(super) deflection: Deflection,
+    /// The form around the deflection.
+    pub(super) shape: Shape,
     /// Whether there was a long gap since the candidate before it.
     pub(super) after_gap: bool,
 }
@@ -134,7 +137,10 @@ impl Candidates {
         let restlessness = self.quiet_height(top) / strength;
         let deflection = self.peaks.find(place, strength, &self.working, &self.raw);
         let after_gap = self.resumed.take_if(|resumed| *resumed <= place).is_some();
-        Candidate { secs, strength, restlessness, deflection, after_gap }
+        let group = self.intake.group() as f64;
+        let middle = (deflection.sample - (group - 1.0) / 2.0) / group;
+        let shape = Shape::around(middle, &self.working, self.rate_hz / group);
+        Candidate { secs, strength, restlessness, deflection, shape, after_gap }
     }
 
     /// The height of the envelope that it is below in a quarter of the time around.

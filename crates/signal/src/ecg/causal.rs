@@ -4,8 +4,13 @@ use std::collections::VecDeque;
 
 use super::beat::{Beat, Found};
 use super::candidates::{Candidate, Candidates};
-use super::judge::{FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_t_wave, stands_out};
-use super::recent::Recent;
+use super::deflections::Deflections;
+use super::judge::{
+    FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_alike, is_artefact, is_t_wave, share_when_alike,
+    stands_out,
+};
+use super::recent::{MEMORY, Recent};
+use super::shape::{Shape, alike};
 use crate::error::SignalError;
 
 /// How long a maximum of the envelope must stay unsurpassed [s].
@@ -23,6 +28,13 @@ const EARLIEST_CYCLES: f64 = 0.3;
 const SEARCH_BACK_SHARE: f64 = 0.9;
 /// After so long without a beat [s], the height of beats is learnt anew.
 const SILENCE_SECS: f64 = 8.0;
+/// So long only while it was learnt of fewer beats than these.
+const SHORT_SILENCE_SECS: f64 = 3.0;
+const TRIED_BEATS: usize = 6;
+/// After so many artefacts in a row it is beats that became higher.
+const MOST_ARTEFACTS: usize = 4;
+/// Beats that follow so fast [s] come where T waves do.
+const FAST_SECS: f64 = 0.42;
 /// How much of the highest candidate the height of beats is taken for at first.
 const FIRST_SHARE: f64 = 0.8;
 /// A longer interval is none between neighbours [s].
@@ -43,7 +55,12 @@ pub struct BeatDetector {
     learning_until_secs: Option<f64>,
     is_learning: bool,
     beats: Recent,
-    others: Recent,
+    others: Deflections,
+    /// The forms of the newest beats.
+    shapes: [Shape; MEMORY],
+    accepted: usize,
+    /// How many artefacts came since the last beat.
+    artefacts: usize,
     cycles_secs: Recent,
     last: Option<Candidate>,
     /// The beat before the last one, if the time between them is the newest cycle.
@@ -68,7 +85,10 @@ impl BeatDetector {
             learning_until_secs: None,
             is_learning: true,
             beats: Recent::default(),
-            others: Recent::default(),
+            others: Deflections::default(),
+            shapes: [Shape::NONE; MEMORY],
+            accepted: 0,
+            artefacts: 0,
             cycles_secs: Recent::default(),
             last: None,
             before: None,
@@ -97,7 +117,7 @@ impl BeatDetector {
         if candidate.after_gap {
             self.forget_rhythm(candidate.secs);
         }
-        if !self.is_learning && candidate.secs - self.quiet_since_secs > SILENCE_SECS {
+        if !self.is_learning && candidate.secs - self.quiet_since_secs > self.silence_secs() {
             self.forget_height();
         }
         if self.is_learning {
@@ -106,6 +126,11 @@ impl BeatDetector {
         }
         while self.search_back(candidate.secs) {}
         self.judge(candidate, Found::InTime);
+    }
+
+    /// What was learnt of few beats may have been an artefact.
+    fn silence_secs(&self) -> f64 {
+        if self.accepted < TRIED_BEATS { SHORT_SILENCE_SECS } else { SILENCE_SECS }
     }
 
     fn forget_rhythm(&mut self, secs: f64) {
@@ -119,7 +144,9 @@ impl BeatDetector {
     fn forget_height(&mut self) {
         (self.last, self.before) = (None, None);
         self.beats = Recent::default();
-        self.others = Recent::default();
+        self.others = Deflections::default();
+        self.shapes = [Shape::NONE; MEMORY];
+        (self.accepted, self.artefacts) = (0, 0);
         self.passed.clear();
         self.is_learning = true;
         self.learning_until_secs = None;
@@ -132,7 +159,7 @@ impl BeatDetector {
         if !is_learnt {
             return;
         }
-        let highest = self.passed.iter().filter(|candidate| stands_out(candidate));
+        let highest = self.passed.iter().filter(|candidate| stands_out(candidate, 0.0));
         let highest = highest.map(|candidate| candidate.strength).fold(0.0, f64::max);
         self.is_learning = highest <= 0.0;
         self.learning_until_secs = None;
@@ -151,7 +178,7 @@ impl BeatDetector {
 
     /// Whether a beat was missing before this time, and is found now.
     fn search_back(&mut self, until_secs: f64) -> bool {
-        let usual = self.usual();
+        let usual = self.usual(until_secs);
         let Some(last) = self.last else { return false };
         if until_secs - last.secs <= MISSED_CYCLES * usual.cycle_secs {
             return false;
@@ -160,27 +187,45 @@ impl BeatDetector {
         let late = self.passed.iter().filter(|passed| passed.secs >= earliest);
         let best = late.max_by(|a, b| a.strength.total_cmp(&b.strength)).copied();
         let least = SEARCH_BACK_SHARE * usual.threshold(usual.cycle_secs);
-        let beat = best.filter(|best| best.strength > least.max(usual.other) && stands_out(best));
+        let beat = best.filter(|best| {
+            let alike = self.alike(best);
+            let least = least.max(usual.other) * share_when_alike(best, alike);
+            best.strength > least && stands_out(best, alike)
+        });
         beat.inspect(|beat| self.accept(*beat, Found::Later)).is_some()
     }
 
     fn judge(&mut self, candidate: Candidate, found: Found) {
-        let usual = self.usual();
+        let usual = self.usual(candidate.secs);
         let secs = self.last.map_or(usual.cycle_secs, |last| candidate.secs - last.secs);
         if secs < REFRACTORY_SECS {
             return;
         }
-        let is_t_wave = self.last.is_some_and(|last| is_t_wave(&candidate, &last));
-        if candidate.strength > usual.threshold(secs) && stands_out(&candidate) && !is_t_wave {
+        if is_artefact(&candidate, &usual) {
+            self.artefacts += 1;
+            if self.artefacts >= MOST_ARTEFACTS {
+                self.forget_height();
+            }
+            return;
+        }
+        let alike = self.alike(&candidate);
+        let share = share_when_alike(&candidate, alike);
+        let is_fast = usual.cycle_secs < FAST_SECS && is_alike(alike);
+        let is_t_wave = !is_fast && self.last.is_some_and(|last| is_t_wave(&candidate, &last));
+        let surpasses = candidate.strength > share * usual.threshold(secs);
+        if surpasses && stands_out(&candidate, alike) && !is_t_wave {
             self.accept(candidate, found);
         } else {
-            self.others.push(candidate.strength);
+            self.others.push(candidate.secs, candidate.strength);
             self.pass(candidate);
         }
     }
 
     fn accept(&mut self, candidate: Candidate, found: Found) {
         self.learn_from(&candidate);
+        self.shapes[self.accepted % MEMORY] = candidate.shape;
+        self.accepted += 1;
+        self.artefacts = 0;
         self.last = Some(candidate);
         self.quiet_since_secs = candidate.secs;
         if found == Found::InTime {
@@ -197,7 +242,7 @@ impl BeatDetector {
             beat.secs - last.secs < P_WAVE_SECS && beat.strength > last.strength
         };
         if let Some(p_wave) = self.last.as_ref().filter(is_p_wave) {
-            self.others.push(p_wave.strength);
+            self.others.push(p_wave.secs, p_wave.strength);
             self.beats.replace_newest(beat.strength);
             if let Some(before) = &self.before {
                 self.cycles_secs.replace_newest(cycle_secs(before));
@@ -218,11 +263,17 @@ impl BeatDetector {
         self.passed.push_back(candidate);
     }
 
-    fn usual(&self) -> Usual {
+    /// How much a candidate is like the newest beats.
+    fn alike(&self, candidate: &Candidate) -> f64 {
+        alike(&candidate.shape, self.shapes.iter())
+    }
+
+    fn usual(&self, at_secs: f64) -> Usual {
+        let cycle_secs = self.cycles_secs.median().unwrap_or(FIRST_CYCLE_SECS);
         Usual {
             beat: self.beats.median().unwrap_or(0.0),
-            other: self.others.median().unwrap_or(0.0),
-            cycle_secs: self.cycles_secs.median().unwrap_or(FIRST_CYCLE_SECS),
+            other: self.others.usual(at_secs, self.accepted, cycle_secs),
+            cycle_secs,
         }
     }
 }

@@ -8,6 +8,8 @@ pub(super) const LEARNING_SECS: f64 = 2.0;
 pub(super) const FIRST_CYCLE_SECS: f64 = 0.8;
 /// A candidate is no beat when a quarter of the time before it is not below this share of it.
 const RESTLESS: f64 = 0.4;
+/// The same for what has the form of beats: between fast ones there is little quiet.
+const RESTLESS_ALIKE: f64 = 0.6;
 /// A T wave comes within this time after its beat [s] (Pan & Tompkins 1985,
 /// doi:10.1109/TBME.1985.325532), and is lower than this share of it.
 const T_WAVE_SECS: f64 = 0.36;
@@ -17,6 +19,14 @@ const T_WAVE_SHARE: f64 = 0.5;
 const EARLY: f64 = 0.5;
 pub(super) const DUE: f64 = 0.35;
 const OVERDUE: f64 = 0.2;
+/// A deflection of the form of beats is one although it is lower: from this likeness on its threshold
+/// falls, down to a share of it at the other.
+const ALIKE: (f64, f64) = (0.93, 0.985);
+const ALIKE_SHARE: f64 = 0.35;
+/// … in quiet only: noise has any form now and then.
+const ALIKE_RESTLESS: (f64, f64) = (0.15, 0.3);
+/// What is higher than so many usual beats is no beat, but an electrode that moved.
+const HIGHEST_BEATS: f64 = 8.0;
 
 /// What is usual.
 #[derive(Clone, Copy, Debug)]
@@ -43,9 +53,34 @@ impl Usual {
     }
 }
 
-/// Whether a candidate stands out of quiet.
-pub(super) fn stands_out(candidate: &Candidate) -> bool {
-    candidate.restlessness < RESTLESS
+/// Whether a candidate that is so much like beats stands out of quiet.
+pub(super) fn stands_out(candidate: &Candidate, alike: f64) -> bool {
+    let most = if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS };
+    candidate.restlessness < most
+}
+
+/// The share of its threshold that a candidate must surpass that is so much like beats.
+pub(super) fn share_when_alike(candidate: &Candidate, alike: f64) -> f64 {
+    let likeness = ((alike - ALIKE.0) / (ALIKE.1 - ALIKE.0)).clamp(0.0, 1.0);
+    let (quiet, restless) = ALIKE_RESTLESS;
+    let quiet = ((restless - candidate.restlessness) / (restless - quiet)).clamp(0.0, 1.0);
+    1.0 - (1.0 - ALIKE_SHARE) * if quiet.is_nan() { 0.0 } else { likeness * quiet }
+}
+
+/// Whether something has the form of beats.
+pub(super) fn is_alike(alike: f64) -> bool {
+    alike >= ALIKE.1
+}
+
+/// Whether its form does not matter: it is as high as beats in quiet, or far lower.
+pub(super) fn is_sure(candidate: &Candidate, usual: &Usual) -> bool {
+    let share = candidate.strength / usual.beat;
+    (share > 1.0 && candidate.restlessness < RESTLESS) || share < DUE * ALIKE_SHARE
+}
+
+/// Whether it is far too high for a beat.
+pub(super) fn is_artefact(candidate: &Candidate, usual: &Usual) -> bool {
+    usual.beat > 0.0 && candidate.strength > HIGHEST_BEATS * usual.beat
 }
 
 /// Whether a candidate looks like the T wave of the beat before it.

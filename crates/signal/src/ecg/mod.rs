@@ -5,7 +5,9 @@
 //! 1986, doi:10.1109/TBME.1986.325695, use the same band). Its maxima are judged by thresholds
 //! between the usual height of beats and that of everything else, which fall as the next beat
 //! becomes due. A beat must also stand out of a quiet quarter of the time before it: flutter and
-//! noise without pauses are no beats. In whole recordings those candidates are chosen of which heights
+//! noise without pauses are no beats. What has the form of the beats around it is one although it is
+//! lower or follows fast; what is far higher is an electrode that moved; and what was more than 10 s ago
+//! counts no more. In whole recordings those candidates are chosen of which heights
 //! and rhythm together are the most probable, which tells beats from noise that is as high. The time of a beat is that of the main deflection, within
 //! less than a sample.
 //!
@@ -31,14 +33,18 @@ mod whole;
 mod rhythm;
 mod quality;
 mod clean;
+mod mains;
 pub mod analysis;
 mod windows;
+mod doubt;
 mod values;
 mod signs;
 mod likeness;
 mod pieces;
 mod bands;
 mod judge;
+mod deflections;
+mod shape;
 mod candidates;
 mod peak;
 mod kernel;

@@ -15,6 +15,11 @@ const SNAP_SECS: f64 = 0.012;
 const PARABOLA_SECS: f64 = 0.004;
 /// How much higher the other way a deflection must be when the channel has one clear direction.
 const PREFERENCE: f64 = 1.5;
+/// How much higher it must be when beats were always marked the other way: of two deflections that are
+/// equally high, noise shall not choose another one each beat.
+const HABIT: f64 = 1.25;
+/// … where up and down are so nearly and so steadily the same [mean logarithm, and how far from it].
+const EQUAL: f64 = 0.12;
 /// The mean logarithm of up/down at which a direction is clear.
 const CLEAR_DIRECTION: f64 = 0.3;
 /// Over how many beats the direction is averaged.
@@ -39,6 +44,10 @@ pub(super) struct PeakFinder {
     shoulder: i64,
     /// Mean logarithm of the height of upward over downward deflections.
     direction: f64,
+    /// Where beats were marked before: 1 always on upward deflections, −1 always on downward ones.
+    habit: f64,
+    /// How far from the mean logarithm that of a beat usually is.
+    spread: f64,
     usual_strength: f64,
     heights: Vec<f64>,
 }
@@ -55,6 +64,8 @@ impl PeakFinder {
             snap: (SNAP_SECS * rate_hz).round().max(2.0) as i64,
             shoulder: (PARABOLA_SECS * rate_hz).round().max(1.0) as i64,
             direction: 0.0,
+            habit: 0.0,
+            spread: 1.0,
             usual_strength: 0.0,
             heights: Vec::with_capacity(2 * search + 1),
         }
@@ -76,8 +87,10 @@ impl PeakFinder {
         let (up, down) = extremes(&self.heights);
         let ratio = (up.1.max(f64::MIN_POSITIVE) / (-down.1).max(f64::MIN_POSITIVE)).ln();
         let bias = (self.direction / CLEAR_DIRECTION).clamp(-1.0, 1.0) * PREFERENCE.ln();
-        let upright = ratio + bias >= 0.0;
-        self.learn_direction(ratio, strength);
+        let are_equal = self.direction.abs() < EQUAL && self.spread < EQUAL;
+        let habit = if are_equal { self.habit * HABIT.ln() } else { 0.0 };
+        let upright = ratio + bias + habit >= 0.0;
+        self.learn_direction(ratio, upright, strength);
         let peak = place - self.search + if upright { up.0 } else { down.0 } as i64;
         let begin = self.raw_place(peak).round() as i64;
         Deflection { sample: self.true_peak(begin, upright, raw).max(0.0), upright }
@@ -92,10 +105,14 @@ impl PeakFinder {
         self.heights.extend(around.windows(kernel.length()).map(|part| kernel.apply(part)));
     }
 
-    fn learn_direction(&mut self, ratio: f64, strength: f64) {
+    fn learn_direction(&mut self, ratio: f64, upright: bool, strength: f64) {
         // P and T waves have no say.
         if strength > self.usual_strength / 2.0 {
             self.direction += (ratio.clamp(-1.0, 1.0) - self.direction) / DIRECTION_BEATS;
+            let off = (ratio.clamp(-1.0, 1.0) - self.direction).abs();
+            self.spread += (off - self.spread) / DIRECTION_BEATS;
+            let marked = if upright { 1.0 } else { -1.0 };
+            self.habit += (marked - self.habit) / DIRECTION_BEATS;
         }
         let weight = if strength > self.usual_strength { 0.3 } else { 0.03 };
         self.usual_strength += weight * (strength - self.usual_strength);

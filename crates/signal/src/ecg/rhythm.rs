@@ -1,10 +1,12 @@
 //! Beats among many candidates, by their heights and by the rhythm that they keep.
 
 use super::candidates::Candidate;
-use super::judge::{DUE, Usual, stands_out};
+use super::judge::{DUE, Usual, is_artefact, share_when_alike, stands_out};
 
-/// No two beats follow faster [s]: 240 a minute.
+/// No two beats follow faster [s]: 240 a minute, or 270 where the usual cycle is not much longer [s].
 const REFRACTORY_SECS: f64 = 0.25;
+const FAST_REFRACTORY_SECS: f64 = 0.22;
+const FAST_CYCLE_SECS: f64 = 0.3;
 /// What the height of a candidate counts: so much for each factor e above the threshold of a beat
 /// that is due, and not more than a beat of the usual height in silence.
 const HEIGHT_WEIGHT: f64 = 2.0;
@@ -15,6 +17,12 @@ const RHYTHM_WEIGHT: f64 = 1.0;
 const NOISE_WEIGHT: f64 = 8.0;
 /// A longer interval counts as this one [cycles].
 const LONGEST_CYCLES: f64 = 4.0;
+
+/// What is usual around a candidate, and how much its form is like those of beats.
+pub(super) struct Around {
+    pub(super) usual: Usual,
+    pub(super) alike: f64,
+}
 
 /// What a candidate adds when it ends a chain of beats.
 #[derive(Clone, Copy)]
@@ -33,7 +41,7 @@ struct Link {
 /// `usual` belongs to the candidates one by one. Adds their places, plus `begin`, to `beats`.
 pub(super) fn chain(
     candidates: &[Candidate],
-    usual: &[Usual],
+    usual: &[Around],
     begin: usize,
     beats: &mut Vec<usize>,
 ) {
@@ -41,9 +49,16 @@ pub(super) fn chain(
     let mut links: Vec<Link> = Vec::with_capacity(candidates.len());
     // The best chain that ended long enough ago, and the first link that did not.
     let (mut best, mut recent): (Option<usize>, usize) = (None, 0);
-    for place in (0..candidates.len()).filter(|&place| stands_out(&candidates[place])) {
-        let (here, usual) = (candidates[place].secs, &usual[place]);
-        while links.get(recent).is_some_and(|link| here - secs(link) >= REFRACTORY_SECS) {
+    let can_be = |&place: &usize| {
+        stands_out(&candidates[place], usual[place].alike)
+            && !is_artefact(&candidates[place], &usual[place].usual)
+    };
+    for place in (0..candidates.len()).filter(can_be) {
+        let (here, usual, alike) =
+            (candidates[place].secs, &usual[place].usual, usual[place].alike);
+        let is_fast = usual.cycle_secs < FAST_CYCLE_SECS;
+        let refractory_secs = if is_fast { FAST_REFRACTORY_SECS } else { REFRACTORY_SECS };
+        while links.get(recent).is_some_and(|link| here - secs(link) >= refractory_secs) {
             best = Some(
                 best.filter(|&best| links[best].score >= links[recent].score).unwrap_or(recent),
             );
@@ -61,7 +76,7 @@ pub(super) fn chain(
             let score = links[before].score - weight * cycles.ln().powi(2);
             top = if score > top.0 { (score, Some(before)) } else { top };
         }
-        let score = top.0 + height_score(&candidates[place], usual);
+        let score = top.0 + height_score(&candidates[place], usual, alike);
         links.push(Link { place, score, before: top.1 });
     }
     follow_back(&links, begin, beats);
@@ -78,9 +93,10 @@ fn follow_back(links: &[Link], begin: usize, beats: &mut Vec<usize>) {
     beats[first..].reverse();
 }
 
-fn height_score(candidate: &Candidate, usual: &Usual) -> f64 {
+fn height_score(candidate: &Candidate, usual: &Usual, alike: f64) -> f64 {
     let most = -HEIGHT_WEIGHT * DUE.ln();
-    let score = HEIGHT_WEIGHT * (candidate.strength / usual.threshold(usual.cycle_secs)).ln();
+    let threshold = share_when_alike(candidate, alike) * usual.threshold(usual.cycle_secs);
+    let score = HEIGHT_WEIGHT * (candidate.strength / threshold).ln();
     score.clamp(-4.0 * most, most)
 }
 

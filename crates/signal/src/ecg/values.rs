@@ -9,7 +9,7 @@ const ALL: [(&str, &str, &str); 13] = [
     (
         "ECG_Rate_Mean",
         "bpm",
-        "60 s · number of RR intervals within the span / their sum; intervals above 3 s or with more than 0.1 s missing in a row left out, {}",
+        "60 s · number of RR intervals within the span / their sum; intervals above 8 s left out, and with more than 0.1 s missing in a row (0.02 s if longer than 1.4 usual ones), {}",
     ),
     ("ECG_Rate_Min", "bpm", "60 s / longest of these RR intervals, {}"),
     ("ECG_Rate_Max", "bpm", "60 s / shortest of these RR intervals, {}"),
@@ -22,7 +22,7 @@ const ALL: [(&str, &str, &str); 13] = [
     (
         "ECG_Quality",
         "1",
-        "likeness / (1 + (between / 0.18)³) · (1 − flat − saturated) · (1 − lead off); likeness: mean over beats of 2⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩) with the third-likest of the 8 before (0.1 s before to 0.15 s after, clean, without the line that fits best); between: median |clean|, median of pieces of 4 s, over the median height of beats; {}",
+        "probability that the mean rate is within 10 %: 0.5, 0.75, 0.8, 0.95 and 0.99 at a signal quality of 0.4, 0.55, 0.8, 0.85 and 1, linear between, and at most 0.6 to 0.75 where deflections between beats, intervals twice as long as others, odd intervals of unlike beats or saturation speak against it (ecg/doubt.rs); times (the less of 1 − flat − saturated and 1 − lead off where there are data)^1.25; signal quality: likeness / (1 + (between / 0.18)³); likeness: mean over beats of 2⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩) with the third-likest of the 8 before (0.1 s before to 0.15 s after, clean, without the line that fits best); between: median |clean|, median of pieces of 4 s, over the median height of beats; {}",
     ),
     (
         "ECG_kSQI",

@@ -3,9 +3,11 @@
 use super::beat::{Beat, Found};
 use super::candidates::{Candidate, Candidates};
 use super::causal::BeatDetector;
-use super::judge::{FIRST_CYCLE_SECS, Usual};
-use super::recent::MEMORY;
-use super::rhythm::chain;
+use super::deflections::is_near;
+use super::judge::{FIRST_CYCLE_SECS, Usual, is_sure};
+use super::recent::{MEMORY, median};
+use super::rhythm::{self, chain};
+use super::shape::alike;
 use crate::error::SignalError;
 
 /// How long a maximum of the envelope must stay unsurpassed [s].
@@ -14,7 +16,7 @@ const WAIT_SECS: f64 = 0.15;
 const PASSES: usize = 3;
 /// How many cycles before and after tell what is usual, and what can be usual [s].
 const CYCLES: usize = 16;
-const CYCLE_SECS: (f64, f64) = (0.3, 2.0);
+const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 
 /// The beats of a whole ECG at a rate of 80 to 4000 Hz, in any unit and of either polarity.
 ///
@@ -67,7 +69,7 @@ fn next_pass(candidates: &[Candidate], beats: &[usize]) -> Vec<usize> {
 }
 
 /// What is usual around each candidate, when these are the beats.
-fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<Usual> {
+fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     let strength = |&place: &usize| candidates[place].strength;
     let heights: Vec<f64> = beats.iter().map(strength).collect();
     let is_beat = |place: &usize| beats.binary_search(place).is_ok();
@@ -83,11 +85,28 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<Usual> {
     let cycles_secs = Around::new(&ends, &cycles_secs, CYCLES);
     let at = |place| {
         let cycle_secs = cycles_secs.median(place).unwrap_or(FIRST_CYCLE_SECS);
-        Usual {
-            beat: heights.median(place).unwrap_or(0.0),
-            other: other_heights.median(place).unwrap_or(0.0),
-            cycle_secs: cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1),
-        }
+        let cycle_secs = cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1);
+        let other = match other_heights.far(place, candidates) {
+            Some(near) => {
+                // A beat without another deflection has one of no height.
+                let beats = heights.places_around(place).iter();
+                let beats =
+                    beats.filter(|&&beat| is_near(candidates[beat].secs - candidates[place].secs));
+                let mut near: Vec<f64> = near.collect();
+                near.resize(near.len().max(beats.count()), 0.0);
+                median(&mut near).unwrap_or(0.0)
+            }
+            None => other_heights.median(place).unwrap_or(0.0),
+        };
+        let usual = Usual { beat: heights.median(place).unwrap_or(0.0), other, cycle_secs };
+        let candidate = &candidates[place];
+        let alike = if is_sure(candidate, &usual) {
+            0.0
+        } else {
+            let near = heights.places_around(place).iter().filter(|&&beat| beat != place);
+            alike(&candidate.shape, near.map(|&beat| &candidates[beat].shape))
+        };
+        rhythm::Around { usual, alike }
     };
     (0..candidates.len()).map(at).collect()
 }
@@ -95,13 +114,42 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<Usual> {
 /// Medians of values around places.
 struct Around<'a> {
     places: &'a [usize],
+    values: &'a [f64],
+    reach: usize,
     medians: Vec<f64>,
 }
 
 impl<'a> Around<'a> {
     /// Of so many values before and after.
-    fn new(places: &'a [usize], values: &[f64], reach: usize) -> Around<'a> {
-        Around { places, medians: rolling_medians(values, reach) }
+    fn new(places: &'a [usize], values: &'a [f64], reach: usize) -> Around<'a> {
+        Around { places, values, reach, medians: rolling_medians(values, reach) }
+    }
+
+    fn window(&self, place: usize) -> std::ops::Range<usize> {
+        let middle = self.places.partition_point(|&each| each < place);
+        middle.saturating_sub(self.reach)..(middle + self.reach).min(self.places.len())
+    }
+
+    /// Where the values around are.
+    fn places_around(&self, place: usize) -> &[usize] {
+        &self.places[self.window(place)]
+    }
+
+    /// Where some of the values around are far away in time, those that are near.
+    fn far<'b>(
+        &'b self,
+        place: usize,
+        candidates: &'b [Candidate],
+    ) -> Option<impl Iterator<Item = f64> + 'b> {
+        let window = self.window(place);
+        let here = candidates[place].secs;
+        let near = move |each: usize| is_near(candidates[each].secs - here);
+        let ends = self.places.get(window.start).zip(self.places.get(window.end.checked_sub(1)?));
+        let is_whole = window.len() == 2 * self.reach;
+        if is_whole && ends.is_some_and(|(&first, &last)| near(first) && near(last)) {
+            return None;
+        }
+        Some(window.filter(move |&index| near(self.places[index])).map(|index| self.values[index]))
     }
 
     /// `None` without values.

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::doubt::Doubt;
 use super::likeness::Looks;
 use super::pieces::Piece;
 use super::quality::Parts;
@@ -13,10 +14,18 @@ use crate::hrv::HeartWindows;
 use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median_in_place;
 
-/// A longer time without a beat is none between neighbours [s]: 20 beats a minute.
+/// A longer time without a beat is silence [s]: 20 beats a minute.
 const LONGEST_SECS: f64 = 3.0;
+/// Where the signal is there, a heart that pauses may do so for so long [s].
+const LONGEST_PAUSE_SECS: f64 = 8.0;
+/// Even less missing may hide one where the interval is so many usual ones long.
+const HIDING_PART_SECS: f64 = 0.02;
+const HIDING_CYCLES: f64 = 1.4;
+const USUAL_BEATS: usize = 12;
 /// More missing in a row may hide a beat [s].
 pub(super) const HIDING_SECS: f64 = 0.1;
+/// What is flat, saturated or silent hides beats: a share of the time without counts so much more.
+const LIVING_WEIGHT: f64 = 1.25;
 /// Below this quality, beats are not told from noise well enough for a rate.
 const LEAST_QUALITY: f64 = 0.4;
 
@@ -28,6 +37,9 @@ pub(super) struct Told {
     pub(super) rr_ms: Option<f64>,
     /// What it looks like, if it could be looked at.
     pub(super) looks: Option<Looks>,
+    /// From the lowest to the highest point between the beat before and this one, where neither
+    /// has waves [unit of the signal].
+    pub(super) between: Option<f64>,
 }
 
 pub(super) struct EcgWindows {
@@ -57,16 +69,26 @@ impl EcgWindows {
     pub(super) fn interval_ms(&self, before: f64, beat: f64) -> Option<f64> {
         let (begin_ns, end_ns) = (self.track.time_ns(before)?, self.track.time_ns(beat)?);
         let interval_ms = end_ns.saturating_sub(begin_ns) as f64 / 1e6;
-        if !(0.0..=LONGEST_SECS * 1e3).contains(&interval_ms) {
+        if !(0.0..=LONGEST_PAUSE_SECS * 1e3).contains(&interval_ms) {
             return None;
         }
-        let hiding = (HIDING_SECS * self.track.rate_hz()) as usize;
+        let is_long = self.usual_ms().is_some_and(|usual| interval_ms > HIDING_CYCLES * usual);
+        let hiding_secs = if is_long { HIDING_PART_SECS } else { HIDING_SECS };
+        let hiding = (hiding_secs * self.track.rate_hz()) as usize;
         let (mut run, mut longest) = (0, 0);
         for value in self.track.iter(before as usize..beat as usize) {
             run = if is_usable(value) { 0 } else { run + 1 };
             longest = longest.max(run);
         }
         (longest <= hiding).then_some(interval_ms)
+    }
+
+    /// The median of the newest intervals [ms].
+    fn usual_ms(&self) -> Option<f64> {
+        let newest = self.beats.iter().rev().take(USUAL_BEATS).filter_map(|beat| beat.rr_ms);
+        let mut values = [0.0; USUAL_BEATS];
+        let count = values.iter_mut().zip(newest).map(|(place, rr_ms)| *place = rr_ms).count();
+        median_in_place(&mut values[..count])
     }
 
     /// Takes in a beat.
@@ -129,11 +151,18 @@ impl EcgWindows {
         let signs = Signs::of(&pieces);
         let silent = silent_share(&beats, span);
         let living = signs.map_or(1.0, |signs| 1.0 - signs.flat - signs.saturated);
-        let quality = quality(&beats, &pieces, living.max(0.0) * (1.0 - silent));
+        // What is missing counts once, as coverage, and what is flat has no beats either.
+        let silent_there = (silent - (1.0 - coverage)).max(0.0) / coverage;
+        let living = living.max(0.0).min(1.0 - silent_there);
+        let quality = quality(&beats, &pieces, 1.0);
+        let is_poor = quality * living < LEAST_QUALITY;
+        let saturated = signs.map_or(0.0, |signs| signs.saturated);
+        let quality =
+            Doubt::of(&beats, saturated).probability(quality) * living.powf(LIVING_WEIGHT);
         let mut values = rates(&beats, span).to_vec();
         values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);
-        if quality < LEAST_QUALITY && span.secs() > LONGEST_SECS {
+        if is_poor && span.secs() > LONGEST_SECS {
             values.fill(Err(Reason::Quality));
         }
         let of_signal = [&[Ok(quality)][..], &Signs::values(signs), &[Ok(silent)]].concat();

@@ -53,18 +53,23 @@ pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Sen
     }))
 }
 
-/// The same of a recording, in which the first interval begins where the recording does, and each
-/// other where the last ended. One that is lost (see [`causal`]) takes the time of the one before it,
-/// a second at first. The rate does not matter.
+/// The same of a recording. Where it has a second channel, that tells when each interval ended [s after the
+/// recording began], as the times of [`causal`] do; else, and where that is NaN, the first one begins where
+/// the recording does, and each other where the last ended, and one that is lost takes the time of the one
+/// before it, a second at first. The rate does not matter.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let intervals_ms = recording.channels.first().map_or(&[][..], Vec::as_slice);
+    let told_ns = |sample: usize| {
+        let end_secs = recording.channels.get(1)?.get(sample).filter(|secs| secs.is_finite())?;
+        Some(recording.begin_ns.saturating_add((end_secs * 1e9).round() as i64))
+    };
     let (mut beats_ns, mut holes, mut events) = (Vec::new(), Vec::new(), Vec::new());
     let mut chain = Chain::default();
     let (mut end_ns, mut usual_ns) = (recording.begin_ns, 1_000_000_000);
     for (sample, &interval_ms) in intervals_ms.iter().enumerate() {
         let interval_ns = nanos(interval_ms);
         usual_ns = interval_ns.unwrap_or(usual_ns);
-        end_ns = end_ns.saturating_add(usual_ns);
+        end_ns = told_ns(sample).unwrap_or_else(|| end_ns.saturating_add(usual_ns));
         let Some(placed) = chain.place(end_ns, interval_ns) else { continue };
         holes.extend(placed.hole);
         beats_ns.extend(placed.begin_ns);

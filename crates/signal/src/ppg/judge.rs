@@ -3,8 +3,17 @@
 use super::blocks::Candidate;
 use crate::recent::Recent;
 
-/// No two pulses follow faster [s]: 220 a minute.
-pub(super) const REFRACTORY_SECS: f64 = 0.27;
+/// No two pulses follow faster [s]: 255 a minute where the usual cycle [s] is short or not known, and
+/// else 220.
+pub(super) const REFRACTORY_SECS: f64 = 0.235;
+const USUAL_REFRACTORY_SECS: f64 = 0.27;
+const SHORT_CYCLE_SECS: f64 = 0.33;
+
+/// No two pulses follow faster than this [s] where the usual cycle is so long [s].
+pub(super) fn refractory_secs(cycle_secs: f64) -> f64 {
+    if cycle_secs < SHORT_CYCLE_SECS { REFRACTORY_SECS } else { USUAL_REFRACTORY_SECS }
+}
+
 /// The diastolic wave comes within this time [s], and share of a cycle, after the systolic peak, and
 /// is lower than this share of it, and narrow.
 const DIASTOLIC_SECS: f64 = 0.55;
@@ -34,6 +43,46 @@ pub(super) fn is_noise(height: f64, usual: f64) -> bool {
     height < LEAST_SHARE * usual
 }
 
+/// A diastolic wave comes within this time after the systolic peak whatever the rate [s], and earlier
+/// than the next pulse after it by this factor; it is lower than this share of it.
+const SECOND_WAVE_SECS: f64 = 0.47;
+const SECOND_WAVE_EARLIER: f64 = 1.1;
+const SECOND_WAVE_SHARE: f64 = 0.93;
+
+/// Tells candidates that are high and low in turn, each low one soon after a high one: pulses with
+/// strong diastolic waves.
+#[derive(Clone, Debug)]
+pub(super) struct Turns {
+    rate_hz: f64,
+    /// Place and height of the newest candidates, oldest first.
+    newest: [(i64, f64); 5],
+    count: usize,
+}
+
+impl Turns {
+    pub(super) fn new(rate_hz: f64) -> Turns {
+        Turns { rate_hz, newest: [(0, 0.0); 5], count: 0 }
+    }
+
+    /// Takes in the next candidate; whether it is the second wave of a pulse, as the low one before was.
+    pub(super) fn take(&mut self, candidate: &Candidate) -> bool {
+        self.newest.rotate_left(1);
+        self.newest[4] = (candidate.place, candidate.height);
+        self.count = (self.count + 1).min(5);
+        self.count == 5 && self.is_low(4) && self.is_low(2)
+    }
+
+    fn is_low(&self, index: usize) -> bool {
+        let [before, high, low] = [index - 2, index - 1, index].map(|index| self.newest[index]);
+        let secs = (low.0 - high.0) as f64 / self.rate_hz;
+        let until_high = (high.0 - before.0) as f64 / self.rate_hz;
+        secs <= SECOND_WAVE_SECS
+            && until_high >= SECOND_WAVE_EARLIER * secs
+            && low.1 < SECOND_WAVE_SHARE * high.1
+            && before.1 < SECOND_WAVE_SHARE * high.1
+    }
+}
+
 /// Judges candidates in their order by the pulses before them.
 #[derive(Clone, Debug)]
 pub(super) struct Judge {
@@ -41,25 +90,29 @@ pub(super) struct Judge {
     heights: Recent,
     cycles_secs: Recent,
     last: Option<Candidate>,
+    turns: Turns,
 }
 
 impl Judge {
     pub(super) fn new(rate_hz: f64) -> Judge {
         let (heights, cycles_secs) = (Recent::default(), Recent::default());
-        Judge { rate_hz, heights, cycles_secs, last: None }
+        Judge { rate_hz, heights, cycles_secs, last: None, turns: Turns::new(rate_hz) }
     }
 
     /// Takes in the next candidate; whether it is a pulse.
     pub(super) fn take(&mut self, candidate: Candidate) -> bool {
+        let is_second = self.turns.take(&candidate);
         let Some(last) = self.last else { return self.accept(candidate) };
         let secs = (candidate.place - last.place) as f64 / self.rate_hz;
         if secs > SILENCE_SECS {
             (self.heights, self.cycles_secs) = (Recent::default(), Recent::default());
             return self.accept(candidate);
         }
-        let cycle_secs = self.cycles_secs.median().unwrap_or(FIRST_CYCLE_SECS);
+        let known_secs = self.cycles_secs.median();
+        let cycle_secs = known_secs.unwrap_or(FIRST_CYCLE_SECS);
         let usual = self.heights.median().unwrap_or(0.0);
-        let is_pulse = secs >= REFRACTORY_SECS
+        let is_pulse = secs >= refractory_secs(known_secs.unwrap_or(0.0))
+            && !is_second
             && !is_diastolic(&candidate, &last, secs, cycle_secs)
             && !is_noise(candidate.height, usual);
         if is_pulse {

@@ -38,6 +38,7 @@ mod template;
 pub mod analysis;
 mod store;
 mod view;
+mod cycles;
 mod values;
 mod judge;
 mod blocks;

@@ -1,7 +1,7 @@
 //! How far pulse waves can be relied on.
 
 use super::clean::checked_ppg_rate_hz;
-use super::judge::REFRACTORY_SECS;
+use super::judge::{REFRACTORY_SECS, refractory_secs};
 use super::pulse::Pulse;
 use super::pulses::Shaped;
 use super::runs::{Living, Runs};
@@ -89,7 +89,8 @@ impl Quality {
         let usual = Usual::of(rate_hz, signal, pulses);
         let is_too_near = |one: &Shaped, other: &Shaped| {
             let gap = other.pulse.sample - one.pulse.sample;
-            gap < SHORTEST_CYCLES * usual.cycle || gap / rate_hz < REFRACTORY_SECS
+            gap < SHORTEST_CYCLES * usual.cycle
+                || gap / rate_hz < refractory_secs(usual.cycle / rate_hz)
         };
         let cycle = |(index, shaped): (usize, &Shaped)| {
             let (pulse, next) = (&shaped.pulse, pulses.get(index + 1));

@@ -1,6 +1,7 @@
 //! What is known of a PPG, of which any span can be asked.
 
 use super::analysis::Settings;
+use super::cycles::Cycles;
 use super::pieces::Pieces;
 use super::pulse::Pulse;
 use super::pulses::Pulses;
@@ -8,7 +9,7 @@ use super::quality::Quality;
 use super::runs::Runs;
 use super::smoothed::Smoothed;
 use super::values;
-use super::view::View;
+use super::view::{OfSignal, View};
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
 use crate::hrv::{BEFORE_SECS, HeartWindows};
 use crate::respiration::derived::BreathingWindows;
@@ -16,6 +17,14 @@ use crate::respiration::derived::BreathingWindows;
 /// With more than this share flagged, what is left is not told.
 const MOST_FLAGGED: f64 = 0.5;
 
+/// When the rate is less likely right than this, neither.
+const LEAST_PROBABILITY: f64 = 0.4;
+/// Of a few pulses more cannot be known, nor where intervals cover less of the span than this: short ones
+/// may be left over of a bigeminy.
+const LEAST_COVERED: f64 = 0.75;
+const MOST_OF_FEW: f64 = 0.75;
+/// What a span that is mostly flagged has of its quality.
+const FLAGGED_SHARE: f64 = 0.3;
 /// Pulses of the newest samples are not known yet [s].
 const UNKNOWN_SECS: f64 = 0.5;
 
@@ -101,6 +110,19 @@ impl PpgWindows {
         View { quality, rate_hz, living, pulses, pieces, inside, known }
     }
 
+    /// How likely the pulse rate is within 10 %.
+    fn probability(&self, view: &View, of_signal: &OfSignal, span: Span) -> f64 {
+        let seen = self.smoothed.part(self.smoothed.held());
+        match Cycles::of(&seen, &view.neighbours(), self.signal.rate_hz()) {
+            Some(cycles) if cycles.secs < LEAST_COVERED * span.secs() => {
+                cycles.probability(of_signal.quality).min(MOST_OF_FEW)
+            }
+            Some(cycles) => cycles.probability(of_signal.quality),
+            None if of_signal.flagged > MOST_FLAGGED => FLAGGED_SHARE * of_signal.quality,
+            None => of_signal.quality.min(MOST_OF_FEW),
+        }
+    }
+
     fn discard_moved(&self, quality: &mut Quality) {
         let Some((track, limit)) = &self.motion else { return };
         quality.discard(|cycle| {
@@ -137,8 +159,9 @@ impl PpgWindows {
         view.holes().for_each(|(from_ns, to_ns)| heart.mark_gap(from_ns, to_ns));
         let mut of_pulses = view.of_pulses(span, &self.breathing);
         let mut of_heart = heart.measure_after(span, last).values;
-        let of_signal = view.of_signal();
-        if of_signal.flagged > MOST_FLAGGED {
+        let mut of_signal = view.of_signal();
+        of_signal.quality = self.probability(&view, &of_signal, span);
+        if of_signal.flagged > MOST_FLAGGED || of_signal.quality < LEAST_PROBABILITY {
             of_pulses.fill(Err(Reason::Quality));
             of_heart.fill(Err(Reason::Quality));
         }

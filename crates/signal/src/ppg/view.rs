@@ -67,6 +67,13 @@ impl View {
         one + 1 == other && self.quality.cycles()[one].is_followed
     }
 
+    /// Good pulses of the span that follow each other.
+    pub(super) fn neighbours(&self) -> Vec<(&Shaped, &Shaped)> {
+        let good = self.good_inside();
+        let pairs = good.windows(2).filter(|pair| self.follow(pair[0], pair[1]));
+        pairs.map(|pair| (&self.pulses[pair[0]], &self.pulses[pair[1]])).collect()
+    }
+
     /// The good pulses of the span itself.
     fn good_inside(&self) -> Vec<usize> {
         let is_inside = |index: &usize| self.pulses[*index].pulse.sample >= self.inside as f64;

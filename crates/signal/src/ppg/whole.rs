@@ -2,7 +2,7 @@
 
 use super::blocks::{Blocks, Candidate};
 use super::clean::clean;
-use super::judge::{Judge, REFRACTORY_SECS, is_diastolic, is_noise};
+use super::judge::{Judge, Turns, is_diastolic, is_noise, refractory_secs};
 use super::pulse::Pulse;
 use super::shape::{SHORTEST_RISE_SECS, Wave};
 use super::smooth::Smoothing;
@@ -62,7 +62,9 @@ fn second_pass(candidates: &[Candidate], rate_hz: f64) -> Vec<Candidate> {
         |pair: &[Candidate]| (pair[1].place, (pair[1].place - pair[0].place) as f64 / rate_hz);
     let cycles_secs: Vec<(i64, f64)> = first.windows(2).map(cycle).collect();
     let mut chosen: Vec<Candidate> = Vec::with_capacity(first.len());
+    let mut turns = Turns::new(rate_hz);
     for candidate in candidates {
+        let is_second = turns.take(candidate);
         let usual = median_around(&heights, candidate.place).unwrap_or(0.0);
         if is_noise(candidate.height, usual) {
             continue;
@@ -73,11 +75,11 @@ fn second_pass(candidates: &[Candidate], rate_hz: f64) -> Vec<Candidate> {
         };
         let secs = (candidate.place - last.place) as f64 / rate_hz;
         let cycle_secs = median_around(&cycles_secs, candidate.place).unwrap_or(f64::INFINITY);
-        if secs < REFRACTORY_SECS {
+        if secs < refractory_secs(cycle_secs) {
             if candidate.height > last.height {
                 *last = *candidate;
             }
-        } else if !is_diastolic(candidate, last, secs, cycle_secs) {
+        } else if !is_second && !is_diastolic(candidate, last, secs, cycle_secs) {
             chosen.push(*candidate);
         }
     }

@@ -204,7 +204,7 @@ impl Windows for Known {
             .iter()
             .map(|breath| self.grouping.placed(breath).later(-(places.start as f64)))
             .collect();
-        let quality = quality::of_means(&means, self.means.rate_hz(), &placed, spectral);
+        let quality = quality::of_means(&means, self.means.rate_hz(), &placed, spectral.clone());
         let nothing = |reason| Measured::nothing(coverage, quality, self.values.len(), reason);
         if coverage < LEAST_COVERAGE {
             return nothing(Reason::Gap);

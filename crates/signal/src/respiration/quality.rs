@@ -14,16 +14,25 @@ const FLAT_SECS: f64 = 3.0;
 const SATURATED_SECS: f64 = 0.3;
 /// A breath that is so many times higher or lower than the median is motion, or none.
 const UNUSUAL_FACTOR: f64 = 4.0;
+/// With so much of its power around the rate of breaths a signal has a rhythm, with so little none: a random
+/// walk has 0.2.
+const RHYTHM: f64 = 0.68;
+const NO_RHYTHM: f64 = 0.5;
+/// Without a rhythm the quality is no more than this.
+const MOST_WITHOUT_RHYTHM: f64 = 0.29;
 /// How many values stand for the shape of a breath.
 const SHAPE_LENGTH: usize = 32;
 
 /// Signal quality from 0 (useless) to 1 (nothing but equal breaths).
 ///
-/// (breathing share · likeness · regularity)^⅓ · covered share · living share, where
+/// (breathing share · likeness · regularity)^⅓ · rhythm · covered share · living share, where
 /// - the breathing share is that of 0.05–1 Hz in all power above 0.05 Hz (Welch, 30 s);
 /// - likeness is the mean correlation of breaths with the median breath, each stretched to the same
 ///   length, and not below 0 (as Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
 /// - regularity is 1 / (1 + v²), with v = 1.4826 · MAD / median of the durations;
+/// - rhythm rises from 0 to 1 where 0.5 to 0.68 of the power at 0.05–1 Hz lies within 35 % of the mean
+///   rate of the breaths or its double: a random walk has breaths, but no rhythm (below 0.29 the
+///   quality is as without it);
 /// - the covered share is that of the time that lies in breaths with an amplitude between a quarter
 ///   and four times the median: motion and pauses of the sensor are left;
 /// - the living share is that of samples that are usable, not flat (the same for more than 3 s) and
@@ -55,7 +64,10 @@ pub(super) fn of_means(
     let Some(spectral) = spectral.filter(|_| whole.len() >= 2) else { return 0.0 };
     let durations: Vec<f64> = whole.iter().map(|breath| breath.duration()).collect();
     let product = spectral.breathing_share * likeness(means, &whole) * regularity(&durations);
+    let rhythm = mean(&durations).recip() * rate_hz * 60.0;
+    let kept = ((spectral.rhythm_share(rhythm) - NO_RHYTHM) / (RHYTHM - NO_RHYTHM)).clamp(0.0, 1.0);
     let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
+    let quality = (kept * quality).max(quality.min(MOST_WITHOUT_RHYTHM));
     if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }
 }
 

@@ -29,16 +29,20 @@ pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
     Some(Spectral::of(&grouping.all(signal), rate_hz, &kept)?.rate_per_min)
 }
 
+/// How far from a rhythm breaths may stray [shares].
+const RHYTHM_WIDTH: f64 = 0.35;
 /// A smaller spread is that of rounding [share of the largest value].
 const LEAST_SPREAD: f64 = 1e-9;
 
 /// What a spectrum tells.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Spectral {
     /// Where it is highest within breathing's band [1/min].
     pub(super) rate_per_min: f64,
     /// The share of breathing's band in all but the drift [0..1].
     pub(super) breathing_share: f64,
+    /// Breathing's band: frequencies [Hz] and the power there.
+    powers: Vec<(f64, f64)>,
 }
 
 impl Spectral {
@@ -62,7 +66,22 @@ impl Spectral {
         let level = bridged.iter().fold(0.0f64, |level, mean| level.max(mean.abs()));
         let varies = all.sqrt() > LEAST_SPREAD * level;
         let breathing_share = Some(breathing / all).filter(|share| varies && share.is_finite())?;
-        Some(Spectral { rate_per_min: 60.0 * peak_hz(&spectrum)?, breathing_share })
+        let rate_per_min = 60.0 * peak_hz(&spectrum)?;
+        let bins = spectrum.bins(low_hz, high_hz);
+        let powers =
+            bins.filter_map(|bin| Some((spectrum.frequencies_hz[bin], *spectrum.power.get(bin)?)));
+        Some(Spectral { rate_per_min, breathing_share, powers: powers.collect() })
+    }
+
+    /// The share of breathing's band that lies around a rhythm [1/min] and its first overtone [0..1].
+    pub(super) fn rhythm_share(&self, rate_per_min: f64) -> f64 {
+        let hz = rate_per_min / 60.0;
+        let all: f64 = self.powers.iter().map(|(_, power)| power).sum();
+        let is_near =
+            |at_hz: f64| [hz, 2.0 * hz].iter().any(|hz| (at_hz / hz - 1.0).abs() <= RHYTHM_WIDTH);
+        let near = self.powers.iter().filter(|(hz, _)| is_near(*hz)).map(|(_, power)| power);
+        let share = near.sum::<f64>() / all;
+        if share.is_finite() { share.min(1.0) } else { 0.0 }
     }
 }
 

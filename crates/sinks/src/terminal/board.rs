@@ -1,172 +1,317 @@
-//! The board: the last that is known of every person, robot and stream, as lines of text.
+//! The board: the last that is known of every person, robot and stream.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use teampulse_core::data::{Data, Event, FeatureValues};
-use teampulse_core::sample::Record;
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
+use teampulse_core::phases::Phases;
+use teampulse_core::pump::session_events;
+use teampulse_core::sample::{Record, Sample};
 use teampulse_core::status::{State, StreamStatus};
-use teampulse_core::stream::{About, Signal, Stream};
+use teampulse_core::stream::{About, Origin, Signal, Stream, Subject};
 use teampulse_core::time::Time;
 
 use super::estimates::{Estimates, is_estimate};
+use super::faults::Faults;
 use super::happening::told;
-use super::person::Person;
+use super::line::{Line, Style, first_columns};
+use super::natural::Name;
+use super::person::{Detail, Person};
 use super::robot::Figures;
 use super::team::Team;
+use super::trouble::{Trouble, Urgency};
+use super::words::clock;
 
-/// How many of the newest events are shown.
-const EVENTS: usize = 5;
+/// How many of the newest lines of the log are kept.
+const LOG: usize = 2000;
 
 /// After how many statuses a stream's rate is settled: before, a window is not full.
 const SETTLED: u32 = 3;
+/// After how many statuses it is said that a stream was never seen.
+const AWAITED: u32 = 10;
+/// After how long it is said that nothing has appeared [s].
+const NOTHING_SECS: f64 = 10.0;
+
+/// A name takes this many columns at most.
+const NAME_COLUMNS: usize = 16;
 
 /// The last that is known of every person, robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
-    streams: BTreeMap<String, Watched>,
+    streams: BTreeMap<Name, Watched>,
     /// The streams of what happens: one that is silent lacks nothing.
     happenings: BTreeSet<String>,
+    phases: Phases,
+    /// Who has phases of the own, so that the session's don't count.
+    own_phases: BTreeSet<Subject>,
     team: Team,
-    people: BTreeMap<String, Person>,
-    robots: BTreeMap<String, Figures>,
+    people: BTreeMap<Name, Person>,
+    robots: BTreeMap<Name, Figures>,
     estimates: BTreeMap<String, Estimates>,
-    events: VecDeque<String>,
+    faults: Faults,
+    log: VecDeque<String>,
     began: Option<Time>,
+    /// So long it was watched by the clock of this machine [s].
+    watched_secs: f64,
     now: Time,
-    drawn_at: Time,
 }
 
 /// A stream with its last status.
 #[derive(Debug)]
 struct Watched {
     status: StreamStatus,
-    /// Its statuses since it was first seen.
+    /// Its statuses since it was first seen, and before.
     statuses: u32,
+    awaited: u32,
     /// The state that was told last.
-    told: State,
+    told: Option<State>,
+}
+
+/// How the streams of somebody are doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Health {
+    fine: usize,
+    all: usize,
 }
 
 impl Board {
-    /// Takes what is new; gives a line for each state that changed and each event.
-    pub fn take(&mut self, record: &Record) -> Option<String> {
+    /// Takes what is new; gives lines for each state that changed and each event.
+    pub fn take(&mut self, record: &Record) -> Vec<String> {
         self.now = record.sample.log_time;
         self.began.get_or_insert(self.now);
         match &record.sample.data {
-            Data::Status(status) => self.take_status(status),
-            Data::Event(event) => self.take_event(&record.stream, event),
+            Data::Status(status) => self.take_status(status).into_iter().collect(),
+            Data::Event(event) => self.take_event(&record.stream, &record.sample, event),
             Data::Feature(values) => {
                 self.take_figures(&record.stream, values, record.sample.measured);
-                None
+                Vec::new()
             }
             Data::Description(stream) => {
                 if matches!(stream.signal, Signal::Event | Signal::Input) {
                     self.happenings.insert(stream.name.clone());
                 }
-                None
+                Vec::new()
             }
-            _ => None,
+            _ => Vec::new(),
         }
+    }
+
+    /// Takes a line of the log that is no event: a note on the study, a warning.
+    pub fn note(&mut self, line: &str) {
+        self.log.push_back(line.to_owned());
+        if self.log.len() > LOG {
+            self.log.pop_front();
+        }
+    }
+
+    /// Somebody has seen all faults that there are.
+    pub fn see_faults(&mut self) {
+        self.faults.see();
     }
 
     fn take_status(&mut self, status: &StreamStatus) -> Option<String> {
-        let stream =
-            self.streams.entry(status.name.clone()).or_insert_with(|| Watched::new(status));
-        let is_news = stream.take(status);
+        let is_happening = self.happenings.contains(&status.name);
+        let name = Name(status.name.clone());
+        let stream = self.streams.entry(name).or_insert_with(|| Watched::new(status));
+        let is_news = stream.take(status, is_happening);
         is_news.then(|| format!("{} {}", clock_time(self.now), full_line(status)))
     }
 
-    fn take_event(&mut self, stream: &Stream, event: &Event) -> Option<String> {
-        self.team.take_event(stream, event);
-        let line = format!("{} {}", clock_time(self.now), told(stream, event)?);
-        self.events.push_back(line.clone());
-        if self.events.len() > EVENTS {
-            self.events.pop_front();
+    fn take_event(&mut self, stream: &Stream, sample: &Sample, event: &Event) -> Vec<String> {
+        let own = self.take_phase(stream, sample, event);
+        self.team.take_event(stream, event, self.now);
+        if event.kind == EventKind::Fault && stream.name == session_events().name {
+            self.faults.take(&event.label, self.now);
         }
-        Some(line)
+        let time = clock_time(self.now);
+        let lines = told(stream, event).into_iter().chain(own);
+        let lines: Vec<String> = lines.map(|line| format!("{time} {line}")).collect();
+        for line in &lines {
+            self.note(line);
+        }
+        lines
+    }
+
+    /// Takes a phase; says of whom the session's phases don't count from now on.
+    fn take_phase(&mut self, stream: &Stream, sample: &Sample, event: &Event) -> Option<String> {
+        self.phases.join(sample.stream, stream);
+        self.phases.push(sample);
+        let subject = stream.subject();
+        let is_own = event.kind == EventKind::Phase
+            && stream.origin == Origin::Raw
+            && matches!(stream.about, About::Person | About::Robot);
+        let has_two = is_own && !self.phases.of(&Subject::session()).is_empty();
+        (has_two && self.own_phases.insert(subject)).then(|| {
+            let id = &stream.id;
+            format!("{id} has phases of its own: those of the session don't count for {id}")
+        })
     }
 
     fn take_figures(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         self.team.take(stream, values);
+        let id = || Name(stream.id.clone());
         match stream.about {
             _ if stream.id.is_empty() => {}
-            About::Robot => {
-                self.robots.entry(stream.id.clone()).or_default().take(stream, values);
-            }
+            About::Robot => self.robots.entry(id()).or_default().take(stream, values, at),
             About::Person if is_estimate(stream) => {
                 self.estimates.entry(stream.id.clone()).or_default().take(stream, values);
             }
-            About::Person => {
-                self.people.entry(stream.id.clone()).or_default().take(stream, values, at);
-            }
+            About::Person => self.people.entry(id()).or_default().take(stream, values, at),
             About::Team | About::Session => {}
         }
     }
 
-    /// Whether a second of the session has passed since this was last true.
-    pub fn take_redraw(&mut self) -> bool {
-        let due = self.now.secs_since(self.drawn_at) >= 1.0;
-        if due {
-            self.drawn_at = self.now;
-        }
-        due
+    /// The time of the session, and for how long it has run [s].
+    pub(super) fn now(&self) -> (Time, f64) {
+        (self.now, self.elapsed_secs())
     }
 
-    /// The board in `rows` lines at most: each person and robot with their figures, their streams below
-    /// them, the newest events. Where that does not fit, streams that are fine are left out.
-    pub fn lines(&self, rows: usize) -> Vec<String> {
-        let all = self.lines_of(|_| true);
-        if all.len() <= rows {
-            return all;
-        }
-        let mut lines = self.lines_of(|status| self.is_trouble(status));
-        if lines.len() > rows {
-            let hidden = lines.len() + 1 - rows;
-            lines.truncate(rows - 1);
-            lines.push(format!("… and {hidden} lines more"));
-        }
-        lines
+    /// The phase that it is, of the participant where there is one, and how long it will last.
+    pub(super) fn phase(&self) -> Line {
+        let mut people = self.people.keys();
+        let (subject, who) = match (people.next(), people.next()) {
+            (Some(Name(id)), None) => {
+                (Subject { about: About::Person, id: id.clone() }, format!("{id}  "))
+            }
+            (Some(_), Some(_)) => (Subject::session(), format!("{} people  ", self.people.len())),
+            (None, _) => (Subject::session(), String::new()),
+        };
+        Line::of(Style::Plain, &who).with_line(self.phase_of(&subject))
     }
 
-    fn lines_of(&self, shown: impl Fn(&StreamStatus) -> bool) -> Vec<String> {
-        let mut lines = vec![format!(
-            "{}  {:.0} s  {} streams",
-            clock_time(self.now),
-            self.elapsed_secs(),
-            self.streams.len()
-        )];
-        lines.extend(self.team.line());
+    fn phase_of(&self, subject: &Subject) -> Line {
+        let last = self.phases.of(subject).last();
+        let is_over = |end: Time| end <= self.now;
+        match last {
+            None => Line::of(Style::Grey, "no phase yet"),
+            Some(phase) if phase.end.is_some_and(is_over) => {
+                Line::of(Style::Grey, &format!("no phase, {} is over", phase.label))
+            }
+            Some(phase) => {
+                let lasts = match phase.end {
+                    Some(end) => format!(", {} left", clock(end.secs_since(self.now).ceil())),
+                    None => format!(" for {}", clock(self.now.secs_since(phase.begin))),
+                };
+                Line::of(Style::Strong, &phase.label).with(Style::Plain, &lasts)
+            }
+        }
+    }
+
+    /// Who is there.
+    pub(super) fn attendance(&self) -> Line {
+        Line::of(Style::Plain, &self.team.line(self.robots.len()).unwrap_or_default())
+    }
+
+    /// What somebody should look at, the most urgent first.
+    pub(super) fn troubles(&self) -> Vec<Line> {
+        let mut troubles: Vec<Trouble> = Vec::new();
+        for fault in self.faults.unseen() {
+            let (urgency, subject) = (Urgency::Fault, clock_time(fault.last));
+            troubles.push(Trouble { urgency, subject, what: fault.words(), since: None });
+        }
+        let mut needs: Vec<_> = self.team.needs().collect();
+        needs.sort_by_key(|need| need.since);
+        let offline = self.robots.iter().filter(|(_, robot)| robot.is_offline());
+        let offline = offline.filter(|(id, _)| needs.iter().all(|need| need.robot != id.0));
+        troubles.extend(offline.map(|(Name(id), _)| {
+            let (subject, what) = (id.clone(), "offline".to_owned());
+            Trouble { urgency: Urgency::Dead, subject, what, since: None }
+        }));
+        troubles.extend(needs.into_iter().map(|need| Trouble {
+            urgency: Urgency::Need,
+            subject: need.robot.to_owned(),
+            what: need.why,
+            since: Some(need.since),
+        }));
+        if self.streams.is_empty() && self.elapsed_secs() >= NOTHING_SECS {
+            let what = "no stream has appeared: nothing that the study names is there".to_owned();
+            let subject = "nothing".to_owned();
+            troubles.push(Trouble { urgency: Urgency::Never, subject, what, since: None });
+        }
+        troubles.extend(self.stream_troubles());
+        troubles.sort_by_key(|trouble| trouble.urgency);
+        let width = troubles.iter().map(|trouble| trouble.subject.chars().count()).max();
+        let width = width.unwrap_or(0).min(NAME_COLUMNS);
+        troubles.iter().map(|trouble| trouble.line(width, self.now)).collect()
+    }
+
+    /// What is wrong with streams, by whom they are about and how they are. That those of a robot are
+    /// silent which is offline goes without saying.
+    fn stream_troubles(&self) -> Vec<Trouble> {
+        let mut groups: BTreeMap<(Urgency, Name), Vec<(&str, &StreamStatus)>> = BTreeMap::new();
+        for status in self.statuses().filter(|status| self.is_trouble(status)) {
+            let Some(urgency) = Urgency::of(status.state) else { continue };
+            let (subject, name) = self.owner(&status.name);
+            let is_offline = |id: &Name| self.robots.get(id).is_some_and(Figures::is_offline);
+            if !subject.as_ref().is_some_and(is_offline) {
+                let subject = subject.unwrap_or_else(|| Name("other".into()));
+                groups.entry((urgency, subject)).or_default().push((name, status));
+            }
+        }
+        let troubles = groups.into_iter().flat_map(|((urgency, Name(subject)), streams)| {
+            let size = if streams.len() < SETTLED as usize { 1 } else { streams.len() };
+            let parts = streams.chunks(size);
+            parts.map(|part| Trouble::of_streams(&subject, urgency, part)).collect::<Vec<_>>()
+        });
+        troubles.collect()
+    }
+
+    /// Each person and robot with their figures; of their streams only how many are fine.
+    pub(super) fn team_lines(&self, detail: Detail) -> Vec<Line> {
+        let mut lines = Vec::new();
+        let mut health = self.health();
+        let silent = |name: &str| {
+            let stream = self.streams.get(&Name(name.to_owned()))?;
+            let StreamStatus { state, age_secs, .. } = &stream.status;
+            matches!(state, State::Stale | State::Dead).then_some(*age_secs)
+        };
         for (id, person) in &self.people {
-            lines.push(id.clone());
-            lines.extend(person.lines(self.now));
-            lines.extend(self.streams_of(|name| within_person(id, name), &shown));
+            let subject = Subject { about: About::Person, id: id.0.clone() };
+            let mut line = Line::of(Style::Strong, &id.0).with(Style::Plain, "  ");
+            if self.people.len() > 1 {
+                line = line.with_line(self.phase_of(&subject)).with(Style::Plain, "  ");
+            }
+            lines.push(line.with_line(streams(health.remove(&Some(id.clone())))));
+            lines.extend(person.lines(self.now, &silent, detail));
         }
-        lines.extend(self.estimates.iter().map(|(id, estimates)| estimates.line(id)));
+        let estimates = self.estimates.iter().map(|(id, estimates)| estimates.line(id));
+        lines.extend(estimates.map(|line| Line::of(Style::Plain, &line)));
+        let width = self.robots.keys().map(|Name(id)| id.chars().count()).max().unwrap_or(0);
+        let width = width.clamp(5, NAME_COLUMNS);
         for (id, figures) in &self.robots {
-            lines.push(figures.line(id));
-            lines.extend(self.streams_of(|name| within(id, name), &shown));
+            let shown = first_columns(&id.0, width);
+            let line = figures.line(shown, width, self.now);
+            let own = health.remove(&Some(id.clone()));
+            let is_offline = figures.is_offline();
+            lines.push(if is_offline {
+                line
+            } else {
+                line.up_to(width + 63).with_line(streams(own))
+            });
         }
-        let others = self.statuses().filter(|status| !self.is_of_somebody(&status.name));
-        let others: Vec<_> = others.filter(|status| shown(status)).collect();
-        if !others.is_empty() {
-            lines.push("other streams".into());
-            lines.extend(others.into_iter().map(|status| board_line(&status.name, status)));
+        if let Some(others) = health.remove(&None) {
+            lines.push(Line::of(Style::Strong, "other  ").with_line(streams(Some(others))));
         }
-        lines.extend(self.events.iter().cloned());
         lines
+    }
+
+    /// How the streams of each are doing, and those that are nobody's.
+    fn health(&self) -> BTreeMap<Option<Name>, Health> {
+        let mut health: BTreeMap<Option<Name>, Health> = BTreeMap::new();
+        for status in self.statuses() {
+            let of = health.entry(self.owner(&status.name).0).or_default();
+            of.all += 1;
+            of.fine += usize::from(!self.is_trouble(status));
+        }
+        health
+    }
+
+    /// The log, the oldest line first.
+    pub(super) fn log(&self) -> &VecDeque<String> {
+        &self.log
     }
 
     fn statuses(&self) -> impl Iterator<Item = &StreamStatus> {
         self.streams.values().map(|stream| &stream.status)
-    }
-
-    /// A line for each stream that is shown and has a name within its subject.
-    fn streams_of<'a>(
-        &'a self,
-        within: impl Fn(&'a str) -> Option<&'a str>,
-        shown: impl Fn(&StreamStatus) -> bool,
-    ) -> impl Iterator<Item = String> {
-        let own = self.statuses().filter(move |status| shown(status));
-        own.filter_map(move |status| Some(board_line(within(&status.name)?, status)))
     }
 
     fn is_trouble(&self, status: &StreamStatus) -> bool {
@@ -174,9 +319,20 @@ impl Board {
         status.state != State::Ok && !is_awaited
     }
 
-    fn is_of_somebody(&self, name: &str) -> bool {
-        self.robots.keys().any(|id| within(id, name).is_some())
-            || self.people.keys().any(|id| within_person(id, name).is_some())
+    /// Whose a stream is, and what it is called within; nobody's has its whole name.
+    fn owner<'a>(&self, name: &'a str) -> (Option<Name>, &'a str) {
+        let robot = name.strip_prefix('/').and_then(|name| name.split_once('/'));
+        if let Some((id, below)) = robot {
+            let id = Name(id.to_owned());
+            if self.robots.contains_key(&id) {
+                return (Some(id), below);
+            }
+        }
+        let of_person = |id: &&Name| within_person(&id.0, name).is_some();
+        match self.people.keys().find(of_person) {
+            Some(id) => (Some(id.clone()), within_person(&id.0, name).unwrap_or(name)),
+            None => (None, name),
+        }
     }
 
     /// What is said when the session ends.
@@ -194,62 +350,69 @@ impl Board {
             total(|each| each.late),
             total(|each| each.duplicates),
         )];
-        lines.extend(self.team.line());
+        if self.streams.is_empty() {
+            lines.push("no stream ever appeared: nothing that the study names was there".into());
+        }
+        let faults = self.faults.all().iter();
+        lines.extend(faults.map(|fault| format!("fault: {}", fault.words())));
+        let needs = self.team.needs();
+        lines.extend(needs.map(|need| format!("{} needs someone: {}", need.robot, need.why)));
         let troubled = self.statuses().filter(|status| self.is_trouble(status));
         lines.extend(troubled.map(|status| format!("  {}", full_line(status))));
         lines
     }
 
+    /// So long it was watched until now, by the clock of this machine [s].
+    pub(super) fn watch(&mut self, secs: f64) {
+        self.watched_secs = secs;
+    }
+
+    /// For how long the session goes on; where nothing tells its time, for how long it was watched [s].
     fn elapsed_secs(&self) -> f64 {
-        self.began.map_or(0.0, |began| self.now.secs_since(began))
+        let told_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
+        if self.streams.is_empty() { told_secs.max(self.watched_secs) } else { told_secs }
     }
 }
 
 impl Watched {
     fn new(status: &StreamStatus) -> Watched {
         // A stream is declared a moment before its first sample.
-        Watched { status: status.clone(), statuses: 0, told: State::Never }
+        Watched { status: status.clone(), statuses: 0, awaited: 0, told: None }
     }
 
     /// Takes the newest status; says whether it is to be told.
-    fn take(&mut self, status: &StreamStatus) -> bool {
+    fn take(&mut self, status: &StreamStatus, is_happening: bool) -> bool {
         self.status.clone_from(status);
-        self.statuses = self.statuses.saturating_add(u32::from(status.state != State::Never));
-        let settled = status.state != State::Ok || self.statuses >= SETTLED;
-        let is_news = settled && self.told != status.state;
+        let is_never = status.state == State::Never;
+        self.statuses = self.statuses.saturating_add(u32::from(!is_never));
+        self.awaited = self.awaited.saturating_add(u32::from(is_never && !is_happening));
+        let settled = match status.state {
+            State::Ok => self.statuses >= SETTLED,
+            State::Never => self.awaited >= AWAITED,
+            _ => true,
+        };
+        let is_news = settled && self.told != Some(status.state);
         if is_news {
-            self.told = status.state;
+            self.told = Some(status.state);
         }
         is_news
     }
 }
 
-/// The name of a robot's stream within the robot; `None` for a stream of another.
-fn within<'a>(id: &str, name: &'a str) -> Option<&'a str> {
-    name.strip_prefix('/')?.strip_prefix(id)?.strip_prefix('/')
+/// How many streams are fine.
+fn streams(health: Option<Health>) -> Line {
+    let Health { fine, all } = health.unwrap_or_default();
+    if fine == all {
+        Line::of(Style::Grey, &format!("{all} ok"))
+    } else {
+        Line::of(Style::Plain, &format!("{fine} of {all} ok"))
+    }
 }
 
 /// The name of a person's stream below the person, wherever people stand: `polar_h10/ecg`.
 fn within_person<'a>(id: &str, name: &'a str) -> Option<&'a str> {
     let (_, below) = name.split_once(&format!("/{id}/"))?;
     Some(below)
-}
-
-/// A stream on the board: narrow, so that 80 columns show how its reason begins.
-fn board_line(name: &str, status: &StreamStatus) -> String {
-    let StreamStatus { state, rate_hz, reason, .. } = status;
-    let (age, lost) = (age(status), lost(status));
-    let remark = if reason.is_empty() { certainty(status) } else { reason.clone() };
-    let line = format!(
-        "  {name:<20} {state:<10}{rate_hz:>6.1} Hz  age {age:>4} s  lost {lost:<3}  {remark}"
-    );
-    line.trim_end().to_owned()
-}
-
-/// How certain the times of a stream are; empty where that is unknown.
-fn certainty(status: &StreamStatus) -> String {
-    let millis = 1e3 * status.uncertainty_secs();
-    if millis.is_nan() { String::new() } else { format!("±{millis:.1} ms") }
 }
 
 /// A stream with its full name, state, rate, age and losses.
@@ -274,172 +437,9 @@ fn lost(status: &StreamStatus) -> String {
 }
 
 /// The time of day in UTC.
-fn clock_time(time: Time) -> String {
+pub(super) fn clock_time(time: Time) -> String {
     time.to_string()[11..19].to_owned()
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use bytes::Bytes;
-    use teampulse_core::data::Reason;
-    use teampulse_core::sample::{Sample, Turn};
-    use teampulse_core::stream::{Shape, StreamId, Subject};
-
-    use super::*;
-
-    fn record(second: i64, name: &str, data: Data) -> Record {
-        let stream = Stream::raw(name, Subject::robot("robot1"), Shape::Status);
-        let stream = stream.with_channels(&[("deployed_secs", "s"), ("online", "1")]);
-        let time = Time::from_nanos(second * 1_000_000_000);
-        let sample = Sample {
-            stream: StreamId(0),
-            measured: time,
-            log_time: time,
-            device_time: None,
-            source_time: None,
-            period_ns: 0.0,
-            index: 0,
-            turn: Turn::OnTime,
-            data,
-        };
-        Record { stream: Arc::new(stream), sample, cdr: Bytes::new() }
-    }
-
-    fn status(name: &str, state: State, reason: &str) -> Data {
-        Data::Status(Arc::new(StreamStatus {
-            name: name.into(),
-            state,
-            reason: reason.into(),
-            rate_hz: 20.0,
-            age_secs: 0.05,
-            received: 100,
-            lost_source: Some(2),
-            lost_queue: 0,
-            late: 0,
-            duplicates: 0,
-            clock: 0,
-            epoch: 0,
-            offset_secs: f64::NAN,
-            skew_ppm: f64::NAN,
-            jitter_secs: f64::NAN,
-            sigma_secs: 0.0005,
-            latency_secs: f64::NAN,
-        }))
-    }
-
-    fn board() -> Board {
-        let mut board = Board::default();
-        let figures = FeatureValues {
-            window_secs: 0.0,
-            coverage: 1.0,
-            quality: 1.0,
-            values: vec![61.0, 0.0],
-            sigmas: Vec::new(),
-            reasons: Vec::new(),
-        };
-        board.take(&record(0, "/robot1/deployment", Data::Feature(Arc::new(figures))));
-        board.take(&record(1, "s", status("/robot1/odom", State::Ok, "")));
-        board.take(&record(2, "s", status("/robot1/wifi", State::Dead, "silent for 9.0 s")));
-        board
-    }
-
-    #[test]
-    fn a_robot_that_fell_silent_is_never_shown_as_fine() {
-        insta::assert_snapshot!(board().lines(50).join("\n"), @r"
-        00:00:02  2 s  2 streams
-        robot1  OFFLINE  deployed 1:01
-          odom                 ok          20.0 Hz  age  0.1 s  lost 2    ±1.0 ms
-          wifi                 dead        20.0 Hz  age  0.1 s  lost 2    silent for 9.0 s
-        ");
-    }
-
-    #[test]
-    fn what_is_fine_makes_room_for_what_is_not() {
-        insta::assert_snapshot!(board().lines(3).join("\n"), @r"
-        00:00:02  2 s  2 streams
-        robot1  OFFLINE  deployed 1:01
-          wifi                 dead        20.0 Hz  age  0.1 s  lost 2    silent for 9.0 s
-        ");
-        assert_eq!(board().lines(2).len(), 2);
-    }
-
-    #[test]
-    fn what_belongs_to_no_robot_keeps_its_name_under_a_heading_of_its_own() {
-        let mut board = board();
-        board.take(&record(3, "s", status("/tf", State::Ok, "")));
-        board.take(&record(3, "s", status("/robot10/odom", State::Ok, "")));
-        let lines = board.lines(50);
-        let other = lines.iter().position(|line| line == "other streams").unwrap();
-        assert!(lines[other + 1].starts_with("  /robot10/odom "));
-        assert!(lines[other + 2].starts_with("  /tf "));
-    }
-
-    #[test]
-    fn that_nothing_happened_yet_is_no_trouble() {
-        let mut board = board();
-        let stream = Stream::raw("/robot1/goal_pose", Subject::robot("robot1"), Shape::Event);
-        let commands = Stream { signal: Signal::Input, ..stream };
-        let told = status("/robot1/goal_pose", State::Never, "no sample yet");
-        board.take(&record(3, "/teampulse/streams", Data::Description(Arc::new(commands))));
-        board.take(&record(3, "s", told));
-        assert!(board.lines(50).iter().any(|line| line.contains("goal_pose")));
-        assert!(!board.lines(4).iter().any(|line| line.contains("goal_pose")));
-        assert!(!board.summary().iter().any(|line| line.contains("goal_pose")));
-    }
-
-    #[test]
-    fn a_person_stands_above_the_robots_with_what_is_worn() {
-        let mut board = board();
-        let person = Subject { about: About::Person, id: "p001".into() };
-        let ecg = Stream::raw("/humans/persons/p001/strap/ecg", person, Shape::Wave);
-        let heart = Stream::derived(&ecg, "heart/w30", Shape::Feature);
-        let told = FeatureValues {
-            window_secs: 30.0,
-            coverage: 1.0,
-            quality: 0.9,
-            values: vec![72.0],
-            sigmas: Vec::new(),
-            reasons: vec![Reason::Ok],
-        };
-        let mut told = record(2, "", Data::Feature(Arc::new(told)));
-        told.stream = Arc::new(heart.with_channels(&[("ECG_Rate_Mean", "bpm")]));
-        board.take(&told);
-        board.take(&record(3, "s", status(&ecg.name, State::Ok, "")));
-        insta::assert_snapshot!(board.lines(50)[..5].join("\n"), @r"
-        00:00:03  3 s  3 streams
-        p001
-          heart    72 /min  age  1.0 s  ecg
-          strap/ecg            ok          20.0 Hz  age  0.1 s  lost 2    ±1.0 ms
-        robot1  OFFLINE  deployed 1:01
-        ");
-    }
-
-    #[test]
-    fn a_reason_begins_within_80_columns() {
-        let lines = board().lines(50);
-        assert!(lines.iter().any(|line| line.find("silent").is_some_and(|at| at <= 66)));
-    }
-
-    #[test]
-    fn only_changes_are_told_line_by_line() {
-        let mut board = board();
-        let ok = || status("/robot1/odom", State::Ok, "");
-        assert!(board.take(&record(3, "s", ok())).is_none());
-        assert!(board.take(&record(4, "s", ok())).is_some());
-        assert!(board.take(&record(5, "s", ok())).is_none());
-        let stale = status("/robot1/odom", State::Stale, "silent for 2.0 s");
-        assert!(board.take(&record(6, "s", stale)).is_some());
-    }
-
-    #[test]
-    fn a_stream_is_told_as_fine_once_its_rate_is_settled_and_at_once_when_it_is_not() {
-        let mut board = Board::default();
-        let mut take = |state| board.take(&record(1, "s", status("/robot1/odom", state, "")));
-        let told =
-            [State::Never, State::Ok, State::Ok, State::Ok].map(|state| take(state).is_some());
-        assert_eq!(told, [false, false, false, true]);
-        assert!(take(State::Degraded).is_some());
-    }
-}
+pub(super) mod tests;

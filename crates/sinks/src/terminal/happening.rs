@@ -38,6 +38,7 @@ fn sentence(stream: &Stream, event: &Event) -> String {
         EventKind::Clock if value.is_finite() => format!("{label} of {value:+.3} s"),
         EventKind::Clock => format!("clock: {label}"),
         EventKind::Report if value.is_finite() => format!("report: {label} {value}"),
+        EventKind::Phase if label.is_empty() => "phase ended".into(),
         EventKind::Intervention => format!("intervention: {label}"),
         _ if stream.origin == Origin::Derived => label.clone(),
         _ => format!("{kind}: {label}"),

@@ -1,32 +1,85 @@
-//! The terminal: one line for each robot, signal of a person and stream while running, and a summary at the end.
+//! The terminal: whether it records, what needs somebody, the team and the log on one screen, or a line
+//! whenever something changes; and a summary at the end.
 
-mod board;
-mod robot;
-mod person;
+mod line;
+mod words;
+mod natural;
+mod view;
+mod screen;
+mod header;
+mod faults;
+mod trouble;
 mod team;
+mod person;
+mod robot;
 mod estimates;
 mod happening;
+mod board;
+mod layout;
 
-use std::io::{IsTerminal, Write};
+use std::fmt;
+use std::io::Write;
+use std::sync::Arc;
 use std::time::Duration;
 
-use rustix::termios;
+use teampulse_core::clock::Clock;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::time::Time;
 
 pub use board::Board;
 use estimates::unblinds;
+pub use header::Kept;
+use header::Recording;
+use layout::Shown;
+pub use line::Colours;
+use line::harmless;
+pub use screen::{Aside, leave_screen};
+use screen::{Screen, Size, size};
+pub use view::{Scroll, View};
 
-/// How long to wait for something new before looking again.
-const PATIENCE: Duration = Duration::from_millis(200);
+/// How long to wait for something new before looking again: a key is answered within this.
+const PATIENCE: Duration = Duration::from_millis(100);
+/// How often the screen is drawn anew [s].
+const REDRAW_SECS: f64 = 1.0;
 
-/// Shows the state of the team on standard error: redrawn each second on a screen; elsewhere a line
-/// whenever a state changes.
-#[derive(Debug, Default)]
+/// Shows the state of the team on standard error: on a screen of its own; elsewhere a line whenever a
+/// state changes.
+#[derive(Debug)]
 pub struct Terminal {
     board: Board,
-    drawn: usize,
-    estimates: Estimates,
+    recording: Recording,
+    settings: Settings,
+    clock: Clock,
+    drawn: Option<(Time, Size)>,
+}
+
+/// What is shown, and how.
+#[derive(Clone, Default)]
+pub struct Settings {
+    /// Whether estimates about people are.
+    pub estimates: Estimates,
+    /// What the session keeps.
+    pub kept: Kept,
+    /// What the person at the keys looks at.
+    pub view: View,
+    /// Whether there are colours.
+    pub colours: Colours,
+    /// Whether lines are wanted even where a screen could be drawn.
+    pub plain: bool,
+    /// What is to be known of the study from the beginning.
+    pub notes: Vec<String>,
+    /// The phase that comes next.
+    pub next: Option<NextPhase>,
+}
+
+/// Asks for the phase that comes next.
+pub type NextPhase = Arc<dyn Fn() -> Option<String> + Send + Sync>;
+
+impl fmt::Debug for Settings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Settings").field("kept", &self.kept).finish_non_exhaustive()
+    }
 }
 
 /// Whether estimates about people, and how they differ from their baselines, are on the screen.
@@ -49,7 +102,7 @@ impl Sink for Terminal {
     }
 
     fn wants(&self) -> Wants {
-        let estimates = self.estimates;
+        let estimates = self.settings.estimates;
         let is_wanted = move |stream: &Stream| {
             is_shown(stream) && (estimates == Estimates::Shown || !unblinds(stream))
         };
@@ -57,54 +110,72 @@ impl Sink for Terminal {
     }
 
     fn run(mut self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let screen = std::io::stderr().is_terminal();
+        let is_screen = screen::is_ours() && !self.settings.plain;
+        let mut screen = is_screen.then(Screen::take_over);
+        let began = self.clock.now();
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
-                    let mut news = Vec::new();
-                    for record in batch.iter() {
-                        news.extend(self.board.take(record));
+                    let news = batch.iter().flat_map(|record| self.board.take(record));
+                    let news: Vec<String> = news.collect();
+                    if !is_screen {
+                        say(&news);
                     }
-                    self.show(screen, &news);
                 }
                 Received::Silence => {}
-                Received::Closed => {
-                    say(&self.board.summary());
-                    return Ok(());
-                }
+                Received::Closed => break,
+            }
+            self.board.watch(self.clock.now().secs_since(began));
+            if let Some(screen) = &mut screen {
+                self.show(screen);
             }
         }
+        drop(screen);
+        say(&self.board.summary());
+        Ok(())
     }
 }
 
 impl Terminal {
-    /// A terminal that shows estimates about people, or hides them.
-    pub fn new(estimates: Estimates) -> Terminal {
-        Terminal { estimates, ..Terminal::default() }
-    }
-
-    fn show(&mut self, screen: bool, news: &[String]) {
-        if !screen {
-            say(news);
-        } else if self.board.take_redraw() {
-            let lines = fit(&self.board);
-            let back = match self.drawn {
-                0 => String::new(),
-                drawn => format!("\x1b[{drawn}A\x1b[J"),
-            };
-            say(&[back + &lines.join("\n")]);
-            self.drawn = lines.len();
+    /// A terminal that shows what these settings say.
+    pub fn new(settings: Settings) -> Terminal {
+        let mut board = Board::default();
+        for note in &settings.notes {
+            board.note(&format!("note: {note}"));
         }
+        let recording = Recording::of(settings.kept.clone());
+        Terminal { board, recording, settings, clock: Clock::host(), drawn: None }
     }
-}
 
-/// The board as it fits on the screen: no line is wrapped, and none is above the upper edge.
-fn fit(board: &Board) -> Vec<String> {
-    let size = termios::tcgetwinsize(std::io::stderr());
-    let (rows, columns) =
-        size.map_or((24, 80), |size| (usize::from(size.ws_row), usize::from(size.ws_col)));
-    let lines = board.lines(rows.max(4) - 1);
-    lines.into_iter().map(|line| line.chars().take(columns.max(20) - 1).collect()).collect()
+    /// Draws the screen when a second has passed, a key was pressed, or its size changed.
+    fn show(&mut self, screen: &mut Screen) {
+        let (now, size) = (self.clock.now(), size());
+        let is_due = self.drawn.is_none_or(|(drawn, drawn_size)| {
+            now.secs_since(drawn) >= REDRAW_SECS || drawn_size != size
+        });
+        if !self.settings.view.take_changed() && !is_due {
+            return;
+        }
+        for line in Screen::take_aside() {
+            self.board.note(&line);
+        }
+        if self.settings.view.take_seen() {
+            self.board.see_faults();
+        }
+        self.recording.look(now);
+        let question = self.settings.view.question(now);
+        let next = self.settings.next.as_ref().and_then(|next| next());
+        let shown = Shown {
+            board: &self.board,
+            recording: &self.recording,
+            view: &self.settings.view,
+            question: question.as_deref(),
+            next: next.as_deref(),
+            has_keys: self.settings.view.has_keys(),
+        };
+        screen.draw(&layout::draw(shown, size), self.settings.colours);
+        self.drawn = Some((now, size));
+    }
 }
 
 fn is_shown(stream: &Stream) -> bool {
@@ -116,7 +187,7 @@ fn is_shown(stream: &Stream) -> bool {
 fn say(lines: &[String]) {
     let mut out = std::io::stderr().lock();
     for line in lines {
-        if writeln!(out, "{line}").is_err() {
+        if writeln!(out, "{}", harmless(line)).is_err() {
             return;
         }
     }
@@ -132,7 +203,8 @@ mod tests {
     fn what_unblinds_an_experimenter_is_not_on_the_screen_unless_asked_for() {
         let subject = Subject { about: About::Person, id: "p001".into() };
         let wants = |estimates, name: &str| {
-            let Wants::Only(wants) = Terminal::new(estimates).wants() else { panic!() };
+            let settings = Settings { estimates, ..Settings::default() };
+            let Wants::Only(wants) = Terminal::new(settings).wants() else { panic!() };
             let name = format!("/humans/persons/p001/{name}");
             wants(&Stream::raw(name, subject.clone(), Shape::Feature))
         };

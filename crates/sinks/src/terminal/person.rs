@@ -6,6 +6,9 @@ use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::Stream;
 use teampulse_core::time::Time;
 
+use super::line::{Line, Style};
+use super::words::for_so_long;
+
 /// What is shown of a signal: by the feature that tells it, what it is called, its channel, how it is
 /// written, and what is said beside it.
 const FIGURES: &[Figure] = &[
@@ -22,8 +25,12 @@ const FIGURES: &[Figure] = &[
     },
 ];
 
-/// Of less than this share of data, or at less than this quality, that is said.
+/// At less than this quality a figure is poor.
 const POOR: f32 = 0.5;
+/// With less than this share of its window it is said how much a figure is of.
+const WHOLE: f32 = 0.95;
+/// The input of a figure stands in this column.
+const INPUT_COLUMN: usize = 60;
 /// A figure that is older than this is no longer one of now [s].
 const OLD_SECS: f64 = 10.0;
 
@@ -42,19 +49,29 @@ fn rate(per_min: f64) -> String {
 
 /// The last figures of a person: of each signal, in the order in which they are shown.
 #[derive(Debug, Default)]
-pub(super) struct Person(BTreeMap<(usize, String), Windows>);
+pub(super) struct Person(BTreeMap<(usize, String), Signal>);
 
-/// What the windows of one signal told last, each by its name.
-type Windows = BTreeMap<String, Told>;
+/// What is known of one signal.
+#[derive(Debug, Default)]
+struct Signal {
+    /// What its windows told last, each by its name.
+    windows: BTreeMap<String, Told>,
+    /// The last value that there was.
+    last: Option<(f64, Time)>,
+}
 
 #[derive(Debug)]
 struct Told {
     at: Time,
     value: Result<f64, Reason>,
     beside: Option<f64>,
+    window_secs: f64,
     coverage: f32,
     quality: f32,
 }
+
+/// For how long a stream that should come has been silent [s], by its name.
+pub(super) type Silent<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 impl Person {
     /// Takes those values of a feature that are shown: never what is estimated of a person's state,
@@ -70,21 +87,47 @@ impl Person {
             at,
             value: number(k).ok_or(reason),
             beside: of(figure.beside).and_then(number),
+            window_secs: values.window_secs,
             coverage: values.coverage,
             quality: values.quality,
         };
-        self.0.entry((place, input.to_owned())).or_default().insert(window.to_owned(), told);
+        let signal = self.0.entry((place, input.to_owned())).or_default();
+        signal.last = told.value.ok().map(|value| (value, at)).or(signal.last);
+        signal.windows.insert(window.to_owned(), told);
     }
 
-    /// A line for each signal: its figure, how old that is and whence, and what is to be said of it.
-    pub fn lines(&self, now: Time) -> impl Iterator<Item = String> {
-        self.0.iter().filter_map(move |((place, input), windows)| {
+    /// A line for each signal: its figure, of which window and how good, how old that is and whence; or
+    /// why there is none.
+    pub fn lines(&self, now: Time, silent: Silent<'_>, detail: Detail) -> Vec<Line> {
+        let mut lines: Vec<(&str, bool, Line)> = Vec::new();
+        for ((place, input), signal) in &self.0 {
             // The first window that has a value; else why the first has none.
-            let known = windows.values().find(|told| told.value.is_ok());
-            let told = known.or_else(|| windows.values().next())?;
-            Some(line(&FIGURES[*place], input, told, now))
-        })
+            let known = signal.windows.values().find(|told| told.value.is_ok());
+            let Some(told) = known.or_else(|| signal.windows.values().next()) else { continue };
+            let figure = &FIGURES[*place];
+            let silent_secs = silent(input);
+            let is_fresh = told.value.is_ok() && silent_secs.is_none();
+            let (figures, input) = line(figure, signal, told, now, (input, silent_secs));
+            let whole = || figures.clone().up_to(INPUT_COLUMN).with_line(input);
+            let line = if detail == Detail::Brief { figures.clone() } else { whole() };
+            let same = lines.iter_mut().find(|(word, _, _)| *word == figure.word);
+            match same.filter(|_| detail == Detail::Brief) {
+                Some(known) if is_fresh && !known.1 => *known = (figure.word, is_fresh, line),
+                Some(_) => {}
+                None => lines.push((figure.word, is_fresh, line)),
+            }
+        }
+        lines.into_iter().map(|(_, _, line)| line).collect()
     }
+}
+
+/// How much is said of a person.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Detail {
+    /// Each signal.
+    Whole,
+    /// Of signals that tell the same, the first that has a value.
+    Brief,
 }
 
 /// Which figure a stream tells, of which signal and over which window; `None` for any other stream.
@@ -92,29 +135,72 @@ fn shown(stream: &Stream) -> Option<(usize, &str, &str)> {
     let [input] = stream.inputs.as_slice() else { return None };
     let (family, window) = stream.name.strip_prefix(input)?.strip_prefix('/')?.split_once('/')?;
     let place = FIGURES.iter().position(|figure| figure.family == family)?;
-    let signal = input.rsplit('/').next().unwrap_or(input);
-    window.starts_with('w').then_some((place, signal, window))
+    window.starts_with('w').then_some((place, input, window))
 }
 
-fn line(figure: &Figure, input: &str, told: &Told, now: Time) -> String {
+/// A figure, and behind it whence it is.
+fn line(
+    figure: &Figure,
+    signal: &Signal,
+    told: &Told,
+    now: Time,
+    (input, silent_secs): (&str, Option<f64>),
+) -> (Line, Line) {
     let age_secs = now.secs_since(told.at);
-    let (value, remark) = match told.value {
-        _ if age_secs > OLD_SECS => ("-".to_owned(), "nothing new".to_owned()),
-        Ok(value) => ((figure.write)(value), remark(told)),
-        Err(reason) => ("-".to_owned(), reason.to_string()),
+    let is_old = silent_secs.is_some() || age_secs > OLD_SECS;
+    let style = if is_old { Style::Grey } else { Style::Plain };
+    let (value, style_of_value) = match (is_old, told.value, signal.last) {
+        (false, Ok(value), _) => ((figure.write)(value), Style::Strong),
+        (true, _, Some((value, _))) => (format!("was {}", (figure.write)(value)), Style::Grey),
+        _ => ("–".to_owned(), style),
     };
-    let word = figure.word;
-    let line = format!("  {word:<7} {value:>8}  age {age_secs:>4.1} s  {input:<12} {remark}");
-    line.trim_end().to_owned()
+    let line = Line::of(style, &format!("  {:<7}", figure.word));
+    let line = line.with(style_of_value, &format!("{value:>12}"));
+    let line = line.with(style, &format!("  {:<10}  ", window(told)));
+    let line = match (silent_secs, told.value) {
+        (Some(secs), _) => line.with(Style::Strong, &format!("silent {}", for_so_long(secs))),
+        _ if is_old => {
+            line.with(Style::Strong, &format!("nothing new for {}", for_so_long(age_secs)))
+        }
+        (None, Ok(_)) => quality(line, told).with(style, &format!("{age_secs:>5.1} s ago")),
+        (None, Err(reason)) => line.with(style, &why(reason, told)),
+    };
+    let beside = told.beside.filter(|_| !is_old);
+    let beside = beside.map(|per_min| format!("  {per_min:.0} responses/min"));
+    (line, Line::of(style, last_two(input)).with(style, &beside.unwrap_or_default()))
 }
 
-/// What is to be said beside a figure: how good it is where it is poor, and what belongs to it.
-fn remark(told: &Told) -> String {
-    let Told { coverage, quality, .. } = told;
-    let beside = told.beside.map(|per_min| format!("{per_min:.0} responses/min"));
-    let little = (*coverage < POOR).then(|| format!("{:.0} % of data", 100.0 * coverage));
-    let poor = (*quality < POOR).then(|| format!("poor quality {quality:.2}"));
-    [beside, little, poor].into_iter().flatten().collect::<Vec<_>>().join("  ")
+/// The window of a figure, and how much of it had data where that is not all.
+fn window(told: &Told) -> String {
+    let Told { window_secs, coverage, .. } = told;
+    if *coverage >= WHOLE {
+        format!("{window_secs:.0} s")
+    } else {
+        format!("{:.0} of {window_secs:.0} s", f64::from(*coverage) * window_secs)
+    }
+}
+
+fn quality(line: Line, told: &Told) -> Line {
+    let quality = told.quality;
+    if quality < POOR {
+        line.with(Style::Warning, &format!("poor    {quality:.2}"))
+    } else {
+        line.with(Style::Plain, &format!("quality {quality:.2}"))
+    }
+}
+
+/// Why there is no value: that a window is not full yet can be seen beside it.
+fn why(reason: Reason, told: &Told) -> String {
+    match reason {
+        Reason::Short if told.coverage < WHOLE => "fills its window".to_owned(),
+        reason => reason.to_string(),
+    }
+}
+
+/// The device and the signal of a stream: `strap/ecg`.
+fn last_two(name: &str) -> &str {
+    let mut slashes = name.rmatch_indices('/').map(|(at, _)| at);
+    slashes.nth(1).map_or(name, |at| &name[at + 1..])
 }
 
 #[cfg(test)]
@@ -146,29 +232,58 @@ mod tests {
     }
 
     fn lines(person: &Person, now_secs: f64) -> String {
-        person.lines(secs(now_secs)).collect::<Vec<_>>().join("\n")
+        shown_lines(person, now_secs, None)
+    }
+
+    fn shown_lines(person: &Person, now_secs: f64, silent_secs: Option<f64>) -> String {
+        let silent = move |_: &str| silent_secs;
+        let lines = person.lines(secs(now_secs), &silent, Detail::Whole);
+        lines.iter().map(Line::text).collect::<Vec<_>>().join("\n")
     }
 
     #[test]
-    fn each_signal_is_a_line_with_its_age_and_why_there_is_nothing() {
+    fn each_signal_is_a_line_with_window_quality_and_age_or_why_there_is_nothing() {
         let mut person = Person::default();
         let mut take = |name: &str, channels: &[(&str, &str)], told: &FeatureValues| {
             person.take(&stream(name, channels), told, secs(8.0));
         };
         let heart = [("ECG_Rate_Mean", "bpm")];
-        take("strap/ecg:heart/w30", &heart, &values(&[81.5], Reason::Ok, 0.9));
+        let whole = |told| FeatureValues { coverage: 1.0, ..told };
+        take("strap/ecg:heart/w30", &heart, &whole(values(&[81.5], Reason::Ok, 0.9)));
         take("e4/ppg:pulse/w30", &[("PPG_Rate_Mean", "1/min")], &values(&[79.9], Reason::Ok, 0.3));
         let breath = [("RSP_Rate_Mean", "1/min")];
         take("belt/respiration:breath/w30", &breath, &values(&[f64::NAN], Reason::Quality, 0.1));
         let skin = [("EDA_Tonic_Mean", "µS"), ("SCR_Peaks_Rate", "1/min")];
-        take("e4/eda:skin/w30", &skin, &values(&[3.84, 4.0], Reason::Ok, 1.0));
+        take("e4/eda:skin/w30", &skin, &whole(values(&[3.84, 4.0], Reason::Ok, 1.0)));
         insta::assert_snapshot!(lines(&person, 8.6), @r"
-          heart    82 /min  age  0.6 s  ecg          40 % of data
-          heart    80 /min  age  0.6 s  ppg          40 % of data  poor quality 0.30
-          breath         -  age  0.6 s  respiration  data too poor
-          skin     3.84 µS  age  0.6 s  eda          4 responses/min  40 % of data
+          heart       82 /min  30 s        quality 0.90  0.6 s ago  strap/ecg
+          heart       80 /min  12 of 30 s  poor    0.30  0.6 s ago  e4/ppg
+          breath            –  12 of 30 s  data too poor            belt/respiration
+          skin        3.84 µS  30 s        quality 1.00  0.6 s ago  e4/eda  4 responses/min
         ");
-        assert!(lines(&person, 8.6).lines().all(|line| line.chars().count() < 80));
+        assert!(lines(&person, 8.6).lines().take(3).all(|line| line.chars().count() < 80));
+    }
+
+    #[test]
+    fn in_brief_each_figure_is_one_line_of_the_first_signal_that_has_it() {
+        let mut person = Person::default();
+        let heart = [("ECG_Rate_Mean", "bpm")];
+        let none = values(&[f64::NAN], Reason::Quality, 0.1);
+        person.take(&stream("strap/ecg:heart/w30", &heart), &none, secs(8.0));
+        let pulse = stream("e4/ppg:pulse/w30", &[("PPG_Rate_Mean", "1/min")]);
+        person.take(&pulse, &values(&[79.9], Reason::Ok, 0.9), secs(8.0));
+        let lines = person.lines(secs(8.6), &|_| None, Detail::Brief);
+        let [line] = lines.as_slice() else { panic!("{lines:?}") };
+        assert!(line.text().contains("80 /min") && line.width() < 60, "{line:?}");
+    }
+
+    #[test]
+    fn a_window_that_is_not_full_says_how_much_it_has() {
+        let mut person = Person::default();
+        let heart = stream("strap/ecg:heart/w30", &[("ECG_Rate_Mean", "bpm")]);
+        person.take(&heart, &values(&[f64::NAN], Reason::Short, 0.9), secs(8.0));
+        let line = lines(&person, 9.0);
+        assert!(line.contains("–  12 of 30 s") && line.contains("fills its window"), "{line}");
     }
 
     #[test]
@@ -176,9 +291,20 @@ mod tests {
         let mut person = Person::default();
         let heart = stream("strap/ecg:heart/w30", &[("ECG_Rate_Mean", "bpm")]);
         person.take(&heart, &values(&[81.5], Reason::Ok, 0.9), secs(8.0));
-        assert!(lines(&person, 9.0).contains("82 /min"));
+        assert!(lines(&person, 9.0).contains(" 82 /min"));
         let later = lines(&person, 30.0);
-        assert!(!later.contains("82") && later.contains("nothing new"), "{later}");
+        assert!(later.contains("was 82 /min") && later.contains("nothing new for 22 s"), "{later}");
+    }
+
+    #[test]
+    fn of_a_silent_stream_it_is_said_for_how_long_instead_of_what_its_windows_lack() {
+        let mut person = Person::default();
+        let heart = stream("strap/ecg:heart/w30", &[("ECG_Rate_Mean", "bpm")]);
+        person.take(&heart, &values(&[71.0], Reason::Ok, 0.9), secs(8.0));
+        person.take(&heart, &values(&[f64::NAN], Reason::Short, 0.9), secs(16.0));
+        let silent = shown_lines(&person, 17.7, Some(9.7));
+        assert!(silent.contains("was 71 /min") && silent.contains("silent 9.7 s"), "{silent}");
+        assert!(!silent.contains("too short"), "{silent}");
     }
 
     #[test]

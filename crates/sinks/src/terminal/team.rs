@@ -1,18 +1,32 @@
-//! The team as one line: who is there, and which robots need someone.
+//! The team: who is there, and which robots need someone.
 
 use std::collections::BTreeMap;
 
 use teampulse_core::alerts::{ALERTS, Alert, Stage};
 use teampulse_core::data::{Event, FeatureValues};
 use teampulse_core::stream::{About, Stream};
+use teampulse_core::time::Time;
+
+use super::words::counted;
 
 /// The last that is known of the team.
 #[derive(Debug, Default)]
 pub(super) struct Team {
     /// By channel.
     state: BTreeMap<String, f64>,
-    /// Why each robot needs someone whom nobody has answered.
-    needs: BTreeMap<String, Vec<String>>,
+    /// Why each robot needs someone whom nobody has answered, and since when.
+    needs: BTreeMap<String, Vec<(String, Time)>>,
+}
+
+/// A robot that needs someone.
+#[derive(Debug)]
+pub(super) struct Need<'a> {
+    /// The robot.
+    pub robot: &'a str,
+    /// Why, in words.
+    pub why: String,
+    /// Since when.
+    pub since: Time,
 }
 
 impl Team {
@@ -25,36 +39,41 @@ impl Team {
     }
 
     /// Takes an alert, if it is one.
-    pub fn take_event(&mut self, stream: &Stream, event: &Event) {
+    pub fn take_event(&mut self, stream: &Stream, event: &Event, at: Time) {
         let alert = Alert::read(&event.label).filter(|_| stream.name == ALERTS);
         let Some(Alert { robot, why, stage }) = alert else { return };
         let needs = self.needs.entry(robot).or_default();
-        needs.retain(|other| *other != why);
+        needs.retain(|(other, _)| *other != why);
         if stage == Stage::Raised {
-            needs.push(why);
+            needs.push((why, at));
         }
     }
 
-    /// The team's line; `None` while nothing is known.
-    pub fn line(&self) -> Option<String> {
-        let count = |channel| self.known(channel).map(|count| count as u64);
-        let mut parts = vec!["team".to_owned(), counted(count("people")?, "person", "people")];
-        let online = count("robots_online").map(|count| counted(count, "robot", "robots"));
-        parts.extend(online.map(|robots| format!("{robots} online")));
-        let oldest = self.known("unanswered_secs");
-        parts.extend(oldest.map(|secs| format!("unanswered for {secs:.0} s")));
-        let needs = self.needs.iter().filter(|(_, needs)| !needs.is_empty());
-        parts.extend(needs.map(|(robot, why)| format!("{robot}: {}", why.join(", "))));
-        Some(parts.join("  "))
+    /// The robots that need someone, with all their reasons.
+    pub fn needs(&self) -> impl Iterator<Item = Need<'_>> {
+        self.needs.iter().filter_map(|(robot, needs)| {
+            let since = needs.iter().map(|(_, since)| *since).min()?;
+            let why: Vec<&str> = needs.iter().map(|(why, _)| why.as_str()).collect();
+            Some(Need { robot, why: why.join(", "), since })
+        })
+    }
+
+    /// Who is there, of so many robots that were seen; `None` while nothing is known.
+    pub fn line(&self, robots: usize) -> Option<String> {
+        let people = counted(self.known("people")? as usize, "person", "people");
+        let online = self.known("robots_online").map(|online| online as usize);
+        Some(match online {
+            Some(online) if online == robots => {
+                format!("{people}, {} online", counted(robots, "robot", "robots"))
+            }
+            Some(online) => format!("{people}, {online} of {robots} robots online"),
+            None => people,
+        })
     }
 
     fn known(&self, channel: &str) -> Option<f64> {
         self.state.get(channel).copied().filter(|value| value.is_finite())
     }
-}
-
-fn counted(count: u64, one: &str, several: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 #[cfg(test)]
@@ -64,8 +83,8 @@ mod tests {
 
     use super::*;
 
-    fn state(team: &mut Team, values: [f64; 3]) {
-        let channels = [("people", "1"), ("robots_online", "1"), ("unanswered_secs", "s")];
+    fn state(team: &mut Team, values: [f64; 2]) {
+        let channels = [("people", "1"), ("robots_online", "1")];
         let stream = Stream::raw("/team/state", Subject::team(), Shape::Feature);
         let values = FeatureValues {
             window_secs: 1.0,
@@ -78,26 +97,37 @@ mod tests {
         team.take(&stream.with_channels(&channels), &values);
     }
 
-    fn alert(team: &mut Team, robot: &str, why: &str, stage: Stage) {
+    fn alert(team: &mut Team, secs: i32, (robot, why): (&str, &str), stage: Stage) {
         let alert = Alert { robot: robot.to_owned(), why: why.to_owned(), stage };
         let (kind, label) = (EventKind::Fault, alert.label());
         let event = Event { kind, label, value: f64::NAN, duration_secs: f64::NAN };
-        team.take_event(&Stream::raw(ALERTS, Subject::team(), Shape::Event), &event);
+        let stream = Stream::raw(ALERTS, Subject::team(), Shape::Event);
+        team.take_event(&stream, &event, Time::from_stamp(secs, 0));
+    }
+
+    fn needs(team: &Team) -> Vec<(String, String, f64)> {
+        let needs = team.needs();
+        needs.map(|need| (need.robot.to_owned(), need.why, need.since.secs())).collect()
     }
 
     #[test]
-    fn the_team_is_one_line_with_who_needs_someone_and_why() {
+    fn who_needs_someone_is_told_with_why_and_since_when() {
         let mut team = Team::default();
-        assert_eq!(team.line(), None);
-        alert(&mut team, "robot2", "offline", Stage::Raised);
-        alert(&mut team, "robot3", "poor link", Stage::Raised);
-        alert(&mut team, "robot3", "wifi is stuck", Stage::Raised);
-        state(&mut team, [1.0, 4.0, 12.4]);
-        insta::assert_snapshot!(team.line().unwrap(), @"team  1 person  4 robots online  unanswered for 12 s  robot2: offline  robot3: poor link, wifi is stuck");
-        alert(&mut team, "robot3", "poor link", Stage::Answered);
-        alert(&mut team, "robot3", "wifi is stuck", Stage::Over);
-        alert(&mut team, "robot2", "offline", Stage::Answered);
-        state(&mut team, [0.0, f64::NAN, f64::NAN]);
-        assert_eq!(team.line().unwrap(), "team  0 people");
+        assert_eq!(team.line(5), None);
+        alert(&mut team, 1, ("robot2", "offline"), Stage::Raised);
+        alert(&mut team, 2, ("robot3", "poor link"), Stage::Raised);
+        alert(&mut team, 3, ("robot3", "wifi is stuck"), Stage::Raised);
+        state(&mut team, [1.0, 4.0]);
+        assert_eq!(team.line(5).unwrap(), "1 person, 4 of 5 robots online");
+        let need = |robot: &str, why: &str, secs| (robot.to_owned(), why.to_owned(), secs);
+        let both =
+            [need("robot2", "offline", 1.0), need("robot3", "poor link, wifi is stuck", 2.0)];
+        assert_eq!(needs(&team), both);
+        alert(&mut team, 4, ("robot3", "poor link"), Stage::Answered);
+        alert(&mut team, 4, ("robot3", "wifi is stuck"), Stage::Over);
+        alert(&mut team, 4, ("robot2", "offline"), Stage::Answered);
+        assert_eq!(needs(&team), []);
+        state(&mut team, [0.0, f64::NAN]);
+        assert_eq!(team.line(0).unwrap(), "0 people");
     }
 }

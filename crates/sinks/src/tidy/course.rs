@@ -9,14 +9,14 @@ use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Stream, Subject};
 use teampulse_core::time::Time;
 
+use super::file::on_one_line;
+
 /// What is shorter than this is no phase that anybody meant [s].
 pub(super) const SHORTEST_SECS: f64 = 1.0;
 
 /// Why a session may never have told its end.
 const CUT_OFF: &str =
     "The session was cut off: its end was never told; phases end with the last that is known.";
-const ENDED_WITH_BAG: &str = "The bag ended before the session did (its error says why), and these files with it; \
-     phases end there, too.";
 
 /// A phase that ended so long ago [ns] is what a report is about, not the one that began: as for the
 /// feature `estimates`.
@@ -30,7 +30,7 @@ pub(super) struct Course {
     phases: Phases,
     /// The ids of the people that something is about.
     people: BTreeSet<String>,
-    cut_off: Option<&'static str>,
+    cut_off: Option<String>,
 }
 
 /// A time of somebody without a change: within one phase, or between two.
@@ -61,19 +61,22 @@ impl Course {
     /// Nothing comes any more: a session that never told its end has ended with the last that is known.
     pub(super) fn finish(&mut self) {
         if !self.phases.is_over() {
-            self.cut_off.get_or_insert(CUT_OFF);
+            self.cut_off.get_or_insert_with(|| CUT_OFF.to_owned());
             self.phases.end(self.now);
         }
     }
 
     /// The bag has ended, and with it what is told of the session.
-    pub(super) fn end_with_bag(&mut self) {
-        self.cut_off = Some(ENDED_WITH_BAG);
+    pub(super) fn end_with_bag(&mut self, why: &str) {
+        self.cut_off = Some(format!(
+            "The bag ended before the session did, and these files with it: {}; phases end there, too.",
+            on_one_line(why)
+        ));
     }
 
     /// What is to be said where the session never told its end.
-    pub(super) fn cut_off(&self) -> Option<&'static str> {
-        self.cut_off
+    pub(super) fn cut_off(&self) -> Option<&str> {
+        self.cut_off.as_deref()
     }
 
     /// When the session began.

@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use teampulse_core::alerts::{ALERTS, Alert, Stage};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
+use teampulse_core::phases::name_of;
 use teampulse_core::sample::{Record, Turn};
-use teampulse_core::stream::{About, Origin, Stream};
+use teampulse_core::stream::{About, Origin, Stream, Subject};
 use teampulse_core::time::Time;
 
 use super::course::{Course, word_of};
 use super::file::{Lines, Unwritten, on_one_line};
 use super::sidecar::Column;
+use crate::text::harmless;
 
 /// The name of the file.
 pub(super) const NAME: &str = "events.tsv";
@@ -24,7 +27,13 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("duration", Column::united("How long it lasted; 0 for a moment.", "s")),
     ("trial_type", Column::of("What kind of thing happened.")),
     ("value", Column::of("The number that belongs to it: what it is stands with the kinds.")),
-    ("label", Column::of("Which one: the phase, the mark, the report, what is wrong.")),
+    (
+        "label",
+        Column::of(
+            "Which one: the phase, the mark, the report, what is wrong. One that begins like a formula \
+             (= + - @) stands behind an apostrophe, so that no spreadsheet runs it.",
+        ),
+    ),
     (
         "subject",
         Column::of("Whom it is about: a person's pseudonym, a robot, the team or the session."),
@@ -39,6 +48,8 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("time", Column::of("When it began, as a time of day in UTC (ISO 8601).")),
     ("channel", Column::of("The channel in which it was found, where a signal has several.")),
 ];
+/// Two phases of one name that begin and end within so much of each other are the same [s].
+const SAME_SECS: f64 = 1.0;
 /// So long an event waits for earlier ones, so that the rows stand in the order of their onsets [ns].
 const WAIT_NS: i64 = 10_000_000_000;
 
@@ -97,8 +108,9 @@ impl Events {
     pub(super) fn finish(mut self, course: &Course) -> Result<(), Unwritten> {
         self.write_until(Time::from_nanos(i64::MAX), course)?;
         self.flush()?;
-        let phases = self.phases.iter().map(|(line, row)| (*line, row.text(course)));
-        let phases: BTreeMap<usize, String> = phases.collect();
+        let text = |row: &Row| (!row.repeats_the_session(course)).then(|| row.text(course));
+        let phases = self.phases.iter().map(|(line, row)| (*line, text(row)));
+        let phases: BTreeMap<usize, Option<String>> = phases.collect();
         let is_right = phases.is_empty() && !self.is_mixed_up;
         if is_right { Ok(()) } else { self.file.revise(&phases, onset_secs) }
     }
@@ -130,7 +142,7 @@ impl Row {
         // Of several channels, that of a burst is its label.
         let channel = if *kind == EventKind::Burst { word(label) } else { absent() };
         let value = number(ended_secs(stream, event).unwrap_or(*value));
-        let label = word(label);
+        let label = word(self.name());
         let whom = course.whom(stream, event);
         let (subject, name) = (word(word_of(&whom)), &stream.name);
         let phase = course.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
@@ -139,9 +151,30 @@ impl Row {
         )
     }
 
+    /// What it is called: a phase as it is everywhere else.
+    fn name(&self) -> &str {
+        let Event { kind, label, .. } = self.event.as_ref();
+        let of_phase = (*kind == EventKind::Phase).then(|| name_of(label)).flatten();
+        of_phase.unwrap_or(label)
+    }
+
+    /// Whether it is a phase of somebody that is the session's, too.
+    fn repeats_the_session(&self, course: &Course) -> bool {
+        let (of_session, subject) = (Subject::session(), self.stream.subject());
+        let is_near = |a: Time, b: Time| a.secs_since(b).abs() < SAME_SECS;
+        let own = course.phases_of(&subject).iter().filter(|own| is_near(own.begin, self.onset));
+        subject.about != About::Session
+            && own.filter(|own| own.label == self.name()).any(|own| {
+                course.phases_of(&of_session).iter().any(|phase| {
+                    let ends_too = own.end.zip(phase.end).is_none_or(|(a, b)| is_near(a, b));
+                    phase.label == own.label && is_near(phase.begin, own.begin) && ends_too
+                })
+            })
+    }
+
     /// How long it lasted: of a phase as far as is known, without a length when its end is not.
     fn duration(&self, course: &Course) -> String {
-        let Event { kind, label, duration_secs, .. } = self.event.as_ref();
+        let Event { kind, duration_secs, .. } = self.event.as_ref();
         if ended_secs(&self.stream, &self.event).is_some() {
             return number(0.0);
         }
@@ -149,17 +182,16 @@ impl Row {
             return number(*duration_secs);
         }
         let told_secs = Some(*duration_secs).filter(|secs| *secs > 0.0);
-        let known_secs = course.length_secs(&self.stream.subject(), label, self.onset);
+        let known_secs = course.length_secs(&self.stream.subject(), self.name(), self.onset);
         // Announced in whole numbers, measured to the millisecond.
         known_secs.or(told_secs).map_or_else(absent, |secs| number((secs * 1e3).round() / 1e3))
     }
 }
 
-/// How long that lasted which an event tells the end of [s]: a marker that was concluded of a robot or
-/// the team. Its row is that moment: a row over what was before would have the label of the opposite.
+/// How long that lasted which an event tells the end of [s]: a marker that was concluded of somebody. Its row is that moment: a row over what was before would have the label of the opposite.
 fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
-    let of_robots = matches!(stream.about, About::Robot | About::Team);
-    let is_end = event.kind == EventKind::Marker && stream.origin == Origin::Derived && of_robots;
+    let is_concluded = stream.origin == Origin::Derived && stream.about != About::Session;
+    let is_end = event.kind == EventKind::Marker && is_concluded;
     Some(event.duration_secs).filter(|secs| is_end && *secs > 0.0)
 }
 
@@ -168,7 +200,22 @@ fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
 fn is_told(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
     let is_news = is_counted || !stream.name.starts_with("/teampulse/lost");
-    event.kind != EventKind::Beat && !UNTOLD.contains(&stream.name.as_str()) && is_news
+    let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);
+    // One without a name only ends the phase before it, whose length tells that.
+    let is_end = event.kind == EventKind::Phase && name_of(&event.label).is_none();
+    event.kind != EventKind::Beat && is_own && is_news && !is_end
+}
+
+/// Whether an alert says of a robot what the robot's own events say: that it is offline, that a sensor is
+/// stuck or that its diagnostics say error. That somebody answered is said here alone.
+fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
+    let alert = Some(&event.label).filter(|_| stream.name == ALERTS);
+    alert.and_then(|label| Alert::read(label)).is_some_and(|alert| {
+        let is_robot_s = alert.why == "offline"
+            || alert.why == "diagnostics say error"
+            || alert.why.ends_with(" is stuck");
+        alert.stage != Stage::Answered && is_robot_s
+    })
 }
 
 /// The onset that a row begins with [s]; the head comes before all.
@@ -182,11 +229,12 @@ fn absent() -> String {
 }
 
 fn number(value: f64) -> String {
-    if value.is_finite() { value.to_string() } else { absent() }
+    // No minus before a zero.
+    if value.is_finite() { (value + 0.0).to_string() } else { absent() }
 }
 
 /// A text as a cell.
 fn word(text: &str) -> String {
     let text = on_one_line(text);
-    if text.trim().is_empty() { absent() } else { text }
+    if text.trim().is_empty() { absent() } else { harmless(&text).into_owned() }
 }

@@ -10,38 +10,36 @@ use teampulse_core::time::Time;
 
 use super::course::{Course, SHORTEST_SECS, Section, word_of};
 use super::file::{Lines, Unwritten, on_one_line};
+use super::measures::{COVERAGE, QUALITY, has_coverage, is_of_phases, is_of_statistics, source_of};
 use super::sidecar::Column;
-use crate::csv::{number, quoted};
+use crate::csv::{cell, number};
 
 /// The name of the file.
 pub(super) const NAME: &str = "features.csv";
 /// The name of the file that says what its columns are.
 pub(super) const SIDECAR: &str = "features.json";
 /// Its columns.
-pub(super) const COLUMNS: [(&str, Column); 14] = [
+pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("start_secs", Column::united("When the window began, since the session did.", "s")),
-    ("end_secs", Column::united("When the window ended, since the session began.", "s")),
-    ("time_utc", Column::of("When the window ended, as a time of day in UTC (ISO 8601).")),
+    ("window_secs", Column::united("How long the window is.", "s")),
     (
         "subject",
         Column::of("Whom it is about: a person's pseudonym, a robot, the team or the session."),
     ),
-    ("stream", Column::of("The stream of the bag that told it; its description tells the method.")),
     ("phase", Column::of("The phase in which the window lies; empty between phases.")),
-    ("window_secs", Column::united("How long the window is.", "s")),
-    ("coverage", Column::united("The share of the window that had data, from 0 to 1.", "1")),
-    ("quality", Column::united("How good the data were, from 0 to 1.", "1")),
-    ("name", Column::of("What the value is called; heart, breath and skin as in NeuroKit2.")),
+    ("source", Column::of("The device and signal that it was computed from, within the subject.")),
+    ("measure", Column::of("What the value is called; heart, breath and skin as in NeuroKit2.")),
     ("value", Column::of("The value, in its unit; empty exactly where there is a reason.")),
-    ("unit", Column::of("The unit of the value and of its sigma.")),
+    ("unit", Column::of("The unit of the value and of its sigma; 1 for none.")),
     ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),
     ("reason", Column::of("Why there is no value.")),
 ];
 /// Windows come each second: one that begins or ends half of that beside its place is in it [ns].
 const TOLERANCE_NS: i64 = 500_000_000;
 
-/// A row for each value of a window: of windows that do not overlap, each within one phase or between
-/// two, and of every window that is a phase. Times are seconds of the session.
+/// A row for each value of a window, and for the window's coverage and quality: of windows that do not
+/// overlap, each within one phase or between two, and of every window that is a phase. Of the statistics of
+/// raw signals there are phases only; their windows are in the bag. Times are seconds of the session.
 #[derive(Debug)]
 pub(super) struct Features {
     file: Lines,
@@ -86,6 +84,9 @@ impl Features {
                 return Ok(());
             }
         } else {
+            if is_of_statistics(&record.stream) {
+                return Ok(());
+            }
             if !self.is_due(self.told.get(&id), window, section) {
                 return Ok(());
             }
@@ -111,18 +112,20 @@ impl Features {
     fn write(
         &mut self,
         stream: &Stream,
-        Window { begin, end }: Window,
+        Window { begin, .. }: Window,
         values: &FeatureValues,
         (course, section): (&Course, Section<'_>),
     ) -> Result<(), Unwritten> {
-        let (begin_secs, end_secs) = (course.secs(begin), course.secs(end));
-        let (subject, name) = (quoted(word_of(&stream.subject())), quoted(&stream.name));
-        let phase = quoted(&on_one_line(section.phase.unwrap_or_default()));
+        let begin_secs = course.secs(begin);
+        let (subject, source) = (cell(word_of(&stream.subject())), cell(&source_of(stream)));
+        let phase = cell(&on_one_line(section.phase.unwrap_or_default()));
         let FeatureValues { window_secs, coverage, quality, .. } = values;
-        let of_window = format!(
-            "{begin_secs:.3},{end_secs:.3},{end},{subject},{name},{phase},{window_secs},\
-             {coverage},{quality}"
-        );
+        let of_window = format!("{begin_secs:.3},{window_secs},{subject},{phase},{source}");
+        if has_coverage(stream) {
+            for (measure, share) in [(COVERAGE, coverage), (QUALITY, quality)] {
+                self.file.push(format_args!("{of_window},{measure},{share},1,,"))?;
+            }
+        }
         for (k, (channel, unit)) in stream.channels.iter().zip(&stream.units).enumerate() {
             let at = |numbers: &[f64]| number(numbers.get(k).copied().unwrap_or(f64::NAN));
             let (value, sigma) = (at(&values.values), at(&values.sigmas));
@@ -130,7 +133,7 @@ impl Features {
                 None | Some(Reason::Ok) => String::new(),
                 Some(reason) => reason.to_string(),
             };
-            let (channel, unit) = (quoted(channel), quoted(unit));
+            let (channel, unit) = (cell(channel), cell(unit));
             let of_value = format_args!("{channel},{value},{unit},{sigma},{reason}");
             self.file.push(format_args!("{of_window},{of_value}"))?;
         }
@@ -165,12 +168,7 @@ impl Window {
     }
 }
 
-/// Whether the windows of a stream are phases.
-pub(super) fn is_of_phases(stream: &Stream) -> bool {
-    stream.name.ends_with("/phases")
-}
-
 /// Whether a phase was too short for any value, and for anybody to have meant it.
-fn says_nothing(values: &FeatureValues) -> bool {
+pub(super) fn says_nothing(values: &FeatureValues) -> bool {
     values.window_secs < SHORTEST_SECS && values.reasons.iter().all(|reason| *reason != Reason::Ok)
 }

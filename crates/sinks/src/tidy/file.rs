@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use teampulse_core::private;
+
 pub(super) use crate::text::on_one_line;
 
 /// A text file that grows line by line.
@@ -15,6 +17,11 @@ pub(super) use crate::text::on_one_line;
 pub(super) struct Lines {
     path: PathBuf,
     file: BufWriter<File>,
+}
+
+/// Writes a whole file, instead of any of its name.
+pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Unwritten> {
+    private::write(path, text).map_err(Unwritten::at(path))
 }
 
 /// A file could not be written. The message fits after "failed to".
@@ -35,7 +42,7 @@ impl Unwritten {
 impl Lines {
     /// A new file, instead of any of its name.
     pub(super) fn create(path: PathBuf) -> Result<Lines, Unwritten> {
-        let file = File::create(&path).map_err(Unwritten::at(&path))?;
+        let file = private::create(&path).map_err(Unwritten::at(&path))?;
         Ok(Lines { path, file: BufWriter::new(file) })
     }
 
@@ -54,17 +61,17 @@ impl Lines {
         writeln!(self.file, "{line}").map_err(Unwritten::at(&self.path))
     }
 
-    /// Puts others in place of some lines of a file that was flushed, by their numbers, and all in the
-    /// order of a number in each.
+    /// Puts others in place of some lines of a file that was flushed, by their numbers, or nothing, and
+    /// all in the order of a number in each.
     pub(super) fn revise(
         self,
-        others: &BTreeMap<usize, String>,
+        others: &BTreeMap<usize, Option<String>>,
         key: impl Fn(&str) -> f64,
     ) -> Result<(), Unwritten> {
         let text = fs::read_to_string(&self.path).map_err(Unwritten::at(&self.path))?;
         let lines = text.lines().enumerate();
-        let mut lines: Vec<&str> =
-            lines.map(|(number, line)| others.get(&number).map_or(line, String::as_str)).collect();
+        let other = |(number, line)| others.get(&number).map_or(Some(line), Option::as_deref);
+        let mut lines: Vec<&str> = lines.filter_map(other).collect();
         lines.sort_by(|a, b| key(a).total_cmp(&key(b)));
         let mut file = Lines::create(self.path)?;
         lines.iter().try_for_each(|line| file.push(line))?;

@@ -1,20 +1,51 @@
 //! The intervals between heart beats, as programs for heart rate variability read them.
 
+mod judged;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::sample::{Record, Turn};
-use teampulse_core::stream::{About, Origin, Signal, StreamId};
+use teampulse_core::stream::{About, Origin, Signal, StreamId, Subject};
 use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
 
-use super::file::{Lines, Unwritten};
+use super::course::Course;
+use super::file::{Lines, Unwritten, on_one_line};
+use super::sidecar::{self, Column};
+use crate::csv::cell;
 
+/// The name of the file that says what the columns of the tables are.
+pub(super) const SIDECAR: &str = "intervals.json";
+/// The columns of the tables.
+pub(super) const COLUMNS: [(&str, Column); 4] = [
+    (
+        "time_secs",
+        Column::united("When the beat was that ends the interval, since the session began.", "s"),
+    ),
+    (
+        "rr_ms",
+        Column::united("The interval since the beat before, as detected and not corrected.", "ms"),
+    ),
+    ("phase", Column::of("The phase that went on at that beat; empty between phases.")),
+    (
+        "corrected",
+        Column::of(
+            "1 where the features do not use this interval as it is: a beat at one of its ends is ectopic, \
+             extra, or missed between, or it is too long or too short, as Lipponen and Tarvainen (2019, \
+             doi:10.1080/03091902.2019.1640306) find over the whole recording, or it lies outside of 300 to \
+             2000 ms; else 0. Where data are missing there is no interval, and none reaches over a gap.",
+        ),
+    ),
+];
 /// Of several signals of one device the first of these that has intervals is kept.
 const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 
-/// One interval [ms] a line, as detected and not corrected: a file for each device of a person. Where
-/// data are missing there is no interval, so none is longer than a heart can wait.
+/// Intervals as detected and not corrected, two files for each device of a person: in `intervals.txt` when
+/// the beat was that ends it and the interval [s, s], one a line, as Kubios HRV reads them, and in the end
+/// in `intervals.csv` with phase and judgement. Where data are missing there is no interval, so none is
+/// longer than a heart can wait.
 ///
 /// The names are at every moment those that they would have in the end, so that after a crash they are
 /// the same as after a replay: a file that is the only one has the plain name.
@@ -30,6 +61,7 @@ pub(super) struct Intervals {
 /// A signal in which beats are found.
 #[derive(Debug)]
 struct OfSignal {
+    subject: Subject,
     person: String,
     device: String,
     signal: Signal,
@@ -45,9 +77,11 @@ struct OfDevice {
     of: StreamId,
     signal: Signal,
     file: Lines,
+    /// When each beat was, and the interval before it [ms] or NaN.
+    beats: Vec<(Time, f64)>,
 }
 
-/// A file of intervals that is kept.
+/// The files of a device's intervals that are kept: their name without `.txt` and `.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Kept {
     pub(super) name: String,
@@ -58,6 +92,30 @@ pub(super) struct Kept {
     pub(super) count: u64,
     /// How many beats have none before them, as data were missing; the first of all is one.
     pub(super) gaps: u64,
+    /// How many of the intervals the features correct.
+    pub(super) corrected: usize,
+}
+
+/// Writes the table of a device's intervals; how many of them are marked as corrected.
+fn table(
+    path: &Path,
+    subject: &Subject,
+    beats: &[(Time, f64)],
+    course: &Course,
+) -> Result<usize, Unwritten> {
+    let mut file = Lines::create(path.to_owned())?;
+    file.push(COLUMNS.map(|(name, _)| name).join(","))?;
+    let is_corrected = judged::corrected(beats);
+    for ((at, rr_ms), is_corrected) in beats.iter().zip(&is_corrected) {
+        if rr_ms.is_finite() {
+            let phase = course.section(subject, *at).phase.unwrap_or_default();
+            let (phase, at_secs) = (cell(&on_one_line(phase)), course.secs(*at));
+            let is_corrected = u8::from(*is_corrected);
+            file.push(format_args!("{at_secs:.6},{rr_ms:.3},{phase},{is_corrected}"))?;
+        }
+    }
+    file.flush()?;
+    Ok(is_corrected.into_iter().filter(|is| *is).count())
 }
 
 impl Intervals {
@@ -72,6 +130,7 @@ impl Intervals {
         record: &Record,
         event: &Event,
         streams: &Streams,
+        course: &Course,
     ) -> Result<(), Unwritten> {
         let id = record.sample.stream;
         if event.kind != EventKind::Beat || record.sample.turn == Turn::Duplicate {
@@ -79,12 +138,18 @@ impl Intervals {
         }
         let signal = self.signals.entry(id).or_insert_with(|| OfSignal::of(record, streams));
         let Some(of) = signal else { return Ok(()) };
-        if !of.take(event) {
+        let is_interval = of.take(event);
+        let (device, signal) = ((of.person.clone(), of.device.clone()), of.signal);
+        if !is_interval && !self.files.contains_key(&device) {
             return Ok(());
         }
-        let (device, signal) = ((of.person.clone(), of.device.clone()), of.signal);
-        let file = self.file_of(&device, id, signal)?;
-        file.map_or(Ok(()), |file| file.push(format_args!("{:.3}", event.value)))
+        let (at, at_secs) = (record.sample.measured, course.secs(record.sample.measured));
+        let Some(file) = self.file_of(&device, id, signal, is_interval)? else { return Ok(()) };
+        file.beats.push((at, event.value));
+        if !is_interval {
+            return Ok(());
+        }
+        file.file.push(format_args!("{at_secs:.6}\t{:.6}", event.value / 1e3))
     }
 
     /// The file into which the intervals of a stream go: that of its device, unless that has those of a
@@ -94,20 +159,25 @@ impl Intervals {
         device: &(String, String),
         id: StreamId,
         signal: Signal,
-    ) -> Result<Option<&mut Lines>, Unwritten> {
+        is_interval: bool,
+    ) -> Result<Option<&mut OfDevice>, Unwritten> {
         if !self.files.contains_key(device) {
+            if self.files.is_empty() {
+                sidecar::write_intervals(&self.folder)?;
+            }
             self.name_all()?;
             let file = Lines::create(self.path(device, self.files.is_empty()))?;
-            self.files.insert(device.clone(), OfDevice { of: id, signal, file });
+            self.files.insert(device.clone(), OfDevice { of: id, signal, file, beats: Vec::new() });
         }
         let Some(known) = self.files.get_mut(device) else { return Ok(None) };
-        if rank(signal) < rank(known.signal) {
+        if is_interval && rank(signal) < rank(known.signal) {
             // What is still in memory must not come after what is new.
             known.file.flush()?;
             known.file = Lines::create(known.file.path().to_owned())?;
             (known.of, known.signal) = (id, signal);
+            known.beats.clear();
         }
-        Ok((known.of == id).then_some(&mut known.file))
+        Ok((known.of == id).then_some(known))
     }
 
     /// With a second device the file of the first is named after it, too.
@@ -130,16 +200,18 @@ impl Intervals {
     }
 
     /// What there is, by person and device.
-    pub(super) fn finish(mut self) -> Result<Vec<Kept>, Unwritten> {
+    pub(super) fn finish(mut self, course: &Course) -> Result<Vec<Kept>, Unwritten> {
         self.flush()?;
-        let kept = self.files.into_iter().filter_map(
-            |((person, device), OfDevice { of, signal, file })| {
-                let name = file.path().file_name()?.to_string_lossy().into_owned();
-                let OfSignal { count, gaps, .. } = self.signals.get(&of)?.as_ref()?;
-                Some(Kept { name, person, device, signal, count: *count, gaps: *gaps })
-            },
-        );
-        Ok(kept.collect())
+        let mut kept = Vec::new();
+        for ((person, device), OfDevice { of, signal, file, beats }) in self.files {
+            let Some(Some(of)) = self.signals.get(&of) else { continue };
+            let Some(name) = file.path().file_stem() else { continue };
+            let name = name.to_string_lossy().into_owned();
+            let corrected = table(&file.path().with_extension("csv"), &of.subject, &beats, course)?;
+            let OfSignal { count, gaps, .. } = *of;
+            kept.push(Kept { name, person, device, signal, count, gaps, corrected });
+        }
+        Ok(kept)
     }
 }
 
@@ -153,7 +225,8 @@ impl OfSignal {
             return None;
         }
         let (person, device) = (plain(&stream.id), plain(&input.device));
-        Some(OfSignal { person, device, signal: input.signal, count: 0, gaps: 0 })
+        let subject = stream.subject();
+        Some(OfSignal { subject, person, device, signal: input.signal, count: 0, gaps: 0 })
     }
 
     /// Counts a beat; whether it has an interval before it.

@@ -5,6 +5,9 @@ mod events;
 mod features;
 mod file;
 mod intervals;
+mod phases;
+mod measures;
+mod meanings;
 mod sidecar;
 mod summary;
 
@@ -26,6 +29,8 @@ use self::events::Events;
 use self::features::Features;
 use self::file::Unwritten;
 use self::intervals::Intervals;
+use self::measures::Measures;
+use self::phases::PhaseTable;
 use self::summary::Summary;
 use crate::{Ended, SinkContext};
 
@@ -38,9 +43,11 @@ const FOLDER_WITHIN: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Tidy files in the bag's folder, for everyone who opens no bags: `events.tsv` in the manner of
-/// BIDS, `features.csv` with a row for each value, a `.json` beside each that says what its columns
-/// are, `intervals.txt` with the heart's intervals as Kubios HRV reads them, and `summary.md`, a page on
-/// what was usable.
+/// BIDS, `phases.csv` with a row for each phase of somebody and a column for each measure, `features.csv`
+/// with a row for each value of a window, `intervals.csv` with the heart's intervals, their times, phases
+/// and which of them are corrected, and `intervals.txt` with the same as Kubios HRV reads them; a `.json`
+/// beside each table that says what its columns and measures are; and `summary.md`, a page on what was
+/// usable.
 ///
 /// A study with a bag has them without asking; `tidy = false` at the bag leaves them out.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -106,8 +113,8 @@ impl Sink for Files {
         let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
         writing.summary.damage = damage;
         loop {
-            if bag_ended.is_told() {
-                writing.course.end_with_bag();
+            if let Some(why) = bag_ended.why() {
+                writing.course.end_with_bag(&why);
                 return writing.finish(&folder, &session).map_err(|error| lost(&error));
             }
             match inbox.receive(PATIENCE) {
@@ -147,9 +154,12 @@ fn wait_for(folder: &Path) -> Result<(), SinkError> {
 
 /// The files while the session goes on.
 struct Writing {
+    folder: PathBuf,
     course: Course,
     events: Events,
     features: Features,
+    measures: Measures,
+    phases: PhaseTable,
     intervals: Intervals,
     summary: Summary,
     flushed: Time,
@@ -157,8 +167,13 @@ struct Writing {
 
 impl Writing {
     fn begin(settings: &Tidy, folder: &Path) -> Result<Writing, Unwritten> {
-        sidecar::write(folder)?;
+        sidecar::write_events(folder)?;
+        let measures = Measures::default();
+        sidecar::write_features(folder, &measures)?;
         Ok(Writing {
+            folder: folder.to_owned(),
+            measures,
+            phases: PhaseTable::new(folder),
             course: Course::default(),
             events: Events::create(folder)?,
             features: Features::create(folder, settings.every_secs)?,
@@ -175,9 +190,13 @@ impl Writing {
         match &record.sample.data {
             Data::Event(event) => {
                 self.events.take(record, event, course)?;
-                self.intervals.take(record, event, streams)?;
+                self.intervals.take(record, event, streams, course)?;
             }
-            Data::Feature(values) => self.features.take(record, values, course)?,
+            Data::Feature(values) => {
+                self.measures.take(record);
+                self.features.take(record, values, course)?;
+                self.phases.take(record, values, course);
+            }
             _ => {}
         }
         if self.course.now().secs_since(self.flushed) < FLUSH_EVERY_SECS {
@@ -186,14 +205,25 @@ impl Writing {
         self.flushed = self.course.now();
         self.events.flush()?;
         self.features.flush()?;
+        self.tell_measures()?;
         self.intervals.flush()
+    }
+
+    /// Writes what is newly known of measures.
+    fn tell_measures(&mut self) -> Result<(), Unwritten> {
+        if std::mem::take(&mut self.measures.is_news) {
+            sidecar::write_features(&self.folder, &self.measures)?;
+        }
+        Ok(())
     }
 
     fn finish(mut self, folder: &Path, session: &str) -> Result<(), Unwritten> {
         self.course.finish();
+        self.tell_measures()?;
         self.events.finish(&self.course)?;
         self.features.flush()?;
-        let intervals = self.intervals.finish()?;
+        self.phases.finish(folder, &self.course, &self.measures)?;
+        let intervals = self.intervals.finish(&self.course)?;
         self.summary.finish((folder, session), &self.course, &intervals)
     }
 }

@@ -1,24 +1,21 @@
 //! What the columns of the tidy files are: JSON beside each table, as BIDS has it.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 use teampulse_core::data::{EventKind, Reason};
 
-use super::file::Unwritten;
-use super::{events, features};
+use super::file::{Unwritten, write};
+use super::measures::Measures;
+use super::{events, features, intervals};
 
-/// What a column is: the keys are those of BIDS.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "PascalCase")]
+/// What a column is.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
     description: &'static str,
-    #[serde(skip_serializing_if = "str::is_empty")]
     units: &'static str,
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    levels: BTreeMap<String, &'static str>,
 }
 
 impl Column {
@@ -27,30 +24,76 @@ impl Column {
     }
 
     pub(super) const fn united(description: &'static str, units: &'static str) -> Column {
-        Column { description, units, levels: BTreeMap::new() }
+        Column { description, units }
     }
 }
 
-/// Writes what the columns of both tables are.
-pub(super) fn write(folder: &Path) -> Result<(), Unwritten> {
-    let mut of_events: BTreeMap<&str, Column> = events::COLUMNS.into_iter().collect();
-    if let Some(kinds) = of_events.get_mut("trial_type") {
-        let told = EventKind::ALL.iter().filter(|kind| **kind != EventKind::Beat);
-        kinds.levels = told.map(|kind| (kind.to_string(), meaning(*kind))).collect();
+/// What is told of a column: the keys are those of BIDS.
+#[derive(Debug, Default, Serialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct Told {
+    description: String,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    units: String,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    method: String,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    levels: BTreeMap<String, Value>,
+}
+
+impl Told {
+    /// Of a column that holds a measure.
+    pub(super) fn measure(description: String, units: &str, method: &str) -> Told {
+        let (units, method) = (units.to_owned(), method.to_owned());
+        Told { description, units, method, levels: BTreeMap::new() }
     }
-    let mut of_features: BTreeMap<&str, Column> = features::COLUMNS.into_iter().collect();
-    if let Some(reasons) = of_features.get_mut("reason") {
+}
+
+/// What is told of the columns of a table, by their names.
+pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, Told> {
+    let told = |(name, column): &(&str, Column)| {
+        let (description, units) = (column.description.to_owned(), column.units.to_owned());
+        ((*name).to_owned(), Told { description, units, ..Told::default() })
+    };
+    all.iter().map(told).collect()
+}
+
+/// Writes what the columns of events are.
+pub(super) fn write_events(folder: &Path) -> Result<(), Unwritten> {
+    let mut told = columns(&events::COLUMNS);
+    if let Some(kinds) = told.get_mut("trial_type") {
+        let all = EventKind::ALL.iter().filter(|kind| **kind != EventKind::Beat);
+        kinds.levels = all.map(|kind| (kind.to_string(), json!(meaning(*kind)))).collect();
+    }
+    put(folder, events::SIDECAR, &told)
+}
+
+/// Writes what the columns and the measures of features are.
+pub(super) fn write_features(folder: &Path, measures: &Measures) -> Result<(), Unwritten> {
+    let mut told = columns(&features::COLUMNS);
+    if let Some(reasons) = told.get_mut("reason") {
         let lacks = Reason::ALL.iter().filter(|reason| **reason != Reason::Ok);
-        reasons.levels = lacks.map(|reason| (reason.to_string(), why(*reason))).collect();
+        reasons.levels = lacks.map(|reason| (reason.to_string(), json!(why(*reason)))).collect();
     }
-    put(folder, events::SIDECAR, &of_events)?;
-    put(folder, features::SIDECAR, &of_features)
+    if let Some(names) = told.get_mut("measure") {
+        let all = measures.all().iter();
+        names.levels = all.map(|(name, measure)| (name.clone(), json!(measure))).collect();
+    }
+    put(folder, features::SIDECAR, &told)
 }
 
-fn put(folder: &Path, name: &str, columns: &BTreeMap<&str, Column>) -> Result<(), Unwritten> {
-    let path = folder.join(name);
+/// Writes what the columns of intervals are.
+pub(super) fn write_intervals(folder: &Path) -> Result<(), Unwritten> {
+    put(folder, intervals::SIDECAR, &columns(&intervals::COLUMNS))
+}
+
+pub(super) fn put(
+    folder: &Path,
+    name: &str,
+    columns: &BTreeMap<String, Told>,
+) -> Result<(), Unwritten> {
     let text = serde_json::to_string_pretty(columns).expect("texts are JSON");
-    fs::write(&path, text + "\n").map_err(Unwritten::at(&path))
+    write(&folder.join(name), text + "\n")
 }
 
 /// What an event of a kind is, with what its value is.

@@ -2,14 +2,15 @@
 
 mod page;
 mod table;
+mod usable;
 mod watched;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
 use teampulse_core::alerts::ALERTS;
+use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::reports::{is_off_scale, named};
 use teampulse_core::sample::Record;
@@ -19,16 +20,16 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use self::page::Page;
+use self::usable::usable_share;
 use self::watched::Watched;
 use super::course::Course;
-use super::features::{Window, is_of_phases};
-use super::file::Unwritten;
+use super::features::Window;
+use super::file::{Unwritten, write};
 use super::intervals::Kept;
+use super::measures::{is_of_phases, is_of_statistics};
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
-/// What the names of statistics have below the name of their stream.
-const STATISTICS: &str = "/statistics/";
 /// A window with this share of its data has enough for a value, unless it is too short [0..1].
 const ENOUGH: f32 = 0.5;
 /// The most kinds of faults that are told apart.
@@ -85,7 +86,7 @@ impl Summary {
     ) -> Result<(), Unwritten> {
         let path = folder.join(NAME);
         let page = Page { folder, session, course, summary: self, intervals };
-        fs::write(&path, page.to_string()).map_err(Unwritten::at(&path))
+        write(&path, page.to_string())
     }
 
     /// The first feature of a stream judges it; statistics, which know nothing of what a signal should
@@ -96,7 +97,7 @@ impl Summary {
             && !is_of_phases(stream)
         {
             let judge = self.judges.entry(input.clone()).or_insert_with(|| stream.name.clone());
-            if judge.contains(STATISTICS) && !stream.name.contains(STATISTICS) {
+            if judge.contains("/statistics/") && !is_of_statistics(stream) {
                 judge.clone_from(&stream.name);
             }
         }
@@ -133,7 +134,7 @@ impl Summary {
         let subject = stream.subject();
         let section = course.section(&subject, window.middle());
         let watched = self.watched.entry((subject, stream.name.clone())).or_default();
-        let worth = f64::from(values.coverage * values.quality);
+        let worth = usable_share(&record.stream, values);
         match section.phase {
             Some(phase) if is_phase => watched.take_phase(worth, values.window_secs, phase),
             phase if !is_phase => {
@@ -197,7 +198,8 @@ fn analysis(stream: &str) -> Option<&str> {
 
 /// Whether the faults of a stream are counted elsewhere, or repeat what others tell.
 fn is_told_elsewhere(stream: &Stream) -> bool {
-    stream.name == ALERTS || stream.name.starts_with("/teampulse/lost")
+    let name = stream.name.as_str();
+    name == ALERTS || UNTOLD.contains(&name) || name.starts_with("/teampulse/lost")
 }
 
 /// The raw stream of a name, with samples of a signal: what happens, and what people command, has no

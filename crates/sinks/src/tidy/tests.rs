@@ -10,7 +10,7 @@ use teampulse_core::stream::{Signal, Subject};
 use tempfile::tempdir;
 
 use super::*;
-use session::{ECG, Session, event, person, status, status_stream, write};
+use session::{ECG, Session, event, is_of_intervals, person, status, status_stream, window, write};
 
 const PPG: &str = "/humans/persons/p001/polar_h10/ppg";
 
@@ -59,20 +59,79 @@ fn what_comes_minutes_late_stands_at_its_place_in_the_end() {
 }
 
 #[test]
+fn no_label_is_run_by_a_spreadsheet() {
+    let mut session = Session::new();
+    session.phase(0.0, "-1 back", 60.0);
+    let mark = |label| event(EventKind::Marker, label, f64::NAN, 0.0);
+    for (secs, label) in
+        [(1.0, "=cmd|' /C calc'!A0"), (2.0, "+1"), (3.0, "@SUM(A1)"), (4.0, "1-back")]
+    {
+        session.tell(secs, &session_events(), mark(label));
+    }
+    session.windows("heart/w30", 30..=30, 30.0);
+    let files = session.run();
+    let text = files.text("events.tsv");
+    let labels: Vec<&str> = text.lines().map(|line| line.split('\t').nth(4).unwrap()).collect();
+    assert_eq!(
+        labels,
+        ["label", "'-1 back", "'=cmd|' /C calc'!A0", "'+1", "'@SUM(A1)", "1-back", "end"]
+    );
+    assert_eq!(files.columns(&[3]), ["'-1 back"]);
+}
+
+#[test]
+fn what_happened_is_told_once() {
+    let mut session = Session::new();
+    let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
+    let phase = |label| event(EventKind::Phase, label, f64::NAN, f64::NAN);
+    for (secs, label) in [(0.0, "baseline"), (60.0, "1-back")] {
+        session.phase(secs, label, f64::NAN);
+        session.tell(secs + 0.01, &own, phase(label));
+    }
+    session.tell(90.0, &own, phase("break"));
+    let alerts = Stream::raw("/team/alerts", Subject::team(), Shape::Event);
+    let alert = |kind, label| event(kind, label, f64::NAN, 0.0);
+    for (kind, label) in [
+        (EventKind::Fault, "robot2 needs someone: offline"),
+        (EventKind::Fault, "robot2 needs someone: battery below 20 %"),
+        (EventKind::Marker, "robot2 was answered: offline"),
+    ] {
+        session.tell(100.0, &alerts, alert(kind, label));
+    }
+    let text = session.run().text("events.tsv");
+    let told = text.lines().skip(1).map(|line| {
+        let cells: Vec<&str> = line.split('\t').collect();
+        format!("{} {}", cells[5], cells[4])
+    });
+    assert_eq!(
+        told.collect::<Vec<_>>(),
+        [
+            "session baseline",
+            "session 1-back",
+            "p001 1-back",
+            "p001 break",
+            "team robot2 needs someone: battery below 20 %",
+            "team robot2 was answered: offline",
+            "session end"
+        ]
+    );
+}
+
+#[test]
 fn windows_do_not_overlap_and_lie_within_one_phase() {
     let mut session = Session::new();
     session.phase(0.0, "baseline", 60.0);
     session.windows("heart/w30", 1..=64, 30.0);
     session.phase(65.0, "1-back", 60.0);
     session.windows("heart/w30", 65..=200, 30.0);
-    let rows = session.run().columns(&[0, 1, 5]);
+    let rows = session.run().columns(&[0, 1, 3]);
     let expected = [
-        "0.000 30.000 baseline",
-        "30.000 60.000 baseline",
-        "65.000 95.000 1-back",
-        "95.000 125.000 1-back",
-        "125.000 155.000 ",
-        "155.000 185.000 ",
+        "0.000 30 baseline",
+        "30.000 30 baseline",
+        "65.000 30 1-back",
+        "95.000 30 1-back",
+        "125.000 30 ",
+        "155.000 30 ",
     ];
     assert_eq!(rows, expected);
 }
@@ -81,7 +140,7 @@ fn windows_do_not_overlap_and_lie_within_one_phase() {
 fn short_windows_have_a_row_each_half_minute() {
     let mut session = Session::new();
     session.windows("level/w10", 10..=80, 10.0);
-    assert_eq!(session.run().columns(&[1]), ["10.000", "40.000", "70.000"]);
+    assert_eq!(session.run().columns(&[0]), ["0.000", "30.000", "60.000"]);
 }
 
 #[test]
@@ -91,8 +150,68 @@ fn every_window_that_is_a_phase_has_its_rows() {
     session.phase(20.0, "1-back", 20.0);
     session.windows("heart/phases", 20..=20, 20.0);
     session.windows("heart/phases", 40..=40, 20.0);
-    let rows = session.run().columns(&[0, 1, 5]);
-    assert_eq!(rows, ["0.000 20.000 baseline", "20.000 40.000 1-back"]);
+    let rows = session.run().columns(&[0, 1, 3]);
+    assert_eq!(rows, ["0.000 20 baseline", "20.000 20 1-back"]);
+}
+
+#[test]
+fn of_statistics_of_raw_signals_there_are_phases_only() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 20.0);
+    session.windows("statistics/w10", 10..=20, 10.0);
+    session.windows("statistics/phases", 20..=20, 20.0);
+    assert_eq!(session.run().columns(&[0, 1]), ["0.000 20"]);
+}
+
+#[test]
+fn a_phase_is_a_row_and_a_measure_a_column() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 20.0);
+    session.phase(20.0, "1-back", 20.0);
+    session.phase(40.0, "baseline", 20.0);
+    session.windows("heart/phases", 20..=20, 20.0);
+    session.windows("heart/phases", 40..=40, 20.0);
+    session.windows("heart/phases", 60..=60, 20.0);
+    let files = session.run();
+    insta::assert_snapshot!(files.text("phases.csv"), @r"
+    subject,phase,occurrence,start_secs,duration_secs,coverage.polar_h10_ecg,quality.polar_h10_ecg,ECG_Rate_Mean
+    p001,baseline,1,0.000,20.000,1,0.75,71.5
+    p001,1-back,1,20.000,20.000,1,0.75,71.5
+    p001,baseline,2,40.000,20.000,1,0.75,71.5
+    ");
+    let told: serde_json::Value = serde_json::from_str(&files.text("phases.json")).unwrap();
+    assert_eq!(told["ECG_Rate_Mean"]["Description"], "Mean heart rate from an ECG.");
+    assert_eq!(told["ECG_Rate_Mean"]["Units"], "bpm");
+}
+
+#[test]
+fn a_measure_from_several_sources_has_a_column_for_each() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 20.0);
+    for device in ["e4", "shimmer"] {
+        let eda = Stream::raw(format!("/humans/persons/p001/{device}/eda"), person(), Shape::Wave);
+        let skin = Stream::derived(&eda, "skin/phases", Shape::Feature);
+        let skin = skin.with_channels(&[("EDA_Tonic_Mean", "uS"), ("SCR_Peaks_N", "1")]);
+        session.tell(20.0, &skin, window(20.0));
+    }
+    let text = session.run().text("phases.csv");
+    let head = text.lines().next().unwrap();
+    assert!(head.ends_with(
+        "EDA_Tonic_Mean.e4_eda,coverage.shimmer_eda,quality.shimmer_eda,EDA_Tonic_Mean.shimmer_eda"
+    ), "{head}");
+}
+
+#[test]
+fn files_about_people_are_their_owner_s_alone() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 20.0);
+    session.beats(ECG, Signal::Ecg, 1.0, 4);
+    session.windows("heart/phases", 20..=20, 20.0);
+    let files = session.run();
+    for name in &files.names {
+        let mode = files.mode(name) & 0o777;
+        assert_eq!(mode, 0o600, "{name}");
+    }
 }
 
 #[test]
@@ -101,9 +220,11 @@ fn a_value_has_its_unit_and_what_has_none_its_reason() {
     session.phase(0.0, "baseline", 60.0);
     session.windows("heart/w30", 30..=30, 30.0);
     insta::assert_snapshot!(session.run().text("features.csv"), @r"
-    start_secs,end_secs,time_utc,subject,stream,phase,window_secs,coverage,quality,name,value,unit,sigma,reason
-    0.000,30.000,2026-11-18T11:07:10.000Z,p001,/humans/persons/p001/polar_h10/ecg/heart/w30,baseline,30,1,0.75,ECG_Rate_Mean,71.5,bpm,,
-    0.000,30.000,2026-11-18T11:07:10.000Z,p001,/humans/persons/p001/polar_h10/ecg/heart/w30,baseline,30,1,0.75,HRV_LF,,ms^2,,window too short
+    start_secs,window_secs,subject,phase,source,measure,value,unit,sigma,reason
+    0.000,30,p001,baseline,polar_h10/ecg,coverage,1,1,,
+    0.000,30,p001,baseline,polar_h10/ecg,quality,0.75,1,,
+    0.000,30,p001,baseline,polar_h10/ecg,ECG_Rate_Mean,71.5,bpm,,
+    0.000,30,p001,baseline,polar_h10/ecg,HRV_LF,,ms^2,,window too short
     ");
 }
 
@@ -113,8 +234,32 @@ fn missing_data_are_no_interval() {
     session.beats(ECG, Signal::Ecg, 1.0, 4);
     session.beats(ECG, Signal::Ecg, 60.0, 3);
     let files = session.run();
-    assert_eq!(files.text("intervals.txt"), "801.000\n802.000\n803.000\n801.000\n802.000\n");
+    assert_eq!(
+        files.text("intervals.txt"),
+        "1.800000\t0.801000\n2.600000\t0.802000\n3.400000\t0.803000\n60.800000\t0.801000\n\
+         61.600000\t0.802000\n",
+        "the time tells of the gap"
+    );
     assert!(files.text("summary.md").contains("data are missing in 1 place"));
+}
+
+#[test]
+fn intervals_have_their_times_phases_and_whether_they_are_corrected() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 3.0);
+    session.beats(ECG, Signal::Ecg, 1.0, 4);
+    session.beats(ECG, Signal::Ecg, 60.0, 2);
+    let files = session.run();
+    insta::assert_snapshot!(files.text("intervals.csv"), @r"
+    time_secs,rr_ms,phase,corrected
+    1.800000,801.000,baseline,0
+    2.600000,802.000,baseline,0
+    3.400000,803.000,,0
+    60.800000,801.000,,0
+    ");
+    let told: serde_json::Value = serde_json::from_str(&files.text("intervals.json")).unwrap();
+    assert_eq!(told["rr_ms"]["Units"], "ms");
+    assert!(told["corrected"]["Description"].as_str().unwrap().contains("Tarvainen"));
 }
 
 #[test]
@@ -130,11 +275,15 @@ fn of_one_device_the_electrocardiogram_is_kept() {
             "events.tsv",
             "features.csv",
             "features.json",
+            "intervals.csv",
+            "intervals.json",
             "intervals.txt",
+            "phases.csv",
+            "phases.json",
             "summary.md"
         ]
     );
-    assert_eq!(files.text("intervals.txt"), "801.000\n");
+    assert_eq!(files.text("intervals.txt"), "10.800000\t0.801000\n");
 }
 
 #[test]
@@ -142,7 +291,7 @@ fn an_electrocardiogram_without_beats_leaves_the_pulse() {
     let mut session = Session::new();
     session.beats(ECG, Signal::Ecg, 10.0, 1);
     session.beats(PPG, Signal::Ppg, 20.0, 2);
-    assert_eq!(session.run().text("intervals.txt"), "801.000\n");
+    assert_eq!(session.run().text("intervals.txt"), "20.800000\t0.801000\n");
 }
 
 #[test]
@@ -151,8 +300,9 @@ fn each_of_several_devices_has_its_file() {
     session.beats(ECG, Signal::Ecg, 1.0, 3);
     session.beats("/humans/persons/p001/e4/ppg", Signal::Ppg, 5.0, 2);
     let files = session.run();
-    assert_eq!(files.names[4..6], ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"]);
-    assert_eq!(files.text("intervals_p001_e4.txt"), "801.000\n");
+    assert_eq!(files.intervals(), ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"]);
+    assert_eq!(files.text("intervals_p001_e4.txt"), "5.800000\t0.801000\n");
+    assert_eq!(files.text("intervals_p001_e4.csv").lines().count(), 2);
 }
 
 #[test]
@@ -201,9 +351,9 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     |--------------|----------:|-------:|---------:|------:|-----:|-------:|
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
-    usable: coverage × quality of each phase as a whole, or else of the windows that lie in it, on average;
-    with a *, where there are none, the share of time in which a stream came as it should. lost: on the way
-    here and in our own queue; ? = nobody can tell. ± : how far a time may be off (95 %);
+    usable: the share of each phase that has data good enough for values, or else of the windows that lie in it,
+    on average; with a *, where there are none, the share of time in which a stream came as it should. lost:
+    on the way here and in our own queue; ? = nobody can tell. ± : how far a time may be off (95 %);
     - = not known: the computer that measures stamps such a stream, and does not tell how well.
 
     ## What was lost or wrong
@@ -237,7 +387,9 @@ fn what_a_second_brought_is_on_the_disk_before_the_end() {
         writing.take(record, &session.streams).unwrap();
     }
     let text = fs::read_to_string(folder.path().join("features.csv")).unwrap();
-    assert_eq!(text.lines().count(), 3);
+    assert_eq!(text.lines().count(), 5);
+    let told = fs::read_to_string(folder.path().join("features.json")).unwrap();
+    assert!(told.contains("HRV_LF"), "{told}");
 }
 
 #[test]
@@ -262,7 +414,7 @@ fn files_of_intervals_have_at_every_moment_the_names_that_they_have_in_the_end()
     let names = || {
         let names = fs::read_dir(folder.path()).unwrap();
         let names = names.map(|each| each.unwrap().file_name().into_string().unwrap());
-        let mut names: Vec<String> = names.filter(|name| name.starts_with("intervals")).collect();
+        let mut names: Vec<String> = names.filter(|name| is_of_intervals(name)).collect();
         names.sort();
         names
     };
@@ -275,7 +427,10 @@ fn files_of_intervals_have_at_every_moment_the_names_that_they_have_in_the_end()
     let expected = ["intervals_p001_e4.txt", "intervals_p001_polar_h10.txt"];
     assert_eq!(names(), expected);
     let text = fs::read_to_string(folder.path().join(expected[1])).unwrap();
-    assert_eq!(text, "801.000\n802.000\n", "the electrocardiogram takes the place of the pulse");
+    assert_eq!(
+        text, "10.800000\t0.801000\n11.600000\t0.802000\n",
+        "the electrocardiogram takes the place of the pulse"
+    );
     writing.finish(folder.path(), "trial").unwrap();
     assert_eq!(names(), expected);
 }
@@ -284,10 +439,11 @@ fn files_of_intervals_have_at_every_moment_the_names_that_they_have_in_the_end()
 fn files_end_with_the_bag_that_ended() {
     let mut session = Session::new();
     session.phase(5.0, "baseline", 60.0);
-    session.bag_ended.tell();
+    session.bag_ended.tell("failed to record to x: the disk is full");
     let files = session.run();
     let text = files.text("summary.md");
     assert!(text.contains("- The bag ended before the session did"), "{text}");
+    assert!(text.contains("failed to record to x: the disk is full"), "{text}");
     assert_eq!(files.text("events.tsv").lines().count(), 1);
 }
 
@@ -300,7 +456,8 @@ fn each_column_of_a_table_is_told_in_the_file_beside_it() {
         let told: serde_json::Value = serde_json::from_str(&files.text(beside)).unwrap();
         let text = files.text(table);
         let columns: Vec<&str> = text.lines().next().unwrap().split(separator).collect();
-        assert!(columns.iter().all(|column| told[column]["Description"].is_string()), "{told}");
+        let is_told = |column: &&str| told[*column]["Description"].is_string();
+        assert!(columns.iter().all(is_told), "{told}");
         assert_eq!(told.as_object().unwrap().len(), columns.len());
     }
     let events: serde_json::Value = serde_json::from_str(&files.text("events.json")).unwrap();
@@ -324,5 +481,5 @@ fn no_name_in_a_bag_leads_out_of_its_folder() {
     session.beats(ECG, Signal::Ecg, 1.0, 2);
     session.beats("/humans/persons/p001/../ecg", Signal::Ecg, 1.0, 2);
     let files = session.run();
-    assert_eq!(files.names[4..6], ["intervals_p001___.txt", "intervals_p001_polar_h10.txt"]);
+    assert_eq!(files.intervals(), ["intervals_p001___.txt", "intervals_p001_polar_h10.txt"]);
 }

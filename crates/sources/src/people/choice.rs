@@ -5,7 +5,7 @@ use teampulse_core::stream::{About, Shape, Signal, Stream, Subject};
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::teampulse_msgs as msgs;
 
-use crate::pattern::Pattern;
+use teampulse_core::pattern::Pattern;
 
 /// Which topics are signals of people, by name and type.
 #[derive(Clone, Debug)]

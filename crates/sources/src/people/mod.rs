@@ -14,9 +14,10 @@ use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::{About, Stream};
 use teampulse_ros::bus::Bus;
 
+use crate::claims::{Claimed, Rank};
 use crate::follow::follow_ours;
-use crate::pattern::Pattern;
 use crate::{SourceContext, join};
+use teampulse_core::pattern::Pattern;
 
 use choice::Choice;
 use descriptions::Descriptions;
@@ -26,8 +27,9 @@ use descriptions::Descriptions;
 /// Each topic `<namespace>/<device>/<signal>` of type `teampulse_msgs/Wave`, `Sample` or `Event` is
 /// heard; what its numbers are is told by a `teampulse_msgs/StreamDescription` on
 /// `/teampulse/streams`, as teampulse publishes it. Without one the topic's last word is the signal,
-/// and the numbers have no unit. Stamps are those of the computer that measures; one more than a
-/// second off the arrival is not believed.
+/// and the numbers have no unit. Stamps are by the clock of the computer that measures, and go through the
+/// model of that clock; one more than a second off the arrival is not believed, unless it goes on in order
+/// after a network was down.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct People {
@@ -62,13 +64,26 @@ impl People {
     }
 }
 
+/// What keeps people's streams from being recorded well: a topic that two publish, such as a driver that
+/// was started twice.
+pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<String> {
+    let told = streams.filter_map(|stream| {
+        Some(format!("a single publisher of {}: {} is another", stream.beside()?, stream.publisher))
+    });
+    told.collect()
+}
+
 impl Component<dyn Source, SourceContext> for People {
     const EXAMPLE: &'static str = r#"namespace = "/humans/persons/*""#;
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let choice = Choice::new(self.namespace)?;
         let bus = join(context, self.domain)?;
-        Ok(Box::new(Watch { bus, choice }))
+        let wanted = choice.clone();
+        let claimed = context.claims.lay(&bus, Rank::People, move |each| {
+            wanted.stream(&each.topic, &each.type_name).is_some()
+        });
+        Ok(Box::new(Watch { bus, choice, claimed }))
     }
 }
 
@@ -76,6 +91,7 @@ impl Component<dyn Source, SourceContext> for People {
 struct Watch {
     bus: Arc<dyn Bus>,
     choice: Choice,
+    claimed: Claimed,
 }
 
 #[async_trait]
@@ -87,7 +103,7 @@ impl Source for Watch {
         })?;
         let choose = |endpoint: &teampulse_ros::graph::Endpoint| {
             let stream = self.choice.stream(&endpoint.topic, &endpoint.type_name)?;
-            Some(told.complete(stream))
+            self.claimed.is_ours(endpoint).then(|| told.complete(stream))
         };
         follow_ours(Arc::clone(&self.bus), outlet, choose, told.news()).await
     }

@@ -2,9 +2,10 @@
 
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{Shape, Signal, Stream, Subject};
+use teampulse_core::units::spelt;
 
 use super::{Field, Robots, norm, norm_of_type};
-use crate::pattern::Pattern;
+use teampulse_core::pattern::Pattern;
 
 /// Which topics of which robots are watched, and as what.
 #[derive(Clone, Debug)]
@@ -23,6 +24,7 @@ impl Choice {
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
         check_scales(settings)?;
         check_commands(settings)?;
+        check_units(settings)?;
         let wide = settings.namespace == "/";
         if wide && settings.prefix.is_none() {
             return Err(SettingsError::new("robots without a namespace need a `prefix`")
@@ -192,6 +194,25 @@ fn is_relative_name(name: &str) -> bool {
     })
 }
 
+/// A number stands for a parameter only in a unit in which it is judged.
+fn check_units(settings: &Robots) -> Result<(), SettingsError> {
+    for (parameter, field) in settings.mapped() {
+        let Some(unit) = field.unit.as_ref().filter(|_| field.field.is_some()) else { continue };
+        let units = norm(parameter).map_or(&[][..], |norm| norm.units);
+        if !units.is_empty() && !units.contains(&spelt(unit).as_str()) {
+            let message = format!("`{parameter}` can't be judged by a number in `{unit}`");
+            let hint = format!(
+                "one of {} can; `scale` is the factor to it, such as 3600 from Wh to J",
+                units.join(", ")
+            );
+            return Err(SettingsError::new(message)
+                .with_hint(hint)
+                .at(format!("{parameter}.unit")));
+        }
+    }
+    Ok(())
+}
+
 /// The numbers of one topic share a scale, and those of a standard type have none.
 fn check_scales(settings: &Robots) -> Result<(), SettingsError> {
     for field in &settings.numbers {
@@ -211,6 +232,20 @@ mod tests {
 
     fn choice(settings: &str) -> Choice {
         Choice::new(&toml::from_str(settings).expect("settings")).expect("a choice")
+    }
+
+    #[test]
+    fn a_battery_in_a_unit_that_none_has_is_refused() {
+        let unit = |unit: &str| {
+            let text =
+                format!(r#"battery = {{ topic = "battery", field = "data", unit = "{unit}" }}"#);
+            Choice::new(&toml::from_str(&text).expect("settings")).map(|_| ())
+        };
+        assert!(["J", "V", "%", "Ah"].into_iter().all(|each| unit(each).is_ok()));
+        for wrong in ["furlong", "mWh", "m"] {
+            let error = unit(wrong).expect_err(wrong).to_string();
+            assert!(error.contains(wrong), "{error}");
+        }
     }
 
     #[test]

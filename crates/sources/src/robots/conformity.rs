@@ -43,6 +43,14 @@ impl Robot {
         };
         self.findings.iter().any(offered)
     }
+
+    /// Whether a parameter is advertised and nothing of it was heard.
+    pub fn is_silent(&self, parameter: &str) -> bool {
+        let silent = |(norm, finding): &(&Norm, Finding)| {
+            norm.parameter == parameter && matches!(finding, Finding::Slow(hz) if *hz <= 0.0)
+        };
+        self.findings.iter().any(silent)
+    }
 }
 
 /// Holds every robot among the streams against the profile.

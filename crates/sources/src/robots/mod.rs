@@ -16,9 +16,10 @@ use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::Stream;
 use teampulse_ros::bus::Bus;
 
+use crate::claims::{Claimed, Rank, is_of_sessions};
 use crate::follow::follow;
-use crate::pattern::Pattern;
 use crate::{SourceContext, join};
+use teampulse_core::pattern::Pattern;
 
 pub use choice::Choice;
 pub use conformity::{Finding, Robot, conformity};
@@ -159,7 +160,11 @@ required  = ["battery"]"#;
         }
         let choice = Choice::new(&self)?;
         let bus = join(context, self.domain)?;
-        Ok(Box::new(Watch { bus, choice }))
+        let wanted = choice.clone();
+        let claimed = context.claims.lay(&bus, Rank::Robots, move |each| {
+            !is_of_sessions(&each.topic) && wanted.stream(&each.topic, &each.type_name).is_some()
+        });
+        Ok(Box::new(Watch { bus, choice, claimed }))
     }
 }
 
@@ -167,13 +172,15 @@ required  = ["battery"]"#;
 struct Watch {
     bus: Arc<dyn Bus>,
     choice: Choice,
+    claimed: Claimed,
 }
 
 #[async_trait]
 impl Source for Watch {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         follow(Arc::clone(&self.bus), outlet, |endpoint| {
-            self.choice.stream(&endpoint.topic, &endpoint.type_name)
+            let is_ours = !is_of_sessions(&endpoint.topic) && self.claimed.is_ours(endpoint);
+            is_ours.then(|| self.choice.stream(&endpoint.topic, &endpoint.type_name)).flatten()
         })
         .await
     }

@@ -21,6 +21,8 @@ pub struct Norm {
     pub least_hz: f64,
     /// Which numbers are read, by field and unit.
     pub channels: &'static [(&'static str, &'static str)],
+    /// The units of a single number that stands for it; any where there is none.
+    pub units: &'static [&'static str],
     /// Whether a robot without it falls short of the profile.
     pub essential: bool,
     /// Why it matters.
@@ -43,6 +45,7 @@ pub const PROFILE: &[Norm] = &[
             ("capacity", "Ah"),
             ("power_supply_status", "1"),
         ],
+        units: &["V", "A", "Ah", "W", "J", "1", "%"],
         essential: true,
         doc: "how long the robot can go on; current is negative when discharging, percentage 0 to 1",
     },
@@ -53,6 +56,7 @@ pub const PROFILE: &[Norm] = &[
         topic: "wifi",
         least_hz: 0.5,
         channels: &[("signal_level", "dBm"), ("link_quality", "1"), ("bitrate", "Mb/s")],
+        units: &["dBm", "1", "%"],
         essential: true,
         doc: "whether the robot can still be reached",
     },
@@ -68,6 +72,7 @@ pub const PROFILE: &[Norm] = &[
             ("twist.twist.linear.x", "m/s"),
             ("twist.twist.angular.z", "rad/s"),
         ],
+        units: &[],
         essential: true,
         doc: "where the robot is and how it moves",
     },
@@ -78,6 +83,7 @@ pub const PROFILE: &[Norm] = &[
         topic: "diagnostics",
         least_hz: 0.5,
         channels: &[("status[0].level", "1")],
+        units: &[],
         essential: false,
         doc: "what the robot says of its own parts",
     },
@@ -88,6 +94,7 @@ pub const PROFILE: &[Norm] = &[
         topic: "temperature",
         least_hz: 0.1,
         channels: &[("temperature", "degC")],
+        units: &[],
         essential: false,
         doc: "whether a part of the robot overheats",
     },

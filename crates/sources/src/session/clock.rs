@@ -1,35 +1,119 @@
 //! The simulated clock of a session that follows `/clock`.
 
-use std::sync::Arc;
+mod course;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use async_trait::async_trait;
 use teampulse_core::clock::Clock;
+use teampulse_core::clocks::SIMULATED_CLOCK;
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::pump::session_events;
+use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 
+use course::{Break, Course};
+
 /// How often it is looked whether the clock runs.
 const LOOK: Duration = Duration::from_millis(20);
+/// How many breaks are kept until they are told.
+const MOST_BREAKS: usize = 1000;
 
-/// Lets a told clock follow `/clock` on a bus, as long as the subscription is held, and waits until
-/// it runs. Gives `None` when nothing is told within `patience`.
+/// A session's clock as it follows `/clock` on a bus, as long as this is held.
+///
+/// Where `/clock` jumps, or stops, the session's time goes on: evenly, and by the host's clock as long as
+/// nothing else tells the time. As a source it tells each such break as an event of the session.
+pub struct SimulatedClock {
+    following: Arc<Mutex<Following>>,
+    _subscription: Subscription,
+}
+
+/// The course of the time, with what was not told of it yet.
+struct Following {
+    course: Course,
+    clock: Clock,
+    breaks: Vec<Break>,
+}
+
+impl Following {
+    fn take(&mut self, (session, news): (Time, Option<Break>)) {
+        self.clock.run_ahead(self.course.ahead_nanos());
+        self.clock.tell(session);
+        if self.breaks.len() < MOST_BREAKS {
+            self.breaks.extend(news);
+        }
+    }
+}
+
+/// Lets a told clock follow `/clock` on a bus, and waits until it runs. Gives `None` when nothing
+/// publishes the time within `patience`.
 pub async fn follow_clock(
     bus: &dyn Bus,
     clock: &Clock,
     patience: Duration,
-) -> Result<Option<Subscription>, BusError> {
-    let told = clock.clone();
+) -> Result<Option<SimulatedClock>, BusError> {
+    let (course, breaks) = (Course::default(), Vec::new());
+    let following = Following { course, clock: clock.clone(), breaks };
+    let following = Arc::new(Mutex::new(following));
+    let (told, host) = (Arc::clone(&following), Clock::host());
     let deliver = Arc::new(move |arrival: Arrival| {
         if let Ok(message) = rosgraph_msgs::Clock::decode(&arrival.bytes) {
-            told.tell(message.clock);
+            let mut told = lock(&told);
+            let heard = told.course.hear(arrival.publisher, message.clock, host.now());
+            told.take(heard);
         }
     });
     let asked = Asked::Adaptive { depth: 1 };
-    let subscription = bus.subscribe("/clock", "rosgraph_msgs/msg/Clock", asked, deliver)?;
+    let subscription =
+        bus.subscribe(SIMULATED_CLOCK, rosgraph_msgs::Clock::NAME, asked, deliver)?;
     let running = async {
         while clock.now() == Time::EPOCH {
             tokio::time::sleep(LOOK).await;
         }
     };
-    Ok(tokio::time::timeout(patience, running).await.is_ok().then_some(subscription))
+    let is_running = tokio::time::timeout(patience, running).await.is_ok();
+    Ok(is_running.then_some(SimulatedClock { following, _subscription: subscription }))
+}
+
+#[async_trait]
+impl Source for SimulatedClock {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let host = Clock::host();
+        loop {
+            let breaks = {
+                let mut following = lock(&self.following);
+                let looked = following.course.look(host.now());
+                following.take(looked);
+                std::mem::take(&mut following.breaks)
+            };
+            for each in &breaks {
+                tell(outlet, each);
+            }
+            tokio::select! {
+                () = tokio::time::sleep(LOOK) => {}
+                () = outlet.closed() => return Ok(()),
+            }
+        }
+    }
+}
+
+fn tell(outlet: &Outlet, what: &Break) {
+    let label = format!("{SIMULATED_CLOCK} {what}");
+    tracing::warn!("{label}");
+    let stream = outlet.declare(session_events());
+    let kind = match what {
+        Break::Several => EventKind::Fault,
+        _ => EventKind::Clock,
+    };
+    let event = Event { kind, label, value: what.secs(), duration_secs: 0.0 };
+    let data = Data::Event(Arc::new(event));
+    outlet.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
+}
+
+fn lock(following: &Mutex<Following>) -> MutexGuard<'_, Following> {
+    following.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -22,11 +22,16 @@ const EVENT: &str = "teampulse_msgs/msg/Event";
 /// So many reasons why events can't be read are told, and so much of each [characters].
 const MOST_REASONS: usize = 100;
 const LONGEST_REASON: usize = 300;
+/// A text that is longer marks nothing [bytes].
+const LARGEST_MARKER_BYTES: usize = 1 << 20;
 /// How many events are kept until they are taken.
 const DEPTH: u32 = 1000;
 
 /// Events told by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a
 /// `std_msgs/String` whose text is the label of a marker.
+///
+/// Events of the kind `clock` are not taken: they are a session's own words about its clock and its end,
+/// and those of another session, or of a recording that is played, are not true of this one.
 pub struct RosEvents {
     bus: Arc<dyn Bus>,
 }
@@ -45,13 +50,14 @@ impl RosEvents {
     ) -> Result<Subscription, BusError> {
         let (outlet, told) = (outlet.clone(), Mutex::new(BTreeSet::new()));
         let deliver = Arc::new(move |arrival: Arrival| {
-            let (source_time, event) = match read(&arrival.bytes) {
+            let (stamp, event) = match read(&arrival.bytes) {
                 Ok(read) => read,
                 Err(reason) => return refuse(&outlet, &told, &reason),
             };
             let stream = outlet.declare(session_events());
+            let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));
             let data = Data::Event(Arc::new(event));
-            outlet.offer(Reading { stream, device_time: None, source_time, data });
+            outlet.offer(Reading { index: None, stream, device_time: None, source_time, data });
         });
         self.bus.subscribe(TOPIC, type_name, Asked::Adaptive { depth: DEPTH }, deliver)
     }
@@ -87,8 +93,8 @@ impl Source for RosEvents {
 
 /// Tells why an event can't be read, each reason once: as a fault of the session, so that it is on the
 /// screen and in the bag.
-fn refuse(outlet: &Outlet, told: &Mutex<BTreeSet<String>>, reason: &DecodeError) {
-    let reason: String = reason.to_string().chars().take(LONGEST_REASON).collect();
+fn refuse(outlet: &Outlet, told: &Mutex<BTreeSet<String>>, reason: &str) {
+    let reason: String = reason.chars().take(LONGEST_REASON).collect();
     let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
     if told.len() < MOST_REASONS && told.insert(reason.clone()) {
         let label = format!("{TOPIC}: failed to {reason}; the event is left out");
@@ -97,16 +103,25 @@ fn refuse(outlet: &Outlet, told: &Mutex<BTreeSet<String>>, reason: &DecodeError)
 }
 
 /// Reads an event, with its stamp if it has one.
-type Read = fn(&[u8]) -> Result<(Option<Time>, Event), DecodeError>;
+type Read = fn(&[u8]) -> Result<(Option<Time>, Event), String>;
 
-fn event(cdr: &[u8]) -> Result<(Option<Time>, Event), DecodeError> {
-    let decoded = convert::decode(EVENT, cdr)?;
-    let Data::Event(event) = decoded.data else { return Err(DecodeError::Type(EVENT.into())) };
+fn event(cdr: &[u8]) -> Result<(Option<Time>, Event), String> {
+    let decoded = convert::decode(EVENT, cdr).map_err(|error| error.to_string())?;
+    let Data::Event(event) = decoded.data else {
+        return Err(DecodeError::Type(EVENT.into()).to_string());
+    };
+    if event.kind == EventKind::Clock {
+        return Err(format!("take `{}` of another session's clock", event.label));
+    }
     let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
     Ok((stamp, Event::clone(&event)))
 }
 
-fn marker(cdr: &[u8]) -> Result<(Option<Time>, Event), DecodeError> {
-    let label = Reader::new(cdr)?.read::<String>()?;
+fn marker(cdr: &[u8]) -> Result<(Option<Time>, Event), String> {
+    if cdr.len() > LARGEST_MARKER_BYTES {
+        return Err(format!("read a marker of {} bytes: expected a few words", cdr.len()));
+    }
+    let label = Reader::new(cdr).and_then(|mut text| text.read::<String>());
+    let label = label.map_err(|error| DecodeError::from(error).to_string())?;
     Ok((None, Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 }))
 }

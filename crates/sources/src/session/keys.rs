@@ -3,44 +3,82 @@
 use std::io::Read;
 
 use async_trait::async_trait;
-use rustix::termios::{self, LocalModes, OptionalActions, Termios};
+use rustix::termios::{self, LocalModes, OptionalActions, SpecialCodeIndex, Termios};
 use teampulse_core::data::EventKind;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Source, SourceError};
+use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
 
 use super::happen;
+use super::keyboard::{Decoder, Key};
 
-/// Keys of the terminal: any letter or digit sets a marker of that name, the space bar one named
-/// `mark`. `q` is left to whoever ends the session.
+/// Keys of the terminal, each of which may set a marker.
 pub struct Keys {
-    pressed: mpsc::Receiver<u8>,
+    markers: mpsc::Receiver<String>,
+    /// The terminal as it is while keys are read.
+    raw: Termios,
     /// Puts the terminal back as it was.
     _restore: Restore,
 }
 
 impl Keys {
-    /// Begins to read the keyboard, key by key; `None` when standard input is no terminal. `quit`
-    /// is called when `q` is pressed.
-    pub fn open(quit: impl Fn() + Send + 'static) -> Option<Keys> {
+    /// Begins to read the keyboard, key by key; `None` when standard input is no terminal, or that of
+    /// somebody else at the moment. `pressed` is asked for each key which marker it sets.
+    pub fn open(pressed: impl FnMut(Key) -> Option<String> + Send + 'static) -> Option<Keys> {
         let stdin = std::io::stdin();
         let was = termios::tcgetattr(&stdin).ok()?;
+        if !is_ours() {
+            return None;
+        }
         let mut raw = was.clone();
         raw.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
+        // Ctrl-Z is beside Ctrl-X, and would stop a recording.
+        raw.special_codes[SpecialCodeIndex::VSUSP] = 0;
         termios::tcsetattr(&stdin, OptionalActions::Now, &raw).ok()?;
-        let (sender, pressed) = mpsc::channel(16);
-        std::thread::spawn(move || read(&sender, quit));
-        Some(Keys { pressed, _restore: Restore(was) })
+        let (sender, markers) = mpsc::channel(16);
+        std::thread::spawn(move || read(std::io::stdin().lock(), &sender, pressed));
+        Some(Keys { markers, raw, _restore: Restore(was) })
+    }
+}
+
+/// Whether the terminal is that of this job: one that was started with `&` would be stopped by a
+/// change of its modes.
+fn is_ours() -> bool {
+    let foreground = termios::tcgetpgrp(std::io::stdin());
+    foreground.is_ok_and(|group| group == rustix::process::getpgrp())
+}
+
+/// The marker that a key sets by itself: a letter or a digit its own, the space bar one named `mark`.
+pub fn marker(key: Key) -> Option<String> {
+    match key {
+        Key::Char(' ') => Some("mark".to_owned()),
+        Key::Char(key) if key.is_ascii_alphanumeric() => Some(key.to_string()),
+        _ => None,
     }
 }
 
 /// Reads keys until nobody wants them; blocked in a read, it ends with the process.
-fn read(sender: &mpsc::Sender<u8>, quit: impl Fn()) {
-    for key in std::io::stdin().lock().bytes().map_while(Result::ok) {
-        if key == b'q' {
-            quit();
-        } else if sender.blocking_send(key).is_err() {
-            return;
+fn read(
+    mut from: impl Read,
+    sender: &mpsc::Sender<String>,
+    mut pressed: impl FnMut(Key) -> Option<String>,
+) {
+    let (mut decoder, mut bytes) = (Decoder::default(), [0; 256]);
+    loop {
+        let count = match from.read(&mut bytes) {
+            Ok(0) => return,
+            Ok(count) => count,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            Err(_) => return,
+        };
+        let mut keys: Vec<Key> = Vec::new();
+        keys.extend(bytes[..count].iter().filter_map(|byte| decoder.take(*byte)));
+        keys.extend(decoder.pause());
+        for marker in keys.into_iter().filter_map(&mut pressed) {
+            if sender.blocking_send(marker).is_err() {
+                return;
+            }
         }
     }
 }
@@ -48,19 +86,31 @@ fn read(sender: &mpsc::Sender<u8>, quit: impl Fn()) {
 #[async_trait]
 impl Source for Keys {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let mut continued =
+            signal(SignalKind::from_raw(rustix::process::Signal::CONT.as_raw())).ok();
         loop {
             tokio::select! {
-                key = self.pressed.recv() => match key {
-                    Some(b' ') => happen(outlet, EventKind::Marker, "mark", 0.0),
-                    Some(key) if key.is_ascii_alphanumeric() => {
-                        happen(outlet, EventKind::Marker, &char::from(key).to_string(), 0.0);
+                // A shell sets the terminal for itself while this process is stopped.
+                () = heard(&mut continued) => {
+                    if is_ours() {
+                        termios::tcsetattr(std::io::stdin(), OptionalActions::Now, &self.raw).ok();
                     }
-                    Some(_) => {}
+                }
+                marker = self.markers.recv() => match marker {
+                    Some(marker) => happen(outlet, EventKind::Marker, &marker, 0.0),
                     None => outlet.closed().await,
                 },
                 () = outlet.closed() => return Ok(()),
             }
         }
+    }
+}
+
+/// Resolves when a signal comes.
+async fn heard(signal: &mut Option<Signal>) {
+    match signal {
+        Some(signal) => drop(signal.recv().await),
+        None => std::future::pending().await,
     }
 }
 
@@ -70,34 +120,45 @@ pub fn pause_by_key(
     mut pause: impl FnMut() + Send + 'static,
     quit: impl Fn() + Send + 'static,
 ) -> Option<PauseKeys> {
-    let mut keys = Keys::open(quit)?;
-    let listening = tokio::spawn(async move {
-        while let Some(key) = keys.pressed.recv().await {
-            if key == b' ' {
-                pause();
-            }
+    let pressed = move |key| {
+        match key {
+            Key::Char(' ') => pause(),
+            Key::Char('q') => quit(),
+            _ => {}
         }
-    });
-    Some(PauseKeys(listening))
+        None
+    };
+    Keys::open(pressed).map(PauseKeys)
 }
 
-/// The keys of a playback; they end, and the terminal is as it was, when this is dropped.
-#[derive(Debug)]
-pub struct PauseKeys(tokio::task::JoinHandle<()>);
-
-impl Drop for PauseKeys {
-    fn drop(&mut self) {
-        self.0.abort();
-    }
-}
+/// The keys of a playback; the terminal is as it was when this is dropped.
+pub struct PauseKeys(#[expect(dead_code, reason = "held for its end")] Keys);
 
 struct Restore(Termios);
 
 impl Drop for Restore {
     fn drop(&mut self) {
+        if !is_ours() {
+            return;
+        }
         let restored = termios::tcsetattr(std::io::stdin(), OptionalActions::Now, &self.0);
         if let Err(error) = restored {
             tracing::warn!("failed to restore the terminal: {error}; type `reset`");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_letters_digits_and_the_space_bar_set_markers() {
+        let (sender, mut markers) = mpsc::channel(100);
+        let typed: &[u8] = b"a\x1b[A\x1b[6~9 \t\r-\x1bOB\x0eZ\xc3\xa9";
+        read(typed, &sender, marker);
+        drop(sender);
+        let set: Vec<String> = std::iter::from_fn(|| markers.blocking_recv()).collect();
+        assert_eq!(set, ["a", "9", "mark", "Z"]);
     }
 }

@@ -3,13 +3,19 @@
 mod clock;
 mod computers;
 mod events;
+mod keyboard;
 mod keys;
+mod overflows;
 mod phases;
+mod course;
 
-pub use clock::follow_clock;
+pub use clock::{SimulatedClock, follow_clock};
 pub use computers::Computers;
+pub use course::{PhaseDesk, Turn};
 pub use events::RosEvents;
-pub use keys::{Keys, PauseKeys, pause_by_key};
+pub use keyboard::Key;
+pub use keys::{Keys, PauseKeys, marker, pause_by_key};
+pub use overflows::Overflows;
 pub use phases::{Phase, Phases, check_phases};
 
 use std::sync::Arc;
@@ -24,5 +30,5 @@ fn happen(outlet: &Outlet, kind: EventKind, label: &str, duration_secs: f64) {
     let stream = outlet.declare(session_events());
     let event = Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs };
     let data = Data::Event(Arc::new(event));
-    outlet.offer(Reading { stream, device_time: None, source_time: None, data });
+    outlet.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
 }

@@ -10,6 +10,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Source, SourceError};
 
+use super::course::{Course, Happens, PhaseDesk};
 use super::happen;
 
 /// How often the session's clock is looked at; a phase begins this late at most.
@@ -95,17 +96,30 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// The phases of a study, told as events when they begin.
+/// The phases of a study, told as events when they begin: as planned, or as they are turned.
 pub struct Phases {
-    phases: Vec<Phase>,
+    course: Course,
+    desk: PhaseDesk,
     started: Option<teampulse_core::time::Time>,
 }
 
 impl Phases {
-    /// These phases, in any order.
-    pub fn new(mut phases: Vec<Phase>) -> Phases {
-        phases.sort_by(|a, b| a.from_secs.total_cmp(&b.from_secs));
-        Phases { phases, started: None }
+    /// These phases, in any order, which are turned at a desk.
+    pub fn new(phases: Vec<Phase>, desk: PhaseDesk) -> Phases {
+        Phases { course: Course::new(phases), desk, started: None }
+    }
+
+    /// What happens now, so long after the start [s].
+    fn happen(&mut self, outlet: &Outlet, elapsed_secs: f64) {
+        while let Some(turn) = self.desk.take_turn() {
+            if let Some(happens) = self.course.turn(turn, elapsed_secs) {
+                tell(outlet, &happens);
+            }
+        }
+        if let Some(happens) = self.course.look(elapsed_secs) {
+            tell(outlet, &happens);
+        }
+        self.desk.show_next(self.course.next().map(str::to_owned));
     }
 }
 
@@ -113,18 +127,24 @@ impl Phases {
 impl Source for Phases {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let started = *self.started.get_or_insert_with(|| outlet.clock().now());
-        for phase in self.phases.drain(..) {
-            while outlet.clock().now().secs_since(started) < phase.from_secs {
-                tokio::select! {
-                    () = tokio::time::sleep(LOOK) => {}
-                    () = outlet.closed() => return Ok(()),
-                }
+        loop {
+            self.happen(outlet, outlet.clock().now().secs_since(started));
+            tokio::select! {
+                () = tokio::time::sleep(LOOK) => {}
+                () = outlet.closed() => return Ok(()),
             }
-            let duration_secs = phase.to_secs.map_or(f64::NAN, |to_secs| to_secs - phase.from_secs);
-            happen(outlet, EventKind::Phase, &phase.name, duration_secs);
         }
-        outlet.closed().await;
-        Ok(())
+    }
+}
+
+fn tell(outlet: &Outlet, happens: &Happens) {
+    match happens {
+        Happens::Begins(name, lasts_secs) => happen(outlet, EventKind::Phase, name, *lasts_secs),
+        Happens::Aborted(name) => {
+            happen(outlet, EventKind::Marker, &format!("{name} aborted"), 0.0);
+            // A phase without a name is none: it ends the one that it was.
+            happen(outlet, EventKind::Phase, "", 0.0);
+        }
     }
 }
 

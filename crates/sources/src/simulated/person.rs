@@ -177,7 +177,7 @@ impl Desk<'_> {
     fn offer(&self, worn: Worn, at_secs: f64, data: Data) {
         let source_time = Some(after(self.start, at_secs));
         let Some(stream) = self.streams.of(worn) else { return };
-        self.outlet.offer(Reading { stream, device_time: None, source_time, data });
+        self.outlet.offer(Reading { index: None, stream, device_time: None, source_time, data });
     }
 }
 

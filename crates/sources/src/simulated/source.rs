@@ -81,7 +81,7 @@ fn declare(team: &Team, outlet: &Outlet) -> Vec<StreamId> {
 
 fn reading(stream: StreamId, telegram: &Telegram, cdr: Bytes) -> Reading {
     let source_time = Some(telegram.stamp);
-    Reading { stream, device_time: None, source_time, data: Data::Message(cdr) }
+    Reading { index: None, stream, device_time: None, source_time, data: Data::Message(cdr) }
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use teampulse_ros::bus::{Bus, Publisher};
 use teampulse_ros::buses::Buses;
 use teampulse_ros::memory::MemoryBus;
 use teampulse_sources::SourceContext;
+use teampulse_sources::claims::Claims;
 
 use crate::keeper::Keeper;
 
@@ -27,21 +28,37 @@ pub async fn watch<S: Component<dyn Source, SourceContext>>(
     settings: &str,
     robots: impl AsyncFnOnce(Arc<MemoryBus>),
 ) -> Vec<Record> {
+    watch_with(|context| vec![built::<S>(settings, context)], robots).await
+}
+
+/// The source of these settings.
+pub fn built<S: Component<dyn Source, SourceContext>>(
+    settings: &str,
+    context: &SourceContext,
+) -> Box<dyn Source> {
+    let settings: S = toml::from_str(settings).expect("settings");
+    settings.build(context).expect("a source")
+}
+
+/// Watches with several sources.
+pub async fn watch_with(
+    build: impl FnOnce(&SourceContext) -> Vec<Box<dyn Source>>,
+    robots: impl AsyncFnOnce(Arc<MemoryBus>),
+) -> Vec<Record> {
     let monitor = MemoryBus::new("/teampulse");
     let robot = monitor.join("/robot1/driver");
     let bus: Arc<dyn Bus> = monitor;
     let clock = Clock::host();
-    let context =
-        SourceContext { clock: clock.clone(), buses: Arc::new(Buses::holding([(0, bus)])) };
-    let settings: S = toml::from_str(settings).expect("settings");
-    let source = settings.build(&context).expect("a source");
+    let buses = Arc::new(Buses::holding([(0, bus)]));
+    let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
+    let sources = build(&context).into_iter().map(|source| ("test".to_owned(), source)).collect();
     let kept = Arc::default();
     let session = Session {
         clock,
         pace: Pace::Live,
         clocks: Clocks::default(),
         streams: Streams::default(),
-        sources: vec![("test".to_owned(), source)],
+        sources,
         features: Vec::new(),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
         encode,

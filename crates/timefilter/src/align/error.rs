@@ -33,6 +33,8 @@ pub enum AlignError {
         /// How many there can be at once.
         most: usize,
     },
+    /// Time has begun to pass: a source joins at a time now.
+    Begun,
     /// The source has left, or is another aligner's.
     Unknown,
     /// The values are no whole samples of the source.
@@ -62,6 +64,9 @@ impl fmt::Display for AlignError {
             }
             AlignError::Crowded { most } => {
                 write!(f, "expected at most {most} sources at once, got one more")
+            }
+            AlignError::Begun => {
+                f.write_str("expected the time at which the source joins, got none")
             }
             AlignError::Unknown => f.write_str("expected a source of this aligner, got none"),
             AlignError::Channels { expected, got } => {

@@ -1,24 +1,35 @@
 //! One epoch of a device's clock: from when it began to run to when it is set or begins anew.
 
-use super::envelope::{BIN_NANOS, Envelope, Fit, Point};
+mod raised;
+
+use self::raised::{RAISED_BINS, Raised};
+use super::beat::Beat;
+use super::envelope::{BIN_NANOS, Envelope};
+use super::fit::{Fit, Point};
 use super::line::Line;
+
+pub(super) use self::raised::RAISED_LONG;
 
 /// How long an epoch is young [s]: its first packets may all have been held up, so that what looks
 /// like a clock running ahead is only the envelope being found.
 const YOUNG_SECS: f64 = 30.0;
+/// From when on it is known how far a packet is ahead [s].
+const SURE_SECS: f64 = 10.0;
 /// What is never a jump [s].
 const STEADY_SECS: f64 = 0.25;
 /// What is never a jump in a young epoch, nor a packet too old to be from this epoch [s].
 const LOOSE_SECS: f64 = 10.0;
-/// How near to each other the delays of raised bins are after a jump [s].
-const AGREE_SECS: f64 = 0.1;
-/// How many bins of high delays in agreement mean that the clock was set back.
-const RAISED_BINS: usize = 6;
-/// How many bins of high delays mean so in any case.
-const RAISED_LONG: usize = 60;
+/// A bin whose lowest delay is further above the line than so many times the spread, and than
+/// this [s], is raised: it does not count until it is clear why.
+const GATE_SPREADS: f64 = 6.0;
+const GATE_SECS: f64 = 0.004;
+/// So many bins below the line by as much show that all before were held up.
+const FALLEN_BINS: usize = 3;
 
 /// Every how many bins a line is laid, once an epoch is not young.
 const FIT_EVERY: i64 = 2;
+/// What is not known yet of a young epoch's line [s²]: divided by its age.
+const YOUNG_ERROR: f64 = 0.15;
 /// How fast the output may be corrected when all has settled: 0.5 ms a second.
 const SLOWEST_SLEW: f64 = 0.5e-3;
 /// How fast at most.
@@ -54,6 +65,10 @@ pub(super) struct Epoch {
     lowest: Option<(Point, Packet)>,
     delays: Delays,
     raised: Raised,
+    fallen: usize,
+    beat: Beat,
+    /// How many packets were taken.
+    taken: u64,
 }
 
 impl Epoch {
@@ -72,11 +87,15 @@ impl Epoch {
             lowest: Some((point, first)),
             delays: Delays::default(),
             raised: Raised::default(),
+            fallen: 0,
+            beat: Beat::default(),
+            taken: 1,
         }
     }
 
-    /// Takes a packet, unless it is astray.
-    pub fn take(&mut self, packet: Packet) -> Verdict {
+    /// Takes a packet, unless it is astray. Where numbers vouch for the clock, delays do not show
+    /// that it was set; packets come every `period` [s] of its time, or irregularly (0).
+    pub fn take(&mut self, packet: Packet, vouched: bool, period: f64) -> Verdict {
         let point = self.point(packet);
         let ahead = self.ahead(packet);
         let before = seconds(self.line.frontier()) - point.device;
@@ -85,9 +104,11 @@ impl Epoch {
             return Verdict::Astray(ahead);
         }
         let bin = packet.arrival.saturating_sub(self.origin.arrival) / BIN_NANOS;
-        let verdict = if bin > self.bin { self.close() } else { Verdict::Runs };
+        self.beat.push(packet, period);
+        let verdict = if bin > self.bin { self.close(vouched) } else { Verdict::Runs };
         self.bin = self.bin.max(bin);
         self.delays.push(-ahead);
+        self.taken += 1;
         if self.lowest.is_none_or(|(lowest, _)| point.delay < lowest.delay) {
             self.lowest = Some((point, packet));
             if point.device < LOOSE_SECS && point.delay < self.fit.at(point.device) {
@@ -99,7 +120,17 @@ impl Epoch {
 
     /// The packets that show the new time after the clock was set.
     pub fn raised(&self) -> &[Packet] {
-        &self.raised.packets[RAISED_BINS - self.raised.agreeing.min(RAISED_BINS)..]
+        &self.raised.packets[RAISED_BINS - self.raised.bins.min(RAISED_BINS)..]
+    }
+
+    /// How many bins are raised, and how far above the line the last one is [s].
+    pub fn raised_secs(&self) -> (usize, f64) {
+        (self.raised.bins, self.raised.height)
+    }
+
+    /// What is stated for packets that beat with their link's events [s].
+    pub fn beat_secs(&self) -> f64 {
+        self.beat.secs()
     }
 
     /// Device time since the epoch began [ns].
@@ -145,12 +176,19 @@ impl Epoch {
         self.delays.rms()
     }
 
-    /// Half the width of the 95 % interval of the map itself, the fixed latency apart [s].
-    pub fn uncertainty_secs(&self) -> f64 {
+    /// Half the width of the 95 % interval of the map itself, the fixed latency apart [s], for all of a batch
+    /// that lasts so long [s].
+    pub fn uncertainty_secs(&self, span: f64) -> f64 {
         let now = self.line.frontier();
         let age = seconds(now);
         let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
-        self.fit.uncertainty_at(age) + behind + 0.15 / (1.0 + age.max(0.0))
+        let young = YOUNG_ERROR / (1.0 + age.max(0.0));
+        let of_first = self.fit.uncertainty_at(age - span, age);
+        self.fit.uncertainty_at(age, age).max(of_first)
+            + behind
+            + young
+            + self.raised.unclear()
+            + self.beat.secs()
     }
 
     /// A packet's place in the epoch.
@@ -168,35 +206,73 @@ impl Epoch {
         point.device - self.fit.device_at(arrival)
     }
 
+    /// How far a packet is ahead, and how uncertain that is [s]; `None` in a young epoch.
+    pub fn seems_ahead(&self, packet: Packet) -> Option<(f64, f64)> {
+        let is_young = seconds(self.line.frontier()) < SURE_SECS;
+        (!is_young).then(|| (self.ahead(packet), self.uncertainty_secs(0.0)))
+    }
+
     /// How far a packet may be ahead, or a bin behind, and the clock still be as it was [s].
     fn limit(&self, age: f64) -> f64 {
         if age < YOUNG_SECS { LOOSE_SECS } else { STEADY_SECS.max(5.0 * self.delays.rms()) }
     }
 
     /// Ends a bin: the envelope learns from it, unless all of it came too late.
-    fn close(&mut self) -> Verdict {
+    fn close(&mut self, vouched: bool) -> Verdict {
         let Some((point, packet)) = self.lowest.take() else { return Verdict::Runs };
-        let raised = point.delay - self.fit.at(point.device);
-        if raised > self.limit(point.device) {
-            let agreed = self.raised.push(point.delay, packet);
-            return if agreed { Verdict::Set(-raised) } else { Verdict::Runs };
+        let above = point.delay - self.fit.at(point.device);
+        let gate = self.gate(point.device);
+        if above.abs() > gate {
+            self.beat.stepped(above.abs());
+        }
+        if above > gate {
+            let agreed = self.raised.push(point.delay, above, packet);
+            self.raised.vouched = vouched;
+            let set = agreed && !vouched && above > self.limit(point.device);
+            if !self.raised.lasts() {
+                return if set { Verdict::Set(-above) } else { Verdict::Runs };
+            }
+            self.envelope.keep(0);
         }
         self.raised = Raised::default();
+        self.fallen = if above < -gate { self.fallen + 1 } else { 0 };
         self.envelope.push(point);
-        if self.bin % FIT_EVERY == 0 || point.device < YOUNG_SECS {
+        if self.fallen >= FALLEN_BINS {
+            self.envelope.keep(self.fallen);
+        }
+        if self.bin % FIT_EVERY == 0 || point.device < YOUNG_SECS || self.fallen > 0 {
             self.refit(None);
         }
         let apart =
             self.line.at(self.line.frontier()) / 1e9 - self.fit.at(seconds(self.line.frontier()));
         if point.device > YOUNG_SECS && apart.abs() > STEADY_SECS {
-            self.raised.push(point.delay, packet);
+            self.raised.push(point.delay, above, packet);
             return Verdict::Set(apart);
         }
         Verdict::Runs
     }
 
+    /// How far above the line a bin is raised [s].
+    fn gate(&self, age: f64) -> f64 {
+        if age < YOUNG_SECS {
+            return LOOSE_SECS;
+        }
+        // Packets that beat go through all of their saw-tooth.
+        GATE_SECS.max(GATE_SPREADS * self.fit.spread).max(self.beat.height_secs())
+    }
+
+    /// The clock was set by so much [ns]; its map goes on from there.
+    pub fn shift(&mut self, nanos: i64) {
+        self.origin.device = self.origin.device.saturating_add(nanos);
+        self.lowest = None;
+        self.raised = Raised::default();
+    }
+
     fn refit(&mut self, open: Option<Point>) {
-        self.fit = self.envelope.fit(open, self.fit);
+        // The lowest of many is nearer to the lowest that there is.
+        let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
+        let scatter = self.delays.rms() / in_bin.max(1.0);
+        self.fit = self.envelope.fit(open, self.fit, scatter);
         let now = self.line.frontier();
         let age = seconds(now).max(0.0);
         let slew = (0.5 / age.max(1.0)).clamp(SLOWEST_SLEW, FASTEST_SLEW);
@@ -227,35 +303,5 @@ impl Delays {
 
     fn rms(&self) -> f64 {
         self.square.sqrt()
-    }
-}
-
-/// Bins in a row in which all came late.
-#[derive(Clone, Copy, Debug)]
-struct Raised {
-    bins: usize,
-    /// How many in a row agree with each other.
-    agreeing: usize,
-    delay: f64,
-    packets: [Packet; RAISED_BINS],
-}
-
-impl Default for Raised {
-    fn default() -> Raised {
-        let none = Packet { device: 0, arrival: 0 };
-        Raised { bins: 0, agreeing: 0, delay: 0.0, packets: [none; RAISED_BINS] }
-    }
-}
-
-impl Raised {
-    /// Takes a bin's lowest delay; whether the bins now show that the clock was set back.
-    fn push(&mut self, delay: f64, packet: Packet) -> bool {
-        let agrees = self.bins > 0 && (delay - self.delay).abs() < AGREE_SECS;
-        self.agreeing = if agrees { self.agreeing + 1 } else { 1 };
-        self.bins += 1;
-        self.delay = delay;
-        self.packets.rotate_left(1);
-        self.packets[RAISED_BINS - 1] = packet;
-        self.agreeing >= RAISED_BINS || self.bins >= RAISED_LONG
     }
 }

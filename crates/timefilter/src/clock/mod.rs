@@ -6,11 +6,15 @@
 mod host;
 mod latency;
 mod counter;
+mod fit;
+mod straight;
 mod envelope;
 mod line;
-mod batches;
+mod trains;
+mod beat;
 mod epoch;
 mod one_way;
+mod rate;
 mod sample_index;
 mod smooth;
 #[cfg(test)]
@@ -36,8 +40,12 @@ pub struct Stamps {
     /// The stamp that its source put on the first sample [ns since the Unix epoch]; `None` when it
     /// put none.
     pub source: Option<i64>,
+    /// What that stamp says.
+    pub says: Says,
     /// When the reading arrived, by the session's clock [ns since the Unix epoch].
     pub arrival: i64,
+    /// Which of its source's streams it belongs to.
+    pub stream: u32,
     /// The number of the first sample among all samples of its stream, lost ones counted.
     pub index: u64,
     /// How many samples came at once; at least one.
@@ -50,13 +58,34 @@ pub struct Stamps {
 impl Stamps {
     /// The stamps of a single sample that only arrived.
     pub fn arrived(arrival: i64) -> Stamps {
-        Stamps { device: None, source: None, arrival, index: 0, count: 1, period_nanos: 0.0 }
+        Stamps {
+            device: None,
+            source: None,
+            says: Says::Sent,
+            arrival,
+            stream: 0,
+            index: 0,
+            count: 1,
+            period_nanos: 0.0,
+        }
     }
 
     /// From the first to the last sample of the batch [ns].
     pub fn span_nanos(&self) -> f64 {
         f64::from(self.count.saturating_sub(1)) * self.period_nanos
     }
+}
+
+/// What a source's stamp says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Says {
+    /// When it was sent, or little before: the fastest messages arrive at once.
+    Sent,
+    /// When a device measured it, as its computer has it: its way there may have been long, and the same for
+    /// all.
+    Measured,
+    /// When something happened that was kept for those who join later.
+    Kept,
 }
 
 /// A reading's place in time.

@@ -24,6 +24,14 @@ pub enum News {
         /// How much faster than the session's clock [ppm].
         ppm: f64,
     },
+    /// Its samples come at another rate than was declared; a new epoch where their numbers are all
+    /// that is known of its time.
+    WrongRate {
+        /// What was declared [Hz].
+        declared_hz: f64,
+        /// What is true [Hz].
+        hz: f64,
+    },
     /// Its stamps are off, and are shifted from now on.
     Off {
         /// How far it is ahead of the session's clock [s].
@@ -34,11 +42,12 @@ pub enum News {
 }
 
 impl News {
-    /// The number that belongs to it: how far off [s] or how fast [ppm]; NaN where there is none.
+    /// The number that belongs to it: how far off [s], how fast [ppm] or what rate [Hz]; NaN where there is none.
     pub fn value(&self) -> f64 {
         match self {
             News::Jumped { secs, .. } | News::Off { secs } => *secs,
             News::Fast { ppm } => *ppm,
+            News::WrongRate { hz, .. } => *hz,
             News::Restarted { .. } | News::Wrapped | News::Trusted => f64::NAN,
         }
     }
@@ -54,6 +63,9 @@ impl fmt::Display for News {
                 write!(f, "runs {:+.2} % fast", ppm / 10_000.0)
             }
             News::Fast { ppm } => write!(f, "runs {ppm:+.0} ppm fast"),
+            News::WrongRate { declared_hz, hz } => {
+                write!(f, "samples come at {hz:.2} Hz, not at the declared {declared_hz:.2} Hz")
+            }
             News::Off { secs } => write!(f, "is {secs:+.3} s off"),
             News::Trusted => f.write_str("is right again"),
         }

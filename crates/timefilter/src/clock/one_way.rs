@@ -5,10 +5,10 @@ mod astray;
 use std::collections::VecDeque;
 
 use self::astray::Astray;
-use super::batches::Batches;
 use super::counter::Unwrap;
 use super::envelope::USUAL_SKEW;
 use super::epoch::{Epoch, Packet, Verdict};
+use super::trains::{Trains, Word};
 use super::{ClockKind, ClockModel, ClockState, Corrected, KnownDevice, Latency, News, Stamps};
 
 /// How near to zero a clock is that began anew, beside how long it was silent [ns].
@@ -62,25 +62,32 @@ impl OneWaySettings {
 pub struct OneWay {
     settings: OneWaySettings,
     unwrap: Unwrap,
-    batches: Batches,
+    trains: Trains,
     epoch: Option<Epoch>,
     epochs: u32,
+    /// How often it could not be said by how much the clock was set.
+    courses: u32,
     astray: Astray,
     last_arrival: i64,
+    /// How long the last batch was, by the device's clock [s].
+    span_secs: f64,
     told_fast: bool,
+    /// Whether device time is made of the numbers, which then say nothing of it.
+    counts: bool,
     news: VecDeque<News>,
 }
 
 /// Where a reading lies in its epoch, as the device's time since that began [ns].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
-    pub epoch: u32,
+    /// Which course of its clock it is in: epochs between which it was set by a known time are one.
+    pub course: u32,
     pub first: i64,
     pub last: i64,
     pub packet: Packet,
     pub count: u32,
-    /// Which of the device's streams of batches it belongs to, when it goes on after the last batch.
-    pub follows: Option<usize>,
+    /// Which of the device's streams it belongs to.
+    pub train: usize,
 }
 
 impl OneWay {
@@ -94,33 +101,70 @@ impl OneWay {
         OneWay {
             settings,
             unwrap: Unwrap::new(settings.wraps_nanos),
-            batches: Batches::default(),
+            trains: Trains::default(),
             epoch: None,
             epochs: 0,
+            courses: 0,
             astray: Astray::default(),
             last_arrival: 0,
+            span_secs: 0.0,
             told_fast: false,
+            counts: false,
             news: VecDeque::with_capacity(NEWS),
         }
     }
 
+    /// The clock of a device whose time is made of the numbers of its samples.
+    pub(super) fn counting(settings: OneWaySettings) -> OneWay {
+        OneWay { counts: true, ..OneWay::new(settings) }
+    }
+
     /// Finds a reading's place; `None` when it has no device time or one that is not believed.
     pub(super) fn place(&mut self, stamps: &Stamps) -> Option<Placed> {
-        let (device, wrapped) = self.unwrap.follow(stamps.device?, stamps.arrival);
-        let batch = self.batch(stamps, device);
-        let last = device.saturating_add(batch.span);
+        let raw = stamps.device?;
+        let (device, wrapped) = self.unwrap.follow(raw, stamps.arrival);
+        let train = self.trains.of(stamps, device);
+        let span = self.span(train, stamps);
+        let last = device.saturating_add(span);
         let packet = Packet { device: last, arrival: stamps.arrival };
-        if !self.take(packet, stamps.device.unwrap_or(device)) {
+        let ahead = self.epoch.as_ref().and_then(|epoch| epoch.seems_ahead(packet));
+        match self.trains.hold(train, stamps, device, ahead) {
+            Word::Goes => {}
+            Word::Wait => return None,
+            Word::Set(nanos) => self.shift(nanos, raw),
+        }
+        if let Some((said_nanos, nanos)) = self.trains.take_wrong(train) {
+            // Batches ended elsewhere than was thought: what was learned is void.
+            self.end_epoch();
+            self.tell(News::WrongRate { declared_hz: 1e9 / said_nanos, hz: 1e9 / nanos });
+            return self.place(stamps);
+        }
+        let (vouched, period) = self.trains.vouches(train, stamps);
+        if !self.take(packet, raw, vouched && !self.counts, period) {
             return None;
         }
         if wrapped {
             self.tell(News::Wrapped);
         }
+        self.span_secs = span as f64 / 1e9;
         let epoch = self.epoch.as_mut()?;
         let (first, last) = (epoch.since(device), epoch.since(last));
         epoch.settle(last);
-        let (epoch, count) = (self.epochs, stamps.count.max(1));
-        Some(Placed { epoch, first, last, packet, count, follows: batch.follows })
+        let (course, count) = (self.courses, stamps.count.max(1));
+        Some(Placed { course, first, last, packet, count, train })
+    }
+
+    /// What it counts has another rate than was declared [Hz]: what was learned is void.
+    pub(super) fn begin_anew(&mut self, declared_hz: f64, hz: f64) {
+        self.end_epoch();
+        self.trains = Trains::default();
+        self.tell(News::WrongRate { declared_hz, hz });
+    }
+
+    fn end_epoch(&mut self) {
+        self.epochs += u32::from(self.epoch.is_some());
+        self.courses += u32::from(self.epoch.is_some());
+        self.epoch = None;
     }
 
     /// What it was begun with.
@@ -158,7 +202,9 @@ impl OneWay {
             offset_secs: epoch.offset_secs() + latency.secs,
             skew_ppm: epoch.skew_ppm(),
             jitter_secs: epoch.jitter_secs(),
-            uncertainty_secs: latency.uncertainty_secs.hypot(epoch.uncertainty_secs()),
+            uncertainty_secs: latency
+                .uncertainty_secs
+                .hypot(epoch.uncertainty_secs(self.span_secs)),
             ..unknown
         })
     }
@@ -174,36 +220,51 @@ impl OneWay {
         let latency = self.latency_nanos();
         let mut measured = first.saturating_sub(latency);
         let end = last.saturating_sub(latency);
-        if let Some(train) = placed.follows {
-            let before = self.batches.end_before(train);
+        if placed.count > 1 {
+            let before = self.trains.end_before(placed.train);
             if measured <= before && before < end {
                 measured = before + 1;
             }
-            self.batches.ended(train, end);
+            self.trains.ended(placed.train, end);
         }
         let steps = f64::from(placed.count - 1).max(1.0);
         let period_nanos = (i128::from(end) - i128::from(measured)) as f64 / steps;
         Corrected { measured, period_nanos: period_nanos.max(0.0), disbelieved: false }
     }
 
-    fn batch(&mut self, stamps: &Stamps, device: i64) -> Batch {
+    /// From the first to the last sample of a batch [ns].
+    fn span(&mut self, train: usize, stamps: &Stamps) -> i64 {
         let span = sane(stamps.span_nanos());
         if stamps.count < 2 || span < 1.0 {
-            return Batch { span: 0, follows: None };
+            return 0;
         }
-        let period = span / f64::from(stamps.count - 1);
-        let (train, period) = self.batches.period(device, stamps.index, period);
-        let span = sane(f64::from(stamps.count - 1) * period) as i64;
-        Batch { span, follows: train }
+        let steps = f64::from(stamps.count - 1);
+        sane(steps * self.trains.period(train, span / steps)) as i64
+    }
+
+    /// The clock was set by so much.
+    fn shift(&mut self, nanos: i64, raw: i64) {
+        let Some(epoch) = &mut self.epoch else { return };
+        epoch.shift(nanos);
+        self.epochs += 1;
+        self.trains.begin();
+        let secs = nanos as f64 / 1e9;
+        self.tell_set(secs, (0..NEAR_ZERO_NANOS).contains(&raw) && secs < 0.0);
+    }
+
+    fn tell_set(&mut self, secs: f64, near_zero: bool) {
+        let epoch = self.epochs;
+        let restarted = near_zero || secs < -FAR_BACK_SECS;
+        self.tell(if restarted { News::Restarted { epoch } } else { News::Jumped { epoch, secs } });
     }
 
     /// Gives a packet to the epoch, or begins a new one; whether it is believed.
-    fn take(&mut self, packet: Packet, raw: i64) -> bool {
+    fn take(&mut self, packet: Packet, raw: i64, vouched: bool, period: f64) -> bool {
         let Some(epoch) = &mut self.epoch else {
             self.begin(&[packet]);
             return true;
         };
-        match epoch.take(packet) {
+        match epoch.take(packet, vouched, period) {
             Verdict::Runs => {
                 let fast = epoch.is_poor() && !self.told_fast;
                 if fast {
@@ -216,7 +277,7 @@ impl OneWay {
                 let packets = epoch.raised().to_vec();
                 self.begin(&packets);
                 self.tell(News::Jumped { epoch: self.epochs, secs });
-                return self.take(packet, raw);
+                return self.take(packet, raw, vouched, period);
             }
             Verdict::Astray(secs) => {
                 if !self.astray.push(packet) {
@@ -224,15 +285,9 @@ impl OneWay {
                 }
                 let silence = self.astray.packets[0].arrival.saturating_sub(self.last_arrival);
                 let near_zero = silence.saturating_add(NEAR_ZERO_NANOS);
-                let restarted = (0..near_zero).contains(&raw) || secs < -FAR_BACK_SECS;
                 let packets = self.astray.packets;
                 self.begin(&packets);
-                let epoch = self.epochs;
-                self.tell(if restarted {
-                    News::Restarted { epoch }
-                } else {
-                    News::Jumped { epoch, secs }
-                });
+                self.tell_set(secs, (0..near_zero).contains(&raw));
             }
         }
         self.astray = Astray::default();
@@ -243,11 +298,13 @@ impl OneWay {
     /// Begins an epoch with its first packets, of which there is at least one.
     fn begin(&mut self, packets: &[Packet]) {
         self.epochs += u32::from(self.epoch.is_some());
+        self.courses += u32::from(self.epoch.is_some());
+        self.trains.begin();
         self.told_fast = false;
         let Some((first, rest)) = packets.split_first() else { return };
         let mut epoch = Epoch::begin(*first, self.settings.usual_skew_ppm * 1e-6);
         for packet in rest {
-            epoch.take(*packet);
+            epoch.take(*packet, false, 0.0);
         }
         self.epoch = Some(epoch);
     }
@@ -274,13 +331,6 @@ impl ClockModel for OneWay {
     fn news(&mut self) -> Option<News> {
         self.news.pop_front()
     }
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Batch {
-    /// From its first to its last sample [ns].
-    span: i64,
-    follows: Option<usize>,
 }
 
 /// A length of a batch that can be computed with [ns].

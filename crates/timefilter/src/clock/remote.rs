@@ -4,18 +4,20 @@ mod line;
 mod envelope;
 mod bursts;
 mod strangers;
+mod backlog;
 mod shift;
 mod doubt;
 
 use std::collections::VecDeque;
 
+use self::backlog::Backlogs;
 use self::bursts::Bursts;
 use self::doubt::Doubt;
 use self::envelope::{Envelope, Found};
 use self::line::Line;
 use self::shift::Shift;
 use self::strangers::Strangers;
-use super::{ClockKind, ClockModel, ClockState, Corrected, News, Probe, Stamps};
+use super::{ClockKind, ClockModel, ClockState, Corrected, News, Probe, Says, Stamps};
 
 /// A computer may be ahead by so much and still be trusted: clocks that are kept in step over a
 /// network differ by less [ns].
@@ -33,6 +35,9 @@ const KNOWN_NANOS: i64 = 500_000_000;
 const JUMPED_NANOS: i64 = 3_000_000_000;
 /// What the fastest message may have taken, and no one-way stamp can show [ns].
 const PATH_NANOS: f64 = 10e6;
+/// What a sample that a device measured may have taken to the computer that stamps it [ns]: the way of a
+/// sensor, a batch apart.
+const SENSED_NANOS: f64 = 300e6;
 /// How much news waits to be told.
 const NEWS: usize = 16;
 
@@ -51,9 +56,15 @@ const NEWS: usize = 16;
 /// bursts of probes say against the line that is known, as after a jump.
 ///
 /// The shift follows offset and skew by slewing, so that within an epoch later stamps have later
-/// times. A stamp that is more than a second older than the fastest would be, or more than 0.1 s
-/// younger, is not believed, and moves nothing. When all stamps are like that for three seconds the
+/// times. A stamp that is more than a second older than the fastest would be, unless it goes on in
+/// order where its stream was (what a network held up), or more than 0.1 s younger, is not believed,
+/// and moves nothing. When all stamps are like that for three seconds the
 /// clock has jumped. A stamp of zero is none.
+///
+/// Stamps that say when a device measured something ([`Says::Measured`]) lie behind their arrival by the
+/// device's way, so they show a clock that is ahead, and never one that is behind: without probes, and
+/// without messages that say when they were sent, they are taken as they are, and nothing is known of the
+/// clock.
 ///
 /// No time lies more than 2 ms after its arrival.
 #[derive(Clone, Debug, Default)]
@@ -61,8 +72,11 @@ pub struct Remote {
     envelope: Envelope,
     bursts: Bursts,
     strangers: Strangers,
+    backlogs: Backlogs,
     shift: Shift,
     doubt: Doubt,
+    /// Whether any stamp said when its message was sent.
+    hears_sending: bool,
     /// `None` until its clock is known.
     trusted: Option<bool>,
     epoch: u32,
@@ -86,14 +100,25 @@ impl ClockModel for Remote {
             self.doubt.disbelieve();
             return arrived(true);
         }
+        if stamps.says == Says::Kept {
+            let measured = self.shift.of(source).min(arrival.saturating_add(TRUSTED_AHEAD_NANOS));
+            return Corrected { measured, ..arrived(false) };
+        }
         let last = source.saturating_add(stamps.span_nanos() as i64);
         let delay = arrival.saturating_sub(last);
-        self.consider(delay);
-        if !self.believes(delay) {
-            self.doubt.disbelieve();
-            return arrived(true);
+        self.hears_sending |= stamps.says == Says::Sent;
+        let is_held_up = self.is_held_up(stamps, last, delay);
+        if !is_held_up {
+            self.consider(delay, stamps.says);
+            let believed = self.believes(delay);
+            self.backlogs.judged(stamps.stream, last, believed);
+            if !believed {
+                self.doubt.disbelieve();
+                return arrived(true);
+            }
         }
-        if let Some(offset) = self.offset() {
+        let shows = !is_held_up && self.shows_the_way(delay, stamps.says);
+        if let Some(offset) = self.offset().filter(|_| shows) {
             self.compare(delay, offset);
             self.envelope.push(arrival, delay);
         }
@@ -167,11 +192,32 @@ impl Remote {
         }
     }
 
+    /// Whether a message is too late to be believed for itself, but goes on where its stream was.
+    fn is_held_up(&mut self, stamps: &Stamps, last: i64, delay: i64) -> bool {
+        let ahead = match (self.offset(), stamps.says) {
+            (Some(offset), _) => offset.at(self.now),
+            (None, Says::Measured) => 0,
+            (None, _) => return false,
+        };
+        let late = delay.saturating_add(ahead);
+        late > LATER_NANOS && self.backlogs.goes_on(stamps.stream, last, self.now, late)
+    }
+
+    /// Whether a delay is that of the way between the computers, as far as is known.
+    fn shows_the_way(&self, delay: i64, says: Says) -> bool {
+        let Some(fastest) = self.envelope.line() else { return says == Says::Sent };
+        says == Says::Sent || !self.hears_sending || delay < fastest.at(self.now)
+    }
+
     /// Learns from a delay what the clock is, or that it is another than it was.
-    fn consider(&mut self, delay: i64) {
+    fn consider(&mut self, delay: i64, says: Says) {
         let known = self.offset().is_some();
         if known && self.believes(delay) {
             return self.strangers.forget();
+        }
+        let ahead = delay.saturating_add(self.offset().map_or(0, |offset| offset.at(self.now)));
+        if says == Says::Measured && ahead >= -TRUSTED_AHEAD_NANOS {
+            return;
         }
         let patience = if known { JUMPED_NANOS } else { KNOWN_NANOS };
         match self.strangers.push(self.now, delay, patience) {
@@ -243,7 +289,8 @@ impl Remote {
                 let most = TRUSTED_AHEAD_NANOS.max(self.bursts.uncertainty_nanos() as i64);
                 (most, most)
             }
-            None => (TRUSTED_AHEAD_NANOS, TRUSTED_BEHIND_NANOS),
+            None if self.hears_sending => (TRUSTED_AHEAD_NANOS, TRUSTED_BEHIND_NANOS),
+            None => (TRUSTED_AHEAD_NANOS, LATER_NANOS),
         };
         let strictness = if self.trusted == Some(false) { 2 } else { 1 };
         (-most_behind / strictness..=most_ahead / strictness).contains(&ahead)
@@ -257,7 +304,8 @@ impl Remote {
         let probes = self.probed().map(|_| &self.bursts);
         let is_told = probes.is_some() || ahead > 0.0;
         let left = if is_told && self.trusted == Some(false) { 0.0 } else { ahead.abs() };
-        let line = probes.map_or(PATH_NANOS, Bursts::uncertainty_nanos);
+        let way = if self.hears_sending { PATH_NANOS } else { SENSED_NANOS };
+        let line = probes.map_or(way, Bursts::uncertainty_nanos);
         let contradiction = probes.map_or(0.0, |probes| probes.doubt_nanos(self.now));
         let doubt = self.doubt.nanos(probes).max(contradiction);
         (left + line + self.unsteered_nanos() + doubt).max(self.arrival_nanos())

@@ -1,21 +1,32 @@
 //! The clock model of a device without a clock.
 
 use super::one_way::{OneWay, OneWaySettings};
+use super::rate::Rate;
 use super::{ClockKind, ClockModel, ClockState, Corrected, Latency, News, Stamps};
 
 /// How much the true rates of such devices differ from their nominal ones (standard deviation)
 /// [ppm]: a Polar H10 is within 2 % at room temperature, others within 5 %.
 const USUAL_SKEW_PPM: f64 = 10_000.0;
 
+/// For how long a declared rate is held against what comes [ns].
+const DOUBTED_NANOS: i64 = 20_000_000_000;
+
 /// No clock: a steady rate, and numbered samples.
 ///
 /// The samples' numbers, at the nominal rate, stand in for the device's time; their true rate is
 /// estimated from arrivals. A jump in the numbers is a gap in time. A pause that the numbers do not
-/// show begins a new epoch.
+/// show begins a new epoch. So does a declared rate that is found to be wrong, by a quarter to four
+/// times, within the first seconds.
 #[derive(Clone, Debug)]
 pub struct SampleIndex {
+    declared_hz: f64,
     period_nanos: f64,
     clock: OneWay,
+    rate: Rate,
+    /// Until when the rate is doubted; `None` before the first reading.
+    doubted: Option<i64>,
+    /// Where the numbers are counted from: a number, and what stands for its device time [ns].
+    origin: (u64, f64),
 }
 
 impl SampleIndex {
@@ -27,7 +38,15 @@ impl SampleIndex {
     pub fn new(rate_hz: f64, latency: Latency) -> SampleIndex {
         let usable = rate_hz.is_finite() && rate_hz > 0.0;
         let period_nanos = if usable { 1e9 / rate_hz } else { f64::NAN };
-        SampleIndex { period_nanos, clock: OneWay::new(settings(latency)) }
+        let (clock, rate) = (OneWay::counting(settings(latency)), Rate::default());
+        SampleIndex {
+            declared_hz: rate_hz,
+            period_nanos,
+            clock,
+            rate,
+            doubted: None,
+            origin: (0, 0.0),
+        }
     }
 
     /// The true rate as far as it is known [Hz].
@@ -36,16 +55,40 @@ impl SampleIndex {
         1e9 / self.period_nanos * if skew.is_nan() { 1.0 } else { 1.0 + skew }
     }
 
+    /// The same before its first reading.
+    pub(super) fn again(&self) -> SampleIndex {
+        SampleIndex::new(self.declared_hz, self.clock.settings().latency)
+    }
+
     /// What its clock was begun with.
     pub(super) fn settings(&self) -> OneWaySettings {
         self.clock.settings()
     }
 
-    /// The stamps with the sample's number in place of the device's time.
-    pub(super) fn by_number(&self, stamps: &Stamps) -> Stamps {
-        let device = (stamps.index as f64 * self.period_nanos).round();
-        let device = (device < 9e18).then_some(device as i64);
-        Stamps { device, period_nanos: self.period_nanos, ..*stamps }
+    /// The stamps with the sample's number in place of the device's time; and what was declared
+    /// [Hz], where that has just been found to be wrong.
+    pub(super) fn by_number(&mut self, stamps: &Stamps) -> (Stamps, Option<f64>) {
+        let last = stamps.index.saturating_add(u64::from(stamps.count.saturating_sub(1)));
+        let declared_hz = 1e9 / self.period_nanos;
+        let until = stamps.arrival.saturating_add(DOUBTED_NANOS);
+        let mut wrong = None;
+        if stamps.arrival <= *self.doubted.get_or_insert(until) {
+            let found = self.rate.push(last, stamps.arrival, self.period_nanos);
+            if let Some(period_nanos) = found {
+                self.origin = (stamps.index, self.device(stamps.index));
+                self.period_nanos = period_nanos;
+                wrong = Some(declared_hz);
+            }
+        }
+        let device = self.device(stamps.index).round();
+        let device = (device.abs() < 9e18).then_some(device as i64);
+        (Stamps { device, period_nanos: self.period_nanos, ..*stamps }, wrong)
+    }
+
+    /// What stands for the device's time of a number [ns].
+    fn device(&self, index: u64) -> f64 {
+        let since = i128::from(index) - i128::from(self.origin.0);
+        self.origin.1 + since as f64 * self.period_nanos
     }
 }
 
@@ -59,7 +102,10 @@ impl ClockModel for SampleIndex {
         if self.period_nanos.is_nan() {
             return self.clock.arrived(&Stamps { device: None, ..*stamps });
         }
-        let stamps = self.by_number(stamps);
+        let (stamps, wrong) = self.by_number(stamps);
+        if let Some(declared_hz) = wrong {
+            self.clock.begin_anew(declared_hz, 1e9 / self.period_nanos);
+        }
         self.clock.correct(&stamps)
     }
 
@@ -98,6 +144,19 @@ mod tests {
             let error = run(&mut clock, &mut device, 120);
             assert!(error.abs() < 0.01, "{error}");
             assert!((clock.rate_hz() - 200.0).abs() < 0.05, "{}", clock.rate_hz());
+        }
+    }
+
+    #[test]
+    fn a_rate_that_is_declared_wrong_is_told_and_corrected() {
+        for declared in [13.0, 30.0, 80.0, 135.0, 210.0] {
+            let (mut clock, mut device) = (SampleIndex::new(declared, LATENCY), Device::new(55.0));
+            run(&mut clock, &mut device, 10);
+            let told = clock.news();
+            assert!(matches!(told, Some(News::WrongRate { .. })), "{declared}: {told:?}");
+            let error = run(&mut clock, &mut device, 110);
+            assert!(error.abs() < 0.01, "{declared}: {error}");
+            assert!((clock.rate_hz() - 55.0).abs() < 0.05, "{declared}: {}", clock.rate_hz());
         }
     }
 

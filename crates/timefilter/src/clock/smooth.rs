@@ -1,22 +1,82 @@
 //! Better times afterwards: the same clock models, with what came later known too.
 
-use super::envelope::{BIN_NANOS, Envelope, Fit, Point, WINDOW_SECS};
+use super::envelope::{BIN_NANOS, INCREDIBLE, POOR_SKEW, memory_secs};
+use super::epoch::RAISED_LONG;
+use super::fit::{Fit, Point, line_around};
 use super::one_way::{OneWay, OneWaySettings};
 use super::sample_index::{self, SampleIndex};
+use super::straight::Straight;
 use super::{ClockKind, ClockModel, ClockState, Corrected, Latency, News, Stamps};
 
 /// How far apart the map's nodes are [s].
 const NODE_SECS: f64 = 20.0;
+/// With points to both sides, how long they are remembered as a part of what it is with one.
+const BOTH_SIDES: f64 = 0.4;
+/// How many times that points are looked for.
+const REACH: f64 = 4.0;
+/// The drift of skew that is stated beside that of the live model [1/s]: a line to both sides has
+/// little other error.
+const DRIFT: f64 = 2e-8;
+/// The drift of skew that is stated between nodes [1/s].
+const BETWEEN_DRIFT: f64 = 3e-8;
+/// How many nodes before delays rose for good are left out.
+const RISING_NODES: usize = 2;
+/// Over how long the slope is taken with which the map goes on behind its last node [s].
+const FAR_SECS: f64 = 120.0;
+/// How many points are enough.
+const ENOUGH: usize = 16;
 /// The steepest that the map may be between nodes; it keeps it strictly increasing.
 const STEEPEST: f64 = 0.5;
+
+/// What a clock went through between two times at which it was set by nobody knows how much.
+#[derive(Clone, Debug, Default)]
+struct Course {
+    bins: Vec<Bin>,
+    /// How many of the last bins are raised, by the live model's word.
+    run: usize,
+    /// How far above the line the last of them is [s].
+    height: f64,
+    /// What is stated for packets that beat with their link's events [s].
+    beat_secs: f64,
+    /// Whether it ran as no usual clock does.
+    is_poor: bool,
+}
+
+/// The lowest point of a bin.
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    point: Point,
+    /// Whether all of it was held up.
+    is_raised: bool,
+}
+
+impl Course {
+    /// A bin is over: so many of the last are raised, by so much [s]. A run of them that ends by
+    /// coming back was held up; one that becomes the rule was not.
+    fn heights(&mut self, (run, height): (usize, f64)) {
+        let closed = self.bins.len();
+        // A run that is counted anew goes on: its link is too slow.
+        let is_anew = (1..self.run).contains(&run);
+        let before = if is_anew { run - 1 } else { self.run };
+        if run > before {
+            let from = closed.saturating_sub(run - before);
+            self.bins[from..closed].iter_mut().for_each(|bin| bin.is_raised = true);
+        }
+        if run == 0 && self.run + 1 >= RAISED_LONG {
+            let from = closed.saturating_sub(self.run + 1);
+            self.bins[from..].iter_mut().for_each(|bin| bin.is_raised = false);
+        }
+        (self.run, self.height) = (run, height);
+    }
+}
 
 /// Collects all stamps of a device, in the order in which they arrived.
 #[derive(Clone, Debug)]
 pub struct Smoother {
     source: Source,
     clock: OneWay,
-    /// For each epoch, the lowest point of each bin.
-    epochs: Vec<Vec<Point>>,
+    /// For each course of its clock, the lowest point of each bin.
+    courses: Vec<Course>,
 }
 
 impl Smoother {
@@ -26,40 +86,48 @@ impl Smoother {
         Smoother {
             source: Source::Stamped(settings),
             clock: OneWay::new(settings),
-            epochs: Vec::new(),
+            courses: Vec::new(),
         }
     }
 
     /// A device without a clock, of nominally `rate_hz` samples a second.
     pub fn of_samples(rate_hz: f64, latency: Latency) -> Smoother {
         let source = Source::Numbered(Box::new(SampleIndex::new(rate_hz, latency)));
-        Smoother { source, ..Smoother::new(sample_index::settings(latency)) }
+        let clock = OneWay::counting(sample_index::settings(latency));
+        Smoother { source, clock, courses: Vec::new() }
     }
 
     /// Takes the stamps of the next reading. Keeps 16 bytes for each two seconds.
     pub fn push(&mut self, stamps: &Stamps) {
-        let stamps = self.source.stamps(stamps);
+        let stamps = self.source.stamps(stamps, &mut self.clock);
         let Some(placed) = self.clock.place(&stamps) else { return };
         let Some(epoch) = self.clock.epoch() else { return };
         let point = epoch.point(placed.packet);
-        self.epochs.resize_with(placed.epoch as usize + 1, Vec::new);
-        let Some(bins) = self.epochs.last_mut() else { return };
+        self.courses.resize_with(placed.course as usize + 1, Course::default);
+        let Some(course) = self.courses.last_mut() else { return };
+        course.heights(epoch.raised_secs());
         let bin = |point: Point| ((point.device + point.delay) * 1e9) as i64 / BIN_NANOS;
-        let open = bins.pop_if(|lowest| bin(*lowest) >= bin(point));
+        let open = course.bins.pop_if(|lowest| bin(lowest.point) >= bin(point));
         // A bin of which all was held up so long that it is older than the bin before tells nothing,
         // and bins are in order of device time.
-        let goes_on = bins.last().is_none_or(|before| before.device < point.device);
-        let lower = open.is_none_or(|lowest| point.delay < lowest.delay);
-        bins.extend(if goes_on && lower { Some(point) } else { open });
+        let goes_on = course.bins.last().is_none_or(|before| before.point.device < point.device);
+        let lower = open.is_none_or(|lowest| point.delay < lowest.point.delay);
+        let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
+        course.bins.extend(if goes_on && lower { Some(new) } else { open });
+        course.is_poor |= epoch.is_poor();
+        course.beat_secs = course.beat_secs.max(epoch.beat_secs());
     }
 
     /// The clock, to be told the same stamps once more, in the same order.
     pub fn finish(self) -> Smoothed {
         let settings = self.source.settings();
         let skew = settings.usual_skew_ppm * 1e-6;
-        let maps = self.epochs.iter().map(|bins| Map::new(bins, skew)).collect();
-        let clock = OneWay::new(settings);
-        Smoothed { source: self.source, clock, maps, error_secs: f64::NAN }
+        let maps = self.courses.iter().map(|course| Map::new(course, skew)).collect();
+        let clock = match self.source {
+            Source::Stamped(_) => OneWay::new(settings),
+            Source::Numbered(_) => OneWay::counting(settings),
+        };
+        Smoothed { source: self.source.again(), clock, maps, error_secs: f64::NAN }
     }
 }
 
@@ -77,13 +145,14 @@ pub struct Smoothed {
 
 impl ClockModel for Smoothed {
     fn correct(&mut self, stamps: &Stamps) -> Corrected {
-        let stamps = self.source.stamps(stamps);
+        let stamps = self.source.stamps(stamps, &mut self.clock);
         let Some(placed) = self.clock.place(&stamps) else { return self.clock.arrived(&stamps) };
-        let map = self.maps.get(placed.epoch as usize);
+        let map = self.maps.get(placed.course as usize);
         let (Some(map), Some(epoch)) = (map, self.clock.epoch()) else {
             return self.clock.arrived(&stamps);
         };
-        self.error_secs = map.error_at(placed.last as f64 / 1e9);
+        let error = |since: i64| map.error_at(since as f64 / 1e9);
+        self.error_secs = error(placed.first).max(error(placed.last));
         let session = |since: i64| epoch.session(since, map.at(since as f64 / 1e9) * 1e9);
         let (first, last) = (session(placed.first), session(placed.last));
         self.clock.between(placed, first, last)
@@ -108,10 +177,24 @@ enum Source {
 }
 
 impl Source {
-    fn stamps(&self, stamps: &Stamps) -> Stamps {
+    fn stamps(&mut self, stamps: &Stamps, clock: &mut OneWay) -> Stamps {
         match self {
             Source::Stamped(_) => *stamps,
-            Source::Numbered(samples) => samples.by_number(stamps),
+            Source::Numbered(samples) => {
+                let (stamps, wrong) = samples.by_number(stamps);
+                if let Some(declared_hz) = wrong {
+                    clock.begin_anew(declared_hz, 1e9 / stamps.period_nanos);
+                }
+                stamps
+            }
+        }
+    }
+
+    /// The same before its first reading.
+    fn again(self) -> Source {
+        match self {
+            Source::Stamped(_) => self,
+            Source::Numbered(samples) => Source::Numbered(Box::new(samples.again())),
         }
     }
 
@@ -146,26 +229,42 @@ struct Node {
 
 impl Map {
     /// Lays a line through the bins around each node.
-    fn new(bins: &[Point], usual_skew: f64) -> Map {
-        let (Some(first), Some(last)) = (bins.first(), bins.last()) else {
+    fn new(course: &Course, usual_skew: f64) -> Map {
+        let free: Vec<Point> =
+            course.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect();
+        let (Some(first), Some(last)) = (free.first(), free.last()) else {
             return Map { nodes: Vec::new() };
         };
+        let skew = if course.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
         let mut nodes: Vec<Node> = Vec::new();
-        let (mut from, mut to) = (0, 0);
         let mut device = first.device;
+        let mut fit = Fit::level(*first);
         loop {
-            while bins[from].device < device - WINDOW_SECS / 2.0 {
-                from += 1;
-            }
-            while to < bins.len() && bins[to].device <= device + WINDOW_SECS / 2.0 {
-                to += 1;
-            }
-            let node = node(&bins[from..to.max(from + 1)], device, usual_skew);
+            fit = around(&free, device, skew, fit);
+            let (delay, slope) = (fit.at(device), fit.slope.clamp(-STEEPEST, STEEPEST));
+            let error =
+                fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT) + course.beat_secs;
+            let node = Node { device, delay, slope, error };
             nodes.push(nodes.last().map_or(node, |before| node.near(before)));
             // A long silence needs no nodes: the next one is where stamps come again.
-            let next = bins.get(bins.partition_point(|bin| bin.device <= device));
+            let next = free.get(free.partition_point(|bin| bin.device <= device));
             let Some(next) = next else { break };
             device = (device + NODE_SECS).max(next.device).min(last.device);
+        }
+        if course.run > 0 {
+            // The last bins before delays rose may have risen already.
+            nodes.truncate(nodes.len().saturating_sub(RISING_NODES).max(1));
+        }
+        let end = nodes.len() - 1;
+        let is_far = |node: &Node| nodes[end].device - node.device >= FAR_SECS;
+        if let Some(far) = nodes.iter().rev().copied().find(is_far) {
+            nodes[end].slope = (nodes[end].delay - far.delay) / (nodes[end].device - far.device);
+        }
+        // Nobody knows of what is still raised at the end whether it would have come back.
+        let until = course.bins.len() - course.run.min(course.bins.len());
+        if let (Some(bin), Some(node)) = (course.bins.get(until), nodes.last().copied()) {
+            let error = node.error + course.height;
+            nodes.push(Node { device: bin.point.device.max(node.device + 1e-9), error, ..node });
         }
         Map { nodes }
     }
@@ -185,9 +284,20 @@ impl Map {
         }
     }
 
+    /// Half the width of the 95 % interval there [s]: between nodes, where nothing is known for long, a
+    /// skew that drifts bends away from the straight line.
     fn error_at(&self, device: f64) -> f64 {
         let after = self.nodes.partition_point(|node| node.device <= device);
-        self.nodes.get(after.saturating_sub(1)).map_or(f64::NAN, |node| node.error)
+        let before = self.nodes.get(after.saturating_sub(1));
+        match (before, self.nodes.get(after)) {
+            (Some(a), Some(b)) if after > 0 => {
+                let (since, until) = (device - a.device, b.device - device);
+                let part = since / (b.device - a.device);
+                a.error + (b.error - a.error) * part + BETWEEN_DRIFT * since * until / 2.0
+            }
+            (Some(node), _) => node.error,
+            (None, _) => f64::NAN,
+        }
     }
 }
 
@@ -199,109 +309,25 @@ impl Node {
     }
 }
 
-fn node(bins: &[Point], device: f64, usual_skew: f64) -> Node {
-    let mut envelope = Envelope::new(usual_skew);
-    for bin in bins {
-        envelope.push(*bin);
+/// The line around a device time, from enough points.
+fn around(bins: &[Point], device: f64, usual_skew: f64, guess: Fit) -> Fit {
+    let within = |secs: f64| {
+        let from = bins.partition_point(|bin| bin.device < device - secs);
+        let to = bins.partition_point(|bin| bin.device <= device + secs);
+        &bins[from..to]
+    };
+    let mut memory = BOTH_SIDES * memory_secs(guess.spread);
+    while within(REACH * memory).len() < ENOUGH.min(bins.len()) {
+        memory *= 2.0;
     }
-    let guess = Fit::level(bins[bins.len() / 2]);
-    let fit = envelope.fit(None, guess);
-    let (delay, slope) = (fit.at(device), fit.slope.clamp(-STEEPEST, STEEPEST));
-    Node { device, delay, slope, error: fit.uncertainty_at(device) }
+    let points = within(REACH * memory);
+    let straight = Straight::through(points.iter().copied(), 0.0);
+    if straight.slope.abs() - straight.error > INCREDIBLE.max(12.0 * usual_skew) {
+        let fastest = points.iter().min_by(|a, b| a.delay.total_cmp(&b.delay));
+        return fastest.map_or(guess, |point| Fit::level(*point));
+    }
+    line_around(points, device, memory, usual_skew, guess)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::clock::simulated::{Device, SECOND};
-
-    /// The mean error of a model's times [s].
-    fn error(clock: &mut dyn ClockModel, sent: &[(i64, Stamps)], least_delay: f64) -> f64 {
-        let errors = sent.iter().map(|(truth, stamps)| {
-            ((clock.correct(stamps).measured - truth) as f64 / 1e9 - least_delay).abs()
-        });
-        errors.sum::<f64>() / sent.len() as f64
-    }
-
-    #[test]
-    fn times_with_hindsight_are_better() {
-        let mut device = Device::new(4.0);
-        device.rate = 1.0 - 60e-6;
-        let sent: Vec<(i64, Stamps)> = (0..2_400).map(|_| device.send()).collect();
-        let settings = OneWaySettings::new(Latency::new(0.003, 0.0));
-        let mut smoother = Smoother::new(settings);
-        for (_, stamps) in &sent {
-            smoother.push(stamps);
-        }
-        let after = error(&mut smoother.finish(), &sent, device.least_delay);
-        let live = error(&mut OneWay::new(settings), &sent, device.least_delay);
-        assert!(after < 0.7 * live, "{after} {live}");
-    }
-
-    #[test]
-    fn a_device_that_was_set_has_an_epoch_before_and_one_after() {
-        let mut device = Device::new(10.0);
-        device.clock += 7200 * SECOND;
-        let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
-        device.clock += 3600 * SECOND;
-        sent.extend((0..600).map(|_| device.send()));
-        let settings = OneWaySettings::new(Latency::new(0.0, 0.0));
-        let mut smoother = Smoother::new(settings);
-        for (_, stamps) in &sent {
-            smoother.push(stamps);
-        }
-        let mut smoothed = smoother.finish();
-        assert!(error(&mut smoothed, &sent, device.least_delay) < 0.01);
-        assert_eq!(smoothed.state().epoch, 1);
-    }
-
-    #[test]
-    fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
-        let mut device = Device::new(10.0);
-        let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
-        let (truth, old) = sent[570];
-        sent.push((truth, Stamps { arrival: sent[599].1.arrival + 2 * SECOND, ..old }));
-        let mut smoother = Smoother::new(OneWaySettings::new(Latency::new(0.0, 0.0)));
-        for (_, stamps) in &sent {
-            smoother.push(stamps);
-        }
-        assert!(error(&mut smoother.finish(), &sent, device.least_delay) < 0.01);
-    }
-
-    #[test]
-    fn any_settings_are_smoothed_without_a_panic() {
-        for usual_skew_ppm in [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300] {
-            let latency = Latency::new(f64::NAN, f64::INFINITY);
-            let mut device = Device::new(10.0);
-            let sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
-            let mut smoother =
-                Smoother::new(OneWaySettings { usual_skew_ppm, ..OneWaySettings::new(latency) });
-            for (_, stamps) in &sent {
-                smoother.push(stamps);
-            }
-            assert!(error(&mut smoother.finish(), &sent, device.least_delay) < 0.01);
-        }
-    }
-
-    proptest::proptest! {
-        #[test]
-        fn any_stamps_are_smoothed_without_a_panic(
-            stamps: Vec<(Option<i64>, i64, u64, u32, f64)>,
-        ) {
-            let mut smoother = Smoother::new(OneWaySettings::new(Latency::BLUETOOTH));
-            let stamps: Vec<Stamps> = stamps
-                .into_iter()
-                .map(|(device, arrival, index, count, period_nanos)| {
-                    Stamps { device, index, count, period_nanos, ..Stamps::arrived(arrival) }
-                })
-                .collect();
-            for stamps in &stamps {
-                smoother.push(stamps);
-            }
-            let mut smoothed = smoother.finish();
-            for stamps in &stamps {
-                smoothed.correct(stamps);
-            }
-        }
-    }
-}
+mod tests;

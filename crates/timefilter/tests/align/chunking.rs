@@ -1,7 +1,7 @@
 //! The same samples give the same rows, however they are cut and however often time is told.
 
 use proptest::prelude::*;
-use teampulse_timefilter::align::{Mode, Onto, Run, SourceSettings};
+use teampulse_timefilter::align::{Mode, Onto, Output, Run, SourceSettings};
 
 use crate::story::{Kept, MS, SECOND, Told, keep};
 
@@ -14,19 +14,26 @@ const PERIOD: i64 = 7 * MS;
 
 fn tell(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i64]) -> Vec<Kept> {
     let mut told = Told::new(onto, mode);
-    let sources = POLICIES.map(|policy| {
-        let lateness_nanos = 40 * MS;
-        let idle_nanos = 250 * MS;
-        let policy = policy.parse().unwrap();
-        let settings = SourceSettings { lateness_nanos, idle_nanos, ..SourceSettings::new(policy) };
-        told.aligner.add(settings).unwrap()
-    });
+    let settings = |policy: &str| {
+        let (lateness_nanos, idle_nanos) = (40 * MS, 250 * MS);
+        SourceSettings {
+            lateness_nanos,
+            idle_nanos,
+            ..SourceSettings::new(policy.parse().unwrap())
+        }
+    };
+    let sources = POLICIES.map(|policy| told.aligner.add(settings(policy)).unwrap());
     let (mut now, mut cuts, mut ticks) = (SECOND, cuts.iter().cycle(), ticks.iter().cycle());
     told.tick(now);
-    for &(source, later, delay, count) in batches {
+    for (number, &(source, later, delay, count)) in batches.iter().enumerate() {
         let tick = ticks.next().map_or(later, |tick| tick.min(&later) + now);
         told.tick(tick);
         now += later;
+        // In the middle of the story a source joins that never says anything.
+        if number == batches.len() / 2 {
+            let out = |output: Output<'_>| keep(&mut told.kept, output);
+            told.aligner.join(settings("hold:1s"), now, out).unwrap();
+        }
         let values: Vec<f64> = (0..count).map(|k| (now / MS + k as i64) as f64).collect();
         let measured = now - delay - count as i64 * PERIOD;
         let mut from = 0;

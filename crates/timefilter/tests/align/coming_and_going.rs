@@ -1,6 +1,6 @@
 //! Sources that join and leave while rows go on.
 
-use teampulse_timefilter::align::{AlignError, Sample, Validity};
+use teampulse_timefilter::align::{AlignError, Policy, Sample, SourceSettings, Validity};
 
 use crate::story::{MS, SECOND, Told};
 
@@ -11,7 +11,8 @@ fn a_source_that_joins_has_cells_from_then_on_and_disturbs_no_other() {
     for time in (0..5 * SECOND).step_by(50 * MS as usize) {
         told.at(old, time, time as f64);
     }
-    let new = told.add("linear:1s");
+    assert_eq!(told.aligner.add(SourceSettings::new(Policy::Exact)), Err(AlignError::Begun));
+    let new = told.join("linear:1s", 5 * SECOND);
     for time in (5 * SECOND..10 * SECOND).step_by(50 * MS as usize) {
         told.at(old, time, time as f64);
         told.at(new, time, -1.0);
@@ -55,7 +56,7 @@ fn a_place_that_was_left_is_taken_again_by_a_source_of_its_own() {
     let mut told = Told::grid(100 * MS);
     let (first, stays) = (told.add("hold:1s"), told.add("hold:1s"));
     for round in 0..10_000 {
-        let passing = told.add("hold:1s");
+        let passing = told.join("hold:1s", round * 100 * MS);
         told.leave(passing);
         assert!(passing != first && passing != stays);
         told.at(first, round * 100 * MS, 1.0);

@@ -80,6 +80,12 @@ impl Told {
         self.aligner.add(SourceSettings::new(policy)).unwrap()
     }
 
+    /// A source that comes later.
+    pub fn join(&mut self, policy: &str, now: i64) -> SourceId {
+        let settings = SourceSettings::new(policy.parse().unwrap());
+        self.aligner.join(settings, now, |output| keep(&mut self.kept, output)).unwrap()
+    }
+
     pub fn push(&mut self, source: SourceId, measured: i64, arrival: i64, value: f64) {
         let sample = Sample { measured, arrival, values: &[value] };
         self.aligner.push(source, sample, |output| keep(&mut self.kept, output)).unwrap();

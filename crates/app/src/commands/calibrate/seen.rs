@@ -19,6 +19,7 @@ use teampulse_timefilter::calibrate::Seen;
 use teampulse_timefilter::clock::ClockKind;
 
 use crate::failure::Failure;
+use crate::output;
 
 /// So many numbers are taken of a stream: half an hour of nine channels at 1 kHz, 128 MB.
 const MOST_NUMBERS: usize = 16 << 20;
@@ -88,7 +89,7 @@ pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Reco
         let message = match message {
             Ok(message) => message,
             Err(error @ BagError::Damaged { .. }) => {
-                eprintln!("damaged: {error}; passed over");
+                output::note(format!("damaged: {error}; passed over"));
                 is_whole = false;
                 continue;
             }

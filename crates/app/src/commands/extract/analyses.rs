@@ -1,12 +1,14 @@
 //! Which analysis belongs to which signal.
 
 use clap::ValueEnum;
+use teampulse_core::{stream, units};
 use teampulse_signal::analysis::{Causal, Recording, Whole};
 use teampulse_signal::error::SignalError;
 use teampulse_signal::{
     acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature,
 };
 
+use super::table::{Decimal, Wanted};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
@@ -60,8 +62,8 @@ pub struct Settings {
     pub phasic: Phasic,
     /// What is done about intervals that are artefacts.
     pub artefacts: Artefacts,
-    /// The frequency of the mains [Hz].
-    pub mains_hz: f64,
+    /// The frequency of the mains [Hz]; `None` for the one that is heard.
+    pub mains_hz: Option<f64>,
     /// What the samples are in; `1` when that is not known.
     pub unit: String,
 }
@@ -87,14 +89,14 @@ impl Signal {
     pub fn column_words(self) -> &'static [&'static str] {
         match self {
             Signal::Ecg => &["ecg", "ekg"],
-            Signal::Ppg => &["ppg", "bvp", "pleth", "pulse"],
+            Signal::Ppg => &["ppg", "bvp", "pleth", "pulse", "channel 0"],
             Signal::Eda => &["eda", "gsr", "scl", "skin"],
             Signal::Emg => &["emg"],
             Signal::Eeg => &["eeg", "exg", "raw_"],
             Signal::Respiration => &["resp", "rsp", "breath"],
             Signal::Temperature => &["temp"],
             Signal::Acceleration => &["acc"],
-            Signal::Interval => &["rr", "ibi", "interval", "nn"],
+            Signal::Interval => &["rr", "rri", "ibi", "interval", "nn", "pp", "ppi"],
             Signal::Other => &[],
         }
     }
@@ -110,6 +112,62 @@ impl Signal {
             Signal::Emg | Signal::Eeg | Signal::Other => None,
             Signal::Acceleration => Some(3),
             _ => Some(1),
+        }
+    }
+
+    /// What is wanted of a table of it.
+    pub fn wanted(
+        self,
+        columns: Vec<String>,
+        time: Option<String>,
+        decimal: Option<Decimal>,
+    ) -> Wanted {
+        Wanted {
+            signal: self.word(),
+            words: self.column_words(),
+            takes_all: self.takes_all_columns(),
+            channels: self.channels(),
+            unit: self.unit(),
+            is_even: self.is_even(),
+            least_hz: self.least_hz(),
+            columns,
+            time,
+            decimal,
+        }
+    }
+
+    /// The unit that it is analysed in; `None` where any will do.
+    pub fn unit(self) -> Option<&'static str> {
+        units::worked_in(self.kind())
+    }
+
+    /// The same among the signals of streams.
+    pub fn kind(self) -> stream::Signal {
+        match self {
+            Signal::Ecg => stream::Signal::Ecg,
+            Signal::Ppg => stream::Signal::Ppg,
+            Signal::Eda => stream::Signal::Eda,
+            Signal::Emg => stream::Signal::Emg,
+            Signal::Eeg => stream::Signal::Eeg,
+            Signal::Respiration => stream::Signal::Respiration,
+            Signal::Temperature => stream::Signal::Temperature,
+            Signal::Acceleration => stream::Signal::Acceleration,
+            Signal::Interval => stream::Signal::Interval,
+            Signal::Other => stream::Signal::Other,
+        }
+    }
+
+    /// The lowest rate at which a table of it makes sense [Hz]: where times tell no unit, one that gives
+    /// less is not theirs.
+    pub fn least_hz(self) -> f64 {
+        match self {
+            Signal::Ecg | Signal::Emg | Signal::Eeg => 50.0,
+            Signal::Ppg => 10.0,
+            Signal::Acceleration => 5.0,
+            Signal::Respiration => 2.0,
+            Signal::Eda => 0.9,
+            Signal::Interval => 0.2,
+            Signal::Temperature | Signal::Other => 0.0,
         }
     }
 
@@ -150,7 +208,10 @@ impl Settings {
             Signal::Temperature => {
                 temperature::analysis::causal(&temperature::analysis::Settings::default(), rate_hz)
             }
-            Signal::Acceleration => acceleration::analysis::causal(&self.movement(), rate_hz),
+            Signal::Acceleration => acceleration::analysis::causal(
+                &acceleration::analysis::Settings::default(),
+                rate_hz,
+            ),
             Signal::Interval => hrv::analysis::causal(&self.intervals(), rate_hz),
             Signal::Other => descriptive::analysis::causal(&self.any(channels), rate_hz),
         }
@@ -173,7 +234,10 @@ impl Settings {
             Signal::Temperature => {
                 temperature::analysis::whole(&temperature::analysis::Settings::default(), recording)
             }
-            Signal::Acceleration => acceleration::analysis::whole(&self.movement(), recording),
+            Signal::Acceleration => {
+                let settings = acceleration::analysis::Settings::default();
+                acceleration::analysis::whole(&settings, recording)
+            }
             Signal::Interval => hrv::analysis::whole(&self.intervals(), recording),
             Signal::Other => descriptive::analysis::whole(&self.any(channels), recording),
         }
@@ -199,14 +263,6 @@ impl Settings {
     fn breath(&self) -> respiration::analysis::Settings {
         let unit = self.unit.clone();
         respiration::analysis::Settings { unit, ..respiration::analysis::Settings::default() }
-    }
-
-    fn movement(&self) -> acceleration::analysis::Settings {
-        let unit = match self.unit.as_str() {
-            "m/s2" | "m/s^2" | "m/s²" => acceleration::Unit::MetresPerSecondSquared,
-            _ => acceleration::Unit::G,
-        };
-        acceleration::analysis::Settings { unit, ..acceleration::analysis::Settings::default() }
     }
 
     fn muscles(&self, channels: &[String]) -> emg::analysis::Settings {

@@ -1,35 +1,40 @@
 //! Tables of numbers, as people and devices write them.
 
+mod clock;
 mod columns;
+mod dates;
+mod dialect;
+mod empatica;
 mod error;
 mod head;
 mod line;
+mod lines;
 mod times;
+mod units;
 
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 pub use columns::Wanted;
+pub use dialect::Decimal;
 pub use error::TableError;
+pub use units::is_raw;
 
 use columns::Columns;
 use head::Head;
 use line::number;
-use times::{nanos, usual_rate_hz};
+use lines::Lines;
+use times::usual_rate_hz;
 
 /// Rows that the rate is told from, where nothing else tells it.
 const FIRST_ROWS: usize = 2000;
-/// Longest line [bytes]: what is longer is no table.
-const LONGEST_LINE: u64 = 1 << 20;
 
 /// A table that is read row by row.
 ///
-/// Separated by commas, semicolons (decimal commas allowed), tabs or spaces; with or without a line
-/// of names; comments begin with `#` or `%`, and a sampling rate that they tell is believed, as are
-/// the two first lines of Empatica's E4. Split here, not by a library: half of the tables in this
-/// field are columns of text between comments, no CSV.
+/// Separated by commas, semicolons, tabs or spaces, with decimal points or commas; with or without a line
+/// of names, and one of units below it; comments begin with `#` or `%`, and a sampling rate that they tell
+/// is believed, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates. Split
+/// here, not by a library: half of the tables in this field are columns of text between comments, no CSV.
 pub struct Table {
     lines: Lines,
     /// Rows that were read to learn the rate.
@@ -57,23 +62,10 @@ pub struct Row {
 impl Table {
     /// Opens a table and finds the wanted columns in it; `-` is standard input.
     pub fn open(path: &Path, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Table, TableError> {
-        let opened = |error| TableError::Open { path: path.to_owned(), error };
-        let (input, bytes): (Box<dyn Read>, u64) = if path == Path::new("-") {
-            (Box::new(std::io::stdin()), 0)
-        } else {
-            let file = File::open(path).map_err(opened)?;
-            let bytes = file.metadata().map_err(opened)?.len();
-            (Box::new(file), bytes)
-        };
-        let mut lines = Lines {
-            input: BufReader::with_capacity(1 << 18, input),
-            number: 0,
-            text: String::new(),
-            read: 0,
-            bytes,
-        };
-        let head = Head::read(&mut lines)?;
-        let columns = Columns::choose(&head, wanted)?;
+        let mut lines = Lines::open(path)?;
+        let takes_one = !wanted.takes_all && wanted.columns.is_empty();
+        let head = Head::read(&mut lines, takes_one, wanted.decimal)?;
+        let columns = Columns::choose(&head, wanted, rate_hz.is_some())?;
         let mut table = Table {
             lines,
             ahead: VecDeque::new(),
@@ -105,9 +97,19 @@ impl Table {
         &self.columns.names
     }
 
+    /// The unit of each column that is read, as far as the table tells.
+    pub fn units(&self) -> &[Option<String>] {
+        &self.columns.units
+    }
+
+    /// What was chosen in reading it without being asked for.
+    pub fn notes(&self) -> &[String] {
+        &self.columns.notes
+    }
+
     /// The share of the file that was read [0..1]; `None` when its length is not known.
     pub fn read_share(&self) -> Option<f64> {
-        (self.lines.bytes > 0).then(|| self.lines.read as f64 / self.lines.bytes as f64)
+        self.lines.read_share()
     }
 
     /// How many rows were read.
@@ -118,6 +120,15 @@ impl Table {
     /// How many cells of them hold no number.
     pub fn missing(&self) -> usize {
         self.missing
+    }
+
+    /// The first row, which stays to be read.
+    pub fn peek(&mut self) -> Result<Option<&Row>, TableError> {
+        if self.ahead.is_empty() {
+            let row = self.read_row()?;
+            self.ahead.extend(row);
+        }
+        Ok(self.ahead.front())
     }
 
     /// The next row.
@@ -151,71 +162,35 @@ impl Table {
 
     /// Reads the next line with data.
     fn read_row(&mut self) -> Result<Option<Row>, TableError> {
-        let separator = self.head.separator;
         let line = match self.head.first.take() {
             Some(first) => first,
-            None => loop {
-                match self.lines.next()? {
-                    None => return Ok(None),
-                    Some(text) if is_data(text) => break text.to_owned(),
-                    Some(_) => {}
-                }
+            None => match self.lines.next_data()? {
+                Some(line) => line,
+                None => return Ok(None),
             },
         };
         let mut row = Row {
             values: vec![f64::NAN; self.columns.places.len()],
             at_ns: None,
-            line: self.lines.number,
+            line: line.number,
         };
-        for (place, cell) in separator.cells(&line).enumerate() {
-            let time = self.columns.time.filter(|time| time.place == place);
-            if let Some(time) = time {
-                row.at_ns = nanos(cell, time.ns).map_err(|()| self.text(place, cell))?;
+        let head = &self.head;
+        let text = |place: usize, cell: &str| TableError::Text {
+            line: line.number,
+            column: head.name(place),
+            text: cell.chars().take(40).collect(),
+        };
+        for (place, cell) in head.separator.cells(&line.text).enumerate() {
+            if let Some(time) = self.columns.time.as_mut().filter(|time| time.place == place) {
+                row.at_ns = time.clock.read(cell).map_err(|()| text(place, cell))?;
             }
             for (value, &wanted) in row.values.iter_mut().zip(&self.columns.places) {
                 if wanted == place {
-                    *value = number(cell, separator).ok_or_else(|| self.text(place, cell))?;
+                    *value = number(cell).ok_or_else(|| text(place, cell))?;
                 }
             }
         }
         Ok(Some(row))
-    }
-
-    fn text(&self, place: usize, cell: &str) -> TableError {
-        TableError::Text {
-            line: self.lines.number,
-            column: self.head.name(place),
-            text: cell.chars().take(40).collect(),
-        }
-    }
-}
-
-fn is_data(line: &str) -> bool {
-    !(line.trim().is_empty() || head::is_comment(line))
-}
-
-/// The lines of a file, counted.
-struct Lines {
-    input: BufReader<Box<dyn Read>>,
-    number: usize,
-    text: String,
-    read: u64,
-    bytes: u64,
-}
-
-impl Lines {
-    fn next(&mut self) -> Result<Option<&str>, TableError> {
-        let mut bytes = std::mem::take(&mut self.text).into_bytes();
-        bytes.clear();
-        self.number += 1;
-        let read = (&mut self.input).take(LONGEST_LINE).read_until(b'\n', &mut bytes);
-        let read = read.map_err(|error| TableError::Read { line: self.number, error })? as u64;
-        self.read += read;
-        if read == LONGEST_LINE || bytes.contains(&0) {
-            return Err(TableError::NoTable { line: self.number });
-        }
-        self.text = String::from_utf8_lossy(&bytes).into_owned();
-        Ok((read > 0).then(|| self.text.trim_end_matches(['\n', '\r'])))
     }
 }
 

@@ -26,9 +26,13 @@ fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
         signal: "true events",
         words: &[],
         takes_all: false,
-        is_even: false,
+        channels: None,
+        unit: None,
+        is_even: true,
+        least_hz: 0.0,
         columns: vec![name.to_owned()],
         time: None,
+        decimal: None,
     };
     let mut table = Table::open(path, &wanted, Some(1.0))?;
     let mut places = Vec::new();

@@ -12,7 +12,7 @@ use teampulse_signal::descriptive::{Pace, Rolling, View};
 
 use super::outputs::{over_phases, over_window, told_each_secs};
 use super::values::{coverage, statistics, with_differences};
-use crate::over::{PhasesTold, measured_span};
+use crate::over::{Held, PhasesTold, measured_span};
 use crate::value::{Value, window_of};
 
 /// Windows end at whole seconds of the stream's own time [ns].
@@ -32,6 +32,7 @@ pub(super) struct Line {
 struct Work {
     readout: Readout,
     rolling: Rolling,
+    held: Held,
     windows: Vec<OutputId>,
     /// What the newest baseline that is over came to.
     baseline: Option<Vec<Value>>,
@@ -53,12 +54,12 @@ impl Line {
             let windows =
                 self.windows_secs.iter().map(|secs| out.declare(over_window(stream, *secs)));
             let windows = windows.collect();
-            match known {
-                Some(mut work) => {
-                    work.rolling.set_rate_hz(stream.rate_hz);
-                    Work { readout, windows, ..work }
-                }
-                None => Work { readout, windows, rolling: self.rolling(), baseline: None },
+            if let Some(mut work) = known {
+                work.rolling.set_rate_hz(stream.rate_hz);
+                Work { readout, windows, ..work }
+            } else {
+                let (rolling, held) = (self.rolling(), Held::default());
+                Work { readout, windows, rolling, held, baseline: None }
             }
         });
     }
@@ -75,7 +76,9 @@ impl Line {
     /// Takes in what came on the stream, in its turn or late.
     pub(super) fn push(&mut self, sample: &Sample, phases: &Phases, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
-        let numbers = work.readout.read(&sample.data).map(<[f64]>::to_vec).unwrap_or_default();
+        // What has another number of channels than was declared is missing.
+        let missing = || vec![f64::NAN; self.stream.channels.len()];
+        let numbers = work.readout.read(&sample.data).map_or_else(missing, <[f64]>::to_vec);
         for (place, numbers) in numbers.chunks_exact(self.stream.channels.len()).enumerate() {
             let after_ns = (sample.period_ns * place as f64).round() as i64;
             let at_ns = sample.measured.nanos().saturating_add(after_ns);
@@ -84,6 +87,7 @@ impl Line {
                 self.tell_windows(&mut work, end_ns, out);
             }
             work.rolling.push(at_ns, numbers);
+            work.held.came(at_ns, numbers.len() as u64);
         }
         self.work = Some(work);
     }
@@ -112,14 +116,16 @@ impl Line {
             self.tell_phase(work, phase, out);
         }
         let longest_ns = work.rolling.newest_ns().map_or(at_ns, |newest_ns| newest_ns.max(at_ns));
-        let longest_ns = longest_ns.saturating_sub(LONGEST_HELD_NS);
+        let longest_ns = longest_ns.saturating_sub(LONGEST_HELD_NS).max(work.held.since_ns());
         let next_ns = self.phases_told.next_begin_ns(phases);
         work.rolling.keep_from(next_ns.map_or(i64::MAX, |next_ns| next_ns.max(longest_ns)));
     }
 
     fn tell_phase(&self, work: &mut Work, phase: &Phase, out: &mut Outputs) {
         let since_ns = work.rolling.begin_ns();
-        let Some(span) = since_ns.and_then(|since_ns| measured_span(phase, since_ns)) else {
+        let held_ns = work.held.since_ns();
+        let Some(span) = since_ns.and_then(|since_ns| measured_span(phase, since_ns, held_ns))
+        else {
             return;
         };
         let view = work.rolling.describe(span);

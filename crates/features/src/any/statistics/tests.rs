@@ -258,6 +258,14 @@ fn another_rate_goes_on_and_other_channels_begin_anew() {
 }
 
 #[test]
+fn what_has_another_number_of_channels_is_missing() {
+    let mut scene = Scene::new(&input(&[("x", "uS"), ("y", "uS")]));
+    (0..30).for_each(|secs| scene.wave(f64::from(secs), 1, &[1.0; 10]));
+    let window = scene.told("w10").pop().unwrap().1;
+    assert_eq!((window.values.len(), window.reasons[0]), (28, Reason::Gap));
+}
+
+#[test]
 fn what_is_derived_or_about_nobody_or_has_no_numbers_is_left_alone() {
     let feature = feature(&[10.0]);
     let stream = input(&[("x", "uS")]);

@@ -99,12 +99,16 @@ impl Windows {
         })
     }
 
-    /// Why a measure has nothing to compare: its sensor is not there, or told nothing of the baseline, or
-    /// too little.
+    /// Why a measure has nothing to compare: its sensor is not there, its windows are too short for it, or it
+    /// told nothing of the baseline, or too little.
     pub(super) fn lack(&self, measure: usize) -> Reason {
         let tracks = self.tracks.iter().filter(|track| track.measure == measure);
-        let lack = |track: &Track| {
-            if track.is_held() { Reason::BriefBaseline } else { Reason::NoBaseline }
+        let is_short =
+            |track: &Track| track.newest().is_some_and(|newest| newest.value == Err(Reason::Short));
+        let lack = |track: &Track| match track {
+            track if track.is_held() => Reason::BriefBaseline,
+            track if is_short(track) => Reason::Short,
+            _ => Reason::NoBaseline,
         };
         tracks.map(lack).max_by_key(|lack| *lack as u8).unwrap_or(Reason::Missing)
     }
@@ -144,5 +148,37 @@ impl Windows {
             return Err(Reason::Gap);
         }
         Ok((baseline.difference(newest.value?), newest.quality))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{About, Origin, Shape};
+
+    use super::*;
+
+    #[test]
+    fn windows_that_are_too_short_for_a_measure_do_not_blame_the_baseline() {
+        let person = Subject { about: About::Person, id: "p1".into() };
+        let name = "/humans/persons/p1/belt/respiration/breath/w10";
+        let stream = Stream::raw(name, person, Shape::Feature);
+        let stream = Stream { origin: Origin::Derived, ..stream };
+        let stream = stream.with_channels(&[("RSP_Quality", "1"), ("RSP_Rate_Mean", "1/min")]);
+        let mut windows = Windows::default();
+        windows.join(StreamId(0), &stream, "breath");
+        let window = |reason| FeatureValues {
+            window_secs: 10.0,
+            coverage: 1.0,
+            quality: 1.0,
+            values: vec![60.0, f64::NAN],
+            sigmas: Vec::new(),
+            reasons: vec![Reason::Ok, reason],
+        };
+        let breathing = MEASURES.iter().position(|each| each.name == "breathing_rate").unwrap();
+        for (reason, lack) in [(Reason::Short, Reason::Short), (Reason::Gap, Reason::NoBaseline)] {
+            windows.take((StreamId(0), Time::from_stamp(10, 0)), &window(reason), None);
+            assert_eq!(windows.lack(breathing), lack);
+        }
+        assert_eq!(windows.lack(COUNT - 1), Reason::Missing);
     }
 }

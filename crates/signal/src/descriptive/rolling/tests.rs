@@ -162,6 +162,27 @@ fn what_is_to_be_kept_can_be_described_and_the_rest_is_let_go() {
     assert!(rolling.kept.places(Span { begin_ns: 0, end_ns: i64::MAX }).len() <= 20);
 }
 
+/// Would take hours if a second were looked at again for each sample of it that is late.
+#[test]
+fn samples_that_overlap_by_the_thousands_are_taken_in_at_once() {
+    let mut rolling = Rolling::new(1000.0, 1, &each_hop(&[2 * SECOND_NS]), SECOND_NS);
+    // Waves of 625 samples at 1000 Hz, each 10 ms: the end of one lies behind the next sixty.
+    for wave in 0..400 {
+        for sample in 0..625 {
+            let at_ns = wave * SECOND_NS / 100 + sample * SECOND_NS / 1000;
+            while rolling.advance(at_ns).is_some() {}
+            rolling.push(at_ns, &[(wave % 7) as f64]);
+        }
+    }
+    let view = rolling.window(0);
+    let described = rolling.describe(view.span);
+    assert_eq!(view.channels[0].summary.unwrap().n, 2 * 62_500);
+    assert_eq!(
+        view.channels[0].summary.unwrap().median,
+        described.channels[0].summary.unwrap().median
+    );
+}
+
 #[test]
 fn times_at_both_ends_of_all_time_do_no_harm() {
     let times_ns = [i64::MAX, i64::MIN, 0, i64::MAX - 1, i64::MIN + 1, 5, i64::MAX];

@@ -11,12 +11,14 @@ use teampulse_core::time::Time;
 
 use super::Summary;
 use super::table::Table;
-use super::watched::{Usable, Watched};
+use super::watched::{Complaint, Usable, Watched};
 use crate::tidy::course::{Course, SHORTEST_SECS};
 use crate::tidy::file::on_one_line;
 use crate::tidy::intervals::Kept;
-use crate::tidy::{events, features};
+use crate::tidy::{events, features, phases};
 
+/// So many reasons are listed of a stream: those that held longest.
+const REASONS: usize = 4;
 /// So many faults are listed; the others are only counted.
 const FAULTS: usize = 20;
 
@@ -110,9 +112,9 @@ impl Page<'_> {
         }
         writeln!(
             f,
-            "usable: coverage × quality of each phase as a whole, or else of the windows that lie in \
-             it, on average;\nwith a *, where there are none, the share of time in which a stream came \
-             as it should. lost: on the way\nhere and in our own queue; ? = nobody can tell. ± : how \
+            "usable: the share of each phase that has data good enough for values, or else of the \
+             windows that lie in it,\non average; with a *, where there are none, the share of time in \
+             which a stream came as it should. lost:\non the way here and in our own queue; ? = nobody can tell. ± : how \
              far a time may be off (95 %);\n- = not known: the computer that measures stamps such a \
              stream, and does not tell how well.\n"
         )
@@ -142,13 +144,13 @@ impl Page<'_> {
         writeln!(f, "## What was lost or wrong\n")?;
         let streams = self.summary.watched.iter();
         let bad = streams.filter_map(|((_, name), watched)| {
-            let (state, reason) = watched.worst.as_ref()?;
+            let complaints = watched.complaints();
+            let told =
+                complaints.iter().take(REASONS).map(|complaint| said(complaint, &complaints));
+            let told: Vec<String> = told.collect();
             let secs = watched.not_fine_secs;
-            let reason = match on_one_line(reason) {
-                reason if reason.is_empty() => reason,
-                reason => format!(": {reason}"),
-            };
-            Some(format!("- {name}: {secs} s not as it should be ({state}{reason})"))
+            let told = told.join("; ");
+            (secs > 0).then(|| format!("- {name}: {secs} s not as it should be ({told})"))
         });
         let mut faults: Vec<_> = self.summary.faults.iter().collect();
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
@@ -175,17 +177,20 @@ impl Page<'_> {
     }
 
     fn files(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (events, features) = (events::NAME, features::NAME);
+        let (events, phases, features) = (events::NAME, phases::NAME, features::NAME);
         writeln!(
             f,
             "## Where the rest is\n\n\
              - {events}: phases, markers, reports, faults and all else that happened, as BIDS writes \
              it; beats are in\n  the intervals' files.\n\
-             - {features}: each value with its unit and quality, or the reason why there is none; of \
-             windows that do\n  not overlap, and of each phase as a whole. time_utc is that of the \
-             window's end."
+             - {phases}: a row for each phase of somebody, a column for each measure; begin here.\n\
+             - {features}: each value with its unit, or the reason why there is none; of windows that \
+             do not overlap,\n  and of each phase as a whole.\n\
+             - The .json beside a table says what its columns and measures are, and how they are \
+             computed. Times are\n  seconds since {}.",
+            self.course.began()
         )?;
-        for Kept { name, person, device, signal, count, gaps } in self.intervals {
+        for Kept { name, person, device, signal, count, gaps, corrected } in self.intervals {
             let missing = match gaps {
                 0 | 1 => String::new(),
                 2 => "; data are missing in 1 place".to_owned(),
@@ -193,8 +198,10 @@ impl Page<'_> {
             };
             writeln!(
                 f,
-                "- {name}: {count} intervals between heart beats of {person} ({signal} of {device}) \
-                 [ms], one a line, as\n  detected and not corrected{missing}. Kubios HRV reads it."
+                "- {name}.csv: {count} intervals between heart beats of {person} ({signal} of \
+                 {device}) with their times and\n  phases, as detected; the {corrected} that the \
+                 features correct are marked{missing}.\n- {name}.txt: the same as Kubios HRV reads \
+                 it: time of the beat and interval [s], nothing corrected."
             )?;
         }
         let bag = self.folder.file_name().unwrap_or_default().to_string_lossy();
@@ -217,6 +224,16 @@ impl Page<'_> {
 /// Whether a phase is one: the session tells one a moment before somebody's own, and ends in another.
 fn lasts(phase: &Phase) -> bool {
     phase.end.is_none_or(|end| end.secs_since(phase.begin) >= SHORTEST_SECS)
+}
+
+/// One thing that was wrong with a stream, with how long it was where there are others.
+fn said(complaint: &Complaint, all: &[&Complaint]) -> String {
+    let Complaint { state, reason, secs } = complaint;
+    let reason = match on_one_line(reason) {
+        reason if reason.is_empty() => reason,
+        reason => format!(": {reason}"),
+    };
+    if all.len() > 1 { format!("{secs} s {state}{reason}") } else { format!("{state}{reason}") }
 }
 
 /// A time to the second, without the zone that is said behind it.

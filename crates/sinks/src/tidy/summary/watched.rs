@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use teampulse_core::status::{State, StreamStatus};
 
-/// A status tells the rate over so many seconds; before, it is told over fewer and less surely [s].
-const SETTLING_SECS: u32 = 10;
+/// The most reasons that are told apart of one stream.
+const MOST_REASONS: usize = 16;
 
 /// What is known of one stream over a session.
 #[derive(Debug, Default)]
@@ -14,7 +14,7 @@ pub(super) struct Watched {
     pub(super) last: Option<StreamStatus>,
     /// For how many seconds it came.
     came_secs: u32,
-    /// Its rate in those [Hz], added up once a whole window of it was counted.
+    /// Its rate in those [Hz], added up.
     rates_hz: f64,
     /// The seconds in which it came as it should.
     fine: Shares,
@@ -22,9 +22,20 @@ pub(super) struct Watched {
     windows: Shares,
     /// What whole phases of it were worth, by their lengths.
     phases: Shares,
-    /// The worst that was said of it, and for how many seconds it was not fine.
-    pub(super) worst: Option<(State, String)>,
+    /// For how many seconds it was not fine.
     pub(super) not_fine_secs: u32,
+    /// What was said of it then, by the state and the words without their numbers.
+    complaints: BTreeMap<(State, String), Complaint>,
+}
+
+/// What was wrong with a stream.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Complaint {
+    pub(super) state: State,
+    /// In the words of the last second of it.
+    pub(super) reason: String,
+    /// For how long [s].
+    pub(super) secs: u32,
 }
 
 /// Shares of something: in all, and within each phase.
@@ -55,19 +66,33 @@ impl Watched {
         self.last = Some(status.clone());
         if matches!(status.state, State::Ok | State::Degraded) && status.rate_hz > 0.0 {
             self.came_secs += 1;
-            if self.came_secs > SETTLING_SECS {
-                self.rates_hz += status.rate_hz;
-            }
+            self.rates_hz += status.rate_hz;
         }
         let is_fine = f64::from(u8::from(status.state == State::Ok));
         self.fine.take(is_fine, 1.0, phase);
         // A stream is declared a moment before its first sample.
         if !matches!(status.state, State::Ok | State::Never) {
             self.not_fine_secs += 1;
-            if self.worst.as_ref().is_none_or(|(worst, _)| *worst <= status.state) {
-                self.worst = Some((status.state, status.reason.clone()));
-            }
+            self.complain(status);
         }
+    }
+
+    fn complain(&mut self, status: &StreamStatus) {
+        let key = (status.state, status.reason.replace(|each: char| each.is_ascii_digit(), ""));
+        if self.complaints.len() == MOST_REASONS && !self.complaints.contains_key(&key) {
+            return;
+        }
+        let (state, reason) = (status.state, status.reason.clone());
+        let of_key = self.complaints.entry(key);
+        let complaint = of_key.or_insert(Complaint { state, reason: String::new(), secs: 0 });
+        (complaint.reason, complaint.secs) = (reason, complaint.secs + 1);
+    }
+
+    /// What was wrong with it, what lasted longest first.
+    pub(super) fn complaints(&self) -> Vec<&Complaint> {
+        let mut complaints: Vec<&Complaint> = self.complaints.values().collect();
+        complaints.sort_by_key(|complaint| std::cmp::Reverse(complaint.secs));
+        complaints
     }
 
     /// Takes a window, within a phase or of none, and its worth [0..1].
@@ -82,10 +107,7 @@ impl Watched {
 
     /// Its mean rate while it came [Hz].
     pub(super) fn rate_hz(&self) -> Option<f64> {
-        match self.came_secs.checked_sub(SETTLING_SECS) {
-            Some(counted @ 1..) => Some(self.rates_hz / f64::from(counted)),
-            _ => self.last.as_ref().map(|last| last.rate_hz).filter(|rate_hz| *rate_hz > 0.0),
-        }
+        (self.came_secs > 0).then(|| self.rates_hz / f64::from(self.came_secs))
     }
 
     /// How much of it is usable.

@@ -89,13 +89,13 @@ fn the_end_of_something_is_a_moment_that_tells_how_long_it_lasted() {
     session.phase(50.0, "before", 20.0);
     session.phase(70.0, "after", 20.0);
     session.tell(75.0, &deployment, marker("robot2 online", 15.0));
-    session.tell(76.5, &alerts, marker("robot2 no longer needs someone: offline", 11.5));
+    session.tell(76.5, &alerts, marker("robot2 no longer needs someone: poor link", 11.5));
     let person_s = Stream::raw("/humans/persons/p001/task/notes", person(), Shape::Event);
     session.tell(80.0, &person_s, marker("lasts", 9.0));
     let files = session.run();
     let online = row(&files, "robot2 online", &[0, 1, 3, 7, 8]);
     assert_eq!(online, "75.000 0 15 after 2026-11-18T11:07:55.000Z");
-    let alert = row(&files, "robot2 no longer needs someone: offline", &[0, 1, 3, 7]);
+    let alert = row(&files, "robot2 no longer needs someone: poor link", &[0, 1, 3, 7]);
     assert_eq!(alert, "76.500 0 11.5 after");
     assert_eq!(row(&files, "lasts", &[0, 1]), "80.000 9");
 }
@@ -190,7 +190,7 @@ fn a_phase_too_short_for_any_value_has_no_rows() {
     session.window("heart/phases", 20.0, window(0.75));
     session.window("heart/phases", 30.0, empty(10.0));
     session.window("heart/phases", 30.5, empty(0.5));
-    assert_eq!(session.run().columns(&[1]), ["20.000", "30.000"]);
+    assert_eq!(session.run().columns(&[0, 1]), ["19.250 0.75", "20.000 10"]);
 }
 
 #[test]
@@ -233,7 +233,7 @@ fn labels_with_line_breaks_break_no_file() {
     session.windows("heart/w30", 30..=31, 30.0);
     session.tell(31.0, &session_events(), event(EventKind::Fault, "a\nb", f64::NAN, 0.0));
     let files = session.run();
-    assert_eq!(files.columns(&[5]), ["base  line one"]);
+    assert_eq!(files.columns(&[3]), ["base  line one"]);
     let text = files.text("summary.md");
     assert!(text.contains("| all | base  line one |") && text.contains(": a b\n"), "{text}");
     assert!(text.lines().filter(|line| line.contains("line one")).all(|line| line.ends_with('|')));

@@ -103,7 +103,9 @@ impl Session {
     /// A window of the electrocardiogram that ends at a second.
     pub fn window(&mut self, leaf: &str, end_secs: f64, window: Data) {
         let ecg = Stream::raw(ECG, person(), Shape::Wave);
-        self.streams.declare(ecg.clone());
+        if self.streams.find(ECG).is_none() {
+            self.streams.declare(ecg.clone());
+        }
         let channels = [("ECG_Rate_Mean", "bpm"), ("HRV_LF", "ms^2")];
         let stream = Stream::derived(&ecg, leaf, Shape::Feature).with_channels(&channels);
         if self.streams.find(&stream.name).is_none() {
@@ -130,6 +132,11 @@ impl Session {
     }
 }
 
+/// Whether a file has intervals for Kubios.
+pub fn is_of_intervals(name: &str) -> bool {
+    name.strip_suffix(".txt").is_some_and(|name| name.starts_with("intervals"))
+}
+
 /// Writes the files of a session.
 pub fn write(session: &Session) -> Result<(), SinkError> {
     let context = SinkContext {
@@ -138,6 +145,7 @@ pub fn write(session: &Session) -> Result<(), SinkError> {
         study: String::new(),
         clock: Clock::told(),
         bag_ended: session.bag_ended.clone(),
+        growth: teampulse_bag::Growth::default(),
         damage: session.damage.clone(),
     };
     let sink = Tidy::default().build(&context).unwrap();
@@ -156,6 +164,18 @@ pub struct Files {
 impl Files {
     pub fn text(&self, name: &str) -> String {
         fs::read_to_string(self.folder.path().join(name)).unwrap()
+    }
+
+    /// The files of intervals for Kubios.
+    pub fn intervals(&self) -> Vec<&str> {
+        let names = self.names.iter().map(String::as_str);
+        names.filter(|name| is_of_intervals(name)).collect()
+    }
+
+    /// Who may do what with a file.
+    pub fn mode(&self, name: &str) -> u32 {
+        let metadata = fs::metadata(self.folder.path().join(name)).unwrap();
+        std::os::unix::fs::MetadataExt::mode(&metadata)
     }
 
     /// Some columns of `features.csv`.

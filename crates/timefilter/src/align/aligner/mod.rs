@@ -101,9 +101,32 @@ impl Aligner {
         })
     }
 
-    /// Adds a source, at any time; rows wait for its first sample up to its idle time-out.
-    /// Refuses what is out of range, and more than [`MOST_SOURCES`](super::MOST_SOURCES) at once.
+    /// Adds a source that is there from the beginning, before any time has passed; rows wait for its first
+    /// sample up to its idle time-out. Refuses what is out of range, and more than
+    /// [`MOST_SOURCES`](super::MOST_SOURCES) at once.
     pub fn add(&mut self, settings: SourceSettings) -> Result<SourceId, AlignError> {
+        if self.now.is_some() {
+            return Err(AlignError::Begun);
+        }
+        self.admit(settings)
+    }
+
+    /// Adds a source at `now` [ns of session time], with everything that falls due until then given out
+    /// before.
+    pub fn join<F>(
+        &mut self,
+        settings: SourceSettings,
+        now: i64,
+        mut out: F,
+    ) -> Result<SourceId, AlignError>
+    where
+        F: FnMut(Output<'_>),
+    {
+        self.advance(now, &mut out);
+        self.admit(settings)
+    }
+
+    fn admit(&mut self, settings: SourceSettings) -> Result<SourceId, AlignError> {
         let settings = settings.checked()?;
         let free = self.sources.iter().position(Option::is_none);
         let place = free.unwrap_or(self.sources.len());
@@ -125,7 +148,8 @@ impl Aligner {
         Ok(id)
     }
 
-    /// A source has ended: its samples are used up to the last, then it is gone from the rows.
+    /// A source has ended, at the time of the last sample or tick: its samples are used up to the last, then
+    /// it is gone from the rows.
     pub fn leave<F>(&mut self, source: SourceId, mut out: F) -> Result<(), AlignError>
     where
         F: FnMut(Output<'_>),

@@ -194,6 +194,119 @@ fn batches_follow_each_other_though_their_period_is_nominal() {
     }
 }
 
+#[test]
+fn a_clock_that_is_set_by_little_is_found_within_a_second_by_its_numbers() {
+    for step_ms in [-600, -265, -80, -75, -60, 60, 265, 600] {
+        let (mut clock, mut device) = (model(), Device::new(50.0));
+        run(&mut clock, &mut device, 120);
+        device.clock += step_ms * 1_000_000;
+        let error = run(&mut clock, &mut device, 1) - device.least_delay;
+        assert!(error.abs() < 0.01, "{step_ms}: {error}");
+        let told = news(&mut clock);
+        let [News::Jumped { epoch: 1, secs }] = told[..] else { panic!("{step_ms}: {told:?}") };
+        assert!((secs - step_ms as f64 / 1e3).abs() < 0.005, "{step_ms}: {secs}");
+    }
+}
+
+#[test]
+fn packets_that_are_sent_once_more_in_a_row_are_no_clock_that_was_set_back() {
+    for packets in 1..=4 {
+        let (mut clock, mut device) = (model(), Device::new(50.0));
+        run(&mut clock, &mut device, 120);
+        let mut last: Vec<Stamps> = Vec::new();
+        for round in 0..2_000 {
+            let (_, stamps) = device.send();
+            last.push(stamps);
+            clock.correct(&stamps);
+            if round % 50 == 49 {
+                let arrival = stamps.arrival;
+                for again in last.split_off(last.len() - packets) {
+                    // Whoever counts what comes gives each a number of its own.
+                    device.index += 1;
+                    let index = device.index - 1;
+                    clock.correct(&Stamps { arrival, index, ..again });
+                }
+                last.clear();
+            }
+        }
+        assert_eq!(news(&mut clock), [], "{packets}");
+    }
+}
+
+#[test]
+fn a_period_that_is_declared_wrong_is_told_and_corrected() {
+    for wrong in [0.25, 0.7, 1.5, 4.0] {
+        let (mut clock, mut device) = (model(), Device::new(130.0));
+        device.batch = 73;
+        let mut worst = 0.0_f64;
+        for k in 0..200 {
+            let (truth, stamps) = device.send();
+            let said = Stamps { period_nanos: stamps.period_nanos * wrong, ..stamps };
+            let corrected = clock.correct(&said);
+            let last = corrected.measured as f64 + 72.0 * corrected.period_nanos;
+            let true_last = truth as f64 + 72.0 * stamps.period_nanos;
+            if k > 100 {
+                let error = (last - true_last) / 1e9 - device.least_delay;
+                worst = worst.max(error.abs());
+            }
+        }
+        let told = news(&mut clock);
+        let [News::WrongRate { hz, .. }] = told[..] else { panic!("{wrong}: {told:?}") };
+        assert!((hz - 130.0).abs() < 0.1 && worst < 0.015, "{wrong}: {hz} Hz, {worst} s");
+    }
+}
+
+#[test]
+fn a_clock_that_runs_fast_is_found_within_16_seconds() {
+    for ppm in [-2000, -900, 900, 2000] {
+        let (mut clock, mut device) = (model(), Device::new(10.0));
+        (device.rate, device.tail) = (1.0 + f64::from(ppm) * 1e-6, 0.010);
+        run(&mut clock, &mut device, 16);
+        let told = news(&mut clock);
+        let [News::Fast { ppm: found }] = told[..] else { panic!("{ppm}: {told:?}") };
+        assert!((found - f64::from(ppm)).abs() < 500.0, "{ppm}: {found}");
+    }
+}
+
+#[test]
+fn a_link_that_is_too_slow_from_the_first_packet_on_is_no_slow_clock() {
+    let (mut clock, mut device) = (model(), Device::new(50.0));
+    let mut worst = 0.0_f64;
+    for k in 0..50 * 1_200 {
+        let (truth, stamps) = device.send();
+        let held_up = k * 20_000_000 / 5; // a fifth too slow
+        let stamps = Stamps { arrival: stamps.arrival + held_up, ..stamps };
+        let error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
+        worst = worst.max(if k > 50 * 30 { error.abs() } else { 0.0 });
+    }
+    assert_eq!(news(&mut clock), []);
+    assert!(worst < 0.2, "{worst}");
+}
+
+#[test]
+fn a_route_that_is_longer_for_minutes_does_not_move_the_clock_and_is_stated() {
+    let (mut clock, mut device) = (model(), Device::new(50.0));
+    run(&mut clock, &mut device, 300);
+    let least = device.least_delay;
+    device.least_delay += 0.080;
+    let error = run(&mut clock, &mut device, 200) - least;
+    assert!(error.abs() < 0.005, "{error}");
+    assert!(clock.state().uncertainty_secs > 0.07, "{:?}", clock.state());
+    device.least_delay = least;
+    let error = run(&mut clock, &mut device, 60) - least;
+    assert!(error.abs() < 0.005 && clock.state().uncertainty_secs < 0.01, "{error}");
+    assert_eq!(news(&mut clock), []);
+}
+
+#[test]
+fn a_perfect_clock_of_few_packets_makes_no_news() {
+    for tenths_hz in [10, 15, 20, 30, 50] {
+        let (mut clock, mut device) = (model(), Device::new(f64::from(tenths_hz) / 10.0));
+        run(&mut clock, &mut device, 600);
+        assert_eq!(news(&mut clock), [], "{tenths_hz}");
+    }
+}
+
 proptest::proptest! {
     #[test]
     fn any_stamps_are_placed_without_a_panic(

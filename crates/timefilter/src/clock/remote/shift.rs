@@ -37,6 +37,11 @@ impl Shift {
     /// A stamp, shifted.
     pub(super) fn apply(&mut self, stamp: i64) -> i64 {
         self.latest = self.latest.max(Some(stamp));
+        self.of(stamp)
+    }
+
+    /// The same for a stamp of long ago, which settles nothing.
+    pub(super) fn of(&self, stamp: i64) -> i64 {
         stamp.saturating_sub(self.at(stamp))
     }
 

@@ -200,6 +200,20 @@ fn a_single_stamp_that_is_far_off_moves_nothing() {
 }
 
 #[test]
+fn what_a_network_held_up_keeps_its_stamps() {
+    let mut computer = Computer::new(0, 0);
+    computer.run(0, 60);
+    let believed = computer.disbelieved;
+    let back = START + 70 * SECOND;
+    for k in 60 * 50..80 * 50 {
+        let sent = START + k * SECOND / 50;
+        let corrected = computer.arrives(sent, (sent + 1_000_000).max(back + k * 1_000));
+        assert!((corrected.measured - sent).abs() < 2_000_000, "{k}");
+    }
+    assert_eq!((computer.disbelieved, computer.news.len()), (believed, 0));
+}
+
+#[test]
 fn what_was_kept_for_late_joiners_does_not_set_the_clock() {
     let mut computer = Computer::new(0, 0);
     for k in 0..5 {
@@ -378,4 +392,86 @@ proptest! {
             remote.probe(&Probe { arrival, offset_secs, round_trip_secs });
         }
     }
+}
+
+/// A computer that sends waves of a device: measured 70 ms before they arrive, two a second.
+fn sends_waves(computer: &mut Computer, from_secs: i64, to_secs: i64) -> (i64, usize) {
+    let (mut worst_nanos, mut disbelieved) = (0, 0);
+    for k in from_secs * 2..to_secs * 2 {
+        let measured = START + k * SECOND / 2;
+        let arrival = measured + 70_000_000 + (k * 7919 % 17) * 1_000_000;
+        let source = Some(computer.stamp(measured));
+        let stamps = Stamps { source, says: Says::Measured, ..Stamps::arrived(arrival) };
+        let corrected = computer.remote.correct(&stamps);
+        disbelieved += usize::from(corrected.disbelieved);
+        worst_nanos = worst_nanos.max((corrected.measured - measured).abs());
+        computer.news.extend(std::iter::from_fn(|| computer.remote.news()));
+    }
+    (worst_nanos, disbelieved)
+}
+
+#[test]
+fn a_device_that_takes_long_is_no_clock_that_is_behind() {
+    let mut computer = Computer::new(0, 0);
+    assert_eq!(sends_waves(&mut computer, 0, 300), (0, 0));
+    assert!(computer.remote.state().offset_secs.is_nan() && computer.news.is_empty());
+    // Messages show that it is in step; and probes, that it is so to a millisecond.
+    computer.run(300, 330);
+    assert_eq!(sends_waves(&mut computer, 330, 600), (0, 0));
+    for second in (600..640).step_by(4) {
+        computer.probed(second);
+        assert_eq!(sends_waves(&mut computer, second + 2, second + 4).0, 0);
+    }
+    assert!(computer.remote.state().uncertainty_secs < 0.005 && computer.news.is_empty());
+}
+
+#[test]
+fn a_wave_that_lies_after_its_arrival_shows_a_clock_that_is_ahead() {
+    let mut computer = Computer::new(600_000_000, 40);
+    sends_waves(&mut computer, 0, 30);
+    assert!(matches!(computer.news[..], [News::Off { .. }]), "{:?}", computer.news);
+    let (worst_nanos, _) = sends_waves(&mut computer, 30, 300);
+    let state = computer.remote.state();
+    assert!(worst_nanos as f64 * 1e-9 <= state.uncertainty_secs, "{worst_nanos} {state:?}");
+    assert!(worst_nanos < 100_000_000, "{worst_nanos}");
+}
+
+#[test]
+fn with_probes_waves_are_placed_to_a_millisecond() {
+    for ahead_nanos in [600_000_000, -600_000_000] {
+        let mut computer = Computer::new(ahead_nanos, 40);
+        for second in 0..60 {
+            if second % 4 == 0 {
+                computer.probed(second);
+            }
+            let (worst_nanos, _) = sends_waves(&mut computer, second, second + 1);
+            assert!(second < 8 || worst_nanos < 1_000_000, "{ahead_nanos} {second}: {worst_nanos}");
+        }
+    }
+}
+
+#[test]
+fn waves_that_a_network_held_up_keep_their_stamps_though_nothing_is_known_of_the_clock() {
+    let mut computer = Computer::new(0, 0);
+    sends_waves(&mut computer, 0, 30);
+    for k in 60..80 {
+        let measured = START + k * SECOND / 2;
+        let arrival = START + 41 * SECOND + k * 2_000_000;
+        let stamps =
+            Stamps { source: Some(measured), says: Says::Measured, ..Stamps::arrived(arrival) };
+        assert_eq!(computer.remote.correct(&stamps).measured, measured);
+    }
+}
+
+#[test]
+fn what_was_kept_is_placed_by_what_is_known_of_the_clock_and_tells_nothing_of_it() {
+    let mut computer = Computer::new(1_500_000_000, 0);
+    computer.run(0, 60);
+    let before = computer.remote.state();
+    let (happened, arrival) = (START - 600 * SECOND, START + 60 * SECOND);
+    let source = Some(computer.stamp(happened));
+    let stamps = Stamps { source, says: Says::Kept, ..Stamps::arrived(arrival) };
+    let wrong_nanos = computer.remote.correct(&stamps).measured - happened;
+    assert!(wrong_nanos.abs() < 10_000_000, "{wrong_nanos}");
+    assert_eq!(computer.remote.state(), before);
 }

@@ -1,7 +1,11 @@
 //! Which columns of a table are wanted.
 
+use super::clock::{Clock, unit_ns, unit_of_name_ns};
+use super::dates::{Order, date_ns, order};
+use super::dialect::Decimal;
 use super::error::TableError;
-use super::head::{Head, is_time_like};
+use super::head::{Head, is_count_like, is_time_like};
+use super::units::{self, unit};
 
 /// What is wanted of a table.
 #[derive(Clone, Debug)]
@@ -12,45 +16,58 @@ pub struct Wanted {
     pub words: &'static [&'static str],
     /// Whether all columns are wanted when none is named.
     pub takes_all: bool,
+    /// How many are wanted; `None` for any number.
+    pub channels: Option<usize>,
+    /// The unit that it is wanted in; `None` where any will do.
+    pub unit: Option<&'static str>,
     /// Whether rows come at an even rate.
     pub is_even: bool,
+    /// The lowest rate at which the signal tells anything [Hz].
+    pub least_hz: f64,
     /// Names or numbers of columns; empty when the user named none.
     pub columns: Vec<String>,
     /// The column with the times.
     pub time: Option<String>,
+    /// What stands before decimals, if the user said so.
+    pub decimal: Option<Decimal>,
 }
 
 /// Where the wanted columns stand.
 pub struct Columns {
     pub places: Vec<usize>,
     pub names: Vec<String>,
+    /// The unit of each, as far as the table tells.
+    pub units: Vec<Option<String>>,
     pub time: Option<Time>,
+    /// What was chosen without being asked for.
+    pub notes: Vec<String>,
 }
 
 /// A column of times.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Time {
     pub place: usize,
-    /// How long its unit is [ns].
-    pub ns: i64,
+    pub clock: Clock,
 }
 
 impl Columns {
-    pub fn choose(head: &Head, wanted: &Wanted) -> Result<Columns, TableError> {
-        let time = time(head, wanted)?;
+    /// Finds what is wanted; times are looked for by themselves unless the rate is known.
+    pub fn choose(head: &Head, wanted: &Wanted, has_rate: bool) -> Result<Columns, TableError> {
+        let mut notes = Vec::new();
+        let time = time(head, wanted, has_rate, &mut notes)?;
         let places = if wanted.columns.is_empty() {
-            unnamed(head, wanted, time)?
+            unnamed(head, wanted, time.as_ref(), &mut notes)?
         } else {
             let place = |name: &String| named(head, name);
             wanted.columns.iter().map(place).collect::<Result<Vec<_>, _>>()?
         };
-        if let Some(&place) = places.iter().find(|place| head.texts.contains(place)) {
-            let cell = head.first.as_deref().and_then(|line| head.separator.cells(line).nth(place));
-            let text = cell.unwrap_or_default().chars().take(40).collect();
+        if let Some(&place) = places.iter().find(|place| head.is_text(**place)) {
+            let text = head.cells(place)[0].chars().take(40).collect();
             return Err(TableError::TextColumn { column: head.name(place), text });
         }
         let names = places.iter().map(|&place| channel_name(head, place)).collect();
-        Ok(Columns { places, names, time })
+        let units = places.iter().map(|&place| unit(head, place, wanted)).collect();
+        Ok(Columns { places, names, units, time, notes })
     }
 }
 
@@ -66,68 +83,168 @@ fn named(head: &Head, name: &str) -> Result<usize, TableError> {
         .ok_or_else(|| TableError::NoColumn { wanted: name.to_owned(), there: all_names(head) })
 }
 
-fn unnamed(head: &Head, wanted: &Wanted, time: Option<Time>) -> Result<Vec<usize>, TableError> {
+fn unnamed(
+    head: &Head,
+    wanted: &Wanted,
+    time: Option<&Time>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<usize>, TableError> {
     let is_signal = |&place: &usize| {
         time.is_none_or(|time| time.place != place)
             && !head.names.get(place).is_some_and(|name| is_time_like(name))
     };
     let all: Vec<usize> = (0..head.width).filter(is_signal).collect();
-    let numbers: Vec<usize> =
-        all.iter().copied().filter(|place| !head.texts.contains(place)).collect();
+    let numbers: Vec<usize> = all.iter().copied().filter(|place| !head.is_text(*place)).collect();
     let named = |&place: &usize| {
         let name = head.names.get(place).map(|name| name.to_ascii_lowercase());
-        name.is_some_and(|name| wanted.words.iter().any(|word| name.contains(word)))
+        name.is_some_and(|name| wanted.words.iter().any(|word| holds(&name, word)))
     };
     let of_name: Vec<usize> = numbers.iter().copied().filter(named).collect();
-    match (wanted.takes_all, &of_name[..], &numbers[..]) {
-        (true, [], [_, ..]) => Ok(numbers),
-        (true, [_, ..], _) => Ok(of_name),
-        (false, &[one], _) | (false, [], &[one]) => Ok(vec![one]),
-        (_, _, []) => Ok(all.into_iter().take(1).collect()),
-        _ => Err(TableError::WhichColumn { signal: wanted.signal, there: all_names(head) }),
+    let several = if of_name.is_empty() { &numbers } else { &of_name };
+    let chosen = match (wanted.takes_all, &several[..]) {
+        (true, [_, ..]) => axes(head, several, wanted.channels),
+        (false, [one]) => vec![*one],
+        (false, [_, ..]) if !of_name.is_empty() => units::narrowed(head, of_name.clone(), wanted),
+        (_, []) => return Ok(all.into_iter().take(1).collect()),
+        _ => Vec::new(),
+    };
+    if chosen.is_empty() || (!wanted.takes_all && chosen.len() > 1) {
+        return Err(TableError::WhichColumn { signal: wanted.signal, there: all_names(head) });
+    }
+    if chosen.len() < several.len() {
+        let names: Vec<String> = chosen.iter().map(|&place| head.name(place)).collect();
+        notes.push(format!("{} is read from column {}", wanted.signal, names.join(", ")));
+    }
+    Ok(chosen)
+}
+
+/// Whether a name holds a word: short ones stand alone (`rr`, but not that of `error`).
+fn holds(name: &str, word: &str) -> bool {
+    match word.len() {
+        ..=2 => name.split(|c: char| !c.is_ascii_alphanumeric()).any(|part| part == word),
+        _ => name.contains(word),
     }
 }
 
-fn time(head: &Head, wanted: &Wanted) -> Result<Option<Time>, TableError> {
-    let place = match &wanted.time {
-        Some(name) => return Ok(Some(named_time(head, name)?)),
-        // The times of our own tables.
-        None => ["measured_secs", "time_secs"]
-            .iter()
-            .find_map(|&time| head.names.iter().position(|name| name == time)),
+/// The first three columns whose names differ by x, y and z only, if three are wanted of more.
+fn axes(head: &Head, places: &[usize], wanted: Option<usize>) -> Vec<usize> {
+    let all = places.to_vec();
+    if wanted != Some(3) || places.len() <= 3 {
+        return all;
+    }
+    let place = |name: &str| places.iter().copied().find(|&place| head.name(place) == name);
+    let others = |first: usize| {
+        let name = head.name(first);
+        name.match_indices(['x', 'X']).find_map(|(at, x)| {
+            let with = |axis: &str| format!("{}{axis}{}", &name[..at], &name[at + 1..]);
+            let [y, z] = if x == "x" { ["y", "z"] } else { ["Y", "Z"] };
+            Some(vec![first, place(&with(y))?, place(&with(z))?])
+        })
     };
-    let place = place.filter(|_| wanted.is_even);
-    Ok(place.map(|place| Time { place, ns: unit_ns(&head.name(place)) }))
+    places.iter().find_map(|&first| others(first)).unwrap_or(all)
+}
+
+fn time(
+    head: &Head,
+    wanted: &Wanted,
+    has_rate: bool,
+    notes: &mut Vec<String>,
+) -> Result<Option<Time>, TableError> {
+    if let Some(name) = &wanted.time {
+        return named_time(head, name, wanted, notes).map(Some);
+    }
+    // The times of our own tables.
+    let own = ["measured_secs", "time_secs"];
+    let own = own.iter().find_map(|&time| head.names.iter().position(|name| name == time));
+    if let Some(place) = own {
+        return Ok(Some(Time { place, clock: Clock::of_unit(1_000_000_000) }));
+    }
+    let is_looked_for = !wanted.is_even || (!has_rate && head.rate_hz.is_none());
+    if !is_looked_for {
+        return Ok(None);
+    }
+    let is_one = |&place: &usize| match head.names.get(place) {
+        Some(name) => is_time_like(name) && !is_count_like(name),
+        None => head.names.is_empty() && is_date(head, place),
+    };
+    let mut places: Vec<usize> = (0..head.width).filter(is_one).collect();
+    places.sort_by_key(|&place| rank(head, place));
+    let clocks = places.into_iter().filter_map(|place| {
+        let clock = clock(head, place, wanted)?;
+        clock.fits(&head.cells(place), wanted.least_hz).then_some(Time { place, clock })
+    });
+    let Some(mut time) = { clocks }.next() else { return Ok(None) };
+    if !head.is_e4 {
+        notes.push(format!("times are read from column {}", head.name(time.place)));
+        notes.extend(Some(time.clock.note.clone()).filter(|note| !note.is_empty()));
+    }
+    time.clock = begun(head, time.place, time.clock);
+    Ok(Some(time))
+}
+
+/// What is looked at first: a sensor's own times, those of a known unit, dates, anything else.
+fn rank(head: &Head, place: usize) -> u8 {
+    match head.name(place).to_ascii_lowercase() {
+        name if name.contains("sensor timestamp") => 0,
+        _ if told_unit_ns(head, place).is_some() => 1,
+        _ if is_date(head, place) => 2,
+        _ => 3,
+    }
+}
+
+/// A sensor's times begin when the phone beside it says (Polar Sensor Logger), those of an E4 when its
+/// file does.
+fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
+    let first = |place: usize| head.cells(place).first().copied().unwrap_or_default();
+    if let Some(begin_ns) = head.begin_ns.filter(|_| head.is_e4) {
+        return clock.shifted("0", begin_ns);
+    }
+    let is_sensor = head.name(place).to_ascii_lowercase().contains("sensor timestamp");
+    let phone = head.names.iter().position(|name| name.eq_ignore_ascii_case("phone timestamp"));
+    let phone = phone.and_then(|phone| date_ns(first(phone), Order::Year));
+    match phone.filter(|_| is_sensor) {
+        Some(at_ns) => clock.shifted(first(place), at_ns),
+        None => clock,
+    }
 }
 
 /// The column that `NAME` or `NAME:UNIT` means.
-fn named_time(head: &Head, name: &str) -> Result<Time, TableError> {
-    let told =
-        name.rsplit_once(':').map(|(name, unit)| (name, UNITS.iter().find(|each| each.0 == unit)));
-    if let Some((name, Some((_, ns)))) = told {
-        return Ok(Time { place: named(head, name)?, ns: *ns });
+fn named_time(
+    head: &Head,
+    name: &str,
+    wanted: &Wanted,
+    notes: &mut Vec<String>,
+) -> Result<Time, TableError> {
+    if let Some((name, ns)) =
+        name.rsplit_once(':').and_then(|(name, unit)| Some((name, unit_ns(unit)?)))
+    {
+        return Ok(Time { place: named(head, name)?, clock: Clock::of_unit(ns) });
     }
     let place = named(head, name)?;
-    Ok(Time { place, ns: unit_ns(&head.name(place)) })
+    // What is no time is named with its line when it is read.
+    let clock = clock(head, place, wanted).unwrap_or_else(|| Clock::of_unit(1_000_000_000));
+    notes.extend(Some(clock.note.clone()).filter(|note| !note.is_empty()));
+    Ok(Time { place, clock: begun(head, place, clock) })
 }
 
-/// Units of times, and how long they are [ns].
-const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
-
-/// How long the unit of times is that a column of this name holds [ns]: seconds, if it tells none.
-fn unit_ns(name: &str) -> i64 {
-    let name = name.to_ascii_lowercase();
-    let is = |end: &str, word: &str| {
-        name.ends_with(&format!("_{end}"))
-            || name.contains(&format!("({end})"))
-            || name.contains(word)
-    };
-    match () {
-        () if is("ms", "milli") => 1_000_000,
-        () if is("us", "micro") => 1_000,
-        () if is("ns", "nano") => 1,
-        () => 1_000_000_000,
+fn clock(head: &Head, place: usize, wanted: &Wanted) -> Option<Clock> {
+    match told_unit_ns(head, place) {
+        Some(ns) => Some(Clock::of_unit(ns)),
+        None => Clock::recognised(&head.name(place), &head.cells(place), wanted.least_hz),
     }
+}
+
+/// The unit of a column of numbers that hold times [ns], if the table tells it.
+fn told_unit_ns(head: &Head, place: usize) -> Option<i64> {
+    let below = head.units.get(place).and_then(|unit| unit_ns(unit));
+    let told = below.or_else(|| unit_of_name_ns(&head.name(place)));
+    told.filter(|_| !head.is_text(place))
+}
+
+fn is_date(head: &Head, place: usize) -> bool {
+    let mut cells = head.cells(place);
+    cells.retain(|cell| !cell.is_empty());
+    order(&cells).is_some()
 }
 
 fn channel_name(head: &Head, place: usize) -> String {

@@ -65,6 +65,14 @@ pub enum TableError {
         /// What there is.
         there: Vec<String>,
     },
+    /// A comma may be a decimal one, or stand between two columns.
+    #[error("tell what the comma in line {line} is: \"{text}\" may be one number or two")]
+    WhichComma {
+        /// From 1.
+        line: usize,
+        /// The line.
+        text: String,
+    },
     /// Nothing tells the rate.
     #[error("tell the sampling rate: neither the table nor --rate says it")]
     NoRate {
@@ -105,6 +113,10 @@ impl TableError {
             | TableError::NoColumn { .. }
             | TableError::WhichColumn { .. } => {
                 "name it with --column NAME, or by its number from 1".into()
+            }
+            TableError::WhichComma { .. } => {
+                "give --decimal comma for one number a line, or --decimal point for two columns"
+                    .into()
             }
             TableError::NoRate { time: Some(time) } => {
                 format!("give --rate HZ, or --time \"{time}\" if that column holds times")

@@ -1,75 +1,81 @@
 //! What stands above the numbers of a table.
 
+use super::dates::{Order, date_ns};
+use super::dialect::{Decimal, separator};
+use super::empatica::E4;
 use super::error::TableError;
 use super::line::{Separator, number};
-use super::{Lines, is_data};
+use super::lines::{Line, Lines, is_comment};
 
-/// The earliest time that Empatica's files may begin with [s since 1970]: the year 2001.
-const EARLIEST_SECS: f64 = 1e9;
-/// The rates that they may tell [Hz].
-const E4_RATES_HZ: [f64; 4] = [1.0, 4.0, 32.0, 64.0];
+/// So many lines of numbers are looked at before the first one is read.
+const SAMPLE_LINES: usize = 16;
 
-/// What stands above the numbers, and the first line of them.
+/// What stands above the numbers, and how the first lines of them look.
 pub struct Head {
     pub separator: Separator,
     /// Names of all columns; empty when the table tells none.
     pub names: Vec<String>,
+    /// What stands below the names, if that is units.
+    pub units: Vec<String>,
     /// How many columns there are.
     pub width: usize,
-    /// Columns whose first cell is text.
-    pub texts: Vec<usize>,
+    /// The cells of the first lines of numbers, line by line.
+    pub sample: Vec<Vec<String>>,
     /// The rate that the table tells [Hz].
     pub rate_hz: Option<f64>,
+    /// Whether an E4 of Empatica's wrote it.
+    pub is_e4: bool,
     /// When it says that it begins [ns since 1970].
     pub begin_ns: Option<i64>,
     /// The first line of numbers.
-    pub first: Option<String>,
+    pub first: Option<Line>,
 }
 
 impl Head {
-    /// Reads up to the first line of numbers.
-    pub fn read(lines: &mut Lines) -> Result<Head, TableError> {
-        let mut rate_hz = None;
-        let top = loop {
-            let Some(line) = lines.next()? else { return Err(TableError::Empty) };
-            let line = line.trim_start_matches('\u{feff}');
-            // So Excel is told the separator.
-            let is_for_excel = line.trim_matches('"').starts_with("sep=");
-            if is_data(line) && !is_for_excel {
-                break line.to_owned();
+    /// Reads up to the first line of numbers. `takes_one` when one column is wanted and none is named.
+    pub fn read(
+        lines: &mut Lines,
+        takes_one: bool,
+        decimal: Option<Decimal>,
+    ) -> Result<Head, TableError> {
+        let (mut rate_hz, top) = above(lines)?;
+        let of_top = Separator::of(&top.text);
+        let mut names = if is_names(&top.text) { names(&top.text) } else { Vec::new() };
+        let line_of_names = top.text.trim().to_owned();
+        let mut units = Vec::new();
+        let mut first = top;
+        if !names.is_empty() {
+            first = lines.next_data()?.ok_or(TableError::Empty)?;
+            if is_names(&first.text) {
+                units = Separator::of(&first.text).cells(&first.text).map(str::to_owned).collect();
+                first = lines.next_data()?.ok_or(TableError::Empty)?;
             }
-            rate_hz = rate_hz.or_else(|| told_rate_hz(line));
-        };
-        let separator = Separator::of(&top);
-        let numbers = || separator.cells(&top).map(|cell| number(cell, separator));
-        let is_names = numbers().all(|each| each.is_none_or(f64::is_nan))
-            && numbers().any(|each| each.is_none());
-        let mut names: Vec<String> =
-            if is_names { separator.cells(&top).map(str::to_owned).collect() } else { Vec::new() };
-        let mut first = if is_names { next_data(lines)?.ok_or(TableError::Empty)? } else { top };
-        if is_names && is_text(&first) {
-            // A line of units.
-            first = next_data(lines)?.ok_or(TableError::Empty)?;
         }
-        // A line of names may be separated otherwise than the numbers; under one name, a comma is a
-        // decimal one.
-        let separator = match Separator::of(&first) {
-            Separator::Mark(',') if names.len() == 1 => Separator::Spaces,
-            separator => separator,
-        };
+        // A line of names may be separated otherwise than the numbers.
+        let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
+        let is_counted = of_top != Separator::Spaces || names.len() == 1;
+        let counted = if is_counted { names.len() } else { 0 };
+        let separator = separator(&sample, counted, takes_one, decimal)?;
         let mut begin_ns = None;
-        if let Some((began_ns, told_hz, begin)) = empatica(&names, &first, separator, lines)? {
-            (begin_ns, rate_hz, first) = (Some(began_ns), Some(told_hz), begin);
+        let e4 = if names.is_empty() { E4::read(&first, separator, lines)? } else { None };
+        if let Some(e4) = &e4 {
+            (begin_ns, rate_hz) = (Some(e4.begin_ns), e4.rate_hz);
+            first = lines.next_data()?.ok_or(TableError::Empty)?;
+            if e4.rate_hz.is_none() {
+                names = vec!["time".to_owned(), "ibi".to_owned()];
+                units = vec!["s".to_owned(); 2];
+            }
         }
-        if let Some(begin) = empatica_intervals(&first, separator, lines)? {
-            names = vec!["time".to_owned(), "ibi_secs".to_owned()];
-            first = begin;
+        let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
+        let cells = |line: &Line| separator.cells(&line.text).map(str::to_owned).collect();
+        let sample: Vec<Vec<String>> = sample.iter().map(cells).collect();
+        if !is_counted && names.len() > 1 && sample[0].len() == 1 {
+            // One name of several words.
+            names = vec![line_of_names];
         }
-        let width = separator.cells(&first).count().max(names.len());
-        let texts = separator.cells(&first).enumerate();
-        let texts = texts.filter(|(_, cell)| number(cell, separator).is_none());
-        let texts = texts.map(|(place, _)| place).collect();
-        Ok(Head { separator, names, width, texts, rate_hz, begin_ns, first: Some(first) })
+        let width = sample[0].len().max(names.len());
+        let (first, is_e4) = (Some(first), e4.is_some());
+        Ok(Head { separator, names, units, width, sample, rate_hz, is_e4, begin_ns, first })
     }
 
     /// What a column is called: its name, or its number from 1.
@@ -78,24 +84,68 @@ impl Head {
         name.cloned().unwrap_or_else(|| (place + 1).to_string())
     }
 
+    /// The first cells of a column.
+    pub fn cells(&self, place: usize) -> Vec<&str> {
+        self.sample.iter().filter_map(|line| line.get(place).map(String::as_str)).collect()
+    }
+
+    /// Whether the first cell of a column is text.
+    pub fn is_text(&self, place: usize) -> bool {
+        self.sample[0].get(place).is_some_and(|cell| number(cell).is_none())
+    }
+
     /// A column that seems to hold times.
     pub fn time_like(&self) -> Option<String> {
         self.names.iter().find(|name| is_time_like(name)).cloned()
     }
 }
 
+/// The names in a line; behind spaces, a unit in brackets belongs to the name before it.
+fn names(line: &str) -> Vec<String> {
+    let separator = Separator::of(line);
+    let mut names: Vec<String> = Vec::new();
+    for cell in separator.cells(line) {
+        match names.last_mut() {
+            Some(name) if separator == Separator::Spaces && cell.starts_with(['[', '(']) => {
+                *name = format!("{name} {cell}");
+            }
+            _ => names.push(cell.to_owned()),
+        }
+    }
+    names
+}
+
+/// The rate that comments tell, and the first line that is none [Hz].
+fn above(lines: &mut Lines) -> Result<(Option<f64>, Line), TableError> {
+    let mut rate_hz = None;
+    loop {
+        let Some(mut line) = lines.next()? else { return Err(TableError::Empty) };
+        line.text = line.text.trim_start_matches('\u{feff}').to_owned();
+        // So Excel is told the separator.
+        let is_for_excel = line.text.trim_matches('"').starts_with("sep=");
+        if line.text.trim().is_empty() || is_comment(&line.text) || is_for_excel {
+            rate_hz = rate_hz.or_else(|| told_rate_hz(&line.text));
+        } else {
+            return Ok((rate_hz, line));
+        }
+    }
+}
+
 /// Whether a column of such a name holds the time, or the number, of a row.
 pub fn is_time_like(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
-    let words = ["time", "timer", "timestamp", "t", "index", "sample", "seconds", "date"];
+    let words = ["time", "timer", "t", "index", "sample", "seconds", "date", "datetime"];
     let first = name.split([' ', '(', '[', '_']).next().unwrap_or_default();
     words.contains(&name.as_str())
         || words.contains(&first)
+        || name.contains("timestamp")
         || ["measured_secs", "log_time_secs"].contains(&name.as_str())
 }
 
-pub fn is_comment(line: &str) -> bool {
-    line.trim_start().starts_with(['#', '%'])
+/// Whether a column that is like times holds numbers of rows.
+pub fn is_count_like(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    name.starts_with("index") || name.starts_with("sample")
 }
 
 /// The sampling rate that a comment tells [Hz].
@@ -108,57 +158,13 @@ fn told_rate_hz(comment: &str) -> Option<f64> {
     rate[..end].trim_end_matches('.').parse().ok().filter(|rate_hz: &f64| *rate_hz > 0.0)
 }
 
-/// Whether no cell of a line holds a number.
-fn is_text(line: &str) -> bool {
-    let separator = Separator::of(line);
-    separator.cells(line).all(|cell| number(cell, separator).is_none_or(f64::is_nan))
-        && separator.cells(line).any(|cell| number(cell, separator).is_none())
-}
-
-fn next_data(lines: &mut Lines) -> Result<Option<String>, TableError> {
-    while let Some(line) = lines.next()? {
-        if is_data(line) {
-            return Ok(Some(line.to_owned()));
-        }
-    }
-    Ok(None)
-}
-
-/// Empatica's E4 writes the time at which a file begins, then the rate, both in every column. When it
-/// begins [ns], the rate, and the first line of numbers, if this is such a file.
-fn empatica(
-    names: &[String],
-    first: &str,
-    separator: Separator,
-    lines: &mut Lines,
-) -> Result<Option<(i64, f64, String)>, TableError> {
-    let same = |line: &str| {
-        let mut cells = separator.cells(line).map(|cell| number(cell, separator));
-        let value = cells.next().flatten()?;
-        cells.all(|cell| cell == Some(value)).then_some(value)
-    };
-    let began = same(first).filter(|&secs| secs >= EARLIEST_SECS && names.is_empty());
-    let Some(began_secs) = began else { return Ok(None) };
-    let Some(second) = next_data(lines)? else { return Ok(None) };
-    let rate_hz = same(&second).filter(|rate_hz| E4_RATES_HZ.contains(rate_hz));
-    let rate_hz = rate_hz.ok_or_else(|| TableError::Begin { value: first.to_owned() })?;
-    let begin_ns = (began_secs * 1e9).round() as i64;
-    Ok(Some((begin_ns, rate_hz, next_data(lines)?.ok_or(TableError::Empty)?)))
-}
-
-/// Of the intervals between beats, it writes the time at which the file begins and the word `IBI`; then
-/// when each beat was [s after that], and its interval [s]. The first line of numbers of such a file.
-fn empatica_intervals(
-    first: &str,
-    separator: Separator,
-    lines: &mut Lines,
-) -> Result<Option<String>, TableError> {
-    let mut cells = separator.cells(first);
-    let is_time = cells.next().and_then(|cell| cell.parse::<f64>().ok()).is_some();
-    if is_time && cells.next() == Some("IBI") && cells.next().is_none() {
-        return Ok(Some(next_data(lines)?.ok_or(TableError::Empty)?));
-    }
-    Ok(None)
+/// Whether no cell of a line holds a number or a date.
+fn is_names(line: &str) -> bool {
+    let cells = || Separator::of(line).cells(line);
+    let orders = [Order::Year, Order::Day, Order::Month];
+    let is_date = |cell: &str| orders.iter().any(|order| date_ns(cell, *order).is_some());
+    cells().all(|cell| number(cell).is_none_or(f64::is_nan) && !is_date(cell))
+        && cells().any(|cell| number(cell).is_none())
 }
 
 #[cfg(test)]
@@ -176,11 +182,33 @@ mod tests {
 
     #[test]
     fn times_and_numbers_of_rows_are_no_signals() {
-        for name in ["time", "Time (s)", "timestamp", "measured_secs", "Sample Index", "index"] {
+        for name in [
+            "time",
+            "Time (s)",
+            "timestamp",
+            "Phone timestamp",
+            "sensor timestamp [ns]",
+            "Shimmer_40AC_Timestamp_Unix_CAL",
+            "measured_secs",
+            "Sample Index",
+            "index",
+        ] {
             assert!(is_time_like(name), "{name}");
         }
         for name in ["temperature", "ECG", "Tx", "EXG Channel 0"] {
             assert!(!is_time_like(name), "{name}");
         }
+    }
+
+    #[test]
+    fn a_unit_behind_a_space_belongs_to_its_name() {
+        assert_eq!(names("time [ms] ecg (mV) x"), ["time [ms]", "ecg (mV)", "x"]);
+        assert_eq!(names("a b;[c]"), ["a b", "[c]"]);
+    }
+
+    #[test]
+    fn a_line_with_a_date_is_none_of_names() {
+        assert!(is_names("Phone timestamp;ecg [uV]") && is_names("ms;uS;"));
+        assert!(!is_names("2021-04-05T15:48:04.834;start") && !is_names("1;2"));
     }
 }

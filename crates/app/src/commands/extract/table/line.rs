@@ -7,6 +7,8 @@ pub enum Separator {
     Mark(char),
     /// Any number of spaces.
     Spaces,
+    /// A comma, which is also the decimal one of every number: each second comma separates.
+    SecondComma,
 }
 
 impl Separator {
@@ -36,10 +38,18 @@ impl<'a> Iterator for Cells<'a> {
 
     fn next(&mut self) -> Option<&'a str> {
         let rest = self.rest?;
-        let Separator::Mark(mark) = self.separator else {
-            let (cell, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-            self.rest = Some(after.trim_start()).filter(|after| !after.is_empty());
-            return Some(cell.trim_matches('"'));
+        let mark = match self.separator {
+            Separator::Mark(mark) => mark,
+            Separator::Spaces => {
+                let (cell, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+                self.rest = Some(after.trim_start()).filter(|after| !after.is_empty());
+                return Some(cell.trim_matches('"'));
+            }
+            Separator::SecondComma => {
+                let second = rest.match_indices(',').nth(1).map(|(at, _)| at);
+                self.rest = second.map(|at| &rest[at + 1..]);
+                return Some(second.map_or(rest, |at| &rest[..at]).trim());
+            }
         };
         let spaces = |c: char| c == ' ' || (c == '\t' && mark != '\t');
         let quoted = rest.trim_start_matches(spaces).strip_prefix('"');
@@ -55,8 +65,9 @@ impl<'a> Iterator for Cells<'a> {
     }
 }
 
-/// The number of a cell: NaN of one that says that there is none, `None` of text.
-pub fn number(cell: &str, separator: Separator) -> Option<f64> {
+/// The number of a cell: NaN of one that says that there is none, `None` of text. A comma in a cell is a
+/// decimal one: where commas separate, it stood in quotes.
+pub fn number(cell: &str) -> Option<f64> {
     const NONE: [&str; 7] = ["", "na", "n/a", "null", "none", "-", "?"];
     if let Ok(number) = cell.parse::<f64>() {
         return Some(if number.is_finite() { number } else { f64::NAN });
@@ -64,7 +75,7 @@ pub fn number(cell: &str, separator: Separator) -> Option<f64> {
     if NONE.contains(&cell.to_ascii_lowercase().as_str()) {
         return Some(f64::NAN);
     }
-    let has_decimal_comma = separator != Separator::Mark(',') && cell.matches(',').count() == 1;
+    let has_decimal_comma = cell.matches(',').count() == 1 && !cell.contains('.');
     has_decimal_comma.then(|| cell.replace(',', ".").parse().ok()).flatten()
 }
 
@@ -87,17 +98,24 @@ mod tests {
     }
 
     #[test]
-    fn what_says_that_there_is_no_number_is_none() {
-        for cell in ["", "NaN", "NA", "inf", "-inf", "null", "1e999"] {
-            assert!(number(cell, Separator::Spaces).is_some_and(f64::is_nan), "{cell}");
-        }
-        assert_eq!(number("abc", Separator::Spaces), None);
+    fn each_second_comma_may_separate() {
+        let cells: Vec<&str> = Separator::SecondComma.cells("0,01,-33,5,7").collect();
+        assert_eq!(cells, ["0,01", "-33,5", "7"]);
     }
 
     #[test]
-    fn a_comma_is_a_decimal_one_where_it_separates_nothing() {
-        assert_eq!(number("1,5", Separator::Mark(';')), Some(1.5));
-        assert_eq!(number("1,5", Separator::Mark(',')), None);
-        assert_eq!(number("1,500,000", Separator::Spaces), None);
+    fn what_says_that_there_is_no_number_is_none() {
+        for cell in ["", "NaN", "NA", "inf", "-inf", "null", "1e999"] {
+            assert!(number(cell).is_some_and(f64::is_nan), "{cell}");
+        }
+        assert_eq!(number("abc"), None);
+    }
+
+    #[test]
+    fn a_comma_in_a_cell_is_a_decimal_one() {
+        assert_eq!(number("1,5"), Some(1.5));
+        assert_eq!(number("1,5e-3"), Some(1.5e-3));
+        assert_eq!(number("1,500,000"), None);
+        assert_eq!(number("1,500.5"), None);
     }
 }

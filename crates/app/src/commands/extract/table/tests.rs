@@ -1,9 +1,50 @@
 use std::path::PathBuf;
 
+use super::super::analyses::Signal;
 use super::*;
 
+mod devices;
+mod odd;
+
 fn wanted(signal: &'static str, takes_all: bool) -> Wanted {
-    Wanted { signal, words: &[], takes_all, is_even: true, columns: Vec::new(), time: None }
+    Wanted {
+        signal,
+        words: &[],
+        takes_all,
+        channels: None,
+        unit: None,
+        is_even: true,
+        least_hz: 0.0,
+        columns: Vec::new(),
+        time: None,
+        decimal: None,
+    }
+}
+
+/// What `extract --signal` wants.
+fn of(signal: Signal) -> Wanted {
+    Wanted {
+        signal: signal.word(),
+        words: signal.column_words(),
+        takes_all: signal.takes_all_columns(),
+        channels: signal.channels(),
+        unit: signal.unit(),
+        is_even: signal.is_even(),
+        least_hz: signal.least_hz(),
+        ..wanted("", false)
+    }
+}
+
+/// What is read of a file with this text: the table, its times [ns] and its numbers.
+fn told(name: &str, wanted: &Wanted, text: &str) -> (Table, Vec<i64>, Vec<Vec<f64>>) {
+    let file = File::new(name, text);
+    let mut table = Table::open(&file.0, wanted, None).unwrap();
+    let (mut times, mut numbers) = (Vec::new(), Vec::new());
+    while let Some(row) = table.next_row().unwrap() {
+        times.extend(row.at_ns);
+        numbers.push(row.values);
+    }
+    (table, times, numbers)
 }
 
 /// A file that is gone when the test is over.

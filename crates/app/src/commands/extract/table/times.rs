@@ -3,12 +3,14 @@
 /// The time of a cell in a unit of `unit_ns` [ns], to the nanosecond; `None` of a cell that says that
 /// there is none.
 ///
-/// Digits are read as they stand: as a float, a time since 1970 is known to a quarter of a microsecond
-/// only.
+/// Digits are read as they stand, behind a decimal point or comma: as a float, a time since 1970 is known
+/// to a quarter of a microsecond only.
 pub fn nanos(cell: &str, unit_ns: i64) -> Result<Option<i64>, ()> {
     if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
         return Ok(None);
     }
+    let with_point = (cell.matches(',').count() == 1).then(|| cell.replace(',', "."));
+    let cell = with_point.as_deref().unwrap_or(cell);
     decimal(cell, unit_ns).or_else(|| scientific(cell, unit_ns)).map(Some).ok_or(())
 }
 
@@ -58,11 +60,12 @@ mod tests {
     fn times_are_read_to_the_nanosecond() {
         assert_eq!(nanos("1700000000.123456789", SEC), Ok(Some(1_700_000_000_123_456_789)));
         assert_eq!(nanos("-0.5", SEC), Ok(Some(-500_000_000)));
+        assert_eq!(nanos("1700000000,123456789", SEC), Ok(Some(1_700_000_000_123_456_789)));
         assert_eq!(nanos("20.5", 1_000_000), Ok(Some(20_500_000)));
         assert_eq!(nanos("7", 1), Ok(Some(7)));
         assert_eq!(nanos("1.5e0", SEC), Ok(Some(1_500_000_000)));
         assert_eq!(nanos("", SEC), Ok(None));
-        for wrong in ["noon", "1e300", "99999999999999999999", "."] {
+        for wrong in ["noon", "1e300", "99999999999999999999", ".", "1,000.5"] {
             assert_eq!(nanos(wrong, SEC), Err(()), "{wrong}");
         }
     }

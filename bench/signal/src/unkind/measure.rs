@@ -1,0 +1,150 @@
+//! Figures of unkind signals, kind by kind.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+
+use super::breath::walks;
+use super::peers::Peers;
+use super::reliability::Reliability;
+use super::windows::{How, Window, windows};
+use super::{Seeds, Unkind};
+
+/// Above this quality a wrong rate looks trustworthy.
+const TRUSTED: f64 = 0.8;
+/// A beat was found when one is so near [s].
+const FOUND_SECS: f64 = 0.15;
+/// Tenths with fewer windows say nothing of reliability.
+const LEAST_WINDOWS: usize = 200;
+
+/// What became of the windows of a kind.
+#[derive(Default)]
+struct Outcome {
+    windows: usize,
+    /// Above the trusted quality, and wrong.
+    confidently_wrong: usize,
+    /// That a correct detector can tell, and that were told right.
+    fair: usize,
+    told: usize,
+    /// The longest time after a glitch until beats were found again [s].
+    lost_secs: f64,
+}
+
+fn is_confidently_wrong(window: &Window) -> bool {
+    window.is_told && window.quality > TRUSTED && !window.is_right
+}
+
+impl Outcome {
+    fn add(&mut self, window: &Window, is_fair: bool) {
+        self.windows += 1;
+        self.confidently_wrong += usize::from(is_confidently_wrong(window));
+        self.fair += usize::from(is_fair);
+        self.told += usize::from(is_fair && window.is_told && window.is_right);
+    }
+}
+
+/// Prints figures with their bars, of so many signals; whether all were met. `peers` is a folder with
+/// the beats that other programs found, as `peers.py` writes them.
+pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, Box<dyn Error>> {
+    let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);
+    let mut met = true;
+    for how in [How::Whole, How::Causal] {
+        let (mut kinds, mut ecg, mut ppg) =
+            (BTreeMap::new(), Reliability::default(), Reliability::default());
+        let mut others = Peers::read(peers)?;
+        for (number, made) in seeds.signals(count).enumerate() {
+            let (windows, found_secs) = windows(&made, how)?;
+            let outcome: &mut Outcome = kinds.entry(made.kind).or_default();
+            for window in &windows {
+                let is_fair = others.can_tell(&made, number, window).unwrap_or(made.is_fair);
+                outcome.add(window, is_fair);
+                if made.is_ppg {
+                    ppg.add(window);
+                } else {
+                    ecg.add(window);
+                }
+                if is_confidently_wrong(window) {
+                    let Window { rate_per_min, true_per_min, begin_secs, quality, .. } = window;
+                    println!(
+                        "      unkind, {how:?}, {}, signal {number} from {begin_secs} s: {rate_per_min:.1} a minute for {true_per_min:.1}, quality {quality:.2}",
+                        made.kind
+                    );
+                }
+            }
+            outcome.lost_secs = outcome.lost_secs.max(lost_secs(&made, &found_secs));
+        }
+        met &= report(how, &kinds);
+        met &= diagram(how, "ECG", &ecg) & diagram(how, "PPG", &ppg);
+        others.report(how);
+    }
+    Ok(met & walks(seeds, 100)?)
+}
+
+fn report(how: How, kinds: &BTreeMap<&str, Outcome>) -> bool {
+    let mut all = Outcome::default();
+    for (kind, outcome) in kinds {
+        let Outcome { windows, confidently_wrong, fair, told, lost_secs } = *outcome;
+        let percent = 100.0 * told as f64 / fair.max(1) as f64;
+        println!(
+            "      unkind, {how:?}, {kind}: {confidently_wrong} of {windows} windows confidently wrong, {percent:.0} % of {fair} told right, beats lost for {lost_secs:.1} s"
+        );
+        all.windows += windows;
+        all.confidently_wrong += confidently_wrong;
+        all.fair += fair;
+        all.told += told;
+        if !kind.starts_with("ppg") && (kind.contains("rail") || kind.contains("steps")) {
+            all.lost_secs = all.lost_secs.max(lost_secs);
+        }
+    }
+    let told = 100.0 * all.told as f64 / all.fair.max(1) as f64;
+    let lines = [
+        (
+            all.confidently_wrong * 10_000 <= all.windows,
+            format!(
+                "{} of {} windows above quality {TRUSTED} and more than 10 % off (bar 1 in 10000)",
+                all.confidently_wrong, all.windows
+            ),
+        ),
+        (
+            told >= 90.0,
+            format!(
+                "{told:.1} % of {} windows that can be told are told right (bar 90 %)",
+                all.fair
+            ),
+        ),
+        (
+            all.lost_secs <= 5.0,
+            format!("beats lost for {:.1} s after a glitch (bar 5 s)", all.lost_secs),
+        ),
+    ];
+    lines.iter().fold(true, |met, (passed, text)| line(*passed, how, text) && met)
+}
+
+fn diagram(how: How, signal: &str, reliability: &Reliability) -> bool {
+    let mut met = true;
+    for (quality, right, count) in reliability.tenths() {
+        let off = right - quality;
+        let text = format!(
+            "{signal}, quality {quality:.2}: {:.1} % of {count} windows right (bar 5 points)",
+            100.0 * right
+        );
+        met &= line(off.abs() <= 0.05 || count < LEAST_WINDOWS, how, &text);
+    }
+    met
+}
+
+fn line(passed: bool, how: How, text: &str) -> bool {
+    println!("{}  unkind, {how:?}: {text}", if passed { "pass" } else { "FAIL" });
+    passed
+}
+
+/// The longest time that beats after a glitch were not found [s].
+fn lost_secs(made: &Unkind, found_secs: &[f64]) -> f64 {
+    let hit = |at: f64| found_secs.iter().any(|found| (found - at).abs() <= FOUND_SECS);
+    let lost = |&(_, end): &(f64, f64)| {
+        let after = made.beats_secs.iter().copied().filter(|&at| at > end);
+        let missed = after.clone().take_while(|&at| !hit(at)).last();
+        missed.map_or(0.0, |last| last - end)
+    };
+    made.glitches_secs.iter().map(lost).fold(0.0, f64::max)
+}

@@ -1,0 +1,88 @@
+//! Signals as unkind as life's, with the truth known: is a number ever confidently wrong?
+
+mod random;
+mod noise;
+mod heart;
+mod ecg;
+mod ppg;
+mod breath;
+mod windows;
+mod reliability;
+mod measure;
+mod peers;
+
+use std::str::FromStr;
+
+use random::Random;
+
+pub use measure::measure;
+pub use peers::write;
+
+/// Makes one signal of a kind.
+pub type Make = fn(&mut Random, &'static str) -> Unkind;
+
+/// A signal of which all is known.
+pub struct Unkind {
+    pub kind: &'static str,
+    pub is_ppg: bool,
+    pub rate_hz: f64,
+    pub signal: Vec<f64>,
+    pub beats_secs: Vec<f64>,
+    /// When something hid the heart for a moment [s].
+    pub glitches_secs: Vec<(f64, f64)>,
+    /// Whether a correct detector can tell its rate.
+    pub is_fair: bool,
+}
+
+impl Unkind {
+    fn new(kind: &'static str, rate_hz: f64, signal: Vec<f64>, beats_secs: Vec<f64>) -> Unkind {
+        let is_fair = !beats_secs.is_empty();
+        let glitches_secs = Vec::new();
+        Unkind { kind, is_ppg: false, rate_hz, signal, beats_secs, glitches_secs, is_fair }
+    }
+
+    /// Changes the samples of a span.
+    fn over(&mut self, begin_secs: f64, secs: f64, change: impl FnMut(&mut f64)) {
+        let place = |secs: f64| ((secs * self.rate_hz).max(0.0) as usize).min(self.signal.len());
+        let (begin, end) = (place(begin_secs), place(begin_secs + secs));
+        self.signal[begin..end.max(begin)].iter_mut().for_each(change);
+    }
+}
+
+/// Signals for choosing, or for judging what was chosen: no seed is in both.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Seeds {
+    Choosing,
+    Judging,
+}
+
+impl FromStr for Seeds {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Seeds, String> {
+        match word {
+            "choosing" => Ok(Seeds::Choosing),
+            "judging" => Ok(Seeds::Judging),
+            other => Err(format!("seeds are for choosing or judging, not {other}")),
+        }
+    }
+}
+
+impl Seeds {
+    fn first(self) -> u64 {
+        match self {
+            Seeds::Choosing => 1,
+            Seeds::Judging => 1_000_000_007,
+        }
+    }
+
+    /// Each kind in turn.
+    pub fn signals(self, count: usize) -> impl Iterator<Item = Unkind> {
+        let first = self.first();
+        let kinds: Vec<(&'static str, Make)> = ecg::KINDS.into_iter().chain(ppg::KINDS).collect();
+        (0..count).map(move |number| {
+            let (kind, make) = kinds[number % kinds.len()];
+            make(&mut Random::new(first + number as u64), kind)
+        })
+    }
+}

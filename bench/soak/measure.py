@@ -1,0 +1,77 @@
+"""What eight hours of recording leave in memory, and what very many topics cost."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import harness
+
+HOURS = 8
+DEMO_SECS = 185
+# From the end of this hour on memory may grow by this share at most: it does not grow with the recording.
+SETTLED_HOUR, MOST_GROWN = 2, 0.05
+MOST_HELD_KIB = 150 << 10
+# Recording and replaying many topics may take so much of a processor each.
+FEW_TOPICS, MANY_TOPICS, MOST_SECS = 5_000, 20_000, 15
+
+
+def soak(*arguments) -> list[dict]:
+    command = [os.environ["BENCH_SOAK"], *map(str, arguments)]
+    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return [json.loads(line) for line in told.splitlines()]
+
+
+def hours() -> tuple[bool, str]:
+    """8 hours of the demo, accelerated"""
+    with tempfile.TemporaryDirectory() as folder:
+        bag = os.environ.get("BAG") or demo(Path(folder))
+        held_kib = [line["most_kib"] for line in soak("hours", bag, HOURS + 0.01)]
+    grown = held_kib[-1] / held_kib[SETTLED_HOUR - 1] - 1
+    told = f"{' '.join(f'{kib / 1024:.1f}' for kib in held_kib)} MiB at most in each hour; "
+    told += f"{grown:+.1%} from hour {SETTLED_HOUR} to {HOURS} (bar {MOST_GROWN:+.0%}), "
+    told += f"at most {max(held_kib) / 1024:.0f} (bar {MOST_HELD_KIB >> 10})"
+    return grown <= MOST_GROWN and max(held_kib) <= MOST_HELD_KIB, told
+
+
+def demo(folder: Path) -> Path:
+    """A recording of the demo."""
+    demo = harness.Program(
+        [harness.TEAMPULSE, "demo", "--duration", DEMO_SECS, "--out", folder], domain=77
+    )
+    code = demo.ended(DEMO_SECS + 60)
+    if code != 0:
+        sys.exit(f"the demo ended with {code}\n{demo.report()}")
+    return harness.the_bag(folder)
+
+
+def topics() -> tuple[bool, str]:
+    """20,000 topics, recorded and replayed"""
+    [few] = soak("topics", FEW_TOPICS)
+    [many] = soak("topics", MANY_TOPICS)
+    recorded, replayed = (
+        (many[place], many[place] / few[place]) for place in ("recorded_secs", "replayed_secs")
+    )
+    told = f"recorded in {recorded[0]:.1f} s and replayed in {replayed[0]:.1f} s of CPU (bar "
+    told += f"{MOST_SECS} each); {recorded[1]:.1f} and {replayed[1]:.1f} times what {FEW_TOPICS:,} take"
+    return max(recorded[0], replayed[0]) <= MOST_SECS, told
+
+
+FIGURES = [topics, hours]
+
+
+def main() -> None:
+    wanted = sys.argv[1] if len(sys.argv) > 1 else ""
+    missed = 0
+    for figure in FIGURES:
+        if wanted in figure.__name__:
+            met, told = figure()
+            missed += not met
+            print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}: {told}", flush=True)
+    sys.exit(1 if missed else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+//! Hours of a recording, as fast as they can be taken.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use teampulse_bag::Bag;
+use teampulse_core::data::Data;
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
+use teampulse_core::stream::Shape;
+use teampulse_core::time::Time;
+
+use crate::continued::Continued;
+use crate::session;
+
+const HOUR_SECS: f64 = 3600.0;
+
+/// Lets a recording go on until so many hours have passed in it; prints a line for each.
+pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
+    let bag = Arc::new(Bag::open(bag)?);
+    let (began, _) = bag.bounds().ok_or("the bag is empty")?;
+    let folder = tempfile::tempdir()?;
+    let source = Continued { bag, secs: hours * HOUR_SECS };
+    let mut session = session(Box::new(source), &folder.path().join("bag"))?;
+    session.sinks.push(Box::new(Watch { began }));
+    let outcome = session.run(std::future::pending()).await;
+    if let Some((source, error)) = outcome.sources.into_iter().next() {
+        return Err(format!("{source}: failed to {error}").into());
+    }
+    match outcome.sinks.into_iter().next() {
+        Some((sink, error)) => Err(format!("{sink}: failed to {error}").into()),
+        None => Ok(()),
+    }
+}
+
+/// Prints the least and the most that the process held within each hour of the recording, by a look every
+/// minute.
+struct Watch {
+    began: Time,
+}
+
+impl Sink for Watch {
+    fn name(&self) -> &'static str {
+        "watch"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::Only(Box::new(|stream| stream.shape == Shape::Status))
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let (mut hours, mut minutes, mut held_kib) = (0, 0, Vec::new());
+        loop {
+            let batch = match inbox.receive(std::time::Duration::from_secs(1)) {
+                Received::Batch(batch) => batch,
+                Received::Silence => continue,
+                Received::Closed => return Ok(()),
+            };
+            let Some(record) = batch.last() else { continue };
+            debug_assert!(matches!(record.sample.data, Data::Status(_)), "it wants nothing else");
+            let passed = (record.sample.log_time.secs_since(self.began) / 60.0) as u32;
+            if passed == minutes {
+                continue;
+            }
+            minutes = passed;
+            held_kib.push(resident_kib());
+            if minutes / 60 > hours {
+                hours = minutes / 60;
+                let (least, most) = (held_kib.iter().min(), held_kib.iter().max());
+                let (least, most) = (least.unwrap_or(&0), most.unwrap_or(&0));
+                println!("{{\"hour\": {hours}, \"least_kib\": {least}, \"most_kib\": {most}}}");
+                held_kib.clear();
+            }
+        }
+    }
+}
+
+/// What of this process is in memory, without the files that it has mapped [KiB]; 0 where the system
+/// does not say.
+fn resident_kib() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("RssAnon:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
+}

@@ -1,0 +1,83 @@
+//! What long and large recordings take, at full speed:
+//!
+//! - `bench-soak hours BAG HOURS` lets a recording go on until so many hours are recorded, through all
+//!   features into a bag, flushed as often as live, and its tidy files, and prints what the process
+//!   holds after each hour;
+//! - `bench-soak topics COUNT` records a bag of so many topics and replays it, and prints the
+//!   processor time of both.
+#![expect(clippy::print_stdout, reason = "the figures are its output")]
+
+mod continued;
+mod hours;
+mod topics;
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+
+use rustix::time::{ClockId, clock_gettime};
+use teampulse_bag::{BagSink, Growth, Options};
+use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
+use teampulse_core::feature::Feature;
+use teampulse_core::registry::Settings;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::Sink;
+use teampulse_core::source::Source;
+use teampulse_core::streams::Streams;
+use teampulse_features::FEATURES;
+use teampulse_features::context::FeatureContext;
+use teampulse_messages::convert::encode;
+use teampulse_sinks::{Ended, SINKS, SinkContext};
+
+#[tokio::main]
+async fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["hours", bag, hours] => hours::run(Path::new(bag), hours.parse()?).await,
+        ["topics", count] => topics::run(count.parse()?).await,
+        _ => Err("usage: bench-soak hours BAG HOURS | topics COUNT".into()),
+    }
+}
+
+/// A session from a recording, with all features, into a bag with its tidy files.
+fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Error>> {
+    let clock = Clock::told();
+    let mut features: Vec<(&'static str, Arc<dyn Feature>)> = Vec::new();
+    for entry in FEATURES {
+        let feature = (entry.build)(Settings::empty(), &FeatureContext::default())?;
+        features.push((entry.kind, Arc::from(feature)));
+    }
+    let context = SinkContext {
+        bag: folder.to_owned(),
+        session: "soak".into(),
+        study: String::new(),
+        clock: clock.clone(),
+        bag_ended: Ended::default(),
+        growth: Growth::default(),
+        damage: None,
+    };
+    let options = Options { session: "soak".into(), clock: clock.clone(), ..Options::default() };
+    let bag = BagSink { folder: folder.to_owned(), study: String::new(), options };
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(bag)];
+    for entry in SINKS.iter().filter(|entry| entry.kind == "tidy") {
+        sinks.push((entry.build)(Settings::empty(), &context)?);
+    }
+    Ok(Session {
+        clock,
+        pace: Pace::Recorded,
+        clocks: Clocks::default(),
+        streams: Streams::default(),
+        sources: vec![("recording".into(), source)],
+        features,
+        sinks,
+        encode,
+    })
+}
+
+/// The time of a processor that this process has used so far, in user and kernel [s].
+fn cpu_secs() -> f64 {
+    let used = clock_gettime(ClockId::ProcessCPUTime);
+    used.tv_sec as f64 + used.tv_nsec as f64 / 1e9
+}

@@ -1,0 +1,97 @@
+//! What is heard while `check` listens: every raw stream with its last status, and whose phases are told.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use teampulse_core::data::{Data, EventKind};
+use teampulse_core::phases::Phases;
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
+
+/// What was heard.
+#[derive(Debug, Default)]
+pub struct Heard {
+    /// Every raw stream with its last status, by the name under which its health is told.
+    pub streams: Vec<(Arc<Stream>, StreamStatus)>,
+    /// The people and robots of whom phases are told, each with the stream on which that is.
+    pub own_phases: BTreeMap<String, String>,
+}
+
+/// Keeps the last status of every raw stream.
+#[derive(Clone, Default)]
+pub struct Listener(Arc<Mutex<Heard>>);
+
+impl Listener {
+    /// What was heard until now.
+    pub fn heard(&self) -> Heard {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Sink for Listener {
+    fn name(&self) -> &'static str {
+        "check"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn wants(&self) -> Wants {
+        let is_subject = |stream: &Stream| matches!(stream.about, About::Person | About::Robot);
+        Wants::Only(Box::new(move |stream| {
+            stream.shape == Shape::Status || (is_subject(stream) && Phases::hears(stream))
+        }))
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let mut newest = BTreeMap::new();
+        let mut own_phases = BTreeMap::new();
+        loop {
+            match inbox.receive(Duration::from_secs(1)) {
+                Received::Batch(batch) => {
+                    for record in batch.iter() {
+                        match &record.sample.data {
+                            Data::Status(status) => {
+                                newest.insert(status.name.clone(), StreamStatus::clone(status));
+                            }
+                            Data::Event(event) if event.kind == EventKind::Phase => {
+                                let Stream { id, name, .. } = &*record.stream;
+                                own_phases.insert(id.clone(), name.clone());
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+                Received::Silence => {}
+                Received::Closed => {
+                    let streams = with_statuses(inbox.streams().all(), newest);
+                    let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+                    *heard = Heard { streams, own_phases };
+                    return Ok(());
+                }
+            }
+        }
+    }
+}
+
+/// The raw streams of which the health was told, as they are known last.
+fn with_statuses(
+    streams: Vec<(StreamId, Arc<Stream>)>,
+    statuses: BTreeMap<String, StreamStatus>,
+) -> Vec<(Arc<Stream>, StreamStatus)> {
+    let mut named = HashMap::new();
+    for (_, stream) in streams.into_iter().filter(|(_, stream)| stream.origin == Origin::Raw) {
+        if let Shape::Message(schema) = &stream.shape {
+            // So the second type on a topic is told apart.
+            let second = format!("{} ({})", stream.name, schema.name);
+            named.entry(second).or_insert_with(|| Arc::clone(&stream));
+        }
+        named.entry(stream.name.clone()).or_insert(stream);
+    }
+    let with_stream =
+        |(name, status): (String, _)| named.get(&name).map(|stream| (Arc::clone(stream), status));
+    statuses.into_iter().filter_map(with_stream).collect()
+}

@@ -1,0 +1,64 @@
+//! What a study names of robots, and nothing publishes.
+
+use teampulse_core::stream::{About, Stream};
+use teampulse_sources::robots::Robots;
+
+/// The topics that the study names of robots that are there, and that none of them has.
+pub fn notes<'a>(
+    wanted: &[Robots],
+    streams: impl Iterator<Item = &'a Stream> + Clone,
+) -> Vec<String> {
+    let of_robots = streams.filter(|stream| stream.about == About::Robot);
+    let notes = wanted.iter().flat_map(|robots| {
+        let theirs: Vec<&Stream> =
+            of_robots.clone().filter(|stream| robots.describe(stream)).collect();
+        let named = if theirs.is_empty() { Vec::new() } else { topics(robots) };
+        let is_unheard =
+            move |(_, topic): &(_, &str)| !theirs.iter().any(|stream| stream.device == *topic);
+        named.into_iter().filter(is_unheard).map(|(setting, topic)| {
+            format!("{setting}: no robot of {} has a topic `{topic}`", robots.namespace)
+        })
+    });
+    notes.collect()
+}
+
+/// The topics that settings name, with the name of the setting.
+fn topics(robots: &Robots) -> Vec<(&'static str, &str)> {
+    let images = robots.images.iter().map(|topic| ("images", topic.as_str()));
+    let commands = robots.commands.iter().map(|topic| ("commands", topic.as_str()));
+    let numbers = robots.numbers.iter().map(|field| ("numbers", field.topic.as_str()));
+    images.chain(commands).chain(numbers).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{Shape, Subject};
+
+    use super::*;
+
+    #[test]
+    fn a_topic_that_no_robot_has_is_named() {
+        let settings = "namespace = \"/robot*\"\nimages = [\"camera/image\", \"front/image\"]\n\
+                        commands = [\"gaol_pose\"]\nnumbers = [{ topic = \"arm\", field = \"data\" }]";
+        let wanted: Robots = toml::from_str(settings).expect("settings");
+        let stream = |topic: &str| Stream {
+            device: topic.to_owned(),
+            ..Stream::raw(format!("/robot1/{topic}"), Subject::robot("robot1"), Shape::Sample)
+        };
+        let heard = [stream("front/image"), stream("arm")];
+        let said = notes(&[wanted], heard.iter());
+        assert_eq!(
+            said,
+            [
+                "images: no robot of /robot* has a topic `camera/image`",
+                "commands: no robot of /robot* has a topic `gaol_pose`"
+            ]
+        );
+    }
+
+    #[test]
+    fn without_a_robot_there_is_nothing_to_say_of_its_topics() {
+        let wanted: Robots = toml::from_str("images = [\"camera\"]").expect("settings");
+        assert_eq!(notes(&[wanted], [].into_iter()), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,64 @@
+//! What the options of `extract` may be, and what is said of a table that can't be read.
+
+use super::found::Found;
+use super::table::{Table, TableError};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+
+/// Shortest window, and shortest time between two [s].
+const SHORTEST_SECS: f64 = 0.1;
+
+/// What the user is told of a table that can't be read.
+pub fn failure(error: TableError) -> Failure {
+    let hint = error.hint();
+    let exit = match error {
+        TableError::NoColumn { .. }
+        | TableError::WhichColumn { .. }
+        | TableError::TextColumn { .. }
+        | TableError::WhichComma { .. }
+        | TableError::NoRate { .. } => Exit::BadArguments,
+        _ => Exit::Failed,
+    };
+    Failure::to(error).hint(hint).exit(exit)
+}
+
+/// Says on standard error what the table did not have.
+pub fn warn(table: &Table, found: &Found) {
+    let rows = table.rows();
+    let notes = [
+        (table.missing(), "cells hold no number: those samples count as missing", "of all"),
+        (
+            found.missing,
+            "rows are missing by their times: their samples count as missing",
+            "beside",
+        ),
+        (found.left_out, "rows do not come after the one before them: they were left out", "of"),
+    ];
+    for (count, what, of) in notes.into_iter().filter(|(count, ..)| *count > 0) {
+        output::note(format!("note: {count} {what} ({of} {rows} rows)"));
+    }
+}
+
+pub fn rate(text: &str) -> Result<f64, String> {
+    let rate_hz = text.parse::<f64>().ok().filter(|rate_hz| (1e-3..=1e6).contains(rate_hz));
+    rate_hz.ok_or_else(|| "a rate lies between 0.001 and 1000000 Hz".into())
+}
+
+pub fn mains(text: &str) -> Result<f64, String> {
+    match text {
+        "50" => Ok(50.0),
+        "60" => Ok(60.0),
+        _ => Err("the mains have 50 or 60 Hz".into()),
+    }
+}
+
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let secs = text.parse::<f64>().ok().filter(|secs| (SHORTEST_SECS..=1e6).contains(secs));
+    secs.ok_or_else(|| format!("expected seconds, from {SHORTEST_SECS} to 1000000"))
+}
+
+pub fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse::<f64>().ok().filter(|factor| factor.is_finite() && *factor != 0.0);
+    factor.ok_or_else(|| "expected a number that is not 0".into())
+}

@@ -1,0 +1,107 @@
+//! Whether the numbers of a table can be what they are said to be.
+
+use super::analyses::Signal;
+use crate::exit::Exit;
+use crate::failure::Failure;
+
+/// How many rows tell what is usual.
+pub const FIRST: usize = 20;
+/// Usual intervals between beats [ms].
+const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
+/// No skin conducts more [uS].
+const MOST_EDA_US: f64 = 100.0;
+/// No skin of a living person is colder or warmer [degC].
+const SKIN_DEG_C: (f64, f64) = (-20.0, 60.0);
+/// Nobody is usually accelerated more [g].
+const MOST_ACCELERATION_G: f64 = 4.0;
+
+/// The first rows of a signal, in the unit that it is analysed in.
+pub struct Plausible {
+    signal: Signal,
+    first: Vec<f64>,
+    are_whole: bool,
+}
+
+impl Plausible {
+    pub fn new(signal: Signal) -> Plausible {
+        Plausible { signal, first: Vec::with_capacity(FIRST), are_whole: true }
+    }
+
+    /// Takes in a row: its first number, or how long the three of an acceleration are together.
+    pub fn take(&mut self, values: &[f64]) {
+        let number = match self.signal {
+            Signal::Acceleration => values.iter().map(|value| value * value).sum::<f64>().sqrt(),
+            _ => values.first().copied().unwrap_or(f64::NAN),
+        };
+        if self.first.len() < FIRST && number.is_finite() {
+            self.first.push(number);
+            self.are_whole &= values.iter().all(|value| value.fract() == 0.0);
+        }
+    }
+
+    /// Why the numbers can't be what they are said to be, with what the user can do.
+    pub fn refused(&self) -> Result<(), Failure> {
+        let mut first = self.first.clone();
+        first.sort_unstable_by(f64::total_cmp);
+        let Some(&usual) = first.get(first.len() / 2) else { return Ok(()) };
+        let counts = if self.are_whole { ": they look like raw counts of a converter" } else { "" };
+        let (message, hint) = match self.signal {
+            Signal::Interval if !(INTERVALS_MS.0..=INTERVALS_MS.1).contains(&usual) => (
+                format!("intervals of {usual} ms are no heart's"),
+                "give --unit s (or --scale 1000) if they are in seconds; a heart rate is no interval",
+            ),
+            Signal::Eda if usual > MOST_EDA_US => (
+                format!("no skin conducts {usual} uS{counts}"),
+                "give --unit kohm for a resistance, nS for nanosiemens, or --scale FACTOR that makes uS \
+                 of counts, as the device's manual tells",
+            ),
+            Signal::Temperature if !(SKIN_DEG_C.0..=SKIN_DEG_C.1).contains(&usual) => (
+                format!("no skin has {usual} degC{counts}"),
+                "give --unit degF or K if they are that, --scale FACTOR that makes degC of counts, or \
+                 --signal other for what is no skin",
+            ),
+            Signal::Acceleration if usual > MOST_ACCELERATION_G => (
+                format!("nobody is held at {usual:.4} g{counts}"),
+                "give --unit mg or m/s^2 if they are that, g/64 for an E4, or --scale FACTOR that makes g \
+                 of counts: 0.000488281 for an Embrace Plus",
+            ),
+            _ => return Ok(()),
+        };
+        Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_refused(signal: Signal, row: &[f64]) -> bool {
+        let mut plausible = Plausible::new(signal);
+        (0..FIRST).for_each(|_| plausible.take(row));
+        plausible.refused().is_err()
+    }
+
+    #[test]
+    fn what_no_person_has_is_refused() {
+        for (signal, wrong, right) in [
+            (Signal::Interval, &[0.8][..], &[800.0][..]),
+            (Signal::Eda, &[1812.0], &[18.12]),
+            (Signal::Temperature, &[91.4], &[33.0]),
+            (Signal::Temperature, &[306.0], &[0.0]),
+            (Signal::Acceleration, &[-1.0, 65.0, 5.0], &[0.1, 1.0, 0.1]),
+            (Signal::Acceleration, &[0.1, 9.8, 0.1], &[0.0, 0.0, 0.0]),
+        ] {
+            assert!(is_refused(signal, wrong), "{signal:?}: {wrong:?}");
+            assert!(!is_refused(signal, right), "{signal:?}: {right:?}");
+        }
+        for signal in [Signal::Ecg, Signal::Ppg, Signal::Emg, Signal::Other] {
+            assert!(!is_refused(signal, &[1812.0]), "{signal:?}");
+        }
+    }
+
+    #[test]
+    fn of_nothing_nothing_is_said() {
+        assert!(Plausible::new(Signal::Eda).refused().is_ok());
+        assert!(!is_refused(Signal::Eda, &[f64::NAN]));
+    }
+}

@@ -1,0 +1,116 @@
+//! The rows of a table as an analysis takes them: in its unit, and with their times.
+
+use teampulse_core::units::{Conversion, accepted};
+
+use super::analyses::Signal;
+use super::options::failure;
+use super::plausible::{self, Plausible};
+use super::table::{Row, Table, TableError, is_raw};
+use super::times::Times;
+use crate::exit::Exit;
+use crate::failure::Failure;
+
+/// Rows of a table, one after the other.
+pub struct Rows {
+    table: Table,
+    scaling: Scaling,
+    times: Times,
+    plausible: Plausible,
+}
+
+/// What the user says of the unit of all columns.
+pub struct Said<'a> {
+    /// A factor that is multiplied first.
+    pub scale: f64,
+    /// What the numbers are in after that.
+    pub unit: Option<&'a str>,
+}
+
+impl Rows {
+    /// The rows of a table. An error where a column is in a unit that can't be told in the signal's.
+    pub fn new(signal: Signal, mut table: Table, said: &Said<'_>) -> Result<Rows, Failure> {
+        let scaling = Scaling::new(signal, &table, said)?;
+        let begin_ns = if signal.is_even() { 0 } else { begin_ns(&mut table, &scaling)? };
+        let times = Times::new(signal, &table, begin_ns);
+        Ok(Rows { scaling, times, plausible: Plausible::new(signal), table })
+    }
+
+    /// The table.
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// The times of what was read so far.
+    pub fn times(&self) -> &Times {
+        &self.times
+    }
+
+    /// The next row in the signal's unit, and when it was measured [ns].
+    pub fn next(&mut self) -> Result<Option<(i64, Row)>, Failure> {
+        let Some(mut row) = self.table.next_row().map_err(failure)? else {
+            self.plausible.refused()?;
+            return Ok(None);
+        };
+        self.scaling.apply(&mut row.values);
+        self.plausible.take(&row.values);
+        if self.table.rows() == plausible::FIRST {
+            self.plausible.refused()?;
+        }
+        let at_ns = self.times.of(&row);
+        // A silence of more than a day is a wrong time, no gap.
+        match self.times.jump_secs() {
+            Some(step_secs) => Err(failure(TableError::Jump { line: row.line, step_secs })),
+            None => Ok(Some((at_ns, row))),
+        }
+    }
+}
+
+/// When the first interval begins [ns]: with the file, if that tells; else its length before its end.
+fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
+    let told_ns = table.begin_ns();
+    let first = table.peek().map_err(failure)?.cloned();
+    let Some((end_ns, mut row)) = first.and_then(|row| Some((row.at_ns?, row))) else {
+        return Ok(0);
+    };
+    scaling.apply(&mut row.values);
+    // A table of nothing but times has no column of intervals.
+    let first_ms = row.values.first().copied().filter(|first_ms| *first_ms > 0.0);
+    let first_ns = first_ms.map_or(0, |first_ms| (first_ms * 1e6).round() as i64);
+    Ok(told_ns.unwrap_or(end_ns.saturating_sub(first_ns)))
+}
+
+/// How the numbers of each column become those of the unit that the signal is analysed in.
+struct Scaling {
+    scale: f64,
+    conversions: Vec<Conversion>,
+}
+
+impl Scaling {
+    fn new(signal: Signal, table: &Table, said: &Said<'_>) -> Result<Scaling, Failure> {
+        let conversion = |told: &Option<String>| {
+            let Some(to) = signal.unit() else { return Ok(Conversion::SAME) };
+            // Whoever gives a factor brings them into the signal's own unit.
+            let told = told.as_deref().filter(|_| said.scale.total_cmp(&1.0).is_eq());
+            let from = said.unit.or(told).unwrap_or_default();
+            Conversion::between(from, to).ok_or_else(|| refused(signal, from, to))
+        };
+        let conversions = table.units().iter().map(conversion).collect::<Result<_, _>>()?;
+        Ok(Scaling { scale: said.scale, conversions })
+    }
+
+    fn apply(&self, values: &mut [f64]) {
+        for (value, conversion) in values.iter_mut().zip(&self.conversions) {
+            *value = conversion.of(*value * self.scale);
+        }
+    }
+}
+
+fn refused(signal: Signal, from: &str, to: &str) -> Failure {
+    let hint = if is_raw(from) {
+        format!("give --scale FACTOR that makes {to} of them, as the device's manual tells")
+    } else {
+        format!("give --unit {}, or --scale FACTOR", accepted(to).join(", "))
+    };
+    let message = format!("{} in {from} can't be told in {to}", signal.word());
+    Failure::new(message).hint(hint).exit(Exit::BadArguments)
+}

@@ -1,0 +1,223 @@
+//! What the cells of a column of times mean.
+
+use super::dates::{DAY_NS, Order, date_ns, has_zone, order, time_of_day_ns};
+use super::times::{nanos, usual_rate_hz};
+
+/// Units of times, and how long they are [ns].
+const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
+/// A number as large as this is a time since 1970, or since 2000, in nanoseconds, microseconds or
+/// milliseconds: it would be thousands of years in a larger unit.
+const SINCE_1970: [(f64, i64); 3] = [(1e17, 1), (1e14, 1_000), (1e11, 1_000_000)];
+/// No signal of a person has more samples a second [Hz].
+const MOST_HZ: f64 = 100_000.0;
+
+/// How a column of times is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clock {
+    form: Form,
+    /// Added to every time [ns].
+    offset_ns: i64,
+    /// The last time of day [ns], and how many midnights have passed.
+    last_ns: i64,
+    midnights: i64,
+    /// What a reader of the results should know about how it was read; empty for nothing.
+    pub note: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    /// Numbers of a unit so long [ns].
+    Number(i64),
+    /// A date with a time of day.
+    Date(Order),
+    TimeOfDay,
+}
+
+/// How long a unit of time is [ns].
+pub fn unit_ns(unit: &str) -> Option<i64> {
+    let told = teampulse_core::units::Conversion::between(unit.trim(), "ns")?;
+    (!unit.trim().is_empty()).then(|| told.of(1.0).round() as i64).filter(|ns| *ns > 0)
+}
+
+/// How long the unit of times is that a column of this name holds [ns], if it tells one.
+pub fn unit_of_name_ns(name: &str) -> Option<i64> {
+    let name = name.to_ascii_lowercase();
+    let is = |unit: &str, word: &str| {
+        name.ends_with(&format!("_{unit}"))
+            || [('(', ')'), ('[', ']')]
+                .iter()
+                .any(|(open, close)| name.contains(&format!("{open}{unit}{close}")))
+            || name.contains(word)
+    };
+    let found = UNITS.iter().zip(["second", "milli", "micro", "nano"]).rev();
+    let mut found = found.filter(|((unit, _), word)| is(unit, word)).map(|((_, ns), _)| *ns);
+    found.next().or_else(|| name.ends_with("_secs").then_some(UNITS[0].1))
+}
+
+impl Clock {
+    /// Numbers of a unit so long [ns].
+    pub fn of_unit(ns: i64) -> Clock {
+        let (form, note) = (Form::Number(ns), String::new());
+        Clock { form, offset_ns: 0, last_ns: 0, midnights: 0, note }
+    }
+
+    /// How these cells of a column are to be read, where its unit is not told: dates and times of day by
+    /// their looks, numbers by their size, and by the rate that a signal needs at least [Hz]. `None` where
+    /// they are no times.
+    pub fn recognised(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
+        let cells: Vec<&str> = cells.iter().copied().filter(|cell| !cell.is_empty()).collect();
+        let clock = |form, note: String| Clock { form, note, ..Clock::of_unit(1) };
+        if let Some((order, is_open)) = order(&cells) {
+            let which = match order {
+                _ if !is_open => "",
+                Order::Month => ", the month first",
+                _ => ", the day first",
+            };
+            let has_zone = cells.iter().all(|cell| has_zone(cell));
+            let zone = if has_zone { "" } else { ", taken as UTC" };
+            let note = format!("the times in column {name} are dates{which}{zone}");
+            return Some(clock(
+                Form::Date(order),
+                if has_zone && !is_open { String::new() } else { note },
+            ));
+        }
+        if !cells.is_empty() && cells.iter().all(|cell| time_of_day_ns(cell).is_some()) {
+            let note = format!("the times in column {name} are times of day");
+            return Some(clock(Form::TimeOfDay, note));
+        }
+        let numbers = cells.iter().map(|cell| nanos(cell, 1).ok().flatten());
+        let first = numbers.collect::<Option<Vec<i64>>>()?.first().copied()? as f64;
+        if let Some((_, ns)) = SINCE_1970.iter().find(|(least, _)| first.abs() >= *least) {
+            return Some(Clock::of_unit(*ns));
+        }
+        let rate_hz = |ns: i64| {
+            let times = cells.iter().filter_map(|cell| nanos(cell, ns).ok().flatten());
+            usual_rate_hz(&times.collect::<Vec<_>>())
+        };
+        let fits = |(_, ns): &&(&str, i64)| {
+            rate_hz(*ns).is_some_and(|rate_hz| (least_hz..=MOST_HZ).contains(&rate_hz))
+        };
+        // Steps of exactly one may as well be numbers of rows.
+        let counts = rate_hz(UNITS[0].1).is_some_and(|rate_hz| (rate_hz - 1.0).abs() < 1e-9);
+        let unit = UNITS.iter().find(fits).filter(|(unit, _)| *unit == "s" || !counts);
+        let (unit, ns) = unit.copied().unwrap_or(UNITS[0]);
+        let note =
+            format!("the times in column {name} are read as {unit}, by the rate that this makes");
+        Some(clock(Form::Number(ns), if unit == "s" { String::new() } else { note }))
+    }
+
+    /// Whether these cells are times at a rate that a signal may have, `least_hz` at least [Hz].
+    pub fn fits(&self, cells: &[&str], least_hz: f64) -> bool {
+        let mut probe = self.clone();
+        let times: Vec<i64> =
+            cells.iter().filter_map(|cell| probe.read(cell).ok().flatten()).collect();
+        !times.is_empty()
+            && usual_rate_hz(&times).is_none_or(|hz| (least_hz..=MOST_HZ).contains(&hz))
+    }
+
+    /// The same, so that a cell of it is at a time [ns].
+    pub fn shifted(self, cell: &str, at_ns: i64) -> Clock {
+        let mut probe = self.clone();
+        let own_ns = probe.read(cell).ok().flatten();
+        let offset_ns = own_ns.map_or(0, |own_ns| at_ns.saturating_sub(own_ns));
+        Clock { offset_ns, ..self }
+    }
+
+    /// The time of a cell [ns]; `None` of one that says that there is none.
+    pub fn read(&mut self, cell: &str) -> Result<Option<i64>, ()> {
+        if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
+            return Ok(None);
+        }
+        let at_ns = match self.form {
+            Form::Number(unit_ns) => return nanos(cell, unit_ns).map(|at_ns| self.after(at_ns)),
+            Form::Date(order) => date_ns(cell, order).ok_or(())?,
+            Form::TimeOfDay => {
+                let at_ns = time_of_day_ns(cell).ok_or(())?;
+                // Half a day back is a midnight.
+                let back_ns = std::mem::replace(&mut self.last_ns, at_ns) - at_ns;
+                self.midnights += i64::from(back_ns > DAY_NS / 2);
+                at_ns + self.midnights * DAY_NS
+            }
+        };
+        Ok(self.after(Some(at_ns)))
+    }
+
+    fn after(&self, at_ns: Option<i64>) -> Option<i64> {
+        at_ns.map(|at_ns| at_ns.saturating_add(self.offset_ns))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEC: i64 = 1_000_000_000;
+
+    fn read(cells: &[&str], least_hz: f64) -> Vec<i64> {
+        let mut clock = Clock::recognised("t", cells, least_hz).unwrap();
+        cells.iter().map(|cell| clock.read(cell).unwrap().unwrap()).collect()
+    }
+
+    #[test]
+    fn times_since_1970_tell_their_unit_by_their_size() {
+        for cells in [
+            ["1595933810.034", "1595933810.057"],
+            ["1595933810034", "1595933810057"],
+            ["1595933810034000", "1595933810057000"],
+            ["1595933810034000000", "1595933810057000000"],
+            ["1.595933810034E12", "1.595933810057E12"],
+        ] {
+            let times = read(&cells, 10.0);
+            assert!((times[0] - 1_595_933_810_034_000_000).abs() < 1000, "{cells:?}: {times:?}");
+            assert!((times[1] - times[0] - 23_000_000).abs() < 1000, "{cells:?}: {times:?}");
+        }
+    }
+
+    #[test]
+    fn times_since_the_start_tell_their_unit_by_the_rate_that_they_make() {
+        let clock = |cells: &[&str]| Clock::recognised("t", cells, 50.0).unwrap();
+        assert_eq!(clock(&["0", "0,004", "0,008"]), Clock::of_unit(SEC));
+        for (cells, ns) in [
+            (["0", "4", "8"], 1_000_000),
+            (["0", "7,8125", "15,625"], 1_000_000),
+            (["0", "4000", "8000"], 1_000),
+            (["0", "4000000", "8000000"], 1),
+        ] {
+            assert_eq!(clock(&cells).form, Form::Number(ns), "{cells:?}");
+            assert!(clock(&cells).note.contains("column t"), "{cells:?}");
+        }
+        // Numbers of rows are no milliseconds.
+        assert_eq!(clock(&["0", "1", "2"]), Clock::of_unit(SEC));
+    }
+
+    #[test]
+    fn a_unit_in_the_name_is_known() {
+        for (name, ns) in [
+            ("time_ms", Some(1_000_000)),
+            ("timestamp [ms]", Some(1_000_000)),
+            ("sensor timestamp [ns]", Some(1)),
+            ("Time (s)", Some(SEC)),
+            ("time_secs", Some(SEC)),
+            ("Milliseconds", Some(1_000_000)),
+            ("seconds", Some(SEC)),
+            ("timestamp", None),
+            ("columns", None),
+        ] {
+            assert_eq!(unit_of_name_ns(name), ns, "{name}");
+        }
+        assert_eq!((unit_ns("ms"), unit_ns("uV"), unit_ns("")), (Some(1_000_000), None, None));
+    }
+
+    #[test]
+    fn a_midnight_is_no_step_back() {
+        let times = read(&["23:59:59.9", "00:00:00.1"], 1.0);
+        assert_eq!(times[1] - times[0], SEC / 5);
+    }
+
+    #[test]
+    fn what_is_no_time_is_not_recognised() {
+        for cells in [&["a", "b"][..], &[], &["1", "x"]] {
+            assert_eq!(Clock::recognised("t", cells, 1.0), None, "{cells:?}");
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Files of Empatica's E4, which tell in their first lines when they begin and at what rate.
+
+use super::error::TableError;
+use super::line::{Separator, number};
+use super::lines::{Line, Lines};
+use super::times::nanos;
+
+/// The earliest time that its files may begin with [s since 1970]: the year 2001.
+const EARLIEST_SECS: f64 = 1e9;
+/// The rates that they may tell [Hz].
+const RATES_HZ: [f64; 4] = [1.0, 4.0, 32.0, 64.0];
+const SEC_NS: i64 = 1_000_000_000;
+
+/// What a file of an E4 tells above its numbers.
+pub struct E4 {
+    /// When it begins [ns since 1970].
+    pub begin_ns: i64,
+    /// Its rate [Hz]; `None` for intervals, of which each line tells when it ended.
+    pub rate_hz: Option<f64>,
+}
+
+impl E4 {
+    /// What stands in the first line and those after it, which are read if this is such a file: the time at
+    /// which it begins, then the rate, both in every column; of intervals between beats the time and the
+    /// word `IBI`.
+    pub fn read(
+        first: &Line,
+        separator: Separator,
+        lines: &mut Lines,
+    ) -> Result<Option<E4>, TableError> {
+        let mut cells = separator.cells(&first.text);
+        let begin_ns = cells.next().and_then(|cell| nanos(cell, SEC_NS).ok().flatten());
+        let Some(begin_ns) = begin_ns else { return Ok(None) };
+        if cells.next() == Some("IBI") && cells.next().is_none() {
+            return Ok(Some(E4 { begin_ns, rate_hz: None }));
+        }
+        if !same(&first.text, separator).is_some_and(|secs| secs >= EARLIEST_SECS) {
+            return Ok(None);
+        }
+        let Some(second) = lines.next_data()? else { return Ok(None) };
+        let rate_hz = same(&second.text, separator).filter(|hz| RATES_HZ.contains(hz));
+        let value = || first.text.chars().take(40).collect();
+        let rate_hz = Some(rate_hz.ok_or_else(|| TableError::Begin { value: value() })?);
+        Ok(Some(E4 { begin_ns, rate_hz }))
+    }
+}
+
+/// The number that every cell of a line holds.
+fn same(line: &str, separator: Separator) -> Option<f64> {
+    let mut cells = separator.cells(line).map(number);
+    let value = cells.next().flatten()?;
+    cells.all(|cell| cell == Some(value)).then_some(value)
+}

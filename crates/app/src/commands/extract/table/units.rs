@@ -1,0 +1,122 @@
+//! Which units the columns of a table are in.
+
+use teampulse_core::units::{self, Conversion};
+
+use super::columns::Wanted;
+use super::head::Head;
+
+/// What devices and people write where numbers are as the converter gave them.
+const RAW: [&str; 9] =
+    ["counts", "count", "adc", "raw", "lsb", "digits", "no_units", "adu", "codes"];
+
+/// The unit of a column: what stands below its name, in brackets behind it, or at its end; of a file of
+/// an E4 what it always writes. `None` where the table tells none.
+pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
+    if head.is_e4 {
+        let units =
+            [("acceleration", "g/64"), ("eda", "uS"), ("temperature", "degC"), ("interval", "s")];
+        return units.iter().find(|each| each.0 == wanted.signal).map(|each| each.1.to_owned());
+    }
+    let below = head.units.get(place).map(String::as_str);
+    let name = head.names.get(place)?;
+    below
+        .into_iter()
+        .chain(in_brackets(name))
+        .map(mended)
+        .find(|unit| is_unit(unit))
+        .or_else(|| of_ending(name, wanted.unit?))
+}
+
+/// What stands in the last brackets of a name.
+fn in_brackets(name: &str) -> Option<&str> {
+    let end = name.rfind([']', ')'])?;
+    let open = if name[end..].starts_with(']') { '[' } else { '(' };
+    // `m/(s^2)` has brackets of its own.
+    let begin = name.find(open)?;
+    (begin < end).then(|| name[begin + 1..end].trim())
+}
+
+/// The unit that a name ends with, where numbers of it can be told in the wanted one: `temp_celsius`,
+/// `eda_usiemens`, `rr_ms`.
+fn of_ending(name: &str, to: &str) -> Option<String> {
+    let ending = name.rsplit('_').next().filter(|ending| ending.len() < name.len())?;
+    let upper = ending.to_uppercase();
+    let micro = (to == "uS" && upper == "US").then_some("uS");
+    let units = micro.into_iter().chain([ending, &upper]);
+    let mut units = units.filter(|unit| Conversion::between(unit, to).is_some());
+    units.next().map(str::to_owned)
+}
+
+/// Windows writes a micro and a degree in letters that are no UTF-8.
+fn mended(unit: &str) -> String {
+    let unit = unit.trim();
+    match unit.strip_prefix('\u{fffd}') {
+        Some(degree @ ("C" | "F")) => format!("deg{degree}"),
+        Some(of_micro) => format!("u{of_micro}"),
+        None => unit.to_owned(),
+    }
+}
+
+fn is_unit(unit: &str) -> bool {
+    !unit.is_empty()
+        && (is_raw(unit)
+            || units::is_known(&units::spelt(unit))
+            || !units::accepted(unit).is_empty())
+}
+
+/// Whether numbers of this unit are as a converter gave them.
+pub fn is_raw(unit: &str) -> bool {
+    RAW.contains(&unit.to_ascii_lowercase().as_str())
+}
+
+/// Those of several columns that are calibrated, in a unit that can be told in the wanted one, or best in
+/// that one itself, as far as that leaves any.
+pub fn narrowed(head: &Head, places: Vec<usize>, wanted: &Wanted) -> Vec<usize> {
+    let unit = |place: usize| unit(head, place, wanted);
+    let is_told = |place: usize| unit(place).is_some_and(|unit| !is_raw(&unit));
+    let fits = |place: usize| {
+        unit(place).is_some_and(|unit| {
+            wanted.unit.is_some_and(|to| Conversion::between(&unit, to).is_some())
+        })
+    };
+    let is_same = |place: usize| {
+        unit(place).is_some_and(|unit| {
+            wanted.unit.is_some_and(|to| Conversion::between(&unit, to) == Some(Conversion::SAME))
+        })
+    };
+    let is_calibrated = |place: usize| !head.name(place).to_ascii_uppercase().ends_with("_RAW");
+    let rules: [&dyn Fn(usize) -> bool; 4] = [&is_told, &fits, &is_same, &is_calibrated];
+    rules.iter().fold(places, |places, rule| {
+        let left: Vec<usize> = places.iter().copied().filter(|place| rule(*place)).collect();
+        if left.is_empty() { places } else { left }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_stand_in_brackets_or_at_the_end_of_a_name() {
+        for (name, unit) in [
+            ("ecg [uV]", Some("uV")),
+            ("Temp (°C)", Some("°C")),
+            ("Accel (m/(s^2))", Some("m/(s^2)")),
+            ("x", None),
+            ("a ] b [", None),
+        ] {
+            assert_eq!(in_brackets(name), unit, "{name}");
+        }
+        assert_eq!(of_ending("eda_scl_usiemens", "uS").as_deref(), Some("usiemens"));
+        assert_eq!(of_ending("eda_us", "uS").as_deref(), Some("uS"));
+        assert_eq!(of_ending("temp_f", "degC").as_deref(), Some("F"));
+        assert_eq!(of_ending("rr_ms", "ms").as_deref(), Some("ms"));
+        assert_eq!(of_ending("skin_left", "uS"), None);
+        assert_eq!(of_ending("ms", "ms"), None);
+    }
+
+    #[test]
+    fn letters_that_windows_wrote_are_mended() {
+        assert_eq!(["\u{fffd}S", "\u{fffd}C", "mV"].map(mended), ["uS", "degC", "mV"]);
+    }
+}

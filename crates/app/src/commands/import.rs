@@ -1,0 +1,181 @@
+//! `teampulse import`: other people's recordings become bags of teampulse.
+
+mod kind;
+mod report;
+mod tables;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use teampulse_bag::{BagSink, Options};
+use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::sink::Sink;
+use teampulse_core::source::Source;
+use teampulse_core::streams::Streams;
+use teampulse_messages::convert::encode;
+use teampulse_sinks::{Again, Telling};
+
+use crate::commands::extract::{Signal, factor, rate};
+use crate::commands::info::open;
+use crate::commands::replay::{defaults, describe_foreign, replayed, study_of};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+use crate::recorded::read_through;
+use crate::setup::{bag_folder, features, sink_context, tidy};
+use crate::study::Study;
+
+use kind::{Kind, tables_in};
+use tables::{Asked, Tables};
+
+/// Makes bags of teampulse of other people's recordings, with all that it computes.
+///
+/// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a bag of its own. Tables of
+/// samples, as `extract` reads them, become one bag about one person, a stream each; of a folder of Empatica's
+/// E4 all its tables are read. What is imported stays as it was.
+#[derive(Debug, Args)]
+pub struct Import {
+    /// The recordings, or the tables
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Where the new bag's folder is made
+    #[arg(long, value_name = "DIR", default_value = "sessions")]
+    out: PathBuf,
+    /// What is computed; without it the defaults
+    #[arg(long)]
+    study: Option<PathBuf>,
+    /// What a table measures, where its name does not tell
+    #[arg(long)]
+    signal: Option<Signal>,
+    /// Samples a second of a table [Hz]; without it what the table tells
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    rate: Option<f64>,
+    /// The column of a table, by its name or its number from 1; several for several channels
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    column: Vec<String>,
+    /// The column of a table with the times, and their unit
+    #[arg(long, value_name = "NAME[:UNIT]")]
+    time: Option<String>,
+    /// Multiplies every sample of a table
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
+    scale: f64,
+    /// What the samples of a table are in after that
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<String>,
+    /// The pseudonym of the person whose tables these are
+    #[arg(long, value_name = "ID", default_value = "p001", value_parser = token)]
+    person: String,
+    /// The device that measured the tables
+    #[arg(long, value_name = "NAME", default_value = "table", value_parser = token)]
+    device: String,
+}
+
+impl Import {
+    /// Does it.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let (mut bags, mut tables) = (Vec::new(), Vec::new());
+        for file in &self.files {
+            match Kind::of(file)? {
+                Kind::Bag => bags.push(file.clone()),
+                Kind::Table => tables.push(file.clone()),
+                Kind::Tables => tables.extend(tables_in(file)?),
+            }
+        }
+        let mut worst = Exit::Fine;
+        for bag in &bags {
+            let exit = self.bag(bag).await?;
+            worst = if worst == Exit::Fine { exit } else { worst };
+        }
+        if !tables.is_empty() {
+            let exit = self.tables(&tables).await?;
+            worst = if worst == Exit::Fine { exit } else { worst };
+        }
+        Ok(worst)
+    }
+
+    fn study(&self, recording: &Path) -> Result<Study, Failure> {
+        Ok(match &self.study {
+            Some(path) => Study::read(path)?,
+            None => Study::parse(Path::new("the defaults"), defaults(recording))?,
+        })
+    }
+
+    async fn bag(&self, path: &Path) -> Result<Exit, Failure> {
+        let mut bag = open(path)?;
+        if study_of(&bag)?.is_some() {
+            let message = format!("{} is a bag of teampulse already", path.display());
+            return Err(Failure::new(message).hint("`teampulse replay` computes it again"));
+        }
+        bag.check();
+        describe_foreign(&mut bag);
+        let study = self.study(path)?;
+        let folder = bag_folder(&self.out, &study.general.session.name);
+        let bag = Arc::new(bag);
+        let exit = replayed(Arc::clone(&bag), &study, folder.clone()).await?;
+        output::lines(report::of_bag(&bag));
+        concluded(&folder, exit);
+        Ok(exit)
+    }
+
+    async fn tables(&self, files: &[PathBuf]) -> Result<Exit, Failure> {
+        let asked = Asked {
+            signal: self.signal,
+            rate_hz: self.rate,
+            columns: self.column.clone(),
+            time: self.time.clone(),
+            scale: self.scale,
+            unit: self.unit.clone(),
+            person: self.person.clone(),
+            device: self.device.clone(),
+        };
+        let tables = Tables::open(files, &asked)?;
+        let study = self.study(&self.files[0])?;
+        let folder = bag_folder(&self.out, &study.general.session.name);
+        let clock = Clock::told();
+        let context = sink_context(&study, &folder, &clock);
+        let options = Options { session: study.general.session.name.clone(), ..Options::default() };
+        let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
+        let (ended, again) = (context.bag_ended.clone(), Again::Never);
+        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Telling { bag, ended, again })];
+        sinks.extend(tidy(&study, &context)?);
+        let report = tables.report();
+        let source: Box<dyn Source> = Box::new(tables);
+        let session = Session {
+            clock,
+            pace: Pace::Recorded,
+            clocks: Clocks::new(study.general.clocks.clone()),
+            streams: Streams::default(),
+            sources: vec![("tables".into(), source)],
+            features: features(&study)?,
+            sinks,
+            encode,
+        };
+        let exit = read_through(session, &folder).await;
+        output::lines(report.lines());
+        concluded(&folder, exit);
+        Ok(exit)
+    }
+}
+
+/// Says where the bag is.
+fn concluded(folder: &Path, exit: Exit) {
+    if exit != Exit::Failed {
+        output::line(format!("imported; look into it with `teampulse info {}`", folder.display()));
+        output::last_line(folder.display().to_string());
+    }
+}
+
+/// A token of a topic: a letter, then letters, digits and `_`.
+fn token(text: &str) -> Result<String, String> {
+    let is_token = text.starts_with(|each: char| each.is_ascii_lowercase())
+        && text.chars().all(|each| matches!(each, 'a'..='z' | '0'..='9' | '_'))
+        && text.len() <= 64;
+    if is_token {
+        Ok(text.to_owned())
+    } else {
+        Err("expected a-z, 0-9 and _, a letter first".into())
+    }
+}

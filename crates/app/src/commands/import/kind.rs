@@ -1,0 +1,56 @@
+//! What a file is, by how it begins.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::tables::signal_of;
+use crate::failure::Failure;
+
+/// What is to be imported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A recording of ROS.
+    Bag,
+    /// A table of samples.
+    Table,
+    /// A folder of tables.
+    Tables,
+}
+
+/// How files of recordings begin: MCAP, `SQLite`, Zstandard, and ROS 1, of which opening says more.
+const BEGINNINGS: [&[u8]; 4] =
+    [b"\x89MCAP", b"SQLite format 3\0", &[0x28, 0xb5, 0x2f, 0xfd], b"#ROSBAG V"];
+
+impl Kind {
+    /// The kind of a file or a folder.
+    pub fn of(path: &Path) -> Result<Kind, Failure> {
+        let unreadable = |error| Failure::to(format!("open {}: {error}", path.display()));
+        if fs::metadata(path).map_err(unreadable)?.is_dir() {
+            let has_tables = tables_in(path).is_ok_and(|tables| !tables.is_empty());
+            return Ok(if has_tables { Kind::Tables } else { Kind::Bag });
+        }
+        let mut start = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(16).read_to_end(&mut start))
+            .map_err(unreadable)?;
+        let is_bag = BEGINNINGS.iter().any(|beginning| start.starts_with(beginning));
+        Ok(if is_bag || start.is_empty() { Kind::Bag } else { Kind::Table })
+    }
+}
+
+/// The tables in a folder whose names tell what they measure; none where it holds a recording.
+pub fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let unreadable = |error| Failure::to(format!("open {}: {error}", folder.display()));
+    let entries = fs::read_dir(folder).map_err(unreadable)?;
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    let is = |path: &Path, kind: &str| {
+        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind))
+    };
+    if files.iter().any(|path| ["mcap", "db3", "zstd"].iter().any(|kind| is(path, kind))) {
+        return Ok(Vec::new());
+    }
+    files.retain(|path| is(path, "csv") && signal_of(path).is_some());
+    Ok(files)
+}

@@ -1,0 +1,276 @@
+//! Tables of samples as a source: several of one person, in the order of their times.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use teampulse_core::data::{Data, Wave};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::stream::{About, Shape, Stream, StreamId, Subject};
+use teampulse_core::text::on_one_line;
+use teampulse_core::time::Time;
+use teampulse_core::units::spelt;
+use teampulse_sources::people::NAMESPACE;
+
+use crate::commands::extract::{Row, Rows, Said, Signal, Table, failure};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output;
+
+/// Samples that follow each other within so much time are one run [s]: the stamp of its first one lies within
+/// the second that is believed of it.
+const RUN_SECS: f64 = 0.9;
+/// What comes later than this many periods after the one before begins another run.
+const GAP_PERIODS: f64 = 1.5;
+/// Times before this tell no date [ns]: 2001-01-01.
+const DATED_NS: i64 = 978_307_200_000_000_000;
+
+/// What is asked of tables.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// What they measure; `None` for what their names tell.
+    pub signal: Option<Signal>,
+    /// Their rate [Hz]; `None` for what they tell.
+    pub rate_hz: Option<f64>,
+    /// Their columns.
+    pub columns: Vec<String>,
+    /// The column of their times.
+    pub time: Option<String>,
+    /// Multiplies every sample.
+    pub scale: f64,
+    /// What the samples are in after that.
+    pub unit: Option<String>,
+    /// Whose they are.
+    pub person: String,
+    /// What measured them.
+    pub device: String,
+}
+
+/// What a table of this name measures: as devices call their files.
+pub fn signal_of(path: &Path) -> Option<Signal> {
+    let stem = path.file_stem()?.to_string_lossy().to_ascii_lowercase();
+    let words: Vec<&str> = stem.split(|each: char| !each.is_ascii_alphanumeric()).collect();
+    let known = [
+        (Signal::Ecg, &["ecg", "ekg"][..]),
+        (Signal::Ppg, &["ppg", "bvp"]),
+        (Signal::Eda, &["eda", "gsr"]),
+        (Signal::Emg, &["emg"]),
+        (Signal::Eeg, &["eeg"]),
+        (Signal::Respiration, &["rsp", "resp", "respiration", "breath"]),
+        (Signal::Temperature, &["temp", "temperature"]),
+        (Signal::Acceleration, &["acc", "accelerometer", "acceleration"]),
+        (Signal::Interval, &["ibi", "rr", "rri", "ppi"]),
+    ];
+    let names = |(_, names): &&(Signal, &[&str])| names.iter().any(|name| words.contains(name));
+    known.iter().find(names).map(|(signal, _)| *signal)
+}
+
+/// Tables that are read together.
+pub struct Tables {
+    each: Vec<Reader>,
+}
+
+/// What was found in tables, for people.
+pub struct Report(Vec<String>);
+
+impl Report {
+    /// A line a table.
+    pub fn lines(self) -> impl Iterator<Item = String> {
+        self.0.into_iter()
+    }
+}
+
+impl Tables {
+    /// Opens all of them, and reads their first rows.
+    pub fn open(files: &[PathBuf], asked: &Asked) -> Result<Tables, Failure> {
+        let mut each = Vec::<Reader>::new();
+        for file in files {
+            let mut reader = Reader::open(file, asked)?;
+            let same = each.iter().filter(|known| known.signal == reader.signal).count();
+            if same > 0 {
+                reader.stream.name.push_str(&(same + 1).to_string());
+            }
+            each.push(reader);
+        }
+        let is_dated: Vec<bool> = each.iter().map(Reader::is_dated).collect();
+        if is_dated.contains(&true) && is_dated.contains(&false) {
+            let message = "some of the tables tell the date, and some do not";
+            let hint = "import those that began together, or name the column of times with --time";
+            return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
+        }
+        if is_dated.contains(&false) {
+            output::note("note: no date is told: the bag begins in 2001");
+            for reader in &mut each {
+                reader.shift_ns = DATED_NS;
+            }
+        }
+        Ok(Tables { each })
+    }
+
+    /// What is imported.
+    pub fn report(&self) -> Report {
+        let line = |reader: &Reader| {
+            let Stream { name, rate_hz, units, .. } = &reader.stream;
+            let rate = if *rate_hz > 0.0 { format!("{rate_hz} Hz") } else { "as they come".into() };
+            let unit = units.first().filter(|unit| !unit.is_empty());
+            let unit = unit.map_or_else(|| "unit unknown".to_owned(), Clone::clone);
+            format!("{}: {name}, {rate}, {unit}", reader.path.display())
+        };
+        Report(self.each.iter().map(line).collect())
+    }
+}
+
+/// One table, with its next run of samples.
+struct Reader {
+    path: PathBuf,
+    signal: Signal,
+    stream: Stream,
+    rows: Rows,
+    /// The row after the next run.
+    ahead: Option<(i64, Row)>,
+    /// Added to all times [ns].
+    shift_ns: i64,
+}
+
+/// A run of samples.
+struct Run {
+    first_ns: i64,
+    last_ns: i64,
+    samples: Vec<f64>,
+}
+
+impl Reader {
+    fn open(path: &Path, asked: &Asked) -> Result<Reader, Failure> {
+        let signal = asked.signal.or_else(|| signal_of(path)).ok_or_else(|| {
+            Failure::new(format!("what {} measures is not known", path.display()))
+                .hint("name it with --signal, such as --signal ecg")
+                .exit(Exit::BadArguments)
+        })?;
+        let wanted = signal.wanted(asked.columns.clone(), asked.time.clone(), None);
+        let table = Table::open(path, &wanted, asked.rate_hz).map_err(failure)?;
+        table.notes().iter().for_each(|note| output::note(format!("note: {note}")));
+        let stream = stream(signal, &table, asked);
+        let said = Said { scale: asked.scale, unit: asked.unit.as_deref() };
+        let mut rows = Rows::new(signal, table, &said)?;
+        let ahead = rows.next()?;
+        Ok(Reader { path: path.to_owned(), signal, stream, rows, ahead, shift_ns: 0 })
+    }
+
+    fn is_dated(&self) -> bool {
+        self.ahead.as_ref().is_some_and(|(at_ns, _)| *at_ns >= DATED_NS)
+    }
+
+    /// Takes the next run; `None` at the end of the table.
+    fn next(&mut self) -> Result<Option<Run>, Failure> {
+        let Some((first_ns, row)) = self.ahead.take() else { return Ok(None) };
+        let mut run = Run { first_ns, last_ns: first_ns, samples: row.values };
+        if self.stream.rate_hz <= 0.0 {
+            self.ahead = self.rows.next()?;
+            return Ok(Some(run));
+        }
+        let period_ns = 1e9 / self.stream.rate_hz;
+        while let Some((at_ns, row)) = self.rows.next()? {
+            let after_ns = at_ns.saturating_sub(run.last_ns);
+            let follows = after_ns > 0 && (after_ns as f64) < GAP_PERIODS * period_ns;
+            let is_long = at_ns.saturating_sub(run.first_ns) as f64 > RUN_SECS * 1e9;
+            if !follows || is_long {
+                self.ahead = Some((at_ns, row));
+                break;
+            }
+            run.last_ns = at_ns;
+            run.samples.extend(row.values);
+        }
+        Ok(Some(run))
+    }
+}
+
+/// The stream of a table, in the unit that its signal is analysed in.
+fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
+    let subject = Subject { about: About::Person, id: asked.person.clone() };
+    let persons = NAMESPACE.trim_end_matches('*');
+    let name = format!("{persons}{}/{}/{}", asked.person, asked.device, signal.word());
+    let shape = if signal.is_even() { Shape::Wave } else { Shape::Sample };
+    let mut stream = Stream::raw(name, subject, shape);
+    stream.signal = signal.kind();
+    stream.rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
+    stream.channels = match table.names() {
+        [_] => vec![signal.word().to_owned()],
+        several => several.iter().map(|name| on_one_line(name).into_owned()).collect(),
+    };
+    let told = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
+    let unit = |place: usize| {
+        let own = signal.unit().map(str::to_owned).or_else(|| asked.unit.clone());
+        spelt(&own.unwrap_or_else(|| told(place)))
+    };
+    stream.units = (0..stream.channels.len()).map(unit).collect();
+    "imported from a table".clone_into(&mut stream.doc);
+    stream
+}
+
+#[async_trait]
+impl Source for Tables {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let firsts = self.each.iter().filter_map(|reader| Some(reader.ahead.as_ref()?.0));
+        let Some(begin_ns) = firsts.min() else { return Ok(()) };
+        let mut waiting = Vec::new();
+        for reader in &mut self.each {
+            let begin = Time::from_nanos(begin_ns.saturating_add(reader.shift_ns));
+            let id = outlet.declare_at(reader.stream.clone(), begin);
+            waiting.push((id, reader.next().map_err(|error| broken(&error))?));
+        }
+        loop {
+            let ends = waiting.iter().enumerate();
+            let ends = ends.filter_map(|(place, (_, run))| Some((run.as_ref()?.last_ns, place)));
+            let Some((_, place)) = ends.min() else { return Ok(()) };
+            let reader = &mut self.each[place];
+            let next = reader.next().map_err(|error| broken(&error))?;
+            let (id, run) = &mut waiting[place];
+            let Some(run) = std::mem::replace(run, next) else { return Ok(()) };
+            let (reading, arrival) = reading(*id, reader, run);
+            if outlet.send(reading, arrival).await.is_err() {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// A run as it arrived: when its last sample was measured.
+fn reading(stream: StreamId, reader: &Reader, run: Run) -> (Reading, Time) {
+    let at = |nanos: i64| Time::from_nanos(nanos.saturating_add(reader.shift_ns));
+    let data = if reader.stream.rate_hz > 0.0 {
+        Data::Wave(Wave {
+            period_ns: 1e9 / reader.stream.rate_hz,
+            channels: reader.stream.channels.len() as u32,
+            samples: run.samples.into(),
+        })
+    } else {
+        Data::Sample(Arc::from(run.samples))
+    };
+    let source_time = Some(at(run.first_ns));
+    let arrival = at(run.last_ns) + Duration::from_nanos(1);
+    (Reading { stream, index: None, device_time: None, source_time, data }, arrival)
+}
+
+fn broken(error: &Failure) -> SourceError {
+    let (message, hint) = error.words();
+    SourceError::Fatal { message, hint }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_devices_tell_by_their_names_what_they_measure() {
+        let of = |name: &str| signal_of(Path::new(name));
+        assert_eq!(of("E4/EDA.csv"), Some(Signal::Eda));
+        assert_eq!(of("E4/IBI.csv"), Some(Signal::Interval));
+        assert_eq!(of("Polar_H10_12345678_20240401_120000_ECG.txt"), Some(Signal::Ecg));
+        assert_eq!(of("1-1-ABC_2023-01-01_temperature.csv"), Some(Signal::Temperature));
+        for name in ["HR.csv", "tags.csv", "info.txt", "data.csv", "decades.csv"] {
+            assert_eq!(of(name), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The desk of whoever leads a session: what each key of the terminal does.
+
+use std::io::IsTerminal;
+
+use teampulse_bag::{Growth, Stage};
+use teampulse_core::clock::Clock;
+use teampulse_sinks::{Scroll, View};
+use teampulse_sources::session::{Key, Keys, PhaseDesk, Turn, marker};
+
+use crate::stop::Stop;
+
+/// What is asked before a recording is ended by a key.
+const END: &str = "end the recording?  y ends it, any other key goes on";
+
+/// What is said where no phase can begin.
+const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
+
+/// What each key does.
+pub struct Desk {
+    view: View,
+    phases: PhaseDesk,
+    growth: Growth,
+    clock: Clock,
+    /// Whether it was asked if the recording is to end.
+    asks: bool,
+}
+
+impl Desk {
+    /// A desk at which a view is moved, and phases are turned.
+    pub fn new(view: View, phases: PhaseDesk, growth: Growth) -> Desk {
+        Desk { view, phases, growth, clock: Clock::host(), asks: false }
+    }
+
+    /// Begins to read the keys; `None` when there are none.
+    pub fn open(mut self, stop: Stop) -> Option<Keys> {
+        Keys::open(move |key| self.press(key, || stop.ask()))
+    }
+
+    /// Does what a key is for; gives the marker that it sets.
+    fn press(&mut self, key: Key, end: impl FnOnce()) -> Option<String> {
+        let now = self.clock.now();
+        let stood = self.view.take_question(now);
+        if std::mem::take(&mut self.asks) && stood {
+            if let Key::Char('y' | 'Y') = key {
+                end();
+            }
+            return None;
+        }
+        match key {
+            Key::Char('q') if self.growth.on_disk().stage == Stage::Open => {
+                self.asks = true;
+                self.view.ask(END, now);
+                if !std::io::stderr().is_terminal() {
+                    crate::output::say(END);
+                }
+            }
+            Key::Char('q') => end(),
+            Key::Control('n') if self.phases.next().is_none() => self.view.ask(NO_PHASE, now),
+            Key::Control('n') => self.phases.turn(Turn::Next),
+            Key::Control('r') => self.phases.turn(Turn::Repeat),
+            Key::Control('x') => self.phases.turn(Turn::Abort),
+            Key::Control('a') => self.view.see(),
+            Key::Up => self.view.scroll(Scroll::Up),
+            Key::Down => self.view.scroll(Scroll::Down),
+            Key::PageUp => self.view.scroll(Scroll::Back),
+            Key::PageDown => self.view.scroll(Scroll::Forth),
+            Key::Home | Key::End => self.view.scroll(Scroll::Home),
+            Key::Char(_) | Key::Control(_) | Key::Escape => return marker(key),
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn desk(growth: &Growth) -> Desk {
+        Desk::new(View::default(), PhaseDesk::default(), growth.clone())
+    }
+
+    /// Presses keys; gives the markers that were set, and whether the session was ended.
+    fn press(desk: &mut Desk, keys: &str) -> (String, bool) {
+        let mut ended = false;
+        let markers = keys.chars().filter_map(|key| desk.press(Key::Char(key), || ended = true));
+        let markers: Vec<String> = markers.collect();
+        (markers.join(""), ended)
+    }
+
+    #[test]
+    fn a_recording_is_ended_by_two_keys_and_anything_else_by_one() {
+        let growth = Growth::default();
+        assert_eq!(press(&mut desk(&growth), "q"), (String::new(), true));
+        growth.begin();
+        assert_eq!(press(&mut desk(&growth), "q"), (String::new(), false));
+        assert_eq!(press(&mut desk(&growth), "qq"), (String::new(), false));
+        assert_eq!(press(&mut desk(&growth), "qn"), (String::new(), false));
+        assert_eq!(press(&mut desk(&growth), "qy"), (String::new(), true));
+        growth.finish();
+        assert_eq!(press(&mut desk(&growth), "q"), (String::new(), true));
+    }
+
+    #[test]
+    fn the_key_that_answers_sets_no_marker() {
+        let growth = Growth::default();
+        growth.begin();
+        assert_eq!(press(&mut desk(&growth), "aqby"), ("ay".to_owned(), false));
+    }
+
+    #[test]
+    fn keys_that_are_no_letters_set_no_marker() {
+        let mut desk = desk(&Growth::default());
+        let keys = [Key::Up, Key::PageDown, Key::Home, Key::Escape, Key::Control('n')];
+        assert!(keys.into_iter().all(|key| desk.press(key, || ()).is_none()));
+    }
+}

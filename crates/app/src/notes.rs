@@ -1,0 +1,138 @@
+//! What is to be known of a study before it runs: nothing is wrong with it, but it may not be meant so.
+
+use teampulse_core::pattern::Pattern;
+use teampulse_core::phases::BASELINE;
+use teampulse_sinks::Bag;
+use teampulse_sources::session::Phase;
+
+use crate::machine::LEAST_DISK;
+use crate::study::Study;
+
+/// What concerns all together, and what a session says of itself: always there.
+const TEAM: &str = "/team/";
+const OURS: &str = "/teampulse/";
+
+/// What is to be known of a study.
+pub fn of_study(study: &Study) -> Vec<String> {
+    let nothing = "no sink keeps anything: nothing is recorded";
+    let kept = study.kinds("sinks").is_empty().then(|| nothing.to_owned());
+    let phases = &study.general.phases;
+    let watches_people = study.kinds("sources").iter().any(|kind| kind == "people");
+    let baseline = watches_people.then(|| of_phases(phases)).flatten();
+    let room = study.settings_of::<Bag>("sinks", "bag").into_iter().flatten();
+    let room = room.into_iter().find_map(|bag| of_room(&bag));
+    kept.into_iter().chain(baseline).chain(room).collect()
+}
+
+/// That a recording begins only with more room than the study asks for.
+fn of_room(bag: &Bag) -> Option<String> {
+    let (asked, least) = (bag.keep_free_mib, LEAST_DISK >> 20);
+    (asked < least).then(|| {
+        format!(
+            "keep_free_mib = {asked} holds once it records: with less than {least} MiB free no recording begins"
+        )
+    })
+}
+
+/// The patterns under `publish` that name no stream that was heard, nor what is computed of one.
+pub fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
+    let names_something = |pattern: &&Pattern| {
+        let of_team = [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room));
+        of_team || heard.iter().any(|name| names(pattern.text(), name))
+    };
+    let idle = publish.iter().filter(|pattern| !names_something(pattern));
+    idle.map(|pattern| format!("publish `{}` names nothing that was heard", pattern.text()))
+        .collect()
+}
+
+/// Whether a pattern names a stream, or can name what is computed of it, which lies below it.
+fn names(pattern: &str, stream: &str) -> bool {
+    let pattern: Vec<&str> = pattern.split('/').collect();
+    let length = stream.split('/').count().min(pattern.len());
+    let above: Vec<&str> = stream.split('/').take(length).collect();
+    let is_whole = pattern.len() >= stream.split('/').count() || pattern.contains(&"**");
+    is_whole
+        && Pattern::parse(&pattern[..length].join("/"))
+            .is_ok_and(|pattern| pattern.matches(&above.join("/")))
+}
+
+/// That nothing is compared with a baseline, where no phase is one.
+fn of_phases(phases: &[Phase]) -> Option<String> {
+    let is_meant = |phase: &&Phase| phase.name.trim().eq_ignore_ascii_case(BASELINE);
+    if phases.iter().any(|phase| phase.name == BASELINE) {
+        None
+    } else if let Some(phase) = phases.iter().find(is_meant) {
+        Some(format!("the phase `{}` is no baseline: it is written `{BASELINE}`", phase.name))
+    } else if phases.is_empty() {
+        Some(format!(
+            "there are no phases: people are compared with themselves only once a phase \
+             `{BASELINE}` was told on /session/events"
+        ))
+    } else {
+        Some(format!("no phase is called `{BASELINE}`: nothing is compared with one"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const PEOPLE: &str = "[[sources]]\ntype = \"people\"\n[[sinks]]\ntype = \"bag\"\n";
+
+    fn notes(text: &str) -> String {
+        let study = Study::parse(Path::new("study.toml"), text.to_owned()).unwrap();
+        of_study(&study).join("\n")
+    }
+
+    fn phase(name: &str) -> String {
+        format!("{PEOPLE}[[phases]]\nname = \"{name}\"\nfrom_secs = 0\n")
+    }
+
+    #[test]
+    fn that_nothing_is_kept_is_said() {
+        assert_eq!(notes(""), "no sink keeps anything: nothing is recorded");
+        assert_eq!(notes("[[sinks]]\ntype = \"bag\"\n"), "");
+    }
+
+    #[test]
+    fn that_less_room_is_asked_for_than_a_recording_begins_with_is_said() {
+        let keeping =
+            |mib: u32| notes(&format!("[[sinks]]\ntype = \"bag\"\nkeep_free_mib = {mib}\n"));
+        assert_eq!(keeping(64), "");
+        assert!(
+            keeping(10).starts_with("keep_free_mib = 10 holds once it records: with less than 64")
+        );
+    }
+
+    #[test]
+    fn a_pattern_that_publishes_nothing_is_named() {
+        let heard = ["/robot1/odom", "/humans/persons/p001/h10/ecg"];
+        let idle = |text: &str| {
+            let pattern = Pattern::parse(text).expect("a pattern");
+            !publishing_nothing(&[pattern], &heard).is_empty()
+        };
+        for text in ["/robot1/odom", "/robot*/odom/w30", "/robot1/**", "/team/state"] {
+            assert!(!idle(text), "{text}");
+        }
+        for text in ["/humans/persons/p001/h10/ecg/heart/w60", "/humans/persons/*/*/ecg"] {
+            assert!(!idle(text), "{text}");
+        }
+        for text in ["/robot2/odom", "/robot1", "/humans/persons/p002/**", "/odom"] {
+            assert!(idle(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn that_no_phase_is_a_baseline_is_said_where_people_are_watched() {
+        assert_eq!(notes(&phase("baseline")), "");
+        assert!(notes(&phase("Baseline")).contains("written `baseline`"));
+        assert!(notes(&phase("rest")).contains("no phase is called `baseline`"));
+        assert!(notes(PEOPLE).contains("no phases"));
+        assert_eq!(
+            notes("[[sinks]]\ntype = \"bag\"\n[[phases]]\nname = \"x\"\nfrom_secs = 0\n"),
+            ""
+        );
+    }
+}

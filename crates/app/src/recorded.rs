@@ -1,0 +1,74 @@
+//! Sessions over what was recorded, which end by themselves.
+
+use std::path::Path;
+
+use teampulse_core::clock::Clock;
+use teampulse_core::session::Session;
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::setup::conclude;
+use crate::stop::Stop;
+
+/// Runs a session to the end of what was recorded. A signal that cuts it off is a failure: what stands at
+/// `out` is not all.
+pub async fn read_through(session: Session, out: &Path) -> Exit {
+    let stop = Stop::default();
+    let exit = conclude(stop.clone().run(session, Clock::host(), None).await);
+    if !stop.was_asked() {
+        return exit;
+    }
+    let interrupted = Failure::new(format!("interrupted: {} is incomplete", out.display()));
+    interrupted.hint("delete it, and run the command again").show();
+    Exit::Failed
+}
+
+#[cfg(test)]
+mod tests {
+    use async_trait::async_trait;
+    use teampulse_core::clocks::Clocks;
+    use teampulse_core::outlet::Outlet;
+    use teampulse_core::session::Pace;
+    use teampulse_core::source::{Source, SourceError};
+    use teampulse_core::streams::Streams;
+    use teampulse_messages::convert::encode;
+
+    use super::*;
+
+    /// A recording, of which Ctrl-C is pressed in the middle or never.
+    struct Recording {
+        is_interrupted: bool,
+    }
+
+    #[async_trait]
+    impl Source for Recording {
+        async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+            if self.is_interrupted {
+                let own = rustix::process::getpid();
+                rustix::process::kill_process(own, rustix::process::Signal::INT).ok();
+                outlet.closed().await;
+            }
+            Ok(())
+        }
+    }
+
+    async fn read(is_interrupted: bool) -> Exit {
+        let session = Session {
+            clock: Clock::told(),
+            pace: Pace::Recorded,
+            clocks: Clocks::default(),
+            streams: Streams::default(),
+            sources: vec![("bag".into(), Box::new(Recording { is_interrupted }))],
+            features: Vec::new(),
+            sinks: Vec::new(),
+            encode,
+        };
+        read_through(session, Path::new("out")).await
+    }
+
+    #[tokio::test]
+    async fn what_was_cut_off_is_a_failure() {
+        assert_eq!(read(false).await, Exit::Fine);
+        assert_eq!(read(true).await, Exit::Failed);
+    }
+}

@@ -1,0 +1,44 @@
+//! The tidy files of a bag that was recorded without them, or cut off before they were ended.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use teampulse_bag::Selection;
+use teampulse_core::clock::Clock;
+use teampulse_core::session::{Pace, Session};
+use teampulse_core::streams::Streams;
+use teampulse_messages::convert::encode;
+
+use crate::commands::info::open;
+use crate::commands::replay::{clocks_of, source_of, study_of};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output::say;
+use crate::setup::{conclude, features, sink_context, tidy};
+use crate::stop::Stop;
+
+/// The page of a bag: what was usable, and what was lost.
+pub const SUMMARY: &str = "summary.md";
+
+/// Writes the tidy files of a bag into its folder, computed from what is raw as a replay does.
+pub async fn write_tidy_files(folder: &Path) -> Result<Exit, Failure> {
+    let bag = Arc::new(open(folder)?);
+    // What others recorded says nothing of what is wanted of it.
+    let Some(study) = study_of(&bag)? else { return Ok(Exit::Fine) };
+    let clock = Clock::told();
+    let mut context = sink_context(&study, folder, &clock);
+    context.damage = bag.lost_to_damage();
+    let Some(tidy) = tidy(&study, &context)? else { return Ok(Exit::Fine) };
+    say(format!("writing the tidy files of {} (summary.md and the tables)", folder.display()));
+    let session = Session {
+        clock,
+        pace: Pace::Recorded,
+        clocks: clocks_of(&bag, Some(&study)),
+        streams: Streams::default(),
+        sources: vec![("bag".into(), Box::new(source_of(&bag, Selection::Raw)))],
+        features: features(&study)?,
+        sinks: vec![tidy],
+        encode,
+    };
+    Ok(conclude(Stop::default().run(session, Clock::host(), None).await))
+}

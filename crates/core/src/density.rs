@@ -1,0 +1,173 @@
+//! Whether samples come more densely than it is stated: waves that overlap.
+//!
+//! A wave states the time from one of its samples to the next, and a description the rate of its stream. Where
+//! more samples than that stand between the stamps of the first wave and the last, waves overlap in time, and
+//! what is computed of them has a wrong time base. A function of corrected times and log times, so that a
+//! replay says the same.
+
+use std::collections::VecDeque;
+
+use crate::time::Time;
+
+/// It is looked at so much of a stream [s], and at so many waves of it.
+const LEAST_SECS: f64 = 10.0;
+const LEAST_WAVES: u64 = 8;
+/// Waves of about so much time are counted together [s].
+const STRETCH_SECS: f64 = 1.0;
+/// A rate that is exceeded by less is right: clocks of devices are off by less than a thousandth, and waves
+/// that are stamped by their arrival jitter.
+const TOLERATED: f64 = 1.1;
+/// More stretches are not kept, however much of them overlaps.
+const MOST_STRETCHES: usize = 256;
+
+/// How densely the samples of a stream of waves stand.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Density {
+    stretches: VecDeque<Stretch>,
+    /// What the newest whole stretches came to.
+    exceeded: Option<Exceeded>,
+}
+
+/// The waves of about a second, by log time or by their stamps, whichever passes sooner.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    measured: Time,
+    log_time: Time,
+    waves: u64,
+    samples: u64,
+}
+
+/// A rate that is higher than the stated one [Hz].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Exceeded {
+    rate_hz: f64,
+    stated_hz: f64,
+}
+
+impl Density {
+    /// A wave of so many samples came in its turn; its rate is stated [Hz], by its period or by the
+    /// description of its stream, whichever is lower.
+    pub(crate) fn came(&mut self, samples: u64, measured: Time, log_time: Time, stated_hz: f64) {
+        let goes_on = self.stretches.back_mut().filter(|stretch| {
+            measured.secs_since(stretch.measured) < STRETCH_SECS
+                && log_time.secs_since(stretch.log_time) < STRETCH_SECS
+        });
+        if let Some(stretch) = goes_on {
+            stretch.waves += 1;
+            stretch.samples = stretch.samples.saturating_add(samples);
+            return;
+        }
+        self.judge(measured, stated_hz);
+        self.stretches.push_back(Stretch { measured, log_time, waves: 1, samples });
+    }
+
+    /// Looks at the stretches before a wave that begins at a time.
+    fn judge(&mut self, until: Time, stated_hz: f64) {
+        let (mut waves, mut samples) = (0_u64, 0_u64);
+        let enough = self.stretches.iter().rposition(|stretch| {
+            waves += stretch.waves;
+            samples = samples.saturating_add(stretch.samples);
+            waves >= LEAST_WAVES && until.secs_since(stretch.measured) >= LEAST_SECS
+        });
+        let Some(first) = enough else {
+            if self.stretches.len() >= MOST_STRETCHES {
+                self.stretches.pop_front();
+            }
+            return;
+        };
+        self.stretches.drain(..first);
+        let secs = until.secs_since(self.stretches[0].measured);
+        let rate_hz = samples as f64 / secs;
+        let is_exceeded = stated_hz > 0.0 && rate_hz > TOLERATED * stated_hz;
+        self.exceeded = is_exceeded.then_some(Exceeded { rate_hz, stated_hz });
+    }
+
+    /// What is wrong with the stream, as long as it is.
+    pub(crate) fn complaint(&self) -> Option<String> {
+        let Exceeded { rate_hz, stated_hz } = self.exceeded?;
+        let [comes, stated] = [rate_hz, stated_hz].map(|hz| format!("{hz:.0}"));
+        Some(format!("its waves overlap: {comes} samples/s come, stated {stated}/s"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BEGIN: Time = Time::from_stamp(1_700_000_000, 0);
+
+    fn at(secs: f64) -> Time {
+        Time::from_nanos(BEGIN.nanos() + (secs * 1e9).round() as i64)
+    }
+
+    /// What is said after so many seconds of waves of 128 samples that come so many times as fast as their
+    /// period of 1 ms says.
+    fn said(times: f64, secs: f64) -> Option<String> {
+        let mut density = Density::default();
+        let every_secs = 0.128 / times;
+        for k in 0..(secs / every_secs) as u32 {
+            let now = at(f64::from(k) * every_secs);
+            density.came(128, now, now, 1000.0);
+        }
+        density.complaint()
+    }
+
+    #[test]
+    fn waves_that_overlap_are_marked_with_both_rates() {
+        let expected = "its waves overlap: 2000 samples/s come, stated 1000/s";
+        assert_eq!(said(2.0, 15.0).as_deref(), Some(expected));
+        for times in [1.25, 1.5, 3.9, 62.5] {
+            assert!(said(times, 15.0).is_some(), "{times} times the rate");
+        }
+    }
+
+    #[test]
+    fn waves_that_follow_each_other_or_leave_gaps_are_not() {
+        for times in [0.1, 0.5, 0.999, 1.0, 1.001, 1.05] {
+            assert_eq!(said(times, 100.0), None, "{times} times the rate");
+        }
+    }
+
+    #[test]
+    fn what_was_kept_and_comes_at_once_with_its_own_stamps_does_not_overlap() {
+        let mut density = Density::default();
+        for k in 0..1000 {
+            // For a minute nothing arrives; then all of that comes within a millisecond.
+            let (stamp, is_held) = (f64::from(k) * 0.128, (100..600).contains(&k));
+            let arrival = if is_held { 76.8 + f64::from(k) * 1e-6 } else { stamp };
+            density.came(128, at(stamp), at(arrival), 1000.0);
+            assert_eq!(density.complaint(), None, "wave {k}");
+        }
+    }
+
+    #[test]
+    fn stamps_that_jitter_and_seldom_waves_are_not_marked() {
+        let mut density = Density::default();
+        for k in 0..200_u32 {
+            // A wave of 10 s each 10 s, stamped by its arrival, up to half a second late.
+            let now = at(f64::from(k) * 10.0 + f64::from(k * 7919 % 500) / 1000.0);
+            density.came(40, now, now, 4.0);
+            assert_eq!(density.complaint(), None, "wave {k}");
+        }
+    }
+
+    #[test]
+    fn the_mark_goes_when_the_waves_follow_each_other_again() {
+        let mut density = Density::default();
+        let mut secs = 0.0;
+        for k in 0..1000 {
+            density.came(128, at(secs), at(secs), 1000.0);
+            secs += if k < 300 { 0.064 } else { 0.128 };
+        }
+        assert_eq!(density.complaint(), None);
+    }
+
+    #[test]
+    fn time_that_stands_still_takes_no_memory() {
+        let mut density = Density::default();
+        for k in 0..100_000 {
+            density.came(1, BEGIN, at(f64::from(k) * 2.0), 1000.0);
+        }
+        assert!(density.stretches.len() <= MOST_STRETCHES);
+    }
+}

@@ -1,0 +1,39 @@
+//! Faults of the session itself, as events.
+
+use crate::data::{Event, EventKind};
+use crate::pump::session_events;
+use crate::qos::Qos;
+use crate::stream::{Origin, Shape, Signal, Stream, Subject};
+
+/// The topic of the features that panicked; a replay makes it anew.
+pub const FAULTS: &str = "/teampulse/faults";
+
+/// A fault that lasts: it is told once and stays on the screen.
+pub fn lasting(label: impl Into<String>) -> Event {
+    fault(label, f64::NAN)
+}
+
+/// A fault of a moment: what failed is tried again.
+pub fn passing(label: impl Into<String>) -> Event {
+    fault(label, 0.0)
+}
+
+/// Whether an event is a fault of the session itself that lasts.
+pub fn is_lasting(stream: &Stream, event: &Event) -> bool {
+    let is_own = stream.name == FAULTS || stream.name == session_events().name;
+    is_own && event.kind == EventKind::Fault && event.duration_secs.is_nan()
+}
+
+fn fault(label: impl Into<String>, duration_secs: f64) -> Event {
+    Event { kind: EventKind::Fault, label: label.into(), value: f64::NAN, duration_secs }
+}
+
+/// The stream of the features that panicked.
+pub(crate) fn faults() -> Stream {
+    let mut stream = Stream::raw(FAULTS, Subject::session(), Shape::Event);
+    stream.origin = Origin::Derived;
+    stream.signal = Signal::Event;
+    stream.qos = vec![Qos::latched(1000)];
+    stream.doc = "features that panicked and are left out from then on".into();
+    stream
+}

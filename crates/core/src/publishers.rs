@@ -1,0 +1,91 @@
+//! Who publishes a topic, told in band: with two publishers, the numbers of a stream are of two.
+
+use std::sync::Arc;
+
+use crate::data::{Data, Event, EventKind};
+use crate::qos::Qos;
+use crate::stream::{About, Shape, Signal, Stream, Subject};
+
+/// The topic on which it is told who publishes another.
+pub(crate) const TOPIC: &str = "/teampulse/published_by";
+
+/// The publishers of a topic, from when there are two.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PublishedBy {
+    /// The topic.
+    pub(crate) stream: String,
+    /// What they are called.
+    pub(crate) publishers: Vec<String>,
+}
+
+/// What stands between two names.
+const BETWEEN: &str = "; ";
+
+impl PublishedBy {
+    /// The stream on which it is told.
+    pub(crate) fn stream() -> Stream {
+        let mut stream = Stream::raw(TOPIC, Subject::session(), Shape::Event);
+        stream.signal = Signal::Event;
+        stream.qos = vec![Qos::latched(1000)];
+        stream.doc =
+            "who publishes a topic that has, or had, several publishers: topic, names".into();
+        stream
+    }
+
+    /// The event that tells it: the label is the topic and the names, the value how many there are.
+    pub(crate) fn event(&self) -> Data {
+        let label = format!("{} {}", self.stream, self.publishers.join(BETWEEN));
+        let (kind, value) = (EventKind::Fault, self.publishers.len() as f64);
+        Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }))
+    }
+
+    /// What a sample of the stream of this name tells; `None` for any other stream.
+    pub(crate) fn read(stream: &Stream, data: &Data) -> Option<PublishedBy> {
+        let Data::Event(event) = data else { return None };
+        if stream.name != TOPIC || stream.about != About::Session {
+            return None;
+        }
+        let (topic, names) = event.label.split_once(' ')?;
+        let publishers = names.split(BETWEEN).filter(|name| !name.is_empty()).map(str::to_owned);
+        Some(PublishedBy { stream: topic.to_owned(), publishers: publishers.collect() })
+    }
+
+    /// What is wrong with a stream that is published so: its numbers are of several. Of a robot's other
+    /// topics, such as `/diagnostics`, that is nothing unusual.
+    pub(crate) fn complaint(&self, stream: &Stream) -> Option<String> {
+        let has_numbers = stream.about == About::Person || !stream.channels.is_empty();
+        let count = self.publishers.len();
+        (has_numbers && count > 1)
+            .then(|| format!("{count} publishers: {}", self.publishers.join(" and ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn published_by(names: &[&str]) -> PublishedBy {
+        let publishers = names.iter().map(|name| (*name).to_owned()).collect();
+        PublishedBy { stream: "/r1/odom".into(), publishers }
+    }
+
+    #[test]
+    fn what_is_told_is_read_as_it_was() {
+        for names in [&["laptop1 (driver, 01)", "laptop2 (driver, 02)"][..], &["one"], &[]] {
+            let told = published_by(names);
+            assert_eq!(PublishedBy::read(&PublishedBy::stream(), &told.event()), Some(told));
+        }
+        let other = Stream::raw("/r1/odom", Subject::robot("r1"), Shape::Event);
+        assert_eq!(PublishedBy::read(&other, &published_by(&["one"]).event()), None);
+    }
+
+    #[test]
+    fn two_publishers_are_wrong_where_numbers_are_read() {
+        let two = published_by(&["a", "b"]);
+        let plain = Stream::raw("/r1/odom", Subject::robot("r1"), Shape::Sample);
+        let read = plain.clone().with_channels(&[("x", "m")]);
+        assert_eq!(two.complaint(&read).as_deref(), Some("2 publishers: a and b"));
+        assert_eq!(two.complaint(&plain), None);
+        assert_eq!(published_by(&["a"]).complaint(&read), None);
+    }
+}

@@ -1,0 +1,275 @@
+//! The pump on its thread, with its queue before it and its sinks behind it.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use tokio::sync::oneshot;
+
+use super::sinks::{self, Way};
+use super::{LOOK, Once, Outcome, Pace};
+use crate::clock::{Clock, Stopwatch};
+use crate::extractors::Broken;
+use crate::fault::lasting;
+use crate::outlet::Item;
+use crate::outlet::Queue;
+use crate::panics::{Panic, watched};
+use crate::pump::{BATCH, Pump};
+use crate::standstill::stood_still;
+use crate::time::Time;
+
+/// How long the pump waits for readings before it looks at the clock.
+const PATIENCE: Duration = Duration::from_millis(20);
+/// How long after it woke a live pump wakes again at the soonest, while readings gather: it wakes, and
+/// wakes its sinks, a few hundred times a second, whatever the rate of messages.
+const GATHER: Duration = Duration::from_millis(4);
+/// How long a live pump computes before it hands over what it has: the features of one sensor don't
+/// wait for those of all others.
+const PROMPT: Duration = Duration::from_millis(1);
+/// A recording that comes in smaller portions than this is played in time: nothing is held back.
+const FEW: usize = 64;
+/// So long after its end was asked for, a live session computes nothing more of what still waits in front
+/// of the pump: it is recorded as it came.
+const COMPUTES: Duration = Duration::from_secs(3);
+/// So long after that was asked for it takes what waits; what is left then is counted as lost.
+const LAST_WORDS: Duration = Duration::from_secs(5);
+/// A pump that takes so long for one reading at the end never comes back from it.
+const STUCK: Duration = Duration::from_secs(3);
+
+/// A wait of a few milliseconds that lasts so long was none: this process stood still.
+const STANDSTILL: Duration = Duration::from_secs(2);
+
+/// What a pump did.
+#[derive(Default)]
+struct Pumped {
+    dropped: u64,
+    broken: Vec<Broken>,
+}
+
+/// A pump that runs.
+pub(super) struct Pumping {
+    ended: oneshot::Receiver<Result<Pumped, Panic>>,
+    known: Option<Result<Pumped, Panic>>,
+    course: Arc<Course>,
+    pace: Pace,
+}
+
+/// What the pump's thread and the session know of each other.
+#[derive(Debug, Default)]
+struct Course {
+    /// Rises with each reading that was taken.
+    taken: AtomicU64,
+    /// Whether a sink holds the pump at the moment.
+    is_held: AtomicBool,
+    /// Whether features are to be left out from now on.
+    is_hurried: AtomicBool,
+}
+
+impl Pumping {
+    /// Starts a pump on a thread of its own.
+    pub(super) fn start(mut line: Line) -> Pumping {
+        let (tell_end, ended) = oneshot::channel();
+        let (course, pace) = (Arc::clone(&line.course), line.pace);
+        let work = move || {
+            let pumped = watched(|| line.run());
+            if let Err(panic) = &pumped {
+                // What was whole before that is kept.
+                drop(watched(|| sinks::deliver(&mut line.ways, line.pump.records())));
+                let reason = format!("go on: the pump panicked: {panic}");
+                line.ways.iter().for_each(|way| way.break_off(&reason));
+            }
+            drop(line);
+            // Nobody waits for a pump that was left behind.
+            drop(tell_end.send(pumped));
+        };
+        let thread = std::thread::Builder::new().name("pump".into());
+        drop(thread.spawn(work).expect("the system can start a thread"));
+        Pumping { ended, known: None, course, pace }
+    }
+
+    /// Waits until it has ended.
+    pub(super) async fn ended(&mut self) {
+        if self.known.is_none() {
+            let gone = |_| Err(Panic { message: "its thread is gone".into(), place: None });
+            self.known = Some((&mut self.ended).await.unwrap_or_else(gone));
+        }
+    }
+
+    /// Waits until all that still waits has been taken; what takes too long is cut short.
+    pub(super) async fn finish(
+        mut self,
+        hurry: &mut Once<'_, impl Future<Output = ()>>,
+        sinks: &[sinks::Running],
+        outcome: &mut Outcome,
+    ) {
+        let mut progress = (Stopwatch::start(), 0);
+        let mut is_hurried = false;
+        loop {
+            tokio::select! {
+                () = self.ended() => break,
+                () = hurry.done(), if !is_hurried => {
+                    is_hurried = true;
+                    self.course.is_hurried.store(true, Ordering::Release);
+                    // A recording waits for its sinks as long as it takes; no more now.
+                    if self.pace == Pace::Recorded {
+                        break_off(sinks, "wait for its disk");
+                    }
+                }
+                () = tokio::time::sleep(LOOK) => {}
+            }
+            let taken = self.course.taken.load(Ordering::Acquire);
+            if taken != progress.1 || self.course.is_held.load(Ordering::Acquire) {
+                progress = (Stopwatch::start(), taken);
+            }
+            if progress.0.elapsed() >= STUCK {
+                let reason = "go on: a feature did not come back";
+                break_off(sinks, reason);
+                outcome.undone.push("the pump: a feature did not come back".into());
+                return;
+            }
+        }
+        match self.known.take() {
+            Some(Ok(Pumped { dropped, broken })) => {
+                outcome.dropped = dropped;
+                outcome.features = broken;
+            }
+            Some(Err(panic)) => outcome.pump = Some(panic),
+            None => {}
+        }
+    }
+}
+
+fn break_off(sinks: &[sinks::Running], reason: &str) {
+    for sink in sinks {
+        sink.break_off(reason);
+    }
+}
+
+/// The pump with what is before and behind it.
+pub(super) struct Line {
+    queue: Queue,
+    clock: Clock,
+    pace: Pace,
+    pump: Pump,
+    ways: Vec<Way>,
+    course: Arc<Course>,
+    taken: u64,
+    /// Since when the end is asked for.
+    closing: Option<Stopwatch>,
+    /// Whether nothing is computed any more.
+    is_plain: bool,
+}
+
+impl Line {
+    pub(super) fn new(
+        (queue, clock): (Queue, Clock),
+        pace: Pace,
+        pump: Pump,
+        ways: Vec<Way>,
+    ) -> Line {
+        let (course, taken) = (Arc::default(), 0);
+        Line { queue, clock, pace, pump, ways, course, taken, closing: None, is_plain: false }
+    }
+
+    /// Runs until the queue has ended and is empty.
+    fn run(&mut self) -> Pumped {
+        let mut items = VecDeque::new();
+        loop {
+            let ended = self.queue.has_ended();
+            let now = self.clock.now();
+            let waits = Stopwatch::start();
+            self.queue.take(&mut items, PATIENCE);
+            self.note_standstill(now, waits.elapsed());
+            let (silent, few) = (items.is_empty(), items.len() < FEW);
+            let woken = Stopwatch::start();
+            let mut handed = woken;
+            for item in items.drain(..) {
+                self.take(item);
+                let waits = self.pace == Pace::Live && handed.elapsed() >= PROMPT;
+                if waits || self.pump.records().len() >= BATCH {
+                    self.deliver();
+                    handed = Stopwatch::start();
+                }
+            }
+            if silent && ended {
+                break;
+            }
+            if self.pace == Pace::Live {
+                while silent && self.pump.tick_towards(now) {
+                    self.deliver();
+                }
+                self.deliver();
+                let (now, waits) = (self.clock.now(), Stopwatch::start());
+                std::thread::sleep(GATHER.saturating_sub(woken.elapsed()));
+                self.note_standstill(now, waits.elapsed());
+            } else if few {
+                self.deliver();
+            }
+        }
+        if self.pace == Pace::Live {
+            self.pump.close(self.clock.now());
+        }
+        self.deliver();
+        self.deliver();
+        Pumped { dropped: self.pump.dropped(), broken: self.pump.take_broken() }
+    }
+
+    /// A wait that was far longer than it was to be: not the robots were silent, but this process was
+    /// stopped, or the machine was. It is told before anything is concluded from that silence.
+    fn note_standstill(&mut self, since: Time, waited: Duration) {
+        if self.pace != Pace::Live || waited < STANDSTILL {
+            return;
+        }
+        self.pump.happen(stood_still(waited), since);
+    }
+
+    /// Takes what comes next, unless it is too late for that.
+    fn take(&mut self, item: Item) {
+        // A long silence comes to more than is to be held at once.
+        while self.pump.tick_towards(self.pump.time_of(&item)) {
+            self.deliver();
+        }
+        let overdue = self.overdue();
+        if overdue >= COMPUTES || self.course.is_hurried.load(Ordering::Acquire) {
+            self.leave_out_features();
+        }
+        if overdue >= LAST_WORDS {
+            self.pump.leave_out(item);
+        } else {
+            self.pump.take(item);
+        }
+        self.taken += 1;
+        self.course.taken.store(self.taken, Ordering::Release);
+    }
+
+    /// How long ago the end of a live session was asked for; nothing before that.
+    fn overdue(&mut self) -> Duration {
+        if self.pace != Pace::Live || !self.queue.is_closed() {
+            return Duration::ZERO;
+        }
+        self.closing.get_or_insert_with(Stopwatch::start).elapsed()
+    }
+
+    /// From now on what waits is taken as it came, and nothing is computed of it.
+    fn leave_out_features(&mut self) {
+        if std::mem::replace(&mut self.is_plain, true) {
+            return;
+        }
+        self.pump.leave_out_features();
+        let label = "the end was near: what came last is recorded, and nothing computed of it";
+        self.pump.happen(lasting(label), self.clock.now());
+    }
+
+    /// Hands over what there is; what is to be told of sinks goes through the pump with the next.
+    fn deliver(&mut self) {
+        self.course.is_held.store(true, Ordering::Release);
+        let told = sinks::deliver(&mut self.ways, self.pump.records());
+        self.course.is_held.store(false, Ordering::Release);
+        if self.pace == Pace::Live {
+            for event in told {
+                self.pump.happen(event, self.clock.now());
+            }
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! The sinks of a session at work, each on a thread of its own.
+
+use std::sync::Arc;
+
+use tokio::sync::oneshot;
+
+use crate::data::Event;
+use crate::fault::{lasting, passing};
+use crate::outlet::Outlet;
+use crate::panics::{Panic, at, watched};
+use crate::sample::Record;
+use crate::session::Pace;
+use crate::sink::queue_within;
+use crate::sink::{Batch, Delivery, Gate, Limits, Post, Posted, Sink, SinkError, Wants};
+use crate::streams::Streams;
+
+/// The way to a sink, and what it wants.
+pub(super) struct Way {
+    name: &'static str,
+    post: Post,
+    wants: Wants,
+}
+
+/// A sink that runs.
+pub(super) struct Running {
+    pub name: &'static str,
+    delivery: Delivery,
+    gate: Gate,
+    /// Why its thread could not be started.
+    unstarted: Option<std::io::Error>,
+    ended: oneshot::Receiver<Result<(), SinkError>>,
+}
+
+/// Starts a sink on a thread of its own; one that ends early says so at once.
+pub(super) fn start(
+    sink: Box<dyn Sink>,
+    streams: &Streams,
+    outlet: &Outlet,
+    pace: Pace,
+) -> (Way, Running) {
+    let (name, wants, delivery) = (sink.name(), sink.wants(), sink.delivery());
+    let mut limits = Limits::live(delivery);
+    if pace == Pace::Recorded {
+        // A recording can wait.
+        limits.patience = None;
+    }
+    let (post, inbox) = queue_within(delivery, streams.clone(), limits);
+    let (inbox, outlet, gate) = (inbox.telling(outlet.clone()), outlet.clone(), post.gate());
+    let (tell_end, ended) = oneshot::channel();
+    let work = move || {
+        let ended = watched(|| sink.run(inbox));
+        let ended = ended.unwrap_or_else(|panic| Err(panicked(delivery, &panic)));
+        if let Err(error) = &ended {
+            outlet.happen(lasting(format!("{name}: failed to {error}")));
+        }
+        // Nobody waits for a sink that was left behind.
+        drop(tell_end.send(ended));
+    };
+    let thread = std::thread::Builder::new().name(name.into());
+    let unstarted = thread.spawn(work).err();
+    (Way { name, post, wants }, Running { name, delivery, gate, unstarted, ended })
+}
+
+fn panicked(delivery: Delivery, panic: &Panic) -> SinkError {
+    let message = format!("go on: it panicked: {panic}");
+    let hint = format!("a fault of teampulse{}; please report it", at(panic));
+    match delivery {
+        Delivery::Lossless => SinkError::Lost { message, hint },
+        Delivery::Fresh => SinkError::Failed { message, hint },
+    }
+}
+
+impl Way {
+    /// Nothing more will come, for a reason that fits after "failed to".
+    pub(super) fn break_off(&self, reason: &str) {
+        self.post.gate().break_off(reason);
+    }
+}
+
+impl Running {
+    /// Nothing more will come, for a reason that fits after "failed to".
+    pub(super) fn break_off(&self, reason: &str) {
+        self.gate.break_off(reason);
+    }
+
+    /// Waits until it has ended. A lossless sink that did not get everything has lost something, also
+    /// where it says nothing of that.
+    pub(super) async fn ended(&mut self) -> Result<(), SinkError> {
+        let ended = match (&mut self.ended).await {
+            Ok(ended) => ended,
+            Err(_) => Err(self.never_ran()),
+        };
+        match (ended, self.gate.cut_off()) {
+            (Ok(()), Some(message)) if self.delivery == Delivery::Lossless => {
+                Err(SinkError::Lost { message, hint: String::new() })
+            }
+            (ended, _) => ended,
+        }
+    }
+
+    fn never_ran(&mut self) -> SinkError {
+        let why = self.unstarted.take().map_or_else(String::new, |error| format!(": {error}"));
+        let hint = "end other programs, or allow more threads (`ulimit -u`)".to_owned();
+        SinkError::Failed { message: format!("start a thread of its own{why}"), hint }
+    }
+}
+
+/// Hands records to each sink that wants them; a sink that has ended is left out from then on. Gives
+/// what is to be told of sinks that don't keep up.
+pub(super) fn deliver(ways: &mut Vec<Way>, records: &mut Vec<Record>) -> Vec<Event> {
+    let mut told = Vec::new();
+    if records.is_empty() {
+        return told;
+    }
+    let all: Batch = records.drain(..).collect();
+    ways.retain(|way| {
+        let batch = match &way.wants {
+            Wants::Everything => Arc::clone(&all),
+            Wants::Only(wanted) => {
+                all.iter().filter(|record| wanted(&record.stream)).cloned().collect()
+            }
+        };
+        if batch.is_empty() {
+            return true;
+        }
+        let posted = way.post.deliver(&batch);
+        told.extend(said(way.name, &posted));
+        posted != Posted::Ended
+    });
+    told
+}
+
+/// What is to be told of a delivery.
+fn said(name: &str, posted: &Posted) -> Option<Event> {
+    match posted {
+        Posted::Stalled { waiting_bytes } => {
+            let kib = waiting_bytes >> 10;
+            Some(passing(format!("{name}: takes nothing at the moment; {kib} KiB wait in memory")))
+        }
+        Posted::Recovered => {
+            Some(passing(format!("{name}: takes again what comes; nothing was lost")))
+        }
+        Posted::CutOff { reason } => Some(lasting(format!("{name}: failed to {reason}"))),
+        Posted::Accepted | Posted::Skipped | Posted::Ended => None,
+    }
+}

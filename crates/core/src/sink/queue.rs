@@ -1,0 +1,307 @@
+//! The queue in front of a sink: bounded, and honest about what did not get through.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use super::Delivery;
+use crate::clock::Stopwatch;
+use crate::fault::lasting;
+use crate::outlet::Outlet;
+use crate::sample::Record;
+use crate::streams::Streams;
+
+/// A run of records in the pump's order, shared by all sinks.
+pub type Batch = Arc<[Record]>;
+
+/// What a sink's queue holds, and how long it may hold the pump.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// The most that waits [bytes].
+    pub bytes: usize,
+    /// How long a lossless sink may hold the pump; `None` for as long as it takes.
+    pub patience: Option<Duration>,
+    /// A lossless sink that takes nothing for so long is named.
+    pub stall: Duration,
+}
+
+impl Limits {
+    /// The limits of a live session. A lossless sink outlives a disk that stands still for twelve
+    /// seconds at 20 MB/s.
+    pub fn live(delivery: Delivery) -> Limits {
+        let bytes = match delivery {
+            Delivery::Lossless => 256 << 20,
+            Delivery::Fresh => 64 << 20,
+        };
+        let (patience, stall) = (Some(Duration::from_secs(5)), Duration::from_secs(3));
+        Limits { bytes, patience, stall }
+    }
+}
+
+/// Makes the two ends of a sink's queue, with the limits of a live session.
+pub fn queue(delivery: Delivery, streams: Streams) -> (Post, Inbox) {
+    queue_within(delivery, streams, Limits::live(delivery))
+}
+
+/// The same with limits of one's own.
+pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Post, Inbox) {
+    let shared = Arc::new(Shared::default());
+    let post = Post { delivery, limits, shared: Arc::clone(&shared) };
+    (post, Inbox { streams, shared, outlet: None })
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    batches: VecDeque<(Batch, usize)>,
+    bytes: usize,
+    skipped: u64,
+    closed: bool,
+    abandoned: bool,
+    /// Why nothing more comes through, though the session did not end.
+    cut_off: Option<String>,
+    /// Since when something has waited without being taken.
+    waits: Option<Stopwatch>,
+    /// Whether that was told.
+    is_stalled: bool,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The pump's end of a sink's queue.
+#[derive(Debug)]
+pub struct Post {
+    delivery: Delivery,
+    limits: Limits,
+    shared: Arc<Shared>,
+}
+
+/// What came of a delivery.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Posted {
+    /// The sink has it, or will skip it and count.
+    Accepted,
+    /// The same, but for a while now the sink has taken nothing. Said once for each time.
+    Stalled {
+        /// What waits for it [bytes].
+        waiting_bytes: usize,
+    },
+    /// The same, and it takes what comes again.
+    Recovered,
+    /// The sink held the pump for too long: this is the first batch that it does not get. What comes
+    /// from now on is [skipped](Posted::Skipped) until it [resumes](Inbox::resume).
+    CutOff {
+        /// Why; fits after "failed to".
+        reason: String,
+    },
+    /// The sink is cut off; what was not delivered is counted.
+    Skipped,
+    /// The sink has ended.
+    Ended,
+}
+
+impl Post {
+    /// Hands a batch to the sink, by its delivery.
+    pub fn deliver(&self, batch: &Batch) -> Posted {
+        let bytes = batch.iter().map(|record| record.cdr.len() + 128).sum();
+        let state = self.shared.lock();
+        let posted = match self.delivery {
+            Delivery::Lossless => self.deliver_all(state, batch, bytes),
+            Delivery::Fresh => self.deliver_newest(state, batch, bytes),
+        };
+        self.shared.changed.notify_all();
+        posted
+    }
+
+    fn deliver_all(&self, state: MutexGuard<'_, State>, batch: &Batch, bytes: usize) -> Posted {
+        let is_full = |state: &mut State| {
+            state.is_open() && state.bytes > 0 && state.bytes + bytes > self.limits.bytes
+        };
+        let patience = self.limits.patience.unwrap_or(Duration::MAX);
+        let waited = self.shared.changed.wait_timeout_while(state, patience, is_full);
+        let (mut state, timeout) = waited.unwrap_or_else(PoisonError::into_inner);
+        if state.abandoned || state.closed {
+            return Posted::Ended;
+        }
+        if timeout.timed_out() {
+            let (secs, mib) = (patience.as_secs(), state.bytes >> 20);
+            let reason = format!("keep up: it took nothing for {secs} s while {mib} MiB waited");
+            state.cut_off = Some(reason.clone());
+            state.skipped += batch.len() as u64;
+            return Posted::CutOff { reason };
+        }
+        if state.cut_off.is_some() {
+            state.skipped += batch.len() as u64;
+            return Posted::Skipped;
+        }
+        state.put(batch, bytes);
+        let waited = state.waits.as_ref().map_or(Duration::ZERO, Stopwatch::elapsed);
+        let is_stalled = waited >= self.limits.stall;
+        match (std::mem::replace(&mut state.is_stalled, is_stalled), is_stalled) {
+            (false, true) => Posted::Stalled { waiting_bytes: state.bytes },
+            (true, false) => Posted::Recovered,
+            _ => Posted::Accepted,
+        }
+    }
+
+    fn deliver_newest(
+        &self,
+        mut state: MutexGuard<'_, State>,
+        batch: &Batch,
+        bytes: usize,
+    ) -> Posted {
+        if !state.is_open() {
+            return Posted::Ended;
+        }
+        while state.bytes > 0 && state.bytes + bytes > self.limits.bytes {
+            let Some((oldest, bytes)) = state.batches.pop_front() else { break };
+            state.bytes -= bytes;
+            state.skipped += oldest.len() as u64;
+        }
+        state.put(batch, bytes);
+        Posted::Accepted
+    }
+
+    /// A handle by which the session can break this queue off.
+    pub(crate) fn gate(&self) -> Gate {
+        Gate(Arc::clone(&self.shared))
+    }
+}
+
+impl State {
+    fn is_open(&self) -> bool {
+        !self.closed && !self.abandoned && self.cut_off.is_none()
+    }
+
+    fn put(&mut self, batch: &Batch, bytes: usize) {
+        if self.batches.is_empty() {
+            self.waits = Some(Stopwatch::start());
+        }
+        self.bytes += bytes;
+        self.batches.push_back((Arc::clone(batch), bytes));
+    }
+}
+
+impl Drop for Post {
+    fn drop(&mut self) {
+        self.shared.lock().closed = true;
+        self.shared.changed.notify_all();
+    }
+}
+
+/// A way to end a sink's queue from outside of the pump.
+#[derive(Clone, Debug)]
+pub(crate) struct Gate(Arc<Shared>);
+
+impl Gate {
+    /// Nothing more will come, for a reason that fits after "failed to". What waits is still given.
+    pub(crate) fn break_off(&self, reason: &str) {
+        let mut state = self.0.lock();
+        if !state.closed {
+            state.cut_off.get_or_insert_with(|| reason.to_owned());
+            state.closed = true;
+        }
+        self.0.changed.notify_all();
+    }
+
+    /// Why nothing more came through, if the session did not simply end.
+    pub(crate) fn cut_off(&self) -> Option<String> {
+        self.0.lock().cut_off.clone()
+    }
+}
+
+/// A sink's end of its queue.
+#[derive(Debug)]
+pub struct Inbox {
+    streams: Streams,
+    shared: Arc<Shared>,
+    outlet: Option<Outlet>,
+}
+
+/// What an inbox gives.
+#[derive(Debug)]
+pub enum Received {
+    /// Records, in the pump's order.
+    Batch(Batch),
+    /// Nothing came for as long as was asked.
+    Silence,
+    /// Nothing will come any more: the session has ended, or this sink was [cut off](Inbox::cut_off).
+    Closed,
+}
+
+impl Inbox {
+    /// The streams of the session.
+    pub fn streams(&self) -> &Streams {
+        &self.streams
+    }
+
+    /// Waits for the next batch, at most for `patience`.
+    pub fn receive(&self, patience: Duration) -> Received {
+        let is_idle = |state: &mut State| {
+            state.batches.is_empty() && !state.closed && state.cut_off.is_none()
+        };
+        let waited = self.shared.changed.wait_timeout_while(self.shared.lock(), patience, is_idle);
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        match state.batches.pop_front() {
+            Some((batch, bytes)) => {
+                state.bytes -= bytes;
+                state.waits = (!state.batches.is_empty()).then(Stopwatch::start);
+                self.shared.changed.notify_all();
+                Received::Batch(batch)
+            }
+            None if state.closed || state.cut_off.is_some() => Received::Closed,
+            None => Received::Silence,
+        }
+    }
+
+    /// Why nothing more comes, where that is not because the session has ended. It fits after
+    /// "failed to".
+    pub fn cut_off(&self) -> Option<String> {
+        self.shared.lock().cut_off.clone()
+    }
+
+    /// Takes what comes from now on, after this sink was cut off; gives how many records it did not
+    /// get. `None` when nothing will come any more.
+    pub fn resume(&self) -> Option<u64> {
+        let mut state = self.shared.lock();
+        if state.closed {
+            return None;
+        }
+        state.cut_off = None;
+        Some(std::mem::take(&mut state.skipped))
+    }
+
+    /// How many records were skipped since this was last asked.
+    pub fn take_skipped(&self) -> u64 {
+        std::mem::take(&mut self.shared.lock().skipped)
+    }
+
+    /// Tells of a fault of this sink that lasts, in the session's own events.
+    pub fn tell(&self, label: impl Into<String>) {
+        if let Some(outlet) = &self.outlet {
+            outlet.happen(lasting(label));
+        }
+    }
+
+    /// The same inbox, by which a fault can be told.
+    pub(crate) fn telling(mut self, outlet: Outlet) -> Inbox {
+        self.outlet = Some(outlet);
+        self
+    }
+}
+
+impl Drop for Inbox {
+    fn drop(&mut self) {
+        self.shared.lock().abandoned = true;
+        self.shared.changed.notify_all();
+    }
+}

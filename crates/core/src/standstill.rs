@@ -1,0 +1,28 @@
+//! Times in which this process itself did not run: it was stopped, or the machine slept.
+//!
+//! What fell silent then was not heard, which says nothing of it. A standstill is told in band, as an event
+//! of the session, so that a replay judges as its run did.
+
+use std::time::Duration;
+
+use crate::data::{Data, Event, EventKind};
+use crate::fault::passing;
+
+/// How the label of the event begins.
+const STOOD_STILL: &str = "teampulse itself stood still";
+
+/// The event that this process did not run for so long.
+pub(crate) fn stood_still(lasted: Duration) -> Event {
+    let secs = lasted.as_secs_f64();
+    let label = format!(
+        "{STOOD_STILL} for {secs:.1} s: it was stopped, or the machine slept or had no time for it"
+    );
+    Event { duration_secs: secs, ..passing(label) }
+}
+
+/// For how long this process did not run, if that is what an event of the session tells.
+pub(crate) fn standstill(data: &Data) -> Option<Duration> {
+    let Data::Event(event) = data else { return None };
+    let is_told = event.kind == EventKind::Fault && event.label.starts_with(STOOD_STILL);
+    Duration::try_from_secs_f64(event.duration_secs).ok().filter(|_| is_told)
+}

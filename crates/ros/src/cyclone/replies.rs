@@ -1,0 +1,81 @@
+//! The way back to the clients of a service.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+
+use teampulse_core::qos::Qos;
+
+use super::domain::Participant;
+use super::writer::{Met, Writer};
+use crate::graph::Gid;
+
+/// How many replies wait for their clients; the oldest is dropped for the next.
+const WAITING: usize = 64;
+
+/// Sends replies. A client's requests may be heard before the reader of its replies is discovered,
+/// and DDS drops what is written until then, so the reply waits for that reader.
+pub(super) struct Replies {
+    topic: String,
+    /// Set as soon as it is open.
+    writer: OnceLock<Writer>,
+    waiting: Mutex<VecDeque<(Gid, Vec<u8>)>>,
+}
+
+impl Replies {
+    /// Opens the topic of replies.
+    pub(super) fn open(
+        participant: &Participant,
+        (topic, type_name): (&str, &str),
+        qos: &Qos,
+        user_data: &str,
+    ) -> Result<Arc<Replies>, String> {
+        let writer = OnceLock::new();
+        let replies = Replies { topic: topic.to_owned(), writer, waiting: Mutex::default() };
+        let replies = Arc::new(replies);
+        let matched = Arc::downgrade(&replies);
+        let meet = Box::new(move |met| {
+            if let (Met::Matched, Some(replies)) = (met, Weak::upgrade(&matched)) {
+                replies.send_waiting();
+            }
+        });
+        let writer = Writer::open(participant, (topic, type_name), qos, user_data, meet)?;
+        replies.writer.set(writer).ok();
+        Ok(replies)
+    }
+
+    /// Sends a reply to the client whose request came from this writer, now or once it is reached.
+    pub(super) fn send(&self, asker: Gid, reply: Vec<u8>) {
+        let Some(writer) = self.writer.get() else { return };
+        // A reader that is matched after this question waits for the lock, and finds the reply.
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        if !writer.reaches_participant_of(asker) {
+            if waiting.len() == WAITING {
+                waiting.pop_front();
+                tracing::warn!("a client of {} that never listened gets no answer", self.topic);
+            }
+            waiting.push_back((asker, reply));
+            return;
+        }
+        drop(waiting);
+        self.write(writer, &reply);
+    }
+
+    fn send_waiting(&self) {
+        let Some(writer) = self.writer.get() else { return };
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = waiting.drain(..);
+        let (reached, still) = all.partition(|(asker, _)| writer.reaches_participant_of(*asker));
+        let reached: VecDeque<_> = reached;
+        *waiting = still;
+        drop(waiting);
+        for (_, reply) in &reached {
+            self.write(writer, reply);
+        }
+    }
+
+    fn write(&self, writer: &Writer, reply: &[u8]) {
+        if let Err(reason) = writer.write(reply, None) {
+            tracing::warn!("failed to answer on {}: {reason}", self.topic);
+        }
+    }
+}

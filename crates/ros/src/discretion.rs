@@ -1,0 +1,199 @@
+//! What may be said on ROS of people whose streams are not published: nothing.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use bytes::Bytes;
+use teampulse_core::data::Data;
+use teampulse_core::sample::{Record, Sample};
+use teampulse_core::stream::{About, Stream};
+use teampulse_core::streams::Streams;
+use teampulse_messages::convert;
+
+use crate::sink::Publish;
+
+/// Keeps the ids of people and the states of their sensors off topics about others: a status, an
+/// event or a description that names a person's stream is said only where that stream is published,
+/// and an event that names a person only where something of this person is.
+#[derive(Debug)]
+pub(crate) struct Discretion {
+    publish: Publish,
+    /// How many streams were looked at.
+    seen: usize,
+    /// The names of people's streams that are not published.
+    hidden: BTreeSet<String>,
+    /// By the id of a person, whether anything of this person is published.
+    people: BTreeMap<String, bool>,
+}
+
+impl Discretion {
+    pub(crate) fn new(publish: Publish) -> Discretion {
+        Discretion { publish, seen: 0, hidden: BTreeSet::new(), people: BTreeMap::new() }
+    }
+
+    /// Learns of the streams that were declared since the last time.
+    pub(crate) fn learn(&mut self, streams: &Streams) {
+        for (_, stream) in streams.after(self.seen) {
+            self.seen += 1;
+            if stream.about == About::Person {
+                let is_published = self.publish.includes(&stream);
+                *self.people.entry(stream.id.clone()).or_default() |= is_published;
+                if !is_published {
+                    self.hidden.insert(stream.name.clone());
+                }
+            }
+        }
+    }
+
+    /// What may be published of a record; `None` for nothing of it.
+    pub(crate) fn censor<'a>(&self, record: &'a Record) -> Option<Cow<'a, Bytes>> {
+        let may_pass = match &record.sample.data {
+            _ if record.stream.about == About::Person => true,
+            Data::Status(status) => self.tells_health_of(&status.name),
+            Data::Event(event) => !self.is_named_in(&event.label),
+            Data::Description(stream) => return self.censor_description(record, stream),
+            _ => true,
+        };
+        may_pass.then_some(Cow::Borrowed(&record.cdr))
+    }
+
+    /// Whether the health of a stream may be told; of two types on one topic each has the type behind
+    /// its name.
+    pub(crate) fn tells_health_of(&self, told_as: &str) -> bool {
+        let name = told_as.split(' ').next().unwrap_or_default();
+        !self.hidden.contains(name)
+    }
+
+    /// Describes no hidden stream, and names none among what another was computed from.
+    fn censor_description<'a>(
+        &self,
+        record: &'a Record,
+        stream: &Arc<Stream>,
+    ) -> Option<Cow<'a, Bytes>> {
+        let texts = [&stream.doc, &stream.method];
+        let is_hidden = self.hidden.contains(&stream.name)
+            || stream.about == About::Person && !self.publish.includes(stream);
+        if is_hidden || texts.into_iter().any(|text| self.is_named_in(text)) {
+            return None;
+        }
+        if !stream.inputs.iter().any(|input| self.hidden.contains(input)) {
+            return Some(Cow::Borrowed(&record.cdr));
+        }
+        let mut told = Stream::clone(stream);
+        told.inputs.retain(|input| !self.hidden.contains(input));
+        let data = Data::Description(Arc::new(told));
+        Some(Cow::Owned(convert::encode(&Sample { data, ..record.sample.clone() })))
+    }
+
+    /// Whether a text names a hidden stream, or a person of whom nothing is published.
+    fn is_named_in(&self, text: &str) -> bool {
+        let is_secret = |word: &str| self.people.get(word) == Some(&false);
+        let mut words = text.split(|each: char| !(each.is_alphanumeric() || each == '_'));
+        words.any(is_secret) || self.hidden.iter().any(|name| text.contains(name.as_str()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::data::{Event, EventKind};
+    use teampulse_core::sample::Turn;
+    use teampulse_core::status::{State, StreamStatus};
+    use teampulse_core::stream::{Shape, Subject};
+    use teampulse_core::time::Time;
+
+    use super::*;
+
+    const ECG: &str = "/humans/persons/p001/strap/ecg";
+
+    fn ecg() -> Stream {
+        Stream::raw(ECG, Subject { about: About::Person, id: "p001".into() }, Shape::Wave)
+    }
+
+    /// What knows the ECG of a person, and what the study publishes.
+    fn discretion(published: &[&str]) -> Discretion {
+        let streams = Streams::default();
+        streams.declare(ecg());
+        streams.declare(Stream::raw("/r1/load", Subject::robot("r1"), Shape::Sample));
+        let published = published.iter().map(|name| (*name).to_owned()).collect();
+        let mut discretion = Discretion::new(Publish::Conclusions(published));
+        discretion.learn(&streams);
+        discretion
+    }
+
+    fn record(data: Data) -> Record {
+        let at = Time::from_stamp(7, 0);
+        let sample = Sample {
+            stream: teampulse_core::stream::StreamId(0),
+            measured: at,
+            log_time: at,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data,
+        };
+        let stream = Stream::raw("/teampulse/x", Subject::session(), Shape::Event);
+        Record { stream: Arc::new(stream), cdr: convert::encode(&sample), sample }
+    }
+
+    fn event(label: &str) -> Record {
+        let (kind, label) = (EventKind::Clock, label.to_owned());
+        record(Data::Event(Arc::new(Event { kind, label, value: f64::NAN, duration_secs: 0.0 })))
+    }
+
+    fn status(name: &str) -> Record {
+        record(Data::Status(Arc::new(StreamStatus {
+            name: name.into(),
+            state: State::Ok,
+            reason: String::new(),
+            rate_hz: 1.0,
+            age_secs: 0.0,
+            received: 1,
+            lost_source: None,
+            lost_queue: 0,
+            late: 0,
+            duplicates: 0,
+            clock: 0,
+            epoch: 0,
+            offset_secs: 0.0,
+            skew_ppm: 0.0,
+            jitter_secs: 0.0,
+            sigma_secs: 0.0,
+            latency_secs: 0.0,
+        })))
+    }
+
+    #[test]
+    fn who_is_not_published_is_in_no_status_event_or_description() {
+        let discretion = discretion(&[]);
+        let described = record(Data::Description(Arc::new(ecg())));
+        let clock = event("strap of p001 restarted");
+        for secret in [status(ECG), described, clock, event(&format!("{ECG}: failed to open"))] {
+            assert_eq!(discretion.censor(&secret), None, "{:?}", secret.sample.data);
+        }
+        for open in [status("/r1/load"), event("power of r1 restarted"), event("p0012")] {
+            assert_eq!(discretion.censor(&open).as_deref(), Some(&open.cdr));
+        }
+    }
+
+    #[test]
+    fn who_is_published_may_be_named() {
+        let discretion = discretion(&[ECG]);
+        for open in [status(ECG), event("strap of p001 restarted"), event(ECG)] {
+            assert_eq!(discretion.censor(&open).as_deref(), Some(&open.cdr));
+        }
+    }
+
+    #[test]
+    fn what_was_computed_of_a_person_and_others_is_described_without_that_person() {
+        let team = Stream::raw("/team/state", Subject::team(), Shape::Feature);
+        let inputs = vec![ECG.to_owned(), "/r1/load".to_owned()];
+        let described = record(Data::Description(Arc::new(Stream { inputs, ..team.clone() })));
+        let without = Stream { inputs: vec!["/r1/load".to_owned()], ..team };
+        let expected = record(Data::Description(Arc::new(without)));
+        assert_eq!(discretion(&[]).censor(&described).as_deref(), Some(&expected.cdr));
+        assert_eq!(discretion(&[ECG]).censor(&described).as_deref(), Some(&described.cdr));
+    }
+}

@@ -1,0 +1,66 @@
+//! Events as the rows of a table.
+
+use std::collections::VecDeque;
+
+use teampulse_core::data::Event;
+
+use crate::csv::{cell, number};
+
+/// What happened, by the numbers under which the aligner knows it: events have words, rows only numbers.
+#[derive(Debug, Default)]
+pub(super) struct Happenings {
+    /// How many have been handed out already.
+    before: u64,
+    /// Those that no row has asked for yet: kind and label.
+    waiting: VecDeque<(String, String)>,
+}
+
+impl Happenings {
+    /// What an event is for the aligner: its number, its value and its duration [s].
+    pub(super) const CHANNELS: usize = 3;
+    /// The columns of an event.
+    pub(super) const COLUMNS: [&'static str; 4] = ["kind", "label", "value", "duration_secs"];
+
+    /// Takes in an event.
+    pub(super) fn push(&mut self, event: &Event) -> [f64; Happenings::CHANNELS] {
+        let place = self.before + self.waiting.len() as u64;
+        self.waiting.push_back((event.kind.to_string(), cell(&event.label)));
+        [place as f64, event.value, event.duration_secs]
+    }
+
+    /// The cells of the event of a row; rows come in the order of time, and so mostly in that of coming.
+    pub(super) fn cells(&mut self, values: &[f64]) -> String {
+        let [place, value, duration_secs] = values else { return ",,,".to_owned() };
+        let place = (*place as u64).checked_sub(self.before);
+        let event = place.and_then(|place| self.waiting.get(usize::try_from(place).ok()?));
+        let (kind, label) = event.cloned().unwrap_or_default();
+        while self.waiting.len() > MOST_WAITING {
+            self.waiting.pop_front();
+            self.before += 1;
+        }
+        format!("{kind},{label},{},{}", number(*value), number(*duration_secs))
+    }
+}
+
+/// So many events are kept, for rows that wait for other streams.
+const MOST_WAITING: usize = 65_536;
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::data::EventKind;
+
+    use super::*;
+
+    #[test]
+    fn an_event_is_found_again_by_its_number() {
+        let mut happenings = Happenings::default();
+        let event = |label: &str| {
+            let label = label.to_owned();
+            Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 }
+        };
+        let [first, second] = ["=a,b", "c"].map(|label| happenings.push(&event(label)));
+        assert_eq!(happenings.cells(&second), "marker,c,,0");
+        assert_eq!(happenings.cells(&first), "marker,\"'=a,b\",,0");
+        assert_eq!(happenings.cells(&[9.0, 1.0, 2.0]), ",,1,2");
+    }
+}

@@ -1,0 +1,310 @@
+//! A bag that says when it ends early, and goes on in another.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use teampulse_bag::{BagSink, Broken, Options, Recording};
+use teampulse_core::clock::Clock;
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+
+use crate::Ended;
+
+/// How often it is tried to go on with a recording that has failed.
+const AGAIN_EVERY: Duration = Duration::from_secs(5);
+/// A disk that fills up again and again is given up after so many bags.
+const MOST_BAGS: usize = 100;
+/// So much must be free beside what must be kept free, to go on on a disk that was full [bytes].
+const SOME_ROOM_BYTES: u64 = 64 << 20;
+
+/// Where a recording goes on after it has failed.
+#[derive(Clone, Debug)]
+pub enum Again {
+    /// Nowhere.
+    Never,
+    /// In a folder beside that of the bag, or in the fallback.
+    Beside {
+        /// Where to go on when the bag's own disk is full or gone.
+        fallback: Option<PathBuf>,
+    },
+}
+
+/// A bag that tells the tidy files beside it when it ends early, so that they end with it, and goes on
+/// in another bag.
+#[derive(Debug)]
+pub struct Telling {
+    /// The bag.
+    pub bag: BagSink,
+    /// Whom it tells.
+    pub ended: Ended,
+    /// Where it goes on.
+    pub again: Again,
+}
+
+impl Sink for Telling {
+    fn name(&self) -> &'static str {
+        self.bag.name()
+    }
+
+    fn delivery(&self) -> Delivery {
+        self.bag.delivery()
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let Telling { bag, ended, again } = *self;
+        let first =
+            bag.clone().begin().inspect_err(|error| ended.tell(format!("failed to {error}")))?;
+        let Err(broken) = first.record(&inbox) else { return Ok(()) };
+        ended.tell(format!("failed to {}", broken.error));
+        match again {
+            Again::Never => Err(in_no_bag(broken.error, broken.unwritten)),
+            Again::Beside { fallback } => {
+                let parts = (&inbox, &ended);
+                Err(goes_on(&bag, fallback.as_deref(), broken, parts, MOST_BAGS))
+            }
+        }
+    }
+}
+
+/// Goes on with a recording that has failed, in one bag after another; says at the end what failed.
+fn goes_on(
+    first: &BagSink,
+    fallback: Option<&Path>,
+    broken: Broken,
+    (inbox, ended): (&Inbox, &Ended),
+    most_bags: usize,
+) -> SinkError {
+    let Broken { error: mut failed, unwritten: mut missed } = broken;
+    inbox.tell(format!("bag: failed to {failed}"));
+    let mut before = first.folder.clone();
+    let mut bags = 1;
+    while let Some(skipped) = inbox.resume() {
+        missed += skipped;
+        if bags >= most_bags {
+            if bags == most_bags {
+                let given_up = format!("the recording is given up after {most_bags} bags");
+                inbox.tell(format!("bag: {given_up}"));
+                failed = and(failed, &given_up);
+                bags += 1;
+            }
+            missed += let_pass(inbox, None);
+            continue;
+        }
+        let Some((folder, recording)) = begin_again(first, fallback) else {
+            missed += let_pass(inbox, Some(AGAIN_EVERY));
+            continue;
+        };
+        let told =
+            format!("recording goes on in {}; {missed} messages are in no bag", folder.display());
+        inbox.tell(format!("bag: {told}"));
+        ended.goes_on_in(folder.clone());
+        failed = and(failed, &told);
+        bags += 1;
+        match recording.continuing(&before).record(inbox) {
+            Ok(()) => return failed,
+            Err(Broken { error: next, unwritten }) => {
+                inbox.tell(format!("bag: failed to {next}"));
+                failed = and(failed, &format!("failed to {next}"));
+                missed = unwritten;
+            }
+        }
+        before = folder;
+    }
+    missed += inbox.take_skipped();
+    while let Received::Batch(batch) = inbox.receive(Duration::ZERO) {
+        missed += batch.len() as u64;
+    }
+    in_no_bag(failed, missed)
+}
+
+/// The same failure, with how many messages it cost.
+fn in_no_bag(failed: SinkError, missed: u64) -> SinkError {
+    if missed > 0 { and(failed, &format!("{missed} messages are in no bag")) } else { failed }
+}
+
+/// A new bag for a recording: beside its first, or in the fallback.
+fn begin_again(first: &BagSink, fallback: Option<&Path>) -> Option<(PathBuf, Recording)> {
+    let name = first.folder.file_name()?.to_string_lossy().into_owned();
+    let beside = first.folder.parent().unwrap_or(Path::new(""));
+    // A disk that was full must have some more room than it must keep.
+    let keep_free_bytes = 2 * first.options.keep_free_bytes + SOME_ROOM_BYTES;
+    [Some(beside), fallback].into_iter().flatten().find_map(|parent| {
+        let mut folders = (2..).map(|number| parent.join(format!("{name}_{number}")));
+        let folder = folders.find(|folder| folder.symlink_metadata().is_err())?;
+        let options = Options { keep_free_bytes, ..first.options.clone() };
+        let bag = BagSink { folder: folder.clone(), options, ..first.clone() };
+        Some((folder, bag.begin().ok()?))
+    })
+}
+
+/// Lets pass what comes for a while, or until the session ends; gives how many messages that were.
+fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> u64 {
+    let clock = Clock::host();
+    let until = patience.map(|patience| clock.now() + patience);
+    let mut passed = 0;
+    while until.is_none_or(|until| clock.now() < until) {
+        match inbox.receive(AGAIN_EVERY) {
+            Received::Batch(batch) => passed += batch.len() as u64,
+            Received::Silence => {}
+            Received::Closed => break,
+        }
+    }
+    passed
+}
+
+/// The same failure, with what came after it.
+fn and(failed: SinkError, more: &str) -> SinkError {
+    let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = failed;
+    SinkError::Lost { message: format!("{message}; {more}"), hint }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bytes::Bytes;
+    use teampulse_bag::{Bag, CONTINUES_NOTE, ENDED_NOTE};
+    use teampulse_core::data::{Data, Event, EventKind};
+    use teampulse_core::pump::descriptions;
+    use teampulse_core::sample::{Record, Sample, Turn};
+    use teampulse_core::sink::{Batch, Limits, Post, Posted, queue_within};
+    use teampulse_core::stream::{Shape, Stream, Subject};
+    use teampulse_core::streams::Streams;
+    use teampulse_core::time::Time;
+    use teampulse_messages::convert::encode;
+
+    use super::*;
+
+    fn marker(streams: &Streams, second: i64) -> Batch {
+        let stream = Stream::raw("/r1/marks", Subject::robot("r1"), Shape::Event);
+        let id = streams.declare(stream).id;
+        let event = Event {
+            kind: EventKind::Marker,
+            label: format!("{second}"),
+            value: f64::NAN,
+            duration_secs: 0.0,
+        };
+        let at = Time::from_nanos(second * 1_000_000_000);
+        let sample = Sample {
+            stream: id,
+            measured: at,
+            log_time: at,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: second as u64,
+            turn: Turn::OnTime,
+            data: Data::Event(Arc::new(event)),
+        };
+        let cdr: Bytes = encode(&sample);
+        Batch::from(vec![Record { stream: streams.get(id), sample, cdr }])
+    }
+
+    /// A bag whose disk stands still: cut off after its first message.
+    fn cut_off(folder: &Path, again: Again) -> (Post, Inbox, Box<Telling>, Streams) {
+        let streams = Streams::default();
+        streams.declare(descriptions());
+        let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
+        let (post, inbox) = queue_within(Delivery::Lossless, streams.clone(), limits);
+        assert_eq!(post.deliver(&marker(&streams, 1)), Posted::Accepted);
+        assert!(matches!(post.deliver(&marker(&streams, 2)), Posted::CutOff { .. }));
+        let bag = BagSink {
+            folder: folder.to_owned(),
+            study: "# a study".into(),
+            options: Options { keep_free_bytes: 0, ..Options::default() },
+        };
+        (post, inbox, Box::new(Telling { bag, ended: Ended::default(), again }), streams)
+    }
+
+    #[test]
+    fn a_recording_that_failed_goes_on_in_another_bag_and_counts_what_is_in_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let (first, second) = (folder.path().join("bag"), folder.path().join("bag_2"));
+        let again = Again::Beside { fallback: None };
+        let (post, inbox, sink, streams) = cut_off(&first, again);
+        let ended = sink.ended.clone();
+        let recording = std::thread::spawn(move || sink.run(inbox));
+        while ended.folders().is_empty() {
+            assert!(!recording.is_finished());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(ended.why().unwrap().starts_with("failed to keep up"));
+        assert_eq!(ended.folders(), std::slice::from_ref(&second));
+        assert_eq!(post.deliver(&marker(&streams, 3)), Posted::Accepted);
+        drop(post);
+        let Err(SinkError::Lost { message, .. }) = recording.join().unwrap() else { panic!() };
+        assert!(message.contains("1 messages are in no bag"), "{message}");
+
+        let bag = Bag::open(&first).unwrap();
+        assert!(bag.notes().contains_key(ENDED_NOTE));
+        assert_eq!(bag.messages_count(), 2, "a message and why it ended");
+        let bag = Bag::open(&second).unwrap();
+        assert_eq!(bag.notes()[CONTINUES_NOTE], first.display().to_string());
+        let name = |stream: usize| bag.streams()[stream].stream.name.clone();
+        let names: Vec<String> =
+            bag.messages(None).map(|message| name(message.unwrap().stream)).collect();
+        assert_eq!(names.iter().filter(|name| *name == "/r1/marks").count(), 1);
+        assert_eq!(names.iter().filter(|name| *name == "/teampulse/streams").count(), 2);
+        assert!(bag.attachment(teampulse_bag::STUDY_NAME).unwrap().is_some());
+    }
+
+    #[test]
+    fn what_comes_after_the_last_of_too_many_bags_is_counted_and_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let again = Again::Beside { fallback: None };
+        let (post, inbox, sink, streams) = cut_off(&folder.path().join("bag"), again);
+        let Telling { bag, ended, .. } = *sink;
+        let broken = bag.clone().begin().unwrap().record(&inbox).unwrap_err();
+        let going = std::thread::spawn(move || goes_on(&bag, None, broken, (&inbox, &ended), 1));
+        // It is heard again as soon as it has given up.
+        let mut second = 3;
+        while post.deliver(&marker(&streams, second)) != Posted::Accepted {
+            assert!(!going.is_finished());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        second += 1;
+        while post.deliver(&marker(&streams, second)) != Posted::Accepted {
+            assert!(!going.is_finished());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        drop(post);
+        let SinkError::Lost { message, .. } = going.join().unwrap() else { panic!() };
+        assert!(message.contains("given up after 1 bags"), "{message}");
+        let (_, lost) = message.rsplit_once("; ").unwrap();
+        let count: u64 = lost.split(' ').next().unwrap().parse().unwrap();
+        assert!(count >= 3 && lost.ends_with("messages are in no bag"), "{message}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_still_waits_when_the_session_ends_is_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let again = Again::Beside { fallback: None };
+        let (post, inbox, sink, _) = cut_off(&folder.path().join("bag"), again);
+        drop(post);
+        let Err(SinkError::Lost { message, .. }) = sink.run(inbox) else { panic!() };
+        assert!(message.ends_with("; 1 messages are in no bag"), "{message}");
+    }
+
+    #[test]
+    fn a_recording_that_may_not_go_on_ends() {
+        let folder = tempfile::tempdir().unwrap();
+        let (post, inbox, sink, streams) = cut_off(&folder.path().join("bag"), Again::Never);
+        assert!(matches!(sink.run(inbox), Err(SinkError::Lost { .. })));
+        assert_eq!(post.deliver(&marker(&streams, 3)), Posted::Ended);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn the_fallback_is_taken_where_nothing_can_be_made_beside() {
+        let folder = tempfile::tempdir().unwrap();
+        let fallback = folder.path().join("fallback");
+        let first = BagSink {
+            folder: Path::new("/proc/nowhere/bag").to_owned(),
+            study: String::new(),
+            options: Options { keep_free_bytes: 0, ..Options::default() },
+        };
+        let (found, _) = begin_again(&first, Some(&fallback)).unwrap();
+        assert_eq!(found, fallback.join("bag_2"));
+        assert!(begin_again(&first, None).is_none());
+    }
+}

@@ -1,0 +1,221 @@
+//! The columns of a stream, and what a record has in them.
+
+use std::io;
+
+use teampulse_core::data::{Data, Event, FeatureValues, Wave};
+use teampulse_core::sample::Record;
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::time::Time;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::value::{Value, flatten};
+
+use crate::text::harmless;
+
+/// Longer arrays than this are summarised instead of spread over columns.
+const LONGEST_ARRAY: usize = 64;
+
+/// The columns of a stream.
+pub(super) struct Columns {
+    names: Vec<String>,
+    definition: Option<Definition>,
+}
+
+impl Columns {
+    /// Those of a stream as it is known, and its first record.
+    pub(super) fn of(first: &Record, stream: &Stream, definition: Option<Definition>) -> Columns {
+        let names = match (&first.sample.data, &definition) {
+            (Data::Message(cdr), Some(definition)) => paths(definition, cdr),
+            (Data::Message(_), None) => vec!["cdr_bytes".into()],
+            (Data::Sample(values), _) => channels(stream, values.len()),
+            (Data::Wave(wave), _) => channels(stream, wave.channels as usize),
+            _ => of_shape(stream),
+        };
+        Columns { names, definition }
+    }
+
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Hands over each row of a record, with its time.
+    pub(super) fn rows(
+        &mut self,
+        record: &Record,
+        mut row: impl FnMut(Time, Vec<String>) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let (sample, scale) = (&record.sample, record.stream.scale);
+        let cells = |values: &[f64]| -> Vec<String> {
+            let cells = values.iter().map(|value| number(value * scale));
+            cells.chain(std::iter::repeat(String::new())).take(self.names.len()).collect()
+        };
+        match &sample.data {
+            Data::Wave(Wave { channels, samples, .. }) => {
+                let width = (*channels).max(1) as usize;
+                for (place, values) in samples.chunks(width).enumerate() {
+                    let after_ns = (sample.period_ns * place as f64).round() as i64;
+                    let at = Time::from_nanos(sample.measured.nanos().saturating_add(after_ns));
+                    row(at, cells(values))?;
+                }
+                Ok(())
+            }
+            Data::Sample(values) => row(sample.measured, cells(values)),
+            Data::Feature(values) => row(sample.measured, of_window(values)),
+            Data::Event(event) => row(sample.measured, of_event(event)),
+            Data::Status(status) => row(sample.measured, of_status(status)),
+            Data::Description(_) => Ok(()),
+            Data::Message(cdr) => row(sample.measured, self.of_message(cdr)),
+        }
+    }
+
+    fn of_message(&self, cdr: &[u8]) -> Vec<String> {
+        let Some(definition) = &self.definition else { return vec![cdr.len().to_string()] };
+        let fields = flatten(definition, cdr, LONGEST_ARRAY).unwrap_or_default();
+        // Mostly the same fields come in the same order.
+        let mut from = 0;
+        let value = |column: &String| {
+            let place = fields.iter().skip(from).position(|(path, _)| path == column);
+            let place = place.map(|place| place + from);
+            let place = place.or_else(|| fields.iter().position(|(path, _)| path == column));
+            place.map_or_else(String::new, |place| {
+                from = place + 1;
+                of_value(&fields[place].1)
+            })
+        };
+        self.names.iter().map(value).collect()
+    }
+}
+
+fn paths(definition: &Definition, cdr: &[u8]) -> Vec<String> {
+    let fields = flatten(definition, cdr, LONGEST_ARRAY).unwrap_or_default();
+    fields.into_iter().map(|(path, _)| path).collect()
+}
+
+/// The channels of so many numbers, each with its unit in brackets; numbered where they are not known.
+fn channels(stream: &Stream, width: usize) -> Vec<String> {
+    if stream.channels.len() != width {
+        return (1..=width).map(|number| format!("value{number}")).collect();
+    }
+    let united = stream.channels.iter().zip(&stream.units);
+    united.map(|(name, unit)| with_unit(name, unit)).collect()
+}
+
+fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+fn of_shape(stream: &Stream) -> Vec<String> {
+    let own = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    match &stream.shape {
+        Shape::Feature => {
+            let mut columns: Vec<String> = own(&["window_secs", "coverage", "quality"]);
+            for (name, unit) in stream.channels.iter().zip(&stream.units) {
+                columns.push(with_unit(name, unit));
+                columns.push(with_unit(&format!("{name}_sigma"), unit));
+                columns.push(format!("{name}_reason"));
+            }
+            columns
+        }
+        Shape::Event => own(&["kind", "label", "value", "duration_secs"]),
+        Shape::Status => own(&STATUS),
+        _ => Vec::new(),
+    }
+}
+
+/// The columns of the health of streams.
+const STATUS: [&str; 17] = [
+    "name",
+    "state",
+    "reason",
+    "rate_hz",
+    "age_secs",
+    "received",
+    "lost_source",
+    "lost_queue",
+    "late",
+    "duplicates",
+    "clock",
+    "epoch",
+    "offset_secs",
+    "skew_ppm",
+    "jitter_secs",
+    "sigma_secs",
+    "latency_secs",
+];
+
+fn of_window(values: &FeatureValues) -> Vec<String> {
+    let mut cells = vec![
+        values.window_secs.to_string(),
+        values.coverage.to_string(),
+        values.quality.to_string(),
+    ];
+    for (k, value) in values.values.iter().enumerate() {
+        cells.push(number(*value));
+        cells.push(number(values.sigmas.get(k).copied().unwrap_or(f64::NAN)));
+        cells.push(values.reasons.get(k).map_or(String::new(), ToString::to_string));
+    }
+    cells
+}
+
+fn of_event(Event { kind, label, value, duration_secs }: &Event) -> Vec<String> {
+    vec![kind.to_string(), cell(label), number(*value), number(*duration_secs)]
+}
+
+fn of_status(status: &StreamStatus) -> Vec<String> {
+    vec![
+        cell(&status.name),
+        status.state.to_string(),
+        cell(&status.reason),
+        number(status.rate_hz),
+        number(status.age_secs),
+        status.received.to_string(),
+        status.lost_source.map_or(String::new(), |lost| lost.to_string()),
+        status.lost_queue.to_string(),
+        status.late.to_string(),
+        status.duplicates.to_string(),
+        status.clock.to_string(),
+        status.epoch.to_string(),
+        number(status.offset_secs),
+        number(status.skew_ppm),
+        number(status.jitter_secs),
+        number(status.sigma_secs),
+        number(status.latency_secs),
+    ]
+}
+
+fn of_value(value: &Value) -> String {
+    match value {
+        Value::Text(text) => cell(text),
+        value => quoted(&value.to_string()),
+    }
+}
+
+/// A time as seconds with all of its nanoseconds.
+pub(crate) fn exact_secs(time: Time) -> String {
+    let nanos = time.nanos();
+    let sign = if nanos < 0 { "-" } else { "" };
+    format!(
+        "{sign}{}.{:09}",
+        nanos.unsigned_abs() / 1_000_000_000,
+        nanos.unsigned_abs() % 1_000_000_000
+    )
+}
+
+/// A number; an empty cell where there is none, and no minus before a zero.
+pub(crate) fn number(value: f64) -> String {
+    if value.is_nan() { String::new() } else { (value + 0.0).to_string() }
+}
+
+/// A text from elsewhere as a CSV cell: none that a spreadsheet runs.
+pub(crate) fn cell(text: &str) -> String {
+    quoted(&harmless(text))
+}
+
+/// A text as a CSV cell (RFC 4180).
+pub(crate) fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

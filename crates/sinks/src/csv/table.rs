@@ -1,0 +1,113 @@
+//! The table of one stream.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use teampulse_core::private;
+use teampulse_core::sample::Record;
+use teampulse_core::stream::{Shape, Stream};
+use teampulse_messages::definition::Definition;
+use teampulse_messages::readout;
+
+use super::cells::{Columns, exact_secs, quoted};
+
+/// So many records [1] and bytes wait at most until it is known what a stream's numbers are called.
+const MOST_WAITING: usize = 2000;
+const MOST_WAITING_BYTES: usize = 16 << 20;
+
+/// The table of one stream, in a file that is open or not.
+pub(super) struct Table {
+    path: PathBuf,
+    file: Option<BufWriter<File>>,
+    columns: Option<Columns>,
+    /// What came before its columns were known.
+    waiting: Vec<Record>,
+    waiting_bytes: usize,
+}
+
+impl Table {
+    /// A table that is written into a file, which is made with its first row.
+    pub(super) fn new(path: PathBuf) -> Table {
+        Table { path, file: None, columns: None, waiting: Vec::new(), waiting_bytes: 0 }
+    }
+
+    /// Writes a record, or keeps it until its columns are known.
+    pub(super) fn take(&mut self, record: &Record) -> io::Result<()> {
+        if self.columns.is_some() {
+            return self.write(record);
+        }
+        let definition = definition_of(&record.stream);
+        let is_known = is_described(&record.stream, definition.as_ref());
+        let is_full =
+            self.waiting.len() >= MOST_WAITING || self.waiting_bytes >= MOST_WAITING_BYTES;
+        if !is_known && !is_full {
+            self.waiting_bytes += record.cdr.len();
+            self.waiting.push(record.clone());
+            return Ok(());
+        }
+        self.begin(record, definition)
+    }
+
+    /// Writes the head and all that waited, with the columns that a record has.
+    fn begin(&mut self, record: &Record, definition: Option<Definition>) -> io::Result<()> {
+        let waiting = std::mem::take(&mut self.waiting);
+        let first = waiting.first().unwrap_or(record);
+        let columns = Columns::of(first, &record.stream, definition);
+        let head: Vec<String> = columns.names().iter().map(|name| quoted(name)).collect();
+        self.columns = Some(columns);
+        self.file = Some(BufWriter::new(private::create(&self.path)?));
+        let file = self.file()?;
+        writeln!(file, "measured_secs,log_time_secs,index,{}", head.join(","))?;
+        waiting.iter().chain([record]).try_for_each(|record| self.write(record))
+    }
+
+    fn write(&mut self, record: &Record) -> io::Result<()> {
+        let Some(mut columns) = self.columns.take() else { return Ok(()) };
+        let (index, logged) = (record.sample.index, exact_secs(record.sample.log_time));
+        let file = self.file()?;
+        let written = columns.rows(record, |at, cells| {
+            writeln!(file, "{},{logged},{index},{}", exact_secs(at), cells.join(","))
+        });
+        self.columns = Some(columns);
+        written
+    }
+
+    /// The file, opened again if it was closed.
+    fn file(&mut self) -> io::Result<&mut BufWriter<File>> {
+        let file = match self.file.take() {
+            Some(file) => file,
+            None => BufWriter::new(OpenOptions::new().append(true).open(&self.path)?),
+        };
+        Ok(self.file.insert(file))
+    }
+
+    /// Closes its file, if it is open.
+    pub(super) fn close(&mut self) -> io::Result<()> {
+        self.file.take().map_or(Ok(()), |mut file| file.flush())
+    }
+
+    /// Nothing comes any more: what still waits is written as far as it is known.
+    pub(super) fn finish(&mut self) -> io::Result<()> {
+        if let Some(last) = self.waiting.pop() {
+            self.begin(&last, None)?;
+        }
+        self.close()
+    }
+}
+
+fn definition_of(stream: &Stream) -> Option<Definition> {
+    match &stream.shape {
+        Shape::Message(schema) => readout::definition(schema),
+        _ => None,
+    }
+}
+
+/// Whether it is known what the numbers of a stream are called.
+fn is_described(stream: &Stream, definition: Option<&Definition>) -> bool {
+    match &stream.shape {
+        Shape::Message(_) => definition.is_some(),
+        Shape::Sample | Shape::Wave => !stream.channels.is_empty(),
+        _ => true,
+    }
+}

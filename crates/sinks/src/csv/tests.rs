@@ -1,0 +1,182 @@
+use std::fs;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use teampulse_core::data::{Event, EventKind, Wave};
+use teampulse_core::sample::{Sample, Turn};
+use teampulse_core::stream::{Schema, Subject};
+use teampulse_core::time::Time;
+use tempfile::{TempDir, tempdir};
+
+use super::*;
+
+struct Session {
+    folder: TempDir,
+    tables: Tables,
+}
+
+impl Session {
+    fn new() -> Session {
+        let folder = tempdir().unwrap();
+        let tables = Tables::new(folder.path().to_owned());
+        Session { folder, tables }
+    }
+
+    fn tell(&mut self, id: u32, stream: &Stream, data: Data) {
+        let cdr = match &data {
+            Data::Message(cdr) => cdr.clone(),
+            _ => Bytes::new(),
+        };
+        let sample = Sample {
+            stream: StreamId(id),
+            measured: Time::from_nanos(1_500_000_000),
+            log_time: Time::from_nanos(2_000_000_000),
+            device_time: None,
+            source_time: None,
+            period_ns: 1e7,
+            index: 7,
+            turn: Turn::OnTime,
+            data,
+        };
+        let record = Record { stream: Arc::new(stream.clone()), sample, cdr };
+        self.tables.write(&record).unwrap();
+    }
+
+    fn text(&mut self, name: &str) -> String {
+        self.tables.finish().unwrap();
+        fs::read_to_string(self.folder.path().join(name)).unwrap()
+    }
+
+    fn names(&mut self) -> Vec<String> {
+        self.tables.finish().unwrap();
+        let names = fs::read_dir(self.folder.path()).unwrap();
+        let names = names.map(|each| each.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+}
+
+fn wave(channels: u32, samples: &[f64]) -> Data {
+    Data::Wave(Wave { period_ns: 1e7, channels, samples: samples.into() })
+}
+
+fn messages(name: &str, schema: Option<Arc<Schema>>) -> Stream {
+    let unknown = Schema {
+        name: "std_msgs/msg/Header".into(),
+        encoding: "ros2msg".into(),
+        text: String::new(),
+        hash: String::new(),
+    };
+    let schema = schema.unwrap_or_else(|| Arc::new(unknown));
+    Stream::raw(name, Subject::robot("r1"), Shape::Message(schema))
+}
+
+#[test]
+fn a_wave_has_a_row_for_each_of_its_samples() {
+    let mut session = Session::new();
+    let stream = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
+    let stream = Stream { scale: 0.5, ..stream }.with_channels(&[("ecg", "mV"), ("lead2", "mV")]);
+    session.tell(0, &stream, wave(2, &[1.0, 2.0, -0.0, 4.0]));
+    assert_eq!(
+        session.text("p1__strap__ecg.csv"),
+        "measured_secs,log_time_secs,index,ecg [mV],lead2 [mV]\n\
+         1.500000000,2.000000000,7,0.5,1\n\
+         1.510000000,2.000000000,7,0,2\n"
+    );
+}
+
+#[test]
+fn what_comes_before_its_channels_are_known_waits_for_them() {
+    let mut session = Session::new();
+    let unknown = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
+    session.tell(0, &unknown, wave(1, &[1.0]));
+    session.tell(0, &unknown.clone().with_channels(&[("ecg", "mV")]), wave(1, &[2.0]));
+    let text = session.text("p1__strap__ecg.csv");
+    assert_eq!(text.lines().next(), Some("measured_secs,log_time_secs,index,ecg [mV]"));
+    assert_eq!(text.lines().count(), 3);
+}
+
+#[test]
+fn what_nobody_described_is_numbered() {
+    let mut session = Session::new();
+    let unknown = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
+    session.tell(0, &unknown, wave(2, &[1.0, 2.0]));
+    let text = session.text("p1__strap__ecg.csv");
+    assert_eq!(text.lines().next(), Some("measured_secs,log_time_secs,index,value1,value2"));
+}
+
+#[test]
+fn two_types_on_one_topic_have_a_table_each() {
+    let mut session = Session::new();
+    let schema = |name: &str| {
+        let schema = Schema {
+            name: name.into(),
+            encoding: "ros2msg".into(),
+            text: "float64 x".into(),
+            hash: String::new(),
+        };
+        Some(Arc::new(schema))
+    };
+    let cdr = || Data::Message(Bytes::from_static(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]));
+    session.tell(0, &messages("/r1/x", schema("a_msgs/msg/A")), cdr());
+    session.tell(1, &messages("/r1/x", schema("b_msgs/msg/B")), cdr());
+    session.tell(2, &messages("/r1/X", schema("a_msgs/msg/A")), cdr());
+    assert_eq!(
+        session.names(),
+        ["r1__X__a_msgs_msg_A.csv", "r1__x.csv", "r1__x__b_msgs_msg_B.csv"]
+    );
+}
+
+#[test]
+fn messages_wait_for_their_definition() {
+    let mut session = Session::new();
+    let unknown = |text: &str| {
+        let schema = Schema {
+            name: "own_msgs/msg/Own".into(),
+            encoding: "ros2msg".into(),
+            text: text.into(),
+            hash: String::new(),
+        };
+        messages("/r1/own", Some(Arc::new(schema)))
+    };
+    let cdr = Bytes::from_static(&[0, 1, 0, 0, 5, 0, 0, 0]);
+    session.tell(0, &unknown(""), Data::Message(cdr.clone()));
+    session.tell(0, &unknown("uint32 count"), Data::Message(cdr));
+    assert_eq!(
+        session.text("r1__own.csv"),
+        "measured_secs,log_time_secs,index,count\n\
+         1.500000000,2.000000000,7,5\n1.500000000,2.000000000,7,5\n"
+    );
+}
+
+#[test]
+fn a_thousand_tables_need_few_open_files() {
+    let mut session = Session::new();
+    let name = |number: u32| format!("/r1/number{number}");
+    for _ in 0..2 {
+        for number in 0..1000 {
+            let stream = Stream::raw(name(number), Subject::robot("r1"), Shape::Sample);
+            let stream = stream.with_channels(&[("x", "m")]);
+            session.tell(number, &stream, Data::Sample(Arc::new([1.0])));
+            let open = session.tables.open.len();
+            assert!(open <= MOST_OPEN, "{open}");
+        }
+    }
+    assert_eq!(session.text("r1__number3.csv").lines().count(), 3);
+    assert_eq!(session.names().len(), 1000);
+}
+
+#[test]
+fn no_name_leads_out_of_the_folder_and_no_label_is_a_formula() {
+    let mut session = Session::new();
+    let stream = Stream::raw("/../\u{1b}[2J\n=x", Subject::session(), Shape::Event);
+    let label = "=cmd|' /C calc'!A0, and".to_owned();
+    let event = Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 };
+    session.tell(0, &stream, Data::Event(Arc::new(event)));
+    let names = session.names();
+    let is_plain = |each: char| each.is_alphanumeric() || "_-.".contains(each);
+    assert!(names[0].starts_with("_..____2J__x") && names[0].chars().all(is_plain), "{names:?}");
+    let text = session.text(&names[0]);
+    assert!(text.contains("marker,\"'=cmd|' /C calc'!A0, and\",,0"), "{text}");
+}

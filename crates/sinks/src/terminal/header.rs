@@ -1,0 +1,169 @@
+//! The first lines of the screen: whether it records, and which part of the session this is.
+
+use teampulse_bag::{Growth, OnDisk, Stage};
+use teampulse_core::time::Time;
+
+use super::line::{Line, Style};
+use super::words::{clock, minutes, size};
+
+/// What a session keeps.
+#[derive(Clone, Debug, Default)]
+pub enum Kept {
+    /// Nothing: no sink keeps anything.
+    #[default]
+    Nothing,
+    /// Files, but no bag.
+    Tables,
+    /// A bag.
+    Bag(Growth),
+}
+
+/// The recording writes once a second at least; without anything for so long it does not grow [s].
+const STILL_SECS: f64 = 3.0;
+/// With less disk than for so long it is said how long it will do [s].
+const SHORT_SECS: f64 = 12.0 * 3600.0;
+/// With less than for so long somebody must act [s].
+const URGENT_SECS: f64 = 600.0;
+
+/// The recording as it is seen: it grows only where bytes on the disk become more.
+#[derive(Debug, Default)]
+pub(super) struct Recording {
+    kept: Kept,
+    on_disk: OnDisk,
+    began: Option<Time>,
+    grown: Time,
+    now: Time,
+}
+
+impl Recording {
+    /// What a session keeps, before it began.
+    pub fn of(kept: Kept) -> Recording {
+        Recording { kept, ..Recording::default() }
+    }
+
+    /// Looks at the disk; `now` is the host's time, whatever the session's clock does.
+    pub fn look(&mut self, now: Time) {
+        self.now = now;
+        let began = *self.began.get_or_insert(now);
+        let Kept::Bag(growth) = &self.kept else { return };
+        let on_disk = growth.on_disk();
+        if on_disk.synced_bytes > self.on_disk.synced_bytes || self.grown == Time::EPOCH {
+            self.grown = now.max(began);
+        }
+        self.on_disk = on_disk;
+    }
+
+    /// Whether something would be lost if the session ended by mistake.
+    #[cfg(test)]
+    pub fn stage(&self) -> &Stage {
+        &self.on_disk.stage
+    }
+
+    /// Whether it records, how much there is, and how much room is left.
+    pub fn line(&self, elapsed_secs: f64) -> Line {
+        let elapsed = clock(elapsed_secs);
+        let still_secs = self.now.secs_since(self.grown);
+        match (&self.kept, &self.on_disk.stage) {
+            (Kept::Nothing, _) => Line::of(Style::Warning, "○ NOT RECORDED")
+                .with(Style::Plain, &format!("  {elapsed}  no sink keeps anything")),
+            (Kept::Tables, _) => Line::of(Style::Strong, "○ NO BAG")
+                .with(Style::Plain, &format!("  {elapsed}  tables only")),
+            (_, Stage::EndedEarly(why)) => Line::of(Style::Alarm, "■ NOT RECORDING")
+                .with(Style::Plain, &format!("  {elapsed}  "))
+                .with(Style::Alarm, why),
+            (_, Stage::NotBegun) => {
+                Line::of(Style::Strong, "○ REC").with(Style::Plain, &format!(" {elapsed}  begins"))
+            }
+            (_, Stage::Open) if still_secs >= STILL_SECS => Line::of(Style::Alarm, "◌ NOT GROWING")
+                .with(Style::Plain, &format!("  {elapsed}  "))
+                .with(Style::Alarm, &format!("nothing on disk for {still_secs:.0} s"))
+                .with(Style::Plain, &format!("  {}", size(self.on_disk.synced_bytes))),
+            (_, Stage::Open | Stage::Finished) => {
+                let line = Line::of(Style::Strong, "● REC")
+                    .with(Style::Strong, &format!(" {elapsed}"))
+                    .with(Style::Plain, &format!("  {}  ", size(self.on_disk.synced_bytes)));
+                self.with_room(line)
+            }
+        }
+    }
+
+    /// How much room the disk has, and for how long that will do where it is short.
+    fn with_room(&self, line: Line) -> Line {
+        let Some(free_bytes) = self.on_disk.free_bytes else { return line };
+        let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
+        let bytes_per_sec = self.on_disk.synced_bytes as f64 / recorded_secs.max(1.0);
+        let left_secs = free_bytes as f64 / bytes_per_sec.max(1.0);
+        let free = size(free_bytes);
+        if left_secs < URGENT_SECS {
+            line.with(Style::Alarm, &format!("only {free} left, {}", minutes(left_secs)))
+        } else if left_secs < SHORT_SECS {
+            line.with(Style::Warning, &format!("{free} left, {}", minutes(left_secs)))
+        } else {
+            line.with(Style::Plain, &format!("{free} left"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(secs: i32) -> Time {
+        Time::from_stamp(1000 + secs, 0)
+    }
+
+    fn recording(growth: &Growth) -> Recording {
+        Recording::of(Kept::Bag(growth.clone()))
+    }
+
+    #[test]
+    fn it_records_only_while_bytes_on_the_disk_become_more() {
+        let growth = Growth::default();
+        let mut recording = recording(&growth);
+        recording.look(at(0));
+        assert_eq!(recording.line(0.0).text(), "○ REC 0:00  begins");
+        growth.begin();
+        growth.synced(1_200_000, 212_000_000_000);
+        recording.look(at(1));
+        assert_eq!(recording.line(1.0).text(), "● REC 0:01  1.2 MB  212 GB left");
+        recording.look(at(5));
+        let still = recording.line(5.0);
+        assert_eq!(still.text(), "◌ NOT GROWING  0:05  nothing on disk for 4 s  1.2 MB");
+        growth.synced(10, 212_000_000_000);
+        recording.look(at(6));
+        assert!(recording.line(6.0).text().starts_with("● REC"));
+    }
+
+    #[test]
+    fn one_that_ended_early_says_so_for_good_and_why() {
+        let growth = Growth::default();
+        let mut recording = recording(&growth);
+        growth.begin();
+        growth.synced(10, 20);
+        growth.end_early("record to /d: the disk is full");
+        recording.look(at(1));
+        assert_eq!(recording.stage(), &growth.on_disk().stage);
+        let line = recording.line(754.0).text();
+        assert_eq!(line, "■ NOT RECORDING  12:34  record to /d: the disk is full");
+    }
+
+    #[test]
+    fn a_disk_that_will_not_do_says_for_how_long_it_will() {
+        let growth = Growth::default();
+        let mut recording = recording(&growth);
+        recording.look(at(0));
+        growth.begin();
+        growth.synced(100_000_000, 3_600_000_000);
+        recording.look(at(100));
+        assert!(recording.line(100.0).text().ends_with("3.6 GB left, 60 min"));
+        growth.synced(1, 300_000_000);
+        recording.look(at(101));
+        assert!(recording.line(101.0).text().ends_with("only 300 MB left, 5 min"));
+    }
+
+    #[test]
+    fn that_nothing_is_kept_is_said_all_the_time() {
+        let line = Recording::of(Kept::Nothing).line(3.0).text();
+        assert_eq!(line, "○ NOT RECORDED  0:03  no sink keeps anything");
+    }
+}

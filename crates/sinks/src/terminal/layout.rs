@@ -1,0 +1,164 @@
+//! Where what is known stands on the screen.
+
+use super::board::{Board, clock_time};
+use super::header::Recording;
+use super::line::{Line, Style};
+use super::person::Detail;
+use super::screen::Size;
+use super::view::View;
+
+/// From so many rows on there is room for lines that only part.
+const ROOMY_ROWS: usize = 20;
+/// From so many columns on the log stands beside the team.
+const WIDE_COLUMNS: usize = 130;
+/// How wide the team is then [columns].
+const TEAM_COLUMNS: usize = 86;
+
+/// What a screen shows.
+#[derive(Clone, Copy)]
+pub(super) struct Shown<'a> {
+    /// What is known.
+    pub board: &'a Board,
+    /// Whether it records.
+    pub recording: &'a Recording,
+    /// What is looked at.
+    pub view: &'a View,
+    /// The question that stands.
+    pub question: Option<&'a str>,
+    /// The phase that comes next.
+    pub next: Option<&'a str>,
+    /// Whether there are keys.
+    pub has_keys: bool,
+}
+
+/// The whole screen, a line a row.
+pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<Line> {
+    let Size { columns, rows } = size;
+    let mut lines = head(shown, columns);
+    if rows >= ROOMY_ROWS {
+        lines.push(rule("", columns));
+    }
+    let body = rows.saturating_sub(lines.len() + 1);
+    if columns >= WIDE_COLUMNS {
+        let right = columns - TEAM_COLUMNS - 3;
+        let team = troubles_and_team(shown, body, rows);
+        let log = log(shown, body, right);
+        let blank = || std::iter::repeat(Line::default());
+        let pairs = team.into_iter().chain(blank()).zip(log.into_iter().chain(blank())).take(body);
+        lines.extend(
+            pairs.map(|(left, log)| {
+                left.exactly(TEAM_COLUMNS).with(Style::Grey, " │ ").with_line(log)
+            }),
+        );
+    } else {
+        let least_log = if rows >= ROOMY_ROWS { 6 } else { 2 };
+        let team = troubles_and_team(shown, body.saturating_sub(least_log), rows);
+        let left = body - team.len();
+        lines.extend(team);
+        if rows >= ROOMY_ROWS && left > 0 {
+            lines.push(rule("log", columns));
+            lines.extend(log(shown, left - 1, columns));
+        } else {
+            lines.extend(log(shown, left, columns));
+        }
+    }
+    lines.resize(rows - 1, Line::default());
+    lines.push(foot(shown, columns));
+    lines.into_iter().map(|line| line.cut(columns)).collect()
+}
+
+/// Whether it records; who is in which phase.
+fn head(shown: Shown<'_>, columns: usize) -> Vec<Line> {
+    let (now, elapsed_secs) = shown.board.now();
+    let time = Line::of(Style::Plain, &format!("{} UTC", clock_time(now)));
+    let recording = shown.recording.line(elapsed_secs).beside(&time, columns);
+    let mut phase = shown.board.phase();
+    if let Some(next) = shown.next {
+        phase.add(Style::Grey, &format!("   next {next}"));
+    }
+    vec![recording, phase.beside(&shown.board.attendance(), columns)]
+}
+
+/// What needs somebody first, then the team, in at most so many rows of a screen.
+fn troubles_and_team(shown: Shown<'_>, most: usize, rows: usize) -> Vec<Line> {
+    let mut lines = shown.board.troubles();
+    let share = (if rows >= ROOMY_ROWS { most / 2 } else { most.div_ceil(2) }).max(1);
+    if lines.len() > share {
+        let hidden = lines.len() + 1 - share;
+        lines.truncate(share - 1);
+        lines.push(Line::of(Style::Warning, &format!("▲ … and {hidden} more like these")));
+    }
+    if rows >= ROOMY_ROWS && !lines.is_empty() {
+        lines.push(Line::default());
+    }
+    lines.extend(window(
+        shown,
+        shown.board.team_lines(detail(rows)),
+        most.saturating_sub(lines.len()),
+    ));
+    lines
+}
+
+/// How much is said of each person on a screen of so many rows.
+fn detail(rows: usize) -> Detail {
+    if rows >= ROOMY_ROWS { Detail::Whole } else { Detail::Brief }
+}
+
+/// As much of the team as fits, from where it is looked at.
+fn window(shown: Shown<'_>, team: Vec<Line>, rows: usize) -> Vec<Line> {
+    if team.len() <= rows || rows < 2 {
+        return team.into_iter().take(rows).collect();
+    }
+    let (all, fit) = (team.len(), rows - 1);
+    let from = shown.view.team_from(all, fit);
+    let (above, below) = (from, all - from - fit);
+    let mut lines: Vec<Line> = team.into_iter().skip(from).take(fit).collect();
+    let more = match (above, below) {
+        (0, below) => format!("… {below} more below ↓"),
+        (above, 0) => format!("… {above} more above ↑"),
+        (above, below) => format!("… {above} more above ↑, {below} below ↓"),
+    };
+    lines.push(Line::of(Style::Grey, &more));
+    lines
+}
+
+/// The newest lines of the log, or those that are looked at, the newest last.
+fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<Line> {
+    let log = shown.board.log();
+    // What is read back leaves a row for how much is newer.
+    let least = if log.len() > rows { rows.saturating_sub(1) } else { rows };
+    let back = shown.view.log_back(log.len(), least);
+    let rows = if back > 0 { least } else { rows };
+    let end = log.len() - back;
+    let from = end.saturating_sub(rows);
+    let line = |line: &String| Line::of(Style::Plain, line).cut(columns);
+    let mut lines: Vec<Line> = log.range(from..end).map(line).collect();
+    if back > 0 {
+        let more = format!("… {back} newer ↓");
+        lines.push(Line::of(Style::Grey, &more));
+    }
+    lines
+}
+
+/// The question that stands, or what keys do.
+fn foot(shown: Shown<'_>, columns: usize) -> Line {
+    let long =
+        " a–z space marker   ^N next ^R repeat ^X abort phase   ↑↓ PgUp PgDn   ^A seen   q end";
+    let short = "a–z marker  ^N next ^R repeat ^X abort  ↑↓ PgUp  q end";
+    match shown.question {
+        Some(question) => Line::of(Style::Question, &format!(" {question} ")),
+        None if !shown.has_keys => Line::of(Style::Grey, "Ctrl-C ends"),
+        None if columns >= long.chars().count() => Line::of(Style::Grey, long),
+        None => Line::of(Style::Grey, short),
+    }
+}
+
+/// A line across the screen, with a word in it.
+fn rule(word: &str, columns: usize) -> Line {
+    let word = if word.is_empty() { String::new() } else { format!("── {word} ") };
+    let rest = "─".repeat(columns.saturating_sub(word.chars().count()));
+    Line::of(Style::Grey, &format!("{word}{rest}"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,210 @@
+//! Lines of the screen: pieces of text, each with a style.
+
+use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
+
+/// How a piece of a line looks. What matters is said in words, too: colour only repeats it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Style {
+    /// As the terminal writes.
+    #[default]
+    Plain,
+    /// What is looked for first.
+    Strong,
+    /// What is old, or of little weight.
+    Grey,
+    /// What is not as it should be.
+    Warning,
+    /// What needs somebody now.
+    Alarm,
+    /// A question to the person at the keys.
+    Question,
+}
+
+impl Style {
+    /// The sequence that begins it; without colours it is bold, reversed or nothing.
+    fn begin(self, colours: Colours) -> &'static str {
+        match (self, colours) {
+            (Style::Plain, _) | (Style::Grey | Style::Warning, Colours::None) => "",
+            (Style::Strong, _) | (Style::Alarm, Colours::None) => "\x1b[1m",
+            (Style::Grey, Colours::Some) => "\x1b[2m",
+            (Style::Warning, Colours::Some) => "\x1b[33m",
+            (Style::Alarm, Colours::Some) => "\x1b[1;31m",
+            (Style::Question, _) => "\x1b[7m",
+        }
+    }
+}
+
+/// Whether a screen has colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colours {
+    /// It has: they repeat what the words say.
+    #[default]
+    Some,
+    /// `NO_COLOR` is set.
+    None,
+}
+
+/// A line of the screen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Line(Vec<(Style, String)>);
+
+impl Line {
+    /// A line of one piece.
+    pub fn of(style: Style, text: &str) -> Line {
+        Line::default().with(style, text)
+    }
+
+    /// The line with a piece behind it. Whatever the piece was, it commands no terminal.
+    #[must_use]
+    pub fn with(mut self, style: Style, text: &str) -> Line {
+        self.add(style, text);
+        self
+    }
+
+    /// The line with another behind it.
+    #[must_use]
+    pub fn with_line(mut self, other: Line) -> Line {
+        for (style, text) in other.0 {
+            self.add(style, &text);
+        }
+        self
+    }
+
+    /// Adds a piece; see [`Line::with`].
+    pub fn add(&mut self, style: Style, text: &str) {
+        let text = harmless(text);
+        match self.0.last_mut() {
+            Some((last, whole)) if *last == style => whole.push_str(&text),
+            _ => self.0.push((style, text)),
+        }
+    }
+
+    /// The line with blanks up to a column, or two where it is longer already.
+    #[must_use]
+    pub fn up_to(self, column: usize) -> Line {
+        let blanks = column.saturating_sub(self.width()).max(if self.0.is_empty() { 0 } else { 2 });
+        self.with(Style::Plain, &" ".repeat(blanks))
+    }
+
+    /// The line cut or filled to exactly so many columns.
+    #[must_use]
+    pub fn exactly(self, columns: usize) -> Line {
+        let cut = self.cut(columns);
+        let blanks = " ".repeat(columns - cut.width());
+        cut.with(Style::Plain, &blanks)
+    }
+
+    /// The line with another at the right edge of so many columns, where there is room for it.
+    #[must_use]
+    pub fn beside(mut self, right: &Line, columns: usize) -> Line {
+        let room = columns.saturating_sub(self.width() + right.width());
+        if room >= 2 && right.width() > 0 {
+            self.add(Style::Plain, &" ".repeat(room));
+            return self.with_line(right.clone());
+        }
+        self
+    }
+
+    /// How many columns it takes.
+    pub fn width(&self) -> usize {
+        self.0.iter().map(|(_, text)| text.width()).sum()
+    }
+
+    /// Cut to so many columns; what is cut off is shown by an ellipsis.
+    #[must_use]
+    pub fn cut(self, columns: usize) -> Line {
+        if self.width() <= columns {
+            return self;
+        }
+        let mut left = columns.saturating_sub(1);
+        let mut cut = Line::default();
+        for (style, text) in self.0 {
+            let is_whole = text.width() <= left;
+            let kept = first_columns(&text, left);
+            left -= kept.width();
+            cut.add(style, kept);
+            if !is_whole {
+                cut.add(style, "…");
+                break;
+            }
+        }
+        cut
+    }
+
+    /// Its text alone, without blanks at the end.
+    #[cfg(test)]
+    pub fn text(&self) -> String {
+        let text: String = self.0.iter().map(|(_, text)| text.as_str()).collect();
+        text.trim_end().to_owned()
+    }
+
+    /// Its text with the sequences of its styles.
+    pub fn sequences(&self, colours: Colours) -> String {
+        let mut written = String::new();
+        for (style, text) in &self.0 {
+            let begin = style.begin(colours);
+            written.push_str(begin);
+            written.push_str(text);
+            written.push_str(if begin.is_empty() { "" } else { "\x1b[0m" });
+        }
+        written
+    }
+}
+
+/// As much of a text as fits into so many columns.
+pub(super) fn first_columns(text: &str, columns: usize) -> &str {
+    let mut width = 0;
+    let fits = |each: &(usize, char)| {
+        width += each.1.width().unwrap_or(0);
+        width > columns
+    };
+    text.char_indices().find(fits).map_or(text, |(end, _)| &text[..end])
+}
+
+/// A text without what would command a terminal or turn the direction of a line: each such character
+/// is a blank.
+pub(super) fn harmless(text: &str) -> String {
+    text.replace(commands, " ")
+}
+
+/// Whether a character commands a terminal, breaks a line, or changes in which direction it is read.
+fn commands(each: char) -> bool {
+    let turns = matches!(each, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}')
+        || matches!(each, '\u{2066}'..='\u{2069}');
+    each.is_control() || matches!(each, '\u{2028}' | '\u{2029}' | '\u{feff}') || turns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_cut_by_columns_and_says_so() {
+        let line = Line::of(Style::Strong, "robot1").with(Style::Plain, "  漢字漢字");
+        assert_eq!(line.width(), 16);
+        assert_eq!(line.clone().cut(16), line);
+        assert_eq!(line.clone().cut(12).text(), "robot1  漢…");
+        assert_eq!(line.cut(4).text(), "rob…");
+    }
+
+    #[test]
+    fn without_colours_there_is_no_colour_and_the_same_text() {
+        let line = Line::of(Style::Alarm, "a").with(Style::Warning, "b").with(Style::Grey, "c");
+        assert_eq!(line.sequences(Colours::None), "\x1b[1ma\x1b[0mbc");
+        assert!(line.sequences(Colours::Some).contains("31m"));
+    }
+
+    #[test]
+    fn no_text_commands_the_terminal() {
+        let line = Line::of(Style::Plain, "a\x1b[2J\u{202e}b\nc\u{9b}d\u{200f}");
+        assert_eq!(line.text(), "a [2J b c d");
+    }
+
+    #[test]
+    fn the_right_part_gives_way() {
+        let left = Line::of(Style::Plain, "left");
+        let right = Line::of(Style::Plain, "right");
+        assert_eq!(left.clone().beside(&right, 12).text(), "left   right");
+        assert_eq!(left.beside(&right, 10).text(), "left");
+    }
+}

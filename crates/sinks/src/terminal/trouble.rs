@@ -1,0 +1,111 @@
+//! What somebody should look at: first on the screen, and there until it is over.
+
+use teampulse_core::status::{State, StreamStatus};
+use teampulse_core::time::Time;
+
+use super::line::{Line, Style};
+use super::words::for_so_long;
+
+/// Something that somebody should look at.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Trouble {
+    /// What is first.
+    pub urgency: Urgency,
+    /// Whom or what it is about: `robot2`.
+    pub subject: String,
+    /// What is wrong.
+    pub what: String,
+    /// Since when, where that is said.
+    pub since: Option<Time>,
+}
+
+/// How urgent something is, the most urgent first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Urgency {
+    /// A part of the session itself failed.
+    Fault,
+    /// A robot needs someone.
+    Need,
+    /// A stream has not come for long.
+    Dead,
+    /// A stream was never seen.
+    Never,
+    /// A stream should have come by now.
+    Stale,
+    /// A stream comes, but not as it should.
+    Degraded,
+}
+
+impl Urgency {
+    /// How urgent the state of a stream is; `None` of one that is fine.
+    pub fn of(state: State) -> Option<Urgency> {
+        match state {
+            State::Ok => None,
+            State::Never => Some(Urgency::Never),
+            State::Degraded => Some(Urgency::Degraded),
+            State::Stale => Some(Urgency::Stale),
+            State::Dead => Some(Urgency::Dead),
+        }
+    }
+
+    /// A sign of its own for each, and a colour that repeats it.
+    fn sign(self) -> (&'static str, Style) {
+        match self {
+            Urgency::Fault => ("■", Style::Alarm),
+            Urgency::Need => ("▲", Style::Alarm),
+            Urgency::Dead => ("☒", Style::Strong),
+            Urgency::Never => ("◌", Style::Plain),
+            Urgency::Stale => ("◐", Style::Warning),
+            Urgency::Degraded => ("△", Style::Warning),
+        }
+    }
+}
+
+impl Trouble {
+    /// What is wrong with some streams of one subject that are in the same state.
+    pub fn of_streams(
+        subject: &str,
+        urgency: Urgency,
+        streams: &[(&str, &StreamStatus)],
+    ) -> Trouble {
+        let what = match streams {
+            [(name, status)] => format!("{name}  {}", state_and_reason(status)),
+            streams => {
+                let names: Vec<&str> = streams.iter().map(|(name, _)| *name).collect();
+                let (_, first) = streams[0];
+                let same = streams.iter().all(|(_, each)| each.reason == first.reason);
+                let said = if same { state_and_reason(first) } else { first.state.to_string() };
+                format!("{} streams {said}: {}", streams.len(), names.join(", "))
+            }
+        };
+        Trouble { urgency, subject: subject.to_owned(), what, since: None }
+    }
+
+    /// Its line, with the subject in a column of so many characters.
+    pub fn line(&self, subject_columns: usize, now: Time) -> Line {
+        let (sign, style) = self.urgency.sign();
+        let line = Line::of(style, sign).with(Style::Plain, " ");
+        let line = line.with(Style::Strong, &format!("{:<subject_columns$}  ", self.subject));
+        let line = line.with(Style::Plain, &self.what);
+        match (self.since, self.urgency) {
+            (Some(since), Urgency::Need) => {
+                let waits = for_so_long(now.secs_since(since));
+                line.with(Style::Plain, "  needs someone for ").with(Style::Strong, &waits)
+            }
+            _ => line,
+        }
+    }
+}
+
+/// The state of a stream with its reason: how long it is silent says all of that.
+fn state_and_reason(status: &StreamStatus) -> String {
+    let StreamStatus { state, reason, age_secs, .. } = status;
+    match state {
+        State::Dead | State::Stale if age_secs.is_finite() => {
+            format!("{state}, silent {}", for_so_long(*age_secs))
+        }
+        State::Never => state.to_string(),
+        _ if reason.is_empty() => state.to_string(),
+        _ => format!("{state}, {reason}"),
+    }
+}

@@ -1,0 +1,153 @@
+//! What the person at the keys looks at, and is asked.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use teampulse_core::time::Time;
+
+/// What the person at the keys looks at, and is asked: set by keys, drawn by the terminal. Clones are
+/// one.
+#[derive(Clone, Debug, Default)]
+pub struct View(Arc<Mutex<Looks>>);
+
+#[derive(Debug, Default)]
+struct Looks {
+    /// How many lines of the team are above what is shown.
+    team_from: usize,
+    /// How many lines of the log are below what is shown.
+    log_back: usize,
+    /// How many lines of the log are shown.
+    log_rows: usize,
+    question: Option<(String, Time)>,
+    has_keys: bool,
+    is_seen: bool,
+    is_changed: bool,
+}
+
+/// How far to look elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scroll {
+    /// A line of the team up.
+    Up,
+    /// A line of the team down.
+    Down,
+    /// A page of the log back.
+    Back,
+    /// A page of the log forth.
+    Forth,
+    /// To the top of the team and the end of the log.
+    Home,
+}
+
+/// How long a question stands [s]: a key that is pressed later was not meant for it.
+const STANDS_SECS: f64 = 10.0;
+
+impl View {
+    /// Looks elsewhere.
+    pub fn scroll(&self, scroll: Scroll) {
+        let mut looks = self.lock();
+        let page = looks.log_rows.max(2) - 1;
+        match scroll {
+            Scroll::Up => looks.team_from = looks.team_from.saturating_sub(1),
+            Scroll::Down => looks.team_from += 1,
+            Scroll::Back => looks.log_back += page,
+            Scroll::Forth => looks.log_back = looks.log_back.saturating_sub(page),
+            Scroll::Home => (looks.team_from, looks.log_back) = (0, 0),
+        }
+        looks.is_changed = true;
+    }
+
+    /// There are keys: what they do is said.
+    pub fn explain_keys(&self) {
+        self.lock().has_keys = true;
+    }
+
+    /// Whether there are keys.
+    pub(super) fn has_keys(&self) -> bool {
+        self.lock().has_keys
+    }
+
+    /// The faults on the screen were seen.
+    pub fn see(&self) {
+        let mut looks = self.lock();
+        (looks.is_seen, looks.is_changed) = (true, true);
+    }
+
+    /// Asks a question, or says something for a while, where else stands what keys do.
+    pub fn ask(&self, question: impl Into<String>, now: Time) {
+        let mut looks = self.lock();
+        looks.question = Some((question.into(), now));
+        looks.is_changed = true;
+    }
+
+    /// The question was answered, or left; says whether it stood.
+    pub fn take_question(&self, now: Time) -> bool {
+        let mut looks = self.lock();
+        looks.is_changed = true;
+        looks.question.take().is_some_and(|(_, asked)| now.secs_since(asked) < STANDS_SECS)
+    }
+
+    /// The question that stands.
+    pub(super) fn question(&self, now: Time) -> Option<String> {
+        let mut looks = self.lock();
+        looks.question.take_if(|(_, asked)| now.secs_since(*asked) >= STANDS_SECS);
+        looks.question.as_ref().map(|(question, _)| question.clone())
+    }
+
+    /// From which line on the team is shown, of so many in so many rows.
+    pub(super) fn team_from(&self, lines: usize, rows: usize) -> usize {
+        let mut looks = self.lock();
+        looks.team_from = looks.team_from.min(lines.saturating_sub(rows));
+        looks.team_from
+    }
+
+    /// How many lines of the log are below what is shown, of so many in so many rows.
+    pub(super) fn log_back(&self, lines: usize, rows: usize) -> usize {
+        let mut looks = self.lock();
+        looks.log_rows = rows;
+        looks.log_back = looks.log_back.min(lines.saturating_sub(rows));
+        looks.log_back
+    }
+
+    /// Whether faults were seen since this was last asked.
+    pub(super) fn take_seen(&self) -> bool {
+        std::mem::take(&mut self.lock().is_seen)
+    }
+
+    /// Whether something changed since this was last asked.
+    pub(super) fn take_changed(&self) -> bool {
+        std::mem::take(&mut self.lock().is_changed)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Looks> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_scrolls_beyond_what_there_is() {
+        let view = View::default();
+        (0..9).for_each(|_| view.scroll(Scroll::Down));
+        assert_eq!(view.team_from(10, 6), 4);
+        view.scroll(Scroll::Up);
+        assert_eq!(view.team_from(10, 6), 3);
+        assert_eq!(view.log_back(20, 8), 0);
+        (0..9).for_each(|_| view.scroll(Scroll::Back));
+        assert_eq!(view.log_back(20, 8), 12);
+        view.scroll(Scroll::Home);
+        assert_eq!((view.team_from(10, 6), view.log_back(20, 8)), (0, 0));
+    }
+
+    #[test]
+    fn a_question_does_not_stand_for_ever() {
+        let (view, at) = (View::default(), |secs| Time::from_stamp(secs, 0));
+        view.ask("end?", at(0));
+        assert_eq!(view.question(at(5)).as_deref(), Some("end?"));
+        assert!(view.take_question(at(5)) && !view.take_question(at(5)));
+        view.ask("end?", at(0));
+        assert_eq!(view.question(at(11)), None);
+    }
+}

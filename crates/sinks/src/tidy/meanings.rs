@@ -1,0 +1,112 @@
+//! What each measure means, in a sentence.
+
+mod heart;
+mod body;
+mod team;
+
+/// A measure and what it means.
+type Meaning = (&'static str, &'static str);
+
+/// The tables of all measures that this project computes, by their names without a channel.
+const TABLES: [&[Meaning]; 4] =
+    [heart::SIGNALS, heart::VARIABILITY, body::MEANINGS, team::MEANINGS];
+/// What a measure's name ends with that compares it with the baseline.
+const COMPARED: [(&str, &str); 3] = [
+    ("_difference", "less its value in the baseline"),
+    (
+        "_robust_z",
+        "less its median in the baseline, over 1.4826 times the median absolute deviation there",
+    ),
+    ("_z", "less its mean in the baseline, over the standard deviation there"),
+];
+
+/// What a measure means, in a sentence; of one that this project does not compute, that its stream tells.
+pub(super) fn meaning_of(name: &str) -> String {
+    let (base, channel) = name.split_once('/').map_or((name, None), |(base, of)| (base, Some(of)));
+    let meaning = known(base).unwrap_or_else(|| {
+        "A measure of this study's own; the method is what its stream says of itself.".to_owned()
+    });
+    match channel {
+        Some(channel) => format!("{} Of channel {channel}.", meaning.trim_end()),
+        None => meaning,
+    }
+}
+
+/// The same; `None` for a measure that this project does not compute.
+fn known(base: &str) -> Option<String> {
+    if let Some(meaning) = listed(base) {
+        return Some(meaning.to_owned());
+    }
+    COMPARED.iter().find_map(|(suffix, words)| {
+        let of = listed(base.strip_suffix(suffix)?)?;
+        Some(format!("{}, {words}.", of.trim_end_matches('.')))
+    })
+}
+
+fn listed(base: &str) -> Option<&'static str> {
+    let mut all = TABLES.iter().flat_map(|table| table.iter());
+    all.find(|(name, _)| *name == base).map(|(_, meaning)| *meaning)
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_signal::analysis::Value;
+    use teampulse_signal::{acceleration, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature};
+
+    use super::*;
+
+    #[test]
+    fn what_is_compared_with_the_baseline_says_so() {
+        assert_eq!(
+            meaning_of("heart_rate_z"),
+            "Mean heart rate, less its mean in the baseline, over the standard deviation there."
+        );
+        assert_eq!(
+            meaning_of("EMG_RMS/flexor"),
+            format!("{} Of channel flexor.", meaning_of("EMG_RMS"))
+        );
+        assert!(meaning_of("pupil").starts_with("A measure of this study's own"));
+    }
+
+    /// Every value that an analysis of a person's signal tells.
+    fn told_by_analyses() -> Vec<Value> {
+        let channels = ["F3", "F4", "Fz", "Pz", "Fp1"].map(str::to_owned).to_vec();
+        let eeg_settings = eeg::analysis::Settings { channels, ..Default::default() };
+        let muscle = |name: &str| emg::analysis::Channel { name: name.to_owned(), mvc: None };
+        let emg_settings = emg::analysis::Settings {
+            channels: vec![muscle("flexor"), muscle("extensor")],
+            antagonists: vec![[0, 1]],
+            ..Default::default()
+        };
+        let analyses = [
+            ecg::analysis::causal(&ecg::analysis::Settings::default(), 130.0),
+            ppg::analysis::causal(&ppg::analysis::Settings::default(), 64.0),
+            eda::analysis::causal(&eda::analysis::Settings::default(), 4.0),
+            eeg::analysis::causal(&eeg_settings, 256.0),
+            emg::analysis::causal(&emg_settings, 1000.0),
+            respiration::analysis::causal(&respiration::analysis::Settings::default(), 50.0),
+            temperature::analysis::causal(&temperature::analysis::Settings::default(), 4.0),
+            acceleration::analysis::causal(&acceleration::analysis::Settings::default(), 32.0),
+            hrv::analysis::causal(&hrv::analysis::Settings::default(), 0.0),
+        ];
+        analyses.into_iter().flat_map(|analysis| analysis.unwrap().values().to_vec()).collect()
+    }
+
+    #[test]
+    fn every_value_of_an_analysis_has_its_meaning() {
+        let values = told_by_analyses();
+        assert!(values.len() > 300);
+        for Value { name, .. } in values {
+            let base = name.split('/').next().unwrap();
+            assert!(known(base).is_some(), "{name} has no meaning");
+        }
+    }
+
+    #[test]
+    fn no_measure_is_listed_twice_and_each_meaning_is_a_sentence() {
+        let all: Vec<&Meaning> = TABLES.iter().flat_map(|table| table.iter()).collect();
+        let names: std::collections::BTreeSet<&str> = all.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names.len(), all.len());
+        assert!(all.iter().all(|(_, meaning)| meaning.ends_with('.')));
+    }
+}

@@ -1,0 +1,197 @@
+//! What the measures of a session are: their names, where they come from, how they are computed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use serde::Serialize;
+use teampulse_core::sample::Record;
+use teampulse_core::stream::{About, Stream, StreamId};
+
+use super::meanings::meaning_of;
+
+/// What a window's share of data is called among its values.
+pub(super) const COVERAGE: &str = "coverage";
+/// What the quality of a window's data is called among its values.
+pub(super) const QUALITY: &str = "quality";
+/// What the names of statistics have below the name of their stream.
+const STATISTICS: &str = "/statistics/";
+
+/// What is known of the measures that came so far.
+#[derive(Debug, Default)]
+pub(super) struct Measures {
+    by_name: BTreeMap<String, Measure>,
+    seen: BTreeMap<StreamId, Arc<Stream>>,
+    /// Whether more is known than was written last.
+    pub(super) is_news: bool,
+}
+
+/// What a measure is, in the words of BIDS.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct Measure {
+    description: String,
+    units: Units,
+    method: Methods,
+}
+
+/// Its units: one, but for measures of any signal.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Units(BTreeSet<String>);
+
+/// How it is computed, with the sources of which it is computed so.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Methods(BTreeMap<String, BTreeSet<String>>);
+
+impl Measures {
+    /// Takes in what a stream of features tells of itself.
+    pub(super) fn take(&mut self, record: &Record) {
+        let (id, stream) = (record.sample.stream, &record.stream);
+        let is_known = |known: &Arc<Stream>| Arc::ptr_eq(known, stream) || **known == **stream;
+        if self.seen.get(&id).is_some_and(is_known) {
+            return;
+        }
+        self.seen.insert(id, Arc::clone(stream));
+        self.is_news = true;
+        let source = source_of(stream);
+        if has_coverage(stream) {
+            self.add(COVERAGE, "1", "", &source);
+            self.add(QUALITY, "1", "", &source);
+        }
+        for (place, method) in methods(stream).into_iter().enumerate() {
+            self.add(&stream.channels[place], &stream.units[place], method, &source);
+        }
+    }
+
+    fn add(&mut self, name: &str, unit: &str, method: &str, source: &str) {
+        let measure = self.by_name.entry(name.to_owned()).or_default();
+        if measure.description.is_empty() {
+            measure.description = meaning_of(name);
+        }
+        measure.units.0.insert(unit.to_owned());
+        let method = if method.is_empty() { meaning_of(name) } else { method.to_owned() };
+        measure.method.0.entry(method).or_default().insert(source.to_owned());
+    }
+
+    /// All that are known, by their names.
+    pub(super) fn all(&self) -> &BTreeMap<String, Measure> {
+        &self.by_name
+    }
+
+    /// What a measure means.
+    pub(super) fn meaning_of(&self, name: &str) -> String {
+        let known = self.by_name.get(name);
+        known.map_or_else(|| meaning_of(name), |measure| measure.description.clone())
+    }
+}
+
+impl Serialize for Units {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let units: Vec<&str> = self.0.iter().map(String::as_str).collect();
+        serializer.serialize_str(&units.join(" or "))
+    }
+}
+
+/// One method as a text; several by their sources.
+impl Serialize for Methods {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if let (1, Some((method, _))) = (self.0.len(), self.0.first_key_value()) {
+            return serializer.serialize_str(method);
+        }
+        let sourced = self.0.iter().map(|(method, sources)| {
+            let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
+            (sources.join(", "), method)
+        });
+        serializer.collect_map(sourced)
+    }
+}
+
+/// What a feature was computed from, within its subject: `polar_h10/ecg`; of one with several inputs its
+/// own name without the window.
+pub(super) fn source_of(stream: &Stream) -> String {
+    let name = match stream.inputs.as_slice() {
+        [input] if stream.name.starts_with(input.as_str()) => input,
+        _ => without_window(&stream.name),
+    };
+    let own = format!("/{}/", stream.id);
+    let within = name.split_once(&own).map_or(name, |(_, within)| within);
+    within.trim_start_matches('/').to_owned()
+}
+
+fn without_window(name: &str) -> &str {
+    let is_window = |leaf: &str| {
+        leaf == "phases" || leaf.strip_prefix('w').is_some_and(|secs| secs.starts_with(is_digit))
+    };
+    name.rsplit_once('/').filter(|(_, leaf)| is_window(leaf)).map_or(name, |(name, _)| name)
+}
+
+fn is_digit(each: char) -> bool {
+    each.is_ascii_digit()
+}
+
+/// Whether the windows of a stream are phases.
+pub(super) fn is_of_phases(stream: &Stream) -> bool {
+    stream.name.ends_with("/phases")
+}
+
+/// Whether a stream has the statistics of a raw signal.
+pub(super) fn is_of_statistics(stream: &Stream) -> bool {
+    stream.name.contains(STATISTICS)
+}
+
+/// Whether the coverage and quality of a stream's windows are those of one signal.
+pub(super) fn has_coverage(stream: &Stream) -> bool {
+    stream.about == About::Person && stream.inputs.len() == 1 && !is_of_statistics(stream)
+}
+
+/// How each value of a stream is computed: its own recipe where the method has one for each
+/// (`name: recipe; name: recipe`), else all that is said.
+pub(super) fn methods(stream: &Stream) -> Vec<&str> {
+    let method = stream.method.as_str();
+    let mut begins = Vec::new();
+    let mut from = 0;
+    for channel in &stream.channels {
+        let mark = format!("; {channel}: ");
+        let Some(place) = method[from..].find(&mark) else { break };
+        begins.push((from + place, from + place + mark.len()));
+        from += place + mark.len() - 1;
+    }
+    if begins.len() < stream.channels.len() {
+        return vec![method; stream.channels.len()];
+    }
+    let ends = begins.iter().skip(1).map(|(mark, _)| *mark).chain([method.len()]);
+    begins.iter().zip(ends).map(|((_, begin), end)| &method[*begin..end]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::{Shape, Subject};
+
+    use super::*;
+
+    fn heart() -> Stream {
+        let subject = Subject { about: About::Person, id: "p001".into() };
+        let ecg = Stream::raw("/humans/persons/p001/polar_h10/ecg", subject, Shape::Wave);
+        let heart = Stream::derived(&ecg, "heart/w30", Shape::Feature);
+        let method = "causal, windows of 30 s; HRV_LF: Welch; Hann; HRV_HF: the same: 0.15 Hz";
+        Stream { method: method.into(), ..heart }
+            .with_channels(&[("HRV_LF", "ms^2"), ("HRV_HF", "ms^2")])
+    }
+
+    #[test]
+    fn each_value_has_its_own_recipe() {
+        assert_eq!(methods(&heart()), ["Welch; Hann", "the same: 0.15 Hz"]);
+        let stated = Stream { method: "means; twice".into(), ..heart() };
+        assert_eq!(methods(&stated), ["means; twice"; 2]);
+    }
+
+    #[test]
+    fn a_source_is_named_within_its_subject() {
+        assert_eq!(source_of(&heart()), "polar_h10/ecg");
+        let name = "/humans/persons/p001/state/w30".to_owned();
+        assert_eq!(source_of(&Stream { name, inputs: Vec::new(), ..heart() }), "state");
+        let team = Stream::raw("/team/interventions/w60", Subject::team(), Shape::Feature);
+        assert_eq!(source_of(&team), "team/interventions");
+        let robot = Stream::raw("/robot1/deployment", Subject::robot("robot1"), Shape::Feature);
+        assert_eq!(source_of(&robot), "deployment");
+    }
+}

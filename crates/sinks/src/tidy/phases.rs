@@ -1,0 +1,220 @@
+//! A small table of phases and measures.
+
+mod rows;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use teampulse_core::data::FeatureValues;
+use teampulse_core::sample::Record;
+use teampulse_core::stream::{About, Stream, StreamId, Subject};
+
+use self::rows::{Row, Rows};
+use super::course::{Course, word_of};
+use super::features::{Window, says_nothing};
+use super::file::{Lines, Unwritten, on_one_line};
+use super::measures::{
+    COVERAGE, Measures, QUALITY, has_coverage, is_of_phases, is_of_statistics, methods, source_of,
+};
+use super::sidecar::{self, Column, Told};
+use crate::csv::{cell, number};
+
+/// The name of the file.
+pub(super) const NAME: &str = "phases.csv";
+/// The name of the file that says what its columns are.
+pub(super) const SIDECAR: &str = "phases.json";
+/// The columns that every table has; those of measures follow.
+pub(super) const COLUMNS: [(&str, Column); 5] = [
+    ("subject", Column::of("Whom it is about: a person's pseudonym, or a robot.")),
+    ("phase", Column::of("What the phase is called.")),
+    ("occurrence", Column::of("The how manieth phase of this name it is for the subject, from 1.")),
+    ("start_secs", Column::united("When the phase began, since the session did.", "s")),
+    (
+        "duration_secs",
+        Column::united("How long it lasted; of more than 600 s, the last 600 s are told of.", "s"),
+    ),
+];
+/// Of the statistics of robots' raw signals the table has these; the others are in `features.csv`.
+const STATISTICS: [&str; 2] = ["mean", "sd"];
+
+/// One row for each phase of somebody, one column for each measure.
+#[derive(Debug)]
+pub(super) struct PhaseTable {
+    columns: Vec<Known>,
+    /// The places of columns, by measure and source.
+    places: BTreeMap<(String, String), usize>,
+    streams: BTreeMap<StreamId, (Arc<Stream>, Vec<Option<usize>>)>,
+    rows: Rows,
+}
+
+/// A column, as it is known before it has its name.
+#[derive(Debug)]
+struct Known {
+    measure: String,
+    source: String,
+    unit: String,
+    method: String,
+}
+
+impl PhaseTable {
+    /// The table that will be in this folder.
+    pub(super) fn new(folder: &Path) -> PhaseTable {
+        let (places, streams) = (BTreeMap::new(), BTreeMap::new());
+        PhaseTable { columns: Vec::new(), places, streams, rows: Rows::new(folder) }
+    }
+
+    /// Takes in what a phase told, if it is one of those that the table has.
+    pub(super) fn take(&mut self, record: &Record, values: &FeatureValues, course: &Course) {
+        let stream = &record.stream;
+        if !is_of_phases(stream) || says_nothing(values) {
+            return;
+        }
+        let window = Window::of(record.sample.measured, values);
+        let (subject, section) = (stream.subject(), window.middle());
+        let section = course.section(&subject, section);
+        if section.phase.is_none() {
+            return;
+        }
+        let places = self.places_of(record.sample.stream, stream);
+        let shares = [f64::from(values.coverage), f64::from(values.quality)];
+        let all = shares.into_iter().chain(values.values.iter().copied());
+        let told = places.into_iter().zip(all).filter(|(_, value)| value.is_finite());
+        let told = told.filter_map(|(place, value)| Some((place?, value)));
+        self.rows.extend((subject, section.begin), told);
+    }
+
+    /// The columns of a stream: of coverage and quality, and then of its values.
+    fn places_of(&mut self, id: StreamId, stream: &Arc<Stream>) -> Vec<Option<usize>> {
+        if let Some((_, places)) = self.streams.get(&id).filter(|(known, _)| **known == **stream) {
+            return places.clone();
+        }
+        let source = source_of(stream);
+        let is_signal = has_coverage(stream);
+        let shares =
+            [COVERAGE, QUALITY].map(|name| (name.to_owned(), "1", String::new(), is_signal));
+        let recipes = methods(stream);
+        let values = stream.channels.iter().zip(&stream.units).zip(recipes);
+        let values = values.map(|((name, unit), method)| {
+            (name.clone(), unit.as_str(), method.to_owned(), is_listed(stream, name))
+        });
+        let all: Vec<_> = shares.into_iter().chain(values).collect();
+        let mut places = Vec::with_capacity(all.len());
+        for (measure, unit, method, is_listed) in all {
+            let known = Known { measure, source: source.clone(), unit: unit.to_owned(), method };
+            places.push(is_listed.then(|| self.place_of(known)));
+        }
+        self.streams.insert(id, (Arc::clone(stream), places.clone()));
+        places
+    }
+
+    fn place_of(&mut self, known: Known) -> usize {
+        let key = (known.measure.clone(), known.source.clone());
+        let next = self.columns.len();
+        let place = *self.places.entry(key).or_insert(next);
+        if place == next {
+            self.columns.push(known);
+        }
+        place
+    }
+
+    /// Writes the table and what its columns are.
+    pub(super) fn finish(
+        &self,
+        folder: &Path,
+        course: &Course,
+        measures: &Measures,
+    ) -> Result<(), Unwritten> {
+        let names = self.names();
+        let mut columns: Vec<&str> = Vec::new();
+        for name in names.iter().flatten() {
+            if !columns.contains(&name.as_str()) {
+                columns.push(name);
+            }
+        }
+        let head = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
+        let head: Vec<String> = head.chain(columns.iter().map(|name| cell(name))).collect();
+        let path = folder.join(NAME);
+        let mut file = Lines::create(path.clone())?;
+        file.push(head.join(","))?;
+        let mut occurrences: BTreeMap<(&Subject, &str), u32> = BTreeMap::new();
+        for of in self.rows.all() {
+            let (subject, begin) = of;
+            let phases = course.phases_of(subject);
+            let Some(phase) = phases.iter().find(|phase| phase.begin == *begin) else { continue };
+            let occurrence = occurrences.entry((subject, &phase.label)).or_default();
+            *occurrence += 1;
+            let lasted = phase.end.map(|end| format!("{:.3}", end.secs_since(*begin)));
+            let mut row = vec![
+                cell(word_of(subject)),
+                cell(&on_one_line(&phase.label)),
+                occurrence.to_string(),
+                format!("{:.3}", course.secs(*begin)),
+                lasted.unwrap_or_default(),
+            ];
+            let values: Row = self.rows.row(of).map_err(Unwritten::at(&path))?;
+            let named = values
+                .into_iter()
+                .filter_map(|(place, value)| Some((names[place].as_deref()?, value)));
+            let cells: BTreeMap<&str, f64> = named.collect();
+            row.extend(
+                columns.iter().map(|name| number(cells.get(name).copied().unwrap_or(f64::NAN))),
+            );
+            file.push(row.join(","))?;
+        }
+        file.flush()?;
+        self.describe(folder, &names, measures)
+    }
+
+    /// What each column is called: after its measure, and after its source too where somebody has the
+    /// measure from several; none for one without any value.
+    fn names(&self) -> Vec<Option<String>> {
+        let mut sources: BTreeMap<(&Subject, &str), BTreeSet<&str>> = BTreeMap::new();
+        let mut has_value: BTreeSet<usize> = BTreeSet::new();
+        for (subject, places) in self.rows.used() {
+            for place in places {
+                let Known { measure, source, .. } = &self.columns[*place];
+                sources.entry((subject, measure)).or_default().insert(source);
+                has_value.insert(*place);
+            }
+        }
+        let several = sources.iter().filter(|(_, sources)| sources.len() > 1);
+        let several: BTreeSet<&str> = several.map(|((_, measure), _)| *measure).collect();
+        let name = |(place, known): (usize, &Known)| {
+            let measure = known.measure.replace('/', ".");
+            has_value.contains(&place).then(|| {
+                let is_one_of_several =
+                    several.contains(known.measure.as_str()) || is_share(&known.measure);
+                let of = known.source.replace('/', "_");
+                if is_one_of_several { format!("{measure}.{of}") } else { measure }
+            })
+        };
+        self.columns.iter().enumerate().map(name).collect()
+    }
+
+    fn describe(
+        &self,
+        folder: &Path,
+        names: &[Option<String>],
+        measures: &Measures,
+    ) -> Result<(), Unwritten> {
+        let mut told = sidecar::columns(&COLUMNS);
+        for (name, Known { measure, unit, method, .. }) in names.iter().zip(&self.columns) {
+            if let Some(name) = name {
+                let told_of = Told::measure(measures.meaning_of(measure), unit, method);
+                told.entry(name.clone()).or_insert(told_of);
+            }
+        }
+        sidecar::put(folder, SIDECAR, &told)
+    }
+}
+
+/// Whether the table has a value of a stream: of people's raw signals features, of robots' mean and SD.
+fn is_listed(stream: &Stream, name: &str) -> bool {
+    let base = name.split('/').next().unwrap_or_default();
+    !is_of_statistics(stream) || stream.about == About::Robot && STATISTICS.contains(&base)
+}
+
+fn is_share(measure: &str) -> bool {
+    [COVERAGE, QUALITY].contains(&measure)
+}

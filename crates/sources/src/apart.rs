@@ -1,0 +1,217 @@
+//! One person's topic, with its publishers kept apart: two of them must not become one heart.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use teampulse_core::clock::Clock;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::stream::{Stream, StreamId};
+use teampulse_core::time::Time;
+use teampulse_ros::bus::{Arrival, Deliver};
+use teampulse_ros::graph::{Gid, Graph};
+use tokio::sync::watch;
+
+use crate::follow::fault;
+use crate::hearing::{Hearing, hear};
+use crate::publishers::{MOST_BESIDE, News, Place, Publishers};
+use crate::publishing::{names_of, who};
+use crate::tally::Tally;
+
+/// How many messages wait until it is known whose they are; more are counted as lost.
+const MOST_WAITING: usize = 10_000;
+
+/// The streams of a topic: that of the publisher that is heard, and one for each beside it.
+///
+/// What a second publisher sends is recorded on a stream of its own, which no feature hears; see
+/// [`Stream::beside`].
+pub(crate) struct Apart {
+    outlet: Outlet,
+    graph: watch::Receiver<Arc<Graph>>,
+    host: Clock,
+    id: StreamId,
+    stream: Stream,
+    publishers: Publishers,
+    waiting: VecDeque<Arrival>,
+    heard: Ear,
+    beside: Vec<Beside>,
+    /// Who was last told to publish it.
+    told: Vec<String>,
+    has_refused: bool,
+}
+
+/// The stream of what publishers beside sent, one after another.
+struct Beside {
+    ear: Ear,
+    /// Who was its first.
+    publisher: String,
+}
+
+/// What takes the messages of one stream.
+pub(crate) struct Ear {
+    deliver: Deliver,
+    pub(crate) tally: Arc<Mutex<Tally>>,
+    /// What the messages say of themselves.
+    pub(crate) hearing: Arc<Mutex<Hearing>>,
+}
+
+impl Ear {
+    /// What decodes the messages of a declared stream.
+    fn of(
+        outlet: &Outlet,
+        graph: &watch::Receiver<Arc<Graph>>,
+        (id, stream): (StreamId, &Stream),
+    ) -> Ear {
+        let tally = Arc::new(Mutex::new(Tally::new(id, graph.clone())));
+        let hearing = Arc::<Mutex<Hearing>>::default();
+        Ear { deliver: hear(outlet, id, stream, &tally, &hearing), tally, hearing }
+    }
+}
+
+impl Apart {
+    /// The streams of a topic on a bus, of which the first was declared.
+    pub(crate) fn new(
+        outlet: &Outlet,
+        graph: watch::Receiver<Arc<Graph>>,
+        (id, stream): (StreamId, &Stream),
+    ) -> Apart {
+        Apart {
+            heard: Ear::of(outlet, &graph, (id, stream)),
+            outlet: outlet.clone(),
+            graph,
+            host: Clock::host(),
+            id,
+            stream: stream.clone(),
+            publishers: Publishers::default(),
+            waiting: VecDeque::new(),
+            beside: Vec::new(),
+            told: Vec::new(),
+            has_refused: false,
+        }
+    }
+
+    /// The stream of the publisher that is heard.
+    pub(crate) fn heard(&self) -> &Ear {
+        &self.heard
+    }
+
+    /// Takes what arrives.
+    pub(crate) fn take(&mut self, arrival: Arrival) {
+        self.waiting.push_back(arrival);
+        self.hand_over(self.host.now());
+    }
+
+    /// More is known about the stream.
+    pub(crate) fn describe(&mut self, stream: &Stream) {
+        self.stream = stream.clone();
+        for (place, Beside { publisher, .. }) in self.beside.iter().enumerate() {
+            self.outlet.declare(self.stream_beside(place, publisher.clone()));
+        }
+    }
+
+    /// Looks at who is there now; tells who publishes the topic where these are others than before.
+    pub(crate) fn look(&mut self, present: &BTreeSet<Gid>) {
+        let now = self.host.now();
+        self.publishers.show(present, now);
+        self.hand_over(now);
+        self.tell_publishers();
+    }
+
+    /// Nothing more comes: what waits is handed over.
+    pub(crate) fn close(&mut self, present: &BTreeSet<Gid>) {
+        self.look(present);
+        self.publishers.decide();
+        self.hand_over(self.host.now());
+    }
+
+    /// Tells what was lost since the last time, and returns how much that is.
+    pub(crate) fn tell_losses(&self) -> u64 {
+        let ears = std::iter::once(&self.heard).chain(self.beside.iter().map(|each| &each.ear));
+        let tell =
+            |ear: &Ear| ear.tally.lock().unwrap_or_else(PoisonError::into_inner).tell(&self.outlet);
+        ears.map(tell).sum()
+    }
+
+    /// Hands over what waits, as far as it is known whose it is.
+    fn hand_over(&mut self, now: Time) {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        while let Some(arrival) = waiting.pop_front() {
+            let place = self.publishers.place(arrival.publisher, now);
+            for news in self.publishers.take_news() {
+                self.tell(news, arrival.publisher);
+            }
+            match place {
+                Place::Heard => (self.heard.deliver)(arrival),
+                Place::Beside(place) => (self.beside[place].ear.deliver)(arrival),
+                Place::Unknown if self.waiting.len() < MOST_WAITING => {
+                    self.waiting.push_back(arrival);
+                }
+                Place::Unknown | Place::Refused => self.refuse(),
+            }
+        }
+    }
+
+    fn tell_publishers(&mut self) {
+        let names = names_of(&self.graph.borrow(), &self.publishers.speaking().collect::<Vec<_>>());
+        if names != self.told && (names.len() > 1 || self.told.len() > 1) {
+            self.outlet.published_by(self.id, &names);
+            self.told = names;
+        }
+    }
+
+    fn tell(&mut self, news: News, publisher: Gid) {
+        let mut both: Vec<Gid> = self.publishers.speaking().take(1).collect();
+        both.push(publisher);
+        let names = names_of(&self.graph.borrow(), &both);
+        let [first, other] = [names.first(), names.last()].map(|name| name.map_or("", |name| name));
+        let topic = self.stream.name.clone();
+        let label = match news {
+            News::Beside(place) => {
+                let beside = self.open_beside(place, publisher);
+                format!(
+                    "{topic}: a second publisher, {other}, beside {first}; what it sends is kept apart \
+                     as {beside}"
+                )
+            }
+            News::TookOver => {
+                format!("{topic}: heard from {other} from now on; the publisher before was silent")
+            }
+        };
+        fault(&self.outlet, label);
+        self.tell_publishers();
+    }
+
+    /// Opens the stream of a publisher beside, if it was not yet; gives its name.
+    fn open_beside(&mut self, place: usize, publisher: Gid) -> String {
+        if place == self.beside.len() {
+            let publisher = who(&self.graph.borrow(), publisher);
+            let stream = self.stream_beside(place, publisher.clone());
+            let id = self.outlet.declare(stream.clone());
+            let ear = Ear::of(&self.outlet, &self.graph, (id, &stream));
+            self.beside.push(Beside { ear, publisher });
+        }
+        self.name_beside(place)
+    }
+
+    fn stream_beside(&self, place: usize, publisher: String) -> Stream {
+        let topic = &self.stream.name;
+        let doc = format!("what another publisher than the one that is heard sent on {topic}");
+        Stream { name: self.name_beside(place), publisher, doc, ..self.stream.clone() }
+    }
+
+    fn name_beside(&self, place: usize) -> String {
+        Stream::name_beside(&self.stream.name, place + 2)
+    }
+
+    fn refuse(&mut self) {
+        self.heard.tally.lock().unwrap_or_else(PoisonError::into_inner).refuse();
+        if !std::mem::replace(&mut self.has_refused, true) {
+            let (topic, most) = (&self.stream.name, MOST_BESIDE + 1);
+            fault(
+                &self.outlet,
+                format!(
+                    "{topic}: more than {most} publishers; what the others send is counted as lost"
+                ),
+            );
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Which source of a session takes a topic: one topic is subscribed to once, by whoever it is found first.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use teampulse_ros::bus::Bus;
+use teampulse_ros::graph::Endpoint;
+
+/// What the sources of a session want, laid before any of them runs. So the order in which topics are
+/// found, or sources wake up, decides nothing.
+#[derive(Clone, Default)]
+pub struct Claims(Arc<Mutex<Vec<Claim>>>);
+
+/// What one source wants.
+struct Claim {
+    /// The address of the bus: the same for all who share it.
+    bus: usize,
+    rank: Rank,
+    wants: Arc<Wants>,
+}
+
+type Wants = dyn Fn(&Endpoint) -> bool + Send + Sync;
+
+/// Who goes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Rank {
+    /// What people's signals are.
+    People,
+    /// What is of robots.
+    Robots,
+    /// What is taken by name.
+    Named,
+}
+
+/// Where it is told what happens in a session; the session hears that itself.
+pub(crate) const HAPPENINGS: &str = "/session/events";
+
+/// Whether a topic is one on which sessions of teampulse tell of themselves: a star doesn't mean those.
+pub(crate) fn is_of_sessions(topic: &str) -> bool {
+    topic == HAPPENINGS || topic.starts_with("/teampulse/")
+}
+
+/// A claim that was laid.
+#[derive(Clone)]
+pub(crate) struct Claimed {
+    claims: Claims,
+    index: usize,
+}
+
+impl Claims {
+    /// Lays a claim to what a source wants of a bus.
+    pub(crate) fn lay(
+        &self,
+        bus: &Arc<dyn Bus>,
+        rank: Rank,
+        wants: impl Fn(&Endpoint) -> bool + Send + Sync + 'static,
+    ) -> Claimed {
+        let mut claims = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let bus = Arc::as_ptr(bus).cast::<()>() as usize;
+        claims.push(Claim { bus, rank, wants: Arc::new(wants) });
+        Claimed { claims: self.clone(), index: claims.len() - 1 }
+    }
+}
+
+impl Claimed {
+    /// Whether a topic is this source's: no other goes before it that wants it, too. Of two of one rank
+    /// the first in the study does.
+    pub(crate) fn is_ours(&self, endpoint: &Endpoint) -> bool {
+        let claims = self.claims.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let ours = &claims[self.index];
+        let before = claims.iter().enumerate().filter(|(index, claim)| {
+            claim.bus == ours.bus && (claim.rank, *index) < (ours.rank, self.index)
+        });
+        !before.into_iter().any(|(_, claim)| (claim.wants)(endpoint))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::qos::Qos;
+    use teampulse_ros::graph::{EndpointKind, Gid};
+    use teampulse_ros::memory::MemoryBus;
+
+    use super::*;
+
+    fn endpoint(topic: &str) -> Endpoint {
+        Endpoint {
+            kind: EndpointKind::Publisher,
+            topic: topic.into(),
+            type_name: "a/msg/X".into(),
+            type_hash: String::new(),
+            qos: Qos::reliable(1),
+            gid: Gid::default(),
+            node: None,
+            own: false,
+        }
+    }
+
+    #[test]
+    fn a_topic_belongs_to_who_knows_it_whoever_comes_first() {
+        let bus: Arc<dyn Bus> = MemoryBus::new("/teampulse");
+        let elsewhere: Arc<dyn Bus> = MemoryBus::new("/teampulse");
+        let claims = Claims::default();
+        let all = claims.lay(&bus, Rank::Named, |_| true);
+        let again = claims.lay(&bus, Rank::Named, |_| true);
+        let robots = claims.lay(&bus, Rank::Robots, |each| each.topic.starts_with("/r"));
+        let other_bus = claims.lay(&elsewhere, Rank::Named, |_| true);
+        let ours =
+            |topic| [&all, &again, &robots, &other_bus].map(|each| each.is_ours(&endpoint(topic)));
+        assert_eq!(ours("/r1/odom"), [false, false, true, true]);
+        assert_eq!(ours("/tf"), [true, false, true, true], "`robots` does not want it");
+    }
+}

@@ -1,0 +1,70 @@
+//! Who publishes the topics that are followed.
+
+use teampulse_ros::graph::{Gid, Graph};
+
+use super::{Ears, Followed, Following, lock};
+use crate::publishing::{Key, gids, names_of, publishing, several};
+
+impl Following<'_> {
+    /// Lets each person's topic know who publishes it now.
+    pub(super) fn look_at_publishers(&self, graph: &Graph) {
+        for (key, followed) in &self.followed {
+            if let Ears::Apart(apart) = &followed.ears {
+                lock(apart).look(&gids(key, graph).collect());
+            }
+        }
+    }
+
+    /// Tells who publishes a topic that is kept as it came, from when these are several. Told at the
+    /// second look: who restarts is there twice for a moment, and names come with a delay.
+    pub(super) fn tell_publishers(&mut self, graph: &Graph) {
+        let mut faults = Vec::new();
+        for (key, followed) in &mut self.followed {
+            if matches!(followed.ears, Ears::Apart(_)) {
+                continue;
+            }
+            let present: Vec<Gid> = gids(key, graph).collect();
+            let is_settled =
+                std::mem::replace(&mut followed.publishers, present.clone()) == present;
+            let names = names_of(graph, &present);
+            let is_several = names.len() > 1 || followed.published_by.len() > 1;
+            if !is_settled || !is_several || names == followed.published_by {
+                continue;
+            }
+            self.outlet.published_by(followed.id, &names);
+            // Of several computers it is told beside.
+            let is_of_one = several(&publishing(key, graph)).is_none();
+            let has_numbers = !followed.stream.channels.is_empty();
+            if is_of_one && has_numbers && names.len() > followed.published_by.len() {
+                faults.push(format!(
+                    "{}: {} publishers: {}",
+                    key.0,
+                    names.len(),
+                    names.join(" and ")
+                ));
+            }
+            followed.published_by = names;
+        }
+        for label in faults {
+            self.fault(label);
+        }
+    }
+
+    /// Tells which topics are published from several places, each once. Told at the second look, as names
+    /// come with a delay.
+    pub(super) fn tell_several(&mut self, graph: &Graph) {
+        let is_shared = |(key, followed): &(&Key, &Followed)| {
+            matches!(followed.ears, Ears::AsTheyCame(_)) && gids(key, graph).nth(1).is_some()
+        };
+        let shared = self.followed.iter().filter(is_shared);
+        let keys: Vec<Key> = shared.map(|(key, _)| key.clone()).collect();
+        for key in keys {
+            let Some(several) = several(&publishing(&key, graph)) else { continue };
+            let told = self.several.get(&key).copied();
+            if told == Some(false) {
+                self.fault(format!("{}: published by {several}", key.0));
+            }
+            self.several.insert(key, told.is_some());
+        }
+    }
+}

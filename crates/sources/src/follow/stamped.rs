@@ -1,0 +1,49 @@
+//! What is known of a publisher's type beforehand, and who stamps its messages.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use teampulse_core::stream::Schema;
+use teampulse_messages::catalogue;
+use teampulse_messages::definition::Definition;
+use teampulse_messages::fields;
+use teampulse_ros::graph::Endpoint;
+
+/// Who says when a message was measured: the message, in its header, or the bus, when it was published.
+/// Clones share what is learned of it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stamped(Arc<AtomicBool>);
+
+impl Stamped {
+    /// Whether the message says it.
+    pub(super) fn is_by_header(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// The type has become known: from the next message on its header counts, if it has one.
+    pub(super) fn learn(&self, schema: &Schema) {
+        let definition = Definition::parse(&schema.name, &schema.text);
+        let is_headed = definition.is_ok_and(|each| fields::starts_with_header(&each));
+        self.0.store(is_headed, Ordering::Relaxed);
+    }
+}
+
+/// What is known of a publisher's type without asking anybody, and who stamps its messages.
+pub(super) fn known_schema(endpoint: &Endpoint) -> (Schema, Stamped) {
+    let stamped = Stamped::default();
+    match catalogue::shipped(&endpoint.type_name) {
+        Some(schema) if endpoint.type_hash.is_empty() || endpoint.type_hash == schema.hash => {
+            stamped.learn(&schema);
+            ((*schema).clone(), stamped)
+        }
+        _ => {
+            let schema = Schema {
+                name: endpoint.type_name.clone(),
+                encoding: "ros2msg".into(),
+                text: String::new(),
+                hash: endpoint.type_hash.clone(),
+            };
+            (schema, stamped)
+        }
+    }
+}

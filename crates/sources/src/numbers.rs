@@ -1,0 +1,82 @@
+//! The numbers that publishers give their samples.
+
+use std::collections::BTreeMap;
+
+use teampulse_ros::graph::Gid;
+
+/// How many publishers are told apart; a topic has a few.
+const MOST: usize = 4096;
+/// A number so little below the newest comes late; one further below begins anew.
+const LATE: u64 = 16;
+
+/// Tells from publishers' own numbers of their samples which never reached them: a device that lost its
+/// radio leaves a jump that the bus knows nothing of.
+#[derive(Debug, Default)]
+pub(crate) struct Numbers(BTreeMap<Gid, Counting>);
+
+#[derive(Debug, Default)]
+struct Counting {
+    newest: Option<u64>,
+    /// Whether two numbers followed each other: who gives all samples the same number, or their times,
+    /// does not count.
+    is_counting: bool,
+}
+
+impl Numbers {
+    /// How many numbers are missing between a publisher's sample and the one before it.
+    pub(crate) fn missing_before(&mut self, publisher: Gid, index: u64) -> u64 {
+        if self.0.len() >= MOST && !self.0.contains_key(&publisher) {
+            self.0.clear();
+        }
+        self.0.entry(publisher).or_default().missing_before(index)
+    }
+}
+
+impl Counting {
+    fn missing_before(&mut self, index: u64) -> u64 {
+        let Some(newest) = self.newest else {
+            self.newest = Some(index);
+            return 0;
+        };
+        if index <= newest && newest - index <= LATE {
+            return 0;
+        }
+        self.newest = Some(index);
+        match index.checked_sub(newest) {
+            Some(1) => {
+                self.is_counting = true;
+                0
+            }
+            Some(step) if self.is_counting => step - 1,
+            _ => 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn missing(indices: &[u64]) -> u64 {
+        let mut numbers = Numbers::default();
+        indices.iter().map(|index| numbers.missing_before(Gid::default(), *index)).sum()
+    }
+
+    #[test]
+    fn a_jump_is_what_never_reached_the_publisher() {
+        assert_eq!(missing(&[7, 8, 12, 13, 20]), 3 + 6);
+    }
+
+    #[test]
+    fn a_publisher_that_begins_anew_has_lost_nothing() {
+        assert_eq!(missing(&[100, 101, 102, 0, 1, 2]), 0);
+        assert_eq!(missing(&[0, 1, 2, 0, 1, 2, 3]), 0);
+    }
+
+    #[test]
+    fn who_does_not_count_loses_nothing() {
+        assert_eq!(missing(&[0, 0, 0, 0]), 0);
+        assert_eq!(missing(&[1_000_000, 5_000_000, 9_000_000]), 0);
+        assert_eq!(missing(&[0, u64::MAX]), 0);
+    }
+}

@@ -1,0 +1,286 @@
+//! Which publisher of a topic is heard, where a stream is one person's: one at a time.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use teampulse_core::time::Time;
+use teampulse_ros::graph::Gid;
+
+/// How long it is waited whether the one that was heard has left, before a newcomer is taken for a
+/// second publisher [s]. Whoever restarts leaves and comes at once, and both are told apart.
+const GOODBYE_SECS: f64 = 0.1;
+/// After how long a silence another takes over [s], and so many times the longest silence before.
+const SILENCE_SECS: f64 = 2.0;
+const SILENCES: f64 = 3.0;
+/// The same for one of which a single message was heard [s].
+const SILENCE_OF_ONE_SECS: f64 = 10.0;
+/// How many publishers are kept apart beside the one that is heard.
+pub(crate) const MOST_BESIDE: usize = 8;
+/// How many newcomers wait to be told apart; more are taken for others at once.
+const MOST_NEWCOMERS: usize = 64;
+
+/// The publishers of one topic.
+#[derive(Debug, Default)]
+pub(crate) struct Publishers {
+    heard: Option<Heard>,
+    /// Those beside, each in the place of its own stream.
+    beside: Vec<Option<Gid>>,
+    /// Since when newcomers have waited.
+    newcomers: BTreeMap<Gid, Time>,
+    /// Those that the bus showed last, and when: who is not among them any more has left.
+    shown: BTreeSet<Gid>,
+    shown_at: Option<Time>,
+    news: Vec<News>,
+}
+
+/// Where a message belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// To the stream of the topic.
+    Heard,
+    /// To the stream of its own of a publisher beside: its place among them.
+    Beside(usize),
+    /// Not known yet: it is to be asked again.
+    Unknown,
+    /// Nowhere: there are too many publishers.
+    Refused,
+}
+
+/// What became of publishers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum News {
+    /// Another publishes the topic, too, and is kept apart in this place.
+    Beside(usize),
+    /// Another is heard from now on, as the one before was silent.
+    TookOver,
+}
+
+/// The publisher that is heard.
+#[derive(Debug)]
+struct Heard {
+    gid: Gid,
+    last: Time,
+    messages: u64,
+    longest_silence_secs: f64,
+}
+
+impl Heard {
+    fn new(gid: Gid, now: Time) -> Heard {
+        Heard { gid, last: now, messages: 0, longest_silence_secs: 0.0 }
+    }
+
+    fn speaks(&mut self, now: Time) {
+        if self.messages > 0 {
+            self.longest_silence_secs = self.longest_silence_secs.max(now.secs_since(self.last));
+        }
+        (self.last, self.messages) = (now, self.messages + 1);
+    }
+
+    fn is_silent(&self, now: Time) -> bool {
+        let usual_secs = match self.messages {
+            0 | 1 => SILENCE_OF_ONE_SECS,
+            _ => SILENCE_SECS + SILENCES * self.longest_silence_secs,
+        };
+        now.secs_since(self.last) > usual_secs
+    }
+}
+
+impl Publishers {
+    /// Where a message belongs that arrives now.
+    pub(crate) fn place(&mut self, gid: Gid, now: Time) -> Place {
+        let heard = self.heard.get_or_insert_with(|| Heard::new(gid, now));
+        if heard.gid == gid {
+            heard.speaks(now);
+            return Place::Heard;
+        }
+        let is_silent = heard.is_silent(now);
+        if is_silent || self.has_left() {
+            if is_silent {
+                self.news.push(News::TookOver);
+            }
+            self.succeed(gid, now);
+            return Place::Heard;
+        }
+        if let Some(place) = self.beside.iter().position(|each| *each == Some(gid)) {
+            return Place::Beside(place);
+        }
+        let is_full = self.newcomers.len() == MOST_NEWCOMERS;
+        let since = *self.newcomers.entry(gid).or_insert(now);
+        if !is_full && now.secs_since(since) < GOODBYE_SECS {
+            return Place::Unknown;
+        }
+        self.newcomers.remove(&gid);
+        self.seat_beside(gid)
+    }
+
+    /// These publish the topic now: who was among them before and is no more has left, and the next one
+    /// is heard in its place.
+    pub(crate) fn show(&mut self, present: &BTreeSet<Gid>, now: Time) {
+        let left: Vec<Gid> = self.shown.difference(present).copied().collect();
+        self.shown.clone_from(present);
+        self.shown_at = Some(now);
+        for gid in left {
+            self.newcomers.remove(&gid);
+            for seat in self.beside.iter_mut().filter(|seat| **seat == Some(gid)) {
+                *seat = None;
+            }
+        }
+        if self.has_left() {
+            let oldest = self.newcomers.iter().min_by_key(|(_, since)| **since);
+            let next = oldest.map(|(gid, _)| *gid).or(self.beside.iter().flatten().next().copied());
+            match next {
+                Some(next) => self.succeed(next, now),
+                None => self.heard = None,
+            }
+        }
+    }
+
+    /// Whether the one that is heard is there no more, as far as was seen since it spoke last.
+    fn has_left(&self) -> bool {
+        self.heard.as_ref().is_some_and(|heard| {
+            let is_newer = self.shown_at.is_some_and(|shown_at| shown_at >= heard.last);
+            is_newer && !self.shown.contains(&heard.gid)
+        })
+    }
+
+    /// Nobody is waited for any more: newcomers are others.
+    pub(crate) fn decide(&mut self) {
+        self.newcomers.values_mut().for_each(|since| *since = Time::EPOCH);
+    }
+
+    /// What became of publishers since the last time.
+    pub(crate) fn take_news(&mut self) -> Vec<News> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Those that have sent something and are there: the one that is heard first.
+    pub(crate) fn speaking(&self) -> impl Iterator<Item = Gid> {
+        let heard = self.heard.iter().map(|heard| heard.gid);
+        heard.chain(self.beside.iter().flatten().copied())
+    }
+
+    fn succeed(&mut self, gid: Gid, now: Time) {
+        self.newcomers.remove(&gid);
+        for seat in self.beside.iter_mut().filter(|seat| **seat == Some(gid)) {
+            *seat = None;
+        }
+        let mut heard = Heard::new(gid, now);
+        heard.speaks(now);
+        self.heard = Some(heard);
+    }
+
+    fn seat_beside(&mut self, gid: Gid) -> Place {
+        let free = self.beside.iter().position(Option::is_none);
+        let place = free.unwrap_or(self.beside.len());
+        if place == MOST_BESIDE {
+            return Place::Refused;
+        }
+        if place == self.beside.len() {
+            self.beside.push(None);
+        }
+        self.beside[place] = Some(gid);
+        self.news.push(News::Beside(place));
+        Place::Beside(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A: Gid = Gid([1; 16]);
+    const B: Gid = Gid([2; 16]);
+    const C: Gid = Gid([3; 16]);
+
+    fn at(millis: i64) -> Time {
+        Time::from_nanos(1_700_000_000_000_000_000 + millis * 1_000_000)
+    }
+
+    /// Messages of a publisher every 250 ms up to a time.
+    fn talk(publishers: &mut Publishers, gid: Gid, from: i64, to: i64) {
+        for millis in (from..to).step_by(250) {
+            publishers.place(gid, at(millis));
+        }
+    }
+
+    #[test]
+    fn a_second_publisher_is_kept_apart_and_told_once() {
+        let mut publishers = Publishers::default();
+        publishers.show(&[A, B].into(), at(0));
+        talk(&mut publishers, A, 0, 2000);
+        assert_eq!(publishers.place(B, at(2000)), Place::Unknown);
+        assert_eq!(publishers.place(B, at(2250)), Place::Beside(0));
+        assert_eq!(publishers.place(A, at(2300)), Place::Heard);
+        assert_eq!(publishers.place(B, at(2500)), Place::Beside(0));
+        assert_eq!(publishers.take_news(), [News::Beside(0)]);
+        assert_eq!(publishers.speaking().collect::<Vec<_>>(), [A, B]);
+    }
+
+    #[test]
+    fn who_restarts_is_heard_at_once() {
+        let mut publishers = Publishers::default();
+        publishers.show(&[A].into(), at(0));
+        talk(&mut publishers, A, 0, 2000);
+        // Its first message is here before the bus has told that the other left.
+        assert_eq!(publishers.place(B, at(2001)), Place::Unknown);
+        publishers.show(&[B].into(), at(2010));
+        assert_eq!(publishers.place(B, at(2011)), Place::Heard);
+        assert_eq!(publishers.take_news(), []);
+    }
+
+    #[test]
+    fn who_is_there_when_the_first_leaves_is_heard_from_then_on() {
+        let mut publishers = Publishers::default();
+        publishers.show(&[A, B].into(), at(0));
+        talk(&mut publishers, A, 0, 1000);
+        talk(&mut publishers, B, 0, 1000);
+        publishers.show(&[B].into(), at(1000));
+        assert_eq!(publishers.place(B, at(1001)), Place::Heard);
+        assert_eq!(publishers.speaking().collect::<Vec<_>>(), [B]);
+    }
+
+    #[test]
+    fn who_has_died_without_a_word_is_succeeded_after_a_silence() {
+        let mut publishers = Publishers::default();
+        publishers.show(&[A].into(), at(0));
+        talk(&mut publishers, A, 0, 1000);
+        publishers.show(&[A, B].into(), at(1100));
+        assert_eq!(publishers.place(B, at(1100)), Place::Unknown);
+        assert_eq!(publishers.place(B, at(2000)), Place::Beside(0));
+        assert_eq!(publishers.place(B, at(3600)), Place::Heard);
+        assert_eq!(publishers.take_news(), [News::Beside(0), News::TookOver]);
+        assert_eq!(publishers.place(A, at(3700)), Place::Unknown, "it is the newcomer now");
+    }
+
+    #[test]
+    fn a_slow_sensor_is_not_taken_for_a_dead_one() {
+        let mut publishers = Publishers::default();
+        for minute in 0..5 {
+            publishers.place(A, at(minute * 60_000));
+        }
+        publishers.place(B, at(4 * 60_000 + 100));
+        for minute in 4..7 {
+            assert_ne!(publishers.place(B, at(minute * 60_000 + 30_000)), Place::Heard);
+        }
+    }
+
+    #[test]
+    fn there_is_room_for_a_few_and_a_place_is_used_again() {
+        let mut publishers = Publishers::default();
+        let many: BTreeSet<Gid> = (0..=20).map(|id| Gid([id; 16])).collect();
+        publishers.show(&many, at(0));
+        let first = *many.first().unwrap();
+        let mut last = Place::Unknown;
+        for millis in [0, 200] {
+            for gid in &many {
+                publishers.place(first, at(millis));
+                last = publishers.place(*gid, at(millis));
+            }
+        }
+        assert_eq!(last, Place::Refused);
+        publishers.show(&[first, B].into(), at(300));
+        talk(&mut publishers, first, 300, 600);
+        publishers.place(Gid([77; 16]), at(600));
+        assert_ne!(publishers.place(Gid([77; 16]), at(800)), Place::Refused);
+        assert_ne!(publishers.place(C, at(900)), Place::Heard);
+    }
+}

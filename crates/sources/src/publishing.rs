@@ -1,0 +1,75 @@
+//! Who publishes a topic, and what they are called.
+
+use std::collections::BTreeSet;
+
+use teampulse_core::qos::Qos;
+use teampulse_ros::graph::{Gid, Graph};
+
+/// A topic with its type.
+pub(crate) type Key = (String, String);
+
+/// What the publishers of a topic offer.
+pub(crate) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
+    let of_type = graph.publishers(topic).filter(|each| each.type_name == *type_name);
+    of_type.map(|each| each.qos.clone()).collect()
+}
+
+/// The computers that publish a topic.
+pub(crate) fn publishing(key: &Key, graph: &Graph) -> BTreeSet<String> {
+    gids(key, graph).map(|gid| graph.computer(gid)).collect()
+}
+
+/// The publishers of a topic, but for ourselves.
+pub(crate) fn gids<'a>(
+    (topic, type_name): &'a Key,
+    graph: &'a Graph,
+) -> impl Iterator<Item = Gid> + 'a {
+    let theirs = graph.publishers(topic).filter(|each| !each.own && each.type_name == *type_name);
+    theirs.map(|each| each.gid)
+}
+
+/// What publishers are called: by their computers, and by their own ids where these don't tell them
+/// apart.
+pub(crate) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
+    let computers: BTreeSet<String> = publishers.iter().map(|gid| graph.computer(*gid)).collect();
+    if computers.len() == publishers.len() {
+        publishers.iter().map(|gid| graph.computer(*gid)).collect()
+    } else {
+        publishers.iter().map(|gid| who(graph, *gid)).collect()
+    }
+}
+
+/// Who publishes, with the id of the publisher: for a bag.
+pub(crate) fn who(graph: &Graph, publisher: Gid) -> String {
+    format!("{} {publisher}", graph.computer(publisher))
+}
+
+/// Names several computers; `None` where all are processes of one host, which has one clock. Those
+/// that told no host may be one.
+pub(crate) fn several(computers: &BTreeSet<String>) -> Option<String> {
+    let host = |computer: &String| {
+        let (host, _) = computer.split_once(" (")?;
+        (!host.starts_with('/')).then(|| host.to_owned())
+    };
+    let hosts: Option<BTreeSet<String>> = computers.iter().map(host).collect();
+    let kind = if hosts.is_some() { "computers" } else { "processes" };
+    let several = hosts.map_or(computers.len(), |hosts| hosts.len());
+    let count = if several == 2 { "two".into() } else { several.to_string() };
+    let names: Vec<&str> = computers.iter().map(String::as_str).collect();
+    (several > 1).then(|| format!("{count} {kind}: {}", names.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::several;
+
+    #[test]
+    fn processes_of_one_host_are_one_computer() {
+        let told = |names: [&str; 2]| several(&names.map(str::to_owned).into());
+        let two = "two computers: laptop1 (driver, 01), laptop2 (driver, 02)";
+        assert_eq!(told(["laptop1 (driver, 01)", "laptop2 (driver, 02)"]).as_deref(), Some(two));
+        assert_eq!(told(["laptop1 (driver, 01)", "laptop1 (driver, 02)"]), None);
+        let two = "two processes: /r1/driver (01), /r2/driver (02)";
+        assert_eq!(told(["/r1/driver (01)", "/r2/driver (02)"]).as_deref(), Some(two));
+    }
+}

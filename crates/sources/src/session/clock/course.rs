@@ -1,0 +1,239 @@
+//! The course of a session's time while `/clock` jumps, stops and goes on.
+
+use std::fmt;
+
+use teampulse_core::time::Time;
+use teampulse_ros::graph::Gid;
+
+/// A step back of less is a message out of order [s].
+const LEAST_BACK_SECS: f64 = 1.0;
+/// A step ahead of more is a jump, not a fast simulation [s].
+const MOST_AHEAD_SECS: f64 = 3600.0;
+/// After how long without progress the clock has stopped, by the host's clock [s].
+const STOPPED_AFTER_SECS: f64 = 3.0;
+
+/// What happened to `/clock`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Break {
+    /// It went back by so much [s].
+    Back(f64),
+    /// It jumped ahead by so much [s].
+    Ahead(f64),
+    /// It told nothing new for so long [s].
+    Stopped(f64),
+    /// It goes on, after the session's time has gone on so long by the host's clock [s].
+    GoesOn(f64),
+    /// A second one publishes it, and is not followed.
+    Several,
+}
+
+impl Break {
+    /// How much that was [s]; NaN where there is no number.
+    pub(super) fn secs(self) -> f64 {
+        match self {
+            Break::Back(secs) => -secs,
+            Break::Ahead(secs) | Break::Stopped(secs) | Break::GoesOn(secs) => secs,
+            Break::Several => f64::NAN,
+        }
+    }
+}
+
+impl fmt::Display for Break {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Break::Back(secs) => write!(f, "jumped back by {secs:.3} s"),
+            Break::Ahead(secs) => write!(f, "jumped ahead by {secs:.3} s"),
+            Break::Stopped(_) => {
+                f.write_str("stopped; the session's time goes on by this host's clock")
+            }
+            Break::GoesOn(_) => f.write_str("goes on"),
+            Break::Several => f.write_str("has two publishers; only the first is followed"),
+        }
+    }
+}
+
+/// The course so far. The session's time never goes back and never stands still.
+#[derive(Debug, Default)]
+pub(super) struct Course {
+    /// Who tells the time, and what was told last; `None` before the first message.
+    told: Option<(Gid, Time)>,
+    /// How far the session's time is ahead of it [ns].
+    ahead_nanos: i64,
+    session: Time,
+    /// When there was progress last, by the host's clock.
+    heard: Time,
+    /// When it was found to have stopped, by the host's clock and by the session's.
+    stopped: Option<(Time, Time)>,
+    /// Whether another tells a time, too, and whether that was said.
+    has_other: bool,
+    has_said_other: bool,
+}
+
+impl Course {
+    /// How far the session's time is ahead of the time that is told [ns].
+    pub(super) fn ahead_nanos(&self) -> i64 {
+        self.ahead_nanos
+    }
+
+    /// A publisher tells the time; gives the session's time, and what happened to the clock.
+    pub(super) fn hear(&mut self, publisher: Gid, now: Time, host: Time) -> (Time, Option<Break>) {
+        let Some((known, last)) = self.told else {
+            (self.told, self.session, self.heard) = (Some((publisher, now)), now, host);
+            return (self.session, None);
+        };
+        if known != publisher && self.stopped.is_none() {
+            self.has_other = true;
+            return (self.session, None);
+        }
+        let step_secs = now.secs_since(last);
+        let news = if let Some((since, _)) = self.stopped {
+            if known == publisher && step_secs == 0.0 {
+                return self.look(host);
+            }
+            self.pass(host);
+            self.stopped = None;
+            Some(Break::GoesOn(host.secs_since(since)))
+        } else if step_secs <= -LEAST_BACK_SECS {
+            Some(Break::Back(-step_secs))
+        } else if step_secs > MOST_AHEAD_SECS {
+            Some(Break::Ahead(step_secs))
+        } else {
+            if step_secs <= 0.0 {
+                return self.look(host);
+            }
+            None
+        };
+        (self.told, self.heard) = (Some((publisher, now)), host);
+        if news.is_some() {
+            self.ahead_nanos = self.session.nanos().saturating_sub(now.nanos());
+        }
+        let session = Time::from_nanos(now.nanos().saturating_add(self.ahead_nanos));
+        self.session = self.session.max(session);
+        (self.session, news.or_else(|| self.say_other()))
+    }
+
+    /// Time passes on the host; gives the session's time, and whether the clock has stopped.
+    pub(super) fn look(&mut self, host: Time) -> (Time, Option<Break>) {
+        let silent_secs = host.secs_since(self.heard);
+        let mut news = None;
+        if self.told.is_some() && self.stopped.is_none() && silent_secs > STOPPED_AFTER_SECS {
+            self.stopped = Some((host, self.session));
+            news = Some(Break::Stopped(silent_secs));
+        }
+        self.pass(host);
+        (self.session, news)
+    }
+
+    /// While it has stopped, the session's time goes on by the host's clock.
+    fn pass(&mut self, host: Time) {
+        if let Some((since, session)) = self.stopped {
+            let passed_nanos = host.nanos_since(since).max(0);
+            let now = Time::from_nanos(session.nanos().saturating_add(passed_nanos));
+            self.session = self.session.max(now);
+        }
+    }
+
+    /// Says once that another tells a time, too, beside the one that is followed.
+    fn say_other(&mut self) -> Option<Break> {
+        let is_new = self.has_other && !self.has_said_other;
+        self.has_said_other |= is_new;
+        is_new.then_some(Break::Several)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const A: Gid = Gid([1; 16]);
+    const B: Gid = Gid([2; 16]);
+
+    fn secs(secs: f64) -> Time {
+        Time::from_nanos((secs * 1e9) as i64)
+    }
+
+    /// Hears these times of a clock, a tenth of a second of the host apart from a moment on; gives the
+    /// session's times [s] and the breaks.
+    fn hear(course: &mut Course, from: f64, told: &[f64]) -> (Vec<f64>, Vec<Break>) {
+        let heard = told.iter().enumerate();
+        let heard = heard.map(|(k, now)| course.hear(A, secs(*now), secs(from + k as f64 * 0.1)));
+        let (times, breaks): (Vec<Time>, Vec<Option<Break>>) = heard.unzip();
+        (times.into_iter().map(Time::secs).collect(), breaks.into_iter().flatten().collect())
+    }
+
+    #[test]
+    fn a_clock_that_jumps_back_is_a_new_epoch_in_which_time_goes_on() {
+        let mut course = Course::default();
+        let (times, breaks) = hear(&mut course, 1000.0, &[50.0, 50.5, 10.0, 10.5, 11.0]);
+        assert_eq!(times, [50.0, 50.5, 50.5, 51.0, 51.5]);
+        assert_eq!(breaks, [Break::Back(40.5)]);
+        assert_eq!(course.ahead_nanos(), 40_500_000_000);
+    }
+
+    #[test]
+    fn one_message_from_a_far_future_does_not_hold_the_time_there() {
+        let mut course = Course::default();
+        let (times, breaks) = hear(&mut course, 1000.0, &[50.0, 9e9, 50.5, 51.0]);
+        assert_eq!(times, [50.0, 50.0, 50.0, 50.5]);
+        assert_eq!(breaks, [Break::Ahead(9e9 - 50.0), Break::Back(9e9 - 50.5)]);
+    }
+
+    #[test]
+    fn a_message_out_of_order_is_no_jump() {
+        let mut course = Course::default();
+        let (times, breaks) = hear(&mut course, 1000.0, &[50.0, 50.5, 50.4, 51.0]);
+        assert_eq!(times, [50.0, 50.5, 50.5, 51.0]);
+        assert!(breaks.is_empty());
+    }
+
+    #[test]
+    fn a_clock_that_stops_stops_no_session_and_may_go_on() {
+        let mut course = Course::default();
+        course.hear(A, secs(50.0), secs(1000.0));
+        assert_eq!(course.look(secs(1002.9)), (secs(50.0), None));
+        let (now, stopped) = course.look(secs(1004.0));
+        assert_eq!((now, stopped), (secs(50.0), Some(Break::Stopped(4.0))));
+        assert_eq!(course.look(secs(1010.0)), (secs(56.0), None));
+        // One that is paused tells the same time again and again.
+        assert_eq!(course.hear(A, secs(50.0), secs(1011.0)), (secs(57.0), None));
+        assert_eq!(
+            course.hear(A, secs(50.1), secs(1012.0)),
+            (secs(58.0), Some(Break::GoesOn(8.0)))
+        );
+        assert_eq!(course.hear(A, secs(50.6), secs(1012.5)), (secs(58.5), None));
+    }
+
+    #[test]
+    fn only_one_of_two_clocks_is_followed_and_the_other_after_it_has_stopped() {
+        let mut course = Course::default();
+        course.hear(A, secs(50.0), secs(1000.0));
+        assert_eq!(course.hear(B, secs(7.0), secs(1000.1)), (secs(50.0), None));
+        assert_eq!(course.hear(A, secs(50.2), secs(1000.2)), (secs(50.2), Some(Break::Several)));
+        assert_eq!(course.look(secs(1004.2)).1, Some(Break::Stopped(4.0)));
+        let (now, goes_on) = course.hear(B, secs(11.0), secs(1005.2));
+        assert_eq!((now, goes_on), (secs(51.2), Some(Break::GoesOn(1.0))));
+        assert_eq!(course.hear(B, secs(12.0), secs(1006.2)), (secs(52.2), None));
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_is_told_time_never_goes_back_and_never_stands_still(
+            told in prop::collection::vec((any::<i64>(), 0_u8..2), 0..40),
+        ) {
+            let mut course = Course::default();
+            let (mut last, mut host) = (Time::from_nanos(i64::MIN), 0.0);
+            for (nanos, who) in told {
+                host += 0.5;
+                let (now, _) = course.hear(Gid([who; 16]), Time::from_nanos(nanos / 4), secs(host));
+                prop_assert!(now >= last);
+                last = now;
+            }
+            if course.told.is_some() {
+                let before = course.look(secs(host + 4.0)).0;
+                prop_assert!(course.look(secs(host + 8.0)).0 > before);
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The course of a study's phases: as planned, and as whoever leads the session turns it.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::phases::Phase;
+
+/// How the phases of a study go on, other than planned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// The next phase begins now; those after it move with it.
+    Next,
+    /// The phase that it is, or was last, begins anew.
+    Repeat,
+    /// The phase that it is ends now, and nothing begins by itself until `Next` or `Repeat`.
+    Abort,
+}
+
+/// Where whoever leads the session turns its phases. Clones are one.
+#[derive(Clone, Debug, Default)]
+pub struct PhaseDesk(Arc<Mutex<Asked>>);
+
+#[derive(Debug, Default)]
+struct Asked {
+    turns: VecDeque<Turn>,
+    next: Option<String>,
+}
+
+impl PhaseDesk {
+    /// Asks for a turn.
+    pub fn turn(&self, turn: Turn) {
+        self.lock().turns.push_back(turn);
+    }
+
+    /// The phase that comes next, as it is shown; `None` after the last.
+    pub fn next(&self) -> Option<String> {
+        self.lock().next.clone()
+    }
+
+    pub(super) fn take_turn(&self) -> Option<Turn> {
+        self.lock().turns.pop_front()
+    }
+
+    pub(super) fn show_next(&self, next: Option<String>) {
+        self.lock().next = next;
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Asked> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What happens in the course of the phases.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Happens {
+    /// A phase begins, and lasts so long [s]; NaN where that is open.
+    Begins(String, f64),
+    /// A phase was aborted.
+    Aborted(String),
+}
+
+/// The course of the phases: which one it is, and how far all that follow have moved.
+#[derive(Clone, Debug)]
+pub(super) struct Course {
+    phases: Vec<Phase>,
+    /// The place of the next one.
+    next: usize,
+    /// Until when the last one that began lasts [s]; `None` before the first, and after an abort.
+    until_secs: Option<f64>,
+    /// By how much the phases from the next one on are later than planned [s].
+    moved_secs: f64,
+    is_held: bool,
+}
+
+impl Course {
+    /// The course of phases, as planned.
+    pub fn new(mut phases: Vec<Phase>) -> Course {
+        phases.sort_by(|a, b| a.from_secs.total_cmp(&b.from_secs));
+        Course { phases, next: 0, until_secs: None, moved_secs: 0.0, is_held: false }
+    }
+
+    /// What happens by itself, so long after the start [s].
+    pub fn look(&mut self, elapsed_secs: f64) -> Option<Happens> {
+        let planned_secs = self.phases.get(self.next)?.from_secs + self.moved_secs;
+        (!self.is_held && elapsed_secs >= planned_secs).then(|| self.begin(elapsed_secs))
+    }
+
+    /// What happens at a turn, so long after the start [s]; nothing where there is no such phase.
+    pub fn turn(&mut self, turn: Turn, elapsed_secs: f64) -> Option<Happens> {
+        match turn {
+            Turn::Next if self.next == self.phases.len() => None,
+            Turn::Repeat if self.next == 0 => None,
+            Turn::Abort => {
+                self.until_secs.take().filter(|until_secs| *until_secs > elapsed_secs)?;
+                self.is_held = true;
+                Some(Happens::Aborted(self.phases[self.next - 1].name.clone()))
+            }
+            Turn::Next | Turn::Repeat => {
+                self.next -= usize::from(turn == Turn::Repeat);
+                self.moved_secs = elapsed_secs - self.phases[self.next].from_secs;
+                self.is_held = false;
+                Some(self.begin(elapsed_secs))
+            }
+        }
+    }
+
+    /// The phase that comes next, and in how long [s] where it comes by itself.
+    pub fn next(&self) -> Option<&str> {
+        self.phases.get(self.next).map(|phase| phase.name.as_str())
+    }
+
+    fn begin(&mut self, elapsed_secs: f64) -> Happens {
+        let Phase { name, from_secs, to_secs } = &self.phases[self.next];
+        let lasts_secs = to_secs.map_or(f64::NAN, |to_secs| to_secs - from_secs);
+        let until_secs =
+            if lasts_secs.is_nan() { f64::INFINITY } else { elapsed_secs + lasts_secs };
+        self.until_secs = Some(until_secs);
+        self.next += 1;
+        Happens::Begins(name.clone(), lasts_secs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn course() -> Course {
+        let phase = |name: &str, from_secs, to_secs| Phase {
+            name: name.to_owned(),
+            from_secs,
+            to_secs: Some(to_secs),
+        };
+        Course::new(vec![
+            phase("2-back", 100.0, 130.0),
+            phase("baseline", 0.0, 60.0),
+            phase("1-back", 70.0, 90.0),
+        ])
+    }
+
+    #[expect(clippy::unnecessary_wraps, reason = "what a course answers is optional")]
+    fn begins(name: &str, secs: f64) -> Option<Happens> {
+        Some(Happens::Begins(name.to_owned(), secs))
+    }
+
+    #[test]
+    fn phases_begin_as_planned() {
+        let mut course = course();
+        let happened = [0.0, 1.0, 69.9, 70.0, 100.0, 900.0].map(|secs| course.look(secs));
+        let [baseline, first, second] =
+            [("baseline", 60.0), ("1-back", 20.0), ("2-back", 30.0)].map(|(n, s)| begins(n, s));
+        assert_eq!(happened, [baseline, None, None, first, second, None]);
+        assert_eq!(course.next(), None);
+        assert_eq!(course.turn(Turn::Next, 901.0), None);
+    }
+
+    #[test]
+    fn the_next_phase_begins_when_asked_and_the_others_move_with_it() {
+        let mut course = course();
+        course.look(0.0);
+        assert_eq!(course.turn(Turn::Next, 40.0), begins("1-back", 20.0));
+        assert_eq!(course.next(), Some("2-back"));
+        assert_eq!([69.9, 70.0].map(|secs| course.look(secs)), [None, begins("2-back", 30.0)]);
+    }
+
+    #[test]
+    fn a_phase_is_repeated_as_long_as_planned() {
+        let mut course = course();
+        assert_eq!(course.turn(Turn::Repeat, 0.0), None);
+        course.look(0.0);
+        assert_eq!(course.turn(Turn::Repeat, 30.0), begins("baseline", 60.0));
+        assert_eq!([99.9, 100.0].map(|secs| course.look(secs)), [None, begins("1-back", 20.0)]);
+    }
+
+    #[test]
+    fn after_an_abort_nothing_begins_by_itself() {
+        let mut course = course();
+        assert_eq!(course.turn(Turn::Abort, 0.0), None);
+        course.look(0.0);
+        assert_eq!(course.turn(Turn::Abort, 20.0), Some(Happens::Aborted("baseline".into())));
+        assert_eq!(course.turn(Turn::Abort, 21.0), None);
+        assert_eq!(course.look(500.0), None);
+        assert_eq!(course.turn(Turn::Repeat, 600.0), begins("baseline", 60.0));
+        assert_eq!(course.look(670.0), begins("1-back", 20.0));
+        assert_eq!(course.turn(Turn::Abort, 695.0), None);
+    }
+}

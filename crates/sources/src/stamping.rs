@@ -1,0 +1,44 @@
+//! By which computer's clock the messages of a topic are stamped.
+
+use std::sync::Arc;
+
+use teampulse_core::clocks::SIMULATED_TIME;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::stream::StreamId;
+use teampulse_ros::graph::{Gid, Graph};
+use tokio::sync::watch;
+
+/// The computer that stamps one stream, told in band before its first message and whenever a message
+/// comes from another: where several computers publish a topic, each message is by the clock of its own.
+#[derive(Debug)]
+pub(crate) struct Stamping {
+    stream: StreamId,
+    graph: watch::Receiver<Arc<Graph>>,
+    publisher: Option<Gid>,
+    told: String,
+}
+
+impl Stamping {
+    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> Stamping {
+        Stamping { stream, graph, publisher: None, told: String::new() }
+    }
+
+    /// A message of this publisher is about to be handed over.
+    pub(crate) fn hear(&mut self, publisher: Gid, outlet: &Outlet) {
+        // Computers tell their names some time after they appear.
+        let is_named_anew = self.graph.has_changed().unwrap_or(false);
+        if self.publisher == Some(publisher) && !is_named_anew {
+            return;
+        }
+        self.publisher = Some(publisher);
+        let computer = if outlet.clock().is_told() {
+            SIMULATED_TIME.to_owned()
+        } else {
+            self.graph.borrow_and_update().computer(publisher)
+        };
+        if computer != self.told {
+            outlet.stamped_by(self.stream, &computer);
+            self.told = computer;
+        }
+    }
+}

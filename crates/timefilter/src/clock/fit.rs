@@ -1,0 +1,303 @@
+//! A low line through points, with what is known of how good it is.
+
+/// The drift of skew that is stated [1/s].
+const STATED_DRIFT: f64 = 1e-8;
+/// What warming up adds to that at first [1/s], and how long that takes [s].
+const WARM_UP_DRIFT: f64 = 1e-7;
+const WARM_UP_SECS: f64 = 200.0;
+/// Weight of what lies above the line; below it, the rest of one.
+const ABOVE: f64 = 0.35;
+/// How many times the mean distance a point may be above the line before its weight falls.
+const FAR: f64 = 1.0;
+/// The least spread of delays: a computer's own clock readings [s].
+pub(super) const LEAST_SPREAD: f64 = 1e-6;
+/// How many standard errors are stated: twice those of a 95 % interval, as errors last for minutes
+/// and the statistics know only as many of these as fit into the memory.
+const ERRORS: f64 = 2.0;
+/// How long residuals are taken to be correlated, as a part of the memory.
+const CORRELATED: f64 = 0.5;
+/// No residual counts for more than so many spreads in the next one.
+const OUTLYING: f64 = 4.0;
+const ITERATIONS: usize = 12;
+/// How many points more than there are would make their scatter certain, as far as a line is held back by it.
+const FEW: f64 = 4.0;
+
+/// What is expected of a line before its points are seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    /// How far slopes spread.
+    pub skew: f64,
+    /// How far points scatter at least [s].
+    pub scatter: f64,
+}
+
+/// One packet: device time since the epoch began [s], and the arrival less it [s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    pub device: f64,
+    pub delay: f64,
+}
+
+/// A line under the points, with what is known of how good it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Where the line's delay is given [s of device time].
+    pub device: f64,
+    /// The delay there [s].
+    pub delay: f64,
+    /// How the delay grows with device time.
+    pub slope: f64,
+    /// Mean distance of the points from the line [s].
+    pub spread: f64,
+    /// Standard error of the delay at `device` [s].
+    error: f64,
+    /// Standard error of the slope.
+    slope_error: f64,
+    /// What a skew that drifts by 1/s would do to the delay at `device` [s²].
+    bend: f64,
+}
+
+impl Fit {
+    /// A level line through the first point.
+    pub fn level(point: Point) -> Fit {
+        Fit {
+            device: point.device,
+            delay: point.delay,
+            slope: 0.0,
+            spread: LEAST_SPREAD,
+            error: 0.0,
+            slope_error: super::envelope::USUAL_SKEW,
+            bend: 0.0,
+        }
+    }
+
+    /// The line's delay at a device time [s].
+    pub fn at(&self, device: f64) -> f64 {
+        self.delay + self.slope * (device - self.device)
+    }
+
+    /// The device time at which what was sent without delay arrives at `arrival` [s].
+    pub fn device_at(&self, arrival: f64) -> f64 {
+        (arrival - self.delay + self.slope * self.device) / (1.0 + self.slope)
+    }
+
+    /// How much faster than the session's clock the device's runs [ppm].
+    pub fn ppm(&self) -> f64 {
+        -self.slope / (1.0 + self.slope) * 1e6
+    }
+
+    /// What a skew that drifts by so much [1/s] would do to the delay [s].
+    pub fn bend_secs(&self, drift: f64) -> f64 {
+        drift * self.bend
+    }
+
+    /// Half the width of the 95 % interval of the delay at a device time [s].
+    ///
+    /// `age` is how long the device has been running at least [s]: it warms up first.
+    pub fn uncertainty_at(&self, device: f64, age: f64) -> f64 {
+        let drift = STATED_DRIFT + WARM_UP_DRIFT * (-age / WARM_UP_SECS).exp();
+        let beyond = (device - self.device).abs();
+        let bend = self.bend + beyond * beyond / 2.0 + beyond * (2.0 * self.bend).sqrt();
+        ERRORS * self.error.hypot(self.slope_error * beyond) + drift * bend
+    }
+}
+
+/// The line under `points` around a device time [s], as they are weighed with a memory to both sides
+/// [s].
+pub(super) fn line_around(
+    points: &[Point],
+    device: f64,
+    memory: f64,
+    skew: f64,
+    guess: Fit,
+) -> Fit {
+    let expected = Expected { skew, scatter: 0.0 };
+    line_under(|| points.iter().copied(), device, memory, expected, guess)
+}
+
+/// The expectile line under `points`, given at `device` [s].
+pub(super) fn line_under<I: Iterator<Item = Point>>(
+    points: impl Fn() -> I,
+    device: f64,
+    memory: f64,
+    expected: Expected,
+    guess: Fit,
+) -> Fit {
+    let base = guess.at(device);
+    let (mut delay, mut slope) = (base, guess.slope);
+    let mut sums = Sums::default();
+    let mut spread = mean_residual(points(), device, (delay, slope));
+    let weight = |residual: f64, x: f64, spread: f64| {
+        let above = ABOVE * (FAR * spread / residual.abs()).min(1.0);
+        let side = if residual > 0.0 { above } else { 1.0 - ABOVE };
+        side * (-x.abs() / memory).exp()
+    };
+    let mut used = spread;
+    for _ in 0..ITERATIONS {
+        sums = Sums::default();
+        used = spread;
+        let (mut absolute, mut count) = (0.0, 0.0);
+        for point in points() {
+            let x = point.device - device;
+            let residual = point.delay - delay - slope * x;
+            let age = (-x.abs() / memory).exp();
+            sums.add(weight(residual, x, spread), x, point.delay - base);
+            absolute += age * residual.abs().min(OUTLYING * spread);
+            count += age;
+        }
+        spread = (absolute / count).max(LEAST_SPREAD);
+        let before = (delay, slope);
+        (delay, slope) = sums.solve(expected);
+        delay += base;
+        if (before.0 - delay).abs() < 1e-8 && (before.1 - slope).abs() < 1e-10 {
+            break;
+        }
+    }
+    let mut errors = Errors::new(CORRELATED * memory);
+    let line = sums.line(expected);
+    let mut bend = 0.0;
+    for point in points() {
+        let x = point.device - device;
+        let residual = point.delay - delay - slope * x;
+        let w = weight(residual, x, used);
+        let share = w * line.share(x);
+        errors.push(x, share * residual, w * line.slope_share(x) * residual);
+        bend += share * x * x;
+    }
+    let (error, slope_error) = errors.standard();
+    let finest = 0.1 * LEAST_SPREAD / sums.count.sqrt();
+    Fit {
+        device,
+        delay,
+        slope,
+        spread,
+        error: error.max(finest),
+        slope_error: slope_error.max(1e-7).min(expected.skew.max(1e-7)),
+        bend: bend.abs() / 2.0,
+    }
+}
+
+/// The mean distance of points from a line that has the delay and slope `line` at `device` [s].
+fn mean_residual(
+    points: impl Iterator<Item = Point>,
+    device: f64,
+    (delay, slope): (f64, f64),
+) -> f64 {
+    let residual = |point: Point| point.delay - delay - slope * (point.device - device);
+    let (count, sum) =
+        points.fold((0.0, 0.0), |(count, sum), point| (count + 1.0, sum + residual(point).abs()));
+    (sum / count).max(LEAST_SPREAD)
+}
+
+/// Sums of what residuals do to the line, in stretches: neighbours are correlated (Bartlett's
+/// kernel).
+#[derive(Clone, Copy, Debug)]
+struct Errors {
+    stretch: f64,
+    began: f64,
+    sum: (f64, f64),
+    before: (f64, f64),
+    squares: (f64, f64),
+    /// The same of each residual alone: few stretches may happen to cancel out.
+    alone: (f64, f64),
+}
+
+impl Errors {
+    fn new(stretch: f64) -> Errors {
+        let none = (0.0, 0.0);
+        let began = f64::NEG_INFINITY;
+        Errors { stretch, began, sum: none, before: none, squares: none, alone: none }
+    }
+
+    fn push(&mut self, x: f64, delay: f64, slope: f64) {
+        if x - self.began > self.stretch {
+            self.end();
+            self.began = x;
+        }
+        self.sum.0 += delay;
+        self.sum.1 += slope;
+        self.alone.0 += delay * delay;
+        self.alone.1 += slope * slope;
+    }
+
+    fn end(&mut self) {
+        let square = |sum: f64, before: f64| sum * sum + sum * before;
+        self.squares.0 += square(self.sum.0, self.before.0);
+        self.squares.1 += square(self.sum.1, self.before.1);
+        self.before = std::mem::take(&mut self.sum);
+    }
+
+    fn standard(mut self) -> (f64, f64) {
+        self.end();
+        let error = |squares: f64, alone: f64| (2.0 * squares.max(0.0) + alone).sqrt();
+        (error(self.squares.0, self.alone.0), error(self.squares.1, self.alone.1))
+    }
+}
+
+/// How much each point has to say in a line.
+#[derive(Clone, Copy, Debug)]
+struct Shares {
+    w: f64,
+    centre: f64,
+    squares: f64,
+}
+
+impl Shares {
+    /// In its value at x = 0, for a weight of one.
+    fn share(&self, x: f64) -> f64 {
+        1.0 / self.w - self.centre * self.slope_share(x)
+    }
+
+    /// In its slope.
+    fn slope_share(&self, x: f64) -> f64 {
+        (x - self.centre) / self.squares
+    }
+}
+
+/// Weighted sums of a straight line's least squares.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    w: f64,
+    x: f64,
+    xx: f64,
+    y: f64,
+    xy: f64,
+    yy: f64,
+    count: f64,
+}
+
+impl Sums {
+    fn add(&mut self, weight: f64, x: f64, y: f64) {
+        self.w += weight;
+        self.x += weight * x;
+        self.xx += weight * x * x;
+        self.y += weight * y;
+        self.xy += weight * x * y;
+        self.yy += weight * y * y;
+        self.count += 1.0;
+    }
+
+    /// The variance of points around the line that they have by themselves [s²]: not around the one that it
+    /// holds back, which would hold itself.
+    fn variance(&self, expected: Expected) -> f64 {
+        let squares = (self.xx - self.x * self.x / self.w).max(f64::MIN_POSITIVE);
+        let product = self.xy - self.x * self.y / self.w;
+        let rest = self.yy - self.y * self.y / self.w - product * product / squares;
+        let few = (self.count + FEW) / (self.count - 2.0).max(1.0);
+        let least = expected.scatter.max(0.1 * LEAST_SPREAD);
+        0.5 * (few * rest.max(0.0) / self.w).max(least * least)
+    }
+
+    fn line(&self, expected: Expected) -> Shares {
+        let squares = (self.xx - self.x * self.x / self.w).max(0.0);
+        let prior = self.variance(expected) / (expected.skew * expected.skew);
+        Shares { w: self.w, centre: self.x / self.w, squares: squares + prior }
+    }
+
+    /// The line's value at x = 0, and its slope.
+    fn solve(&self, expected: Expected) -> (f64, f64) {
+        let line = self.line(expected);
+        let slope = (self.xy - self.x * self.y / self.w) / line.squares;
+        ((self.y - slope * self.x) / self.w, slope)
+    }
+}

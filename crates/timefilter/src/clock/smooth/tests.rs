@@ -1,0 +1,92 @@
+use super::*;
+use crate::clock::simulated::{Device, SECOND};
+
+/// The mean error of a model's times [s].
+fn error(clock: &mut dyn ClockModel, sent: &[(i64, Stamps)], least_delay: f64) -> f64 {
+    let errors = sent.iter().map(|(truth, stamps)| {
+        ((clock.correct(stamps).measured - truth) as f64 / 1e9 - least_delay).abs()
+    });
+    errors.sum::<f64>() / sent.len() as f64
+}
+
+#[test]
+fn times_with_hindsight_are_better() {
+    let mut device = Device::new(4.0);
+    device.rate = 1.0 - 60e-6;
+    let sent: Vec<(i64, Stamps)> = (0..2_400).map(|_| device.send()).collect();
+    let settings = OneWaySettings::new(Latency::new(0.0018, 0.0));
+    let mut smoother = Smoother::new(settings);
+    for (_, stamps) in &sent {
+        smoother.push(stamps);
+    }
+    let after = error(&mut smoother.finish(), &sent, device.least_delay);
+    let live = error(&mut OneWay::new(settings), &sent, device.least_delay);
+    assert!(after < 0.7 * live, "{after} {live}");
+}
+
+#[test]
+fn a_device_that_was_set_has_an_epoch_before_and_one_after() {
+    let mut device = Device::new(10.0);
+    device.clock += 7200 * SECOND;
+    let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
+    device.clock += 3600 * SECOND;
+    sent.extend((0..600).map(|_| device.send()));
+    let settings = OneWaySettings::new(Latency::new(0.0, 0.0));
+    let mut smoother = Smoother::new(settings);
+    for (_, stamps) in &sent {
+        smoother.push(stamps);
+    }
+    let mut smoothed = smoother.finish();
+    assert!(error(&mut smoothed, &sent, device.least_delay) < 0.01);
+    assert_eq!(smoothed.state().epoch, 1);
+}
+
+#[test]
+fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
+    let mut device = Device::new(10.0);
+    let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
+    let (truth, old) = sent[570];
+    sent.push((truth, Stamps { arrival: sent[599].1.arrival + 2 * SECOND, ..old }));
+    let mut smoother = Smoother::new(OneWaySettings::new(Latency::new(0.0, 0.0)));
+    for (_, stamps) in &sent {
+        smoother.push(stamps);
+    }
+    assert!(error(&mut smoother.finish(), &sent, device.least_delay) < 0.01);
+}
+
+#[test]
+fn any_settings_are_smoothed_without_a_panic() {
+    for usual_skew_ppm in [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300] {
+        let latency = Latency::new(f64::NAN, f64::INFINITY);
+        let mut device = Device::new(10.0);
+        let sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
+        let mut smoother =
+            Smoother::new(OneWaySettings { usual_skew_ppm, ..OneWaySettings::new(latency) });
+        for (_, stamps) in &sent {
+            smoother.push(stamps);
+        }
+        assert!(error(&mut smoother.finish(), &sent, device.least_delay) < 0.01);
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn any_stamps_are_smoothed_without_a_panic(
+        stamps: Vec<(Option<i64>, i64, u64, u32, f64)>,
+    ) {
+        let mut smoother = Smoother::new(OneWaySettings::new(Latency::BLUETOOTH));
+        let stamps: Vec<Stamps> = stamps
+            .into_iter()
+            .map(|(device, arrival, index, count, period_nanos)| {
+                Stamps { device, index, count, period_nanos, ..Stamps::arrived(arrival) }
+            })
+            .collect();
+        for stamps in &stamps {
+            smoother.push(stamps);
+        }
+        let mut smoothed = smoother.finish();
+        for stamps in &stamps {
+            smoothed.correct(stamps);
+        }
+    }
+}
