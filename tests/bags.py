@@ -49,13 +49,40 @@ def raw(bag: Path) -> dict[str, list[tuple[int, bytes]]]:
     return dict(streams)
 
 
+def sent_secs(bag: Path, topic: str) -> list[float]:
+    """What the sender of each message stamped it with: its publish time in the bag."""
+    times = []
+    for path in parts(bag):
+        with path.open("rb") as file:
+            messages = make_reader(file).iter_messages(topics=[topic], log_time_order=False)
+            times += [message.publish_time / 1e9 for _, _, message in messages]
+    return times
+
+
 def origins(bag: Path) -> dict[str, str]:
     """Whether each topic is raw or derived, as its channel says."""
+    metadata = channel_metadata(bag).items()
+    return {topic: of_channel["teampulse_origin"] for topic, of_channel in metadata}
+
+
+def channel_metadata(bag: Path) -> dict[str, dict[str, str]]:
+    """What the channel of each topic tells of it."""
     found = {}
     for path in parts(bag):
         with path.open("rb") as file:
             for channel in make_reader(file).get_summary().channels.values():
-                found[channel.topic] = channel.metadata["teampulse_origin"]
+                found[channel.topic] = dict(channel.metadata)
+    return found
+
+
+def counts(bag: Path) -> Counter:
+    """How many messages each topic has, as the index says: millions are not read one by one."""
+    found = Counter()
+    for path in parts(bag):
+        with path.open("rb") as file:
+            summary = make_reader(file).get_summary()
+        for channel_id, count in summary.statistics.channel_message_counts.items():
+            found[summary.channels[channel_id].topic] += count
     return found
 
 

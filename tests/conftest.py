@@ -2,10 +2,14 @@
 
 import itertools
 import os
+import signal
 
 import pytest
 
 import harness
+
+# Whoever starts the tests may ignore hang-ups, as `nohup` does, and programs inherit that.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 FIGURES = pytest.StashKey[list[str]]()
 

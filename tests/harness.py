@@ -1,9 +1,11 @@
 """Starts programs, waits for what they say, and ends them whatever happens."""
 
+import contextlib
 import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -105,6 +107,10 @@ class Program:
         """Ctrl-C; gives the exit code."""
         self._process.send_signal(signal.SIGINT)
         return self.ended(within_secs)
+
+    def signal(self, number: int) -> None:
+        """Sends a signal, if it has not ended."""
+        self._process.send_signal(number)
 
     def kill(self) -> None:
         """As a power cut would end it."""
@@ -208,6 +214,17 @@ def the_bag(out: Path) -> Path:
     """The only bag in a folder."""
     [metadata] = out.glob("*/metadata.yaml")
     return metadata.parent
+
+
+def receive_buffer_bytes() -> int:
+    """The largest receive buffer that a socket of ours gets: all that we ask for, where we may."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
+        # Linux's `SO_RCVBUFFORCE`, which Python has no name for.
+        for option in (socket.SO_RCVBUF, 33):
+            with contextlib.suppress(PermissionError):
+                ours.setsockopt(socket.SOL_SOCKET, option, 32 << 20)
+        # The kernel doubles what is asked for.
+        return ours.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) // 2
 
 
 def rmem_max_bytes() -> int:

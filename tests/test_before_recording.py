@@ -74,10 +74,28 @@ def test_check_says_go_where_not_all_are_there_and_none_is_required(stage, team)
     assert "missing  no robot matches /alpha*" in answer.stdout.splitlines()
 
 
+def test_check_says_what_people_lack_and_whose_phases_count(stage):
+    people = '[[sources]]\ntype = "people"\n[simulate]\nrobots = 1\npeople = 1\n'
+    study = stage.study(people + '[[phases]]\nname = "baseline"\nfrom_secs = 0\n')
+    stage.teampulse("simulate", study).wait_for("simulating")
+    undescribed = "/humans/persons/p009/own/ecg"
+    other = stage.cyclone("send", undescribed, "--type", "teampulse_msgs/msg/Wave", "--subscribers", 0)
+    other.answer("matched")
+    lines = stage.ask("check", study, "--out", stage.folder).stdout.splitlines()
+    notes = [line.removeprefix("note     ") for line in lines if line.startswith("note ")]
+    assert any(note.startswith("phases of p001 are told on /humans/persons/p001/") for note in notes), lines
+    assert any(note.startswith(f"{undescribed}: no description came") for note in notes), lines
+
+
+def test_simulate_takes_the_domain_of_the_session(stage):
+    study = stage.study("[session]\ndomain = 42\n[simulate]\nrobots = 1\n")
+    stage.teampulse("simulate", study).wait_for("on ROS domain 42")
+
+
 def test_check_tells_of_a_network_without_room_for_images(stage, team):
     lines = stage.ask("check", team, "--out", stage.folder).stdout.splitlines()
     [network] = [line for line in lines if line.startswith("network")]
-    assert ("ok" in network.split()) == (harness.rmem_max_bytes() >= 4 << 20)
+    assert ("ok" in network.split()) == (harness.receive_buffer_bytes() >= 4 << 20)
 
 
 def test_scan_tells_topics_with_what_they_add(stage, team):
@@ -121,7 +139,9 @@ def suggested(stage) -> str:
 def test_nobody_beyond_this_machine_hears_of_it(stage, what, demo_bag):
     with another_network() as sent_packets:
         if what == "demo":
-            stage.teampulse("demo", "--duration", 5, "--out", "sessions").ended()
+            demo = stage.teampulse("demo", "--duration", 5, "--out", "sessions")
+            demo.wait_for("ROS_DOMAIN_ID=77 .* ros2 topic list")
+            demo.ended()
         else:
             stage.teampulse("play", demo_bag, "--rate", 10).ended()
         assert sent_packets() == 0

@@ -58,6 +58,62 @@ def test_probes_tell_a_robots_offset_to_two_milliseconds(stage, figure):
     assert worst_ms < 2
 
 
+PERSON_AND_ROBOT = """
+[session]
+name = "two_laptops"
+[[sources]]
+type = "people"
+[[sources]]
+type = "robots"
+namespace = "/robot*"
+[[sinks]]
+type = "bag"
+tidy = false
+[simulate]
+robots = 1
+"""
+
+
+def test_a_person_on_a_laptop_that_is_off_is_aligned_with_a_robot(stage, figure):
+    """Two computers: a person's is 0.6 s and 40 ppm fast, and a robot's is in step."""
+    offset_secs, ecg = 0.6, "/humans/persons/p001/simulated/ecg"
+    person = stage.study(PERSON_AND_ROBOT + 'people = 1\nprefix = "other"\n', "person.toml")
+    robot = stage.study(PERSON_AND_ROBOT, "robot.toml")
+    out = stage.folder / "sessions"
+    began_secs = time.time()
+    clock = ("--clock-offset", offset_secs, "--clock-skew-ppm", SKEW_PPM)
+    stage.teampulse("simulate", person, *clock).wait_for("simulating")
+    stage.teampulse("simulate", robot).wait_for("simulating")
+    checked = stage.teampulse("check", robot, "--out", stage.folder, "--seconds", 6)
+    monitor = stage.teampulse("run", robot, "--duration", 11, "--out", out)
+    assert monitor.ended(within_secs=60) in (0, 3), monitor.report()
+    bag = harness.the_bag(out)
+
+    waves = bags.messages(bag, ecg)
+    sent_secs = bags.sent_secs(bag, ecg)
+    assert len(waves) == len(sent_secs) > 20
+    worst_secs = 0.0
+    for wave, stamp_secs in list(zip(waves, sent_secs))[len(waves) // 2 :]:
+        truth_secs = stamp_secs - offset_secs - (wave.log_secs - began_secs) * SKEW_PPM * 1e-6
+        header = wave.content.header.stamp
+        placed_secs = header.sec + header.nanosec * 1e-9
+        worst_secs = max(worst_secs, abs(placed_secs - truth_secs))
+    statuses = last_statuses(bag, "/")
+    odometry = statuses["/robot1/odom"].content
+    assert odometry.clock == TWO_WAY and abs(odometry.offset_secs) < 0.002, odometry
+    of_person = statuses[ecg].content
+    assert of_person.clock == TWO_WAY and abs(of_person.offset_secs - offset_secs) < 0.002
+    # What is in step keeps its stamps, so it is as far from the truth as its clock is said to be.
+    apart_ms = (worst_secs + abs(odometry.offset_secs)) * 1e3
+    figure(f"a person's ECG and a robot's odometry, 0.6 s apart: {apart_ms:.2f} ms (bar 5)")
+    assert apart_ms < 5
+
+    assert checked.ended() == 0, checked.report()
+    clocks = [line for line in checked.stdout.splitlines() if line.startswith("clock ")]
+    assert len(clocks) == 3 and not any("NaN" in line for line in clocks), clocks
+    assert [line for line in clocks if line.split()[1] == "off" and "+600." in line], clocks
+
+
 def test_stamps_alone_tell_an_offset_to_twenty_milliseconds(stage, figure):
     recorder, out = stage.record("/r9/*")
     peer = stage.cyclone("send", "/r9/position", "--type", "geometry_msgs/msg/PointStamped")

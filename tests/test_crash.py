@@ -70,10 +70,15 @@ def test_a_full_disk_ends_the_recording_and_not_the_monitoring(stage):
     watcher = stage.cyclone("subscribe", *status, "--count", 3, "--seconds", 15)
     assert watcher.answer("messages")["messages"] >= 3, "the monitoring has ended, too"
     assert recorder.is_running()
+    subprocess.run(["mount", "-o", "remount,size=600m", disk], check=True)
+    recorder.wait_for("recording goes on in")
+    [second] = harness.eventually(lambda: list(out.glob("*_2")))
+    harness.eventually(lambda: any(part.stat().st_size > 100_000 for part in bags.parts(second)))
     assert recorder.interrupt() == 3
     assert "error:" in recorder.stderr
+    assert bags.decoded_by_rosbags(second).total() > 0
 
-    bag = harness.the_bag(out)
+    bag = second.with_name(second.name.removesuffix("_2"))
     assert bags.decoded_by_rosbags(bag).total() > 1000
     assert recorder.stderr.count("error:") == 1, "one message for the bag and what stands beside it"
     assert "The bag ended before the session did" in (bag / "summary.md").read_text()

@@ -246,6 +246,71 @@ def test_intervals_of_an_e4_are_in_seconds_and_others_must_be_plausible(stage):
     assert done.returncode == 2 and "--scale 1000" in done.stderr
 
 
+@pytest.mark.parametrize("method", ["whole", "causal"])
+def test_intervals_lie_where_their_times_say(stage, method):
+    """An E4 tells intervals only while the hand is still: gaps stay gaps, in every window."""
+    rows = ["1551453301.000000, IBI"]
+    for begin_secs in (10, 110):
+        ends = [begin_secs + 0.8 * (k + 1) for k in range(75)]
+        rows += [f"{end:.6f},0.800000" for end in ends]
+    path = table(stage.folder / "gaps.csv", rows)
+    told = extract(stage, path, "--signal", "interval", "--window", 60, "--method", method)
+    beats = [event["time_secs"] - 1551453301 for event in told["events"]]
+    assert len(beats) == 150 and abs(beats[0] - 10.8) < 1e-3 and abs(beats[75] - 110.8) < 1e-3
+    coverage = {row["start_secs"] - 1551453301: row["coverage"] for row in told["features"]}
+    expected = {0: 50 / 60, 60: 20 / 60, 120: 50 / 50}
+    assert coverage.keys() == expected.keys()
+    for begin, share in expected.items():
+        assert abs(coverage[begin] - share) < 0.03, coverage
+
+
+def test_units_are_converted_or_refused(stage):
+    eda = [2.0 + 0.2 * math.sin(k / 40) for k in range(480)]
+    tables = {
+        "own": ("eda", eda, []),
+        "in_name": ("eda [nS]", [1000 * each for each in eda], []),
+        "resistance": ("gsr_kohm", [1000 / each for each in eda], []),
+        "said": ("eda", [1000 / each for each in eda], ["--unit", "kohm"]),
+        "scaled": ("eda [counts]", [100 * each for each in eda], ["--scale", 0.01]),
+    }
+    means = {}
+    for name, (head, rows, options) in tables.items():
+        path = table(stage.folder / f"{name}.csv", rows, head)
+        told = extract(stage, path, "--signal", "eda", "--rate", 4, *options)
+        means[name] = next(row["value"] for row in told["features"] if "Mean" in row["name"])
+    assert all(abs(mean / means["own"] - 1) < 1e-9 for mean in means.values()), means
+    for head, rows, options, words in (
+        ("eda [counts]", eda, [], "eda in counts can't be told in uS"),
+        ("eda", eda, ["--unit", "mV"], "--unit nS, uS, mS, S, ohm, kohm, Mohm"),
+        ("eda", [1800 + k % 50 for k in range(480)], [], "raw counts"),
+    ):
+        path = table(stage.folder / "refused.csv", rows, head)
+        done = stage.ask("extract", path, "--signal", "eda", "--rate", 4, *options)
+        assert done.returncode == 2 and words in done.stderr, (words, done.stderr)
+
+
+EVIL = "\x1b[2J\x1b]0;evil\x07\u202eecg\u009b31m"
+
+
+def harmless(*texts) -> bool:
+    """Whether nothing in texts commands a terminal or turns the direction of writing."""
+    unwanted = [*map(chr, range(32)), *map(chr, range(127, 160)), *map(chr, range(0x202A, 0x202F))]
+    return not any(each in text for text in texts for each in unwanted if each not in "\n\t")
+
+
+def test_names_and_cells_command_no_terminal(stage):
+    rows = [f"{value:.4f},{value:.4f}" for value in ecg()]
+    path = table(stage.folder / "evil.csv", rows, f"{EVIL},{EVIL}2")
+    options = ("--signal", "emg", "--rate", RATE_HZ)
+    for more in ([], ["--json"], ["--events"], ["--column", f"{EVIL}3"], ["--time", f"{EVIL}"]):
+        done = stage.ask("extract", path, *options, *more)
+        assert "evil" in done.stdout + done.stderr or more == ["--events"], more
+        assert harmless(done.stdout, done.stderr), (more, done)
+    path = table(stage.folder / "cell.csv", ["1", "2", EVIL], "ecg")
+    done = stage.ask("extract", path, "--signal", "ecg", "--rate", RATE_HZ)
+    assert done.returncode == 1 and "line 4" in done.stderr and harmless(done.stderr), done.stderr
+
+
 def test_options_that_mean_nothing_for_a_signal_are_refused(stage, recording):
     for options in (
         ["--signal", "ecg", "--phasic", "cvxeda"],

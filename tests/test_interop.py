@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 
 import pytest
 
@@ -89,12 +90,40 @@ def test_a_peer_sees_our_node_its_endpoints_and_their_type_hashes(stage):
     published = [endpoints[gid] for gid in node["writers"] if gid in endpoints]
     assert {f"rt{topic}" for topic in OURS} <= {each["topic"] for each in published}
     assert "rt/bench" in {endpoints[gid]["topic"] for gid in node["readers"] if gid in endpoints}
-    for endpoint in published:
+    subscribed = [endpoints[gid] for gid in node["readers"] if gid in endpoints]
+    assert {"rt/session/events", "rq/teampulse/list_parametersRequest"} <= {
+        each["topic"] for each in subscribed
+    }
+    for endpoint in published + subscribed:
         told = re.search(r"typehash=(RIHS01_[0-9a-f]{64});", endpoint["user_data"])
         assert told, f"{endpoint} tells no type hash"
-        package, _, _, name = endpoint["type"].removesuffix("_").split("::")
-        known_hash = ros_types.type_hash(f"{package}/msg/{name}")
+        package, kind, _, name = endpoint["type"].removesuffix("_").split("::")
+        known_hash = ros_types.type_hash(f"{package}/{kind}/{name}")
         assert known_hash in (None, told[1]), endpoint
+
+
+def test_no_topic_has_two_readers_of_ours(stage):
+    """Not even where its name is wanted twice, and by `/**`."""
+    twice = '[[sources]]\ntype = "topics"\nnames = ["/bench", "/**"]'
+    monitored(stage, settings=twice)
+    seen = stage.cyclone("graph", "--until", *OURS).answer("nodes")
+    [node] = [node for node in seen["nodes"] if node["name"] == "/teampulse"]
+    endpoints = {endpoint["gid"]: endpoint for endpoint in seen["endpoints"]}
+    readers = [endpoints[gid] for gid in node["readers"] if gid in endpoints]
+    names = Counter((reader["topic"], reader["type"]) for reader in readers)
+    assert names[("rt/bench", "std_msgs::msg::dds_::UInt8MultiArray_")] == 1
+    assert set(names.values()) == {1}, names
+
+
+@pytest.mark.parametrize("late", [[], ["--listen-late"]], ids=["ready", "discovered late"])
+def test_our_parameters_are_told_to_any_node_on_cyclone(stage, late):
+    monitored(stage)
+    kind = "rcl_interfaces/srv/ListParameters"
+    asker = stage.cyclone("ask", "/teampulse/list_parameters", kind, *late)
+    # No prefixes, and any depth: an empty sequence and a zero, each in its place.
+    asker.say((bytes([0, 1, 0, 0]) + bytes(16)).hex())
+    reply = bytes.fromhex(asker.answer("reply")["reply"])
+    assert b"start_type_description_service\0" in reply and b"use_sim_time\0" in reply
 
 
 def test_our_gids_have_24_bytes_where_humble_is_spoken(stage):
@@ -137,11 +166,11 @@ def test_injected_loss_is_told_exactly_or_as_unknown(stage, reliability):
     assert stream["lost"] in (None, missing)
 
 
-def monitored(stage, **options) -> harness.Program:
+def monitored(stage, settings: str = "", **options) -> harness.Program:
     """A session that has something to tell."""
     stage.cyclone("publish", "/bench")
     return stage.teampulse(
-        "run", stage.study(SESSION), "--out", stage.folder / "sessions", **options
+        "run", stage.study(SESSION + settings), "--out", stage.folder / "sessions", **options
     )
 
 

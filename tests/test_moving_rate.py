@@ -104,7 +104,8 @@ def test_how_fast_the_clock_runs_is_found_out_while_samples_come(bag):
     told = [each.skew_ppm for each in health if each.name == SIGNALS["pulse"].topic]
     told = [ppm for ppm in told if not math.isnan(ppm)]
     assert abs(told[0] - FAST_PPM) > 100 and abs(told[-1] - FAST_PPM) < 20
-    assert len(set(told)) > LASTS_SECS / 2
+    # The line through its delays is laid anew every four seconds.
+    assert len(set(told)) > LASTS_SECS / 4
 
 
 @pytest.mark.parametrize("leaf", SIGNALS)

@@ -3,6 +3,8 @@ listens, and whatever he subscribes to."""
 
 import os
 import struct
+from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -14,6 +16,12 @@ from conftest import leave_out
 STUDY = harness.ROOT / "studies/one_operator.toml"
 PERSON = "/humans/persons/"
 RECORDED_SECS = 45
+# Where the health of streams is told.
+HEALTH = {
+    "/teampulse/status": "teampulse_msgs/msg/StreamStatus",
+    "/teampulse/clocks": "teampulse_msgs/msg/Event",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+}
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +35,13 @@ def overheard(tmp_path_factory):
     monitor = stage.teampulse("run", STUDY, "--duration", RECORDED_SECS, "--out", out)
     simulator = stage.teampulse("simulate", STUDY)
     listener = stage.cyclone("eavesdrop", "--best-effort", "--seconds", RECORDED_SECS - 15)
+    health = {topic: stage.cyclone(*subscription(topic, kind)) for topic, kind in HEALTH.items()}
     heard = listener.answer("heard", within_secs=60)["heard"]
+    health = {
+        topic: [bytes.fromhex(each) for each in listener.answer("samples")["samples"]]
+        for topic, listener in health.items()
+    }
+    graph = stage.cyclone("graph", "--until", "/teampulse/status").answer("nodes")
     of_monitor, of_simulator = wire.ports(monitor.pid), wire.ports(simulator.pid)
     assert monitor.ended(within_secs=60) == 0, monitor.report()
     sent = sniffer.stop()
@@ -35,11 +49,28 @@ def overheard(tmp_path_factory):
     # All participants share the ports on which they hear of each other; nobody sends from there.
     assert not {port for port in of_monitor & of_simulator if port in sent}
     datagrams = [[b"".join(sent.get(port, [])) for port in of] for of in (of_monitor, of_simulator)]
-    return harness.the_bag(out), heard, *datagrams
+    return Overheard(harness.the_bag(out), heard, *datagrams, health, graph)
+
+
+class Overheard(NamedTuple):
+    """What was recorded, and what of it somebody could know."""
+
+    bag: Path
+    heard: dict[str, int]
+    of_monitor: list[bytes]
+    of_simulator: list[bytes]
+    health: dict[str, list[bytes]]
+    graph: dict
+
+
+def subscription(topic: str, kind: str) -> list:
+    """To the messages of a topic, of which the first are kept."""
+    seconds = ("--seconds", RECORDED_SECS - 15)
+    return ["subscribe", topic, "--type", kind, "--best-effort", *seconds, "--keep", 1000]
 
 
 def test_somebody_listens_to_all_that_there_is(overheard):
-    _, heard, of_monitor, _ = overheard
+    heard, of_monitor = overheard.heard, overheard.of_monitor
     assert heard["rt/teampulse/status"] > 100
     assert heard[f"rt{PERSON}p001/simulated/ecg"] > 40
     assert any(b"teampulse/status" in sent for sent in of_monitor)
@@ -47,14 +78,14 @@ def test_somebody_listens_to_all_that_there_is(overheard):
 
 def test_every_sample_is_found_in_what_the_sensors_computer_sent(overheard):
     """So what is looked for would be found."""
-    bag, _, _, of_simulator = overheard
+    bag, of_simulator = overheard.bag, overheard.of_simulator
     samples = numbers(bag, "/simulated/ecg")
     # The last are sent when nobody listens any more.
     assert len(samples & found(samples, of_simulator)) > 0.9 * len(samples)
 
 
 def test_no_number_of_a_person_is_in_what_the_session_sent(overheard):
-    bag, _, of_monitor, _ = overheard
+    bag, of_monitor = overheard.bag, overheard.of_monitor
     secret = numbers(bag, "")
     assert len(secret) > 10_000
     assert not found(secret, of_monitor)
@@ -62,11 +93,24 @@ def test_no_number_of_a_person_is_in_what_the_session_sent(overheard):
 
 def test_nor_is_there_a_word_of_what_was_computed_of_a_person(overheard):
     """A description tells how: of a state, from which heart rate in the baseline."""
-    bag, _, of_monitor, _ = overheard
+    bag, of_monitor = overheard.bag, overheard.of_monitor
     computed = {topic for topic, origin in bags.origins(bag).items() if origin == "derived"}
     computed = {topic.encode() for topic in computed if topic.startswith(PERSON)}
     assert len(computed) > 20
     assert not {topic for topic in computed for sent in of_monitor if topic in sent}
+
+
+def test_nor_who_it_is_or_how_the_sensors_are(overheard):
+    """The id stands in the names of the sensors' own topics, and of our readers of these, alone."""
+    told = overheard.health
+    assert len(told["/teampulse/status"]) > 50 and len(told["/diagnostics"]) > 5
+    assert not [each for messages in told.values() for each in messages if b"p001" in each]
+    [node] = [each for each in overheard.graph["nodes"] if each["name"] == "/teampulse"]
+    published = [
+        each["topic"] for each in overheard.graph["endpoints"] if each["gid"] in node["writers"]
+    ]
+    assert published and not [topic for topic in published if "p001" in topic]
+    assert not [each for each in overheard.graph["nodes"] if "p001" in each["name"]]
 
 
 def numbers(bag, topic_ends: str) -> set[bytes]:

@@ -2,11 +2,10 @@
 independent tools, where the method is the same, and near them where it is another."""
 
 import json
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import bags
 import harness
@@ -14,7 +13,7 @@ import recorded
 import tables
 from recorded import Signal
 
-DATA = Path(os.environ.get("SHARED_DATA", harness.ROOT / "../shared/data"))
+DATA = harness.TESTS / "data"
 # Whole recordings, as far as they fill seconds.
 WINDOWS_SECS = {"lab": 149, "open": 241, "closed": 305, "openbci": 89, "myo": 60, "e4": 24}
 STUDY = f"""
@@ -30,10 +29,6 @@ BANDS = {"Delta": (1, 4), "Theta": (4, 8), "Alpha": (8, 13), "Beta": (13, 30), "
 UNTOUCHED = (0, 1, 3, 6, 7)
 EYES = ("closed", "open")
 EEG_HZ, MYO_HZ, LAB_HZ, OPENBCI_HZ = 125, 200, 100, 250
-
-pytestmark = pytest.mark.skipif(
-    not (DATA / "golden").exists(), reason=f"there are no recordings in {DATA}"
-)
 
 
 def table(name: str, **options) -> np.ndarray:
@@ -190,7 +185,6 @@ def test_alpha_is_higher_with_eyes_closed(features):
 
 
 def test_bands_of_eight_channels_are_welch_s(features):
-    signal = pytest.importorskip("scipy.signal")
     told = features("openbci/cyton/eeg", "brain", WINDOWS_SECS["openbci"])
     count = WINDOWS_SECS["openbci"] * OPENBCI_HZ
     for channel in UNTOUCHED:
@@ -205,7 +199,6 @@ def test_bands_of_eight_channels_are_welch_s(features):
 
 
 def test_muscles_are_as_loud_as_the_formulas_say(features):
-    signal = pytest.importorskip("scipy.signal")
     sections = signal.butter(4, [20, 95], "band", fs=MYO_HZ, output="sos")
     told = features("gesture2/myo/emg", "muscle", WINDOWS_SECS["myo"])
     count = WINDOWS_SECS["myo"] * MYO_HZ

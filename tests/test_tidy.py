@@ -16,7 +16,10 @@ ECG = "/humans/persons/p001/simulated/ecg"
 STATE = "/humans/persons/p001/state/w30"
 RECORDED_SECS = 75
 TABLES = {"events.tsv": "\t", "features.csv": ","}
-FILES = {*TABLES, "events.json", "features.json", "intervals.txt", "summary.md"}
+IN_THE_END = {"phases.csv", "phases.json", "intervals.csv", "summary.md"}
+FILES = {*TABLES, *IN_THE_END, "events.json", "features.json", "intervals.txt", "intervals.json"}
+# What `features.csv` may take of a disk, of one operator with nine sensors and two robots [MB/h].
+MOST_MB_AN_HOUR = 20
 
 
 @pytest.fixture(scope="module")
@@ -67,18 +70,17 @@ def test_phases_cover_the_session(events, features):
     assert list(phases.label) == ["baseline", "1-back"]
     baseline, task = phases.onset
     assert baseline < 1 and abs(task - baseline - 60) < 0.5
+    assert (events.trial_type == "phase").sum() == 2, "each is told once"
     # As they were: the session ended long before the second one should have.
     assert phases.duration.iloc[0] == pytest.approx(60, abs=0.5)
     assert phases.duration.iloc[1] == pytest.approx(RECORDED_SECS - 60, abs=2)
     assert (events[events.trial_type == "phase"].duration <= RECORDED_SECS + 5).all()
     during = events[(events.subject == "robot1") & events.onset.between(1, 59)]
     assert set(during.phase) <= {"baseline"}
-    windows = features[(features.window_secs == 30) & (features.subject == "p001")]
-    covered = windows[windows.stream == f"{ECG}/heart/w30"]
-    spans = sorted(set(zip(covered.start_secs, covered.end_secs, covered.phase, strict=True)))
-    assert [phase for _, _, phase in spans] == ["baseline", "baseline"]
-    assert all(later[0] >= earlier[1] - 1e-3 for earlier, later in zip(spans, spans[1:]))
-    assert spans[-1][1] - spans[0][0] == pytest.approx(60, abs=1)
+    covered = windows_of(features)
+    spans = sorted(set(zip(covered.start_secs, covered.phase, strict=True)))
+    assert [phase for _, phase in spans] == ["baseline", "baseline"]
+    assert spans[1][0] - spans[0][0] == pytest.approx(30, abs=1)
 
 
 def test_each_value_is_that_of_the_bag_with_its_unit(bag, features):
@@ -86,14 +88,20 @@ def test_each_value_is_that_of_the_bag_with_its_unit(bag, features):
     assert (features.value.isna() == features.reason.notna()).all()
     assert (features.value.notna() | features.reason.notna()).all()
     name = f"{ECG}/heart/w30"
+    begin_ms = pandas.Timestamp(pandas.read_csv(bag / "events.tsv", sep="\t").time[0]).value // 1_000_000
+    begin_ms -= round(1000 * pandas.read_csv(bag / "events.tsv", sep="\t").onset[0])
     described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
     stream = next(each for each in described if each.name == name)
     windows = {stamp_ms(each): each.content for each in bags.messages(bag, name)}
-    rows = features[features.stream == name]
-    assert len(rows) == 2 * len(stream.channels)
+    rows = windows_of(features)
+    assert len(rows) == 2 * (2 + len(stream.channels)), "with coverage and quality"
     for row in rows.itertuples():
-        window = windows[pandas.Timestamp(row.time_utc).value // 1_000_000]
-        place = stream.channels.index(row.name)
+        end_ms = begin_ms + round(1000 * (row.start_secs + row.window_secs))
+        window = windows[min(windows, key=lambda each: abs(each - end_ms))]
+        if row.measure in ("coverage", "quality"):
+            assert row.value == pytest.approx(getattr(window, row.measure))
+            continue
+        place = stream.channels.index(row.measure)
         assert row.unit == stream.units[place]
         if window.reasons[place] == 0:
             assert row.value == window.values[place]
@@ -102,7 +110,8 @@ def test_each_value_is_that_of_the_bag_with_its_unit(bag, features):
 
 
 def test_intervals_add_up_to_the_time_in_which_the_heart_was_heard(bag, figure):
-    intervals_ms = np.loadtxt(bag / "intervals.txt")
+    times_secs, intervals_secs = np.loadtxt(bag / "intervals.txt").T
+    intervals_ms = 1e3 * intervals_secs
     beats = bags.messages(bag, f"{ECG}/beats")
     assert len(intervals_ms) == sum(np.isfinite(each.content.value) for each in beats)
     lasted_secs = stamp_secs(beats[-1]) - stamp_secs(beats[0])
@@ -111,11 +120,49 @@ def test_intervals_add_up_to_the_time_in_which_the_heart_was_heard(bag, figure):
     figure(f"tidy: intervals add up to {off:+.3%} of the time from the first beat to the last")
     assert abs(off) < 0.02
     assert intervals_ms.min() > 300 and intervals_ms.max() < 2000
+    # Each begins where the one before it ends, as no data are missing.
+    assert np.allclose(np.diff(times_secs), intervals_secs[1:], atol=1e-3)
+    table = pandas.read_csv(bag / "intervals.csv")
+    assert list(table.columns) == ["time_secs", "rr_ms", "phase", "corrected"]
+    assert np.allclose(table.rr_ms, intervals_ms, atol=1e-2)
+    assert set(table.phase.dropna()) == {"baseline", "1-back"}
+    assert set(table.corrected) <= {0, 1} and table.corrected.mean() < 0.2
+
+
+def test_phases_are_one_small_table(bag, features):
+    phases = pandas.read_csv(bag / "phases.csv", float_precision="round_trip")
+    person = phases[phases.subject == "p001"]
+    assert list(person.phase) == ["baseline", "1-back"] and list(person.occurrence) == [1, 1]
+    told = json.loads((bag / "phases.json").read_text())
+    assert set(told) == set(phases.columns)
+    assert all(each["Description"] for each in told.values())
+    long = features[(features.subject == "p001") & (features.phase == "baseline")]
+    long = long[(long.source == "simulated/ecg") & (long.measure == "ECG_Rate_Mean")]
+    baseline = long[long.window_secs > 45].value.iloc[-1]
+    assert person["ECG_Rate_Mean"].iloc[0] == baseline
+
+
+def test_each_measure_has_a_description_and_a_method(bag, features):
+    told = json.loads((bag / "features.json").read_text())["measure"]["Levels"]
+    assert set(features.measure) <= set(told)
+    assert all(each["Description"] and each["Method"] for each in told.values())
+    assert "Welch" in str(told["HRV_LF"]["Method"])
+    assert not [name for name, each in told.items() if "this study's own" in each["Description"]]
+
+
+def test_features_take_little_room(bag, figure):
+    an_hour = (bag / "features.csv").stat().st_size * 3600 / RECORDED_SECS / 1e6
+    figure(f"tidy: features.csv takes {an_hour:.1f} MB an hour")
+    assert an_hour < MOST_MB_AN_HOUR
+
+
+def test_files_are_their_owner_s_alone(bag):
+    assert {name: (bag / name).stat().st_mode & 0o777 for name in FILES} == dict.fromkeys(FILES, 0o600)
 
 
 def test_the_summary_is_a_page_with_everyone_on_it(bag):
     text = (bag / "summary.md").read_text()
-    for word in ("# one_operator", "### p001", "### robot2", f"| {ECG} ", "baseline", "intervals.txt"):
+    for word in ("# one_operator", "### p001", "### robot2", f"| {ECG} ", "baseline", "intervals.txt", "phases.csv"):
         assert word in text, word
     assert len(text.splitlines()) < 100
 
@@ -177,14 +224,14 @@ def test_a_killed_monitor_leaves_files_that_are_whole_up_to_their_last_line(stag
     for table in tables:
         head, *rows = csv.reader(whole_lines(table), delimiter=TABLES[table.name])
         assert rows and all(len(row) == len(head) for row in rows), table.name
-    assert all(300 < float(line) < 2000 for line in whole_lines(intervals))
+    assert all(0.3 < float(line.split("\t")[1]) < 2 for line in whole_lines(intervals))
     assert not (folder / "summary.md").exists()
 
     answer = stage.ask("replay", folder, "--out", stage.folder / "again")
     assert answer.returncode == 3 and "damaged" in answer.stderr, answer.stderr
     again = harness.the_bag(stage.folder / "again")
-    names = {each.name for each in again.glob("intervals*")}
-    assert names == {each.name for each in folder.glob("intervals*")}
+    names = {each.name for each in again.glob("intervals*.txt")}
+    assert names == {each.name for each in folder.glob("intervals*.txt")}
     assert "cut off" in (again / "summary.md").read_text()
 
 
@@ -215,6 +262,12 @@ def test_the_demo_has_an_operator_and_five_robots_in_one_bag(demo_bag):
     text = (demo_bag / "summary.md").read_text()
     assert all(f"### {subject}\n" in text for subject in subjects)
     assert (demo_bag / "intervals.txt").read_text().count("\n") > 10
+
+
+def windows_of(features):
+    """The windows of 30 s of the heart, which are no phases."""
+    of_heart = features[(features.source == "simulated/ecg") & (features.window_secs == 30)]
+    return of_heart[of_heart.subject == "p001"]
 
 
 def is_event(message, kind: str) -> bool:

@@ -2,7 +2,7 @@
 """An independent ROS 2 peer over PyPI's Cyclone DDS.
 
 `publish` and `subscribe` move numbered, checksummed messages (see payload.py); `send` publishes any
-bytes, given as hexadecimal lines on standard input; `eavesdrop` listens to all that there is;
+bytes, given as hexadecimal lines on standard input; `ask` calls a service; `eavesdrop` listens to all that there is;
 `graph` tells the nodes and endpoints it sees.
 Each prints one JSON object a line: first that it is matched, last what it counted. Standard input
 is its leash: when that closes, it ends.
@@ -179,6 +179,53 @@ def eavesdrop(args: argparse.Namespace, participant: DomainParticipant) -> None:
     tell(heard=messages)
 
 
+# --- services
+
+
+def ask(args: argparse.Namespace, participant: DomainParticipant) -> None:
+    """Calls a service as rmw_cyclonedds does: requests are lines of hexadecimal on standard input, CDR
+    with its header; so is each reply."""
+    package, _, name = args.service_type.split("/")
+
+    def half(prefix: str, suffix: str, kind: str) -> Topic:
+        dds_name = f"{package}::srv::dds_::{name}_{kind}_"
+        anything = make_idl_struct(name, dds_name, {})
+        return Topic(participant, f"{prefix}{args.service}{suffix}", anything, qos=reliable())
+
+    def listen() -> DataReader:
+        reader = DataReader(participant, half("rr", "Reply", "Response"), qos=reliable())
+        wait_until(lambda: reader.get_subscription_matched_status().current_count > 0)
+        return reader
+
+    writer = DataWriter(participant, half("rq", "Request", "Request"), qos=reliable())
+    reader = None if args.listen_late else listen()
+    wait_until(lambda: subscribers(writer) > 0)
+    for number, line in enumerate(sys.stdin, start=1):
+        request = bytes.fromhex(line.strip())
+        call = os.getpid().to_bytes(8, "little") + number.to_bytes(8, "little")
+        message = request[:4] + call + request[4:]
+        ddspy_write(writer._ref, message + bytes(-len(message) % 4))
+        if reader is None:
+            writer.wait_for_acks(duration(seconds=10))
+            reader = listen()
+        reply = None
+        while reply is None and leashed():
+            for data, info in ddspy_take(reader._ref, ANY, 100):
+                if info.valid_data and data[4:20] == call:
+                    reply = data[:4] + data[20:]
+            time.sleep(0.001)
+        tell(reply=reply.hex())
+
+
+def reliable() -> Qos:
+    """As services are in ROS 2."""
+    return Qos(
+        Policy.Reliability.Reliable(duration(seconds=1)),
+        Policy.History.KeepLast(10),
+        Policy.DataRepresentation(use_xcdrv2_representation=False),
+    )
+
+
 # --- the graph
 
 
@@ -322,6 +369,11 @@ def arguments() -> argparse.Namespace:
         command.add_argument("--transient-local", action="store_true")
         command.add_argument("--deadline-ms", type=float)
         command.add_argument("--no-type-hash", action="store_true")
+    command = commands.add_parser("ask", help=ask.__doc__)
+    command.set_defaults(run=ask)
+    command.add_argument("service", help="a ROS name: /teampulse/list_parameters")
+    command.add_argument("service_type", help="its type: rcl_interfaces/srv/ListParameters")
+    command.add_argument("--listen-late", action="store_true", help="open the reader of replies after a request")
     command = commands.add_parser("graph", help=graph.__doc__)
     command.set_defaults(run=graph)
     command.add_argument("--seconds", type=float, default=10)

@@ -1,0 +1,126 @@
+"""Recordings that others made are read as they are: what rosbag2 writes, through an independent writer."""
+
+import json
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+BATTERY = STORE.types["sensor_msgs/msg/BatteryState"]
+STRING = STORE.types["std_msgs/msg/String"]
+HEADER, TIME = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
+BEGIN_NS, COUNT = 1_700_000_000_000_000_000, 600
+
+
+def battery(at_ns, k):
+    import numpy
+
+    header = HEADER(TIME(at_ns // 10**9, at_ns % 10**9), "base")
+    none = numpy.zeros(0, dtype=numpy.float32)
+    numbers = (12.0 - k / 1000, 25.0, -2.0, 5.0, 10.0, 10.0, 0.9 - k / 10000)
+    return BATTERY(header, *numbers, 2, 1, 3, True, none, none, "slot", "1")
+
+
+def record(path, version, storage, mode):
+    recording = Writer(path, version=version, storage_plugin=storage)
+    if mode != CompressionMode.NONE:
+        recording.set_compression(mode, CompressionFormat.ZSTD)
+    with recording as writer:
+        batteries = writer.add_connection("/robot1/battery_state", BATTERY.__msgtype__, typestore=STORE)
+        words = writer.add_connection("/chatter", STRING.__msgtype__, typestore=STORE)
+        for k in range(COUNT):
+            at_ns = BEGIN_NS + k * 100_000_000
+            writer.write(batteries, at_ns, STORE.serialize_cdr(battery(at_ns, k), BATTERY.__msgtype__))
+            writer.write(words, at_ns + 50_000_000, STORE.serialize_cdr(STRING(f"word {k}"), STRING.__msgtype__))
+    return path
+
+
+@pytest.mark.parametrize("version", [8, 9])
+@pytest.mark.parametrize("storage", [StoragePlugin.SQLITE3, StoragePlugin.MCAP])
+@pytest.mark.parametrize("mode", [CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_a_recording_of_others_is_read_and_replayed_with_the_defaults(stage, version, storage, mode):
+    bag = record(stage.folder / "theirs", version, storage, mode)
+    told = stage.ask("info", bag, "--json")
+    assert told.returncode == 0, told.stderr
+    counts = {each["name"]: each["messages"] for each in json.loads(told.stdout)["streams"]}
+    assert counts == {"/robot1/battery_state": COUNT, "/chatter": COUNT}
+    done = stage.ask("replay", bag, "--out", stage.folder)
+    assert done.returncode == 0, done.stderr
+    assert "no study is kept" in done.stderr
+    with AnyReader([next(stage.folder.glob("theirs_replay*"))]) as reader:
+        counts = {each.topic: each.msgcount for each in reader.connections}
+        assert counts["/robot1/battery_state"] == counts["/chatter"] == COUNT
+        # What it is is known by its type: it is judged as a robot's battery.
+        assert counts["/robot1/battery_state/use/w30"] > 10
+        times = [at_ns for connection, at_ns, _ in reader.messages() if connection.topic == "/chatter"]
+        assert times[:2] == [BEGIN_NS + 50_000_000, BEGIN_NS + 150_000_000]
+
+
+def test_names_from_a_bag_command_no_terminal_and_leave_the_folder(stage):
+    evil = "/evil\x1b[2J\u202e\n/../../x"
+    with Writer(stage.folder / "evil", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        words = writer.add_connection(evil, STRING.__msgtype__, typestore=STORE)
+        writer.write(words, BEGIN_NS, STORE.serialize_cdr(STRING("word"), STRING.__msgtype__))
+    out = stage.folder / "tables"
+    for arguments in (["info"], ["info", "--json"], ["export", "--out", out], ["replay", "--out", stage.folder / "again"]):
+        done = stage.ask(arguments[0], stage.folder / "evil", *arguments[1:])
+        for text in (done.stdout, done.stderr):
+            assert not any(each in text for each in "\x1b\u202e\x07"), (arguments, done)
+    names = [path.name for path in out.rglob("*")]
+    assert names and all(name.isprintable() for name in names), names
+    assert not (stage.folder.parent / "x").exists()
+
+
+def test_a_recording_of_others_becomes_a_bag_with_a_report(stage):
+    theirs = record(stage.folder / "theirs", 9, StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
+    out = stage.folder / "sessions"
+    done = stage.ask("import", theirs, "--out", out)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].endswith(f"{2 * COUNT} messages on 2 topics, 60.0 s from 2023-11-14T22:13:20.000Z"), lines
+    assert any("/robot1/battery_state" in line and "battery of robot1" in line for line in lines), lines
+    assert len(lines) < 24
+    bag = lines[-1]
+    counts = {each["name"]: each for each in json.loads(stage.ask("info", bag, "--json").stdout)["streams"]}
+    assert counts["/chatter"]["messages"] == COUNT
+    assert counts["/robot1/battery_state/use/w30"]["origin"] == "derived"
+    assert (Path(bag) / "summary.md").exists()
+    again = stage.ask("import", bag, "--out", out)
+    assert again.returncode == 1 and "is a bag of teampulse already" in again.stderr
+
+
+def test_tables_of_a_wristband_become_one_bag_of_a_person(stage):
+    folder = stage.folder / "E4"
+    folder.mkdir()
+    begin = BEGIN_NS // 10**9
+    (folder / "EDA.csv").write_text(f"{begin}.0\n4.0\n" + "".join(f"{2 + k % 40 / 100}\n" for k in range(4 * 90)))
+    cells = (f"{k % 3},{k % 5},64\n" for k in range(32 * 90))
+    (folder / "ACC.csv").write_text(f"{begin}.0, {begin}.0, {begin}.0\n32.0, 32.0, 32.0\n" + "".join(cells))
+    (folder / "IBI.csv").write_text(f"{begin}.0, IBI\n" + "".join(f"{0.8 * k + 0.8:.2f},0.8\n" for k in range(110)))
+    (folder / "tags.csv").write_text(f"{begin + 3}.5\n")
+    done = stage.ask("import", folder, "--person", "p007", "--device", "e4", "--out", stage.folder / "sessions")
+    assert done.returncode == 0, done.stderr
+    bag = done.stdout.splitlines()[-1]
+    told = json.loads(stage.ask("info", bag, "--json").stdout)
+    streams = {each["name"]: each for each in told["streams"]}
+    below = "/humans/persons/p007/e4"
+    raw = {name for name, each in streams.items() if each["origin"] == "raw" and name.startswith("/humans")}
+    assert raw == {f"{below}/eda", f"{below}/acceleration", f"{below}/interval"}
+    assert streams[f"{below}/interval"]["messages"] == 110
+    assert abs(told["start_secs"] - begin) < 1 and abs(told["duration_secs"] - 90) < 1.5
+    assert streams[f"{below}/eda/skin/w30"]["messages"] > 50
+    # As `extract` has it: 64 is 1 g.
+    table = stage.folder / "tables"
+    assert stage.ask("export", bag, "--out", table).returncode == 0
+    [acceleration] = table.glob("*e4__acceleration.csv")
+    assert ",1" in acceleration.read_text().splitlines()[1]
+
+
+def test_what_a_table_measures_has_to_be_known(stage):
+    table = stage.folder / "data.csv"
+    table.write_text("1\n2\n")
+    done = stage.ask("import", table, "--out", stage.folder)
+    assert done.returncode == 2 and "--signal" in done.stderr, done
