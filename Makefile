@@ -20,6 +20,10 @@ help: ## this list
 demo: build ## a simulated operator and five robots on ROS 2, watched and recorded, until Ctrl-C (ARGS="--duration 60")
 	$(TEAMPULSE) demo $(ARGS)
 
+picture: build ## docs/demo.svg, made anew from the demo's screen
+	@.ci/apt-install "to see the demo's screen" tmux
+	docs/screenshot.py
+
 build: $(ready)-build ## the binary, in target/release
 	cargo build --release --locked --package teampulse
 
@@ -39,11 +43,13 @@ endif
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
 	tests/isolated $(python) -m pytest tests $(ARGS)
 
-check: $(ready)-build ## format, lints and unit tests: before every commit
+check: lint ## format, lints and unit tests: before every commit
+	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)
+
+lint: $(ready)-build ## format and lints
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- --deny warnings
 	$(if $(shell command -v cargo-deny),cargo deny --log-level error check,@echo "cargo-deny is not installed: licences are not checked")
-	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)
 
 fuzz: ## arbitrary bytes into every decoder, for fuzz_secs=60 each (needs cargo-fuzz and a nightly Rust)
 	cd fuzz && for target in $$(cargo +nightly fuzz list); do \
@@ -62,6 +68,7 @@ bench-recorder: ## from a publisher in another process into the bag: losses and 
 bench-crash: ## kill -9 at 20 random moments: what the bag still holds
 bench-timefilter: ## the time filter against message_filters: sets, speed, accuracy
 bench-people: ## 30 simulated operators over ROS for 6 minutes: what features find, cost, and how late they are
+bench-soak: ## eight accelerated hours and very many topics: memory and CPU
 bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded ones, speed against NeuroKit2
 
 # --- setting up
@@ -94,4 +101,4 @@ $(ready)-peers:
 tests/build/fastdds_peer: $(wildcard tests/peers/fastdds/*) | $(ready)-peers
 	@tests/peers/fastdds/build $@
 
-.PHONY: help demo build test test-rust test-peers check fuzz bench setup peers
+.PHONY: help demo picture build test test-rust test-peers check lint fuzz bench setup peers
