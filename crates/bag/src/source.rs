@@ -9,7 +9,7 @@ use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
 use teampulse_core::outlet::Outlet;
-use teampulse_core::pump::CLOCKS;
+use teampulse_core::session_streams::CLOCKS;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, StreamId};
 use teampulse_core::time::Time;

@@ -1,8 +1,8 @@
 //! Faults of the session itself, as events.
 
 use crate::data::{Event, EventKind};
-use crate::pump::session_events;
 use crate::qos::Qos;
+use crate::session_streams::session_events;
 use crate::stream::{Origin, Shape, Signal, Stream, Subject};
 
 /// The topic of the features that panicked; a replay makes it anew.

@@ -36,3 +36,4 @@ pub mod fault;
 pub mod panics;
 pub mod reports;
 pub mod session;
+pub mod session_streams;

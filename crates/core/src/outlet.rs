@@ -12,7 +12,7 @@ use crate::computers::Told;
 use crate::data::{Data, Event};
 use crate::loss::Loss;
 use crate::publishers::PublishedBy;
-use crate::pump::session_events;
+use crate::session_streams::session_events;
 use crate::source::Reading;
 use crate::stream::{Stream, StreamId};
 use crate::streams::{Declared, Streams};

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::data::{Data, Event, EventKind};
-use crate::pump::{END, session_events};
 use crate::sample::Sample;
+use crate::session_streams::{END, session_events};
 use crate::stream::{About, Origin, Shape, Stream, StreamId, Subject};
 use crate::time::Time;
 

@@ -3,6 +3,8 @@
 //! Its contract stands in ARCHITECTURE.md. Everything here is a function of what was taken and in
 //! which order, so that a replay of the recorded readings gives the same samples, byte for byte.
 
+mod words;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,8 +13,8 @@ use bytes::Bytes;
 use teampulse_timefilter::Ticks;
 use teampulse_timefilter::clock::News;
 
-use crate::clocks::{Clocks, breaks_simulated_time};
-use crate::computers::{SIMULATED, Told, is_simulated};
+use crate::clocks::Clocks;
+use crate::computers::{SIMULATED, is_simulated};
 use crate::data::{Data, Event, EventKind};
 use crate::extractors::{Broken, Extractors, Given, NamedFeature};
 use crate::fault::{faults, lasting};
@@ -20,15 +22,13 @@ use crate::intake::Shared;
 use crate::life::Life;
 use crate::loss::Loss;
 use crate::outlet::Item;
-use crate::publishers::PublishedBy;
-use crate::qos::Qos;
 use crate::sample::{Record, Sample, Turn};
+use crate::session_streams::{END, clock_events, descriptions, health, is_end, session_events};
 use crate::source::Reading;
-use crate::standstill::standstill;
-use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
+use crate::stream::{Origin, Shape, Stream, StreamId};
 use crate::streams::{Declared, Streams};
 use crate::time::Time;
-use crate::track::{Track, Word};
+use crate::track::Track;
 
 /// The time from one tick to the next.
 pub const TICK: Duration = Duration::from_millis(100);
@@ -36,12 +36,6 @@ const TICKS_PER_SECOND: i64 = 10;
 
 /// How many records make a batch at most.
 pub(crate) const BATCH: usize = 1024;
-
-/// The label of the event with which a session ends.
-pub const END: &str = "end";
-
-/// More lost samples than this in one report are not believed; NaN (unknown) passes.
-const MOST_LOST: f64 = u32::MAX as f64;
 
 /// How a sample becomes a ROS message: CDR with its four-byte header.
 pub type Encode = fn(&Sample) -> Bytes;
@@ -251,76 +245,6 @@ impl Pump {
         self.last
     }
 
-    /// Losses that a reading tells of are counted on the stream that lost.
-    fn count_losses(&mut self, reading: &Reading) {
-        let Some(loss) = self.track(reading.stream).and_then(|track| track.tells) else { return };
-        let Data::Event(event) = &reading.data else { return };
-        let named = self.streams.named(&event.label);
-        let is_raw = |pump: &mut Pump, id| {
-            pump.track(id).is_some_and(|track| track.stream.origin == Origin::Raw)
-        };
-        if let Some(id) = named.into_iter().find(|id| is_raw(self, *id))
-            && let Some(track) = self.track(id)
-        {
-            track.lost(loss, event.value.clamp(0.0, MOST_LOST));
-        }
-    }
-
-    /// What a reading says to the pump itself.
-    fn take_word(&mut self, reading: &Reading, log_time: Time) {
-        match self.track(reading.stream).and_then(|track| track.word) {
-            Some(Word::Computers) => self.take_told(reading, log_time),
-            Some(Word::Publishers) => self.take_publishers(reading),
-            Some(Word::Happenings) if breaks_simulated_time(&reading.data) => {
-                // What is stamped by simulated time begins a new epoch.
-                self.clocks.begin_epoch_of_simulated_time();
-            }
-            Some(Word::Happenings) => {
-                if let Some(lasted) = standstill(&reading.data) {
-                    self.take_standstill(lasted, log_time);
-                }
-            }
-            None => {}
-        }
-    }
-
-    /// What a reading tells of other computers' clocks is taken to heart.
-    fn take_told(&mut self, reading: &Reading, log_time: Time) {
-        let Some(track) = self.track(reading.stream) else { return };
-        match Told::read(&track.stream, &reading.data) {
-            Some(Told::StampedBy { stream, computer }) => self.clocks.stamped_by(stream, computer),
-            Some(Told::Probed { computer, offset_secs, round_trip_secs }) => {
-                let probe = Told::probe(offset_secs, round_trip_secs, log_time);
-                self.clocks.probed(computer, &probe);
-            }
-            None => {}
-        }
-    }
-
-    /// What a reading tells of the publishers of a topic is held against its stream.
-    fn take_publishers(&mut self, reading: &Reading) {
-        let Some(track) = self.track(reading.stream) else { return };
-        let Some(told) = PublishedBy::read(&track.stream, &reading.data) else { return };
-        let is_raw = |pump: &mut Pump, id| {
-            pump.track(id).is_some_and(|track| track.stream.origin == Origin::Raw)
-        };
-        let named = self.streams.named(&told.stream);
-        if let Some(id) = named.into_iter().find(|id| is_raw(self, *id))
-            && let Some(track) = self.track(id)
-        {
-            track.published_by = told.complaint(&track.stream);
-        }
-    }
-
-    /// What was not heard while this process did not run was not silent.
-    fn take_standstill(&mut self, lasted: Duration, log_time: Time) {
-        let until = log_time + lasted;
-        for track in self.tracks.iter_mut().flatten() {
-            track.life.stood_still(until);
-        }
-        self.extractors.stood_still(until, &mut self.given);
-    }
-
     /// Tells what happened to clocks.
     fn tell_clocks(&mut self, tick: Time) {
         for (owner, news) in self.clocks.tick(tick.nanos()) {
@@ -464,56 +388,4 @@ impl Pump {
         }
         self.tracks[index] = Some(track);
     }
-}
-
-/// Whether this is the end of a session: the last losses are then told.
-fn is_end(stream: &Stream, data: &Data) -> bool {
-    stream.about == About::Session
-        && stream.name == SESSION_EVENTS
-        && matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
-}
-
-/// The topic of what happens in a session.
-pub(crate) const SESSION_EVENTS: &str = "/session/events";
-
-/// The stream of what happens in a session: phases, markers, its end.
-pub fn session_events() -> Stream {
-    let mut stream = Stream::raw(SESSION_EVENTS, Subject::session(), Shape::Event);
-    stream.signal = Signal::Event;
-    stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "phases, markers and faults of the session".into();
-    stream
-}
-
-/// The topic of what happens to clocks; a replay makes it anew.
-pub const CLOCKS: &str = "/teampulse/clocks";
-
-/// The stream of what happens to the clocks of devices and computers.
-fn clock_events() -> Stream {
-    let mut stream = Stream::raw(CLOCKS, Subject::session(), Shape::Event);
-    stream.origin = Origin::Derived;
-    stream.signal = Signal::Event;
-    stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "clocks that restart, jump, wrap, run fast or are off".into();
-    stream
-}
-
-/// The stream on which every stream is described.
-pub fn descriptions() -> Stream {
-    let mut stream = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
-    stream.origin = Origin::Derived;
-    stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "the streams of the session".into();
-    stream
-}
-
-/// The stream on which the health of every raw stream is told.
-fn health() -> Stream {
-    let mut stream = Stream::raw("/teampulse/status", Subject::session(), Shape::Status);
-    stream.origin = Origin::Derived;
-    stream.rate_hz = 1.0;
-    stream.qos = vec![Qos::reliable(1000)];
-    stream.doc = "state, rate, age and losses of each raw stream, once a second".into();
-    stream.method = "on ticks, from the stream's declared or learned rate".into();
-    stream
 }

@@ -115,9 +115,9 @@ mod tests {
     use std::sync::Arc;
 
     use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
-    use teampulse_core::pump::{END, session_events};
     use teampulse_core::registry::Component;
     use teampulse_core::sample::Turn;
+    use teampulse_core::session_streams::{END, session_events};
     use teampulse_core::stream::Subject;
 
     use super::*;

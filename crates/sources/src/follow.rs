@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::pump::session_events;
 use teampulse_core::qos::{Qos, Reliability};
+use teampulse_core::session_streams::session_events;
 use teampulse_core::source::{Reading, SourceError};
 use teampulse_core::stream::{Schema, Shape, Stream, StreamId};
 use teampulse_messages::definition::Definition;

@@ -313,7 +313,7 @@ mod tests {
     use std::sync::Arc;
 
     use teampulse_core::data::{Event, EventKind};
-    use teampulse_core::pump::{END, session_events};
+    use teampulse_core::session_streams::{END, session_events};
 
     use super::*;
     use crate::drive::{Drive, built};

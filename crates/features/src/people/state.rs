@@ -15,9 +15,9 @@ use serde::Deserialize;
 use teampulse_core::data::Data;
 use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
 use teampulse_core::phases::Phases;
-use teampulse_core::pump::session_events;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::stream::{About, Stream, StreamId};
 use teampulse_core::time::Time;
 

@@ -164,8 +164,8 @@ mod tests {
     use bytes::Bytes;
     use teampulse_bag::{Bag, CONTINUES_NOTE, ENDED_NOTE};
     use teampulse_core::data::{Data, Event, EventKind};
-    use teampulse_core::pump::descriptions;
     use teampulse_core::sample::{Record, Sample, Turn};
+    use teampulse_core::session_streams::descriptions;
     use teampulse_core::sink::{Batch, Limits, Post, Posted, queue_within};
     use teampulse_core::stream::{Shape, Stream, Subject};
     use teampulse_core::streams::Streams;

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::phases::Phases;
-use teampulse_core::pump::session_events;
 use teampulse_core::sample::{Record, Sample};
+use teampulse_core::session_streams::session_events;
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{About, Origin, Signal, Stream, Subject};
 use teampulse_core::time::Time;

@@ -2,7 +2,7 @@
 
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
-use teampulse_core::pump::{CLOCKS, END};
+use teampulse_core::session_streams::{CLOCKS, END};
 use teampulse_core::stream::{About, Origin, Stream};
 
 use crate::text::shown;

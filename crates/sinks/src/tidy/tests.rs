@@ -4,7 +4,7 @@ mod session;
 use std::fs;
 
 use teampulse_core::data::EventKind;
-use teampulse_core::pump::session_events;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
 use teampulse_core::stream::{Signal, Subject};
 use tempfile::tempdir;

@@ -10,7 +10,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::clocks::SIMULATED_CLOCK;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::pump::session_events;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::standard::{Message, rosgraph_msgs};

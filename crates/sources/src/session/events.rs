@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use async_trait::async_trait;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::pump::session_events;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::cdr::Reader;

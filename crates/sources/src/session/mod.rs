@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::pump::session_events;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::source::Reading;
 
 /// Hands over an event of the session, now.

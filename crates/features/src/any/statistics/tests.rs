@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
-use teampulse_core::pump::{END, session_events};
 use teampulse_core::sample::Turn;
+use teampulse_core::session_streams::{END, session_events};
 use teampulse_core::stream::{Signal, Subject};
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::sensor_msgs::BatteryState;

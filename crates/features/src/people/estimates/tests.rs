@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use teampulse_core::data::{EventKind, FeatureValues, Reason};
-use teampulse_core::pump::{END, session_events};
+use teampulse_core::session_streams::{END, session_events};
 
 use super::*;
 use crate::drive::{Drive, built};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use teampulse_core::data::{Event, EventKind, FeatureValues, Reason};
-use teampulse_core::pump::END;
+use teampulse_core::session_streams::END;
 use teampulse_core::stream::{Origin, Shape, Subject};
 
 use super::*;

@@ -3,7 +3,7 @@
 use teampulse_bag::Growth;
 use teampulse_core::alerts::{ALERTS, Alert, Stage};
 use teampulse_core::data::EventKind;
-use teampulse_core::pump::session_events;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
 use teampulse_core::stream::{Shape, Stream, Subject};
 use teampulse_core::time::Time;

@@ -1,7 +1,7 @@
 //! Laws of what was going on when: phases, what looks back at them, and their end.
 
 use teampulse_core::data::EventKind;
-use teampulse_core::pump::session_events;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
 use teampulse_core::stream::{Origin, Shape, Stream, Subject};
 

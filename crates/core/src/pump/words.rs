@@ -1,0 +1,85 @@
+//! What readings say to the pump itself: losses, other computers' clocks, publishers, standstills.
+
+use std::time::Duration;
+
+use super::Pump;
+use crate::clocks::breaks_simulated_time;
+use crate::computers::Told;
+use crate::data::Data;
+use crate::publishers::PublishedBy;
+use crate::source::Reading;
+use crate::standstill::standstill;
+use crate::stream::Origin;
+use crate::time::Time;
+use crate::track::{Track, Word};
+
+/// More lost samples than this in one report are not believed; NaN (unknown) passes.
+const MOST_LOST: f64 = u32::MAX as f64;
+
+impl Pump {
+    /// Losses that a reading tells of are counted on the stream that lost.
+    pub(super) fn count_losses(&mut self, reading: &Reading) {
+        let Some(loss) = self.track(reading.stream).and_then(|track| track.tells) else { return };
+        let Data::Event(event) = &reading.data else { return };
+        if let Some(track) = self.raw_track(&event.label) {
+            track.lost(loss, event.value.clamp(0.0, MOST_LOST));
+        }
+    }
+
+    /// What a reading says to the pump itself.
+    pub(super) fn take_word(&mut self, reading: &Reading, log_time: Time) {
+        match self.track(reading.stream).and_then(|track| track.word) {
+            Some(Word::Computers) => self.take_told(reading, log_time),
+            Some(Word::Publishers) => self.take_publishers(reading),
+            Some(Word::Happenings) if breaks_simulated_time(&reading.data) => {
+                // What is stamped by simulated time begins a new epoch.
+                self.clocks.begin_epoch_of_simulated_time();
+            }
+            Some(Word::Happenings) => {
+                if let Some(lasted) = standstill(&reading.data) {
+                    self.take_standstill(lasted, log_time);
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// What a reading tells of other computers' clocks is taken to heart.
+    fn take_told(&mut self, reading: &Reading, log_time: Time) {
+        let Some(track) = self.track(reading.stream) else { return };
+        match Told::read(&track.stream, &reading.data) {
+            Some(Told::StampedBy { stream, computer }) => self.clocks.stamped_by(stream, computer),
+            Some(Told::Probed { computer, offset_secs, round_trip_secs }) => {
+                let probe = Told::probe(offset_secs, round_trip_secs, log_time);
+                self.clocks.probed(computer, &probe);
+            }
+            None => {}
+        }
+    }
+
+    /// What a reading tells of the publishers of a topic is held against its stream.
+    fn take_publishers(&mut self, reading: &Reading) {
+        let Some(track) = self.track(reading.stream) else { return };
+        let Some(told) = PublishedBy::read(&track.stream, &reading.data) else { return };
+        if let Some(track) = self.raw_track(&told.stream) {
+            track.published_by = told.complaint(&track.stream);
+        }
+    }
+
+    /// What was not heard while this process did not run was not silent.
+    fn take_standstill(&mut self, lasted: Duration, log_time: Time) {
+        let until = log_time + lasted;
+        for track in self.tracks.iter_mut().flatten() {
+            track.life.stood_still(until);
+        }
+        self.extractors.stood_still(until, &mut self.given);
+    }
+
+    /// The raw stream of a name.
+    fn raw_track(&mut self, name: &str) -> Option<&mut Track> {
+        let is_raw = |track: &Track| track.stream.origin == Origin::Raw;
+        let mut named = self.streams.named(name).into_iter();
+        let id = named.find(|id| self.track(*id).is_some_and(|track| is_raw(track)))?;
+        self.track(id)
+    }
+}

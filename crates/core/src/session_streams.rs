@@ -1,0 +1,60 @@
+//! The streams of a session itself: what happens in it, to its clocks, and what its streams are.
+
+use crate::data::{Data, EventKind};
+use crate::qos::Qos;
+use crate::stream::{About, Origin, Shape, Signal, Stream, Subject};
+
+/// The label of the event with which a session ends.
+pub const END: &str = "end";
+
+/// The topic of what happens in a session.
+pub(crate) const SESSION_EVENTS: &str = "/session/events";
+
+/// The stream of what happens in a session: phases, markers, its end.
+pub fn session_events() -> Stream {
+    let mut stream = Stream::raw(SESSION_EVENTS, Subject::session(), Shape::Event);
+    stream.signal = Signal::Event;
+    stream.qos = vec![Qos::latched(1000)];
+    stream.doc = "phases, markers and faults of the session".into();
+    stream
+}
+
+/// Whether this is the end of a session: the last losses are then told.
+pub(crate) fn is_end(stream: &Stream, data: &Data) -> bool {
+    stream.about == About::Session
+        && stream.name == SESSION_EVENTS
+        && matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
+}
+
+/// The topic of what happens to clocks; a replay makes it anew.
+pub const CLOCKS: &str = "/teampulse/clocks";
+
+/// The stream of what happens to the clocks of devices and computers.
+pub(crate) fn clock_events() -> Stream {
+    let mut stream = Stream::raw(CLOCKS, Subject::session(), Shape::Event);
+    stream.origin = Origin::Derived;
+    stream.signal = Signal::Event;
+    stream.qos = vec![Qos::latched(1000)];
+    stream.doc = "clocks that restart, jump, wrap, run fast or are off".into();
+    stream
+}
+
+/// The stream on which every stream is described.
+pub fn descriptions() -> Stream {
+    let mut stream = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
+    stream.origin = Origin::Derived;
+    stream.qos = vec![Qos::latched(1000)];
+    stream.doc = "the streams of the session".into();
+    stream
+}
+
+/// The stream on which the health of every raw stream is told.
+pub(crate) fn health() -> Stream {
+    let mut stream = Stream::raw("/teampulse/status", Subject::session(), Shape::Status);
+    stream.origin = Origin::Derived;
+    stream.rate_hz = 1.0;
+    stream.qos = vec![Qos::reliable(1000)];
+    stream.doc = "state, rate, age and losses of each raw stream, once a second".into();
+    stream.method = "on ticks, from the stream's declared or learned rate".into();
+    stream
+}
