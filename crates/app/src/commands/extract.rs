@@ -1,6 +1,7 @@
 //! `teampulse extract`: the features of any table of samples.
 
 mod analyses;
+mod asked;
 mod found;
 mod options;
 mod plausible;
@@ -23,14 +24,14 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 pub use analyses::Signal;
-pub use options::{factor, failure, rate};
-pub use rows::{Rows, Said};
+pub use asked::TableArgs;
+pub use rows::Rows;
 pub use table::{Row, Table};
 
 use found::{Found, Purpose};
-use options::{mains, seconds, warn};
+use options::{failure, mains, seconds, warn};
 use progress::Progress;
-use table::{Decimal, TableError, Wanted, is_raw};
+use table::{TableError, is_raw};
 use told::{Score, Told};
 use windows::{Lengths, Windows};
 
@@ -56,26 +57,8 @@ pub struct Extract {
     /// What was measured
     #[arg(long)]
     signal: Signal,
-    /// Samples a second [Hz]; without it what the table tells
-    #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
-    rate: Option<f64>,
-    /// The column, by its name or its number from 1; several for a signal with several channels
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    column: Vec<String>,
-    /// The column with the times: dates, or numbers of the unit behind the colon, of that which the table
-    /// tells, or else of that which their size and the rate that they make tell
-    #[arg(long, value_name = "NAME[:UNIT]")]
-    time: Option<String>,
-    /// Multiplies every sample, to bring it into the signal's unit
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
-    scale: f64,
-    /// What the samples are in after that; without it what the table tells, or the signal's own unit. What
-    /// is analysed in one unit is converted to it: skin resistance in kohm to uS, intervals in s to ms
-    #[arg(long, value_name = "UNIT")]
-    unit: Option<String>,
-    /// What stands before decimals; without it what the table looks like
-    #[arg(long, value_name = "MARK")]
-    decimal: Option<Decimal>,
+    #[command(flatten)]
+    table: TableArgs,
     /// The frequency of the mains, whose hum is taken out of an ECG; without it the one that is heard in it
     #[arg(long, value_name = "HZ", value_parser = mains)]
     mains: Option<f64>,
@@ -119,11 +102,10 @@ pub enum Method {
 impl Extract {
     /// Does it.
     pub fn run(self) -> Result<Exit, Failure> {
-        let table = Table::open(&self.file, &self.wanted(), self.rate).map_err(failure)?;
+        let table = self.table.open(&self.file, self.signal)?;
         self.check(&table)?;
         let rate_hz = table.rate_hz();
-        let said = Said { scale: self.scale, unit: self.unit.as_deref() };
-        let mut rows = Rows::new(self.signal, table, &said)?;
+        let mut rows = self.table.rows(self.signal, table)?;
         rows.table().notes().iter().for_each(|note| output::note(format!("note: {note}")));
         let progress = Progress::new();
         let purpose = match (self.json, self.events) {
@@ -185,10 +167,6 @@ impl Extract {
             return wrong(format!("{word} has no events to score"), "leave --truth out");
         }
         Ok(())
-    }
-
-    fn wanted(&self) -> Wanted {
-        self.signal.wanted(self.column.clone(), self.time.clone(), self.decimal)
     }
 
     fn causal(
@@ -290,7 +268,8 @@ impl Extract {
 
     fn settings(&self, table: &Table) -> analyses::Settings {
         let told = || table.units().first().cloned().flatten().filter(|unit| !is_raw(unit));
-        let unit = self.unit.clone().or_else(told).unwrap_or_else(|| "1".to_owned());
+        let unit =
+            self.table.unit().map(str::to_owned).or_else(told).unwrap_or_else(|| "1".to_owned());
         analyses::Settings {
             phasic: self.phasic.unwrap_or(analyses::Phasic::HighPass),
             artefacts: self.artefacts.unwrap_or(analyses::Artefacts::Kept),

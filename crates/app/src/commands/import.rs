@@ -18,7 +18,6 @@ use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_sinks::{Again, Telling};
 
-use crate::commands::extract::{Signal, factor, rate};
 use crate::commands::info::open;
 use crate::commands::replay::{defaults, describe_foreign, replayed, study_of};
 use crate::exit::Exit;
@@ -47,30 +46,8 @@ pub struct Import {
     /// What is computed; without it the defaults
     #[arg(long)]
     study: Option<PathBuf>,
-    /// What a table measures, where its name does not tell
-    #[arg(long)]
-    signal: Option<Signal>,
-    /// Samples a second of a table [Hz]; without it what the table tells
-    #[arg(long, value_name = "HZ", value_parser = rate)]
-    rate: Option<f64>,
-    /// The column of a table, by its name or its number from 1; several for several channels
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    column: Vec<String>,
-    /// The column of a table with the times, and their unit
-    #[arg(long, value_name = "NAME[:UNIT]")]
-    time: Option<String>,
-    /// Multiplies every sample of a table
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
-    scale: f64,
-    /// What the samples of a table are in after that
-    #[arg(long, value_name = "UNIT")]
-    unit: Option<String>,
-    /// The pseudonym of the person whose tables these are
-    #[arg(long, value_name = "ID", default_value = "p001", value_parser = token)]
-    person: String,
-    /// The device that measured the tables
-    #[arg(long, value_name = "NAME", default_value = "table", value_parser = token)]
-    device: String,
+    #[command(flatten)]
+    asked: Asked,
 }
 
 impl Import {
@@ -121,17 +98,7 @@ impl Import {
     }
 
     async fn tables(&self, files: &[PathBuf]) -> Result<Exit, Failure> {
-        let asked = Asked {
-            signal: self.signal,
-            rate_hz: self.rate,
-            columns: self.column.clone(),
-            time: self.time.clone(),
-            scale: self.scale,
-            unit: self.unit.clone(),
-            person: self.person.clone(),
-            device: self.device.clone(),
-        };
-        let tables = Tables::open(files, &asked)?;
+        let tables = Tables::open(files, &self.asked)?;
         let study = self.study(&self.files[0])?;
         let folder = bag_folder(&self.out, &study.general.session.name);
         let clock = Clock::told();
@@ -165,17 +132,5 @@ fn concluded(folder: &Path, exit: Exit) {
     if exit != Exit::Failed {
         output::line(format!("imported; look into it with `teampulse info {}`", folder.display()));
         output::last_line(folder.display().to_string());
-    }
-}
-
-/// A token of a topic: a letter, then letters, digits and `_`.
-fn token(text: &str) -> Result<String, String> {
-    let is_token = text.starts_with(|each: char| each.is_ascii_lowercase())
-        && text.chars().all(|each| matches!(each, 'a'..='z' | '0'..='9' | '_'))
-        && text.len() <= 64;
-    if is_token {
-        Ok(text.to_owned())
-    } else {
-        Err("expected a-z, 0-9 and _, a letter first".into())
     }
 }

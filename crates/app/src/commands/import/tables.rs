@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use clap::Args;
 use teampulse_core::data::{Data, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Reading, Source, SourceError};
@@ -14,7 +15,7 @@ use teampulse_core::time::Time;
 use teampulse_core::units::spelt;
 use teampulse_sources::people::NAMESPACE;
 
-use crate::commands::extract::{Row, Rows, Said, Signal, Table, failure};
+use crate::commands::extract::{Row, Rows, Signal, Table, TableArgs};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -28,24 +29,32 @@ const GAP_PERIODS: f64 = 1.5;
 const DATED_NS: i64 = 978_307_200_000_000_000;
 
 /// What is asked of tables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Options of tables")]
 pub struct Asked {
-    /// What they measure; `None` for what their names tell.
-    pub signal: Option<Signal>,
-    /// Their rate [Hz]; `None` for what they tell.
-    pub rate_hz: Option<f64>,
-    /// Their columns.
-    pub columns: Vec<String>,
-    /// The column of their times.
-    pub time: Option<String>,
-    /// Multiplies every sample.
-    pub scale: f64,
-    /// What the samples are in after that.
-    pub unit: Option<String>,
-    /// Whose they are.
-    pub person: String,
-    /// What measured them.
-    pub device: String,
+    /// What a table measures, where its name does not tell
+    #[arg(long)]
+    signal: Option<Signal>,
+    #[command(flatten)]
+    table: TableArgs,
+    /// The pseudonym of the person whose tables these are
+    #[arg(long, value_name = "ID", default_value = "p001", value_parser = token)]
+    person: String,
+    /// The device that measured the tables
+    #[arg(long, value_name = "NAME", default_value = "table", value_parser = token)]
+    device: String,
+}
+
+/// A token of a topic: a letter, then letters, digits and `_`.
+fn token(text: &str) -> Result<String, String> {
+    let is_token = text.starts_with(|each: char| each.is_ascii_lowercase())
+        && text.chars().all(|each| matches!(each, 'a'..='z' | '0'..='9' | '_'))
+        && text.len() <= 64;
+    if is_token {
+        Ok(text.to_owned())
+    } else {
+        Err("expected a-z, 0-9 and _, a letter first".into())
+    }
 }
 
 /// What a table of this name measures: as devices call their files.
@@ -148,12 +157,10 @@ impl Reader {
                 .hint("name it with --signal, such as --signal ecg")
                 .exit(Exit::BadArguments)
         })?;
-        let wanted = signal.wanted(asked.columns.clone(), asked.time.clone(), None);
-        let table = Table::open(path, &wanted, asked.rate_hz).map_err(failure)?;
+        let table = asked.table.open(path, signal)?;
         table.notes().iter().for_each(|note| output::note(format!("note: {note}")));
         let stream = stream(signal, &table, asked);
-        let said = Said { scale: asked.scale, unit: asked.unit.as_deref() };
-        let mut rows = Rows::new(signal, table, &said)?;
+        let mut rows = asked.table.rows(signal, table)?;
         let ahead = rows.next()?;
         Ok(Reader { path: path.to_owned(), signal, stream, rows, ahead, shift_ns: 0 })
     }
@@ -201,7 +208,8 @@ fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
     };
     let told = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
     let unit = |place: usize| {
-        let own = signal.unit().map(str::to_owned).or_else(|| asked.unit.clone());
+        let own =
+            signal.unit().map(str::to_owned).or_else(|| asked.table.unit().map(str::to_owned));
         spelt(&own.unwrap_or_else(|| told(place)))
     };
     stream.units = (0..stream.channels.len()).map(unit).collect();
