@@ -21,6 +21,8 @@ use crate::text::harmless;
 pub(super) const NAME: &str = "events.tsv";
 /// The name of the file that says what its columns are.
 pub(super) const SIDECAR: &str = "events.json";
+/// What a marker is called that nobody set.
+pub(super) const NOTICE: &str = "notice";
 /// Its columns; the first three are those of BIDS, as is the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("onset", Column::united("When it began, since the session did.", "s")),
@@ -139,6 +141,8 @@ impl Row {
         let Row { stream, event, onset } = self;
         let (onset_secs, duration) = (course.secs(*onset), self.duration(course));
         let Event { kind, label, value, .. } = event.as_ref();
+        let is_notice = is_notice(stream, event);
+        let what = if is_notice { NOTICE.to_owned() } else { kind.to_string() };
         // Of several channels, that of a burst is its label.
         let channel = if *kind == EventKind::Burst { word(label) } else { absent() };
         let value = number(ended_secs(stream, event).unwrap_or(*value));
@@ -147,7 +151,7 @@ impl Row {
         let (subject, name) = (word(word_of(&whom)), &stream.name);
         let phase = course.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
         format!(
-            "{onset_secs:.3}\t{duration}\t{kind}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}\t{channel}"
+            "{onset_secs:.3}\t{duration}\t{what}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}\t{channel}"
         )
     }
 
@@ -188,11 +192,16 @@ impl Row {
     }
 }
 
-/// How long that lasted which an event tells the end of [s]: a marker that was concluded of somebody. Its row is that moment: a row over what was before would have the label of the opposite.
+/// How long that lasted which a notice tells the end of [s]. Its row is that moment: a row over what was before
+/// would have the label of the opposite.
 fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
+    Some(event.duration_secs).filter(|secs| is_notice(stream, event) && *secs > 0.0)
+}
+
+/// Whether a marker is none that anybody set, but a notice of what was concluded of somebody.
+fn is_notice(stream: &Stream, event: &Event) -> bool {
     let is_concluded = stream.origin == Origin::Derived && stream.about != About::Session;
-    let is_end = event.kind == EventKind::Marker && is_concluded;
-    Some(event.duration_secs).filter(|secs| is_end && *secs > 0.0)
+    event.kind == EventKind::Marker && is_concluded
 }
 
 /// Whether an event has a row. Beats stand in the files of intervals; what is told of clocks each

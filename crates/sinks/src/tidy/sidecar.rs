@@ -64,6 +64,7 @@ pub(super) fn write_events(folder: &Path) -> Result<(), Unwritten> {
     if let Some(kinds) = told.get_mut("trial_type") {
         let all = EventKind::ALL.iter().filter(|kind| **kind != EventKind::Beat);
         kinds.levels = all.map(|kind| (kind.to_string(), json!(meaning(*kind)))).collect();
+        kinds.levels.insert(events::NOTICE.to_owned(), json!(NOTICE));
     }
     put(folder, events::SIDECAR, &told)
 }
@@ -96,13 +97,18 @@ pub(super) fn put(
     write(&folder.join(name), text + "\n")
 }
 
+/// What a notice is.
+const NOTICE: &str = "teampulse concluded something of a robot, a sensor or the team that is no fault: it is \
+     back, an alert is over or answered, how a number is read; the label says what; value, of what is over: how \
+     long it had lasted until this onset [s]";
+
 /// What an event of a kind is, with what its value is.
 fn meaning(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Phase => "a phase of the study began; the label is its name",
         EventKind::Marker => {
-            "somebody or a program set a mark, or something of a robot is over; the label is its text; \
-             value, of what is over: how long it had lasted until this onset [s]"
+            "somebody, or a program of theirs, set a mark: a key, a stimulus, a press; the label is its text; \
+             value: the number that came with it, of a press the reaction time [s]"
         }
         EventKind::Report => {
             "a person reported; isa: value is the workload from 1 (idle) to 5 (too much)"

@@ -93,11 +93,12 @@ fn the_end_of_something_is_a_moment_that_tells_how_long_it_lasted() {
     let person_s = Stream::raw("/humans/persons/p001/task/notes", person(), Shape::Event);
     session.tell(80.0, &person_s, marker("lasts", 9.0));
     let files = session.run();
-    let online = row(&files, "robot2 online", &[0, 1, 3, 7, 8]);
-    assert_eq!(online, "75.000 0 15 after 2026-11-18T11:07:55.000Z");
-    let alert = row(&files, "robot2 no longer needs someone: poor link", &[0, 1, 3, 7]);
-    assert_eq!(alert, "76.500 0 11.5 after");
-    assert_eq!(row(&files, "lasts", &[0, 1]), "80.000 9");
+    // What nobody set is no marker.
+    let online = row(&files, "robot2 online", &[0, 1, 2, 3, 7, 8]);
+    assert_eq!(online, "75.000 0 notice 15 after 2026-11-18T11:07:55.000Z");
+    let alert = row(&files, "robot2 no longer needs someone: poor link", &[0, 1, 2, 3, 7]);
+    assert_eq!(alert, "76.500 0 notice 11.5 after");
+    assert_eq!(row(&files, "lasts", &[0, 1, 2]), "80.000 9 marker");
 }
 
 #[test]
