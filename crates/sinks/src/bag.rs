@@ -5,7 +5,7 @@ mod telling;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use teampulse_bag::{BagSink, Compression, Options, Version};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
@@ -40,7 +40,7 @@ pub struct Bag {
 }
 
 /// How a bag is compressed.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Compressed {
     /// Zstandard, level 1.
@@ -52,7 +52,7 @@ pub enum Compressed {
 }
 
 /// What happens when a recording fails.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFailure {
     /// It goes on in a new bag, as soon as one can be made.

@@ -210,22 +210,33 @@ fn show(told: &Told) {
     }
     output::lines(how_it_ended(&told.notes));
     output::lines(told.damage.iter().map(|each| format!("damaged: {each}")));
-    output::line(format!(
-        "\n{:<44} {:<36} {:<8} {:>9} {:>9} {:>6}",
-        "stream", "type", "origin", "messages", "Hz", "lost"
-    ));
-    for row in &told.streams {
+    output::line("");
+    output::lines(table(&told.streams));
+}
+
+/// The streams, a line each below a head: columns are as wide as what stands in them.
+fn table(streams: &[Row]) -> impl Iterator<Item = String> {
+    let widest = |least: usize, text: fn(&Row) -> &str| {
+        streams.iter().map(|row| text(row).chars().count()).fold(least, usize::max)
+    };
+    let name_width = widest(44, |row| &row.name);
+    let type_width = widest(36, |row| &row.type_name);
+    let line = move |[name, type_name, origin, messages, rate, lost]: [&str; 6]| {
+        format!(
+            "{name:<name_width$} {type_name:<type_width$} {origin:<8} {messages:>9} {rate:>9} {lost:>6}"
+        )
+    };
+    let head = line(["stream", "type", "origin", "messages", "Hz", "lost"]);
+    let rows = streams.iter().map(move |row| {
         let lost = match (row.origin, row.lost) {
             (_, Some(lost)) => lost.to_string(),
             ("raw", None) => "?".into(),
             _ => String::new(),
         };
         let rate = row.rate_hz.map_or_else(|| "?".into(), |rate_hz| format!("{rate_hz:.2}"));
-        output::line(format!(
-            "{:<44} {:<36} {:<8} {:>9} {rate:>9} {lost:>6}",
-            row.name, row.type_name, row.origin, row.messages
-        ));
-    }
+        line([&row.name, &row.type_name, row.origin, &row.messages.to_string(), &rate, &lost])
+    });
+    std::iter::once(head).chain(rows)
 }
 
 #[cfg(test)]
@@ -239,6 +250,23 @@ mod tests {
         let lines: Vec<String> = how_it_ended(&BTreeMap::from(notes)).collect();
         assert_eq!(lines, ["ended before its session: the disk is full", "goes on from: a_bag"]);
         assert_eq!(how_it_ended(&BTreeMap::new()).count(), 0);
+    }
+
+    #[test]
+    fn long_names_move_no_column() {
+        let row = |name: &str| Row {
+            name: name.to_owned(),
+            type_name: "teampulse_msgs/msg/Feature".to_owned(),
+            origin: "derived",
+            messages: 4,
+            rate_hz: Some(0.5),
+            lost: None,
+        };
+        let long = format!("/humans/persons/{}", "p".repeat(60));
+        let lines: Vec<String> = table(&[row("/odom"), row(&long)]).collect();
+        assert!(lines[2].starts_with(&long));
+        let types: Vec<Option<usize>> = lines[1..].iter().map(|line| line.find("team")).collect();
+        assert_eq!(types, [lines[0].find("type"); 2]);
     }
 
     #[test]

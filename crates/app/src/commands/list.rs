@@ -50,13 +50,73 @@ fn show<T: ?Sized, C>(title: &str, entries: &[Entry<T, C>]) {
     }
 }
 
-/// The settings of a component with the first sentence of their documentation.
+/// The settings of a component, with the first sentence of their documentation and what they are where a study
+/// leaves them out.
 fn settings(schema: &schemars::Schema) -> Vec<(String, String)> {
     let properties = schema.get("properties").and_then(|each| each.as_object());
+    let required = schema.get("required").and_then(|each| each.as_array());
+    let is_required =
+        |name: &str| required.is_some_and(|all| all.iter().any(|each| each.as_str() == Some(name)));
     let described = |(name, schema): (&String, &serde_json::Value)| {
         let text = schema.get("description").and_then(|text| text.as_str()).unwrap_or_default();
-        let sentence = text.split(". ").next().unwrap_or_default().replace('\n', " ");
-        (name.clone(), sentence)
+        let sentence = text.replace('\n', " ");
+        let sentence = sentence.split(". ").next().unwrap_or_default();
+        let left_out = if is_required(name) {
+            " (required)".to_owned()
+        } else {
+            default(schema).map_or_else(String::new, |value| format!(" (default {value})"))
+        };
+        let sentence = if left_out.is_empty() { sentence } else { sentence.trim_end_matches('.') };
+        (name.clone(), format!("{sentence}{left_out}"))
     };
     properties.into_iter().flatten().map(described).collect()
+}
+
+/// The default of a setting as a study would have it; `None` where there is none, or nothing in it.
+fn default(schema: &serde_json::Value) -> Option<String> {
+    use serde_json::Value;
+    match schema.get("default")? {
+        Value::Null => None,
+        Value::Array(each) if each.is_empty() => None,
+        Value::Object(each) if each.is_empty() => None,
+        Value::String(text) if text.is_empty() => None,
+        // 5.0 is 5 to people.
+        Value::Number(number) => {
+            Some(number.as_f64().map_or(number.to_string(), |n| n.to_string()))
+        }
+        value => Some(value.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is told of a setting of a component.
+    fn told<T: ?Sized, C>(entries: &[Entry<T, C>], kind: &str, name: &str) -> String {
+        let entry = entries.iter().find(|entry| entry.kind == kind).unwrap();
+        let settings = settings(&(entry.schema)());
+        settings.into_iter().find(|(each, _)| each == name).unwrap().1
+    }
+
+    #[test]
+    fn what_a_setting_is_where_it_is_left_out_is_told() {
+        for (kind, name, end) in [
+            ("stuck", "stuck_secs", "[s] (default 30)"),
+            ("link_quality", "weak_dbm", "[dBm] (default -75)"),
+            ("heart", "windows_secs", "without it those of the study."),
+        ] {
+            assert!(told(FEATURES, kind, name).ends_with(end), "{kind}: {name}");
+        }
+        for (kind, name, end) in [
+            ("bag", "compression", "(default \"zstd\")"),
+            ("bag", "on_failure", "(default \"retry\")"),
+            ("bag", "tidy", "(default true)"),
+            ("bag", "keep_free_mib", "(default 64)"),
+            ("bag", "fallback", "in its own."),
+        ] {
+            assert!(told(SINKS, kind, name).ends_with(end), "{kind}: {name}");
+        }
+        assert!(told(SOURCES, "topics", "names").ends_with("everything (required)"));
+    }
 }
