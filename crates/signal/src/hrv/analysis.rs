@@ -9,9 +9,9 @@ use crate::intervals::Edit;
 
 /// A longer interval [ms] is none, nor is one of zero or less.
 const LONGEST_MS: f64 = 60_000.0;
-/// How far the sum of intervals may be from the time of the host [ns]: straps tell of two or three
+/// How far the sum of intervals may be from the time of the host [s]: straps tell of two or three
 /// intervals at once, about once a second. Beyond, intervals were lost.
-const MOST_ASTRAY_NS: i64 = 1_500_000_000;
+const MOST_ASTRAY_SECS: f64 = 1.5;
 /// A hole where intervals were lost has this length at least [ns].
 const LEAST_HOLE_NS: i64 = 1_000_000;
 
@@ -25,6 +25,10 @@ pub struct Settings {
     /// What a person says about single beats, in seconds since the first interval's beginning: none. For whole
     /// recordings only.
     pub edits: Vec<Edit>,
+    /// How far the sum of intervals may be from the times that they are told with [s]: 1.5, as straps tell of
+    /// two or three intervals at once. Beyond, intervals were lost. Where the times are those of the beats
+    /// themselves, less than an interval finds every lost one.
+    pub most_astray_secs: f64,
 }
 
 impl Default for Settings {
@@ -33,6 +37,7 @@ impl Default for Settings {
             domains: Domain::ALL.to_vec(),
             treatment: Treatment::Corrected,
             edits: Vec::new(),
+            most_astray_secs: MOST_ASTRAY_SECS,
         }
     }
 }
@@ -40,14 +45,14 @@ impl Default for Settings {
 /// Variability of intervals [ms] that come in one by one, in the first channel: see [`HeartWindows`].
 ///
 /// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there: times
-/// of the host only tell where the first one lies, and when intervals were lost, because they are more
-/// than 1.5 s from the sum of the intervals since. So does one that is NaN, zero or less or over a
+/// of the host only tell where the first one lies, and when intervals were lost, because they are further
+/// from the sum of the intervals since than [`Settings::most_astray_secs`]. So does one that is NaN, zero or less or over a
 /// minute: there is a hole then. The rate does not matter, intervals have none; never an error.
 /// Limits: a single lost interval of which nobody tells is not noticed.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Intervals {
         heart: HeartWindows::causal().only(&settings.domains).treated(settings.treatment),
-        chain: Chain::default(),
+        chain: Chain::new(settings),
         count: 0,
         events: VecDeque::new(),
     }))
@@ -64,7 +69,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         Some(recording.begin_ns.saturating_add((end_secs * 1e9).round() as i64))
     };
     let (mut beats_ns, mut holes, mut events) = (Vec::new(), Vec::new(), Vec::new());
-    let mut chain = Chain::default();
+    let mut chain = Chain::new(settings);
     let (mut end_ns, mut usual_ns) = (recording.begin_ns, 1_000_000_000);
     for (sample, &interval_ms) in intervals_ms.iter().enumerate() {
         let interval_ns = nanos(interval_ms);
@@ -138,8 +143,8 @@ fn beat(sample: usize, at_ns: i64, interval_ms: f64) -> Event {
 }
 
 /// Intervals one after the other.
-#[derive(Default)]
 struct Chain {
+    most_astray_ns: i64,
     last_ns: Option<i64>,
     is_broken: bool,
 }
@@ -155,6 +160,11 @@ struct Placed {
 }
 
 impl Chain {
+    fn new(settings: &Settings) -> Chain {
+        let most_astray_ns = (settings.most_astray_secs * 1e9).round() as i64;
+        Chain { most_astray_ns, last_ns: None, is_broken: false }
+    }
+
     /// Puts the next interval [ns], told of at a time, behind the last; `None` where it is lost.
     fn place(&mut self, at_ns: i64, interval_ns: Option<i64>) -> Option<Placed> {
         let Some(interval_ns) = interval_ns else {
@@ -164,7 +174,7 @@ impl Chain {
         let follows = |last_ns: &i64| {
             let end_ns = last_ns.saturating_add(interval_ns);
             let astray_ns = end_ns.saturating_sub(at_ns).saturating_abs();
-            !self.is_broken && astray_ns <= MOST_ASTRAY_NS
+            !self.is_broken && astray_ns <= self.most_astray_ns
         };
         let placed = match self.last_ns {
             Some(last_ns) if follows(&last_ns) => {
