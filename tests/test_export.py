@@ -57,7 +57,7 @@ def test_each_event_can_be_a_row(demo_bag, stage):
     beats = bags.messages(demo_bag, f"{ECG}/beats")
     assert len(rows) == len(beats)
     named = [f"{ECG}/beats:{word}" for word in ("kind", "label", "value", "duration_secs")]
-    assert head[: 1 + len(named)] == ["time_secs", *named]
+    assert head[: 1 + len(named)] == ["unix_secs", *named]
     assert {row[1] for row in rows} == {"beat"}
     stamps = [each.content.header.stamp for each in beats]
     expected = sorted(stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps)

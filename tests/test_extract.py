@@ -11,6 +11,8 @@ import harness
 
 BEAT_SECS = [0.4 + 0.8 * k + 0.03 * math.sin(k) for k in range(150)]
 RATE_HZ = 130
+# Intervals between heart beats [ms].
+BEATS_MS = [round(800 + 40 * math.sin(k / 3) + 25 * math.sin(k / 7.3), 3) for k in range(140)]
 
 
 def ecg(rate_hz=RATE_HZ, secs=120, noise=0.02) -> list[float]:
@@ -262,6 +264,56 @@ def test_intervals_lie_where_their_times_say(stage, method):
     assert coverage.keys() == expected.keys()
     for begin, share in expected.items():
         assert abs(coverage[begin] - share) < 0.03, coverage
+
+
+def spans(told) -> dict:
+    return {row["name"]: row["value"] for row in told["features"]}
+
+
+@pytest.mark.parametrize("method", ["whole", "causal"])
+def test_a_single_lost_beat_is_a_gap_where_times_are_those_of_beats(stage, method):
+    ends = [sum(BEATS_MS[: k + 1]) for k in range(len(BEATS_MS))]
+    kept = [k for k in range(len(ends)) if k not in (40, 41, 90)]
+    rows = [f"{ends[k] / 1e3:.6f},{BEATS_MS[k]:.3f}" for k in kept]
+    path = table(stage.folder / "lost.csv", rows, "time_secs,rr_ms")
+    told = extract(stage, path, "--signal", "interval", "--method", method)
+    beats = [event["time_secs"] for event in told["events"]]
+    assert beats == pytest.approx([ends[k] / 1e3 for k in kept], abs=1e-4)
+    assert spans(told)["HRV_N"] == len(kept)
+    assert told["features"][0]["coverage"] == pytest.approx(1 - sum(BEATS_MS[k] for k in (40, 41, 90)) / ends[-1], abs=1e-4)
+
+
+@pytest.mark.parametrize("method", ["whole", "causal"])
+@pytest.mark.parametrize("late_secs", [-0.4, 0.4])
+def test_the_last_interval_counts_whatever_its_time(stage, method, late_secs):
+    """A strap tells its intervals when it comes to it: their times are not those of the beats."""
+    ends = [sum(BEATS_MS[: k + 1]) / 1e3 + (0, 0.3, late_secs)[k % 3] for k in range(len(BEATS_MS))]
+    path = table(stage.folder / "strap.csv", [f"{e:.3f},{rr:.0f}" for e, rr in zip(ends, BEATS_MS)], "time_secs,rr_ms")
+    told = extract(stage, path, "--signal", "interval", "--method", method)
+    assert spans(told)["HRV_N"] == len(BEATS_MS)
+
+
+def test_what_is_chosen_or_left_out_is_told_to_machines_too(stage):
+    rows = [f"{k / RATE_HZ:.6f},{v:.4f}" for k, v in enumerate(ecg())]
+    rows[1000] = rows[999]
+    rows[2000] = rows[2000].split(",")[0]
+    path = table(stage.folder / "odd.csv", rows, "t,ecg")
+    followed = stage.ask("extract", path, "--signal", "ecg", "--json")
+    notes = json.loads(followed.stdout)["notes"]
+    for words in ("column t", "fewer cells than the others, the first in line 2002", "the first in line 1002: they were left out"):
+        assert any(words in note for note in notes), (words, notes)
+    assert all(f"note: {note}" in followed.stderr for note in notes)
+    overruled = stage.ask("extract", path, "--signal", "ecg", "--rate", 100, "--json")
+    assert any("--rate (100 Hz) counts, not the times in column t (130 Hz)" in n for n in json.loads(overruled.stdout)["notes"])
+    assert "--rate (100 Hz) counts" in overruled.stderr
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_table_in_utf_16_is_read(stage, encoding):
+    path = stage.folder / "wide.txt"
+    path.write_text("time [s]\tskin temp [°C]\r\n" + "".join(f"{k / 4}\t33,4\r\n" for k in range(400)), encoding=encoding)
+    told = extract(stage, path, "--signal", "temperature")
+    assert told["rate_hz"] == 4 and spans(told)["TEMP_Mean"] == pytest.approx(33.4)
 
 
 def test_units_are_converted_or_refused(stage):

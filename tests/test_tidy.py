@@ -129,6 +129,32 @@ def test_intervals_add_up_to_the_time_in_which_the_heart_was_heard(bag, figure):
     assert set(table.corrected) <= {0, 1} and table.corrected.mean() < 0.2
 
 
+@pytest.mark.parametrize("method", ["whole", "causal"])
+def test_intervals_are_read_again_and_tell_what_the_session_told(stage, bag, features, tmp_path, method):
+    table = pandas.read_csv(bag / "intervals.csv", dtype=str)
+    of_phase = table[table.phase == "baseline"]
+    tables = {"whole.txt": (bag / "intervals.txt").read_text()}
+    tables["phase.csv"] = of_phase.to_csv(index=False)
+    tables["phase.txt"] = "".join(f"{at}\t{float(rr) / 1e3:.6f}\n" for at, rr in of_phase[["time_secs", "rr_ms"]].values)
+    told = {}
+    for name, text in tables.items():
+        (tmp_path / name).write_text(text)
+        answer = stage.ask(
+            *("extract", tmp_path / name, "--signal", "interval"),
+            *("--artefacts", "corrected", "--method", method, "--json"),
+        )
+        assert answer.returncode == 0, answer.stderr
+        told[name] = json.loads(answer.stdout)
+    beats = [each["time_secs"] for each in told["whole.txt"]["events"]]
+    assert np.allclose(beats, np.loadtxt(bag / "intervals.txt").T[0], atol=1e-4)
+    session = features[(features.phase == "baseline") & (features.source == "simulated/ecg")]
+    session = session[session.window_secs > 45].groupby("measure").value.last()
+    for name in ("phase.csv", "phase.txt"):
+        again = {each["name"]: each["value"] for each in told[name]["features"]}
+        for measure in ("HRV_MeanNN", "HRV_SDNN", "HRV_RMSSD", "HRV_pNN20", "HRV_SD1"):
+            assert again[measure] == pytest.approx(session[measure], rel=1e-3), (name, measure)
+
+
 def test_phases_are_one_small_table(bag, features):
     phases = pandas.read_csv(bag / "phases.csv", float_precision="round_trip")
     person = phases[phases.subject == "p001"]

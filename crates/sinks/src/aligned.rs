@@ -140,7 +140,7 @@ impl Desk {
         }
         let mut file = BufWriter::new(private::create(&sink.path)?);
         let columns = sink.members.iter().flat_map(|member| columns(&member.stream));
-        writeln!(file, "time_secs,{}", columns.collect::<Vec<_>>().join(","))?;
+        writeln!(file, "unix_secs,{}", columns.collect::<Vec<_>>().join(","))?;
         let uncertainties = sink.members.iter().map(|_| Told::default()).collect();
         let is_of_events =
             sink.members.first().is_some_and(|first| first.stream.shape == Shape::Event);

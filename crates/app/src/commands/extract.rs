@@ -106,7 +106,6 @@ impl Extract {
         self.check(&table)?;
         let rate_hz = table.rate_hz();
         let mut rows = self.table.rows(self.signal, table)?;
-        rows.table().notes().iter().for_each(|note| output::note(format!("note: {note}")));
         let progress = Progress::new();
         let purpose = match (self.json, self.events) {
             (true, _) => Purpose::Kept,
@@ -114,12 +113,13 @@ impl Extract {
             (false, false) => Purpose::Windows,
         };
         let mut found = Found::new(purpose, self.truth.as_ref().and(self.signal.main_event()));
+        rows.table().notes().iter().for_each(|note| found.note(note.clone()));
         match self.method {
             Method::Causal => self.causal(&mut rows, &progress, &mut found)?,
             Method::Whole => self.whole(&mut rows, &progress, &mut found)?,
         }
         progress.end();
-        warn(rows.table(), &found);
+        warn(rows.table(), &mut found);
         let score = match &self.truth {
             Some(truth) => {
                 let truth = truth::read(truth, rate_hz).map_err(failure)?;
@@ -194,12 +194,12 @@ impl Extract {
                 }
                 live::Window(..) => {}
             });
-            found.count(missing);
+            found.count(missing, row.line);
             progress.reading(rows.table().rows(), || rows.table().read_share());
         }
         let mut windows = windows.ok_or_else(|| failure(TableError::Empty))?;
         windows.skip_until(live.next_end_ns().unwrap_or(0));
-        for span in windows.rest(rows.times().end_ns()) {
+        for span in windows.rest(self.end_ns(rows, found.last_event_ns)) {
             progress.aside(|| found.window(span, live.measure(span)));
         }
         Ok(())
@@ -207,7 +207,7 @@ impl Extract {
 
     fn live(&self, rows: &Rows, lengths: Option<Lengths>) -> Result<Live, Failure> {
         let table = rows.table();
-        let (settings, signal, names) = (self.settings(table), self.signal, table.names().to_vec());
+        let (settings, signal, names) = (self.settings(rows), self.signal, table.names().to_vec());
         let channels = names.len();
         let make = Box::new(move |rate_hz| settings.causal(signal, &names, rate_hz));
         let rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
@@ -233,7 +233,7 @@ impl Extract {
         let mut cadence = Cadence::new(rate_hz);
         while let Some((at_ns, row)) = rows.next()? {
             let missing = cadence.missing_before(at_ns);
-            found.count(missing);
+            found.count(missing, row.line);
             let Some(missing) = missing else { continue };
             not_too_much((channels[0].len() + missing) * channels.len(), Method::Whole)?;
             for (channel, value) in channels.iter_mut().zip(&row.values) {
@@ -251,14 +251,14 @@ impl Extract {
             return Err(failure(TableError::Empty));
         }
         channels.extend((!self.signal.is_even()).then_some(ends_secs));
-        let (table, begin_ns, end_ns) =
-            (rows.table(), rows.times().begin_ns(), rows.times().end_ns());
+        let (table, begin_ns) = (rows.table(), rows.times().begin_ns());
         let recording = Recording { rate_hz: table.rate_hz(), begin_ns, channels: &channels };
         progress.analysing();
-        let whole = self.settings(table).whole(self.signal, table.names(), &recording);
+        let whole = self.settings(rows).whole(self.signal, table.names(), &recording);
         let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
         found.values = whole.windows.values().to_vec();
         whole.events.into_iter().for_each(|event| progress.aside(|| found.event(event)));
+        let end_ns = self.end_ns(rows, found.last_event_ns);
         for span in Windows::new(begin_ns, Lengths::new(self.window, self.hop)).rest(end_ns) {
             progress.measuring((span.end_ns - begin_ns) as f64 / (end_ns - begin_ns) as f64);
             progress.aside(|| found.window(span, whole.windows.measure(span)));
@@ -266,8 +266,8 @@ impl Extract {
         Ok(())
     }
 
-    fn settings(&self, table: &Table) -> analyses::Settings {
-        let told = || table.units().first().cloned().flatten().filter(|unit| !is_raw(unit));
+    fn settings(&self, rows: &Rows) -> analyses::Settings {
+        let told = || rows.table().units().first().cloned().flatten().filter(|unit| !is_raw(unit));
         let unit =
             self.table.unit().map(str::to_owned).or_else(told).unwrap_or_else(|| "1".to_owned());
         analyses::Settings {
@@ -275,7 +275,14 @@ impl Extract {
             artefacts: self.artefacts.unwrap_or(analyses::Artefacts::Kept),
             mains_hz: self.mains,
             unit,
+            are_of_beats: rows.are_of_beats(),
         }
+    }
+
+    /// When the recording ends [ns]: with the last beat, where intervals add up to more than their times.
+    fn end_ns(&self, rows: &Rows, last_beat_ns: i64) -> i64 {
+        let end_ns = rows.times().end_ns();
+        if self.signal.is_even() { end_ns } else { end_ns.max(last_beat_ns.saturating_add(1)) }
     }
 
     fn score(found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {

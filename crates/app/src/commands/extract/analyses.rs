@@ -12,6 +12,10 @@ use super::table::{Decimal, Wanted};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
+/// How far the sum of intervals may be from the times of their beats [s]: rounding adds up, and no interval is
+/// as short.
+const BEATS_ASTRAY_SECS: f64 = 0.1;
+
 /// What was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Signal {
@@ -66,6 +70,8 @@ pub struct Settings {
     pub mains_hz: Option<f64>,
     /// What the samples are in; `1` when that is not known.
     pub unit: String,
+    /// Whether intervals are told with the times of the beats that end them.
+    pub are_of_beats: bool,
 }
 
 impl Signal {
@@ -277,7 +283,10 @@ impl Settings {
             Artefacts::Kept => hrv::Treatment::AsTheyAre,
             Artefacts::Corrected => hrv::Treatment::Corrected,
         };
-        hrv::analysis::Settings { treatment, ..hrv::analysis::Settings::default() }
+        let strap = hrv::analysis::Settings::default();
+        let most_astray_secs =
+            if self.are_of_beats { BEATS_ASTRAY_SECS } else { strap.most_astray_secs };
+        hrv::analysis::Settings { treatment, most_astray_secs, ..strap }
     }
 
     fn any(&self, channels: &[String]) -> descriptive::analysis::Settings {

@@ -3,6 +3,8 @@
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
 use super::shown::{self, Heading};
+use super::table::Oddity;
+use crate::output;
 
 /// What becomes of events and windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,10 +32,14 @@ pub struct Found {
     pub places: Vec<f64>,
     /// How many events there were of each kind.
     pub counts: Vec<(&'static str, usize)>,
+    /// When the last one was [ns].
+    pub last_event_ns: i64,
+    /// What was said of the table on standard error.
+    pub notes: Vec<String>,
     /// How many samples are missing by their times.
     pub missing: usize,
-    /// How many rows were left out, because they are not after the one before them.
-    pub left_out: usize,
+    /// Rows that were left out, because they are not after the one before them.
+    pub left_out: Oddity,
 }
 
 impl Found {
@@ -48,9 +54,17 @@ impl Found {
             scored,
             places: Vec::new(),
             counts: Vec::new(),
+            last_event_ns: i64::MIN,
+            notes: Vec::new(),
             missing: 0,
-            left_out: 0,
+            left_out: Oddity::default(),
         }
+    }
+
+    /// Says a word of the table on standard error.
+    pub fn note(&mut self, note: String) {
+        output::note(format!("note: {note}"));
+        self.notes.push(note);
     }
 
     /// Takes in an event.
@@ -59,6 +73,7 @@ impl Found {
             Some((_, count)) => *count += 1,
             None => self.counts.push((event.kind, 1)),
         }
+        self.last_event_ns = self.last_event_ns.max(event.at_ns);
         if self.scored == Some(event.kind) {
             self.places.push(event.sample);
         }
@@ -78,11 +93,11 @@ impl Found {
         }
     }
 
-    /// Counts how many samples were missing before a row; `None` for one that was left out.
-    pub fn count(&mut self, missing: Option<usize>) {
+    /// Counts how many samples were missing before the row of a line; `None` for one that was left out.
+    pub fn count(&mut self, missing: Option<usize>, line: usize) {
         match missing {
             Some(missing) => self.missing += missing,
-            None => self.left_out += 1,
+            None => self.left_out.add(1, line),
         }
     }
 }

@@ -4,7 +4,6 @@ use super::found::Found;
 use super::table::{Table, TableError};
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::output;
 
 /// Shortest window, and shortest time between two [s].
 const SHORTEST_SECS: f64 = 0.1;
@@ -17,6 +16,7 @@ pub fn failure(error: TableError) -> Failure {
         | TableError::WhichColumn { .. }
         | TableError::TextColumn { .. }
         | TableError::WhichComma { .. }
+        | TableError::Ragged { .. }
         | TableError::NoRate { .. } => Exit::BadArguments,
         _ => Exit::Failed,
     };
@@ -24,19 +24,20 @@ pub fn failure(error: TableError) -> Failure {
 }
 
 /// Says on standard error what the table did not have.
-pub fn warn(table: &Table, found: &Found) {
-    let rows = table.rows();
-    let notes = [
-        (table.missing(), "cells hold no number: those samples count as missing", "of all"),
-        (
-            found.missing,
-            "rows are missing by their times: their samples count as missing",
-            "beside",
-        ),
-        (found.left_out, "rows do not come after the one before them: they were left out", "of"),
-    ];
-    for (count, what, of) in notes.into_iter().filter(|(count, ..)| *count > 0) {
-        output::note(format!("note: {count} {what} ({of} {rows} rows)"));
+pub fn warn(table: &Table, found: &mut Found) {
+    let (rows, missing, left_out) = (table.rows(), found.missing, found.left_out);
+    table.oddities().for_each(|note| found.note(note));
+    if missing > 0 {
+        found.note(format!(
+            "{missing} rows are missing by their times: their samples count as missing (beside {rows} rows)"
+        ));
+    }
+    if left_out.count > 0 {
+        found.note(format!(
+            "{} rows do not come after the one before them, the first in line {}: they were left out (of \
+             {rows} rows)",
+            left_out.count, left_out.first_line
+        ));
     }
 }
 

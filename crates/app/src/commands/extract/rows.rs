@@ -10,11 +10,17 @@ use super::times::Times;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
+/// So many intervals tell whether their times are those of beats.
+const BEATS: usize = 64;
+/// How far a time and an interval may be rounded, together [ms].
+const ROUNDING_MS: f64 = 2.5;
+
 /// Rows of a table, one after the other.
 pub struct Rows {
     table: Table,
     scaling: Scaling,
     times: Times,
+    are_of_beats: bool,
     plausible: Plausible,
 }
 
@@ -32,7 +38,14 @@ impl Rows {
         let scaling = Scaling::new(signal, &table, said)?;
         let begin_ns = if signal.is_even() { 0 } else { begin_ns(&mut table, &scaling)? };
         let times = Times::new(signal, &table, begin_ns);
-        Ok(Rows { scaling, times, plausible: Plausible::new(signal), table })
+        let are_of_beats = !signal.is_even() && are_of_beats(&mut table, &scaling)?;
+        Ok(Rows { scaling, times, are_of_beats, plausible: Plausible::new(signal), table })
+    }
+
+    /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in
+    /// our own; else they tell when a strap told of them.
+    pub fn are_of_beats(&self) -> bool {
+        self.are_of_beats
     }
 
     /// The table.
@@ -68,7 +81,7 @@ impl Rows {
 /// When the first interval begins [ns]: with the file, if that tells; else its length before its end.
 fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
     let told_ns = table.begin_ns();
-    let first = table.peek().map_err(failure)?.cloned();
+    let first = table.peek(1).map_err(failure)?.next().cloned();
     let Some((end_ns, mut row)) = first.and_then(|row| Some((row.at_ns?, row))) else {
         return Ok(0);
     };
@@ -77,6 +90,22 @@ fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
     let first_ms = row.values.first().copied().filter(|first_ms| *first_ms > 0.0);
     let first_ns = first_ms.map_or(0, |first_ms| (first_ms * 1e6).round() as i64);
     Ok(told_ns.unwrap_or(end_ns.saturating_sub(first_ns)))
+}
+
+/// Whether most intervals are as long as it is since the one before.
+fn are_of_beats(table: &mut Table, scaling: &Scaling) -> Result<bool, Failure> {
+    let rows = table.peek(BEATS).map_err(failure)?;
+    let mut beats: Vec<(i64, f64)> = Vec::new();
+    for row in rows {
+        let mut values = row.values.clone();
+        scaling.apply(&mut values);
+        beats.extend(row.at_ns.zip(values.first().copied()));
+    }
+    let is_exact = |pair: &&[(i64, f64)]| {
+        let since_ms = pair[1].0.saturating_sub(pair[0].0) as f64 / 1e6;
+        (since_ms - pair[1].1).abs() <= ROUNDING_MS
+    };
+    Ok(2 * beats.windows(2).filter(is_exact).count() > beats.len().saturating_sub(1))
 }
 
 /// How the numbers of each column become those of the unit that the signal is analysed in.

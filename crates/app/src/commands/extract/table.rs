@@ -1,5 +1,6 @@
 //! Tables of numbers, as people and devices write them.
 
+mod beats;
 mod clock;
 mod columns;
 mod dates;
@@ -9,8 +10,10 @@ mod error;
 mod head;
 mod line;
 mod lines;
+mod oddity;
 mod times;
 mod units;
+mod utf16;
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -18,12 +21,14 @@ use std::path::Path;
 pub use columns::Wanted;
 pub use dialect::Decimal;
 pub use error::TableError;
+pub use oddity::Oddity;
 pub use units::is_raw;
 
 use columns::Columns;
 use head::Head;
 use line::number;
 use lines::Lines;
+use oddity::Oddities;
 use times::usual_rate_hz;
 
 /// Rows that the rate is told from, where nothing else tells it.
@@ -44,8 +49,7 @@ pub struct Table {
     rate_hz: f64,
     /// Rows that were given out.
     rows: usize,
-    /// Cells of them that hold no number.
-    missing: usize,
+    oddities: Oddities,
 }
 
 /// The wanted cells of a line.
@@ -57,6 +61,18 @@ pub struct Row {
     pub at_ns: Option<i64>,
     /// The number of its line, from 1.
     pub line: usize,
+    /// Whether its line has as many cells as the others.
+    width: Width,
+}
+
+/// Whether a line has as many cells as the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Width {
+    Usual,
+    /// It ends before a wanted cell.
+    Short,
+    /// Which of its cells is which, nobody can tell.
+    Other,
 }
 
 impl Table {
@@ -65,14 +81,14 @@ impl Table {
         let mut lines = Lines::open(path)?;
         let takes_one = !wanted.takes_all && wanted.columns.is_empty();
         let head = Head::read(&mut lines, takes_one, wanted.decimal)?;
-        let columns = Columns::choose(&head, wanted, rate_hz.is_some())?;
+        let columns = Columns::choose(&head, wanted, rate_hz)?;
         let mut table = Table {
             lines,
             ahead: VecDeque::new(),
             columns,
             rate_hz: 0.0,
             rows: 0,
-            missing: 0,
+            oddities: Oddities::default(),
             head,
         };
         table.rate_hz = match rate_hz.or(table.head.rate_hz) {
@@ -117,18 +133,19 @@ impl Table {
         self.rows
     }
 
-    /// How many cells of them hold no number.
-    pub fn missing(&self) -> usize {
-        self.missing
+    /// What was odd about them, for people.
+    pub fn oddities(&self) -> impl Iterator<Item = String> {
+        self.oddities.notes(self.rows)
     }
 
-    /// The first row, which stays to be read.
-    pub fn peek(&mut self) -> Result<Option<&Row>, TableError> {
-        if self.ahead.is_empty() {
-            let row = self.read_row()?;
-            self.ahead.extend(row);
+    /// The first rows, so many or as many as there are, which stay to be read.
+    pub fn peek(&mut self, count: usize) -> Result<impl Iterator<Item = &Row>, TableError> {
+        while self.ahead.len() < count
+            && let Some(row) = self.read_row()?
+        {
+            self.ahead.push_back(row);
         }
-        Ok(self.ahead.front())
+        Ok(self.ahead.iter().take(count))
     }
 
     /// The next row.
@@ -139,9 +156,20 @@ impl Table {
         };
         if let Some(row) = &next {
             self.rows += 1;
-            self.missing += row.values.iter().filter(|value| value.is_nan()).count();
+            self.judge(row);
         }
         Ok(next)
+    }
+
+    /// Counts what is odd about a row.
+    fn judge(&mut self, row: &Row) {
+        let Oddities { missing, short, other } = &mut self.oddities;
+        let (oddity, count) = match row.width {
+            Width::Usual => (missing, row.values.iter().filter(|value| value.is_nan()).count()),
+            Width::Short => (short, 1),
+            Width::Other => (other, 1),
+        };
+        oddity.add(count, row.line);
     }
 
     fn learnt_rate_hz(&mut self, wanted: &Wanted) -> Result<f64, TableError> {
@@ -151,12 +179,7 @@ impl Table {
         if self.columns.time.is_none() {
             return Err(TableError::NoRate { time: self.head.time_like() });
         }
-        while self.ahead.len() < FIRST_ROWS
-            && let Some(row) = self.read_row()?
-        {
-            self.ahead.push_back(row);
-        }
-        let times_ns: Vec<i64> = self.ahead.iter().filter_map(|row| row.at_ns).collect();
+        let times_ns: Vec<i64> = self.peek(FIRST_ROWS)?.filter_map(|row| row.at_ns).collect();
         usual_rate_hz(&times_ns).ok_or(TableError::NoRate { time: None })
     }
 
@@ -173,6 +196,7 @@ impl Table {
             values: vec![f64::NAN; self.columns.places.len()],
             at_ns: None,
             line: line.number,
+            width: Width::Usual,
         };
         let head = &self.head;
         let text = |place: usize, cell: &str| TableError::Text {
@@ -180,7 +204,10 @@ impl Table {
             column: head.name(place),
             text: cell.chars().take(40).collect(),
         };
+        let (mut cells, mut filled) = (0, 0);
         for (place, cell) in head.separator.cells(&line.text).enumerate() {
+            cells = place + 1;
+            filled = if cell.is_empty() { filled } else { cells };
             if let Some(time) = self.columns.time.as_mut().filter(|time| time.place == place) {
                 row.at_ns = time.clock.read(cell).map_err(|()| text(place, cell))?;
             }
@@ -189,6 +216,11 @@ impl Table {
                     *value = number(cell).ok_or_else(|| text(place, cell))?;
                 }
             }
+        }
+        if head.is_of_other_width(&line.text, filled) {
+            (row.width, row.values) = (Width::Other, vec![f64::NAN; row.values.len()]);
+        } else if self.columns.places.iter().any(|&place| place >= cells) {
+            row.width = Width::Short;
         }
         Ok(Some(row))
     }

@@ -15,6 +15,8 @@ pub struct Told {
     /// Null for intervals, which come at no rate.
     rate_hz: Option<f64>,
     method: &'static str,
+    /// What was said of the table on standard error.
+    notes: Vec<String>,
     events: Vec<Happened>,
     features: Vec<Row>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -103,6 +105,7 @@ impl Told {
             signal,
             rate_hz,
             method,
+            notes: found.notes.clone(),
             events: events.into_iter().map(event).collect(),
             features: found.windows.iter().flat_map(|window| rows(&found.values, window)).collect(),
             score,

@@ -174,11 +174,11 @@ impl Reader {
         let Some((first_ns, row)) = self.ahead.take() else { return Ok(None) };
         let mut run = Run { first_ns, last_ns: first_ns, samples: row.values };
         if self.stream.rate_hz <= 0.0 {
-            self.ahead = self.rows.next()?;
+            self.ahead = self.next_row()?;
             return Ok(Some(run));
         }
         let period_ns = 1e9 / self.stream.rate_hz;
-        while let Some((at_ns, row)) = self.rows.next()? {
+        while let Some((at_ns, row)) = self.next_row()? {
             let after_ns = at_ns.saturating_sub(run.last_ns);
             let follows = after_ns > 0 && (after_ns as f64) < GAP_PERIODS * period_ns;
             let is_long = at_ns.saturating_sub(run.first_ns) as f64 > RUN_SECS * 1e9;
@@ -190,6 +190,16 @@ impl Reader {
             run.samples.extend(row.values);
         }
         Ok(Some(run))
+    }
+
+    /// The next row; at the end it is said what was odd about them.
+    fn next_row(&mut self) -> Result<Option<(i64, Row)>, Failure> {
+        let row = self.rows.next()?;
+        if row.is_none() {
+            let (path, table) = (self.path.display(), self.rows.table());
+            table.oddities().for_each(|note| output::note(format!("note: {path}: {note}")));
+        }
+        Ok(row)
     }
 }
 

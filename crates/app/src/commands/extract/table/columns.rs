@@ -5,7 +5,13 @@ use super::dates::{Order, date_ns, order};
 use super::dialect::Decimal;
 use super::error::TableError;
 use super::head::{Head, is_count_like, is_time_like};
+use super::times::usual_rate_hz;
 use super::units::{self, unit};
+
+/// The names of times in our own tables [s].
+const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
+/// Rates that differ by less are the same, as far as a few stamps in whole milliseconds tell.
+const LIKE_RATES: f64 = 0.05;
 
 /// What is wanted of a table.
 #[derive(Clone, Debug)]
@@ -51,10 +57,16 @@ pub struct Time {
 }
 
 impl Columns {
-    /// Finds what is wanted; times are looked for by themselves unless the rate is known.
-    pub fn choose(head: &Head, wanted: &Wanted, has_rate: bool) -> Result<Columns, TableError> {
+    /// Finds what is wanted; a rate that was asked for [Hz], or that the table tells, counts more than times
+    /// which nobody asked for.
+    pub fn choose(
+        head: &Head,
+        wanted: &Wanted,
+        rate_hz: Option<f64>,
+    ) -> Result<Columns, TableError> {
         let mut notes = Vec::new();
-        let time = time(head, wanted, has_rate, &mut notes)?;
+        let time = time(head, wanted, rate_hz, &mut notes)?;
+        notes.extend(wanted.is_even.then(|| overruled(head, rate_hz)).flatten());
         let places = if wanted.columns.is_empty() {
             unnamed(head, wanted, time.as_ref(), &mut notes)?
         } else {
@@ -147,22 +159,41 @@ fn axes(head: &Head, places: &[usize], wanted: Option<usize>) -> Vec<usize> {
 fn time(
     head: &Head,
     wanted: &Wanted,
-    has_rate: bool,
+    rate_hz: Option<f64>,
     notes: &mut Vec<String>,
 ) -> Result<Option<Time>, TableError> {
     if let Some(name) = &wanted.time {
-        return named_time(head, name, wanted, notes).map(Some);
+        let time = named_time(head, name, wanted, notes)?;
+        notes.extend(contradicted(head, wanted, &time, rate_hz));
+        return Ok(Some(time));
     }
     // The times of our own tables.
-    let own = ["measured_secs", "time_secs"];
-    let own = own.iter().find_map(|&time| head.names.iter().position(|name| name == time));
+    let own = OWN_TIMES.iter().find_map(|&time| head.names.iter().position(|name| name == time));
     if let Some(place) = own {
-        return Ok(Some(Time { place, clock: Clock::of_unit(1_000_000_000) }));
+        let time = Time { place, clock: Clock::of_unit(1_000_000_000) };
+        notes.extend(contradicted(head, wanted, &time, rate_hz));
+        return Ok(Some(time));
     }
-    let is_looked_for = !wanted.is_even || (!has_rate && head.rate_hz.is_none());
-    if !is_looked_for {
+    let Some(mut time) = recognised(head, wanted) else { return Ok(None) };
+    if let Some(known_hz) = rate_hz.or(head.rate_hz).filter(|_| wanted.is_even) {
+        let whose = if rate_hz.is_some() { "--rate" } else { "the rate that the table tells" };
+        let (name, made) = (head.name(time.place), shown_hz(time.rate_hz(head)));
+        notes.push(format!(
+            "{whose} ({known_hz} Hz) counts, not the times in column {name}{made}: rows follow each other \
+             without gaps, unless --time \"{name}\" is given"
+        ));
         return Ok(None);
     }
+    if !head.is_e4 {
+        notes.push(format!("times are read from column {}", head.name(time.place)));
+        notes.extend(Some(time.clock.note.clone()).filter(|note| !note.is_empty()));
+    }
+    time.clock = begun(head, time.place, time.clock);
+    Ok(Some(time))
+}
+
+/// The column that looks like times, if there is one.
+fn recognised(head: &Head, wanted: &Wanted) -> Option<Time> {
     let is_one = |&place: &usize| match head.names.get(place) {
         Some(name) => is_time_like(name) && !is_count_like(name),
         None => head.names.is_empty() && is_date(head, place),
@@ -173,13 +204,42 @@ fn time(
         let clock = clock(head, place, wanted)?;
         clock.fits(&head.cells(place), wanted.least_hz).then_some(Time { place, clock })
     });
-    let Some(mut time) = { clocks }.next() else { return Ok(None) };
-    if !head.is_e4 {
-        notes.push(format!("times are read from column {}", head.name(time.place)));
-        notes.extend(Some(time.clock.note.clone()).filter(|note| !note.is_empty()));
+    { clocks }.next()
+}
+
+/// That a rate which was asked for is not the one that times make.
+fn contradicted(head: &Head, wanted: &Wanted, time: &Time, rate_hz: Option<f64>) -> Option<String> {
+    let (asked_hz, made_hz) = (rate_hz.filter(|_| wanted.is_even)?, time.rate_hz(head)?);
+    let name = head.name(time.place);
+    let is_other = (made_hz / asked_hz - 1.0).abs() > LIKE_RATES;
+    is_other.then(|| {
+        let made = shown_hz(Some(made_hz));
+        format!("--rate ({asked_hz} Hz) is not what the times in column {name} make{made}")
+    })
+}
+
+/// That a rate which was asked for is not the one that the table tells.
+fn overruled(head: &Head, rate_hz: Option<f64>) -> Option<String> {
+    let (asked_hz, told_hz) = (rate_hz?, head.rate_hz?);
+    let is_other = (told_hz / asked_hz - 1.0).abs() > f64::EPSILON;
+    is_other.then(|| {
+        format!("--rate ({asked_hz} Hz) counts, not the {told_hz} Hz that the table tells")
+    })
+}
+
+/// A rate in brackets, if it is known.
+fn shown_hz(rate_hz: Option<f64>) -> String {
+    let shown = |hz: f64| format!(" ({} Hz)", (hz * 10.0).round() / 10.0);
+    rate_hz.map(shown).unwrap_or_default()
+}
+
+impl Time {
+    /// The rate that the first times make [Hz].
+    fn rate_hz(&self, head: &Head) -> Option<f64> {
+        let mut clock = self.clock.clone();
+        let cells = head.cells(self.place).into_iter();
+        usual_rate_hz(&cells.filter_map(|cell| clock.read(cell).ok().flatten()).collect::<Vec<_>>())
     }
-    time.clock = begun(head, time.place, time.clock);
-    Ok(Some(time))
 }
 
 /// What is looked at first: a sensor's own times, those of a known unit, dates, anything else.

@@ -39,6 +39,15 @@ pub fn separator(
     if names > 1 && texts().all(|line| is_pairs(line, names)) {
         return Ok(Separator::SecondComma);
     }
+    let is_ragged = |line: &&Line| {
+        (names + 1..=2 * names).contains(&usual.width(&line.text)) && is_digits(line.text.trim())
+    };
+    if names > 1
+        && let Some(line) = lines.iter().find(is_ragged)
+    {
+        let (line, cells) = (line.number, usual.width(&line.text));
+        return Err(TableError::Ragged { line, cells, names });
+    }
     // Text cells, points, signs and spaces behind a comma, and two commas in a line: it separates.
     let Some(parts) = texts().map(halves).collect::<Option<Vec<_>>>() else { return Ok(usual) };
     let is_one = match (decimal, names) {
@@ -65,6 +74,14 @@ fn is_decimals_between_spaces(line: &str) -> bool {
             && number(cell).is_some()
     };
     line.split_whitespace().count() > 1 && line.split_whitespace().all(is_number)
+}
+
+/// Whether all cells of a line between commas are runs of digits.
+fn is_digits(line: &str) -> bool {
+    line.split(',').all(|cell| {
+        let bare = cell.trim_start_matches('-');
+        !bare.is_empty() && bare.bytes().all(|byte| byte.is_ascii_digit())
+    })
 }
 
 /// Whether a line has two runs of digits for each name.

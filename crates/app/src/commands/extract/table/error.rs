@@ -73,6 +73,18 @@ pub enum TableError {
         /// The line.
         text: String,
     },
+    /// There are more cells than names, and commas may be decimal ones.
+    #[error(
+        "tell the commas in line {line} apart: it has {cells} cells, and there are {names} names"
+    )]
+    Ragged {
+        /// From 1.
+        line: usize,
+        /// How many cells it has, if all commas separate.
+        cells: usize,
+        /// How many names there are.
+        names: usize,
+    },
     /// Nothing tells the rate.
     #[error("tell the sampling rate: neither the table nor --rate says it")]
     NoRate {
@@ -116,6 +128,11 @@ impl TableError {
             }
             TableError::WhichComma { .. } => {
                 "give --decimal comma for one number a line, or --decimal point for two columns"
+                    .into()
+            }
+            TableError::Ragged { .. } => {
+                "where commas are decimal, save the table with semicolons or tabs, or its cells in quotes; \
+                 give --decimal point where they are not"
                     .into()
             }
             TableError::NoRate { time: Some(time) } => {

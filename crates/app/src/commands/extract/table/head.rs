@@ -1,5 +1,8 @@
 //! What stands above the numbers of a table.
 
+use std::collections::BTreeMap;
+
+use super::beats;
 use super::dates::{Order, date_ns};
 use super::dialect::{Decimal, separator};
 use super::empatica::E4;
@@ -19,6 +22,8 @@ pub struct Head {
     pub units: Vec<String>,
     /// How many columns there are.
     pub width: usize,
+    /// How many cells lines of numbers usually have, as [`Separator::width`] counts them.
+    usual_width: usize,
     /// The cells of the first lines of numbers, line by line.
     pub sample: Vec<Vec<String>>,
     /// The rate that the table tells [Hz].
@@ -67,15 +72,43 @@ impl Head {
             }
         }
         let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
+        let usual_width = usual(sample.iter().map(|line| separator.width(&line.text)));
         let cells = |line: &Line| separator.cells(&line.text).map(str::to_owned).collect();
         let sample: Vec<Vec<String>> = sample.iter().map(cells).collect();
+        if names.is_empty()
+            && let Some(told) = beats::units(&sample)
+        {
+            names = ["time", "rr"].map(str::to_owned).to_vec();
+            units = told.map(str::to_owned).to_vec();
+        }
         if !is_counted && names.len() > 1 && sample[0].len() == 1 {
             // One name of several words.
             names = vec![line_of_names];
         }
         let width = sample[0].len().max(names.len());
         let (first, is_e4) = (Some(first), e4.is_some());
-        Ok(Head { separator, names, units, width, sample, rate_hz, is_e4, begin_ns, first })
+        let head = Head {
+            separator,
+            names,
+            units,
+            width,
+            usual_width,
+            sample,
+            rate_hz,
+            is_e4,
+            begin_ns,
+            first,
+        };
+        Ok(head)
+    }
+
+    /// Whether a line, the last of whose `filled` cells is not empty, has so many that nobody can tell which of
+    /// them is which.
+    pub fn is_of_other_width(&self, line: &str, filled: usize) -> bool {
+        match self.separator {
+            Separator::SecondComma => self.separator.width(line) != self.usual_width,
+            _ => filled > self.usual_width.max(self.names.len()),
+        }
     }
 
     /// What a column is called: its name, or its number from 1.
@@ -98,6 +131,13 @@ impl Head {
     pub fn time_like(&self) -> Option<String> {
         self.names.iter().find(|name| is_time_like(name)).cloned()
     }
+}
+
+/// The number that most of these are; the largest where several are equally many.
+fn usual(widths: impl Iterator<Item = usize>) -> usize {
+    let mut counts = BTreeMap::<usize, usize>::new();
+    widths.for_each(|width| *counts.entry(width).or_default() += 1);
+    counts.into_iter().max_by_key(|(width, count)| (*count, *width)).map_or(0, |(width, _)| width)
 }
 
 /// The names in a line; behind spaces, a unit in brackets belongs to the name before it.
@@ -139,7 +179,7 @@ pub fn is_time_like(name: &str) -> bool {
     words.contains(&name.as_str())
         || words.contains(&first)
         || name.contains("timestamp")
-        || ["measured_secs", "log_time_secs"].contains(&name.as_str())
+        || ["measured_secs", "log_time_secs", "unix_secs"].contains(&name.as_str())
 }
 
 /// Whether a column that is like times holds numbers of rows.

@@ -20,6 +20,14 @@ impl Separator {
             .map_or(Separator::Spaces, Separator::Mark)
     }
 
+    /// How many cells a line has, those at its end left out in which nothing stands. Where each second comma
+    /// separates, all commas count.
+    pub fn width(self, line: &str) -> usize {
+        let all = if self == Separator::SecondComma { Separator::Mark(',') } else { self };
+        let filled = all.cells(line).enumerate().filter(|(_, cell)| !cell.is_empty());
+        filled.last().map_or(0, |(place, _)| place + 1)
+    }
+
     /// The cells of a line, without the spaces and quotes around them.
     pub fn cells(self, line: &str) -> Cells<'_> {
         Cells { separator: self, rest: Some(line.trim_matches(' ')) }

@@ -6,6 +6,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::error::TableError;
+use super::utf16::as_utf8;
 
 /// Longest line [bytes]: what is longer is no table.
 const LONGEST_LINE: u64 = 1 << 20;
@@ -39,13 +40,15 @@ impl Lines {
             let bytes = file.metadata().map_err(opened)?.len();
             (Box::new(file), bytes)
         };
+        let (input, width) = as_utf8(input).map_err(opened)?;
         let input = BufReader::with_capacity(1 << 18, input);
+        let bytes = bytes / width;
         Ok(Lines { input, number: 0, ahead: VecDeque::new(), read: 0, bytes })
     }
 
     /// The share of the file that was read [0..1]; `None` when its length is not known.
     pub fn read_share(&self) -> Option<f64> {
-        (self.bytes > 0).then(|| self.read as f64 / self.bytes as f64)
+        (self.bytes > 0).then(|| (self.read as f64 / self.bytes as f64).min(1.0))
     }
 
     /// The next line that is neither empty nor a comment.

@@ -1,0 +1,122 @@
+//! What is said of tables: nothing is left out, or chosen, in silence.
+
+use super::*;
+
+/// What is said of a table with this text that is read with a rate [Hz], in the end.
+fn notes(signal: Signal, text: impl AsRef<[u8]>, rate_hz: Option<f64>) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("noted.csv");
+    std::fs::write(&path, text).unwrap();
+    let mut table = Table::open(&path, &of(signal), rate_hz).unwrap();
+    rows(&mut table);
+    let odd: Vec<String> = table.oddities().collect();
+    [table.notes().to_vec(), odd].concat()
+}
+
+fn timed(step_ms: usize) -> String {
+    let rows = (0..40).map(|k| format!("{},{k}\n", k * step_ms));
+    rows.fold("time_ms,ecg\n".to_owned(), |text, row| text + &row)
+}
+
+#[test]
+fn a_rate_that_counts_more_than_times_is_said() {
+    let [note] = &notes(Signal::Ecg, timed(4), Some(130.0))[..] else { panic!("one note") };
+    assert!(note.starts_with("--rate (130 Hz) counts, not the times in column time_ms (250 Hz)"));
+    assert!(note.ends_with("unless --time \"time_ms\" is given"), "{note}");
+    assert!(
+        notes(Signal::Ecg, timed(4), None)[0].starts_with("times are read from column time_ms")
+    );
+    // The times of our own tables are followed, whatever the rate.
+    let own = (0..40).map(|k| format!("{:.3},{k}\n", f64::from(k) * 0.004));
+    let own = own.fold("time_secs,ecg\n".to_owned(), |text, row| text + &row);
+    assert_eq!(notes(Signal::Ecg, &own, Some(250.0)), [""; 0]);
+    let [note] = &notes(Signal::Ecg, &own, Some(130.0))[..] else { panic!("one note") };
+    assert_eq!(note, "--rate (130 Hz) is not what the times in column time_secs make (250 Hz)");
+}
+
+#[test]
+fn a_rate_that_the_table_tells_otherwise_is_said() {
+    let text = "%Sample Rate = 250 Hz\nStamp,ecg,Timestamp\n1,2,0.000\n2,3,0.010\n3,4,0.020\n";
+    assert!(
+        notes(Signal::Ecg, text, Some(200.0))
+            .contains(&"--rate (200 Hz) counts, not the 250 Hz that the table tells".to_owned())
+    );
+    let told = notes(Signal::Ecg, text, None);
+    assert!(
+        told.iter().any(|note| note.starts_with("the rate that the table tells (250 Hz)")),
+        "{told:?}"
+    );
+    let e4 = "1551453301.0\n4.0\n0.5\n0.6\n";
+    let [note] = &notes(Signal::Eda, e4, Some(8.0))[..] else { panic!("one note") };
+    assert_eq!(note, "--rate (8 Hz) counts, not the 4 Hz that the table tells");
+    assert_eq!(notes(Signal::Eda, e4, Some(4.0)), [""; 0]);
+}
+
+#[test]
+fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
+    let mut lines = vec!["x,ecg,note".to_owned()];
+    lines.extend((0..30).map(|k| format!("{k},{k},")));
+    lines[20] = "19".into();
+    lines[23] = "22,,".into();
+    lines[25] = "24,NaN,".into();
+    lines[26] = "25,1,a,b".into();
+    lines[28] = "27,1,5,a".into();
+    let told = notes(Signal::Ecg, lines.join("\n"), Some(250.0));
+    assert_eq!(
+        told,
+        [
+            "1 rows have fewer cells than the others, the first in line 21: what they lack counts as missing \
+             (of all 30 rows)",
+            "2 rows have more cells than the others, the first in line 27: all of their cells count as missing \
+             (of all 30 rows)",
+            "2 cells hold no number, the first in line 24: those samples count as missing (of all 30 rows)",
+        ]
+    );
+}
+
+#[test]
+fn a_row_of_which_no_one_knows_what_is_what_holds_no_number() {
+    let mut lines = vec!["time,temp".to_owned()];
+    lines.extend((0..40).map(|k| format!("{},{:02},33,{:02}", k / 4, k % 4 * 25, 40 + k % 7)));
+    lines[30] = "7,25,33".into();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("commas.csv");
+    std::fs::write(&path, lines.join("\n")).unwrap();
+    let mut table = Table::open(&path, &of(Signal::Temperature), None).unwrap();
+    let read = rows(&mut table);
+    assert!(read[29][0].is_nan() && read.iter().filter(|row| row[0].is_nan()).count() == 1);
+    assert!(table.oddities().any(|note| note.contains("the first in line 31")));
+}
+
+#[test]
+fn decimal_commas_that_can_not_be_told_from_others_are_refused() {
+    let text = "time,temp\n0,33,40\n0,25,33,41\n0,5,33,42\n0,75,33\n1,33,43\n";
+    let file = File::new("ragged.csv", text);
+    let opened = Table::open(&file.0, &of(Signal::Temperature), None);
+    assert!(matches!(opened, Err(TableError::Ragged { line: 2, names: 2, cells: 3 })));
+}
+
+#[test]
+fn a_table_in_utf_16_is_read_as_any_other() {
+    let text = "time;temp [°C]\r\n0,00;33,1\r\n0,25;33,2\r\n0,50;33,3\r\n";
+    let bytes = |unit: u16| unit.to_le_bytes();
+    for mark in ["", "\u{feff}"] {
+        let wide: Vec<u8> = format!("{mark}{text}").encode_utf16().flat_map(bytes).collect();
+        let file = File::new("wide.csv", wide);
+        let mut table = Table::open(&file.0, &of(Signal::Temperature), None).unwrap();
+        assert_eq!((table.rate_hz(), table.units()), (4.0, &[Some("°C".to_owned())][..]));
+        assert_eq!(rows(&mut table), [[33.1], [33.2], [33.3]]);
+        assert_eq!(table.read_share(), Some(1.0));
+    }
+}
+
+#[test]
+fn intervals_with_the_times_of_their_beats_need_no_names() {
+    let text = "1.443999\t0.754700\n2.172049\t0.728051\n2.899486\t0.727436\n3.629486\t0.730000\n";
+    let (table, times, numbers) = told("intervals.txt", &of(Signal::Interval), text);
+    assert_eq!(
+        (table.names(), table.units()),
+        (&["rr".to_owned()][..], &[Some("s".to_owned())][..])
+    );
+    assert_eq!((times[0], &numbers[1][..]), (1_443_999_000, &[0.728_051][..]));
+}
