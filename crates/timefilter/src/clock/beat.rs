@@ -1,6 +1,10 @@
 //! Packets that beat with the events at which a link takes them: delays go through a saw-tooth.
 
+mod teeth;
+
+pub(super) use self::teeth::Teeth;
 use super::epoch::Packet;
+use super::fit::Point;
 
 /// How many arrivals are looked at.
 const ARRIVALS: usize = 64;
@@ -16,20 +20,26 @@ const LONGEST_SECS: f64 = 0.11;
 const MOST_EVENTS: f64 = 40.0;
 /// For how long after the last step of delays they are taken to beat [ns].
 const BEATS_NANOS: i64 = 3_600_000_000_000;
-/// What is stated of a saw-tooth, as a part of its height.
+/// What is stated of a saw-tooth that is not followed, as a part of its height.
 const STATED: f64 = 0.6;
-/// How high the gate is above a saw-tooth, as a part of its height.
-const GATE: f64 = 1.3;
+/// How high the gate is for a saw-tooth, as a part of its height: it may be half of that above what is in the middle
+/// of its band, and step.
+const GATE: f64 = 2.2;
+/// After a longer pause bins show no step [s].
+const PAUSE_SECS: f64 = 10.0;
 /// How many packets that came later than the ones before them are looked at, each so much at least [s].
 const LATER: usize = 8;
 const LATER_SECS: f64 = 0.003;
 /// Every how many of them.
 const LOOKS: usize = 4;
-/// How many of them came later by whole intervals, and how near to these, as a part.
+/// How many of them came later by whole intervals, where the interval was known and where not, and how near to
+/// these, as a part.
+const STILL: usize = 4;
 const WHOLE: usize = 6;
 const NEAR_WHOLE: f64 = 0.15;
 /// How little delays change from one packet to the next where they beat, as a part of the interval, and what
-/// never counts as more [s].
+/// never counts as more [s]; of so many of them, as the rest may be of packets that failed.
+const STEADIEST: usize = ARRIVALS * 2 / 5;
 const STEADY: f64 = 0.02;
 const STEADY_SECS: f64 = 0.0003;
 /// Packets that come so regularly, at intervals of no more than this [s], may be those of polls, which beat.
@@ -58,6 +68,8 @@ pub(super) struct Beat {
     steps: usize,
     /// The interval that there may be [s]; 0 for none.
     suspected: f64,
+    /// The lowest point of the last bin.
+    lowest: Option<Point>,
 }
 
 impl Default for Beat {
@@ -72,6 +84,7 @@ impl Default for Beat {
             later: [0.0; LATER],
             steps: 0,
             suspected: 0.0,
+            lowest: None,
         }
     }
 }
@@ -98,9 +111,20 @@ impl Beat {
         }
     }
 
+    /// The lowest point of a bin that is over: whether delays stepped since the one before.
+    pub fn bin(&mut self, lowest: Point) {
+        let before = self.lowest.replace(lowest);
+        if let Some(before) = before.filter(|before| lowest.device - before.device < PAUSE_SECS) {
+            let step = (lowest.delay - before.delay).abs();
+            if step > LATER_SECS || step > 0.5 * self.suspected {
+                self.stepped(step);
+            }
+        }
+    }
+
     /// Delays have stepped by so much [s].
-    pub fn stepped(&mut self, step: f64) {
-        if self.count < ARRIVALS || self.period <= 0.0 || step > LONGEST_SECS {
+    fn stepped(&mut self, step: f64) {
+        if step <= 0.0 || self.count < ARRIVALS || self.period <= 0.0 || step > LONGEST_SECS {
             return;
         }
         let events = (self.period / step).round();
@@ -109,20 +133,25 @@ impl Beat {
         }
         let interval = self.period / events;
         let is_near = (interval / step - 1.0).abs() < NEAR;
-        if is_near && self.is_steady(interval) && self.direction(interval) > ON_LATTICE {
+        if is_near && self.is_steady(0.0) && self.direction(interval) > ON_LATTICE {
             let now = self.arrivals[(self.count - 1) % ARRIVALS];
             self.known = Some((interval, now));
         }
     }
 
-    /// How wrong a time may be for it [s].
-    pub fn secs(&self) -> f64 {
-        STATED * self.known.map_or(self.suspected, |(interval, _)| interval)
+    /// From one event to the next, as far as there are any [s]; 0 where nothing shows any.
+    pub fn interval(&self) -> f64 {
+        self.known.map_or(self.suspected, |(interval, _)| interval)
+    }
+
+    /// How wrong a time may be where its place between two events is not followed [s].
+    pub fn secs(interval: f64) -> f64 {
+        STATED * interval
     }
 
     /// How high bins may be above the line for it [s].
     pub fn height_secs(&self) -> f64 {
-        self.known.map_or(0.0, |(interval, _)| GATE * interval)
+        GATE * self.interval()
     }
 
     /// A packet came so much later than the one before it [s].
@@ -136,15 +165,19 @@ impl Beat {
         if self.steps < LATER || !self.steps.is_multiple_of(LOOKS) || self.count < ARRIVALS {
             return;
         }
+        let now = self.arrivals[(self.count - 1) % ARRIVALS];
+        if let Some((interval, _)) = self.known.filter(|(known, _)| self.whole(*known) >= STILL) {
+            self.known = Some((interval, now));
+            return;
+        }
         let intervals = (1..=MOST_EVENTS as usize).map(|events| self.period / events as f64);
         let may_be = |interval: &f64| {
             (SHORTEST_SECS..LONGEST_SECS).contains(interval)
-                && self.are_whole(*interval)
+                && self.whole(*interval) >= WHOLE
                 && self.is_steady(*interval)
                 && self.direction(*interval) > ON_LATTICE
         };
         if let Some(interval) = intervals.into_iter().find(may_be) {
-            let now = self.arrivals[(self.count - 1) % ARRIVALS];
             self.known = Some((interval, now));
         }
     }
@@ -153,16 +186,19 @@ impl Beat {
     fn is_steady(&self, interval: f64) -> bool {
         let mut changes = self.changes.map(f64::abs);
         changes.sort_by(f64::total_cmp);
-        changes[ARRIVALS / 2] < (STEADY * interval).max(STEADY_SECS)
+        changes[STEADIEST] < (STEADY * interval).max(STEADY_SECS)
     }
 
-    /// Whether packets that came later did so by whole intervals.
-    fn are_whole(&self, interval: f64) -> bool {
-        let is_whole = |later: &&f64| {
-            let events = (*later / interval).round();
-            events >= 1.0 && (*later / interval - events).abs() < NEAR_WHOLE
-        };
-        self.later.iter().filter(is_whole).count() >= WHOLE
+    /// How many of the packets that came later did so by whole intervals.
+    fn whole(&self, interval: f64) -> usize {
+        let (mut single, mut more) = (0, 0);
+        for later in self.later.map(|later| later / interval) {
+            let is_whole = (later - later.round()).abs() < NEAR_WHOLE;
+            single += usize::from(is_whole && (0.5..1.5).contains(&later));
+            more += usize::from(is_whole && later >= 1.5);
+        }
+        // Most packets that fail do so once; where none did, it is a part of the interval.
+        if single >= more { single + more } else { 0 }
     }
 
     /// The length of the mean direction of arrivals on a circle of this interval [0..1].
@@ -176,3 +212,6 @@ impl Beat {
         f64::hypot(x, y) / ARRIVALS as f64
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -82,6 +82,11 @@ impl Envelope {
         self.poor_bins = POOR_BINS.1;
     }
 
+    /// The lowest points of bins, oldest first.
+    pub fn bins(&self) -> impl Iterator<Item = Point> {
+        self.bins.iter().copied()
+    }
+
     /// How many bins there are.
     pub fn len(&self) -> usize {
         self.bins.len()

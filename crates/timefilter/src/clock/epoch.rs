@@ -3,7 +3,7 @@
 mod raised;
 
 use self::raised::{RAISED_BINS, Raised};
-use super::beat::Beat;
+use super::beat::{Beat, Teeth};
 use super::envelope::{BIN_NANOS, Envelope};
 use super::fit::{Fit, Point};
 use super::line::Line;
@@ -25,6 +25,14 @@ const GATE_SPREADS: f64 = 6.0;
 const GATE_SECS: f64 = 0.004;
 /// So many bins below the line by as much show that all before were held up.
 const FALLEN_BINS: usize = 3;
+
+/// How many steps of a saw-tooth are kept, and how long they are remembered [s].
+const STEPS: usize = 16;
+const STEPS_MEMORY_SECS: f64 = 150.0;
+/// The drift of skew that is stated between them, beside that of other lines [1/s].
+const STEPS_DRIFT: f64 = 1.5e-8;
+/// How near to each other intervals are that are one, as a part.
+const SAME_INTERVAL: f64 = 0.01;
 
 /// Every how many bins a line is laid, once an epoch is not young.
 const FIT_EVERY: i64 = 2;
@@ -67,13 +75,16 @@ pub(super) struct Epoch {
     raised: Raised,
     fallen: usize,
     beat: Beat,
+    teeth: Teeth,
+    /// Whether the line is one through steps of delays.
+    is_through_steps: bool,
     /// How many packets were taken.
     taken: u64,
 }
 
 impl Epoch {
     /// What it allocates [B].
-    pub const BYTES: usize = Envelope::BYTES + Line::BYTES;
+    pub const BYTES: usize = Envelope::BYTES + Line::BYTES + (STEPS + 1) * size_of::<Point>();
 
     /// Begins with its first packet; slopes of clocks of this kind spread by `usual_skew`.
     pub fn begin(first: Packet, usual_skew: f64) -> Epoch {
@@ -89,6 +100,8 @@ impl Epoch {
             raised: Raised::default(),
             fallen: 0,
             beat: Beat::default(),
+            teeth: Teeth::keeping(Some(STEPS)),
+            is_through_steps: false,
             taken: 1,
         }
     }
@@ -128,9 +141,9 @@ impl Epoch {
         (self.raised.bins, self.raised.height)
     }
 
-    /// What is stated for packets that beat with their link's events [s].
-    pub fn beat_secs(&self) -> f64 {
-        self.beat.secs()
+    /// From one of the events that packets beat with to the next [s]; 0 where there are none.
+    pub fn beat_interval(&self) -> f64 {
+        self.beat.interval()
     }
 
     /// Device time since the epoch began [ns].
@@ -183,12 +196,13 @@ impl Epoch {
         let age = seconds(now);
         let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
         let young = YOUNG_ERROR / (1.0 + age.max(0.0));
+        let beat = if self.is_through_steps { 0.0 } else { Beat::secs(self.beat.interval()) };
         let of_first = self.fit.uncertainty_at(age - span, age);
         self.fit.uncertainty_at(age, age).max(of_first)
             + behind
             + young
             + self.raised.unclear()
-            + self.beat.secs()
+            + beat
     }
 
     /// A packet's place in the epoch.
@@ -220,11 +234,9 @@ impl Epoch {
     /// Ends a bin: the envelope learns from it, unless all of it came too late.
     fn close(&mut self, vouched: bool) -> Verdict {
         let Some((point, packet)) = self.lowest.take() else { return Verdict::Runs };
+        self.beat.bin(point);
         let above = point.delay - self.fit.at(point.device);
         let gate = self.gate(point.device);
-        if above.abs() > gate {
-            self.beat.stepped(above.abs());
-        }
         if above > gate {
             let agreed = self.raised.push(point.delay, above, packet);
             self.raised.vouched = vouched;
@@ -237,6 +249,7 @@ impl Epoch {
         self.raised = Raised::default();
         self.fallen = if above < -gate { self.fallen + 1 } else { 0 };
         self.envelope.push(point);
+        self.follow(point);
         if self.fallen >= FALLEN_BINS {
             self.envelope.keep(self.fallen);
         }
@@ -250,6 +263,19 @@ impl Epoch {
             return Verdict::Set(apart);
         }
         Verdict::Runs
+    }
+
+    /// Follows the saw-tooth of delays that beat, as far as they do.
+    fn follow(&mut self, bin: Point) {
+        let interval = self.beat.interval();
+        if (interval - self.teeth.interval()).abs() <= SAME_INTERVAL * interval {
+            self.teeth.push(bin);
+            return;
+        }
+        self.teeth.begin(interval);
+        for bin in self.envelope.bins() {
+            self.teeth.push(bin);
+        }
     }
 
     /// How far above the line a bin is raised [s].
@@ -269,15 +295,28 @@ impl Epoch {
     }
 
     fn refit(&mut self, open: Option<Point>) {
-        // The lowest of many is nearer to the lowest that there is.
-        let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
-        let scatter = self.delays.rms() / in_bin.max(1.0);
-        self.fit = self.envelope.fit(open, self.fit, scatter);
+        self.lay(open);
         let now = self.line.frontier();
         let age = seconds(now).max(0.0);
         let slew = (0.5 / age.max(1.0)).clamp(SLOWEST_SLEW, FASTEST_SLEW);
         let within = (age / 4.0).clamp(0.5, 4.0) * 1e9;
         self.line.lead_to(self.fit.at(age) * 1e9, self.fit.slope, within, slew);
+    }
+
+    /// Lays a line through the steps of a saw-tooth, or else under all bins.
+    fn lay(&mut self, open: Option<Point>) {
+        if self.teeth.are_followed() {
+            self.is_through_steps = true;
+            if let Some(level) = self.teeth.level() {
+                self.fit = self.teeth.line(level, STEPS_MEMORY_SECS, STEPS_DRIFT);
+            }
+            return;
+        }
+        self.is_through_steps = false;
+        // The lowest of many is nearer to the lowest that there is.
+        let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
+        let scatter = self.delays.rms() / in_bin.max(1.0);
+        self.fit = self.envelope.fit(open, self.fit, scatter);
     }
 }
 

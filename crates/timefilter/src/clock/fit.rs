@@ -71,6 +71,57 @@ impl Fit {
         }
     }
 
+    /// The line through `points` of which each is so uncertain in its value and in its time [s], or as they show
+    /// by themselves; given at a device time [s]. The nearer ones count for more, with a memory [s].
+    pub fn through(points: &[Point], device: f64, memory: f64, fine: f64, coarse: f64) -> Fit {
+        let nearest =
+            points.iter().map(|point| (point.device - device).abs()).fold(f64::MAX, f64::min);
+        let weight = |x: f64| ((nearest - x.abs()) / memory).exp();
+        let mut sums = Sums::default();
+        let base = points.first().map_or(0.0, |point| point.delay);
+        for point in points {
+            let x = point.device - device;
+            sums.add(weight(x), x, point.delay - base);
+        }
+        let (centre, squares) = (sums.x / sums.w, sums.xx - sums.x * sums.x / sums.w);
+        let shares = Shares { w: sums.w, centre, squares: squares.max(f64::MIN_POSITIVE) };
+        let slope = (sums.xy - sums.x * sums.y / sums.w) / shares.squares;
+        let delay = base + sums.y / sums.w - slope * shares.centre;
+        let (mut square, mut slope_square, mut bend) = (0.0, 0.0, 0.0);
+        let (mut residuals, mut weights, mut weight_squares) = (0.0, 0.0, 0.0);
+        for point in points {
+            let x = point.device - device;
+            let residual = point.delay - delay - slope * x;
+            residuals += weight(x) * residual * residual;
+            weights += weight(x);
+            weight_squares += weight(x) * weight(x);
+            let (share, of_slope) =
+                (weight(x) * shares.share(x), weight(x) * shares.slope_share(x));
+            square += share * share;
+            slope_square += of_slope * of_slope;
+            bend += share * x * x;
+        }
+        // Two points more or less lie on any line.
+        let count = weights * weights / weight_squares;
+        let shown =
+            if count > 2.5 { (residuals / weights * count / (count - 2.0)).sqrt() } else { 0.0 };
+        let uncertain = fine.hypot(coarse * slope).max(shown);
+        Fit {
+            device,
+            delay,
+            slope,
+            spread: uncertain,
+            error: uncertain * square.sqrt(),
+            slope_error: uncertain * slope_square.sqrt(),
+            bend: bend.abs() / 2.0,
+        }
+    }
+
+    /// A line at a point, of which half the width of the 95 % interval there is known to be `stated` [s].
+    pub fn stated(point: Point, slope: f64, stated: f64) -> Fit {
+        Fit { slope, error: stated / ERRORS, ..Fit::level(point) }
+    }
+
     /// The line's delay at a device time [s].
     pub fn at(&self, device: f64) -> f64 {
         self.delay + self.slope * (device - self.device)

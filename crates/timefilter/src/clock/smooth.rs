@@ -1,5 +1,6 @@
 //! Better times afterwards: the same clock models, with what came later known too.
 
+use super::beat::{Beat, Teeth};
 use super::envelope::{BIN_NANOS, INCREDIBLE, POOR_SKEW, memory_secs};
 use super::epoch::RAISED_LONG;
 use super::fit::{Fit, Point, line_around};
@@ -23,6 +24,10 @@ const BETWEEN_DRIFT: f64 = 3e-8;
 const RISING_NODES: usize = 2;
 /// Over how long the slope is taken with which the map goes on behind its last node [s].
 const FAR_SECS: f64 = 120.0;
+/// How long the steps of a saw-tooth are remembered to both sides [s].
+const STEPS_MEMORY_SECS: f64 = 100.0;
+/// The drift of skew that is stated between them, beside that of the live model's lines [1/s].
+const STEPS_DRIFT: f64 = 0.7e-8;
 /// How many points are enough.
 const ENOUGH: usize = 16;
 /// The steepest that the map may be between nodes; it keeps it strictly increasing.
@@ -36,8 +41,8 @@ struct Course {
     run: usize,
     /// How far above the line the last of them is [s].
     height: f64,
-    /// What is stated for packets that beat with their link's events [s].
-    beat_secs: f64,
+    /// From one of the events that packets beat with to the next [s]; 0 where there are none.
+    beat_interval: f64,
     /// Whether it ran as no usual clock does.
     is_poor: bool,
 }
@@ -115,7 +120,9 @@ impl Smoother {
         let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
         course.bins.extend(if goes_on && lower { Some(new) } else { open });
         course.is_poor |= epoch.is_poor();
-        course.beat_secs = course.beat_secs.max(epoch.beat_secs());
+        if epoch.beat_interval() > 0.0 {
+            course.beat_interval = epoch.beat_interval();
+        }
     }
 
     /// The clock, to be told the same stamps once more, in the same order.
@@ -235,6 +242,10 @@ impl Map {
         let (Some(first), Some(last)) = (free.first(), free.last()) else {
             return Map { nodes: Vec::new() };
         };
+        if let Some(nodes) = through_steps(&free, course.beat_interval) {
+            return Map { nodes };
+        }
+        let beat_secs = Beat::secs(course.beat_interval);
         let skew = if course.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
         let mut nodes: Vec<Node> = Vec::new();
         let mut device = first.device;
@@ -242,8 +253,7 @@ impl Map {
         loop {
             fit = around(&free, device, skew, fit);
             let (delay, slope) = (fit.at(device), fit.slope.clamp(-STEEPEST, STEEPEST));
-            let error =
-                fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT) + course.beat_secs;
+            let error = fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT) + beat_secs;
             let node = Node { device, delay, slope, error };
             nodes.push(nodes.last().map_or(node, |before| node.near(before)));
             // A long silence needs no nodes: the next one is where stamps come again.
@@ -307,6 +317,24 @@ impl Node {
         let most = STEEPEST * (self.device - before.device);
         Node { delay: self.delay.clamp(before.delay - most, before.delay + most), ..self }
     }
+}
+
+/// Nodes by the steps of a saw-tooth that high [s]; `None` where there is none to be followed.
+fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
+    let mut teeth = Teeth::keeping(None);
+    teeth.begin(interval);
+    let mut levels: Vec<Point> = Vec::new();
+    for bin in bins {
+        teeth.push(*bin);
+        let is_next = |last: &Point| bin.device - last.device >= NODE_SECS;
+        levels.extend(teeth.level().filter(|_| levels.last().is_none_or(is_next)));
+    }
+    let node = |level: Point| {
+        let fit = teeth.line(level, STEPS_MEMORY_SECS, STEPS_DRIFT);
+        let (device, delay, slope) = (level.device, fit.delay, fit.slope);
+        Node { device, delay, slope, error: fit.uncertainty_at(device, device) }
+    };
+    teeth.are_followed().then(|| levels.into_iter().map(node).collect())
 }
 
 /// The line around a device time, from enough points.

@@ -1,0 +1,76 @@
+use crate::clock::simulated::SECOND;
+use crate::clock::{ClockModel, Latency, OneWay, OneWaySettings, Smoother, Stamps};
+
+/// When the second of the steps comes, about: from then on the truth is known [s].
+const KNOWN_SECS: i64 = 1050;
+
+/// What a clock that runs 100 ppm fast sends each `period` over a link with events each `interval` [ns]: its stamps,
+/// and when it was measured [ns]. Every fiftieth packet fails and comes with the next event.
+fn beating(period: i64, interval: i64, secs: i64) -> Vec<(Stamps, i64)> {
+    let packet = |number: i64| {
+        let device = number * period;
+        let truth = 1_700_000_000 * SECOND + device - device / 10_000;
+        let failed = interval * i64::from(number % 50 == 7);
+        let arrival = (truth / interval + 1) * interval + failed + (number * 7919) % 200_000;
+        let device = Some(device + 5 * SECOND);
+        (Stamps { device, index: number as u64, ..Stamps::arrived(arrival) }, truth)
+    };
+    let mut packets: Vec<_> = (0..secs * SECOND / period).map(packet).collect();
+    let mut newest = i64::MIN;
+    for (stamps, _) in &mut packets {
+        newest = newest.max(stamps.arrival);
+        stamps.arrival = newest;
+    }
+    packets
+}
+
+fn settings() -> OneWaySettings {
+    OneWaySettings::new(Latency::new(0.0, 0.0))
+}
+
+/// How wrong each packet's time is, and what is stated [ms].
+fn errors(clock: &mut dyn ClockModel, packets: &[(Stamps, i64)]) -> Vec<(f64, f64)> {
+    let error = |(stamps, truth): &(Stamps, i64)| {
+        let error = (clock.correct(stamps).measured - truth) as f64 / 1e6;
+        (error, clock.state().uncertainty_secs * 1e3)
+    };
+    packets.iter().map(error).collect()
+}
+
+#[test]
+fn behind_the_second_step_of_a_saw_tooth_the_truth_is_known() {
+    let packets = beating(SECOND / 20, SECOND / 20, 2000);
+    let errors = errors(&mut OneWay::new(settings()), &packets);
+    let (before, after) = errors.split_at(KNOWN_SECS as usize * 20);
+    for (error, stated) in &before[20 * 60..] {
+        assert!(error.abs() <= *stated, "{error} ms, {stated} stated");
+    }
+    for (error, stated) in after {
+        assert!(error.abs() < 2.0 && error.abs() <= *stated, "{error} ms, {stated} stated");
+        assert!(*stated < 10.0, "{stated} ms stated");
+    }
+}
+
+#[test]
+fn with_hindsight_the_truth_in_all_of_a_saw_tooth_is_known() {
+    let packets = beating(SECOND / 20, SECOND / 20, 2000);
+    let mut smoother = Smoother::new(settings());
+    for (stamps, _) in &packets {
+        smoother.push(stamps);
+    }
+    for (error, stated) in errors(&mut smoother.finish(), &packets) {
+        assert!(error.abs() < 1.0 && error.abs() <= stated, "{error} ms, {stated} stated");
+    }
+}
+
+#[test]
+fn what_is_polled_is_half_an_interval_off_at_most_before_a_step() {
+    let interval = 8_000_000;
+    let packets = beating(interval, interval, 70);
+    let packets: Vec<_> =
+        packets.into_iter().filter(|(stamps, _)| stamps.index % 50 != 7).collect();
+    let errors = errors(&mut OneWay::new(settings()), &packets);
+    for (error, stated) in &errors[errors.len() / 2..] {
+        assert!(error.abs() < 4.3 && error.abs() <= *stated, "{error} ms, {stated} stated");
+    }
+}
