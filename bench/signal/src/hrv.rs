@@ -52,6 +52,7 @@ pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
         artefacts(&rest["kubios_artifacts"], &rr_ms),
         injected(&rr_ms)?,
         spared(data)?,
+        disturbed(data)?,
         speed(&rr_ms),
         live(&rr_ms),
     ];
@@ -183,6 +184,21 @@ enum Wrong {
     Longer(f64),
 }
 
+impl Wrong {
+    /// Does this to the beat of a place.
+    fn happen(self, times: &mut Vec<f64>, place: usize) {
+        let interval = times[place] - times[place - 1];
+        match self {
+            Wrong::Missed => drop(times.remove(place)),
+            Wrong::Extra => times.insert(place, times[place - 1] + 0.4 * interval),
+            Wrong::Astray(share) => times[place] += share * interval,
+            Wrong::Longer(share) => {
+                times[place..].iter_mut().for_each(|each| *each += share * interval);
+            }
+        }
+    }
+}
+
 /// One kind of artefact after each 40 beats, at rest and of a simulated heart.
 fn injected(rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
     let natural = Correction::default().correct(&Beats::detected(&beats_secs(rr_ms)));
@@ -201,19 +217,11 @@ fn injected(rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
 /// there is the heart's own.
 fn spared(data: &Path) -> Result<bool, Box<dyn Error>> {
     let mut changes = Vec::new();
-    for entry in std::fs::read_dir(data.join("ecg_mitdb"))? {
-        let path = entry?.path();
-        if path.to_string_lossy().ends_with(".beats.csv") {
-            for segment in normal_segments(&std::fs::read_to_string(path)?) {
-                let beats = Beats::detected(&segment);
-                let corrected = Correction::default().correct(&beats).beats;
-                let rmssd =
-                    |beats: &Beats| time_domain(&beats.intervals_ms()).map(|each| each.rmssd_ms);
-                let (before, after) =
-                    rmssd(&beats).zip(rmssd(&corrected)).ok_or("find intervals")?;
-                changes.push(100.0 * (after / before - 1.0));
-            }
-        }
+    for segment in all_normal_segments(data)? {
+        let beats = Beats::detected(&segment);
+        let corrected = Correction::default().correct(&beats).beats;
+        let (before, after) = rmssd(&beats).zip(rmssd(&corrected)).ok_or("find intervals")?;
+        changes.push(100.0 * (after / before - 1.0));
     }
     changes.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| changes[((changes.len() - 1) as f64 * share) as usize];
@@ -226,6 +234,47 @@ fn spared(data: &Path) -> Result<bool, Box<dyn Error>> {
             changes.len()
         ),
     ))
+}
+
+/// One artefact in 20 beats of the same, of kinds in turn: how far corrected RMSSD is from that of the
+/// beats without them.
+fn disturbed(data: &Path) -> Result<bool, Box<dyn Error>> {
+    let mut errors = Vec::new();
+    for segment in all_normal_segments(data)? {
+        let mut times = segment.clone();
+        let places: Vec<usize> = (10..times.len() - 10).step_by(20).collect();
+        for (turn, &place) in places.iter().enumerate().rev() {
+            WRONG[turn % WRONG.len()].1.happen(&mut times, place);
+        }
+        let corrected = Correction::default().correct(&Beats::detected(&times)).beats;
+        let clean = rmssd(&Beats::detected(&segment));
+        let (clean, after) = clean.zip(rmssd(&corrected)).ok_or("find intervals")?;
+        errors.push(100.0 * (after / clean - 1.0).abs());
+    }
+    errors.sort_unstable_by(f64::total_cmp);
+    let median = errors[errors.len() / 2];
+    Ok(verdict(
+        median <= 5.0,
+        &format!(
+            "injected, one in 20 of {} normal segments: RMSSD {median:.1} % off in the median (bar 5 %)",
+            errors.len()
+        ),
+    ))
+}
+
+fn rmssd(beats: &Beats) -> Option<f64> {
+    time_domain(&beats.intervals_ms()).map(|each| each.rmssd_ms)
+}
+
+fn all_normal_segments(data: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
+    let mut segments = Vec::new();
+    for entry in std::fs::read_dir(data.join("ecg_mitdb"))? {
+        let path = entry?.path();
+        if path.to_string_lossy().ends_with(".beats.csv") {
+            segments.extend(normal_segments(&std::fs::read_to_string(path)?));
+        }
+    }
+    Ok(segments)
 }
 
 /// Times of normal beats [s] without any other between them, 128 to 400 at a time.
@@ -242,17 +291,7 @@ fn normal_segments(table: &str) -> Vec<Vec<f64>> {
 fn inject(what: &str, wrong: Wrong, clean: &[f64]) -> Result<bool, Box<dyn Error>> {
     let mut times = clean.to_vec();
     let places: Vec<usize> = (20..times.len() - 20).step_by(40).collect();
-    for &place in places.iter().rev() {
-        let interval = times[place] - times[place - 1];
-        match wrong {
-            Wrong::Missed => drop(times.remove(place)),
-            Wrong::Extra => times.insert(place, times[place - 1] + 0.4 * interval),
-            Wrong::Astray(share) => times[place] += share * interval,
-            Wrong::Longer(share) => {
-                times[place..].iter_mut().for_each(|each| *each += share * interval);
-            }
-        }
-    }
+    places.iter().rev().for_each(|&place| wrong.happen(&mut times, place));
     let now = |(turn, place): (usize, &usize)| match wrong {
         Wrong::Missed => place - turn,
         Wrong::Extra => place + turn,
@@ -263,7 +302,6 @@ fn inject(what: &str, wrong: Wrong, clean: &[f64]) -> Result<bool, Box<dyn Error
         |place: &usize| artefacts.found.iter().any(|each| each.beat.abs_diff(*place) <= 1);
     let found = places.iter().enumerate().map(now).filter(is_found).count();
     let corrected = Correction::default().correct(&Beats::detected(&times));
-    let rmssd = |beats: &Beats| time_domain(&beats.intervals_ms()).map(|each| each.rmssd_ms);
     let before = rmssd(&Beats::detected(clean)).ok_or("find intervals")?;
     let with = rmssd(&Beats::detected(&times)).ok_or("find intervals")?;
     let after = rmssd(&corrected.beats).ok_or("find intervals")?;

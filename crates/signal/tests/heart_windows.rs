@@ -105,6 +105,29 @@ fn what_is_too_short_for_a_value_has_a_reason() {
 }
 
 #[test]
+fn uncorrected_values_stand_beside_corrected_ones() {
+    let mut missed = beats(200);
+    missed.remove(100);
+    let span = secs(40, 140);
+    let inside: Vec<i64> = missed.iter().copied().filter(|&beat| span.holds(beat)).collect();
+    let rr: Vec<f64> = inside.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / 1e6).collect();
+    let detected = time_domain(&rr).unwrap();
+    for heart in [causal(&missed), whole(&missed), whole(&missed).treated(Treatment::AsTheyAre)] {
+        let measured = heart.measure(span);
+        for (name, expected) in [
+            ("HRV_Uncorrected_MeanNN", detected.mean_nn_ms),
+            ("HRV_Uncorrected_SDNN", detected.sdnn_ms),
+            ("HRV_Uncorrected_RMSSD", detected.rmssd_ms),
+        ] {
+            let value = value(&heart, &measured, name).unwrap();
+            assert!((value / expected - 1.0).abs() < 1e-9, "{name}: {value} {expected}");
+        }
+    }
+    let corrected = of(&whole(&missed), span, "HRV_RMSSD").unwrap();
+    assert!(corrected < 0.5 * detected.rmssd_ms, "{corrected} {}", detected.rmssd_ms);
+}
+
+#[test]
 fn a_missed_beat_is_put_back_and_counted() {
     let clean = beats(200);
     let mut missed = clean.clone();

@@ -101,6 +101,46 @@ fn a_quiet_series_is_hardly_touched() {
     assert_eq!(found, [(265, Ectopic)]);
 }
 
+/// Times of beats [s] from the intervals between them [ms].
+fn times_secs(intervals_ms: &[f64]) -> Vec<f64> {
+    let mut time_ms = 0.0;
+    let beat = |interval: &f64| {
+        time_ms += interval;
+        time_ms / 1000.0
+    };
+    std::iter::once(&0.0).chain(intervals_ms).map(beat).collect()
+}
+
+#[test]
+fn small_changes_of_a_quiet_heart_are_its_own() {
+    // Normal jitter of 12 ms, as of a heart at rest: by the paper's thresholds some are ectopic.
+    let mut state = 1u32;
+    let mut uniform = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1u32 << 24) - 0.5
+    };
+    let mut normal = || (0..12).map(|_| uniform()).sum::<f64>();
+    let quiet = times_secs(&(0..400).map(|_| 700.0 + 12.0 * normal()).collect::<Vec<_>>());
+    assert!(Artefacts::among(&quiet).total() > 5);
+    let corrected = Correction::default().correct(&Beats::detected(&quiet));
+    assert_eq!(corrected.passes, []);
+}
+
+#[test]
+fn a_heart_that_slows_down_and_comes_back_is_not_corrected() {
+    // Breathed in deeply, and out: as in record 108 of MIT-BIH.
+    let slow = [1044.0, 1244.0, 1344.0, 1158.0, 1089.0];
+    let steady = |k: u32| 1000.0 + 20.0 * (0.9 * f64::from(k)).sin() + f64::from(k * k % 23);
+    let mut intervals_ms: Vec<f64> = (0..200).map(steady).collect();
+    intervals_ms[100..105].copy_from_slice(&slow);
+    let times_secs = times_secs(&intervals_ms);
+    let found = Artefacts::among(&times_secs);
+    assert!(found.found.iter().any(|each| (100..106).contains(&each.beat)), "{found:?}");
+    let corrected = Correction::default().correct(&Beats::detected(&times_secs));
+    assert_eq!(corrected.beats.intervals_ms().iter().filter(|each| each.is_nan()).count(), 0);
+    assert_eq!(corrected.beats.times_secs(), times_secs);
+}
+
 /// What goes wrong with a beat.
 #[derive(Clone, Copy, Debug)]
 enum Wrong {

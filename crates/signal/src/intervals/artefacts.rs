@@ -1,5 +1,6 @@
 use std::cell::OnceCell;
 
+use super::natural::is_natural;
 use super::rolling::around_each;
 use crate::robust::quantile_of_sorted;
 
@@ -61,10 +62,25 @@ impl Artefacts {
     }
 
     /// The same of intervals [s], one a beat.
-    pub(super) fn of(rr: Vec<f64>) -> Artefacts {
+    fn of(rr: Vec<f64>) -> Artefacts {
         let beats = rr.len();
         let found = if beats < 4 { Vec::new() } else { Series::of(rr).classified() };
         Artefacts { found, beats }
+    }
+
+    /// Those of intervals [s], one a beat, that a heart does not make by itself.
+    ///
+    /// Of artefacts beside each other all count when one does: they are signs of the same error.
+    pub(super) fn unnatural(rr: Vec<f64>) -> Artefacts {
+        let beats = rr.len();
+        if beats < 4 {
+            return Artefacts { found: Vec::new(), beats };
+        }
+        let series = Series::of(rr);
+        let found = series.classified();
+        let together = found.chunk_by(|one, next| next.beat - one.beat <= 1);
+        let unnatural = together.filter(|all| !all.iter().all(|each| is_natural(&series, *each)));
+        Artefacts { found: unnatural.flatten().copied().collect(), beats }
     }
 
     /// How many are of a kind.
@@ -84,7 +100,7 @@ impl Artefacts {
 }
 
 /// The series that the paper's Figure 1 decides by, one value a beat.
-struct Series {
+pub(super) struct Series {
     /// Intervals [s].
     rr: Vec<f64>,
     /// Differences between successive intervals, over their threshold.
@@ -157,8 +173,14 @@ impl Series {
         found
     }
 
-    /// The change, `by` beats on; mirrored at both ends.
-    fn change_at(&self, beat: usize, by: isize) -> f64 {
+    /// How far an interval is off the usual, as a share of it; of the last one for beats behind it.
+    pub(super) fn off_usual(&self, beat: usize) -> f64 {
+        let beat = beat.min(self.rr.len() - 1);
+        self.rr[beat] / self.level().usual[beat] - 1.0
+    }
+
+    /// The change over its threshold, `by` beats on; mirrored at both ends.
+    pub(super) fn change_at(&self, beat: usize, by: isize) -> f64 {
         let last = self.change.len() as isize - 1;
         let mirrored = (beat as isize + by).abs();
         let mirrored = if mirrored > last { 2 * last - mirrored } else { mirrored };

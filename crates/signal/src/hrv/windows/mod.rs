@@ -29,7 +29,8 @@ pub const BEFORE_SECS: f64 = 60.0;
 /// The values are those of [`time_domain`](super::time_domain), [`segments`](super::segments),
 /// [`frequency_domain`](super::frequency_domain), [`poincare`](super::poincare) and the others of
 /// [`hrv`](super), of the intervals of which both beats lie in the span, corrected as Lipponen and
-/// Tarvainen do ([`Correction`](crate::intervals::Correction)) and outside of 300 to 2000 ms left out.
+/// Tarvainen do, but for what hearts do by themselves ([`Correction`](crate::intervals::Correction)), and
+/// outside of 300 to 2000 ms left out. Mean, SDNN and RMSSD of the intervals as detected stand beside them.
 /// Nothing is computed across a [hole](HeartWindows::mark_gap), nor across more than 4 s without a
 /// beat. How many beats were corrected is told, too: above 5 % (`quality` below 0.5) the rest is
 /// doubtful, but stays, as is the custom.
@@ -220,7 +221,7 @@ impl HeartWindows {
 }
 
 /// What the recipes say of the beats.
-const CORRECTED: &str = "beats corrected (Lipponen & Tarvainen 2019)";
+const CORRECTED: &str = "beats corrected (Lipponen & Tarvainen 2019; natural changes spared)";
 const AS_THEY_ARE: &str =
     "intervals as they are; artefacts (Lipponen & Tarvainen 2019) counted, not corrected";
 

@@ -1,7 +1,7 @@
 //! The values of a span, domain by domain.
 
 use super::cut::Cut;
-use super::rows::{FREQUENCY, NONLINEAR, Need, Row, TIME};
+use super::rows::{FREQUENCY, NONLINEAR, Need, Row, TIME, UNCORRECTED};
 use crate::analysis::{Reason, Value};
 use crate::hrv::frequency::{FrequencyDomain, spectrum};
 use crate::hrv::measure::Measure;
@@ -22,6 +22,9 @@ const AUTOREGRESSIVE: Recipe = Recipe::Autoregressive { rate_hz: 4.0, order: 16 
 
 /// Those of most costly formulas, as [`Live`](crate::analysis::Live) has them.
 const HELD: &str = "; made anew every 10 s while windows slide causally";
+
+/// What the recipes of uncorrected values say of the beats.
+const AS_DETECTED: &str = "intervals as detected, none corrected or left out";
 
 /// A group of values that are computed together.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
@@ -65,6 +68,7 @@ pub(super) fn values(beats: &str) -> Vec<Value> {
             (Domain::Nonlinear, _) => HELD.to_owned(),
             _ => String::new(),
         };
+        let beats = if name.starts_with(UNCORRECTED) { AS_DETECTED } else { beats };
         let method = format!("{recipe}{how}; {beats}");
         Value { name: name.into(), unit: unit.into(), method: method.into() }
     };
@@ -158,10 +162,13 @@ fn time(cut: &Cut) -> Vec<f64> {
         cut.count(Kind::LongShort),
         cut.corrected_percent(),
     ];
+    let uncorrected = time_domain(&cut.uncorrected_ms)
+        .map_or([f64::NAN; 3], |each| [each.mean_nn_ms, each.sdnn_ms, each.rmssd_ms]);
     let segments = segments::measures(&cut.ends_secs, &cut.intervals_ms);
     let features = time_domain(&cut.intervals_ms).map(|each| each.measures());
-    let features = padded(features, TIME.len() - segments.len() - counts.len());
-    features.into_iter().chain(padded(Some(segments), 0)).chain(counts).collect()
+    let others = segments.len() + counts.len() + uncorrected.len();
+    let features = padded(features, TIME.len() - others);
+    [features, padded(Some(segments), 0), counts.to_vec(), uncorrected.to_vec()].concat()
 }
 
 fn frequency(cut: &Cut, kept: &Transforms) -> Vec<f64> {

@@ -32,8 +32,9 @@ const MANY_SCALES: usize = 3 * MANY;
 /// Name, unit, recipe and need of each value.
 pub(super) type Row = (&'static str, &'static str, &'static str, Need);
 
-/// In the order of [`TimeDomain`](crate::hrv::TimeDomain), [`segments`](crate::hrv::segments) and the counts.
-pub(super) const TIME: [Row; 32] = [
+/// In the order of [`TimeDomain`](crate::hrv::TimeDomain), [`segments`](crate::hrv::segments), the counts, and
+/// the uncorrected values beside the corrected ones.
+pub(super) const TIME: [Row; 35] = [
     ("HRV_MeanNN", "ms", "mean interval", Intervals(1)),
     ("HRV_MedianNN", "ms", "median interval", Intervals(1)),
     ("HRV_SDNN", "ms", "standard deviation of intervals, n - 1", Intervals(FEW)),
@@ -66,7 +67,13 @@ pub(super) const TIME: [Row; 32] = [
     ("HRV_Extra", "1", "beats found to be none and left out", Nothing),
     ("HRV_LongShort", "1", "beats found too long or short after the one before and moved", Nothing),
     ("HRV_Corrected", "%", "these four over the beats detected", Nothing),
+    ("HRV_Uncorrected_MeanNN", "ms", "mean interval", Intervals(1)),
+    ("HRV_Uncorrected_SDNN", "ms", "standard deviation of intervals, n - 1", Intervals(FEW)),
+    ("HRV_Uncorrected_RMSSD", "ms", "root mean square of successive differences", Intervals(FEW)),
 ];
+
+/// How the names of values begin that are of the intervals as they were detected.
+pub(super) const UNCORRECTED: &str = "HRV_Uncorrected_";
 
 /// In the order of [`FrequencyDomain`](crate::hrv::FrequencyDomain), and by the other recipes.
 pub(super) const FREQUENCY: [Row; 18] = [

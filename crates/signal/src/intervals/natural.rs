@@ -1,0 +1,48 @@
+//! Which artefacts a heart makes by itself.
+
+use super::artefacts::{Artefact, Kind, Series};
+
+/// Changes up to this many thresholds are in the tail of normal ones. The quartile deviation of sizes,
+/// which thresholds are made of, is 0.42 standard deviations and not 0.67: 1.5 thresholds are the 3.3
+/// standard deviations that are meant.
+const TAIL_THRESHOLDS: f64 = 1.5;
+/// An interval is near the usual up to this share of it: half of the 20 % from which on a beat is
+/// commonly called premature.
+const NEAR_USUAL: f64 = 0.1;
+/// Even near the usual, changes over this many thresholds are too sudden: a beat marked at another place
+/// than the others.
+const SUDDEN_THRESHOLDS: f64 = 2.0;
+/// The longest interval that may be a slower heart and no missed beat: so much over the usual.
+const LONGEST_OFF: f64 = 0.5;
+/// A neighbour is long, too, when it is over the usual by this share of what the longer one is.
+const ALIKE: f64 = 0.4;
+
+/// Whether an artefact is within what hearts do by themselves: changes as breath and posture make them,
+/// small ones in a quiet rhythm, or a long interval beside which others are long.
+///
+/// A missed beat and an extra one never are.
+pub(super) fn is_natural(series: &Series, Artefact { beat, kind }: Artefact) -> bool {
+    // An ectopic beat is told at the one after it.
+    let first = match kind {
+        Kind::Missed | Kind::Extra => return false,
+        Kind::Ectopic => -1,
+        Kind::LongShort => 0,
+    };
+    let most = |sizes: &mut dyn Iterator<Item = f64>| sizes.map(f64::abs).fold(0.0, f64::max);
+    let change = most(&mut (first..=1).map(|by| series.change_at(beat, by)));
+    let off = most(&mut (first..=0).map(|by| series.off_usual(beat.saturating_add_signed(by))));
+    change <= TAIL_THRESHOLDS
+        || (off <= NEAR_USUAL && change <= SUDDEN_THRESHOLDS)
+        || (kind == Kind::LongShort && is_one_of_long_ones(series, beat))
+}
+
+/// Whether an interval is long and one beside it is, too, though none could hide a beat.
+fn is_one_of_long_ones(series: &Series, beat: usize) -> bool {
+    let own = series.off_usual(beat);
+    let is_alike = |beside: f64| {
+        let (less, more) = if own < beside { (own, beside) } else { (beside, own) };
+        less > ALIKE * more && more < LONGEST_OFF
+    };
+    own > 0.0
+        && [beat.saturating_sub(1), beat + 1].map(|k| series.off_usual(k)).into_iter().any(is_alike)
+}
