@@ -12,6 +12,7 @@ use teampulse_core::panics::{self, caught};
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session_streams::{descriptions, session_events};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::standing::Standing;
 use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
@@ -89,7 +90,7 @@ pub struct Recording {
     folder: PathBuf,
     /// What is still to be attached.
     study: String,
-    /// Whether the descriptions of all streams are still to be written.
+    /// Whether it goes on where another bag ended, and what holds from before is still to be written.
     is_continued: bool,
     losses: BTreeMap<String, Losses>,
     clock: Clock,
@@ -118,8 +119,8 @@ struct Losses {
 }
 
 impl Recording {
-    /// The same recording, as one that goes on where the bag `before` ended: all streams are described
-    /// at its beginning.
+    /// The same recording, as one that goes on where the bag `before` ended: at its beginning all streams
+    /// are described, and the phases that go on are told again, with what is left of them.
     #[must_use]
     pub fn continuing(mut self, before: &Path) -> Recording {
         self.writer.note(CONTINUES_NOTE, before.display().to_string());
@@ -171,10 +172,11 @@ impl Recording {
         loop {
             let left_nanos = self.flush_due.nanos_since(self.clock.now());
             let patience = Duration::from_nanos(u64::try_from(left_nanos).unwrap_or(0));
+            let before = self.is_continued.then(|| inbox.standing());
             match inbox.receive(patience) {
                 Received::Batch(batch) => {
                     self.unwritten = batch.len() as u64;
-                    self.begin_with(inbox.streams(), &batch)?;
+                    self.begin_with(inbox.streams(), before, &batch)?;
                     batch.iter().try_for_each(|record| self.take(record))?;
                 }
                 Received::Silence => {}
@@ -188,20 +190,32 @@ impl Recording {
     }
 
     /// What stands before the first record: the study and, of a recording that goes on, which streams
-    /// there are.
-    fn begin_with(&mut self, streams: &Streams, batch: &[Record]) -> Result<(), BagError> {
+    /// there are, and what holds from `before`.
+    fn begin_with(
+        &mut self,
+        streams: &Streams,
+        before: Option<Standing>,
+        batch: &[Record],
+    ) -> Result<(), BagError> {
         let Some(first) = batch.first() else { return Ok(()) };
         let log_time = first.sample.log_time;
         if !self.study.is_empty() {
             self.attach_study(log_time)?;
         }
-        if std::mem::take(&mut self.is_continued)
-            && let Some((id, stream)) = streams.find(&descriptions().name)
-        {
+        let Some(before) = before.filter(|_| std::mem::take(&mut self.is_continued)) else {
+            return Ok(());
+        };
+        let holds = before.at(log_time);
+        let mut at = log_time - Duration::from_nanos(holds.len() as u64);
+        if let Some((id, stream)) = streams.find(&descriptions().name) {
             for (_, described) in streams.all() {
                 let data = Data::Description(described);
-                self.writer.write(&record((id, &stream), log_time, data))?;
+                self.writer.write(&record((id, &stream), at, data))?;
             }
+        }
+        for (id, stream, event) in holds {
+            self.writer.write(&record((id, &stream), at, Data::Event(Arc::new(event))))?;
+            at = at + Duration::from_nanos(1);
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use crate::stream::{Shape, Signal, Stream, Subject};
 use crate::time::Time;
 
 /// The topic on which it is told who stamps a stream.
-const STAMPED_BY: &str = "/teampulse/stamped_by";
+pub(crate) const STAMPED_BY: &str = "/teampulse/stamped_by";
 /// The topic on which probes of other computers' clocks are told.
 const PROBES: &str = "/teampulse/clock_probes";
 

@@ -9,6 +9,7 @@ use crate::clock::Stopwatch;
 use crate::fault::lasting;
 use crate::outlet::Outlet;
 use crate::sample::Record;
+use crate::standing::Standing;
 use crate::streams::Streams;
 
 /// A run of records in the pump's order, shared by all sinks.
@@ -54,6 +55,8 @@ pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Po
 struct Shared {
     state: Mutex<State>,
     changed: Condvar,
+    /// What holds of what was taken out of the queue or skipped.
+    standing: Mutex<Standing>,
 }
 
 #[derive(Debug, Default)]
@@ -74,6 +77,13 @@ struct State {
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note_standing(&self, batch: &[Record]) {
+        let mut standing = self.standing.lock().unwrap_or_else(PoisonError::into_inner);
+        for record in batch {
+            standing.take(record);
+        }
     }
 }
 
@@ -137,10 +147,12 @@ impl Post {
             let reason = format!("keep up: it took nothing for {secs} s while {mib} MiB waited");
             state.cut_off = Some(reason.clone());
             state.skipped += batch.len() as u64;
+            self.shared.note_standing(batch);
             return Posted::CutOff { reason };
         }
         if state.cut_off.is_some() {
             state.skipped += batch.len() as u64;
+            self.shared.note_standing(batch);
             return Posted::Skipped;
         }
         state.put(batch, bytes);
@@ -256,6 +268,8 @@ impl Inbox {
                 state.bytes -= bytes;
                 state.waits = (!state.batches.is_empty()).then(Stopwatch::start);
                 self.shared.changed.notify_all();
+                drop(state);
+                self.shared.note_standing(&batch);
                 Received::Batch(batch)
             }
             None if state.closed || state.cut_off.is_some() => Received::Closed,
@@ -278,6 +292,12 @@ impl Inbox {
         }
         state.cut_off = None;
         Some(std::mem::take(&mut state.skipped))
+    }
+
+    /// What holds of all that was received or skipped so far: what a recording that goes on elsewhere
+    /// begins with.
+    pub fn standing(&self) -> Standing {
+        self.shared.standing.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// How many records were skipped since this was last asked.

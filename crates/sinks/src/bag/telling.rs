@@ -165,24 +165,32 @@ mod tests {
     use teampulse_bag::{Bag, CONTINUES_NOTE, ENDED_NOTE};
     use teampulse_core::data::{Data, Event, EventKind};
     use teampulse_core::sample::{Record, Sample, Turn};
-    use teampulse_core::session_streams::descriptions;
+    use teampulse_core::session_streams::{descriptions, session_events};
     use teampulse_core::sink::{Batch, Limits, Post, Posted, queue_within};
     use teampulse_core::stream::{Shape, Stream, Subject};
     use teampulse_core::streams::Streams;
     use teampulse_core::time::Time;
-    use teampulse_messages::convert::encode;
+    use teampulse_messages::convert::{decode, encode};
 
     use super::*;
 
     fn marker(streams: &Streams, second: i64) -> Batch {
         let stream = Stream::raw("/r1/marks", Subject::robot("r1"), Shape::Event);
+        happens(streams, stream, second, (EventKind::Marker, &format!("{second}"), 0.0))
+    }
+
+    fn phase(streams: &Streams, second: i64, label: &str, duration_secs: f64) -> Batch {
+        happens(streams, session_events(), second, (EventKind::Phase, label, duration_secs))
+    }
+
+    fn happens(
+        streams: &Streams,
+        stream: Stream,
+        second: i64,
+        (kind, label, duration_secs): (EventKind, &str, f64),
+    ) -> Batch {
         let id = streams.declare(stream).id;
-        let event = Event {
-            kind: EventKind::Marker,
-            label: format!("{second}"),
-            value: f64::NAN,
-            duration_secs: 0.0,
-        };
+        let event = Event { kind, label: label.into(), value: f64::NAN, duration_secs };
         let at = Time::from_nanos(second * 1_000_000_000);
         let sample = Sample {
             stream: id,
@@ -245,6 +253,54 @@ mod tests {
         assert_eq!(names.iter().filter(|name| *name == "/r1/marks").count(), 1);
         assert_eq!(names.iter().filter(|name| *name == "/teampulse/streams").count(), 2);
         assert!(bag.attachment(teampulse_bag::STUDY_NAME).unwrap().is_some());
+    }
+
+    #[test]
+    fn a_recording_that_goes_on_begins_with_the_phase_that_it_is() {
+        for (is_skipped, label, left_secs) in [(true, "task", 28.0), (false, "baseline", 57.0)] {
+            let folder = tempfile::tempdir().unwrap();
+            let streams = Streams::default();
+            streams.declare(descriptions());
+            let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
+            let (post, inbox) = queue_within(Delivery::Lossless, streams.clone(), limits);
+            assert_eq!(post.deliver(&phase(&streams, 1, "baseline", 60.0)), Posted::Accepted);
+            assert!(matches!(post.deliver(&marker(&streams, 1)), Posted::CutOff { .. }));
+            if is_skipped {
+                // It is in neither bag, and yet it is the phase that goes on.
+                assert_eq!(post.deliver(&phase(&streams, 2, "task", 30.0)), Posted::Skipped);
+            }
+            let bag = BagSink {
+                folder: folder.path().join("bag"),
+                study: String::new(),
+                options: Options { keep_free_bytes: 0, ..Options::default() },
+            };
+            let (ended, again) = (Ended::default(), Again::Beside { fallback: None });
+            let sink = Box::new(Telling { bag, ended: ended.clone(), again });
+            let recording = std::thread::spawn(move || sink.run(inbox));
+            while ended.folders().is_empty() {
+                assert!(!recording.is_finished());
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            assert_eq!(post.deliver(&marker(&streams, 4)), Posted::Accepted);
+            drop(post);
+            assert!(recording.join().unwrap().is_err());
+
+            let bag = Bag::open(&folder.path().join("bag_2")).unwrap();
+            let messages: Vec<_> = bag.messages(None).map(Result::unwrap).collect();
+            let name = |stream: usize| bag.streams()[stream].stream.name.as_str();
+            let is_event = |stream: usize| name(stream) == session_events().name;
+            let [told] =
+                &messages.iter().filter(|each| is_event(each.stream)).collect::<Vec<_>>()[..]
+            else {
+                panic!("one phase is told")
+            };
+            let decoded = decode("teampulse_msgs/msg/Event", &told.cdr).unwrap();
+            let Data::Event(event) = decoded.data else { panic!() };
+            assert_eq!((event.kind, &*event.label), (EventKind::Phase, label));
+            assert!((event.duration_secs - left_secs).abs() < 1e-6, "{event:?}");
+            let last = messages.last().unwrap();
+            assert_eq!((name(last.stream), told.log_time < last.log_time), ("/r1/marks", true));
+        }
     }
 
     #[test]

@@ -1,0 +1,173 @@
+//! What was told once and still holds: a recording that goes on in another bag begins with it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::computers::STAMPED_BY;
+use crate::data::{Data, Event, EventKind};
+use crate::phases::Phases;
+use crate::publishers;
+use crate::sample::Record;
+use crate::stream::{About, Stream, StreamId};
+use crate::time::Time;
+
+/// After so many things no more are kept: memory is bounded, and no session has as many topics.
+const MOST: usize = 100_000;
+
+/// What was told last and holds until something else is told: the phase of the session and of each person
+/// and robot, whose clock stamps a stream, who publishes a topic.
+#[derive(Clone, Debug, Default)]
+pub struct Standing(BTreeMap<(Rank, StreamId, String), Record>);
+
+/// Who is told first. A person's own phases stand before those of the session, which would be the
+/// person's, too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Rank {
+    Origin,
+    OwnPhase,
+    Phase,
+}
+
+impl Standing {
+    /// Takes in what was told. Of two words about the same the newer one stands, in whichever order they
+    /// are taken.
+    pub fn take(&mut self, record: &Record) {
+        let Data::Event(event) = &record.sample.data else { return };
+        let Some((rank, about)) = about(&record.stream, event) else { return };
+        let key = (rank, record.sample.stream, about.to_owned());
+        let is_room = self.0.len() < MOST;
+        let log_time = record.sample.log_time;
+        match self.0.get(&key) {
+            Some(known) if known.sample.log_time > log_time => {}
+            None if !is_room => {}
+            _ => drop(self.0.insert(key, record.clone())),
+        }
+    }
+
+    /// What holds at a time, as events that could be told then: of a phase that goes on, the rest of its
+    /// length. In the order in which it is to be told.
+    pub fn at(&self, at: Time) -> Vec<(StreamId, Arc<Stream>, Event)> {
+        let told = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
+        let told = told.filter_map(|((rank, id, _), record)| {
+            let Data::Event(event) = &record.sample.data else { return None };
+            let event = match rank {
+                Rank::Origin => Event::clone(event),
+                Rank::OwnPhase | Rank::Phase => rest(event, at.secs_since(record.sample.measured)),
+            };
+            Some((*id, Arc::clone(&record.stream), event))
+        });
+        told.collect()
+    }
+}
+
+/// What an event is about that holds until there is another about the same.
+fn about<'a>(stream: &Stream, event: &'a Event) -> Option<(Rank, &'a str)> {
+    let is_phase = event.kind == EventKind::Phase && Phases::hears(stream);
+    match stream.name.as_str() {
+        _ if is_phase && stream.about == About::Session => Some((Rank::Phase, "")),
+        _ if is_phase => Some((Rank::OwnPhase, "")),
+        STAMPED_BY | publishers::TOPIC if stream.about == About::Session => {
+            Some((Rank::Origin, event.label.split(' ').next().unwrap_or_default()))
+        }
+        _ => None,
+    }
+}
+
+/// A phase as it could be told so long after it began [s]: what is left of it, or that none is going on.
+fn rest(event: &Event, since_secs: f64) -> Event {
+    let is_over = event.duration_secs > 0.0 && event.duration_secs <= since_secs;
+    if is_over {
+        return Event { label: String::new(), duration_secs: 0.0, ..event.clone() };
+    }
+    let has_length = event.duration_secs > 0.0;
+    let left_secs = event.duration_secs - since_secs.max(0.0);
+    let duration_secs = if has_length { left_secs } else { event.duration_secs };
+    Event { duration_secs, ..event.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+    use crate::sample::{Sample, Turn};
+    use crate::session_streams::session_events;
+    use crate::stream::{Shape, Subject};
+
+    fn person() -> Stream {
+        let subject = Subject { about: About::Person, id: "p001".into() };
+        Stream::raw("/humans/persons/p001/task/phases", subject, Shape::Event)
+    }
+
+    fn stamped_by() -> Stream {
+        Stream::raw(STAMPED_BY, Subject::session(), Shape::Event)
+    }
+
+    fn told(stream: &Stream, id: u32, secs: i32, event: Event) -> Record {
+        let at = Time::from_stamp(secs, 0);
+        let sample = Sample {
+            stream: StreamId(id),
+            measured: at,
+            log_time: at,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data: Data::Event(Arc::new(event)),
+        };
+        Record { stream: Arc::new(stream.clone()), sample, cdr: Bytes::new() }
+    }
+
+    fn event(kind: EventKind, label: &str, duration_secs: f64) -> Event {
+        Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs }
+    }
+
+    fn phase(label: &str, duration_secs: f64) -> Event {
+        event(EventKind::Phase, label, duration_secs)
+    }
+
+    fn at(standing: &Standing, secs: i32) -> Vec<(u32, String, f64)> {
+        let told = standing.at(Time::from_stamp(secs, 0)).into_iter();
+        told.map(|(id, _, event)| (id.0, event.label, event.duration_secs)).collect()
+    }
+
+    #[test]
+    fn of_a_phase_that_goes_on_the_rest_is_told() {
+        let mut standing = Standing::default();
+        standing.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        assert_eq!(at(&standing, 5), [], "it has not begun");
+        assert_eq!(at(&standing, 30), [(0, "baseline".into(), 40.0)]);
+        assert_eq!(at(&standing, 70), [(0, String::new(), 0.0)]);
+        standing.take(&told(&session_events(), 0, 80, phase("task", f64::NAN)));
+        let [(0, label, left_secs)] = &at(&standing, 90)[..] else { panic!() };
+        assert!(label == "task" && left_secs.is_nan());
+    }
+
+    #[test]
+    fn the_newest_word_stands_in_whichever_order_it_is_taken() {
+        let mut standing = Standing::default();
+        standing.take(&told(&session_events(), 0, 20, phase("task", 60.0)));
+        standing.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        assert_eq!(at(&standing, 30), [(0, "task".into(), 50.0)]);
+    }
+
+    #[test]
+    fn one_s_own_phases_stand_before_those_of_the_session_and_clocks_before_both() {
+        let mut standing = Standing::default();
+        standing.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        standing.take(&told(&person(), 7, 10, phase("1-back", 20.0)));
+        for (secs, label) in [(10, "/r1/odom a"), (11, "/r1/odom b"), (12, "/r2/odom a")] {
+            let told_of = event(EventKind::Clock, label, 0.0);
+            standing.take(&told(&stamped_by(), 9, secs, told_of));
+        }
+        standing.take(&told(&session_events(), 0, 12, event(EventKind::Marker, "x", 0.0)));
+        let expected = [
+            (9, "/r1/odom b".to_owned(), 0.0),
+            (9, "/r2/odom a".to_owned(), 0.0),
+            (7, "1-back".to_owned(), 10.0),
+            (0, "baseline".to_owned(), 50.0),
+        ];
+        assert_eq!(at(&standing, 20), expected);
+    }
+}
