@@ -79,6 +79,8 @@ def test_a_disk_that_refuses_for_a_while_is_counted_and_the_recording_goes_on(st
     recorder.wait_for("bag: failed to .*(full|error)")
     disk.work()
     went_on(stage, disk, recorder)
+    # A disk that refuses all has not taken the end of the bag either.
+    assert f"`teampulse recover {first(disk)}` makes it whole" in recorder.stderr, recorder.report()
 
 
 def test_a_second_ctrl_c_does_not_wait_for_a_disk_that_stands_still(stage, disk):

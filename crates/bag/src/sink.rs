@@ -161,7 +161,12 @@ impl Recording {
             Err(panic) => Err(unfinished(format!("it panicked: {panic}"))),
         };
         let unwritten = unwritten + if finished.is_err() { unsynced } else { 0 };
-        lost.map_or(finished, Err).map_err(|error| {
+        let ended = match lost {
+            Some(lost) if finished.is_err() => Err(unended(lost, &folder)),
+            Some(lost) => Err(lost),
+            None => finished,
+        };
+        ended.map_err(|error| {
             growth.end_early(error.to_string());
             Broken { error, unwritten }
         })
@@ -279,6 +284,20 @@ fn record((id, stream): (StreamId, &Arc<Stream>), log_time: Time, data: Data) ->
     };
     let cdr = encode(&sample);
     Record { stream: Arc::clone(stream), sample, cdr }
+}
+
+/// The same failure, of a bag that could not be ended either: it has no index, and its `metadata.yaml` is
+/// from its beginning.
+fn unended(lost: SinkError, folder: &Path) -> SinkError {
+    let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = lost;
+    if !folder.exists() {
+        return SinkError::Lost { message, hint };
+    }
+    let at = folder.display();
+    let message = format!(
+        "{message}; its end can't be written either: `teampulse recover {at}` makes it whole"
+    );
+    SinkError::Lost { message, hint }
 }
 
 /// Nothing was recorded.
