@@ -324,6 +324,24 @@ def test_nothing_is_run_that_would_be_recorded_into_a_file(stage, below):
     assert file.read_text() == "mine"
 
 
+@pytest.mark.parametrize("domain", ["seven", "300", "-1", "1.5"])
+def test_a_domain_that_ros_does_not_have_is_said_with_a_remedy(stage, domain):
+    study = stage.study(STUDY)
+    for command in (["run", study], ["check", study], ["scan"]):
+        program = stage.teampulse(*command, env={"ROS_DOMAIN_ID": domain})
+        assert program.ended() == 1, program.report()
+        assert f'ROS_DOMAIN_ID is "{domain}", expected a whole number from 0 to 232' in program.stderr
+        assert "hint: " in program.stderr and "unset ROS_DOMAIN_ID" in program.stderr
+        assert "panicked" not in program.stderr
+
+
+def test_a_configuration_of_dds_that_is_none_is_named(stage):
+    program = stage.teampulse("check", stage.study(STUDY), env={"CYCLONEDDS_URI": "file:///nowhere.xml"})
+    assert program.ended() == 1, program.report()
+    assert "error: failed to join ROS domain" in program.stderr, program.report()
+    assert "hint: CYCLONEDDS_URI may be why" in program.stderr, program.report()
+
+
 @pytest.mark.parametrize("arguments", [["run"], ["fly"], ["run", "s.toml", "--duration", "-1"], []])
 def test_arguments_that_make_no_sense_are_refused(stage, arguments):
     answer = stage.ask(*arguments)

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use teampulse_ros::bus::BusError;
+
 use crate::exit::Exit;
 use crate::output::{draw, say};
 use crate::study::StudyError;
@@ -59,6 +61,13 @@ impl Failure {
             None if self.hint.is_empty() => say(format!("error: {}", self.message)),
             None => say(format!("error: {}\n hint: {}", self.message, self.hint)),
         }
+    }
+}
+
+impl From<BusError> for Failure {
+    fn from(error: BusError) -> Failure {
+        let hint = error.hint();
+        Failure::to(error).hint(hint)
     }
 }
 

@@ -8,21 +8,22 @@ use teampulse_ros::buses::Buses;
 use teampulse_ros::environment::Environment;
 
 use crate::failure::Failure;
+use crate::output::say;
 
 /// The buses that the environment leads to, joined as a node of this name.
 pub fn buses(node_name: &str) -> Arc<Buses> {
-    Arc::new(Buses::new(Environment::read(), node_name))
+    Arc::new(Buses::new(environment(), node_name))
 }
 
 /// The buses that the environment leads to, with another clock for those who ask than the machine's.
 pub fn buses_telling(node_name: &str, clock: Clock) -> Arc<Buses> {
     let read = Arc::new(move || clock.now());
-    Arc::new(Buses::telling(Environment::read(), node_name, read))
+    Arc::new(Buses::telling(environment(), node_name, read))
 }
 
 /// The same, with definitions of messages also looked for in a folder.
 pub fn buses_with_messages(node_name: &str, messages: Option<&Path>) -> Arc<Buses> {
-    let mut environment = Environment::read();
+    let mut environment = environment();
     if let Some(folder) = messages {
         let installed = std::mem::take(&mut environment.ament_prefix_path);
         environment.ament_prefix_path = format!("{}:{installed}", folder.display());
@@ -45,7 +46,16 @@ fn on_this_machine() -> Environment {
     Environment { discovery_range: "LOCALHOST".to_owned(), ..Environment::read() }
 }
 
+/// The environment, with what is odd about it said.
+fn environment() -> Environment {
+    let environment = Environment::read();
+    if let Some(oddity) = environment.oddity() {
+        say(format!("warning: {oddity}"));
+    }
+    environment
+}
+
 /// The domain that is meant where none is named.
 pub fn default_domain(buses: &Buses) -> Result<u32, Failure> {
-    buses.default_domain().map_err(Failure::to)
+    Ok(buses.default_domain()?)
 }

@@ -69,11 +69,11 @@ impl Setup {
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
         let mut setup = Setup { clock, buses, bag_ended, study, growth, view, phases, follows };
+        let bus = setup.buses.get(setup.domain()?)?;
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::told();
-            let bus = setup.buses.get(setup.domain()?).map_err(Failure::to)?;
             let follows = follow_clock(&*bus, &setup.clock, CLOCK_PATIENCE);
-            let follows = follows.await.map_err(Failure::to)?;
+            let follows = follows.await?;
             setup.follows = Some(follows.ok_or_else(|| {
                 Failure::new(format!("nothing publishes /clock on {}", bus.name()))
                     .hint("start the simulation first, or set `clock = \"host\"`")
@@ -190,7 +190,7 @@ impl Setup {
 
     /// The sink that publishes on ROS what was concluded, and what the study names.
     pub fn publisher(&self) -> Result<Box<dyn Sink>, Failure> {
-        let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
+        let bus = self.buses.get(self.domain()?)?;
         Ok(Box::new(RosSink::fresh(bus, self.published())))
     }
 
@@ -202,7 +202,7 @@ impl Setup {
 
     /// The sink that tells the health of streams on `/diagnostics`.
     pub fn diagnostics(&self) -> Result<Box<dyn Sink>, Failure> {
-        let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
+        let bus = self.buses.get(self.domain()?)?;
         Ok(Box::new(DiagnosticsSink::new(bus, self.published())))
     }
 

@@ -190,6 +190,18 @@ pub enum BusError {
         bus: String,
         /// What the library says.
         reason: String,
+        /// What the user can do; may be empty.
+        hint: String,
+    },
+    /// A variable of the environment means nothing.
+    #[error("read the environment: {variable} is {value:?}, expected {expected}")]
+    Variable {
+        /// The variable: `ROS_DOMAIN_ID`.
+        variable: &'static str,
+        /// Its value.
+        value: String,
+        /// What it could be.
+        expected: String,
     },
     /// A topic can't be subscribed to or published on.
     #[error("open topic {topic} of type {type_name}: {reason}")]
@@ -217,4 +229,19 @@ pub enum BusError {
         /// What was tried.
         reason: String,
     },
+}
+
+impl BusError {
+    /// What the user can do about it; may be empty.
+    pub fn hint(&self) -> String {
+        match self {
+            BusError::Join { hint, .. } => hint.clone(),
+            BusError::Variable { variable, .. } => {
+                format!("set it to that of the robots, or `unset {variable}`")
+            }
+            BusError::Topic { .. } | BusError::Publish { .. } | BusError::Definition { .. } => {
+                String::new()
+            }
+        }
+    }
 }

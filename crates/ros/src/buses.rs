@@ -9,7 +9,8 @@ use crate::bus::{Bus, BusError, Subscription};
 use crate::clocks::{ReadClock, tell_clock};
 use crate::cyclone::configuration::configuration;
 use crate::cyclone::{CycloneBus, Participation};
-use crate::environment::Environment;
+use crate::environment::{Environment, HIGHEST_DOMAIN};
+use crate::memory::MemoryBus;
 
 /// The buses of a session; clones share them.
 #[derive(Clone)]
@@ -31,6 +32,8 @@ struct Joined {
 enum Joining {
     /// Over DDS, as a node of this name.
     Dds { environment: Box<Environment>, node_name: String, clock: ReadClock },
+    /// Each in memory, with nobody else there.
+    Apart,
     /// Not at all.
     Never,
 }
@@ -47,6 +50,11 @@ impl Buses {
         let (environment, node_name) = (Box::new(environment), node_name.to_owned());
         let joining = Joining::Dds { environment, node_name, clock };
         Buses(Arc::new(Pool { joining, joined: Mutex::default() }))
+    }
+
+    /// Buses that nobody else is on, to try out what would be run on others.
+    pub fn apart() -> Buses {
+        Buses(Arc::new(Pool { joining: Joining::Apart, joined: Mutex::default() }))
     }
 
     /// These buses and no others, for tests.
@@ -78,35 +86,93 @@ impl Buses {
     pub fn default_domain(&self) -> Result<u32, BusError> {
         match &self.0.joining {
             Joining::Dds { environment, .. } => environment.domain(),
-            Joining::Never => Ok(0),
+            Joining::Apart | Joining::Never => Ok(0),
         }
     }
 }
 
 impl Joining {
     fn join(&self, domain: u32) -> Result<Joined, BusError> {
-        let Joining::Dds { environment, node_name, clock } = self else {
-            let (bus, reason) = (format!("ROS domain {domain}"), "it is not in this test".into());
-            return Err(BusError::Join { bus, reason });
+        let refused = |reason: String| {
+            let (bus, hint) = (format!("ROS domain {domain}"), String::new());
+            Err(BusError::Join { bus, reason, hint })
         };
-        let bus = CycloneBus::join(Participation {
+        if domain > HIGHEST_DOMAIN {
+            return refused(format!("ROS has no such domain: expected 0 to {HIGHEST_DOMAIN}"));
+        }
+        let (environment, node_name, clock) = match self {
+            Joining::Dds { environment, node_name, clock } => (environment, node_name, clock),
+            Joining::Apart => {
+                return Ok(Joined { _clock: None, bus: MemoryBus::new("/teampulse") });
+            }
+            Joining::Never => return refused("it is not in this test".into()),
+        };
+        let joined = CycloneBus::join(Participation {
             domain,
             namespace: "/".into(),
             node_name: node_name.clone(),
             configuration: configuration(environment),
             gid_width: environment.gid_width(),
             prefixes: environment.prefixes(),
-        })?;
+        });
+        let bus = joined.map_err(|error| explained(error, environment))?;
         let told = tell_clock(&*bus, Arc::clone(clock));
         let told = told.map_err(|error| tracing::warn!("failed to {error}"));
         Ok(Joined { _clock: told.ok(), bus })
     }
 }
 
+/// Why a domain could not be joined, with what in the environment may be the reason.
+fn explained(error: BusError, environment: &Environment) -> BusError {
+    let BusError::Join { bus, reason, .. } = error else { return error };
+    let set = [
+        ("CYCLONEDDS_URI", &environment.cyclonedds_uri),
+        ("ROS_STATIC_PEERS", &environment.static_peers),
+    ];
+    let set = set.into_iter().filter(|(_, value)| !value.is_empty());
+    let set: Vec<&str> = set.map(|(name, _)| name).collect();
+    let hint = if set.is_empty() {
+        "`ip address` shows whether this machine has a network".to_owned()
+    } else {
+        format!("{} may be why: unset it, and try again", set.join(" or "))
+    };
+    BusError::Join { bus, reason, hint }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::MemoryBus;
+
+    #[test]
+    fn a_domain_that_ros_does_not_have_is_refused() {
+        let buses = Buses::new(Environment::default(), "teampulse");
+        let error = buses.get(233).err().unwrap().to_string();
+        assert_eq!(error, "join ROS domain 233: ROS has no such domain: expected 0 to 232");
+    }
+
+    #[test]
+    fn what_in_the_environment_may_be_the_reason_is_named() {
+        let environment = Environment {
+            cyclonedds_uri: "<CycloneDDS".into(),
+            static_peers: "nobody.invalid".into(),
+            ..Environment::default()
+        };
+        let failed = || BusError::Join {
+            bus: "ROS domain 0".into(),
+            reason: "syntax".into(),
+            hint: String::new(),
+        };
+        let hint = explained(failed(), &environment).hint();
+        assert_eq!(hint, "CYCLONEDDS_URI or ROS_STATIC_PEERS may be why: unset it, and try again");
+        assert!(explained(failed(), &Environment::default()).hint().contains("ip address"));
+    }
+
+    #[test]
+    fn buses_apart_are_there_for_every_domain() {
+        let buses = Buses::apart();
+        assert!(buses.get(3).is_ok() && buses.get(233).is_err());
+        assert_eq!(buses.default_domain().unwrap(), 0);
+    }
 
     #[test]
     fn a_domain_is_joined_once() {

@@ -94,7 +94,7 @@ impl CycloneBus {
         let name = format!("ROS domain {}", participation.domain);
         match CycloneBus::open(name.clone(), participation) {
             Ok(bus) => Ok(Arc::new(bus)),
-            Err(reason) => Err(BusError::Join { bus: name, reason }),
+            Err(reason) => Err(BusError::Join { bus: name, reason, hint: String::new() }),
         }
     }
 

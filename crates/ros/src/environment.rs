@@ -8,6 +8,12 @@ use teampulse_messages::standard::rmw_dds_common::GidWidth;
 
 use crate::bus::BusError;
 
+/// The highest domain that has ports of its own.
+pub const HIGHEST_DOMAIN: u32 = 232;
+
+/// The values of `ROS_AUTOMATIC_DISCOVERY_RANGE`.
+const RANGES: [&str; 4] = ["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"];
+
 /// What the environment says about ROS. An empty variable is as one that is not set.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Environment {
@@ -47,13 +53,29 @@ impl Environment {
 
     /// The domain that is meant where none is named; 0 unless the environment says otherwise.
     pub fn domain(&self) -> Result<u32, BusError> {
-        match self.domain_id.trim() {
-            "" => Ok(0),
-            number => number.parse().map_err(|error| BusError::Join {
-                bus: "the default ROS domain".into(),
-                reason: format!("ROS_DOMAIN_ID is {number:?}: {error}"),
-            }),
+        let text = self.domain_id.trim();
+        if text.is_empty() {
+            return Ok(0);
         }
+        let domain = text.parse().ok().filter(|domain| *domain <= HIGHEST_DOMAIN);
+        domain.ok_or_else(|| BusError::Variable {
+            variable: "ROS_DOMAIN_ID",
+            value: text.to_owned(),
+            expected: format!("a whole number from 0 to {HIGHEST_DOMAIN}"),
+        })
+    }
+
+    /// What is odd about the environment, and what comes of it: it is used all the same, as ROS does.
+    pub fn oddity(&self) -> Option<String> {
+        let range = self.discovery_range.as_str();
+        let is_known = range.is_empty() || RANGES.contains(&range);
+        (!is_known && self.localhost_only != "1").then(|| {
+            format!(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE is {range:?}, expected one of {}: as in ROS, only this \
+                 machine is searched",
+                RANGES.join(", ")
+            )
+        })
     }
 
     /// How wide ids are on the wire in the release of ROS 2 that is set up; `None` if none is.
@@ -86,14 +108,30 @@ mod tests {
     }
 
     #[test]
-    fn a_domain_that_is_no_number_is_said() {
-        let odd = Environment { domain_id: "seven".into(), ..Environment::default() };
-        assert_eq!(
-            odd.domain().unwrap_err().to_string(),
-            "join the default ROS domain: ROS_DOMAIN_ID is \"seven\": invalid digit found in string"
-        );
+    fn a_domain_that_is_none_is_said_with_what_it_could_be() {
+        for wrong in ["seven", "-1", "233", "7.0", "99999999999", "0x7"] {
+            let odd = Environment { domain_id: wrong.into(), ..Environment::default() };
+            let error = odd.domain().unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                format!(
+                    "read the environment: ROS_DOMAIN_ID is {wrong:?}, expected a whole number from 0 to 232"
+                )
+            );
+            assert!(error.hint().contains("unset ROS_DOMAIN_ID"));
+        }
         let seven = Environment { domain_id: "7".into(), ..Environment::default() };
         assert_eq!(seven.domain().unwrap(), 7);
+    }
+
+    #[test]
+    fn a_range_that_ros_does_not_know_is_said() {
+        let of = |range: &str| {
+            let discovery_range = range.to_owned();
+            Environment { discovery_range, ..Environment::default() }.oddity()
+        };
+        assert!(of("SUBNT").unwrap().contains("expected one of SUBNET, LOCALHOST"));
+        assert_eq!(["", "SUBNET", "OFF", "SYSTEM_DEFAULT"].map(of), [const { None }; 4]);
     }
 
     #[test]

@@ -22,6 +22,7 @@ use teampulse_core::registry::{Entry, SettingsError};
 use teampulse_core::source::Source;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
+use teampulse_ros::environment::HIGHEST_DOMAIN;
 
 use crate::claims::Claims;
 
@@ -43,9 +44,6 @@ pub struct SourceContext {
     pub claims: Claims,
 }
 
-/// The highest domain that has ports of its own.
-const HIGHEST_DOMAIN: u32 = 232;
-
 /// The bus of a domain; without one that of `ROS_DOMAIN_ID`, else 0.
 fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
     if let Some(domain) = domain.filter(|domain| *domain > HIGHEST_DOMAIN) {
@@ -54,5 +52,5 @@ fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, Se
     }
     let domain = domain.map_or_else(|| context.buses.default_domain(), Ok);
     let joined = domain.and_then(|domain| context.buses.get(domain));
-    joined.map_err(|error| SettingsError::new(format!("failed to {error}")))
+    joined.map_err(|error| SettingsError::new(format!("failed to {error}")).with_hint(error.hint()))
 }

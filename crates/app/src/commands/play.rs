@@ -58,7 +58,7 @@ impl Play {
         let join = if self.network { network::buses } else { network::buses_on_this_machine };
         let buses = join("teampulse_player");
         let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
-        let bus = buses.get(domain).map_err(Failure::to)?;
+        let bus = buses.get(domain)?;
         let pace = Playing::new(self.rate);
         let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)
             .as_placed()

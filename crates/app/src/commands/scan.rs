@@ -68,7 +68,7 @@ impl Scan {
         };
         let mut domains = Vec::new();
         for id in ids {
-            let bus = buses.get(id).map_err(Failure::to)?;
+            let bus = buses.get(id)?;
             domains.push(listen(id, &*bus, self.seconds).await);
         }
         if self.json {

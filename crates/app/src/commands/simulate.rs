@@ -142,7 +142,7 @@ impl Simulate {
         let host = Clock::host_off(self.clock_offset, self.clock_skew_ppm);
         let buses = network::buses_telling("teampulse_simulator", host.clone());
         let domain = domain.map_or_else(|| network::default_domain(&buses), Ok)?;
-        let bus = buses.get(domain).map_err(Failure::to)?;
+        let bus = buses.get(domain)?;
         let (robots, people) = (team.robots, team.people);
         let is_simulated = time == SessionClock::Simulated;
         // What is due by a clock that runs fast is due sooner.
