@@ -285,6 +285,15 @@ def test_a_mistake_in_a_study_is_shown_in_its_place(stage, command, mistake):
     assert answer.stdout == ""
 
 
+def test_replay_refuses_the_studies_that_check_refuses(stage, demo_bag):
+    out = stage.folder / "replayed"
+    for mistake, (text, place, word) in MISTAKES.items():
+        answer = stage.ask("replay", demo_bag, "--study", stage.study(text), "--out", out)
+        assert answer.returncode == 4, (mistake, answer.stderr)
+        assert place in answer.stderr and word in answer.stderr, (mistake, answer.stderr)
+    assert not out.exists()
+
+
 def test_a_study_that_is_not_there_is_a_wrong_study(stage):
     answer = stage.ask("run", stage.folder / "nowhere.toml")
     assert answer.returncode == 4

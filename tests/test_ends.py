@@ -38,6 +38,20 @@ def test_a_signal_ends_a_session_whole(stage, name):
     whole(stage, harness.the_bag(out))
 
 
+def test_sessions_that_begin_at_once_have_a_bag_each(stage):
+    publisher = stage.cyclone("publish", "/bench", "--size", 64, "--rate", 100)
+    recorders = [stage.record("/bench*")[0] for _ in range(3)]
+    publisher.answer("matched")
+    for recorder in recorders:
+        recorder.wait_for("/bench")
+        assert recorder.interrupt() == 0, recorder.report()
+    bags_made = [path.parent for path in (stage.folder / "sessions").glob("*/metadata.yaml")]
+    assert len(bags_made) == 3
+    for bag in bags_made:
+        whole(stage, bag)
+        assert [file.name for file in bag.glob("*.mcap")] == [f"{bag.name}_0.mcap"]
+
+
 def test_a_closed_terminal_ends_a_session_whole(stage):
     publisher = stage.cyclone("publish", "/bench", "--size", 64, "--rate", 100)
     study = stage.study(

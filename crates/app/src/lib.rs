@@ -5,6 +5,7 @@ mod computers;
 pub mod study;
 pub mod exit;
 mod failure;
+mod folder;
 mod machine;
 mod network;
 mod output;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_bag::Growth;
-use teampulse_core::clock::{self, Clock};
+use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::panics::at;
 use teampulse_core::registry::Component;
@@ -29,9 +29,11 @@ use teampulse_sources::session::{
 };
 use teampulse_sources::{SOURCES, SourceContext};
 
+use crate::commands::simulate::team;
 use crate::desk::Desk;
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::folder::{Claimed, bag_folder};
 use crate::network::default_domain;
 use crate::notes;
 use crate::stop::Stop;
@@ -124,34 +126,29 @@ impl Setup {
         self.study.error((key, ""), message, "`teampulse scan` shows lines to paste")
     }
 
-    /// The folder of the session's bag.
+    /// What the folder of the session's bag would be called now.
     pub fn bag_folder(&self, out: &Path) -> PathBuf {
         bag_folder(out, &self.study.general.session.name)
+    }
+
+    /// The folder of the session's bag, made for this session alone.
+    pub fn claim_folder(&self, out: &Path) -> Result<Claimed, Failure> {
+        Claimed::new(out, &self.study.general.session.name)
     }
 
     /// The sinks of the study; where it has a bag, tidy files with it.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
         let (growth, bag_ended) = (self.growth.clone(), self.bag_ended.clone());
         let context = sink_context(&self.study, bag, &self.clock);
-        let context = SinkContext { growth, bag_ended, ..context };
-        let built = self.study.build("sinks", SINKS, &context)?;
-        let has = |kind| built.iter().any(|(name, _)| name == kind);
-        if built.iter().filter(|(name, _)| name == "bag").count() > 1 {
-            let message = "it has two bags: one session is recorded into one";
-            let hint = "leave one of the [[sinks]] with type = \"bag\" out";
-            return Err(self.study.error(("sinks", ""), message, hint).into());
-        }
-        let (has_bag, has_tidy) = (has("bag"), has("tidy"));
-        if has_tidy && !has_bag {
-            let message = "it has no bag in whose folder tidy files could stand";
-            let hint = "add [[sinks]] with type = \"bag\"";
-            return Err(self.study.error(("sinks", ""), message, hint).into());
-        }
-        let mut sinks: Vec<Box<dyn Sink>> = built.into_iter().map(|(_, sink)| sink).collect();
-        if has_bag && !has_tidy {
-            sinks.extend(tidy(&self.study, &context)?);
-        }
-        Ok(sinks)
+        sinks(&self.study, &SinkContext { growth, bag_ended, ..context })
+    }
+
+    /// How much room the disk must have for a recording to begin, beside what every one needs [bytes]: where
+    /// it may go on elsewhere, nothing.
+    pub fn keep_free_bytes(&self) -> u64 {
+        let bags = self.study.settings_of::<Bag>("sinks", "bag").unwrap_or_default();
+        let bags = bags.into_iter().filter(|bag| bag.fallback.is_none());
+        bags.map(|bag| bag.keep_free_mib.saturating_mul(1 << 20)).max().unwrap_or(0)
     }
 
     /// The sink that shows the team on the terminal.
@@ -249,6 +246,40 @@ pub struct Parts {
     pub sinks: Vec<Box<dyn Sink>>,
 }
 
+/// The sinks of a study; where it has a bag, tidy files with it.
+fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Failure> {
+    let built = study.build("sinks", SINKS, context)?;
+    let has = |kind| built.iter().any(|(name, _)| name == kind);
+    if built.iter().filter(|(name, _)| name == "bag").count() > 1 {
+        let message = "it has two bags: one session is recorded into one";
+        let hint = "leave one of the [[sinks]] with type = \"bag\" out";
+        return Err(study.error(("sinks", ""), message, hint).into());
+    }
+    let (has_bag, has_tidy) = (has("bag"), has("tidy"));
+    if has_tidy && !has_bag {
+        let message = "it has no bag in whose folder tidy files could stand";
+        let hint = "add [[sinks]] with type = \"bag\"";
+        return Err(study.error(("sinks", ""), message, hint).into());
+    }
+    let mut sinks: Vec<Box<dyn Sink>> = built.into_iter().map(|(_, sink)| sink).collect();
+    if has_bag && !has_tidy {
+        sinks.extend(tidy(study, context)?);
+    }
+    Ok(sinks)
+}
+
+/// Fails where a study could not be run. Nothing is joined, and nothing is made.
+pub fn try_out(study: &Study) -> Result<(), Failure> {
+    study.check_phases()?;
+    team(study)?;
+    let (clock, buses) = (Clock::told(), Arc::new(Buses::apart()));
+    let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
+    study.build("sources", SOURCES, &context)?;
+    features(study)?;
+    sinks(study, &sink_context(study, Path::new("nowhere"), &clock))?;
+    Ok(())
+}
+
 /// The features of a study, each with its settings, without those that it disables.
 pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     let settings = &study.general.features;
@@ -296,16 +327,6 @@ pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>
     }
     let tidy = own.into_iter().next().unwrap_or_default().build(context);
     tidy.map(Some).map_err(|error| study.error(("sinks", ""), error.message, error.hint).into())
-}
-
-/// The folder of a session's bag: `OUT/<name>_<UTC>`, and a number behind it where that is taken.
-pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
-    let now = clock::wall().to_string();
-    let utc: String = now[..19].chars().filter(char::is_ascii_alphanumeric).collect();
-    let name = format!("{session}_{utc}Z");
-    let numbered = (2..).map(|number| out.join(format!("{name}_{number}")));
-    let mut folders = std::iter::once(out.join(&name)).chain(numbered);
-    folders.find(|folder| !folder.exists()).expect("there are more numbers than folders")
 }
 
 /// The exit code of a session that has ended, with what went wrong said on standard error.

@@ -24,4 +24,4 @@ pub use sink::{BagSink, Broken, CONTINUES_NOTE, ENDED_NOTE, Recording, STUDY_NAM
 pub use source::{BagSource, Selection, Unread};
 pub use write::chunk::Compression;
 pub use write::part::Attachment;
-pub use write::{BagWriter, Options, Summary};
+pub use write::{BagWriter, Options, Place, Summary};

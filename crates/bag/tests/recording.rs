@@ -9,7 +9,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use session::{at, battery, descriptions, record, session, text};
 use teampulse_bag::{
-    Attachment, Bag, BagError, BagWriter, Compression, Message, Options, Version, recover,
+    Attachment, Bag, BagError, BagWriter, Compression, Message, Options, Place, Version, recover,
 };
 use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
@@ -94,6 +94,18 @@ fn a_recording_never_overwrites_another() {
     let refused = BagWriter::create(folder.path(), &Options::default()).err().unwrap();
     assert!(matches!(refused, BagError::Exists { .. }));
     assert!(!refused.hint().is_empty());
+}
+
+#[test]
+fn a_folder_that_was_made_for_a_bag_takes_one_and_no_second() {
+    let folder = tempdir().unwrap();
+    let claimed = Options { place: Place::Claimed, ..Options::default() };
+    BagWriter::create(folder.path(), &claimed).unwrap().finish().unwrap();
+    assert!(Bag::open(folder.path()).is_ok());
+    let refused = BagWriter::create(folder.path(), &claimed).err().unwrap();
+    assert!(matches!(refused, BagError::Exists { .. }));
+    let nowhere = folder.path().join("nowhere");
+    assert!(BagWriter::create(&nowhere, &claimed).is_err() && !nowhere.exists());
 }
 
 #[test]

@@ -2,11 +2,11 @@
 
 mod telling;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use teampulse_bag::{BagSink, Compression, Options, Version};
+use teampulse_bag::{BagSink, Compression, Options, Place, Version};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 
@@ -81,7 +81,8 @@ impl Component<dyn Sink, SinkContext> for Bag {
 split_mib   = 4096"#;
 
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
-        if context.bag.exists() {
+        let is_claimed = is_vacant(&context.bag);
+        if context.bag.exists() && !is_claimed {
             let message = format!("the bag's folder {} exists already", context.bag.display());
             return Err(SettingsError::new(message).with_hint("give another --out"));
         }
@@ -104,7 +105,8 @@ split_mib   = 4096"#;
             split_bytes,
             split_secs,
             metadata_version,
-            keep_free_bytes: self.keep_free_mib << 20,
+            place: if is_claimed { Place::Claimed } else { Place::New },
+            keep_free_bytes: self.keep_free_mib.saturating_mul(1 << 20),
             growth: context.growth.clone(),
             ..Options::default()
         };
@@ -116,6 +118,11 @@ split_mib   = 4096"#;
         };
         Ok(Box::new(Telling { bag, ended: context.bag_ended.clone(), again }))
     }
+}
+
+/// Whether a folder is there and empty: it was made for this session.
+fn is_vacant(folder: &Path) -> bool {
+    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }
 
 impl Bag {

@@ -5,7 +5,7 @@ mod table;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use schemars::JsonSchema;
@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// So many files are open at a time; the others are opened again when something comes for them.
 const MOST_OPEN: usize = 64;
 
-/// One CSV file for each stream, beside the bag: a row for each sample, with its times in seconds
+/// One CSV file for each stream, in the folder `tables_<name>` beside that of the bag: a row for each sample, with its times in seconds
 /// since 1970 (UTC) and its numbers in the units of the header; of a wave a row for each of its samples.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -38,10 +38,15 @@ impl Component<dyn Sink, SinkContext> for Csv {
     const EXAMPLE: &'static str = "";
 
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
-        let mut folder = context.bag.clone().into_os_string();
-        folder.push("_csv");
-        Ok(Box::new(Tables::new(folder.into())))
+        Ok(Box::new(Tables::new(tables_beside(&context.bag))))
     }
+}
+
+/// The folder of the tables of a session, beside that of its bag. It begins with another word, so that
+/// `sessions/my_team_*` names bags and nothing else.
+pub fn tables_beside(bag: &Path) -> PathBuf {
+    let name = bag.file_name().unwrap_or_default().to_string_lossy();
+    bag.with_file_name(format!("tables_{name}"))
 }
 
 impl Csv {

@@ -17,7 +17,7 @@ use teampulse_core::sink::Sink;
 
 pub use aligned::Aligned;
 pub use bag::{Again, Bag, Telling};
-pub use csv::Csv;
+pub use csv::{Csv, tables_beside};
 pub use terminal::{
     Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Settings as TerminalSettings,
     Terminal, View, leave_screen,

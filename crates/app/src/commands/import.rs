@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{BagSink, Options};
+use teampulse_bag::{BagSink, Options, Place};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
@@ -19,12 +19,13 @@ use teampulse_messages::convert::encode;
 use teampulse_sinks::{Again, Telling};
 
 use crate::commands::info::open;
-use crate::commands::replay::{defaults, describe_foreign, replayed, study_of};
+use crate::commands::replay::{defaults, describe_foreign, replayed, study_at, study_of};
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::folder::Claimed;
 use crate::output;
 use crate::recorded::read_through;
-use crate::setup::{bag_folder, features, sink_context, tidy};
+use crate::setup::{features, sink_context, tidy};
 use crate::study::Study;
 
 use kind::{Kind, tables_in};
@@ -75,7 +76,7 @@ impl Import {
 
     fn study(&self, recording: &Path) -> Result<Study, Failure> {
         Ok(match &self.study {
-            Some(path) => Study::read(path)?,
+            Some(path) => study_at(path)?,
             None => Study::parse(Path::new("the defaults"), defaults(recording))?,
         })
     }
@@ -89,21 +90,23 @@ impl Import {
         bag.check();
         describe_foreign(&mut bag);
         let study = self.study(path)?;
-        let folder = bag_folder(&self.out, &study.general.session.name);
+        let claimed = Claimed::new(&self.out, &study.general.session.name)?;
         let bag = Arc::new(bag);
-        let exit = replayed(Arc::clone(&bag), &study, folder.clone()).await?;
+        let exit = replayed(Arc::clone(&bag), &study, &claimed).await?;
         output::lines(report::of_bag(&bag));
-        concluded(&folder, exit);
+        concluded(claimed.path(), exit);
         Ok(exit)
     }
 
     async fn tables(&self, files: &[PathBuf]) -> Result<Exit, Failure> {
         let tables = Tables::open(files, &self.asked)?;
         let study = self.study(&self.files[0])?;
-        let folder = bag_folder(&self.out, &study.general.session.name);
+        let claimed = Claimed::new(&self.out, &study.general.session.name)?;
+        let folder = claimed.path().to_owned();
         let clock = Clock::told();
         let context = sink_context(&study, &folder, &clock);
-        let options = Options { session: study.general.session.name.clone(), ..Options::default() };
+        let session = study.general.session.name.clone();
+        let options = Options { session, place: Place::Claimed, ..Options::default() };
         let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
         let (ended, again) = (context.bag_ended.clone(), Again::Never);
         let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Telling { bag, ended, again })];

@@ -15,7 +15,7 @@ mod retime;
 mod run;
 mod scan;
 mod schema;
-mod simulate;
+pub mod simulate;
 
 use clap::Subcommand;
 

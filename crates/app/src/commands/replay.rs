@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{Bag, BagSink, BagSource, DAMAGE_NOTE, Options, STUDY_NAME, Selection};
+use teampulse_bag::{Bag, BagSink, BagSource, DAMAGE_NOTE, Options, Place, STUDY_NAME, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::session::{Pace, Session};
@@ -18,9 +18,10 @@ use teampulse_sources::robots::{Choice, Robots};
 use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::folder::Claimed;
 use crate::output;
 use crate::recorded::read_through;
-use crate::setup::{bag_folder, features, sink_context, tidy};
+use crate::setup::{features, sink_context, tidy, try_out};
 use crate::study::Study;
 
 /// The note of a bag whose times `retime` has made.
@@ -49,24 +50,23 @@ impl Replay {
         bag.check();
         describe_foreign(&mut bag);
         let bag = Arc::new(bag);
-        let study = match &self.study {
-            Some(path) => Study::read(path)?,
-            None => study_or_defaults(&bag)?,
-        };
-        let folder = bag_folder(&self.out, &format!("{}_replay", study.general.session.name));
-        let exit = replayed(bag, &study, folder.clone()).await?;
+        let study = study_for(self.study.as_deref(), &bag)?;
+        let claimed = Claimed::new(&self.out, &format!("{}_replay", study.general.session.name))?;
+        let exit = replayed(bag, &study, &claimed).await?;
         if exit != Exit::Failed {
-            output::line(folder.display().to_string());
+            output::line(claimed.path().display().to_string());
         }
         Ok(exit)
     }
 }
 
 /// Computes everything derived of a bag again, into a new one.
-pub async fn replayed(bag: Arc<Bag>, study: &Study, folder: PathBuf) -> Result<Exit, Failure> {
+pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result<Exit, Failure> {
+    let folder = claimed.path().to_owned();
     let options = Options {
         session: study.general.session.name.clone(),
         notes: kept_notes(&bag),
+        place: Place::Claimed,
         ..Options::default()
     };
     let (text, out) = (study.text().to_owned(), folder.clone());
@@ -102,6 +102,18 @@ pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));
     retimed.into_iter().chain(damage).collect()
+}
+
+/// The study by which a bag is computed again: that of a file, else the one that is kept in the bag.
+pub fn study_for(path: Option<&Path>, bag: &Bag) -> Result<Study, Failure> {
+    path.map_or_else(|| study_or_defaults(bag), study_at)
+}
+
+/// The study of a file, which is refused where `check` would refuse it.
+pub fn study_at(path: &Path) -> Result<Study, Failure> {
+    let study = Study::read(path)?;
+    try_out(&study)?;
+    Ok(study)
 }
 
 /// A study of nothing but a name, which is that of a recording.

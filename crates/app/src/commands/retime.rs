@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{BagSink, BagSource, Options, Selection};
+use teampulse_bag::{BagSink, BagSource, Options, Place, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::{Clocks, Hindsight};
 use teampulse_core::session::{Pace, Session};
@@ -12,13 +12,13 @@ use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::{RETIMED, kept_notes, study_or_defaults};
+use crate::commands::replay::{RETIMED, kept_notes, study_for};
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::folder::Claimed;
 use crate::output;
 use crate::recorded::read_through;
-use crate::setup::{bag_folder, features};
-use crate::study::Study;
+use crate::setup::features;
 
 /// Writes a new bag with better times: of every device clock, what came later is known too.
 ///
@@ -48,16 +48,15 @@ impl Retime {
                 .hint("retime the bag that it was made from"));
         }
         warn_of_damage(&bag);
-        let study = match &self.study {
-            Some(path) => Study::read(path)?,
-            None => study_or_defaults(&bag)?,
-        };
+        let study = study_for(self.study.as_deref(), &bag)?;
         let (settings, hindsight) = (study.general.clocks.clone(), Hindsight::default());
-        let folder = bag_folder(&self.out, &format!("{}_retimed", study.general.session.name));
+        let name = format!("{}_retimed", study.general.session.name);
+        let claimed = Claimed::new(&self.out, &name)?;
+        let folder = claimed.path().to_owned();
         let mut notes = kept_notes(&bag);
         notes.insert(RETIMED.to_owned(), "two-sided".to_owned());
         let session = study.general.session.name.clone();
-        let options = Options { session, notes, ..Options::default() };
+        let options = Options { session, notes, place: Place::Claimed, ..Options::default() };
         let text = study.text().to_owned();
         let sink = BagSink { folder: folder.clone(), study: text, options };
 

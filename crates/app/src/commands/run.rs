@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::folder::holds_something;
 use crate::machine;
 use crate::network;
 use crate::output::{last_line, say};
@@ -60,12 +61,15 @@ pub async fn watch(
             target.display()
         ));
     }
-    let bag = setup.bag_folder(&out);
-    let mut parts =
-        Parts { sources: setup.sources()?, features: setup.features()?, sinks: setup.sinks(&bag)? };
-    if parts.sources.is_empty() {
+    let (sources, features) = (setup.sources()?, setup.features()?);
+    if sources.is_empty() {
         return Err(setup.without("sources", "nothing is watched").into());
     }
+    // What is wrong with them is said before a folder is made.
+    drop(setup.sinks(&setup.bag_folder(&out))?);
+    let claimed = setup.claim_folder(&out)?;
+    let bag = claimed.path().to_owned();
+    let mut parts = Parts { sources, features, sinks: setup.sinks(&bag)? };
     for note in setup.notes() {
         say(format!("note: {note}"));
     }
@@ -82,7 +86,8 @@ pub async fn watch(
             failure.show();
         }
     }
-    for folder in [bag].into_iter().chain(ended.folders()).filter(|folder| folder.exists()) {
+    let folders = [bag].into_iter().chain(ended.folders());
+    for folder in folders.filter(|folder| holds_something(folder)) {
         say_where(&folder);
     }
     Ok(exit)

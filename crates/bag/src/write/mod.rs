@@ -54,6 +54,8 @@ pub struct Options {
     pub split_secs: Option<f64>,
     /// The version of `metadata.yaml`.
     pub metadata_version: Version,
+    /// Whether the bag makes its folder.
+    pub place: Place,
     /// Words about the whole recording, kept in the bag.
     pub notes: BTreeMap<String, String>,
     /// The recording ends when the disk has less room than this [bytes].
@@ -64,6 +66,16 @@ pub struct Options {
     pub clock: Clock,
 }
 
+/// Where a bag begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Place {
+    /// In a folder that it makes, and that must not be there yet.
+    #[default]
+    New,
+    /// In a folder that was made for it alone, so that no other recording takes the same name.
+    Claimed,
+}
+
 impl Default for Options {
     fn default() -> Options {
         Options {
@@ -72,6 +84,7 @@ impl Default for Options {
             split_bytes: None,
             split_secs: None,
             metadata_version: Version::default(),
+            place: Place::New,
             notes: BTreeMap::new(),
             keep_free_bytes: 64 << 20,
             growth: Growth::default(),
@@ -120,9 +133,12 @@ pub struct BagWriter {
 }
 
 impl BagWriter {
-    /// Creates the folder and begins its first file.
+    /// Creates the folder, unless that was done for it, and begins its first file.
     pub fn create(folder: &Path, options: &Options) -> Result<BagWriter, BagError> {
-        create_folder(folder)?;
+        match options.place {
+            Place::New => create_folder(folder)?,
+            Place::Claimed => check_claimed(folder)?,
+        }
         Self::begin(folder, options).inspect_err(|_| {
             // Nothing was recorded; what can't be taken away does no harm.
             drop(fs::remove_dir_all(folder));
@@ -345,6 +361,17 @@ fn create_folder(folder: &Path) -> Result<(), BagError> {
         ErrorKind::AlreadyExists => BagError::Exists { path: folder.to_owned() },
         _ => BagError::io("create", folder)(error),
     })
+}
+
+/// A folder that was made for a bag has none yet.
+fn check_claimed(folder: &Path) -> Result<(), BagError> {
+    let entries = fs::read_dir(folder).map_err(BagError::io("record to", folder))?;
+    let is_bag = |name: &Path| name.extension().is_some_and(|end| end == "mcap");
+    let mut names = entries.flatten().map(|entry| entry.path());
+    if names.any(|name| is_bag(&name)) {
+        return Err(BagError::Exists { path: folder.to_owned() });
+    }
+    Ok(())
 }
 
 /// Begins a file; also gives another handle of it, to sync it by.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use teampulse_bag::{BagSink, Broken, Options, Recording};
+use teampulse_bag::{BagSink, Broken, Options, Place, Recording};
 use teampulse_core::clock::Clock;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 
@@ -130,7 +130,7 @@ fn begin_again(first: &BagSink, fallback: Option<&Path>) -> Option<(PathBuf, Rec
     [Some(beside), fallback].into_iter().flatten().find_map(|parent| {
         let mut folders = (2..).map(|number| parent.join(format!("{name}_{number}")));
         let folder = folders.find(|folder| folder.symlink_metadata().is_err())?;
-        let options = Options { keep_free_bytes, ..first.options.clone() };
+        let options = Options { keep_free_bytes, place: Place::New, ..first.options.clone() };
         let bag = BagSink { folder: folder.clone(), options, ..first.clone() };
         Some((folder, bag.begin().ok()?))
     })

@@ -1,0 +1,114 @@
+//! The folder of a recording: one that no other recording has.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use teampulse_core::{clock, private};
+use teampulse_sinks::tables_beside;
+
+use crate::failure::Failure;
+
+/// A folder that was made for one recording, so that another one that begins in the same second takes
+/// another. It is removed again if nothing was put into it.
+#[derive(Debug)]
+pub struct Claimed(PathBuf);
+
+impl Claimed {
+    /// Makes the folder of a session's bag: `OUT/<name>_<UTC>`, and a number behind it where that is
+    /// taken.
+    pub fn new(out: &Path, session: &str) -> Result<Claimed, Failure> {
+        private::create_folders(out).map_err(unmade(out))?;
+        for folder in names(out, session) {
+            match private::create_folder(&folder) {
+                Ok(()) => return Ok(Claimed(folder)),
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(unmade(&folder)(error)),
+            }
+        }
+        unreachable!("there are more numbers than folders")
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Claimed {
+    fn drop(&mut self) {
+        // Fails where something is in it, as it should.
+        drop(fs::remove_dir(&self.0));
+    }
+}
+
+fn unmade(folder: &Path) -> impl FnOnce(std::io::Error) -> Failure {
+    move |error| {
+        let hint = "look at the disk's free space and at the permissions, or give another --out";
+        Failure::to(format!("create {}: {error}", folder.display())).hint(hint)
+    }
+}
+
+/// What the folder of a session's bag would be called now; it is not made.
+pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
+    let mut free = names(out, session).filter(|folder| folder.symlink_metadata().is_err());
+    free.next().expect("there are more numbers than folders")
+}
+
+/// Names for the folder of a session's bag, in the order in which they are tried.
+fn names(out: &Path, session: &str) -> impl Iterator<Item = PathBuf> {
+    let now = clock::wall().to_string();
+    let utc: String = now[..19].chars().filter(char::is_ascii_alphanumeric).collect();
+    let first = out.join(format!("{session}_{utc}Z"));
+    let numbered = (2..).map({
+        let out = out.to_owned();
+        let name = format!("{session}_{utc}Z");
+        move |number| out.join(format!("{name}_{number}"))
+    });
+    // Tables without a bag take its name, too.
+    let is_free = |folder: &PathBuf| tables_beside(folder).symlink_metadata().is_err();
+    std::iter::once(first).chain(numbered).filter(is_free)
+}
+
+/// Whether anything stands in a folder.
+pub fn holds_something(folder: &Path) -> bool {
+    fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn sessions_that_begin_at_once_have_a_folder_each() {
+        let out = tempfile::tempdir().unwrap();
+        let sessions: Vec<Claimed> = std::thread::scope(|scope| {
+            let claim = || Claimed::new(out.path(), "pilot").unwrap();
+            let all: Vec<_> = (0..8).map(|_| scope.spawn(claim)).collect();
+            all.into_iter().map(|each| each.join().unwrap()).collect()
+        });
+        let folders: BTreeSet<&Path> = sessions.iter().map(Claimed::path).collect();
+        assert_eq!(folders.len(), 8);
+        assert!(folders.iter().all(|folder| folder.is_dir()));
+    }
+
+    #[test]
+    fn a_folder_stays_only_if_something_is_in_it() {
+        let out = tempfile::tempdir().unwrap();
+        let (empty, full) = (Claimed::new(out.path(), "a"), Claimed::new(out.path(), "b"));
+        let (empty, full) = (empty.unwrap(), full.unwrap());
+        let (gone, stays) = (empty.path().to_owned(), full.path().to_owned());
+        fs::write(stays.join("b_0.mcap"), "something").unwrap();
+        drop((empty, full));
+        assert!(!gone.exists() && holds_something(&stays));
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_said_with_a_remedy() {
+        let (message, hint) = Claimed::new(Path::new("/proc/nowhere"), "a").unwrap_err().words();
+        assert!(message.starts_with("failed to create /proc/nowhere"), "{message}");
+        assert!(!hint.is_empty());
+    }
+}
