@@ -49,6 +49,39 @@ def test_check_says_no_go_where_nobody_is(stage):
     assert answer.stdout.splitlines()[-1] == "no-go"
 
 
+def test_check_is_no_go_for_a_study_that_names_nothing(stage):
+    answer = stage.ask("check", stage.study(""), "--seconds", 1, "--out", stage.folder)
+    assert answer.returncode == 4, answer.stdout
+    lines = answer.stdout.splitlines()
+    assert lines[-1] == "no-go"
+    assert any(line.startswith("missing  [[sources]]") and "teampulse scan" in line for line in lines), lines
+
+
+def test_check_asks_for_the_room_that_the_study_keeps_free(stage, team):
+    text = TEAM.replace('type = "bag"', 'type = "bag"\nkeep_free_mib = 1000000000')
+    study = stage.study(text, "room.toml")
+    answer = stage.ask("check", study, "--out", stage.folder)
+    assert answer.returncode == 5, answer.stdout
+    [missing] = [line for line in answer.stdout.splitlines() if line.startswith("missing")]
+    assert "the study keeps 1000000000 MiB free (keep_free_mib)" in missing
+    refused = stage.ask("run", study, "--out", stage.folder / "sessions", "--duration", 1)
+    assert refused.returncode == 1 and "keep_free_mib" in refused.stderr, refused.stderr
+    assert not (stage.folder / "sessions").exists()
+
+
+def test_check_lists_robots_and_topics_of_people_that_the_study_does_not_name(stage, team):
+    sources = '[[sources]]\ntype = "robots"\nnamespace = "/robot1"\n[[sources]]\ntype = "people"\n'
+    odd = "/humans/persons/p001/h10/hr"
+    other = stage.cyclone("send", odd, "--type", "std_msgs/msg/String", "--subscribers", 0)
+    other.answer("matched")
+    lines = stage.ask("check", stage.study(sources, "one.toml"), "--out", stage.folder).stdout.splitlines()
+    notes = [line.removeprefix("note     ") for line in lines if line.startswith("note ")]
+    for robot in ("robot2", "robot3"):
+        assert any(note.startswith(f"robot {robot} is there, and the study") for note in notes), lines
+    assert not any(note.startswith("robot robot1 ") for note in notes), lines
+    assert any(note.startswith(f"{odd} is not recorded") and "std_msgs/msg/String" in note for note in notes), lines
+
+
 def test_check_says_who_was_not_found_and_is_no_go_where_nobody_is_there(stage):
     people = '[[sources]]\ntype = "people"\n'
     alpha = '[[sources]]\ntype = "robots"\nnamespace = "/alpha*"\n'

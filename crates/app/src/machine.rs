@@ -30,8 +30,9 @@ pub fn check(out: &Path) -> Vec<String> {
     vec![receive_buffer(), free_disk(out), host_clock::line()]
 }
 
-/// Why nothing can be recorded into a folder.
-pub fn unfit(out: &Path) -> Option<String> {
+/// Why nothing can be recorded into a folder, of a recording that ends when less than `keep_free_bytes` are
+/// free.
+pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     let folder = existing(out);
     if !folder.is_dir() {
         return Some(format!("{} is a file, not a folder to write into", folder.display()));
@@ -40,8 +41,19 @@ pub fn unfit(out: &Path) -> Option<String> {
     if let Err(error) = writable {
         return Some(format!("{} can't be written into: {error}", folder.display()));
     }
-    let free = free_bytes(folder).ok().filter(|free| *free < LEAST_DISK)?;
-    Some(format!("only {} MiB are free on the disk of {}", free >> 20, folder.display()))
+    too_full(free_bytes(folder).ok()?, keep_free_bytes, folder)
+}
+
+/// That a disk has too little room for a recording to begin.
+fn too_full(free_bytes: u64, keep_free_bytes: u64, folder: &Path) -> Option<String> {
+    let free =
+        format!("only {} MiB are free on the disk of {}", free_bytes >> 20, folder.display());
+    if free_bytes < LEAST_DISK {
+        return Some(free);
+    }
+    (free_bytes < keep_free_bytes).then(|| {
+        format!("{free}, and the study keeps {} MiB free (keep_free_mib)", keep_free_bytes >> 20)
+    })
 }
 
 /// Lets this process open as many files and sockets as it may have at most: a large team has many.
@@ -161,10 +173,24 @@ mod tests {
         std::fs::write(&file, "mine").unwrap();
         for out in [file.clone(), file.join("below")] {
             assert!(
-                unfit(&out).unwrap().ends_with("file is a file, not a folder to write into"),
+                unfit(&out, 0).unwrap().ends_with("file is a file, not a folder to write into"),
                 "{out:?}"
             );
         }
-        assert_eq!(unfit(&folder.path().join("new")), None);
+        assert_eq!(unfit(&folder.path().join("new"), 0), None);
+    }
+
+    #[test]
+    fn a_disk_with_less_room_than_must_stay_free_is_too_full() {
+        let said = |free_mib: u64, keep_free_mib: u64| {
+            too_full(free_mib << 20, keep_free_mib << 20, Path::new("/data"))
+        };
+        assert_eq!(said(500, 400), None);
+        assert!(said(10, 0).unwrap().ends_with("only 10 MiB are free on the disk of /data"));
+        let kept = said(500, 600).unwrap();
+        assert!(
+            kept.ends_with("/data, and the study keeps 600 MiB free (keep_free_mib)"),
+            "{kept}"
+        );
     }
 }

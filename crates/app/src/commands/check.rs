@@ -3,6 +3,7 @@
 mod heard;
 mod lacks;
 mod unheard;
+mod unnamed;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -29,12 +30,16 @@ use crate::study::Study;
 
 use heard::{Heard, Listener};
 
+/// What a study lacks that names nothing to watch.
+const NOTHING: &str =
+    "[[sources]]: the study names nothing to watch; `teampulse scan` shows lines to paste";
+
 /// Says go or no-go before a recording.
 ///
 /// Reads the study, listens to everything in it for a while without recording, and holds each robot
 /// against the robot profile. It is no-go where something required is missing, where two publish what
 /// one person's sensor measures, and where nobody is there: neither a robot nor a person that the study
-/// watches.
+/// watches. Robots that are there and that the study does not name are listed, too.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -65,7 +70,7 @@ impl Check {
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
-        let buses = Arc::clone(&setup.buses);
+        let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
         let Heard { streams: heard, own_phases } = listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
         let messages = heard.iter().filter(|(stream, _)| matches!(stream.shape, Shape::Message(_)));
@@ -85,7 +90,9 @@ impl Check {
         let lacks = lacks::notes(heard.iter().map(|(stream, _)| &**stream));
         let overruled = lacks::overruled(has_phases, &own_phases);
         let unheard = unheard::notes(&wanted, heard.iter().map(|(stream, _)| &**stream));
-        let notes = idle.iter().chain(&lacks).chain(&overruled).chain(&unheard);
+        let topics = unnamed::topics(&buses);
+        let unnamed = unnamed::notes(&wanted, &people, (&topics, &heard));
+        let notes = idle.iter().chain(&lacks).chain(&overruled).chain(&unheard).chain(&unnamed);
         output::lines(notes.map(|note| format!("note     {note}")));
         let mut missing = missing(&wanted, &robots);
         let is_nobody = absent.len() == wanted.len() && away.len() == people.len();
@@ -94,14 +101,17 @@ impl Check {
         missing.extend(nothing(&kinds, &heard));
         missing.extend(missing_fields(&wanted, &heard));
         missing.extend(second_publishers(heard.iter().map(|(stream, _)| &**stream)));
-        missing.extend(machine::unfit(&self.out));
+        missing.extend(machine::unfit(&self.out, keep_free_bytes));
+        if kinds.is_empty() {
+            missing.push(NOTHING.to_owned());
+        }
         if missing.is_empty() {
             output::line("go");
             return Ok(Exit::Fine);
         }
         output::lines(missing.iter().map(|what| format!("missing  {what}")));
         output::line("no-go");
-        Ok(Exit::DeviceMissing)
+        Ok(if kinds.is_empty() { Exit::BadStudy } else { Exit::DeviceMissing })
     }
 }
 

@@ -50,7 +50,7 @@ pub async fn watch(
     out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
-    if let Some(reason) = machine::unfit(&out) {
+    if let Some(reason) = machine::unfit(&out, setup.keep_free_bytes()) {
         return Err(Failure::new(format!("nothing can be recorded: {reason}"))
             .hint("give another folder with --out"));
     }

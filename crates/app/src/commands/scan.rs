@@ -155,14 +155,19 @@ fn has_people(found: &Domain) -> bool {
     found.topics.iter().any(|topic| people.hears(&topic.name, &topic.type_name))
 }
 
+/// The robot that a topic tells the condition of, by the first token of its name.
+pub fn robot<'a>(topic: &'a str, type_name: &str) -> Option<&'a str> {
+    let (robot, below) = topic.strip_prefix('/')?.split_once('/')?;
+    let tells = norm_of_type(type_name).is_some() && !below.is_empty() && robot != "sim";
+    tells.then_some(robot)
+}
+
 /// The namespaces in which robots were found; those that differ only in a number share one pattern.
 fn robots(found: &Domain) -> Vec<String> {
-    let of_robot = found.topics.iter().filter(|topic| norm_of_type(&topic.type_name).is_some());
-    let namespaces = of_robot.filter_map(|topic| {
-        let first = topic.name.split('/').nth(1)?;
-        let bare = first.trim_end_matches(|each: char| each.is_ascii_digit());
-        let nested = topic.name.matches('/').count() > 1 && first != "sim";
-        nested.then(|| if bare == first { format!("/{first}") } else { format!("/{bare}*") })
+    let of_robot = found.topics.iter().filter_map(|topic| robot(&topic.name, &topic.type_name));
+    let namespaces = of_robot.map(|robot| {
+        let bare = robot.trim_end_matches(|each: char| each.is_ascii_digit());
+        if bare == robot { format!("/{robot}") } else { format!("/{bare}*") }
     });
     let mut namespaces: Vec<String> = namespaces.collect();
     namespaces.sort();
