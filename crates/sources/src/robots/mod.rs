@@ -3,6 +3,7 @@
 mod choice;
 mod conformity;
 mod profile;
+mod awaited;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,6 +22,9 @@ use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
 
+use awaited::Awaited;
+
+pub use awaited::unheard;
 pub use choice::Choice;
 pub use conformity::{Finding, Robot, conformity};
 pub use profile::{Norm, PROFILE, norm, norm_of_type};
@@ -126,6 +130,14 @@ impl Robots {
         topic.and_then(|topic| choice.robot(topic)).is_some_and(|(id, _)| id == stream.id)
     }
 
+    /// The topics that the study names, each with its setting: those that are watched or recorded by name.
+    pub fn named(&self) -> Vec<(&'static str, &str)> {
+        let mapped = self.mapped().into_iter().map(|(key, field)| (key, field.topic.as_str()));
+        let images = self.images.iter().map(|topic| ("images", topic.as_str()));
+        let numbers = self.numbers.iter().map(|field| ("numbers", field.topic.as_str()));
+        mapped.chain(images).chain(numbers).collect()
+    }
+
     /// The fields that the study maps itself, by parameter.
     fn mapped(&self) -> BTreeMap<&'static str, &Field> {
         [
@@ -164,7 +176,8 @@ required  = ["battery"]"#;
         let claimed = context.claims.lay(&bus, Rank::Robots, move |each| {
             !is_of_sessions(&each.topic) && wanted.stream(&each.topic, &each.type_name).is_some()
         });
-        Ok(Box::new(Watch { bus, choice, claimed }))
+        let awaited = Awaited::new(&self);
+        Ok(Box::new(Watch { bus, choice, claimed, awaited }))
     }
 }
 
@@ -173,15 +186,21 @@ struct Watch {
     bus: Arc<dyn Bus>,
     choice: Choice,
     claimed: Claimed,
+    awaited: Awaited,
 }
 
 #[async_trait]
 impl Source for Watch {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        follow(Arc::clone(&self.bus), outlet, |endpoint| {
+        let awaited = &self.awaited;
+        let following = follow(Arc::clone(&self.bus), outlet, |endpoint| {
             let is_ours = !is_of_sessions(&endpoint.topic) && self.claimed.is_ours(endpoint);
-            is_ours.then(|| self.choice.stream(&endpoint.topic, &endpoint.type_name)).flatten()
-        })
-        .await
+            let chosen = || self.choice.stream(&endpoint.topic, &endpoint.type_name);
+            is_ours.then(chosen).flatten().inspect(|stream| awaited.see(&stream.device))
+        });
+        tokio::select! {
+            ended = following => ended,
+            never = awaited.tell(outlet) => match never {},
+        }
     }
 }

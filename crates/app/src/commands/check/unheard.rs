@@ -1,7 +1,7 @@
 //! What a study names of robots, and nothing publishes.
 
 use teampulse_core::stream::{About, Stream};
-use teampulse_sources::robots::Robots;
+use teampulse_sources::robots::{Robots, unheard};
 
 /// The topics that the study names of robots that are there, and that none of them has.
 pub fn notes<'a>(
@@ -15,19 +15,18 @@ pub fn notes<'a>(
         let named = if theirs.is_empty() { Vec::new() } else { topics(robots) };
         let is_unheard =
             move |(_, topic): &(_, &str)| !theirs.iter().any(|stream| stream.device == *topic);
-        named.into_iter().filter(is_unheard).map(|(setting, topic)| {
-            format!("{setting}: no robot of {} has a topic `{topic}`", robots.namespace)
-        })
+        named
+            .into_iter()
+            .filter(is_unheard)
+            .map(|(setting, topic)| unheard(setting, &robots.namespace, topic))
     });
     notes.collect()
 }
 
 /// The topics that settings name, with the name of the setting.
 fn topics(robots: &Robots) -> Vec<(&'static str, &str)> {
-    let images = robots.images.iter().map(|topic| ("images", topic.as_str()));
     let commands = robots.commands.iter().map(|topic| ("commands", topic.as_str()));
-    let numbers = robots.numbers.iter().map(|field| ("numbers", field.topic.as_str()));
-    images.chain(commands).chain(numbers).collect()
+    robots.named().into_iter().chain(commands).collect()
 }
 
 #[cfg(test)]
