@@ -21,7 +21,8 @@ pub fn of_study(study: &Study) -> Vec<String> {
     let baseline = watches_people.then(|| of_phases(phases)).flatten();
     let room = study.settings_of::<Bag>("sinks", "bag").into_iter().flatten();
     let room = room.into_iter().find_map(|bag| of_room(&bag));
-    kept.into_iter().chain(baseline).chain(room).collect()
+    let by_hand = of_hand(phases);
+    kept.into_iter().chain(baseline).chain(by_hand).chain(room).collect()
 }
 
 /// That a recording begins only with more room than the study asks for.
@@ -54,6 +55,15 @@ fn names(pattern: &str, stream: &str) -> bool {
     is_whole
         && Pattern::parse(&pattern[..length].join("/"))
             .is_ok_and(|pattern| pattern.matches(&above.join("/")))
+}
+
+/// That phases wait for somebody.
+fn of_hand(phases: &[Phase]) -> Option<String> {
+    let first = phases.iter().find(|phase| phase.from_secs.is_none())?;
+    Some(format!(
+        "the phase `{}` has no from_secs: it begins with Ctrl-N, or when it is told on /session/events",
+        first.name
+    ))
 }
 
 /// That nothing is compared with a baseline, where no phase is one.
@@ -122,6 +132,12 @@ mod tests {
         for text in ["/robot2/odom", "/robot1", "/humans/persons/p002/**", "/odom"] {
             assert!(idle(text), "{text}");
         }
+    }
+
+    #[test]
+    fn that_a_phase_begins_by_hand_is_said() {
+        let study = format!("{PEOPLE}[[phases]]\nname = \"baseline\"\nlasts_secs = 60\n");
+        assert!(notes(&study).starts_with("the phase `baseline` has no from_secs: it begins with"));
     }
 
     #[test]

@@ -103,8 +103,9 @@ impl Setup {
     /// The sources of a session that a person attends: phases, events from ROS, keys.
     pub fn attended(&self, stop: &Stop) -> Result<Sources, Failure> {
         let mut sources = Sources::new();
-        let bus = self.buses.get(self.domain()?).map_err(Failure::to)?;
-        sources.push(("events".into(), Box::new(RosEvents::new(bus))));
+        let bus = self.buses.get(self.domain()?)?;
+        let events = RosEvents::new(bus).heard_at(self.phases.clone());
+        sources.push(("events".into(), Box::new(events)));
         let phases = Phases::new(self.study.general.phases.clone(), self.phases.clone());
         sources.push(("phases".into(), Box::new(phases)));
         let desk = Desk::new(self.view.clone(), self.phases.clone(), self.growth.clone());

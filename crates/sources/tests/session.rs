@@ -164,7 +164,12 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
         }
     });
     let _follows = follows.expect("a bus").expect("a clock");
-    let phase = |name: &str, from_secs| Phase { name: name.into(), from_secs, to_secs: None };
+    let phase = |name: &str, from_secs| Phase {
+        name: name.into(),
+        from_secs: Some(from_secs),
+        to_secs: None,
+        lasts_secs: None,
+    };
     let phases = Phases::new(
         vec![phase("task", 100.0), phase("baseline", 0.0), phase("later", 1e6)],
         PhaseDesk::default(),

@@ -18,7 +18,7 @@ pub struct General {
     pub features: FeatureSettings,
     /// What is known of the devices' clocks, by the device's name; `teampulse calibrate` finds it.
     pub clocks: BTreeMap<String, ClockSettings>,
-    /// The phases of the study, at set times; `baseline` is the reference.
+    /// The phases of the study, at set times or begun by hand; `baseline` is the reference.
     pub phases: Vec<Phase>,
     /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
     /// Nothing about a person is published unless it is named here.

@@ -139,7 +139,7 @@ fn every_other_mistake_is_told_with_its_place() {
         ("[[sources]]\ntype = \"topics\"\nnames = [\"tf\"]", "not a pattern of ROS names"),
         ("[[sources]]\ntype = \"robots\"\nnamespace = \"r*\"", "not a pattern of ROS names"),
         ("[[sources]]\ntype = \"robots\"\ndomain = 7", "join"),
-        ("[[phases]]\nname = \"baseline\"", "missing field `from_secs`"),
+        ("[[phases]]\nfrom_secs = 0", "missing field `name`"),
         ("[[phases]]\nname = \"\"\nfrom_secs = 0", "a phase has no name"),
     ] {
         let error = read(text).expect_err(text);

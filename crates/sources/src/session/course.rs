@@ -3,7 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::phases::Phase;
+use super::phases::{Phase, in_order};
+
+/// So many phases that others told wait until they are looked at; more come from no person.
+const MOST_HEARD: usize = 100;
 
 /// How the phases of a study go on, other than planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +26,8 @@ pub struct PhaseDesk(Arc<Mutex<Asked>>);
 #[derive(Debug, Default)]
 struct Asked {
     turns: VecDeque<Turn>,
+    /// The names of phases that others told.
+    heard: VecDeque<String>,
     next: Option<String>,
 }
 
@@ -35,6 +40,18 @@ impl PhaseDesk {
     /// The phase that comes next, as it is shown; `None` after the last.
     pub fn next(&self) -> Option<String> {
         self.lock().next.clone()
+    }
+
+    /// Others told that a phase of this name begins.
+    pub(super) fn hear(&self, label: &str) {
+        let mut asked = self.lock();
+        if asked.heard.len() < MOST_HEARD {
+            asked.heard.push_back(label.to_owned());
+        }
+    }
+
+    pub(super) fn take_heard(&self) -> Option<String> {
+        self.lock().heard.pop_front()
     }
 
     pub(super) fn take_turn(&self) -> Option<Turn> {
@@ -75,13 +92,13 @@ pub(super) struct Course {
 impl Course {
     /// The course of phases, as planned.
     pub fn new(mut phases: Vec<Phase>) -> Course {
-        phases.sort_by(|a, b| a.from_secs.total_cmp(&b.from_secs));
+        in_order(&mut phases, |phase| phase);
         Course { phases, next: 0, until_secs: None, moved_secs: 0.0, is_held: false }
     }
 
     /// What happens by itself, so long after the start [s].
     pub fn look(&mut self, elapsed_secs: f64) -> Option<Happens> {
-        let planned_secs = self.phases.get(self.next)?.from_secs + self.moved_secs;
+        let planned_secs = self.phases.get(self.next)?.from_secs? + self.moved_secs;
         (!self.is_held && elapsed_secs >= planned_secs).then(|| self.begin(elapsed_secs))
     }
 
@@ -97,26 +114,36 @@ impl Course {
             }
             Turn::Next | Turn::Repeat => {
                 self.next -= usize::from(turn == Turn::Repeat);
-                self.moved_secs = elapsed_secs - self.phases[self.next].from_secs;
-                self.is_held = false;
+                if let Some(from_secs) = self.phases[self.next].from_secs {
+                    self.moved_secs = elapsed_secs - from_secs;
+                }
                 Some(self.begin(elapsed_secs))
             }
         }
     }
 
-    /// The phase that comes next, and in how long [s] where it comes by itself.
+    /// Others told that a phase of this name begins, so long after the start [s]: it is the next one of this
+    /// name that begins by hand, if there is any.
+    pub fn hear(&mut self, label: &str, elapsed_secs: f64) {
+        let is_meant = |phase: &Phase| phase.from_secs.is_none() && phase.name == label;
+        if let Some(skipped) = self.phases[self.next..].iter().position(is_meant) {
+            self.next += skipped;
+            self.begin(elapsed_secs);
+        }
+    }
+
+    /// The phase that comes next.
     pub fn next(&self) -> Option<&str> {
         self.phases.get(self.next).map(|phase| phase.name.as_str())
     }
 
     fn begin(&mut self, elapsed_secs: f64) -> Happens {
-        let Phase { name, from_secs, to_secs } = &self.phases[self.next];
-        let lasts_secs = to_secs.map_or(f64::NAN, |to_secs| to_secs - from_secs);
-        let until_secs =
-            if lasts_secs.is_nan() { f64::INFINITY } else { elapsed_secs + lasts_secs };
-        self.until_secs = Some(until_secs);
+        let phase = &self.phases[self.next];
+        let length_secs = phase.length_secs();
+        self.until_secs = Some(length_secs.map_or(f64::INFINITY, |secs| elapsed_secs + secs));
+        self.is_held = false;
         self.next += 1;
-        Happens::Begins(name.clone(), lasts_secs)
+        Happens::Begins(phase.name.clone(), length_secs.unwrap_or(f64::NAN))
     }
 }
 
@@ -127,8 +154,9 @@ mod tests {
     fn course() -> Course {
         let phase = |name: &str, from_secs, to_secs| Phase {
             name: name.to_owned(),
-            from_secs,
+            from_secs: Some(from_secs),
             to_secs: Some(to_secs),
+            lasts_secs: None,
         };
         Course::new(vec![
             phase("2-back", 100.0, 130.0),
@@ -160,6 +188,31 @@ mod tests {
         assert_eq!(course.turn(Turn::Next, 40.0), begins("1-back", 20.0));
         assert_eq!(course.next(), Some("2-back"));
         assert_eq!([69.9, 70.0].map(|secs| course.look(secs)), [None, begins("2-back", 30.0)]);
+    }
+
+    #[test]
+    fn a_phase_without_a_time_begins_when_asked_and_never_by_itself() {
+        let by_hand = |name: &str, lasts_secs| Phase {
+            name: name.to_owned(),
+            from_secs: None,
+            to_secs: None,
+            lasts_secs,
+        };
+        let phases = vec![by_hand("baseline", Some(60.0)), by_hand("task", Some(30.0))];
+        let mut course = Course::new(phases.clone());
+        assert_eq!((course.look(1e6), course.next()), (None, Some("baseline")));
+        assert_eq!(course.turn(Turn::Next, 100.0), begins("baseline", 60.0));
+        assert_eq!((course.look(1e6), course.next()), (None, Some("task")));
+        assert_eq!(course.turn(Turn::Repeat, 170.0), begins("baseline", 60.0));
+        assert_eq!(course.turn(Turn::Next, 300.0), begins("task", 30.0));
+        assert_eq!(course.next(), None);
+
+        let mut course = Course::new(phases);
+        course.hear("rest", 5.0);
+        assert_eq!(course.next(), Some("baseline"));
+        course.hear("task", 10.0);
+        assert_eq!(course.next(), None, "others began the second");
+        assert_eq!(course.turn(Turn::Abort, 20.0), Some(Happens::Aborted("task".into())));
     }
 
     #[test]

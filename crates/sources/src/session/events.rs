@@ -14,7 +14,7 @@ use teampulse_messages::convert::{self, DecodeError};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
 use tokio::sync::broadcast::error::RecvError;
 
-use super::happen;
+use super::{PhaseDesk, happen};
 
 /// The topic on which any node may tell an event.
 const TOPIC: &str = "/session/events";
@@ -34,12 +34,21 @@ const DEPTH: u32 = 1000;
 /// and those of another session, or of a recording that is played, are not true of this one.
 pub struct RosEvents {
     bus: Arc<dyn Bus>,
+    /// Where it is known which phase comes next.
+    desk: PhaseDesk,
 }
 
 impl RosEvents {
     /// Events from this bus.
     pub fn new(bus: Arc<dyn Bus>) -> RosEvents {
-        RosEvents { bus }
+        RosEvents { bus, desk: PhaseDesk::default() }
+    }
+
+    /// The same events; phases among them are heard at this desk, too.
+    #[must_use]
+    pub fn heard_at(mut self, desk: PhaseDesk) -> RosEvents {
+        self.desk = desk;
+        self
     }
 
     fn subscribe(
@@ -49,11 +58,15 @@ impl RosEvents {
         read: Read,
     ) -> Result<Subscription, BusError> {
         let (outlet, told) = (outlet.clone(), Mutex::new(BTreeSet::new()));
+        let desk = self.desk.clone();
         let deliver = Arc::new(move |arrival: Arrival| {
             let (stamp, event) = match read(&arrival.bytes) {
                 Ok(read) => read,
                 Err(reason) => return refuse(&outlet, &told, &reason),
             };
+            if event.kind == EventKind::Phase {
+                desk.hear(&event.label);
+            }
             let stream = outlet.declare(session_events());
             let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));
             let data = Data::Event(Arc::new(event));

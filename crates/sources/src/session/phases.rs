@@ -1,4 +1,4 @@
-//! Phases of a study, at times set beforehand.
+//! Phases of a study, at times set beforehand or begun by hand.
 
 use std::time::Duration;
 
@@ -22,10 +22,27 @@ const LOOK: Duration = Duration::from_millis(20);
 pub struct Phase {
     /// What it is called.
     pub name: String,
-    /// When it begins, after the start of the session [s].
-    pub from_secs: f64,
+    /// When it begins, after the start of the session [s]. Without it, it begins by hand: with Ctrl-N, or as
+    /// a phase of its name told on `/session/events`.
+    pub from_secs: Option<f64>,
     /// When it ends [s]; without it at the beginning of the next phase, or with the session.
     pub to_secs: Option<f64>,
+    /// How long it lasts [s], instead of when it ends.
+    pub lasts_secs: Option<f64>,
+}
+
+impl Phase {
+    /// How long it lasts [s]; `None` until the next one begins.
+    pub(super) fn length_secs(&self) -> Option<f64> {
+        let until =
+            self.to_secs.zip(self.from_secs).map(|(to_secs, from_secs)| to_secs - from_secs);
+        self.lasts_secs.or(until)
+    }
+
+    /// When it ends [s], where both that and its beginning are set.
+    fn end_secs(&self) -> Option<f64> {
+        Some(self.from_secs? + self.length_secs()?)
+    }
 }
 
 /// Fails at the first phase that can't be, or that overlaps with another; the path of the error
@@ -39,22 +56,41 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
         if phase.name.trim().is_empty() {
             return wrong("name", "a phase has no name", "call it what you look for later");
         }
-        if !is_after_start(phase.from_secs) {
-            return wrong("from_secs", &no_time(phase.from_secs), TIMES);
+        if let Some(from_secs) = phase.from_secs.filter(|secs| !is_after_start(*secs)) {
+            return wrong("from_secs", &no_time(from_secs), TIMES);
         }
-        match phase.to_secs {
-            Some(to_secs) if !is_after_start(to_secs) => {
-                return wrong("to_secs", &no_time(to_secs), TIMES);
-            }
-            Some(to_secs) if to_secs <= phase.from_secs => {
+        if let Some(to_secs) = phase.to_secs.filter(|secs| !is_after_start(*secs)) {
+            return wrong("to_secs", &no_time(to_secs), TIMES);
+        }
+        match (phase.from_secs, phase.to_secs) {
+            (None, Some(_)) => {
                 let message = format!(
-                    "the phase `{}` ends at {to_secs} s, but begins at {} s",
-                    phase.name, phase.from_secs
+                    "the phase `{}` begins by hand, so it is not known when it ends",
+                    phase.name
+                );
+                return wrong("to_secs", &message, "give `lasts_secs`, or `from_secs`");
+            }
+            (Some(from_secs), Some(to_secs)) if to_secs <= from_secs => {
+                let message = format!(
+                    "the phase `{}` ends at {to_secs} s, but begins at {from_secs} s",
+                    phase.name
                 );
                 let hint = "both count from the start of the session: `to_secs` is the later";
                 return wrong("to_secs", &message, hint);
             }
             _ => {}
+        }
+        if let Some(lasts_secs) = phase.lasts_secs {
+            let is_length = lasts_secs > 0.0 && lasts_secs <= LATEST_SECS;
+            if !is_length {
+                let message = format!("a phase can't last {lasts_secs} s");
+                return wrong("lasts_secs", &message, "give seconds above 0");
+            }
+            if phase.to_secs.is_some() {
+                let message =
+                    format!("the phase `{}` has both `to_secs` and `lasts_secs`", phase.name);
+                return wrong("lasts_secs", &message, "give one of them");
+            }
         }
     }
     check_order(phases)
@@ -74,19 +110,29 @@ fn no_time(secs: f64) -> String {
     format!("a phase can't begin or end at {secs} s")
 }
 
+/// Phases in the order in which they come: by their times, or as they are written where one begins by hand.
+pub(super) fn in_order<T>(phases: &mut [T], phase: impl Fn(&T) -> &Phase) {
+    if phases.iter().all(|each| phase(each).from_secs.is_some()) {
+        let from_secs = |each: &T| phase(each).from_secs.unwrap_or_default();
+        phases.sort_by(|a, b| from_secs(a).total_cmp(&from_secs(b)));
+    }
+}
+
 /// No phase begins before the one before it is over, or with it.
 fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
     let mut places: Vec<(usize, &Phase)> = phases.iter().enumerate().collect();
-    places.sort_by(|(_, a), (_, b)| a.from_secs.total_cmp(&b.from_secs));
-    for pair in places.windows(2) {
-        let [(_, first), (place, next)] = pair else { continue };
-        let free_secs = first.to_secs.unwrap_or(first.from_secs);
-        if next.from_secs < free_secs || next.from_secs <= first.from_secs {
+    in_order(&mut places, |(_, phase)| phase);
+    let timed = places.iter().filter_map(|(place, phase)| Some((*place, *phase, phase.from_secs?)));
+    let timed: Vec<(usize, &Phase, f64)> = timed.collect();
+    for pair in timed.windows(2) {
+        let [(_, first, first_secs), (place, next, next_secs)] = pair else { continue };
+        let free_secs = first.end_secs().unwrap_or(*first_secs);
+        if *next_secs < free_secs || next_secs <= first_secs {
             let until =
-                first.to_secs.map_or_else(String::new, |to_secs| format!(" to {to_secs} s"));
+                first.end_secs().map_or_else(String::new, |to_secs| format!(" to {to_secs} s"));
             let message = format!(
-                "the phases `{}` (from {} s{until}) and `{}` (from {} s) overlap",
-                first.name, first.from_secs, next.name, next.from_secs
+                "the phases `{}` (from {first_secs} s{until}) and `{}` (from {next_secs} s) overlap",
+                first.name, next.name
             );
             let hint = "one phase at a time: let the first end before the next begins";
             let error = SettingsError::new(message).with_hint(hint);
@@ -111,6 +157,9 @@ impl Phases {
 
     /// What happens now, so long after the start [s].
     fn happen(&mut self, outlet: &Outlet, elapsed_secs: f64) {
+        while let Some(label) = self.desk.take_heard() {
+            self.course.hear(&label, elapsed_secs);
+        }
         while let Some(turn) = self.desk.take_turn() {
             if let Some(happens) = self.course.turn(turn, elapsed_secs) {
                 tell(outlet, &happens);
@@ -153,7 +202,38 @@ mod tests {
     use super::*;
 
     fn phase(name: &str, from_secs: f64, to_secs: Option<f64>) -> Phase {
-        Phase { name: name.into(), from_secs, to_secs }
+        Phase { name: name.into(), from_secs: Some(from_secs), to_secs, lasts_secs: None }
+    }
+
+    fn by_hand(name: &str, to_secs: Option<f64>, lasts_secs: Option<f64>) -> Phase {
+        Phase { name: name.into(), from_secs: None, to_secs, lasts_secs }
+    }
+
+    #[test]
+    fn a_phase_without_a_time_begins_by_hand_and_may_have_a_length() {
+        let phases = [by_hand("baseline", None, Some(60.0)), by_hand("task", None, None)];
+        assert_eq!(check_phases(&phases), Ok(()));
+        for (wrong, path) in [
+            (by_hand("a", Some(60.0), None), "0.to_secs"),
+            (by_hand("a", None, Some(0.0)), "0.lasts_secs"),
+            (by_hand("a", None, Some(f64::NAN)), "0.lasts_secs"),
+            (Phase { lasts_secs: Some(5.0), ..phase("a", 0.0, Some(60.0)) }, "0.lasts_secs"),
+        ] {
+            let error = check_phases(&[wrong]).unwrap_err();
+            assert_eq!(error.path, path, "{error}");
+            assert!(!error.hint.is_empty());
+        }
+    }
+
+    #[test]
+    fn where_one_begins_by_hand_the_others_come_as_they_are_written() {
+        let hand = || by_hand("instructions", None, None);
+        let mut phases = [phase("b", 60.0, None), hand(), phase("a", 0.0, None)];
+        assert_eq!(check_phases(&phases).unwrap_err().path, "2.from_secs");
+        phases.swap(0, 2);
+        assert_eq!(check_phases(&phases), Ok(()));
+        let long = Phase { lasts_secs: Some(70.0), ..phase("a", 0.0, None) };
+        assert_eq!(check_phases(&[long, phase("b", 60.0, None)]).unwrap_err().path, "1.from_secs");
     }
 
     #[test]
