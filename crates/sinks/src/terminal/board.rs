@@ -165,8 +165,9 @@ impl Board {
         (self.now, self.elapsed_secs())
     }
 
-    /// The phase that it is, of the participant where there is one, and how long it will last.
-    pub(super) fn phase(&self) -> Line {
+    /// The phase that it is, of the participant where there is one, and how long it will last; then that of
+    /// the session, where the participant has other ones, and the one that follows it.
+    pub(super) fn phase(&self, next: Option<&str>) -> Line {
         let mut people = self.people.keys();
         let (subject, who) = match (people.next(), people.next()) {
             (Some(Name(id)), None) => {
@@ -175,7 +176,16 @@ impl Board {
             (Some(_), Some(_)) => (Subject::session(), format!("{} people  ", self.people.len())),
             (None, _) => (Subject::session(), String::new()),
         };
-        Line::of(Style::Plain, &who).with_line(self.phase_of(&subject))
+        let mut line = Line::of(Style::Plain, &who).with_line(self.phase_of(&subject));
+        let has_both = self.own_phases.contains(&subject);
+        if has_both {
+            let session = self.phase_of(&Subject::session());
+            line = line.with(Style::Plain, "   session: ").with_line(session);
+        }
+        if let Some(next) = next {
+            line.add(Style::Grey, &format!("   next {next}"));
+        }
+        line
     }
 
     fn phase_of(&self, subject: &Subject) -> Line {

@@ -72,10 +72,7 @@ fn head(shown: Shown<'_>, columns: usize) -> Vec<Line> {
     let (now, elapsed_secs) = shown.board.now();
     let time = Line::of(Style::Plain, &format!("{} UTC", clock_time(now)));
     let recording = shown.recording.line(elapsed_secs).beside(&time, columns);
-    let mut phase = shown.board.phase();
-    if let Some(next) = shown.next {
-        phase.add(Style::Grey, &format!("   next {next}"));
-    }
+    let phase = shown.board.phase(shown.next);
     vec![recording, phase.beside(&shown.board.attendance(), columns)]
 }
 

@@ -200,13 +200,14 @@ fn the_phase_is_that_of_the_participant_with_what_is_left_of_it() {
         |second, label, secs| happens(second, session_events(), (EventKind::Phase, label), secs);
     let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
     let mut board = board([of_session(0, "baseline", 60.0), heart(12, 70.0)]);
-    assert_eq!(board.phase().text(), "p001  baseline, 0:48 left");
+    assert_eq!(board.phase(None).text(), "p001  baseline, 0:48 left");
     let told = board.take(&happens(20, own, (EventKind::Phase, "2-back"), f64::NAN));
     let override_said = "00:00:20 p001 has phases of its own: \
                          those of the session don't count for p001";
     assert_eq!(told, ["00:00:20 p001: phase: 2-back", override_said]);
     board.take(&heart(32, 70.0));
-    assert_eq!(board.phase().text(), "p001  2-back for 0:12");
+    let both = "p001  2-back for 0:12   session: baseline, 0:28 left   next rest";
+    assert_eq!(board.phase(Some("rest")).text(), both);
 }
 
 #[test]
