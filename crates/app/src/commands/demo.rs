@@ -1,5 +1,7 @@
 //! `teampulse demo`: everything at once, on this machine alone.
 
+use std::io::ErrorKind;
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
@@ -22,14 +24,18 @@ use crate::study::Study;
 
 /// The study of the demo, as it stands in `studies/`.
 const STUDY: &str = include_str!("../../../../studies/demo.toml");
-/// The ROS domain of the demo, far from those that people use.
+/// The ROS domain of the demo, far from those that people use; where another demo has it, one of those
+/// that follow.
 const DOMAIN: u32 = 77;
+/// The last of them. Beyond 101 the ports of a domain are those that systems hand out.
+const LAST_DOMAIN: u32 = 101;
 
 /// Shows everything at once: a simulated operator with five robots in a process of their own, on real
 /// ROS 2 topics, monitored and recorded.
 ///
 /// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while
-/// one after another robot has its trouble. Stays on this machine (loopback, ROS domain 77).
+/// one after another robot has its trouble. Stays on this machine (loopback, ROS domain 77, or the next that
+/// no other demo on this machine has).
 #[derive(Debug, Args)]
 pub struct Demo {
     /// Ends by itself after so many seconds; without it on Ctrl-C or `q`
@@ -47,25 +53,63 @@ impl Demo {
     /// Does it.
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::parse(Path::new("studies/demo.toml"), STUDY.to_owned())?;
-        let started = start_simulator(self.seed).await;
+        let taken = take_domain("teampulse_demo").ok_or_else(|| {
+            Failure::new(format!("a demo runs on each ROS domain from {DOMAIN} to {LAST_DOMAIN}"))
+                .hint("end one of them")
+        })?;
+        let domain = taken.domain;
+        if domain != DOMAIN {
+            say(format!("another demo runs on ROS domain {DOMAIN} of this machine"));
+        }
+        let started = start_simulator(self.seed, domain).await;
         let started =
             started.map_err(|error| Failure::to(format!("start the simulator: {error}")))?;
         say(format!(
-            "a simulated operator and five robots publish on ROS 2 domain {DOMAIN} of this machine;\n\
+            "a simulated operator and five robots publish on ROS 2 domain {domain} of this machine;\n\
              from the second minute on there is work to do, and something goes wrong;\n\
              a letter sets a marker, q ends;\n\
              its topics, from another terminal with ROS 2:\n  {}\n",
-            topics_command(DOMAIN)
+            topics_command(domain)
         ));
-        let setup = Setup::new(study, network::buses_of_demo("teampulse", DOMAIN)).await?;
+        let setup = Setup::new(study, network::buses_of_demo("teampulse", domain)).await?;
         let process = Arc::new(Mutex::new(Some(started)));
-        let simulator = Simulator { seed: self.seed, process: Arc::clone(&process) };
+        let simulator = Simulator { seed: self.seed, domain, process: Arc::clone(&process) };
         let beside: Sources = vec![("simulator".into(), Box::new(simulator))];
         let ended = watch(setup, beside, self.duration, self.out).await;
         // Last of all, or the end of the session would show a team that falls silent.
         end(process.try_lock().ok().and_then(|mut process| process.take())).await;
         ended
     }
+}
+
+/// A ROS domain that this demo has for itself among the demos of this machine.
+struct Taken {
+    domain: u32,
+    /// Holds a name for as long as this process lives: in the network of this machine, as DDS is.
+    _holds: Option<UnixListener>,
+}
+
+/// Takes the first domain that no other demo has; `None` where all are taken.
+fn take_domain(prefix: &str) -> Option<Taken> {
+    (DOMAIN..=LAST_DOMAIN).find_map(|domain| match hold(&format!("{prefix}_{domain}")) {
+        Ok(holds) => Some(Taken { domain, _holds: Some(holds) }),
+        Err(error) if error.kind() == ErrorKind::AddrInUse => None,
+        // Where no such name can be held, two demos may meet.
+        Err(_) => Some(Taken { domain, _holds: None }),
+    })
+}
+
+/// Holds a name that goes with this process, however it ends.
+#[cfg(target_os = "linux")]
+fn hold(name: &str) -> std::io::Result<UnixListener> {
+    use std::os::linux::net::SocketAddrExt;
+    use std::os::unix::net::SocketAddr;
+    UnixListener::bind_addr(&SocketAddr::from_abstract_name(name)?)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn hold(_: &str) -> std::io::Result<UnixListener> {
+    Err(ErrorKind::Unsupported.into())
 }
 
 /// What shows the topics of a domain that stays on this machine with the tools of ROS 2. Without the
@@ -79,6 +123,7 @@ fn topics_command(domain: u32) -> String {
 /// The process with the operator and the robots: says when it dies, and is then started again.
 struct Simulator {
     seed: u64,
+    domain: u32,
     /// `None` while none runs. Held by whoever waits for its end.
     process: Arc<Mutex<Option<Child>>>,
 }
@@ -91,7 +136,7 @@ impl Source for Simulator {
         let simulator = match &mut *process {
             Some(running) => running,
             none => {
-                let started = start_simulator(self.seed).await;
+                let started = start_simulator(self.seed, self.domain).await;
                 none.insert(started.map_err(|error| gone(format!("start it: {error}")))?)
             }
         };
@@ -117,11 +162,11 @@ async fn end(simulator: Option<Child>) {
 ///
 /// Ctrl-C in the terminal does not reach it: it lives until it is ended here, or, by the kernel, with
 /// this process: with the thread that starts it, to be exact, and all that do live as long.
-async fn start_simulator(seed: u64) -> std::io::Result<Child> {
+async fn start_simulator(seed: u64, domain: u32) -> std::io::Result<Child> {
     let mut simulator = Command::new(std::env::current_exe()?)
         .args(["simulate", "-", "--with-parent", &std::process::id().to_string()])
         .args(["--seed", &seed.to_string()])
-        .args(["--domain", &DOMAIN.to_string()])
+        .args(["--domain", &domain.to_string()])
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .stdin(Stdio::piped())
         .stderr(Stdio::null())
@@ -132,4 +177,23 @@ async fn start_simulator(seed: u64) -> std::io::Result<Child> {
         stdin.write_all(STUDY.as_bytes()).await?;
     }
     Ok(simulator)
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn demos_on_one_machine_have_a_domain_each() {
+        // Names of this test's own: a demo may run beside it.
+        let prefix = format!("teampulse_test_{}", std::process::id());
+        let domain = |taken: &Option<Taken>| taken.as_ref().map(|taken| taken.domain);
+        let first = take_domain(&prefix);
+        let second = take_domain(&prefix);
+        assert_eq!((domain(&first), domain(&second)), (Some(DOMAIN), Some(DOMAIN + 1)));
+        drop(first);
+        assert_eq!(domain(&take_domain(&prefix)), Some(DOMAIN));
+        let all: Vec<Taken> = std::iter::from_fn(|| take_domain(&prefix)).collect();
+        assert_eq!(all.len() as u32, LAST_DOMAIN - DOMAIN, "the second is still taken");
+    }
 }
