@@ -19,9 +19,17 @@ pub(super) struct Lines {
     file: BufWriter<File>,
 }
 
-/// Writes a whole file, instead of any of its name.
+/// Writes a whole file, instead of any of its name; none is left that is not whole.
 pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Unwritten> {
-    private::write(path, text).map_err(Unwritten::at(path))
+    whole(path, || private::write(path, text).map_err(Unwritten::at(path)))
+}
+
+/// Writes a file; one that could not be written whole is removed, as half a table is taken for a table.
+pub(super) fn whole<T>(
+    path: &Path,
+    write: impl FnOnce() -> Result<T, Unwritten>,
+) -> Result<T, Unwritten> {
+    write().inspect_err(|_| drop(fs::remove_file(path)))
 }
 
 /// A file could not be written. The message fits after "failed to".
@@ -81,5 +89,23 @@ impl Lines {
     /// Hands to the system what was written so far.
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
         self.file.flush().map_err(Unwritten::at(&self.path))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_file_that_could_not_be_written_whole_nothing_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("phases.csv");
+        let full = || io::Error::from(io::ErrorKind::StorageFull);
+        let written = whole(&path, || {
+            write(&path, "subject,pha")?;
+            Err::<(), _>(Unwritten::at(&path)(full()))
+        });
+        assert!(written.is_err() && !path.exists());
+        assert!(whole(&path, || write(&path, "subject,phase\n")).is_ok() && path.exists());
     }
 }

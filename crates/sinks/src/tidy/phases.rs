@@ -13,7 +13,7 @@ use teampulse_core::stream::{About, Stream, StreamId, Subject};
 use self::rows::{Row, Rows};
 use super::course::{Course, word_of};
 use super::features::{Window, says_nothing};
-use super::file::{Lines, Unwritten, on_one_line};
+use super::file::{Lines, Unwritten, on_one_line, whole};
 use super::measures::{
     COVERAGE, Measures, QUALITY, has_coverage, is_of_phases, is_of_statistics, methods, source_of,
 };
@@ -135,7 +135,18 @@ impl PhaseTable {
         let head = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
         let head: Vec<String> = head.chain(columns.iter().map(|name| cell(name))).collect();
         let path = folder.join(NAME);
-        let mut file = Lines::create(path.clone())?;
+        whole(&path, || self.write_rows(&path, &head, (&names, &columns), course))?;
+        self.describe(folder, &names, measures)
+    }
+
+    fn write_rows(
+        &self,
+        path: &Path,
+        head: &[String],
+        (names, columns): (&[Option<String>], &[&str]),
+        course: &Course,
+    ) -> Result<(), Unwritten> {
+        let mut file = Lines::create(path.to_owned())?;
         file.push(head.join(","))?;
         let mut occurrences: BTreeMap<(&Subject, &str), u32> = BTreeMap::new();
         for of in self.rows.all() {
@@ -152,7 +163,7 @@ impl PhaseTable {
                 format!("{:.3}", course.secs(*begin)),
                 lasted.unwrap_or_default(),
             ];
-            let values: Row = self.rows.row(of).map_err(Unwritten::at(&path))?;
+            let values: Row = self.rows.row(of).map_err(Unwritten::at(path))?;
             let named = values
                 .into_iter()
                 .filter_map(|(place, value)| Some((names[place].as_deref()?, value)));
@@ -162,8 +173,7 @@ impl PhaseTable {
             );
             file.push(row.join(","))?;
         }
-        file.flush()?;
-        self.describe(folder, &names, measures)
+        file.flush()
     }
 
     /// What each column is called: after its measure, and after its source too where somebody has the
