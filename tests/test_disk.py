@@ -12,6 +12,8 @@ import disks
 import harness
 import pytest
 
+# It begins in the first bag of a recording and goes on in all that follow.
+PHASE = '[[phases]]\nname = "task"\nfrom_secs = 0\nto_secs = 3600\n'
 # Longer than any flush of a disk that saves power.
 STANDS_STILL_SECS = 12
 
@@ -29,7 +31,7 @@ def disk(stage, trouble):
 
 def recording(stage, disk, *publish):
     """A recorder onto that disk, and who publishes."""
-    recorder, out = stage.record("/bench*", out=disk.below, env=disk.env)
+    recorder, out = stage.record("/bench*", settings=PHASE, out=disk.below, env=disk.env)
     publisher = stage.cyclone("publish", "/bench", *publish)
     publisher.answer("begun")
     recorder.wait_for("/bench")
@@ -120,6 +122,14 @@ def went_on(stage, disk, recorder) -> None:
     assert "recording goes on in" in (second / "summary.md").read_text()
 
     stage.ask("recover", first(disk))
+    [begun], [going_on] = (phases(bag) for bag in (first(disk), second))
+    assert begun.content.label == going_on.content.label == "task"
+    assert going_on.log_secs > begun.log_secs
+    ends = [each.log_secs + each.content.duration_secs for each in (begun, going_on)]
+    assert ends[1] == pytest.approx(ends[0], abs=0.1)
+    assert stage.ask("replay", second, "--out", stage.folder / "again").returncode == 0
+    assert [each.content.label for each in phases(harness.the_bag(stage.folder / "again"))] == ["task"]
+
     before, after = (bags.tallies(bag)["/bench"].summary() for bag in (first(disk), second))
     assert (before["first"], before["corrupt"], after["corrupt"]) == (0, 0, 0)
     between = after["first"] - before["last"] - 1
@@ -127,6 +137,10 @@ def went_on(stage, disk, recorder) -> None:
     missing = between + before["missing"] + after["missing"]
     counted = int(said[1]) + lost(stage, second)
     assert missing <= counted, f"{missing} are in no bag, {counted} are said to be"
+
+
+def phases(bag: Path) -> list:
+    return [each for each in bags.messages(bag, "/session/events") if each.content.kind == "phase"]
 
 
 def grows(bag: Path) -> bool:
