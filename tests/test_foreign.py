@@ -92,6 +92,26 @@ def test_a_recording_of_others_becomes_a_bag_with_a_report(stage):
     assert again.returncode == 1 and "is a bag of teampulse already" in again.stderr
 
 
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_of_a_torn_recording_in_sqlite_all_that_is_left_becomes_a_whole_bag(stage, share):
+    theirs = record(stage.folder / "theirs", 9, StoragePlugin.SQLITE3, CompressionMode.NONE)
+    [file] = theirs.glob("*.db3")
+    torn = file.read_bytes()[: int(share * file.stat().st_size)]
+    file.write_bytes(torn)
+    (theirs / "metadata.yaml").unlink()
+    done = stage.ask("recover", theirs)
+    assert done.returncode == 1 and f"`teampulse import {theirs}`" in done.stderr, done
+    assert file.read_bytes() == torn
+    done = stage.ask("import", theirs, "--out", stage.folder / "sessions")
+    assert done.returncode == 3 and "damaged:" in done.stdout, done
+    bag = Path(done.stdout.splitlines()[-1])
+    counts = {each["name"]: each["messages"] for each in json.loads(stage.ask("info", bag, "--json").stdout)["streams"]}
+    kept = counts["/chatter"] + counts["/robot1/battery_state"]
+    assert (share - 0.25) * 2 * COUNT < kept < 2 * COUNT
+    assert stage.ask("info", bag, "--check").returncode == 0
+    assert (bag / "summary.md").exists() and (bag / "events.tsv").exists()
+
+
 def test_tables_of_a_wristband_become_one_bag_of_a_person(stage):
     folder = stage.folder / "E4"
     folder.mkdir()

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use teampulse_bag::RecoveredFile;
+use teampulse_bag::{BagError, Found, RecoveredFile};
 
 use crate::commands::info::told;
 use crate::exit::Exit;
@@ -23,8 +23,7 @@ impl Recover {
     pub async fn run(self) -> Result<Exit, Failure> {
         // A link stays one, and what it leads to is mended.
         let path = self.bag.canonicalize().unwrap_or_else(|_| self.bag.clone());
-        let recovered = teampulse_bag::recover(&path);
-        let report = recovered.map_err(|error| Failure::to(&error).hint(error.hint()))?;
+        let report = teampulse_bag::recover(&path).map_err(|error| self.refused(&error))?;
         report.files.iter().for_each(tell);
         let is_mended = report.files.iter().any(|file| !file.damage.is_empty());
         let mut exit = Exit::Fine;
@@ -33,6 +32,20 @@ impl Recover {
         }
         let is_lossy = report.files.iter().any(RecoveredFile::is_lossy);
         Ok(if is_lossy { Exit::DataLost } else { exit })
+    }
+
+    /// Why it can't be mended; what is no MCAP is never changed, and becomes a bag of its own.
+    fn refused(&self, error: &BagError) -> Failure {
+        let bag = self.bag.display();
+        match error {
+            BagError::NotABag { found: Found::Foreign, .. } => {
+                Failure::new(format!("{bag} is no MCAP bag: it is read as far as it goes, and never changed"))
+                    .hint(format!(
+                        "`teampulse import {bag}` makes a whole bag of all that can be read of it, with its tidy files"
+                    ))
+            }
+            _ => Failure::to(error).hint(error.hint()),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
+use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OpenFlags, Row};
@@ -20,6 +21,10 @@ use crate::read::records::LIMIT_BYTES;
 
 /// What of a recording stands in tables; only the first two are always there.
 const TABLES: [&str; 3] = ["topics", "messages", "message_definitions"];
+
+/// How a recording is opened that is changed by nobody.
+const READ_ONLY: OpenFlags =
+    OpenFlags::SQLITE_OPEN_READ_ONLY.union(OpenFlags::SQLITE_OPEN_NO_MUTEX);
 
 /// A topic with its channel.
 struct Topic {
@@ -68,8 +73,9 @@ fn open(path: &Path, database: &Path) -> Result<(Tables, Topics), BagError> {
     let read = |tables: Tables| tables.topics().map(|topics| (tables, topics));
     let is_cut_off = || BESIDE.iter().any(|kind| beside(database, kind).exists());
     match Tables::open(database).and_then(read) {
+        Ok(opened) => return Ok(opened),
         Err(_) if is_cut_off() => {}
-        opened => return opened.map_err(not_a_bag(path)),
+        Err(_) => return Tables::open_torn(database).and_then(read).map_err(not_a_bag(path)),
     }
     let folder = tempfile::tempdir().map_err(BagError::io("unpack", path))?;
     let copy = folder.path().join("cut_off.db3");
@@ -124,12 +130,22 @@ struct Tables {
 
 impl Tables {
     fn open(database: &Path) -> rusqlite::Result<Tables> {
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        Tables::open_with(database, flags)
+        Tables::open_with(database, READ_ONLY)
+    }
+
+    /// A file without its end: the library reads it as far as it goes only where it takes tables to be under
+    /// repair.
+    fn open_torn(database: &Path) -> rusqlite::Result<Tables> {
+        let connection = Connection::open_with_flags(database, READ_ONLY)?;
+        connection.set_db_config(DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true)?;
+        Tables::of(connection)
     }
 
     fn open_with(database: &Path, flags: OpenFlags) -> rusqlite::Result<Tables> {
-        let connection = Connection::open_with_flags(database, flags)?;
+        Tables::of(Connection::open_with_flags(database, flags)?)
+    }
+
+    fn of(connection: Connection) -> rusqlite::Result<Tables> {
         connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, LIMIT_BYTES as i32)?;
         let mut tables = Tables { connection, columns: BTreeMap::new() };
         for name in TABLES {
