@@ -308,6 +308,15 @@ def test_what_is_chosen_or_left_out_is_told_to_machines_too(stage):
     assert "--rate (100 Hz) counts" in overruled.stderr
 
 
+def test_samples_that_do_not_last_as_long_as_their_times_are_told(stage):
+    half = 60 * RATE_HZ
+    times = [min(k, half) / RATE_HZ + max(k - half, 0) / RATE_HZ / 2 for k in range(len(ecg()))]
+    path = table(stage.folder / "faster.csv", [f"{at:.6f},{v:.4f}" for at, v in zip(times, ecg())], "t,ecg")
+    notes = extract(stage, path, "--signal", "ecg")["notes"]
+    assert any("at 130 Hz the samples last 120.0 s, by their times 90.0 s" in note for note in notes), notes
+    assert len(extract(stage, path, "--signal", "ecg", "--method", "causal")["notes"]) == 1
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
 def test_a_table_in_utf_16_is_read(stage, encoding):
     path = stage.folder / "wide.txt"

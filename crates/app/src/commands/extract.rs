@@ -41,6 +41,9 @@ const TOLERANCES_SECS: [f64; 2] = [0.15, 0.05];
 /// More cells are not held at once: half a gigabyte, of which an analysis needs a few.
 const MOST_CELLS: usize = 1 << 26;
 
+/// Samples last as long as their times say where the difference is less than this share of it.
+const MOST_ASTRAY: f64 = 0.005;
+
 /// Finds events, and features of windows, in any table of samples.
 ///
 /// A table has a number a line, or columns between commas, semicolons, tabs or spaces, with decimal points
@@ -250,6 +253,9 @@ impl Extract {
         if channels[0].is_empty() {
             return Err(failure(TableError::Empty));
         }
+        if rate_hz > 0.0 {
+            compare(rows, channels[0].len() as f64 / rate_hz, found);
+        }
         channels.extend((!self.signal.is_even()).then_some(ends_secs));
         let (table, begin_ns) = (rows.table(), rows.times().begin_ns());
         let recording = Recording { rate_hz: table.rate_hz(), begin_ns, channels: &channels };
@@ -289,6 +295,18 @@ impl Extract {
         let agreement = |secs: f64| matched(truth, &found.places, secs * rate_hz);
         let score = |&secs: &f64| Score::new(secs, &agreement(secs), rate_hz);
         TOLERANCES_SECS.iter().map(score).collect()
+    }
+}
+
+/// Says where samples, one after the other, last longer or shorter than their times say [s].
+fn compare(rows: &Rows, by_rate_secs: f64, found: &mut Found) {
+    let by_times_secs = rows.times().end_ns().saturating_sub(rows.times().begin_ns()) as f64 / 1e9;
+    if (by_rate_secs - by_times_secs).abs() > MOST_ASTRAY * by_times_secs {
+        let rate_hz = rows.table().rate_hz();
+        found.note(format!(
+            "at {rate_hz} Hz the samples last {by_rate_secs:.1} s, by their times {by_times_secs:.1} s: events \
+             lie where the rate puts them; --method causal follows the times"
+        ));
     }
 }
 

@@ -17,6 +17,8 @@ pub fn failure(error: TableError) -> Failure {
         | TableError::TextColumn { .. }
         | TableError::WhichComma { .. }
         | TableError::Ragged { .. }
+        | TableError::Bursts { .. }
+        | TableError::Coarse { .. }
         | TableError::NoRate { .. } => Exit::BadArguments,
         _ => Exit::Failed,
     };

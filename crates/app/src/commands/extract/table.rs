@@ -24,12 +24,12 @@ pub use error::TableError;
 pub use oddity::Oddity;
 pub use units::is_raw;
 
-use columns::Columns;
+use columns::{Columns, is_own_time};
 use head::Head;
 use line::number;
 use lines::Lines;
 use oddity::Oddities;
-use times::usual_rate_hz;
+use times::{Uneven, usual_rate_hz};
 
 /// Rows that the rate is told from, where nothing else tells it.
 const FIRST_ROWS: usize = 2000;
@@ -180,6 +180,17 @@ impl Table {
             return Err(TableError::NoRate { time: self.head.time_like() });
         }
         let times_ns: Vec<i64> = self.peek(FIRST_ROWS)?.filter_map(|row| row.at_ns).collect();
+        let column = self.columns.time.as_ref().map(|time| self.head.name(time.place));
+        if let Some(column) = column.filter(|name| wanted.time.is_none() && !is_own_time(name))
+            && let Some(uneven) = Uneven::of(&times_ns)
+        {
+            return Err(match uneven {
+                Uneven::Coarse { whole_hz } => TableError::Coarse { column, whole_hz },
+                Uneven::Bursts { within_hz, whole_hz } => {
+                    TableError::Bursts { column, within_hz, whole_hz }
+                }
+            });
+        }
         usual_rate_hz(&times_ns).ok_or(TableError::NoRate { time: None })
     }
 

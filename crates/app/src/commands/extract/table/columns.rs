@@ -192,6 +192,11 @@ fn time(
     Ok(Some(time))
 }
 
+/// Whether a column of this name holds the times of one of our own tables.
+pub fn is_own_time(name: &str) -> bool {
+    OWN_TIMES.contains(&name)
+}
+
 /// The column that looks like times, if there is one.
 fn recognised(head: &Head, wanted: &Wanted) -> Option<Time> {
     let is_one = |&place: &usize| match head.names.get(place) {

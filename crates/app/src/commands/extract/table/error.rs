@@ -91,6 +91,27 @@ pub enum TableError {
         /// A column that may hold times.
         time: Option<String>,
     },
+    /// Rows come in bursts.
+    #[error(
+        "tell the sampling rate: by column {column} rows come in bursts, with {within_hz:.0} Hz within them and \
+         {whole_hz:.0} Hz on the whole"
+    )]
+    Bursts {
+        /// The column with the times.
+        column: String,
+        /// Within a burst [Hz].
+        within_hz: f64,
+        /// On the whole [Hz].
+        whole_hz: f64,
+    },
+    /// Several rows share each time.
+    #[error("tell the sampling rate: several rows share each time in column {column}")]
+    Coarse {
+        /// The column with the times.
+        column: String,
+        /// Rows a second [Hz].
+        whole_hz: f64,
+    },
     /// Two successive rows lie too far apart.
     #[error("follow the times: line {line} is {step_secs:.0} s after the one before it")]
     Jump {
@@ -139,6 +160,13 @@ impl TableError {
                 format!("give --rate HZ, or --time \"{time}\" if that column holds times")
             }
             TableError::NoRate { time: None } => "give --rate HZ".into(),
+            TableError::Bursts { column, .. } => format!(
+                "these are the times of arrival: give --rate HZ, as the device has it, or --time \"{column}\" \
+                 if nothing was measured between the bursts"
+            ),
+            TableError::Coarse { whole_hz, .. } => {
+                format!("give --rate HZ, as the device has it: {whole_hz:.1} rows come a second")
+            }
             TableError::Jump { .. } => {
                 "mend that time, or cut the table there; a column in another unit is named as in \
                  --time timer:ms"

@@ -85,7 +85,7 @@ impl Head {
             // One name of several words.
             names = vec![line_of_names];
         }
-        let width = sample[0].len().max(names.len());
+        let width = width(&names, &sample);
         let (first, is_e4) = (Some(first), e4.is_some());
         let head = Head {
             separator,
@@ -133,6 +133,15 @@ impl Head {
     }
 }
 
+/// How many columns there are: behind the last name one begins only where something stands in it.
+fn width(names: &[String], sample: &[Vec<String>]) -> usize {
+    let filled = |cells: &Vec<String>| cells.iter().rposition(|cell| !cell.is_empty());
+    match names.len() {
+        0 => sample[0].len(),
+        count => sample.iter().filter_map(filled).map(|place| place + 1).fold(count, usize::max),
+    }
+}
+
 /// The number that most of these are; the largest where several are equally many.
 fn usual(widths: impl Iterator<Item = usize>) -> usize {
     let mut counts = BTreeMap::<usize, usize>::new();
@@ -152,6 +161,8 @@ fn names(line: &str) -> Vec<String> {
             _ => names.push(cell.to_owned()),
         }
     }
+    // A separator at the end of the line begins no column.
+    names.truncate(separator.width(line).max(1).min(names.len()));
     names
 }
 

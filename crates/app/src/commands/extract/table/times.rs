@@ -50,6 +50,52 @@ pub fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
     Some(if is_whole { whole_hz } else { rate_hz })
 }
 
+/// So many steps tell how rows come.
+const ENOUGH: usize = 30;
+/// So many of the longest steps, and such a share of all, may be gaps of a recording.
+const GAPS: (usize, f64) = (3, 0.02);
+/// Rows come in bursts where they are fewer on the whole than this share of what their usual step tells.
+const SPARSE: f64 = 0.6;
+/// Times are coarse where more than this share of rows has the time of the row before.
+const SHARED: f64 = 0.25;
+
+/// Why the times of rows are not those of its samples, and tell no rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Uneven {
+    /// They are those of their arrival, as phones write them: so many rows a second come within bursts, and on
+    /// the whole without the longest pauses [Hz].
+    Bursts { within_hz: f64, whole_hz: f64 },
+    /// Several rows share each: so many rows come a second [Hz].
+    Coarse { whole_hz: f64 },
+}
+
+impl Uneven {
+    /// Of rows at these times [ns]; `None` where a few gaps are all that is odd about them.
+    pub fn of(times_ns: &[i64]) -> Option<Uneven> {
+        let within_hz = usual_rate_hz(times_ns)?;
+        let steps = times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);
+        let mut steps: Vec<f64> = steps.collect();
+        steps.sort_unstable_by(f64::total_cmp);
+        if steps.len() < ENOUGH {
+            return None;
+        }
+        let shared = steps.iter().filter(|step| **step == 0.0).count() as f64 / steps.len() as f64;
+        let gaps = GAPS.0.max((GAPS.1 * steps.len() as f64) as usize);
+        let usual = &steps[..steps.len() - gaps];
+        let whole_hz = usual.len() as f64 / usual.iter().sum::<f64>();
+        match whole_hz {
+            _ if shared > SHARED => {
+                let whole_hz = steps.len() as f64 / steps.iter().sum::<f64>();
+                Some(Uneven::Coarse { whole_hz })
+            }
+            _ if whole_hz > 0.0 && whole_hz < SPARSE * within_hz => {
+                Some(Uneven::Bursts { within_hz, whole_hz })
+            }
+            _ => None,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,5 +124,24 @@ mod tests {
         assert_eq!(rate_hz(&[0, 250, 500, 10_000]), Some(4.0));
         assert_eq!(rate_hz(&[1]), None);
         assert_eq!(rate_hz(&[1, 1]), None);
+    }
+
+    #[test]
+    fn times_of_bursts_and_times_that_rows_share_tell_no_rate() {
+        let times =
+            |at_ms: fn(i64) -> i64| (0..200).map(|k| at_ms(k) * 1_000_000).collect::<Vec<_>>();
+        let bursts = Uneven::of(&times(|k| k / 12 * 47 + k % 12));
+        let Some(Uneven::Bursts { within_hz, whole_hz }) = bursts else { panic!("{bursts:?}") };
+        assert!(
+            (within_hz - 1000.0).abs() < 1e-9 && (250.0..330.0).contains(&whole_hz),
+            "{whole_hz}"
+        );
+        let coarse = Uneven::of(&times(|k| k / 4 * 1000));
+        let Some(Uneven::Coarse { whole_hz }) = coarse else { panic!("{coarse:?}") };
+        assert!((whole_hz - 4.0).abs() < 0.1, "{whole_hz}");
+        // Neither gaps nor uneven stamps are either.
+        assert_eq!(Uneven::of(&times(|k| 4 * k + k / 60 * 5000)), None);
+        assert_eq!(Uneven::of(&times(|k| 20 * k + [0, 7, -6, 9][k as usize % 4])), None);
+        assert_eq!(Uneven::of(&times(|k| k)[..20]), None);
     }
 }

@@ -89,6 +89,32 @@ fn a_row_of_which_no_one_knows_what_is_what_holds_no_number() {
 }
 
 #[test]
+fn a_separator_at_the_end_of_the_names_begins_no_column() {
+    let text = "Phone timestamp;HR [bpm];HRV [ms];\n2026-04-24T14:10:15.270;72;;\n2026-04-24T14:10:16.270;73;;\n";
+    let (table, ..) = told("psl_hr.txt", &of(Signal::Other), text);
+    assert_eq!(table.names(), ["HR [bpm]", "HRV [ms]"]);
+    assert!(table.oddities().all(|note| note.contains("2 cells hold no number")));
+}
+
+#[test]
+fn times_that_are_not_those_of_samples_tell_no_rate() {
+    let coarse = |k: usize| format!("05.04.2021 15:48:{:02},{k}\n", k / 4);
+    let burst = |k: usize| format!("2021-04-05 15:48:04.{:03},{k}\n", k / 12 * 47 + k % 12);
+    for (name, row) in [("coarse.csv", &coarse as &dyn Fn(usize) -> String), ("burst.csv", &burst)]
+    {
+        let text = (0..200).map(row).fold("time,v\n".to_owned(), |text, row| text + &row);
+        let file = File::new(name, text);
+        let open = |wanted: &Wanted, rate_hz| Table::open(&file.0, wanted, rate_hz).map(|_| ());
+        let is_refused =
+            |opened| matches!(opened, Err(TableError::Coarse { .. } | TableError::Bursts { .. }));
+        assert!(is_refused(open(&of(Signal::Other), None)), "{name}");
+        assert!(open(&of(Signal::Other), Some(4.0)).is_ok(), "{name}");
+        let named = Wanted { time: Some("time".into()), ..of(Signal::Other) };
+        assert!(open(&named, None).is_ok(), "{name}");
+    }
+}
+
+#[test]
 fn decimal_commas_that_can_not_be_told_from_others_are_refused() {
     let text = "time,temp\n0,33,40\n0,25,33,41\n0,5,33,42\n0,75,33\n1,33,43\n";
     let file = File::new("ragged.csv", text);
