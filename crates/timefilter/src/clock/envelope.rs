@@ -40,6 +40,11 @@ pub(super) const POOR_SKEW: f64 = 0.03;
 pub(super) const INCREDIBLE: f64 = 0.05;
 /// By how many standard errors its slope must show it.
 const POOR_ERRORS: f64 = 3.0;
+/// With fewer bins since a silence, and more than so many before it, it runs as it did, but for what temperature may
+/// have done to it (standard deviation, as a slope).
+const SEEN: usize = 16;
+const KNOWN: usize = 32;
+const SILENT_SKEW: f64 = 4e-6;
 /// How many bins it takes to say so, at the beginning of a clock and after it was seen wrong.
 const POOR_BINS: (usize, usize) = (6, 30);
 
@@ -52,6 +57,8 @@ pub(super) struct Envelope {
     poor: bool,
     /// How many bins it takes to say so.
     poor_bins: usize,
+    /// The spread of points when there were enough of them [s].
+    spread: f64,
 }
 
 impl Envelope {
@@ -60,7 +67,7 @@ impl Envelope {
 
     pub fn new(usual_skew: f64) -> Envelope {
         let bins = VecDeque::with_capacity(BINS + 1);
-        Envelope { bins, usual_skew, poor: false, poor_bins: POOR_BINS.0 }
+        Envelope { bins, usual_skew, poor: false, poor_bins: POOR_BINS.0, spread: 0.0 }
     }
 
     /// Takes the lowest point of a bin that is over.
@@ -112,6 +119,13 @@ impl Envelope {
         let memory = memory_secs(guess.spread);
         let from = self.bins.partition_point(|bin| bin.device < device - FORGOTTEN * memory);
         let points = || self.bins.iter().skip(from).copied().chain(open);
+        let seen = points().count();
+        if seen < SEEN && count > KNOWN {
+            // After a silence nothing but the clock's own course is known of how fast it runs.
+            let expected = Expected { skew: SILENT_SKEW, slope: guess.slope, scatter };
+            let fit = line_under(points, device, memory, expected, guess);
+            return fit.no_surer(self.spread / (seen as f64).sqrt());
+        }
         let usual = POOR * self.usual_skew;
         let straight = Straight::through(points(), scatter);
         let excess = straight.slope.abs() - POOR_ERRORS * straight.error;
@@ -120,8 +134,9 @@ impl Envelope {
             return fastest.map_or(guess, Fit::level);
         }
         let shown = count >= self.poor_bins && excess > usual;
-        let within =
-            |skew: f64| line_under(points, device, memory, Expected { skew, scatter }, guess);
+        let within = |skew: f64| {
+            line_under(points, device, memory, Expected { skew, slope: 0.0, scatter }, guess)
+        };
         if shown || self.poor {
             let free = within(POOR_SKEW.max(usual));
             self.poor = shown || free.slope.abs() > usual;
@@ -129,7 +144,11 @@ impl Envelope {
                 return free;
             }
         }
-        within(self.usual_skew)
+        let fit = within(self.usual_skew);
+        if seen >= SEEN {
+            self.spread = fit.spread;
+        }
+        fit
     }
 }
 

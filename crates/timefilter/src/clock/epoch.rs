@@ -23,6 +23,12 @@ const LOOSE_SECS: f64 = 10.0;
 /// this [s], is raised: it does not count until it is clear why.
 const GATE_SPREADS: f64 = 6.0;
 const GATE_SECS: f64 = 0.004;
+/// Nor is one raised that is no further above it than so many times what is stated of it, which grows in silences.
+const GATE_ERRORS: f64 = 1.5;
+const GATE_MOST_SECS: f64 = 0.02;
+/// By how much the skew may be wrong with which a line goes on in a silence, and what is one [s].
+const SILENT_SKEW: f64 = 20e-6;
+const SILENT_SECS: f64 = 30.0;
 /// So many bins below the line by as much show that all before were held up.
 const FALLEN_BINS: usize = 3;
 
@@ -74,6 +80,9 @@ pub(super) struct Epoch {
     delays: Delays,
     raised: Raised,
     fallen: usize,
+    /// When the last bin was, and how long it was silent before the bins that are in no line so far [s].
+    last: f64,
+    silent: f64,
     beat: Beat,
     teeth: Teeth,
     /// Whether the line is one through steps of delays.
@@ -99,6 +108,8 @@ impl Epoch {
             delays: Delays::default(),
             raised: Raised::default(),
             fallen: 0,
+            last: 0.0,
+            silent: 0.0,
             beat: Beat::default(),
             teeth: Teeth::keeping(Some(STEPS)),
             is_through_steps: false,
@@ -235,6 +246,11 @@ impl Epoch {
     fn close(&mut self, vouched: bool) -> Verdict {
         let Some((point, packet)) = self.lowest.take() else { return Verdict::Runs };
         self.beat.bin(point);
+        let since = point.device - self.last;
+        self.last = point.device;
+        if since > SILENT_SECS {
+            self.silent = since;
+        }
         let above = point.delay - self.fit.at(point.device);
         let gate = self.gate(point.device);
         if above > gate {
@@ -250,10 +266,11 @@ impl Epoch {
         self.fallen = if above < -gate { self.fallen + 1 } else { 0 };
         self.envelope.push(point);
         self.follow(point);
+        let was_silent = std::mem::take(&mut self.silent) > 0.0;
         if self.fallen >= FALLEN_BINS {
             self.envelope.keep(self.fallen);
         }
-        if self.bin % FIT_EVERY == 0 || point.device < YOUNG_SECS || self.fallen > 0 {
+        if self.bin % FIT_EVERY == 0 || was_silent || point.device < YOUNG_SECS || self.fallen > 0 {
             self.refit(None);
         }
         let apart =
@@ -284,7 +301,9 @@ impl Epoch {
             return LOOSE_SECS;
         }
         // Packets that beat go through all of their saw-tooth.
-        GATE_SECS.max(GATE_SPREADS * self.fit.spread).max(self.beat.height_secs())
+        let stated = GATE_ERRORS * self.fit.uncertainty_at(age, age);
+        let unsure = stated.max(SILENT_SKEW * self.silent).min(GATE_MOST_SECS);
+        GATE_SECS.max(GATE_SPREADS * self.fit.spread).max(unsure).max(self.beat.height_secs())
     }
 
     /// The clock was set by so much [ns]; its map goes on from there.

@@ -27,6 +27,8 @@ const FEW: f64 = 4.0;
 pub(super) struct Expected {
     /// How far slopes spread.
     pub skew: f64,
+    /// Around which slope.
+    pub slope: f64,
     /// How far points scatter at least [s].
     pub scatter: f64,
 }
@@ -151,6 +153,11 @@ impl Fit {
         let bend = self.bend + beyond * beyond / 2.0 + beyond * (2.0 * self.bend).sqrt();
         ERRORS * self.error.hypot(self.slope_error * beyond) + drift * bend
     }
+
+    /// The same line, whose standard error is so much at least [s].
+    pub fn no_surer(self, error: f64) -> Fit {
+        Fit { error: self.error.max(error), ..self }
+    }
 }
 
 /// The line under `points` around a device time [s], as they are weighed with a memory to both sides
@@ -162,7 +169,7 @@ pub(super) fn line_around(
     skew: f64,
     guess: Fit,
 ) -> Fit {
-    let expected = Expected { skew, scatter: 0.0 };
+    let expected = Expected { skew, slope: 0.0, scatter: 0.0 };
     line_under(|| points.iter().copied(), device, memory, expected, guess)
 }
 
@@ -348,7 +355,8 @@ impl Sums {
     /// The line's value at x = 0, and its slope.
     fn solve(&self, expected: Expected) -> (f64, f64) {
         let line = self.line(expected);
-        let slope = (self.xy - self.x * self.y / self.w) / line.squares;
+        let prior = line.squares - (self.xx - self.x * self.x / self.w).max(0.0);
+        let slope = (self.xy - self.x * self.y / self.w + prior * expected.slope) / line.squares;
         ((self.y - slope * self.x) / self.w, slope)
     }
 }

@@ -341,3 +341,22 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn behind_a_long_silence_a_clock_runs_as_it_did() {
+    let mut device = Device::new(52.0);
+    (device.rate, device.tail) = (1.0 + 45e-6, 0.004);
+    let mut clock = OneWay::new(OneWaySettings::new(Latency::new(0.0, 0.0)));
+    for _ in 0..52 * 300 {
+        clock.correct(&device.send().1);
+    }
+    device.now += 900 * SECOND;
+    device.clock += (900.0 * 1e9 * device.rate) as i64;
+    for _ in 0..52 * 60 {
+        let (truth, stamps) = device.send();
+        let error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
+        assert!(error.abs() < 0.01 && error.abs() <= clock.state().uncertainty_secs, "{error}");
+    }
+    assert_eq!(clock.news(), None);
+    assert!((clock.state().skew_ppm - 45.0).abs() < 5.0, "{}", clock.state().skew_ppm);
+}
