@@ -139,6 +139,36 @@ def test_tables_of_a_wristband_become_one_bag_of_a_person(stage):
     assert ",1" in acceleration.read_text().splitlines()[1]
 
 
+def test_tables_of_polar_sensor_logger_become_one_bag_of_their_day(stage):
+    folder = stage.folder / "psl"
+    folder.mkdir()
+    head = "Phone timestamp;sensor timestamp [ns];timestamp [ms];ecg [uV]\n"
+    ecg = (f"2024-05-04T10:00:{k // 130:02}.{k % 130 // 36 * 250:03};{599616050941733632 + k * 7692308};{k * 7.692:.3f};{k % 97}\n" for k in range(130 * 20))
+    (folder / "Polar_H10_B5_20240504_100000_ECG.txt").write_text(head + "".join(ecg))
+    rr = (f"2024-05-04T10:00:{4 * k // 5:02}.{4 * k % 5 * 200:03};800\n" for k in range(1, 25))
+    (folder / "Polar_H10_B5_20240504_100000_RR.txt").write_text("Phone timestamp;RR-interval [ms]\n" + "".join(rr))
+    (folder / "Polar_H10_B5_20240504_100000_HR.txt").write_text("Phone timestamp;HR [bpm];HRV [ms];\n2024-05-04T10:00:01.000;75;;\n")
+    done = stage.ask("import", folder, "--device", "polar_h10", "--out", stage.folder / "sessions")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(stage.ask("info", done.stdout.splitlines()[-1], "--json").stdout)
+    streams = {each["name"]: each["messages"] for each in told["streams"] if each["origin"] == "raw"}
+    assert streams["/humans/persons/p001/polar_h10/interval"] == 24
+    assert streams["/humans/persons/p001/polar_h10/ecg"] > 20
+    assert abs(told["start_secs"] - 1714816800) < 1
+
+
+def test_a_table_at_a_rate_keeps_its_day(stage):
+    rows = "".join(f"04.05.2024 10:00:{k // 4:02};{2 + k % 40 / 100}\n" for k in range(4 * 50))
+    table = stage.folder / "eda.csv"
+    table.write_text("DateTime;EDA\n" + rows)
+    done = stage.ask("import", table, "--out", stage.folder / "sessions")
+    assert done.returncode == 2 and "4.0 rows come a second" in done.stderr, done
+    done = stage.ask("import", table, "--rate", 4, "--out", stage.folder / "sessions")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(stage.ask("info", done.stdout.splitlines()[-1], "--json").stdout)
+    assert abs(told["start_secs"] - 1714816800) < 1 and abs(told["duration_secs"] - 50) < 1.5
+
+
 def test_what_a_table_measures_has_to_be_known(stage):
     table = stage.folder / "data.csv"
     table.write_text("1\n2\n")

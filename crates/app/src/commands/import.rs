@@ -35,7 +35,7 @@ use tables::{Asked, Tables};
 ///
 /// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a bag of its own. Tables of
 /// samples, as `extract` reads them, become one bag about one person, a stream each; of a folder of Empatica's
-/// E4 all its tables are read. What is imported stays as it was.
+/// E4 or of Polar Sensor Logger all its tables are read. What is imported stays as it was.
 #[derive(Debug, Args)]
 pub struct Import {
     /// The recordings, or the tables

@@ -100,7 +100,7 @@ impl Table {
 
     /// When the table says that it begins [ns since 1970].
     pub fn begin_ns(&self) -> Option<i64> {
-        self.head.begin_ns
+        self.head.begin_ns.or(self.columns.begin_ns)
     }
 
     /// Samples a second [Hz].

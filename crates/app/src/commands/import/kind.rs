@@ -51,6 +51,7 @@ pub fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     if files.iter().any(|path| ["mcap", "db3", "zstd"].iter().any(|kind| is(path, kind))) {
         return Ok(Vec::new());
     }
-    files.retain(|path| is(path, "csv") && signal_of(path).is_some());
+    let is_table = |path: &Path| ["csv", "txt"].iter().any(|kind| is(path, kind));
+    files.retain(|path| is_table(path) && signal_of(path).is_some());
     Ok(files)
 }

@@ -13,6 +13,9 @@ const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
 /// Rates that differ by less are the same, as far as a few stamps in whole milliseconds tell.
 const LIKE_RATES: f64 = 0.05;
 
+/// Times before this tell no date [ns]: 2001-01-01.
+const DATED_NS: i64 = 978_307_200_000_000_000;
+
 /// What is wanted of a table.
 #[derive(Clone, Debug)]
 pub struct Wanted {
@@ -45,6 +48,8 @@ pub struct Columns {
     /// The unit of each, as far as the table tells.
     pub units: Vec<Option<String>>,
     pub time: Option<Time>,
+    /// When rows begin that follow each other at a rate, if a column tells the date [ns since 1970].
+    pub begin_ns: Option<i64>,
     /// What was chosen without being asked for.
     pub notes: Vec<String>,
 }
@@ -66,6 +71,7 @@ impl Columns {
     ) -> Result<Columns, TableError> {
         let mut notes = Vec::new();
         let time = time(head, wanted, rate_hz, &mut notes)?;
+        let begin_ns = if time.is_none() { begin_ns(head, wanted) } else { None };
         notes.extend(wanted.is_even.then(|| overruled(head, rate_hz)).flatten());
         let places = if wanted.columns.is_empty() {
             unnamed(head, wanted, time.as_ref(), &mut notes)?
@@ -79,7 +85,7 @@ impl Columns {
         }
         let names = places.iter().map(|&place| channel_name(head, place)).collect();
         let units = places.iter().map(|&place| unit(head, place, wanted)).collect();
-        Ok(Columns { places, names, units, time, notes })
+        Ok(Columns { places, names, units, time, begin_ns, notes })
     }
 }
 
@@ -190,6 +196,14 @@ fn time(
     }
     time.clock = begun(head, time.place, time.clock);
     Ok(Some(time))
+}
+
+/// The date of the first row, if a column tells it [ns since 1970].
+fn begin_ns(head: &Head, wanted: &Wanted) -> Option<i64> {
+    let time = recognised(head, wanted).filter(|_| wanted.is_even)?;
+    let first = head.cells(time.place).first().copied()?;
+    let first_ns = begun(head, time.place, time.clock).read(first).ok().flatten();
+    first_ns.filter(|first_ns| *first_ns >= DATED_NS)
 }
 
 /// Whether a column of this name holds the times of one of our own tables.

@@ -85,7 +85,10 @@ impl Uneven {
         let whole_hz = usual.len() as f64 / usual.iter().sum::<f64>();
         match whole_hz {
             _ if shared > SHARED => {
-                let whole_hz = steps.len() as f64 / steps.iter().sum::<f64>();
+                // How many rows the last time has is not known.
+                let before =
+                    times_ns.iter().filter(|at_ns| Some(at_ns) != times_ns.last().as_ref());
+                let whole_hz = before.count() as f64 / steps.iter().sum::<f64>();
                 Some(Uneven::Coarse { whole_hz })
             }
             _ if whole_hz > 0.0 && whole_hz < SPARSE * within_hz => {
@@ -138,7 +141,7 @@ mod tests {
         );
         let coarse = Uneven::of(&times(|k| k / 4 * 1000));
         let Some(Uneven::Coarse { whole_hz }) = coarse else { panic!("{coarse:?}") };
-        assert!((whole_hz - 4.0).abs() < 0.1, "{whole_hz}");
+        assert!((whole_hz - 4.0).abs() < 1e-9, "{whole_hz}");
         // Neither gaps nor uneven stamps are either.
         assert_eq!(Uneven::of(&times(|k| 4 * k + k / 60 * 5000)), None);
         assert_eq!(Uneven::of(&times(|k| 20 * k + [0, 7, -6, 9][k as usize % 4])), None);
