@@ -50,6 +50,30 @@ fn polarity_and_unit_do_not_matter() {
 }
 
 #[test]
+fn of_two_equal_deflections_the_same_is_marked_from_the_first_seconds_on() {
+    let rate_hz = 360.0;
+    let beats = beat_secs(40);
+    let mut state = 1u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1u32 << 24) - 0.5
+    };
+    let mut slow = 0.0;
+    let sample = |k: u32| {
+        let secs = f64::from(k) / rate_hz;
+        let bell = |middle: f64| (-((secs - middle) / 0.012).powi(2) / 2.0).exp();
+        slow += 0.2 * (noise() - slow);
+        beats.iter().map(|beat| bell(*beat) - bell(beat + 0.04)).sum::<f64>() + 0.6 * slow
+    };
+    let signal: Vec<f64> = (0..(34.0 * rate_hz) as u32).map(sample).collect();
+    for found in [whole(&signal, rate_hz), causal(&signal, rate_hz)] {
+        let marked: Vec<bool> = found.iter().skip(6).map(|beat| beat.upright).collect();
+        assert_eq!(marked.len(), 34);
+        assert!(marked.iter().all(|&upright| upright == marked[0]), "{marked:?}");
+    }
+}
+
+#[test]
 fn a_beat_is_told_of_within_a_quarter_of_a_second() {
     let signal = ecg(&beat_secs(60), 50.0, 130.0);
     let mut detector = BeatDetector::new(130.0).expect("a usual rate");

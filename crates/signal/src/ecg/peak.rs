@@ -17,13 +17,15 @@ const PARABOLA_SECS: f64 = 0.004;
 const PREFERENCE: f64 = 1.5;
 /// How much higher it must be when beats were always marked the other way: of two deflections that are
 /// equally high, noise shall not choose another one each beat.
-const HABIT: f64 = 1.25;
+const HABIT: f64 = 1.35;
 /// … where up and down are so nearly and so steadily the same [mean logarithm, and how far from it].
 const EQUAL: f64 = 0.12;
 /// The mean logarithm of up/down at which a direction is clear.
 const CLEAR_DIRECTION: f64 = 0.3;
 /// Over how many beats the direction is averaged.
 const DIRECTION_BEATS: f64 = 16.0;
+/// A direction is not clear of fewer.
+const FIRST_BEATS: f64 = 4.0;
 
 /// The main deflection of a QRS complex.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +51,8 @@ pub(super) struct PeakFinder {
     /// How far from the mean logarithm that of a beat usually is.
     spread: f64,
     usual_strength: f64,
+    /// Of how many beats these are, up to [`DIRECTION_BEATS`].
+    learnt_beats: f64,
     heights: Vec<f64>,
 }
 
@@ -67,6 +71,7 @@ impl PeakFinder {
             habit: 0.0,
             spread: 1.0,
             usual_strength: 0.0,
+            learnt_beats: 0.0,
             heights: Vec::with_capacity(2 * search + 1),
         }
     }
@@ -108,11 +113,14 @@ impl PeakFinder {
     fn learn_direction(&mut self, ratio: f64, upright: bool, strength: f64) {
         // P and T waves have no say.
         if strength > self.usual_strength / 2.0 {
-            self.direction += (ratio.clamp(-1.0, 1.0) - self.direction) / DIRECTION_BEATS;
+            // At first the mean of all, so that it is known after a few beats and not half a minute.
+            self.learnt_beats = (self.learnt_beats + 1.0).min(DIRECTION_BEATS);
+            let beats = self.learnt_beats;
+            self.direction += (ratio.clamp(-1.0, 1.0) - self.direction) / beats.max(FIRST_BEATS);
             let off = (ratio.clamp(-1.0, 1.0) - self.direction).abs();
-            self.spread += (off - self.spread) / DIRECTION_BEATS;
+            self.spread += (off - self.spread) / beats;
             let marked = if upright { 1.0 } else { -1.0 };
-            self.habit += (marked - self.habit) / DIRECTION_BEATS;
+            self.habit += (marked - self.habit) / beats;
         }
         let weight = if strength > self.usual_strength { 0.3 } else { 0.03 };
         self.usual_strength += weight * (strength - self.usual_strength);
