@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::heart::{Beat, SECS, add_beat, add_wave, cycle_secs, ecg, narrow, rhythm, wide};
-use super::noise::{add, deviation, hum, pink, wander, white};
+use super::noise::{add, deviation, hum, mains_wander, mixed, pink, wander, white};
 use super::random::Random;
 use super::{Make, Unkind};
 
@@ -186,22 +186,16 @@ fn mains_only(random: &mut Random, kind: &'static str) -> Unkind {
     let count = (SECS * rate_hz) as usize;
     let slow = random.within(0.8..10.0);
     let hz = random.one_of(&[50.0, 60.0, slow]);
-    let mut signal = hum(random, count, rate_hz, hz, random_wander(hz));
-    let third = hum(random, count, rate_hz, 3.0 * hz, random_wander(hz));
+    let mut signal = hum(random, count, rate_hz, hz, mains_wander(hz));
+    let third = hum(random, count, rate_hz, 3.0 * hz, mains_wander(hz));
     add(&mut signal, &third, 0.2);
     of(random, kind, rate_hz, signal, Vec::new())
-}
-
-fn random_wander(hz: f64) -> f64 {
-    0.02 / hz
 }
 
 fn no_heart(random: &mut Random, kind: &'static str) -> Unkind {
     let rate_hz = device_hz(random);
     let count = (SECS * rate_hz) as usize;
-    let mut signal = pink(random, count);
-    let fast = white(random, count);
-    add(&mut signal, &fast, random.within(0.0..2.0));
+    let signal = mixed(random, count, 2.0);
     of(random, kind, rate_hz, signal, Vec::new())
 }
 

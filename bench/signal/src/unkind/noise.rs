@@ -27,6 +27,19 @@ pub fn white(random: &mut Random, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.normal()).collect()
 }
 
+/// Noise of both kinds, with up to so much of the white one.
+pub fn mixed(random: &mut Random, count: usize, most_white: f64) -> Vec<f64> {
+    let mut noise = pink(random, count);
+    let fast = white(random, count);
+    add(&mut noise, &fast, random.within(0.0..most_white));
+    noise
+}
+
+/// By which share of their frequency mains wander, for [`hum`]: 20 mHz, and what is aliased by no more.
+pub fn mains_wander(hz: f64) -> f64 {
+    0.02 / hz
+}
+
 /// A sine of a frequency [Hz] that wanders by a share of itself over tens of seconds.
 pub fn hum(random: &mut Random, count: usize, rate_hz: f64, hz: f64, wander: f64) -> Vec<f64> {
     let (mut phase, slow) = (TAU * random.share(), random.within(0.01..0.05));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::heart::{SECS, Wave, add_wave, ppg, rhythm};
-use super::noise::{add, deviation, hum, pink, wander, white};
+use super::noise::{add, deviation, hum, mains_wander, mixed, pink, wander, white};
 use super::random::Random;
 use super::{Make, Unkind};
 
@@ -78,21 +78,14 @@ fn mains_only(random: &mut Random, kind: &'static str) -> Unkind {
     let rate_hz = device_hz(random);
     let count = (SECS * rate_hz) as usize;
     let hz = random.within(0.6..4.0);
-    let signal = hum(random, count, rate_hz, hz, random_wander(hz));
+    let signal = hum(random, count, rate_hz, hz, mains_wander(hz));
     of(random, kind, rate_hz, signal, Vec::new())
-}
-
-/// Mains wander by 20 mHz, and what is aliased by no more.
-fn random_wander(hz: f64) -> f64 {
-    0.02 / hz
 }
 
 fn no_pulse(random: &mut Random, kind: &'static str) -> Unkind {
     let rate_hz = device_hz(random);
     let count = (SECS * rate_hz) as usize;
-    let mut signal = pink(random, count);
-    let fast = white(random, count);
-    add(&mut signal, &fast, random.within(0.0..1.0));
+    let signal = mixed(random, count, 1.0);
     of(random, kind, rate_hz, signal, Vec::new())
 }
 
