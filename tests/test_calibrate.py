@@ -112,7 +112,8 @@ def test_what_is_printed_are_the_lines_of_a_study(stage, taps_bag):
     assert answer.returncode == 0, answer.stderr
     head, _, lines = answer.stdout.partition("\n\n")
     assert "5 events" in head
-    study = stage.study(STUDY.replace("[clocks.polar_h10]", "[clocks.other]") + lines)
+    watched = '\n[[sources]]\ntype = "robots"\n'
+    study = stage.study(STUDY.replace("[clocks.polar_h10]", "[clocks.other]") + lines + watched)
     assert stage.ask("check", study).returncode != 4
 
 
