@@ -31,7 +31,7 @@ const STATED: f64 = 0.52;
 /// The first tooth begins anywhere. How fast the ones after it are run through, as a part of the fastest that they
 /// can be for its length, and half the 95 % interval of that.
 const FASTER: f64 = 0.6;
-const ABOUT: f64 = 0.45;
+const ABOUT: f64 = 0.5;
 /// For so long after a knot nothing shows how its tooth grows [s].
 const FLAT_SECS: f64 = 20.0;
 /// No device's clock is further off than this (as a slope).
