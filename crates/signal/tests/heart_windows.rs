@@ -128,6 +128,15 @@ fn uncorrected_values_stand_beside_corrected_ones() {
 }
 
 #[test]
+fn what_is_said_of_segments_is_true_for_short_windows() {
+    let heart = causal(&beats(200));
+    let measured = heart.measure(secs(60, 120));
+    let place = heart.values().iter().position(|value| value.name == "HRV_HF").unwrap();
+    assert!(measured.values[place].is_ok());
+    assert!(heart.values()[place].method.contains("where that is shorter"));
+}
+
+#[test]
 fn a_missed_beat_is_put_back_and_counted() {
     let clean = beats(200);
     let mut missed = clean.clone();

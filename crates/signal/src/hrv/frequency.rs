@@ -24,7 +24,7 @@ pub enum Recipe {
     Welch {
         /// Rate of the spline [Hz]: 4.
         rate_hz: f64,
-        /// Length of a segment [s]: 128.
+        /// Length of a segment [s]: 128. What is shorter as a whole is one segment.
         segment_secs: f64,
     },
     /// The same spline, and the spectrum of an autoregressive model of it by Burg: smooth, for short
@@ -52,7 +52,8 @@ impl fmt::Display for Recipe {
             Recipe::Welch { rate_hz, segment_secs } => write!(
                 f,
                 "cubic spline at {rate_hz} Hz, Welch with Hann segments of {segment_secs} s \
-                 overlapping by half, their means removed, bins summed"
+                 (or one of all that is there, where that is shorter) overlapping by half, their \
+                 means removed, bins summed"
             ),
             Recipe::Autoregressive { rate_hz, order } => write!(
                 f,
