@@ -166,7 +166,7 @@ impl Board {
     }
 
     /// The phase that it is, of the participant where there is one, and how long it will last; then that of
-    /// the session, where the participant has other ones, and the one that follows it.
+    /// the session, where the participant's is another one, and the one that follows it.
     pub(super) fn phase(&self, next: Option<&str>) -> Line {
         let mut people = self.people.keys();
         let (subject, who) = match (people.next(), people.next()) {
@@ -177,8 +177,9 @@ impl Board {
             (None, _) => (Subject::session(), String::new()),
         };
         let mut line = Line::of(Style::Plain, &who).with_line(self.phase_of(&subject));
-        let has_both = self.own_phases.contains(&subject);
-        if has_both {
+        let label = |subject| self.phases.of(subject).last().map(|phase| phase.label.as_str());
+        let is_other = label(&subject) != label(&Subject::session());
+        if is_other && self.own_phases.contains(&subject) {
             let session = self.phase_of(&Subject::session());
             line = line.with(Style::Plain, "   session: ").with_line(session);
         }

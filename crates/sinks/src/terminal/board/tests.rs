@@ -208,6 +208,8 @@ fn the_phase_is_that_of_the_participant_with_what_is_left_of_it() {
     board.take(&heart(32, 70.0));
     let both = "p001  2-back for 0:12   session: baseline, 0:28 left   next rest";
     assert_eq!(board.phase(Some("rest")).text(), both);
+    board.take(&of_session(40, "2-back", 60.0));
+    assert_eq!(board.phase(None).text(), "p001  2-back for 0:20");
 }
 
 #[test]
