@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Draws the screen of `teampulse demo` as docs/demo.svg.
 
     docs/screenshot.py [--at SECS] [--size COLUMNSxROWS] [--out FILE]
