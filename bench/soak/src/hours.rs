@@ -23,7 +23,7 @@ pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let source = Continued { bag, secs: hours * HOUR_SECS };
     let mut session = session(Box::new(source), &folder.path().join("bag"))?;
-    session.sinks.push(Box::new(Watch { began }));
+    session.sinks.push(Box::new(HourlyMemory { began }));
     let outcome = session.run(std::future::pending()).await;
     if let Some((source, error)) = outcome.sources.into_iter().next() {
         return Err(format!("{source}: failed to {error}").into());
@@ -36,11 +36,11 @@ pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
 
 /// Prints the least and the most that the process held within each hour of the recording, by a look every
 /// minute.
-struct Watch {
+struct HourlyMemory {
     began: Time,
 }
 
-impl Sink for Watch {
+impl Sink for HourlyMemory {
     fn name(&self) -> &'static str {
         "watch"
     }

@@ -10,7 +10,7 @@ mod machine;
 mod network;
 mod output;
 mod setup;
-mod desk;
+mod controls;
 mod notes;
 mod stop;
 mod recorded;

@@ -30,7 +30,7 @@ use teampulse_sources::session::{
 use teampulse_sources::{SOURCES, SourceContext};
 
 use crate::commands::simulate::team;
-use crate::desk::Desk;
+use crate::controls::Controls;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::{Claimed, bag_folder};
@@ -108,8 +108,8 @@ impl Setup {
         sources.push(("events".into(), Box::new(events)));
         let phases = Phases::new(self.study.general.phases.clone(), self.phases.clone());
         sources.push(("phases".into(), Box::new(phases)));
-        let desk = Desk::new(self.view.clone(), self.phases.clone(), self.growth.clone());
-        if let Some(keys) = desk.open(stop.clone()) {
+        let controls = Controls::new(self.view.clone(), self.phases.clone(), self.growth.clone());
+        if let Some(keys) = controls.open(stop.clone()) {
             self.view.explain_keys();
             sources.push(("keys".into(), Box::new(keys)));
         }

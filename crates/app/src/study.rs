@@ -3,7 +3,7 @@
 mod settings;
 mod error;
 mod place;
-mod shown;
+mod excerpt;
 
 use std::io::Read;
 use std::ops::Range;
@@ -18,8 +18,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use self::error::{nearest, suggestion};
+use self::excerpt::excerpt;
 use self::place::{nearest_place, walk};
-use self::shown::shown;
 
 pub use self::error::StudyError;
 pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings};
@@ -335,7 +335,7 @@ impl Study {
         let hint =
             if error.hint.is_empty() { suggestion(&error.message) } else { Some(error.hint) };
         let span = error.span.or(whole).unwrap_or(0..0);
-        let (text, span) = shown(&self.text, &span);
+        let (text, span) = excerpt(&self.text, &span);
         let source = NamedSource::new(line(&self.path.display().to_string()), text);
         let place = Some(Box::new((source.with_language("toml"), span)));
         StudyError { message: line(&error.message), hint: hint.map(|hint| line(&hint)), place }

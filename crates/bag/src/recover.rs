@@ -65,7 +65,7 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     if let Some(made) = bag.parts().iter().find(|part| part.is_made) {
         return Err(BagError::NotABag { path: made.path.clone(), found: Found::Foreign });
     }
-    let told = bag.told_messages();
+    let told = bag.stated_messages();
     let parts = bag.parts_mut().iter_mut().zip(told);
     let files: Vec<RecoveredFile> =
         parts.map(|(part, told)| recover_file(part, told)).collect::<Result<_, _>>()?;
@@ -94,7 +94,10 @@ fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
     }
 }
 
-fn recover_file(index: &mut Index, told_messages: Option<u64>) -> Result<RecoveredFile, BagError> {
+fn recover_file(
+    index: &mut Index,
+    stated_messages: Option<u64>,
+) -> Result<RecoveredFile, BagError> {
     index.check();
     let mut recovered = RecoveredFile {
         path: index.path.clone(),
@@ -106,7 +109,7 @@ fn recover_file(index: &mut Index, told_messages: Option<u64>) -> Result<Recover
     if !recovered.damage.is_empty() {
         replace(index, &mut recovered)?;
     }
-    recovered.lost_messages = told_messages.map(|told| told.saturating_sub(recovered.messages));
+    recovered.lost_messages = stated_messages.map(|told| told.saturating_sub(recovered.messages));
     Ok(recovered)
 }
 

@@ -8,11 +8,11 @@ use std::time::Duration;
 use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
 use teampulse_core::fault::lasting;
+use teampulse_core::latched::Latched;
 use teampulse_core::panics::{self, caught};
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session_streams::{descriptions, session_events};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
-use teampulse_core::standing::Standing;
 use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
@@ -177,7 +177,7 @@ impl Recording {
         loop {
             let left_nanos = self.flush_due.nanos_since(self.clock.now());
             let patience = Duration::from_nanos(u64::try_from(left_nanos).unwrap_or(0));
-            let before = self.is_continued.then(|| inbox.standing());
+            let before = self.is_continued.then(|| inbox.latched());
             match inbox.receive(patience) {
                 Received::Batch(batch) => {
                     self.unwritten = batch.len() as u64;
@@ -199,7 +199,7 @@ impl Recording {
     fn begin_with(
         &mut self,
         streams: &Streams,
-        before: Option<Standing>,
+        before: Option<Latched>,
         batch: &[Record],
     ) -> Result<(), BagError> {
         let Some(first) = batch.first() else { return Ok(()) };

@@ -17,7 +17,7 @@ pub struct Clock(Arc<Kind>);
 enum Kind {
     /// Ahead of the machine's clock by so much when it started [s], and faster by so much [ppm].
     Host { wall_at_start: Time, started: Moment, ahead_secs: f64, fast_ppm: f64 },
-    Told {
+    Set {
         nanos: AtomicI64,
         /// How far the session's time is ahead of the time that is told [ns]: it went on when that jumped.
         ahead_nanos: AtomicI64,
@@ -41,7 +41,7 @@ impl Clock {
     /// A clock that shows what it was last told: simulated time, a recording's, or a test's. Before
     /// the first telling it shows [`Time::EPOCH`].
     pub fn told() -> Clock {
-        Clock(Arc::new(Kind::Told { nanos: AtomicI64::new(0), ahead_nanos: AtomicI64::new(0) }))
+        Clock(Arc::new(Kind::Set { nanos: AtomicI64::new(0), ahead_nanos: AtomicI64::new(0) }))
     }
 
     /// The time of the session.
@@ -53,7 +53,7 @@ impl Clock {
                 let truth = *wall_at_start + elapsed;
                 Time::from_nanos(truth.nanos().saturating_add((ahead_secs * 1e9) as i64))
             }
-            Kind::Told { nanos, .. } => Time::from_nanos(nanos.load(Ordering::Acquire)),
+            Kind::Set { nanos, .. } => Time::from_nanos(nanos.load(Ordering::Acquire)),
         }
     }
 
@@ -62,16 +62,14 @@ impl Clock {
     pub fn tell(&self, now: Time) -> bool {
         match &*self.0 {
             Kind::Host { .. } => false,
-            Kind::Told { nanos, .. } => {
-                nanos.fetch_max(now.nanos(), Ordering::AcqRel) < now.nanos()
-            }
+            Kind::Set { nanos, .. } => nanos.fetch_max(now.nanos(), Ordering::AcqRel) < now.nanos(),
         }
     }
 
     /// From now on the session's time is so far ahead of the simulated time by which messages are
     /// stamped [ns].
     pub fn run_ahead(&self, of_stamps_nanos: i64) {
-        if let Kind::Told { ahead_nanos, .. } = &*self.0 {
+        if let Kind::Set { ahead_nanos, .. } = &*self.0 {
             ahead_nanos.store(of_stamps_nanos, Ordering::Release);
         }
     }
@@ -80,7 +78,7 @@ impl Clock {
     pub fn session_from_stamp(&self, stamp: Time) -> Time {
         match &*self.0 {
             Kind::Host { .. } => stamp,
-            Kind::Told { ahead_nanos, .. } => {
+            Kind::Set { ahead_nanos, .. } => {
                 let nanos = stamp.nanos().saturating_add(ahead_nanos.load(Ordering::Acquire));
                 Time::from_nanos(nanos)
             }
@@ -89,7 +87,7 @@ impl Clock {
 
     /// Whether the time is told (simulated) rather than the host's.
     pub fn is_told(&self) -> bool {
-        matches!(*self.0, Kind::Told { .. })
+        matches!(*self.0, Kind::Set { .. })
     }
 
     /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero
@@ -99,7 +97,7 @@ impl Clock {
             Kind::Host { wall_at_start, started, .. } => {
                 wall().nanos_since(*wall_at_start + started.elapsed())
             }
-            Kind::Told { .. } => 0,
+            Kind::Set { .. } => 0,
         }
     }
 }

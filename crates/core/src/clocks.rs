@@ -72,7 +72,7 @@ impl ClockSettings {
 #[derive(Default)]
 pub struct Clocks {
     settings: BTreeMap<String, ClockSettings>,
-    way: Way,
+    timing: Timing,
     /// By topic, the computer that stamps it.
     computers: BTreeMap<String, String>,
     at_work: Vec<Clock>,
@@ -88,7 +88,7 @@ pub struct Clocks {
 
 /// How times come about.
 #[derive(Default)]
-enum Way {
+enum Timing {
     /// They are corrected.
     #[default]
     Corrected,
@@ -129,17 +129,17 @@ impl Clocks {
 
     /// Times are taken as they are stamped: for simulations, and what is played.
     pub fn as_stamped() -> Clocks {
-        Clocks { way: Way::Stamped, ..Clocks::default() }
+        Clocks { timing: Timing::Stamped, ..Clocks::default() }
     }
 
     /// Times of devices are taken as `retime` has stamped them.
     pub fn retimed(settings: BTreeMap<String, ClockSettings>) -> Clocks {
-        Clocks { settings, way: Way::Retimed, ..Clocks::default() }
+        Clocks { settings, timing: Timing::Retimed, ..Clocks::default() }
     }
 
     /// Times are corrected, and their stamps collected, to correct them with hindsight.
     pub fn collecting(settings: BTreeMap<String, ClockSettings>, hindsight: &Hindsight) -> Clocks {
-        Clocks { settings, way: Way::Collecting(hindsight.clone()), ..Clocks::default() }
+        Clocks { settings, timing: Timing::Collecting(hindsight.clone()), ..Clocks::default() }
     }
 
     /// Times are corrected with the stamps of the whole recording, which is handed over once more.
@@ -148,12 +148,12 @@ impl Clocks {
         settings: BTreeMap<String, ClockSettings>,
         hindsight: Hindsight,
     ) -> Clocks {
-        Clocks { settings, way: Way::Known(hindsight), ..Clocks::default() }
+        Clocks { settings, timing: Timing::Known(hindsight), ..Clocks::default() }
     }
 
     /// Whether waves are to be given their period by the session's clock.
     pub(crate) fn stamps_anew(&self) -> bool {
-        matches!(self.way, Way::Known(_))
+        matches!(self.timing, Timing::Known(_))
     }
 
     /// The place in time of a reading of a raw stream.
@@ -163,20 +163,20 @@ impl Clocks {
             period_nanos: stamps.period_nanos,
             disbelieved: false,
         };
-        if matches!(self.way, Way::Stamped) {
+        if matches!(self.timing, Timing::Stamped) {
             return stamped;
         }
         let Placed { clock, latency } = self.placed(id, stream, stamps);
         let Clock { owner, model, .. } = &mut self.at_work[clock];
         let is_message = matches!(stream.shape, Shape::Message(_));
-        if matches!((&self.way, &owner), (Way::Retimed, Owner::Computer(_))) && !is_message {
+        if matches!((&self.timing, &owner), (Timing::Retimed, Owner::Computer(_))) && !is_message {
             return stamped;
         }
-        if let Way::Collecting(hindsight) = &self.way {
+        if let Timing::Collecting(hindsight) = &self.timing {
             hindsight.push(owner, stamps);
         }
         let corrected = model.correct(stamps);
-        if matches!(self.way, Way::Retimed)
+        if matches!(self.timing, Timing::Retimed)
             && matches!(owner, Owner::Device(..) | Owner::Counted(..))
         {
             return stamped;
@@ -308,14 +308,14 @@ impl Clocks {
 
     /// The model of a clock that is new.
     fn begin(&self, owner: &Owner, rate_hz: f64) -> Box<dyn ClockModel> {
-        match &self.way {
-            Way::Known(hindsight) => {
+        match &self.timing {
+            Timing::Known(hindsight) => {
                 if let Some(smoother) = hindsight.take(owner) {
                     return Box::new(smoother.finish());
                 }
             }
-            Way::Collecting(hindsight) => hindsight.begin(owner, self.smoother(owner, rate_hz)),
-            Way::Corrected | Way::Stamped | Way::Retimed => {}
+            Timing::Collecting(hindsight) => hindsight.begin(owner, self.smoother(owner, rate_hz)),
+            Timing::Corrected | Timing::Stamped | Timing::Retimed => {}
         }
         match owner {
             Owner::Host => Box::new(Host::default()),

@@ -34,19 +34,21 @@ pub const SIMULATED: &str =
 
 /// What is told of another computer's clock.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Told {
+pub(crate) enum ClockReport {
     /// The stamps of a stream are by the clock of this computer.
     StampedBy { stream: String, computer: String },
     /// A probe of the clock of this computer has ended.
     Probed { computer: String, offset_secs: f64, round_trip_secs: f64 },
 }
 
-impl Told {
+impl ClockReport {
     /// The stream on which it is told.
     pub(crate) fn stream(&self) -> Stream {
         let (topic, doc) = match self {
-            Told::StampedBy { .. } => (STAMPED_BY, "whose clock stamps a stream: topic, computer"),
-            Told::Probed { .. } => {
+            ClockReport::StampedBy { .. } => {
+                (STAMPED_BY, "whose clock stamps a stream: topic, computer")
+            }
+            ClockReport::Probed { .. } => {
                 (PROBES, "how far another computer's clock is ahead, and how long it took to ask")
             }
         };
@@ -62,8 +64,10 @@ impl Told {
     /// trip [s].
     pub(crate) fn event(&self) -> Data {
         let (label, value, duration_secs) = match self {
-            Told::StampedBy { stream, computer } => (format!("{stream} {computer}"), f64::NAN, 0.0),
-            Told::Probed { computer, offset_secs, round_trip_secs } => {
+            ClockReport::StampedBy { stream, computer } => {
+                (format!("{stream} {computer}"), f64::NAN, 0.0)
+            }
+            ClockReport::Probed { computer, offset_secs, round_trip_secs } => {
                 (computer.clone(), *offset_secs, *round_trip_secs)
             }
         };
@@ -71,16 +75,20 @@ impl Told {
     }
 
     /// What a sample of the stream of this name tells; `None` for any other stream.
-    pub(crate) fn read(stream: &Stream, data: &Data) -> Option<Told> {
+    pub(crate) fn read(stream: &Stream, data: &Data) -> Option<ClockReport> {
         let Data::Event(event) = data else { return None };
         match stream.name.as_str() {
             STAMPED_BY => {
                 let (stream, computer) = event.label.split_once(' ')?;
-                Some(Told::StampedBy { stream: stream.into(), computer: computer.into() })
+                Some(ClockReport::StampedBy { stream: stream.into(), computer: computer.into() })
             }
             PROBES => {
                 let (offset_secs, round_trip_secs) = (event.value, event.duration_secs);
-                Some(Told::Probed { computer: event.label.clone(), offset_secs, round_trip_secs })
+                Some(ClockReport::Probed {
+                    computer: event.label.clone(),
+                    offset_secs,
+                    round_trip_secs,
+                })
             }
             _ => None,
         }
@@ -99,10 +107,17 @@ mod tests {
     #[test]
     fn what_is_told_is_read_as_it_was() {
         for told in [
-            Told::StampedBy { stream: "/r1/odom".into(), computer: "laptop2 (driver, 01)".into() },
-            Told::Probed { computer: "laptop2".into(), offset_secs: -1.5, round_trip_secs: 0.001 },
+            ClockReport::StampedBy {
+                stream: "/r1/odom".into(),
+                computer: "laptop2 (driver, 01)".into(),
+            },
+            ClockReport::Probed {
+                computer: "laptop2".into(),
+                offset_secs: -1.5,
+                round_trip_secs: 0.001,
+            },
         ] {
-            assert_eq!(Told::read(&told.stream(), &told.event()), Some(told));
+            assert_eq!(ClockReport::read(&told.stream(), &told.event()), Some(told));
         }
     }
 }

@@ -31,7 +31,7 @@ mod standstill;
 mod extractors;
 pub mod pump;
 pub mod phases;
-pub mod standing;
+pub mod latched;
 pub mod alerts;
 pub mod fault;
 pub mod panics;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 
 use crate::clock::Clock;
-use crate::computers::Told;
+use crate::computers::ClockReport;
 use crate::data::{Data, Event};
 use crate::loss::Loss;
 use crate::publishers::PublishedBy;
@@ -256,13 +256,17 @@ impl Outlet {
     /// the same for all streams that it stamps.
     pub fn stamped_by(&self, stream: StreamId, computer: &str) {
         let stream = self.streams.get(stream).name.clone();
-        self.tell(&Told::StampedBy { stream, computer: computer.to_owned() });
+        self.tell(&ClockReport::StampedBy { stream, computer: computer.to_owned() });
     }
 
     /// Tells what a probe of the clock of another computer found: how far it is ahead of the
     /// session's clock [s], and how long the exchange took without the time spent over there [s].
     pub fn probed(&self, computer: &str, offset_secs: f64, round_trip_secs: f64) {
-        self.tell(&Told::Probed { computer: computer.to_owned(), offset_secs, round_trip_secs });
+        self.tell(&ClockReport::Probed {
+            computer: computer.to_owned(),
+            offset_secs,
+            round_trip_secs,
+        });
     }
 
     /// Tells who publishes the topic of a stream, where these are several, and when they are no more.
@@ -279,7 +283,7 @@ impl Outlet {
         self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
     }
 
-    fn tell(&self, told: &Told) {
+    fn tell(&self, told: &ClockReport) {
         self.hand_over(told.stream(), told.event());
     }
 

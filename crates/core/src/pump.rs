@@ -3,7 +3,7 @@
 //! Its contract stands in ARCHITECTURE.md. Everything here is a function of what was taken and in
 //! which order, so that a replay of the recorded readings gives the same samples, byte for byte.
 
-mod words;
+mod in_band;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;

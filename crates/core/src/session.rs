@@ -21,7 +21,7 @@ use crate::pump::{Encode, Pump};
 use crate::sink::{Sink, SinkError};
 use crate::source::{Source, SourceError};
 use crate::streams::Streams;
-use pumping::{Line, Pumping};
+use pumping::{Pipeline, Pumping};
 use sources::Sources;
 
 pub use crate::extractors::{Broken, NamedFeature};
@@ -107,10 +107,10 @@ impl Session {
         let watch = tokio::spawn(watch(outlet(), self.pace, strays));
         let started = self.sinks.into_iter();
         let started = started.map(|sink| sinks::start(sink, &self.streams, &outlet(), self.pace));
-        let (ways, mut running): (Vec<_>, Vec<_>) = started.unzip();
+        let (routes, mut running): (Vec<_>, Vec<_>) = started.unzip();
         let pump = Pump::new(self.streams, self.clocks, self.features, self.encode);
-        let line = Line::new((queue.clone(), self.clock), self.pace, pump, ways);
-        let mut pump = Pumping::start(line);
+        let pipeline = Pipeline::new((queue.clone(), self.clock), self.pace, pump, routes);
+        let mut pump = Pumping::start(pipeline);
 
         let mut outcome = Outcome::default();
         let mut hurry = Once { future: pin!(hurry), is_done: false };

@@ -10,7 +10,7 @@ use teampulse_core::stream::{Shape, Signal, Stream};
 use teampulse_core::time::Time;
 use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
-use teampulse_signal::analysis::{self, Live, Make, Measured, Told, Value};
+use teampulse_signal::analysis::{self, Live, LiveOutput, Make, Measured, Value};
 
 use crate::over::{Held, OVER_PHASES, PhasesTold, measured_span};
 use crate::windows::window_name;
@@ -173,11 +173,11 @@ impl Running {
                 self.tell_phases(&mut work, phases, known_ns, out);
                 let (windows, events) = (&work.windows, &work.events);
                 let missing = work.live.push(at_ns, channels, &mut |told| match told {
-                    Told::Window(place, span, measured) => {
+                    LiveOutput::Window(place, span, measured) => {
                         let data = feature(span.secs(), &measured);
                         out.emit(windows[place], Time::from_nanos(span.end_ns), data);
                     }
-                    Told::Event(event) => {
+                    LiveOutput::Event(event) => {
                         let is_this = |happening: &Happening| happening.kind == event.kind;
                         if let Some(place) = self.naming.events.iter().position(is_this) {
                             let channels = &self.stream.channels;

@@ -26,7 +26,7 @@ struct Lived {
 }
 
 /// A window or a phase.
-struct Told<'a> {
+struct Window<'a> {
     end_secs: f64,
     values: &'a FeatureValues,
     channels: &'a [String],
@@ -58,7 +58,7 @@ impl Lived {
     }
 
     /// What the sensor's own features told: windows (`w30`), or phases.
-    fn told(&self, leaf: &str) -> Vec<Told<'_>> {
+    fn told(&self, leaf: &str) -> Vec<Window<'_>> {
         let (name, statistics) = (living::name(self.sensor), "/statistics/");
         let of_sensor = self.records.iter().filter(|Record { stream, .. }| {
             let stream = &stream.name;
@@ -67,7 +67,7 @@ impl Lived {
         let told = of_sensor.filter_map(|record| {
             let Data::Feature(values) = &record.sample.data else { return None };
             let end_secs = record.sample.measured.secs_since(living::after(0.0));
-            Some(Told { end_secs, values, channels: &record.stream.channels })
+            Some(Window { end_secs, values, channels: &record.stream.channels })
         });
         told.collect()
     }
@@ -95,7 +95,7 @@ impl Lived {
     }
 }
 
-impl Told<'_> {
+impl Window<'_> {
     fn begins_after(&self, secs: f64) -> bool {
         self.end_secs - self.values.window_secs >= secs
     }
@@ -166,7 +166,7 @@ fn assert_dies(dead: &Lived) {
 fn assert_comes_back(back: &Lived) {
     let windows = back.told("w30");
     assert!(windows.last().is_some_and(|told| told.end_secs > SECS - 2.0));
-    for Told { end_secs, values, .. } in &windows {
+    for Window { end_secs, values, .. } in &windows {
         let begin_secs = (end_secs - values.window_secs).max(0.0);
         let there_secs = end_secs
             - begin_secs
@@ -208,7 +208,7 @@ fn assert_state_knows(good: &Lived, dead: &Lived) {
 /// Nothing is told of a person of whom the sensor does not know any more.
 fn assert_nothing_is_made_up(bad: &Lived) {
     let windows = bad.told("w30");
-    let inside = |told: &&Told<'_>| told.begins_after(BAD_FROM_SECS + SETTLING_SECS);
+    let inside = |told: &&Window<'_>| told.begins_after(BAD_FROM_SECS + SETTLING_SECS);
     assert!(windows.iter().any(|told| inside(&told)));
     for told in windows.iter().filter(inside) {
         assert!(told.values.quality < 0.4, "{} at {}", told.values.quality, told.end_secs);

@@ -17,7 +17,7 @@ use teampulse_core::sample::Record;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{About, Shape, Signal, Stream, StreamId, Subject};
 use teampulse_emulators::body::{Body, Rates, Sensor, Settings, Traits};
-use teampulse_emulators::task::{Happening, Operator, Plan, Skill, Task, Told, What};
+use teampulse_emulators::task::{Happening, Operator, OperatorOutput, Plan, Skill, Task, What};
 use teampulse_signal::statistics::{PageMethod, page_trend};
 
 const PEOPLE: u64 = 30;
@@ -61,7 +61,7 @@ impl Source for Operating {
         let [phases, reports] = ["phases", "reports"].map(|name| declare(events(name)));
         for number in 1..=SECS * 4 {
             let at_secs = f64::from(number) * CHUNK_SECS;
-            let Told { happened, record } = self.0.until(at_secs);
+            let OperatorOutput { happened, record } = self.0.until(at_secs);
             let mut readings: Vec<Reading> = happened
                 .iter()
                 .filter_map(|happening| happens(happening, [phases, presses, reports]))

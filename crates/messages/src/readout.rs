@@ -10,14 +10,14 @@ use crate::fields::Fields;
 /// Reads the numbers of a stream's channels out of its samples.
 #[derive(Debug)]
 pub struct Readout {
-    way: Way,
+    layout: Layout,
     scale: f64,
     numbers: Vec<f64>,
 }
 
 /// Where the numbers are.
 #[derive(Debug)]
-enum Way {
+enum Layout {
     /// The sample, each sample of a wave, or the values of a feature are these many numbers.
     Plain { width: usize },
     /// They are fields of a message.
@@ -33,33 +33,33 @@ impl Readout {
 
     /// Reads these channels, whatever the stream declares.
     pub fn of_channels(stream: &Stream, channels: &[String]) -> Option<Readout> {
-        let way = match &stream.shape {
-            Shape::Sample | Shape::Wave | Shape::Feature => Way::Plain { width: channels.len() },
+        let layout = match &stream.shape {
+            Shape::Sample | Shape::Wave | Shape::Feature => Layout::Plain { width: channels.len() },
             Shape::Message(schema) => {
-                Way::Fields(Fields::compile(&definition(schema)?, channels).ok()?)
+                Layout::Fields(Fields::compile(&definition(schema)?, channels).ok()?)
             }
             _ => return None,
         };
-        Some(Readout { way, scale: stream.scale, numbers: Vec::new() })
+        Some(Readout { layout, scale: stream.scale, numbers: Vec::new() })
     }
 
     /// A number for each channel, NaN where the message has none, and of a wave those of all of its
     /// samples, one after the other; `None` when the sample can't be read at all.
     pub fn read(&mut self, data: &Data) -> Option<&[f64]> {
-        match (&self.way, data) {
-            (Way::Plain { width }, Data::Sample(numbers)) if numbers.len() == *width => {
+        match (&self.layout, data) {
+            (Layout::Plain { width }, Data::Sample(numbers)) if numbers.len() == *width => {
                 self.numbers.clear();
                 self.numbers.extend_from_slice(numbers);
             }
-            (Way::Plain { width }, Data::Wave(wave)) if wave.channels as usize == *width => {
+            (Layout::Plain { width }, Data::Wave(wave)) if wave.channels as usize == *width => {
                 self.numbers.clear();
                 self.numbers.extend_from_slice(&wave.samples);
             }
-            (Way::Plain { width }, Data::Feature(feature)) if feature.values.len() == *width => {
+            (Layout::Plain { width }, Data::Feature(feature)) if feature.values.len() == *width => {
                 self.numbers.clear();
                 self.numbers.extend_from_slice(&feature.values);
             }
-            (Way::Fields(fields), Data::Message(cdr)) => {
+            (Layout::Fields(fields), Data::Message(cdr)) => {
                 fields.read(cdr, &mut self.numbers).ok()?;
             }
             _ => return None,

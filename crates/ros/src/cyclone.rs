@@ -4,7 +4,7 @@
 pub mod configuration;
 mod site;
 mod subscription;
-mod seen;
+mod duplicates;
 mod nodes;
 mod census;
 mod type_search;
@@ -29,7 +29,7 @@ mod sertype;
 mod qos;
 mod domain;
 mod entity;
-mod said;
+mod library_log;
 
 use std::path::PathBuf;
 use std::sync::Arc;

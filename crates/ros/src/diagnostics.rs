@@ -15,7 +15,7 @@ use teampulse_messages::standard::diagnostic_msgs::{DiagnosticArray, DiagnosticS
 use teampulse_messages::standard::std_msgs::Header;
 
 use crate::bus::{Bus, Publisher};
-use crate::discretion::Discretion;
+use crate::privacy::PrivacyFilter;
 use crate::sink::Publish;
 
 /// The topic that monitors of ROS listen to.
@@ -53,12 +53,12 @@ impl Sink for DiagnosticsSink {
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let schema = catalogue::shipped(DiagnosticArray::NAME).expect("the type is shipped");
         let publisher = self.bus.publish(TOPIC, &schema, &Qos::reliable(10))?;
-        let mut discretion = Discretion::new(self.publish);
+        let mut privacy = PrivacyFilter::new(self.publish);
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
-                    discretion.learn(inbox.streams());
-                    arrays(&batch, &discretion).for_each(|array| send(&*publisher, &array));
+                    privacy.learn(inbox.streams());
+                    arrays(&batch, &privacy).for_each(|array| send(&*publisher, &array));
                 }
                 Received::Silence => {}
                 Received::Closed => return Ok(()),
@@ -74,9 +74,9 @@ fn send(publisher: &dyn Publisher, array: &DiagnosticArray) {
 }
 
 /// The statuses of a batch, one array for each second.
-fn arrays(batch: &Batch, discretion: &Discretion) -> impl Iterator<Item = DiagnosticArray> {
+fn arrays(batch: &Batch, privacy: &PrivacyFilter) -> impl Iterator<Item = DiagnosticArray> {
     let told = batch.iter().filter_map(|record| match &record.sample.data {
-        Data::Status(status) if discretion.tells_health_of(&status.name) => {
+        Data::Status(status) if privacy.publishes_health_of(&status.name) => {
             Some((record.sample.measured, diagnostic(status)))
         }
         _ => None,

@@ -13,5 +13,5 @@ mod definitions;
 pub mod environment;
 pub mod buses;
 pub mod sink;
-mod discretion;
+mod privacy;
 pub mod diagnostics;

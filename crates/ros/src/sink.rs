@@ -19,7 +19,7 @@ use teampulse_messages::standard::Message;
 use teampulse_messages::standard::rosgraph_msgs::Clock;
 
 use crate::bus::{Bus, BusError, Publisher};
-use crate::discretion::Discretion;
+use crate::privacy::PrivacyFilter;
 
 /// How long it is waited for samples at a time; in silence streams may have been declared.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -90,22 +90,22 @@ impl Sink for RosSink {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let mut desk = Desk::new(&self)?;
+        let mut publishers = Publishers::new(&self)?;
         loop {
             let received = inbox.receive(PATIENCE);
-            desk.open_declared(inbox.streams())?;
+            publishers.open_declared(inbox.streams())?;
             match received {
-                Received::Batch(batch) => desk.publish(&batch)?,
+                Received::Batch(batch) => publishers.publish(&batch)?,
                 Received::Silence => {}
                 Received::Closed => break,
             }
         }
-        desk.finish(self.delivery)
+        publishers.finish(self.delivery)
     }
 }
 
 /// The sink at work: its publishers.
-struct Desk<'a> {
+struct Publishers<'a> {
     bus: &'a dyn Bus,
     publish: &'a Publish,
     stamps: Option<&'a clock::Clock>,
@@ -114,24 +114,24 @@ struct Desk<'a> {
     publishers: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
     /// How many streams were looked at.
     seen: usize,
-    discretion: Discretion,
+    privacy: PrivacyFilter,
     refused: BTreeMap<String, u64>,
 }
 
-impl<'a> Desk<'a> {
-    fn new(sink: &'a RosSink) -> Result<Desk<'a>, BusError> {
+impl<'a> Publishers<'a> {
+    fn new(sink: &'a RosSink) -> Result<Publishers<'a>, BusError> {
         let clock = || {
             let schema = catalogue::shipped(Clock::NAME).expect("the clock's type is shipped");
             sink.bus.publish("/clock", &schema, &Qos::reliable(10))
         };
-        Ok(Desk {
+        Ok(Publishers {
             bus: &*sink.bus,
             publish: &sink.publish,
             stamps: sink.stamps.as_ref(),
             clock: sink.clock.then(clock).transpose()?,
             publishers: BTreeMap::new(),
             seen: 0,
-            discretion: Discretion::new(sink.publish.clone()),
+            privacy: PrivacyFilter::new(sink.publish.clone()),
             refused: BTreeMap::new(),
         })
     }
@@ -139,7 +139,7 @@ impl<'a> Desk<'a> {
     /// Opens the publishers of streams that were declared, so that whoever subscribes to what comes
     /// now and then is there for the first of it.
     fn open_declared(&mut self, streams: &Streams) -> Result<(), BusError> {
-        self.discretion.learn(streams);
+        self.privacy.learn(streams);
         for (id, stream) in streams.after(self.seen) {
             self.seen += 1;
             if is_known(&stream.shape) && !self.publishers.contains_key(&id) {
@@ -164,7 +164,7 @@ impl<'a> Desk<'a> {
     }
 
     fn publish_record(&mut self, record: &Record) -> Result<(), BusError> {
-        let Some(cdr) = self.discretion.censor(record) else { return Ok(()) };
+        let Some(cdr) = self.privacy.censor(record) else { return Ok(()) };
         let cdr = cdr.into_owned();
         let stamps = self.stamps;
         let Some(publisher) = self.publisher(record)? else { return Ok(()) };
@@ -356,11 +356,11 @@ mod tests {
         let ours = MemoryBus::new("/teampulse");
         let theirs = ours.join("/r1/driver");
         let sink = RosSink::lossless(ours, Publish::Everything);
-        let mut desk = Desk::new(&sink).unwrap();
+        let mut publishers = Publishers::new(&sink).unwrap();
         let streams = Streams::default();
         streams.declare(robot());
         streams.declare(person());
-        desk.open_declared(&streams).unwrap();
+        publishers.open_declared(&streams).unwrap();
         let graph = theirs.graph();
         let published = |stream: Stream| graph.borrow().publishers(&stream.name).count();
         assert_eq!([published(robot()), published(person())], [1, 0]);

@@ -8,14 +8,14 @@ pub const MOST_POINTS: usize = 200;
 
 /// A straight line: a slope with its uncertainty, through a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct RegressionLine {
     /// Rise for each unit of x.
     pub slope: Estimate,
     /// Height at x = 0.
     pub intercept: f64,
 }
 
-impl Line {
+impl RegressionLine {
     /// Height of the line at `x`.
     pub fn at(&self, x: f64) -> f64 {
         self.intercept + self.slope.value * x
@@ -29,7 +29,7 @@ impl Line {
 /// reads in steps are not, see [`trend`](crate::trend::trend). Sen (1968), doi:10.1080/01621459.1968.10480934. Points that are not
 /// finite are left out; of more than [`MOST_POINTS`], as many are taken evenly. `None` when fewer
 /// than two points differ in x.
-pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<Line> {
+pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<RegressionLine> {
     let points = evenly(&finite_points(x, y));
     let mut slopes = pair_slopes(&points);
     let (sigma, middle) = rank_sigma(&mut slopes, points.len())?;
@@ -37,7 +37,7 @@ pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<Line> {
     let slope = Estimate { value, sigma };
     let mut heights: Vec<f64> = points.iter().map(|(x, y)| y - value * x).collect();
     let intercept = median_in_place(&mut heights)?;
-    intercept.is_finite().then_some(Line { slope, intercept })
+    intercept.is_finite().then_some(RegressionLine { slope, intercept })
 }
 
 /// The line of least squares: the least sum of squared distances in y.
@@ -52,7 +52,7 @@ pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<Line> {
 /// let line = least_squares(&[0.0, 1.0, 2.0], &[1.0, 3.0, 5.0]).expect("there are three points");
 /// assert_eq!((line.slope.value, line.slope.sigma, line.at(3.0)), (2.0, 0.0, 7.0));
 /// ```
-pub fn least_squares(x: &[f64], y: &[f64]) -> Option<Line> {
+pub fn least_squares(x: &[f64], y: &[f64]) -> Option<RegressionLine> {
     let points = finite_points(x, y);
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -67,7 +67,7 @@ pub fn least_squares(x: &[f64], y: &[f64]) -> Option<Line> {
     let sigma = if points.len() > 2 { sigma } else { f64::INFINITY };
     let intercept = mean_y - value * mean_x;
     let is_line = value.is_finite() && intercept.is_finite() && !sigma.is_nan();
-    is_line.then_some(Line { slope: Estimate { value, sigma }, intercept })
+    is_line.then_some(RegressionLine { slope: Estimate { value, sigma }, intercept })
 }
 
 fn finite_points(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
@@ -132,7 +132,10 @@ mod tests {
         let x = seconds(50);
         let y: Vec<f64> = x.iter().map(|x| 3.0 - 0.25 * x).collect();
         let line = theil_sen(&x, &y).unwrap();
-        assert_eq!(line, Line { slope: Estimate { value: -0.25, sigma: 0.0 }, intercept: 3.0 });
+        assert_eq!(
+            line,
+            RegressionLine { slope: Estimate { value: -0.25, sigma: 0.0 }, intercept: 3.0 }
+        );
         assert_eq!(line.at(4.0), 2.0);
     }
 

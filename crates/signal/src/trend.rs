@@ -1,6 +1,6 @@
 //! How fast a gauge rises that may read in coarse steps.
 
-use crate::slope::{Line, theil_sen};
+use crate::slope::{RegressionLine, theil_sen};
 
 /// A gauge reads in coarse steps when fewer than one reading in this many differs from the last.
 const READINGS_PER_CHANGE: usize = 3;
@@ -12,7 +12,7 @@ const READINGS_PER_CHANGE: usize = 3;
 /// would be zero, so the line is drawn through the moments where the reading changes, at which the
 /// true value lies midway; with fewer than two of them, through both ends. The uncertainty is
 /// widened by [`quantisation_sigma`]. Expects ascending `x`. `None` as for [`theil_sen`].
-pub fn trend(x: &[f64], y: &[f64], step: f64) -> Option<Line> {
+pub fn trend(x: &[f64], y: &[f64], step: f64) -> Option<RegressionLine> {
     let (x, y) = finite(x, y);
     let span = x.last()? - x.first()?;
     let (change_x, change_y) = changes(&x, &y);
@@ -21,7 +21,7 @@ pub fn trend(x: &[f64], y: &[f64], step: f64) -> Option<Line> {
         0 | 1 => theil_sen(&ends(&x), &ends(&y)),
         _ => theil_sen(&change_x, &change_y),
     }?;
-    Some(Line { slope: line.slope.widened(quantisation_sigma(step, span)), ..line })
+    Some(RegressionLine { slope: line.slope.widened(quantisation_sigma(step, span)), ..line })
 }
 
 /// The smallest step from one finite value to the next that differs: a bound on how finely a

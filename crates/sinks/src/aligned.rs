@@ -1,6 +1,6 @@
 //! One table of many streams at common times.
 
-mod happening;
+mod event_cells;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
@@ -21,7 +21,7 @@ use teampulse_timefilter::align::{
     AlignError, Aligner, Cell, Mode, Onto, Output, Policy, Row, Run, SourceId, SourceSettings,
 };
 
-use self::happening::Happenings;
+use self::event_cells::EventCells;
 use crate::csv::{exact_secs, number, quoted};
 
 /// How long to wait for something new before looking again.
@@ -65,7 +65,7 @@ impl Aligned {
         let mut members = Vec::new();
         for (stream, policy) in streams {
             let channels = match stream.shape {
-                Shape::Event => Happenings::CHANNELS,
+                Shape::Event => EventCells::CHANNELS,
                 _ => stream.channels.len(),
             };
             let settings = SourceSettings {
@@ -98,22 +98,22 @@ impl Sink for Aligned {
             message: format!("write {}: {error}", path.display()),
             hint: "look at the disk's free space and at the folder's permissions".into(),
         };
-        let mut desk = Desk::open(*self).map_err(|error| lost(&error))?;
+        let mut table = AlignedTable::open(*self).map_err(|error| lost(&error))?;
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
-                    let written = batch.iter().try_for_each(|record| desk.take(record));
+                    let written = batch.iter().try_for_each(|record| table.take(record));
                     written.map_err(|error| lost(&error))?;
                 }
                 Received::Silence => {}
-                Received::Closed => return desk.finish().map_err(|error| lost(&error)),
+                Received::Closed => return table.finish().map_err(|error| lost(&error)),
             }
         }
     }
 }
 
 /// The sink at work.
-struct Desk {
+struct AlignedTable {
     members: Vec<Member>,
     /// The place of each stream of the session among the members; `None` for those that are not
     /// in the table.
@@ -128,23 +128,23 @@ struct Table {
     file: BufWriter<File>,
     failed: Option<io::Error>,
     /// Of the times of each stream, as they were told.
-    uncertainties: Vec<Told>,
+    uncertainties: Vec<Uncertainties>,
     /// What happened, where the rows are at events.
-    happenings: Option<Happenings>,
+    events: Option<EventCells>,
 }
 
-impl Desk {
-    fn open(sink: Aligned) -> io::Result<Desk> {
+impl AlignedTable {
+    fn open(sink: Aligned) -> io::Result<AlignedTable> {
         if let Some(folder) = sink.path.parent() {
             private::create_folders(folder)?;
         }
         let mut file = BufWriter::new(private::create(&sink.path)?);
         let columns = sink.members.iter().flat_map(|member| columns(&member.stream));
         writeln!(file, "unix_secs,{}", columns.collect::<Vec<_>>().join(","))?;
-        let uncertainties = sink.members.iter().map(|_| Told::default()).collect();
+        let uncertainties = sink.members.iter().map(|_| Uncertainties::default()).collect();
         let is_of_events =
             sink.members.first().is_some_and(|first| first.stream.shape == Shape::Event);
-        Ok(Desk {
+        Ok(AlignedTable {
             members: sink.members,
             places: BTreeMap::new(),
             aligner: sink.aligner,
@@ -153,7 +153,7 @@ impl Desk {
                 file,
                 failed: None,
                 uncertainties,
-                happenings: is_of_events.then(Happenings::default),
+                events: is_of_events.then(EventCells::default),
             },
         })
     }
@@ -187,8 +187,8 @@ impl Desk {
 
     fn push(&mut self, place: usize, sample: &Sample, stream: &Stream) {
         let (measured, arrival) = (sample.measured.nanos(), sample.log_time.nanos());
-        if let (Data::Event(event), Some(happenings)) = (&sample.data, &mut self.table.happenings) {
-            let values = happenings.push(event);
+        if let (Data::Event(event), Some(events)) = (&sample.data, &mut self.table.events) {
+            let values = events.push(event);
             let run = Run { measured, period_nanos: 0.0, arrival, values: &values };
             let (source, table) = (self.members[place].source, &mut self.table);
             let taken = self.aligner.push_run(source, run, |output| table.take(output));
@@ -251,8 +251,8 @@ impl Table {
     fn write(&mut self, row: &Row<'_>) -> io::Result<()> {
         write!(self.file, "{}", exact_secs(Time::from_nanos(row.at)))?;
         for (place, (_, cell)) in row.cells().enumerate() {
-            if let (0, Some(happenings)) = (place, &mut self.happenings) {
-                write!(self.file, ",{}", happenings.cells(cell.values))?;
+            if let (0, Some(events)) = (place, &mut self.events) {
+                write!(self.file, ",{}", events.cells(cell.values))?;
                 continue;
             }
             let told = self.uncertainties.get_mut(place);
@@ -277,9 +277,9 @@ impl Table {
 
 /// The uncertainties of a stream's times, as they were told second by second.
 #[derive(Default)]
-struct Told(VecDeque<(i64, f64)>);
+struct Uncertainties(VecDeque<(i64, f64)>);
 
-impl Told {
+impl Uncertainties {
     fn take(&mut self, at: i64, uncertainty_secs: f64) {
         if self.0.len() == LONGEST_WAIT_SECS {
             self.0.pop_front();
@@ -312,7 +312,7 @@ fn idle_nanos(policy: Policy) -> i64 {
 fn columns(stream: &Stream) -> Vec<String> {
     let name = &stream.name;
     if stream.shape == Shape::Event {
-        return Happenings::COLUMNS.map(|word| quoted(&format!("{name}:{word}"))).to_vec();
+        return EventCells::COLUMNS.map(|word| quoted(&format!("{name}:{word}"))).to_vec();
     }
     let values = stream.channels.iter().zip(&stream.units);
     let values = values.map(|(channel, unit)| match unit.as_str() {

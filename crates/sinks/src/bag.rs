@@ -1,6 +1,6 @@
 //! The bag: everything, in rosbag2's MCAP layout.
 
-mod telling;
+mod continuing;
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use teampulse_bag::{BagSink, Compression, Options, Place, Version};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 
-pub use telling::{Again, Telling};
+pub use continuing::{Again, ContinuingBag};
 
 use crate::SinkContext;
 
@@ -116,7 +116,7 @@ split_mib   = 4096"#;
             OnFailure::Retry => Again::Beside { fallback: self.fallback },
             OnFailure::End => Again::Never,
         };
-        Ok(Box::new(Telling { bag, ended: context.bag_ended.clone(), again }))
+        Ok(Box::new(ContinuingBag { bag, ended: context.bag_ended.clone(), again }))
     }
 }
 

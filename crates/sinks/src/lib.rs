@@ -16,7 +16,7 @@ use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 
 pub use aligned::Aligned;
-pub use bag::{Again, Bag, Telling};
+pub use bag::{Again, Bag, ContinuingBag};
 pub use csv::{Csv, tables_beside};
 pub use terminal::{
     Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Settings as TerminalSettings,

@@ -22,9 +22,9 @@ use tokio::sync::Notify;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
 
-use crate::apart::Apart;
+use crate::loss_counter::LossCounter;
+use crate::publisher_split::PublisherSplit;
 use crate::publishing::{Key, gids, offered, who};
-use crate::tally::Tally;
 
 use places::Places;
 use stamped::{Stamped, known_schema};
@@ -90,7 +90,7 @@ struct Followed {
     id: StreamId,
     stream: Stream,
     stamped: Stamped,
-    ears: Ears,
+    receivers: Receivers,
     /// Who was last seen to publish it, and who was told to.
     publishers: Vec<Gid>,
     published_by: Vec<String>,
@@ -99,11 +99,11 @@ struct Followed {
 }
 
 /// What takes the messages of a topic.
-enum Ears {
+enum Receivers {
     /// All as they came, in one stream.
-    AsTheyCame(Arc<Mutex<Tally>>),
+    Unsplit(Arc<Mutex<LossCounter>>),
     /// Decoded, and each publisher's apart.
-    Apart(Arc<Mutex<Apart>>),
+    Split(Arc<Mutex<PublisherSplit>>),
 }
 
 impl<'a> Following<'a> {
@@ -203,16 +203,16 @@ impl<'a> Following<'a> {
             stream.publisher = who(graph, endpoint.gid);
         }
         let id = self.outlet.declare(stream.clone());
-        let (ears, deliver) = match self.kept {
+        let (receivers, deliver) = match self.kept {
             Kept::AsTheyCame => {
-                let tally = Arc::new(Mutex::new(Tally::new(id, self.bus.graph())));
-                let deliver = self.keeping(id, &stamped, &tally);
-                (Ears::AsTheyCame(tally), deliver)
+                let losses = Arc::new(Mutex::new(LossCounter::new(id, self.bus.graph())));
+                let deliver = self.keeping(id, &stamped, &losses);
+                (Receivers::Unsplit(losses), deliver)
             }
             Kept::Decoded => {
-                let apart = Apart::new(self.outlet, self.bus.graph(), (id, &stream));
-                let apart = Arc::new(Mutex::new(apart));
-                (Ears::Apart(Arc::clone(&apart)), taking(apart))
+                let split = PublisherSplit::new(self.outlet, self.bus.graph(), (id, &stream));
+                let split = Arc::new(Mutex::new(split));
+                (Receivers::Split(Arc::clone(&split)), taking(split))
             }
         };
         let subscription = self.subscribe(endpoint, deliver);
@@ -224,7 +224,7 @@ impl<'a> Following<'a> {
             id,
             stream,
             stamped,
-            ears,
+            receivers,
             publishers,
             published_by,
             _subscription: subscription,
@@ -241,25 +241,30 @@ impl<'a> Following<'a> {
             let mut publishers = graph.publishers(&key.0);
             let publisher = publishers.find(|each| each.type_name == key.1 && !each.own);
             let Some(mut stream) = publisher.and_then(choose) else { continue };
-            let Ears::Apart(apart) = &followed.ears else { continue };
-            let mut apart = lock(apart);
-            lock(&apart.heard().hearing).describe(&mut stream);
+            let Receivers::Split(split) = &followed.receivers else { continue };
+            let mut split = lock(split);
+            lock(&split.primary().observed).describe(&mut stream);
             stream.qos = offered(key, graph);
             stream.publisher.clone_from(&followed.stream.publisher);
             if stream != followed.stream {
                 self.outlet.declare(stream.clone());
-                apart.describe(&stream);
+                split.describe(&stream);
                 followed.stream = stream;
             }
         }
     }
 
     /// What hands messages over as they came.
-    fn keeping(&self, id: StreamId, stamped: &Stamped, tally: &Arc<Mutex<Tally>>) -> Deliver {
-        let (outlet, tally, stamped) = (self.outlet.clone(), Arc::clone(tally), stamped.clone());
+    fn keeping(
+        &self,
+        id: StreamId,
+        stamped: &Stamped,
+        losses: &Arc<Mutex<LossCounter>>,
+    ) -> Deliver {
+        let (outlet, losses, stamped) = (self.outlet.clone(), Arc::clone(losses), stamped.clone());
         let by_host = !outlet.clock().is_told();
         Arc::new(move |arrival: Arrival| {
-            lock(&tally).count(&arrival, &outlet);
+            lock(&losses).count(&arrival, &outlet);
             let source_time = if stamped.is_by_header() {
                 let stamp = fields::header_stamp(&arrival.bytes);
                 stamp.map(|stamp| outlet.clock().session_from_stamp(stamp))
@@ -328,8 +333,8 @@ impl<'a> Following<'a> {
     fn close(&mut self) {
         let graph = Arc::clone(&self.bus.graph().borrow());
         for (key, followed) in &self.followed {
-            if let Ears::Apart(apart) = &followed.ears {
-                lock(apart).close(&gids(key, &graph).collect());
+            if let Receivers::Split(split) = &followed.receivers {
+                lock(split).close(&gids(key, &graph).collect());
             }
         }
         self.tell_losses();
@@ -341,9 +346,9 @@ impl<'a> Following<'a> {
     fn tell_losses(&mut self) {
         let mut of_reliable = BTreeMap::new();
         for ((topic, _), followed) in &self.followed {
-            let lost = match &followed.ears {
-                Ears::AsTheyCame(tally) => lock(tally).tell(self.outlet),
-                Ears::Apart(apart) => lock(apart).tell_losses(),
+            let lost = match &followed.receivers {
+                Receivers::Unsplit(losses) => lock(losses).tell(self.outlet),
+                Receivers::Split(split) => lock(split).tell_losses(),
             };
             let reliable = |qos: &Qos| qos.reliability == Reliability::Reliable;
             if lost > 0 && followed.stream.qos.iter().all(reliable) {
@@ -391,8 +396,8 @@ pub(crate) fn fault(outlet: &Outlet, label: String) {
 }
 
 /// What hands over to the streams of one person's topic.
-fn taking(apart: Arc<Mutex<Apart>>) -> Deliver {
-    Arc::new(move |arrival: Arrival| lock(&apart).take(arrival))
+fn taking(split: Arc<Mutex<PublisherSplit>>) -> Deliver {
+    Arc::new(move |arrival: Arrival| lock(&split).take(arrival))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -7,11 +7,11 @@ pub mod simulated;
 pub mod session;
 pub mod claims;
 mod follow;
-mod apart;
+mod publisher_split;
 mod publishers;
 mod publishing;
-mod hearing;
-mod tally;
+mod decoding;
+mod loss_counter;
 mod stamping;
 mod numbers;
 

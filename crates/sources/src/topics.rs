@@ -36,19 +36,19 @@ impl Component<dyn Source, SourceContext> for Topics {
         let wanted = Arc::clone(&names);
         let claimed =
             context.claims.lay(&bus, Rank::Named, move |each| wants(&wanted, &each.topic));
-        Ok(Box::new(Watch { bus, names, claimed }))
+        Ok(Box::new(TopicsSource { bus, names, claimed }))
     }
 }
 
 /// Topics being recorded.
-struct Watch {
+struct TopicsSource {
     bus: Arc<dyn Bus>,
     names: Arc<Vec<Pattern>>,
     claimed: Claimed,
 }
 
 #[async_trait]
-impl Source for Watch {
+impl Source for TopicsSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         follow(Arc::clone(&self.bus), outlet, |endpoint| {
             let is_wanted = wants(&self.names, &endpoint.topic) && self.claimed.is_ours(endpoint);

@@ -15,7 +15,7 @@ pub fn drive(bytes: &mut Bytes<'_>) {
     let onto = if bytes.flag() { Onto::Pivot } else { Onto::Grid { period_nanos } };
     let mode = if bytes.flag() { Mode::Available } else { Mode::Reproducible };
     let Ok(mut aligner) = Aligner::new(onto, mode) else { return };
-    let mut told = Told::default();
+    let mut told = Outputs::default();
     let mut sources = Vec::new();
     while !bytes.is_over() {
         step(&mut aligner, &mut sources, bytes, &mut told);
@@ -30,7 +30,7 @@ fn step(
     aligner: &mut Aligner,
     sources: &mut Vec<(SourceId, usize)>,
     bytes: &mut Bytes<'_>,
-    told: &mut Told,
+    told: &mut Outputs,
 ) {
     let which = bytes.byte();
     let known = sources.get(usize::from(which >> 4) % sources.len().max(1)).copied();
@@ -61,7 +61,7 @@ fn push(
     source: SourceId,
     channels: usize,
     bytes: &mut Bytes<'_>,
-    told: &mut Told,
+    told: &mut Outputs,
 ) {
     let values: Vec<f64> = (0..channels).map(|_| bytes.number()).collect();
     let arrival = bytes.time();
@@ -83,7 +83,7 @@ fn push_run(
     source: SourceId,
     channels: usize,
     bytes: &mut Bytes<'_>,
-    told: &mut Told,
+    told: &mut Outputs,
 ) {
     let count = bytes.below(8) * channels + usize::from(bytes.below(16) == 0);
     let values: Vec<f64> = (0..count).map(|_| bytes.number()).collect();
@@ -125,13 +125,13 @@ fn policy(bytes: &mut Bytes<'_>) -> Policy {
 
 /// What was given to it and what it gave out.
 #[derive(Default)]
-struct Told {
+struct Outputs {
     samples: u64,
     rows: u64,
     last: Option<i64>,
 }
 
-impl Told {
+impl Outputs {
     fn see(&mut self, output: Output<'_>) {
         let Output::Row(row) = output else { return };
         assert!(self.last.is_none_or(|last| last < row.at), "rows are in order");

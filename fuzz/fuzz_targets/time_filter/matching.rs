@@ -13,7 +13,7 @@ pub fn drive(bytes: &mut Bytes<'_>) {
     let mut approximate = ApproximateTime::new(&settings);
     let queue_size = bytes.below(20);
     let mut exact = ExactTime::new(topics, queue_size);
-    let (mut told_approximate, mut told_exact) = (Told::of(topics), Told::of(topics));
+    let (mut told_approximate, mut told_exact) = (Counts::of(topics), Counts::of(topics));
     let mut pushed = 0;
     while !bytes.is_over() {
         let topic = bytes.below(topics + 1);
@@ -46,18 +46,18 @@ fn settings(bytes: &mut Bytes<'_>) -> ApproximateSettings {
 }
 
 /// The messages of which it was told.
-struct Told {
+struct Counts {
     topics: usize,
     messages: usize,
 }
 
-impl Told {
-    fn of(topics: usize) -> Told {
-        Told { topics, messages: 0 }
+impl Counts {
+    fn of(topics: usize) -> Counts {
+        Counts { topics, messages: 0 }
     }
 }
 
-impl Listener<usize> for Told {
+impl Listener<usize> for Counts {
     fn set(&mut self, set: Set<'_, usize>) {
         assert_eq!(set.len(), self.topics);
         self.messages += set.len();

@@ -1,8 +1,8 @@
 //! Sessions of computers that stamp what they send.
 
 use super::oscillator::Oscillator;
+use super::packet_paths::{Network, PacketPath};
 use super::random::Random;
-use super::ways::{Network, Way};
 use super::{Happened, Packet, Probe, Session, Stamped, Stamps, What, nanos};
 
 /// A computer that sends messages of so many samples each.

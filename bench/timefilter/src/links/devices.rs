@@ -1,8 +1,10 @@
 //! Sessions of devices that stamp or number what they send.
 
 use super::oscillator::Oscillator;
+use super::packet_paths::{
+    Bluetooth, Camera, INTERVAL_STEP, Network, PacketPath, Polled, Saturated,
+};
 use super::random::Random;
-use super::ways::{Bluetooth, Camera, INTERVAL_STEP, Network, Polled, Saturated, Way};
 use super::{Happened, Packet, Session, Stamped, Stamps, What, nanos};
 
 /// How a device measures and sends.
@@ -33,7 +35,7 @@ impl Device {
     /// What arrives in so many seconds.
     pub(super) fn run(
         &self,
-        way: &mut dyn Way,
+        way: &mut dyn PacketPath,
         secs: f64,
         stamped: Stamped,
         random: &mut Random,

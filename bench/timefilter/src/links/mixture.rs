@@ -2,8 +2,8 @@
 
 use super::devices::Device;
 use super::oscillator::Oscillator;
+use super::packet_paths::{Bluetooth, Camera, Network, PacketPath, Polled, Saturated};
 use super::random::Random;
-use super::ways::{Bluetooth, Camera, Network, Polled, Saturated, Way};
 use super::{Session, Stamped};
 
 pub(super) fn mixture(random: &mut Random, secs: f64) -> Session {
@@ -31,7 +31,7 @@ pub(super) fn mixture(random: &mut Random, secs: f64) -> Session {
         }
     }
     let stamped = if by_device { Stamped::Device } else { Stamped::Number(device.rate_hz) };
-    let mut way: Box<dyn Way> = match random.below(5) {
+    let mut way: Box<dyn PacketPath> = match random.below(5) {
         0 => Box::new(Camera::new()),
         1 => {
             let mut way = Network::wifi();

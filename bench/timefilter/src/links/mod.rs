@@ -6,7 +6,7 @@
 
 mod random;
 mod oscillator;
-mod ways;
+mod packet_paths;
 mod devices;
 mod computers;
 mod mixture;
@@ -251,7 +251,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "mixture",
-        doc: "a random mixture of all that: clocks, rates, batches, ways, losses, duplicates",
+        doc: "a random mixture of all that: clocks, rates, batches, packet paths, losses, duplicates",
         bars: within(P95::Any),
         make: mixture::mixture,
     },

@@ -1,7 +1,7 @@
 //! `teampulse calibrate`: a device's fixed latency from an event that two streams saw.
 
 mod edit;
-mod seen;
+mod signals;
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 use crate::study::Study;
-use seen::{Recorded, Span, Wanted, record};
+use signals::{Recorded, Span, Wanted, record};
 
 /// A latency that is known no better than this is not worth writing down [s].
 const WORST_SECS: f64 = 0.1;
@@ -61,7 +61,7 @@ pub struct Calibrate {
 
 /// What is told.
 #[derive(Debug, Serialize)]
-struct Told {
+struct CalibrationReport {
     reference: String,
     stream: String,
     lag_secs: f64,
@@ -88,26 +88,31 @@ impl Calibrate {
         let [reference, stream] = &recorded.seen;
         let found = calibrate(reference.seen(), stream.seen(), self.max_lag);
         let found = found.map_err(|error| Failure::to(error).hint(error.hint()))?;
-        let told = self.tell(&bag, &recorded, &found)?;
+        let report = self.tell(&bag, &recorded, &found)?;
         if self.json {
-            output::json(&told);
+            output::json(&report);
         } else {
-            show(&told);
+            show(&report);
         }
-        match (&told.doubt, &self.write) {
+        match (&report.doubt, &self.write) {
             (Some(doubt), Some(study)) => {
                 return Err(Failure::new(format!("{} is left as it is: {doubt}", study.display()))
                     .hint("record more events, apart from other motion, or give --from and --to"));
             }
             (Some(doubt), None) => output::note(format!("warning: {doubt}")),
-            (None, Some(study)) => write(study, &told)?,
+            (None, Some(study)) => write(study, &report)?,
             (None, None) => {}
         }
         let exit = if recorded.is_whole { Exit::Fine } else { Exit::DataLost };
         Ok(after_reading(&bag, &Unread::default(), exit))
     }
 
-    fn tell(&self, bag: &Bag, recorded: &Recorded, found: &Calibration) -> Result<Told, Failure> {
+    fn tell(
+        &self,
+        bag: &Bag,
+        recorded: &Recorded,
+        found: &Calibration,
+    ) -> Result<CalibrationReport, Failure> {
         let [_, stream] = &recorded.seen;
         let recorded_as = stream.device();
         let in_force = recorded.has_latency.then(|| latency_in_force(bag, &recorded_as));
@@ -117,7 +122,7 @@ impl Calibrate {
         let latency_secs = recorded_latency_secs + found.lag_secs;
         // A latency of about none may come out as a little less.
         let is_none = latency_secs < 0.0 && -latency_secs <= found.uncertainty_secs;
-        Ok(Told {
+        Ok(CalibrationReport {
             reference: self.reference.to_string(),
             stream: self.stream.to_string(),
             lag_secs: found.lag_secs,
@@ -159,9 +164,9 @@ fn latency_in_force(bag: &Bag, device: &str) -> Result<f64, Failure> {
     Ok(settings.unwrap_or_else(|| known().secs))
 }
 
-fn show(told: &Told) {
-    let Told { reference, stream, events, .. } = told;
-    let (lag_ms, uncertainty_ms) = (1e3 * told.lag_secs, 1e3 * told.uncertainty_secs);
+fn show(report: &CalibrationReport) {
+    let CalibrationReport { reference, stream, events, .. } = report;
+    let (lag_ms, uncertainty_ms) = (1e3 * report.lag_secs, 1e3 * report.uncertainty_secs);
     output::line(format!(
         "{stream} shows {events} {} of {reference} {:.1} ms {} (± {uncertainty_ms:.1} ms, 95 %)",
         if *events == 1 { "event" } else { "events" },
@@ -170,28 +175,28 @@ fn show(told: &Told) {
     ));
     output::line(format!(
         "correlation {:.2}, at the next best lag {:.2}",
-        told.correlation, told.next_correlation
+        report.correlation, report.next_correlation
     ));
-    if told.recorded_latency_secs > 0.0 {
-        let recorded_ms = 1e3 * told.recorded_latency_secs;
+    if report.recorded_latency_secs > 0.0 {
+        let recorded_ms = 1e3 * report.recorded_latency_secs;
         output::line(format!("recorded with a latency of {recorded_ms:.1} ms"));
     }
-    output::line(format!("\n{}", edit::lines(&told.device, &told.clock())));
+    output::line(format!("\n{}", edit::lines(&report.device, &report.clock())));
 }
 
-impl Told {
+impl CalibrationReport {
     fn clock(&self) -> edit::Latency {
         edit::Latency { secs: self.latency_secs, uncertainty_secs: self.uncertainty_secs }
     }
 }
 
 /// Writes the latency into a study, which must be one before and after.
-fn write(path: &Path, told: &Told) -> Result<(), Failure> {
+fn write(path: &Path, report: &CalibrationReport) -> Result<(), Failure> {
     let shown = path.display();
     let unreadable = |error| Failure::to(format!("read the study {shown}: {error}"));
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
     Study::parse(path, text.clone())?;
-    let edited = edit::with_latency(&text, &told.device, &told.clock())
+    let edited = edit::with_latency(&text, &report.device, &report.clock())
         .map_err(|reason| Failure::to(format!("edit the study {shown}: {reason}")))?;
     Study::parse(path, edited.clone())?;
     let unwritten = |error| Failure::to(format!("write the study {shown}: {error}"));

@@ -7,10 +7,10 @@ mod options;
 mod plausible;
 mod progress;
 mod rows;
-mod shown;
+mod printed;
 mod table;
 mod times;
-mod told;
+mod report;
 mod truth;
 mod windows;
 
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use teampulse_signal::agreement::matched;
-use teampulse_signal::analysis::{Cadence, Live, Recording, Told as live};
+use teampulse_signal::analysis::{Cadence, Live, LiveOutput, Recording};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -31,8 +31,8 @@ pub use table::{Row, Table};
 use found::{Found, Purpose};
 use options::{failure, mains, seconds, warn};
 use progress::Progress;
+use report::{Report, Score};
 use table::{TableError, is_raw};
-use told::{Score, Told};
 use windows::{Lengths, Windows};
 
 /// Events count as found within these distances of the true ones [s]: the usual one of beats, and one
@@ -134,14 +134,14 @@ impl Extract {
         let method = if self.method == Method::Causal { "causal" } else { "whole" };
         match purpose {
             Purpose::Kept => {
-                output::json(&Told::new(self.signal.word(), rate_hz, method, &found, score));
+                output::json(&Report::new(self.signal.word(), rate_hz, method, &found, score));
             }
             Purpose::Events => {
                 score.iter().flatten().for_each(|each| output::note(each.shown()));
             }
             Purpose::Windows => {
-                shown::recipes(&found.values, method);
-                output::line(format!("\n{}", shown::counts(&found.counts)));
+                printed::recipes(&found.values, method);
+                output::line(format!("\n{}", printed::counts(&found.counts)));
                 output::lines(score.iter().flatten().map(Score::shown));
             }
         }
@@ -190,12 +190,12 @@ impl Extract {
                 held += row.values.len() * (1 + rows.times().skipped());
                 not_too_much(held, Method::Causal)?;
             }
-            let missing = live.push(at_ns, &row.values, &mut |told| match told {
-                live::Event(event) => progress.aside(|| found.event(event)),
-                live::Window(_, span, measured) if windows.take(span) => {
+            let missing = live.push(at_ns, &row.values, &mut |output| match output {
+                LiveOutput::Event(event) => progress.aside(|| found.event(event)),
+                LiveOutput::Window(_, span, measured) if windows.take(span) => {
                     progress.aside(|| found.window(span, measured));
                 }
-                live::Window(..) => {}
+                LiveOutput::Window(..) => {}
             });
             found.count(missing, row.line);
             progress.reading(rows.table().rows(), || rows.table().read_share());

@@ -16,7 +16,7 @@ use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Again, Telling};
+use teampulse_sinks::{Again, ContinuingBag};
 
 use crate::commands::info::open;
 use crate::commands::replay::{defaults, describe_foreign, replayed, study_at, study_of};
@@ -109,7 +109,7 @@ impl Import {
         let options = Options { session, place: Place::Claimed, ..Options::default() };
         let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
         let (ended, again) = (context.bag_ended.clone(), Again::Never);
-        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Telling { bag, ended, again })];
+        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag { bag, ended, again })];
         sinks.extend(tidy(&study, &context)?);
         let report = tables.report();
         let source: Box<dyn Source> = Box::new(tables);

@@ -32,7 +32,7 @@ pub struct Info {
 
 /// What is told of a bag.
 #[derive(Debug, Serialize)]
-struct Told {
+struct BagInfo {
     path: String,
     messages: u64,
     /// Null for a bag without messages.
@@ -65,13 +65,13 @@ impl Info {
         if !self.json {
             return self.show();
         }
-        let (mut told, mut exit) = (Vec::new(), Exit::Fine);
+        let (mut bags, mut exit) = (Vec::new(), Exit::Fine);
         for path in &self.bags {
             let bag = self.opened(path)?;
             exit = self.after(&bag, exit);
-            told.push(tell(&bag));
+            bags.push(describe(&bag));
         }
-        match told.as_slice() {
+        match bags.as_slice() {
             [one] => output::json(one),
             several => output::json(&several),
         }
@@ -87,7 +87,7 @@ impl Info {
             if place > 0 {
                 output::line("");
             }
-            show(&tell(&bag));
+            show(&describe(&bag));
             if self.check && damage(&bag).is_empty() {
                 let count = bag.messages_count();
                 output::line(format!("checked: all {count} messages were read, and all are whole"));
@@ -96,7 +96,7 @@ impl Info {
         Ok(exit)
     }
 
-    /// The exit code after a bag was told of: one that was checked has failed where anything is damaged.
+    /// The exit code after a bag: the check of a damaged bag has failed.
     fn after(&self, bag: &Bag, exit: Exit) -> Exit {
         if self.check && !damage(bag).is_empty() { Exit::Failed } else { exit }
     }
@@ -131,7 +131,8 @@ pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
 
 /// What is known to be damaged in a bag: all of it once it was checked.
 pub fn damage(bag: &Bag) -> Vec<String> {
-    let places = bag.damage().map(|(path, each)| format!("{}: {}", path.display(), told(each)));
+    let places =
+        bag.damage().map(|(path, each)| format!("{}: {}", path.display(), damage_text(each)));
     let missing = (bag.missing() > 0).then(|| {
         let (path, missing) = (bag.path().display(), bag.missing());
         format!("{path}: {missing} of {} messages are missing", bag.messages_count() + missing)
@@ -140,7 +141,7 @@ pub fn damage(bag: &Bag) -> Vec<String> {
 }
 
 /// What is damaged, and where.
-pub fn told(damage: &Damage) -> String {
+pub fn damage_text(damage: &Damage) -> String {
     let Damage { offset, lost_bytes, reason, .. } = damage;
     match lost_bytes {
         0 => format!("at byte {offset}: {reason}"),
@@ -148,7 +149,7 @@ pub fn told(damage: &Damage) -> String {
     }
 }
 
-fn tell(bag: &Bag) -> Told {
+fn describe(bag: &Bag) -> BagInfo {
     let (first, last) = bag.bounds().unwrap_or_default();
     let duration_secs = last.secs_since(first);
     let mut streams: Vec<Row> =
@@ -161,7 +162,7 @@ fn tell(bag: &Bag) -> Told {
     }
     streams.sort_by(|a, b| a.name.cmp(&b.name));
     let before = bag.notes().get(DAMAGE_NOTE).map(|note| format!("before: {note}"));
-    Told {
+    BagInfo {
         path: bag.path().display().to_string(),
         messages: bag.messages_count(),
         start_secs: bag.bounds().map(|(first, _)| first.secs()),
@@ -199,19 +200,19 @@ fn how_it_ended(notes: &BTreeMap<String, String>) -> impl Iterator<Item = String
     ended.into_iter().chain(noted(CONTINUES_NOTE, "goes on from"))
 }
 
-fn show(told: &Told) {
-    output::line(format!("{}  {} messages", told.path, told.messages));
-    if let Some(start_secs) = told.start_secs {
+fn show(info: &BagInfo) {
+    output::line(format!("{}  {} messages", info.path, info.messages));
+    if let Some(start_secs) = info.start_secs {
         let start = Time::from_nanos((start_secs * 1e9) as i64);
-        output::line(format!("from {start} for {:.1} s", told.duration_secs));
+        output::line(format!("from {start} for {:.1} s", info.duration_secs));
     }
-    if told.two_sided {
+    if info.two_sided {
         output::line("times are two-sided: retime made them from all of each clock's course");
     }
-    output::lines(how_it_ended(&told.notes));
-    output::lines(told.damage.iter().map(|each| format!("damaged: {each}")));
+    output::lines(how_it_ended(&info.notes));
+    output::lines(info.damage.iter().map(|each| format!("damaged: {each}")));
     output::line("");
-    output::lines(table(&told.streams));
+    output::lines(table(&info.streams));
 }
 
 /// The streams, a line each below a head: columns are as wide as what stands in them.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use teampulse_bag::{BagError, Found, RecoveredFile};
 
-use crate::commands::info::told;
+use crate::commands::info::damage_text;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output::{self, say};
@@ -74,7 +74,7 @@ fn tell(file: &RecoveredFile) {
         return;
     }
     output::line(format!("{path}: mended, {} messages kept{lost}", file.messages));
-    output::lines(file.damage.iter().map(|each| format!("  {}", told(each))));
+    output::lines(file.damage.iter().map(|each| format!("  {}", damage_text(each))));
     if let Some(original) = &file.original {
         output::line(format!("  the damaged file is kept as {}", original.display()));
     }

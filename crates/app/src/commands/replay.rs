@@ -12,7 +12,7 @@ use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Again, Telling};
+use teampulse_sinks::{Again, ContinuingBag};
 use teampulse_sources::robots::{Choice, Robots};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
@@ -74,7 +74,7 @@ pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result
     let mut context = sink_context(study, &folder, &clock);
     context.damage = bag.lost_to_damage();
     let bag_sink = BagSink { folder, study: text, options };
-    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(Telling {
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag {
         bag: bag_sink,
         ended: context.bag_ended.clone(),
         again: Again::Never,

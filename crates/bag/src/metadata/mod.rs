@@ -2,7 +2,7 @@
 
 mod yaml;
 pub(crate) mod qos;
-mod told;
+mod parsed;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,9 +14,9 @@ use teampulse_core::private;
 use teampulse_core::qos::Qos;
 use teampulse_core::time::Time;
 
-use yaml::{Lines, scalar};
+use yaml::{YamlWriter, scalar};
 
-pub(crate) use told::Told;
+pub(crate) use parsed::ParsedMetadata;
 
 /// The name of the file in a bag's folder.
 pub(crate) const FILE_NAME: &str = "metadata.yaml";
@@ -113,7 +113,7 @@ impl Metadata {
 
     /// The same without its one top key, as it stands in an MCAP file.
     pub(crate) fn body(&self) -> String {
-        let mut out = Lines::default();
+        let mut out = YamlWriter::default();
         let number = if self.version == Version::V9 { 9 } else { 5 };
         out.line(0, format_args!("version: {number}"));
         out.line(0, format_args!("storage_identifier: mcap"));
@@ -136,7 +136,7 @@ impl Metadata {
         out.0
     }
 
-    fn write_custom(&self, out: &mut Lines) {
+    fn write_custom(&self, out: &mut YamlWriter) {
         let empty = if self.custom.is_empty() { " {}" } else { "" };
         out.line(0, format_args!("custom_data:{empty}"));
         for (key, value) in &self.custom {
@@ -157,7 +157,7 @@ impl Metadata {
 }
 
 impl Topic {
-    fn write(&self, version: Version, out: &mut Lines) {
+    fn write(&self, version: Version, out: &mut YamlWriter) {
         out.line(1, format_args!("- topic_metadata:"));
         out.line(3, format_args!("name: {}", scalar(&self.name)));
         out.line(3, format_args!("type: {}", scalar(&self.type_name)));
@@ -231,23 +231,23 @@ mod tests {
 
     #[test]
     fn what_a_reader_needs_comes_back() {
-        let told = Told::read(&metadata(Version::V9).to_yaml());
-        assert_eq!(told.storage, "mcap");
-        assert_eq!(told.compression_mode, "");
-        assert_eq!(told.files, ["b_0.mcap", "b_1.mcap"]);
-        assert_eq!(told.custom, metadata(Version::V9).custom);
+        let parsed = ParsedMetadata::read(&metadata(Version::V9).to_yaml());
+        assert_eq!(parsed.storage, "mcap");
+        assert_eq!(parsed.compression_mode, "");
+        assert_eq!(parsed.files, ["b_0.mcap", "b_1.mcap"]);
+        assert_eq!(parsed.custom, metadata(Version::V9).custom);
     }
 
     proptest! {
         #[test]
         fn any_custom_data_comes_back(custom: BTreeMap<String, String>) {
             let yaml = Metadata { custom: custom.clone(), ..Metadata::default() }.to_yaml();
-            prop_assert_eq!(Told::read(&yaml).custom, custom);
+            prop_assert_eq!(ParsedMetadata::read(&yaml).custom, custom);
         }
 
         #[test]
         fn any_text_is_read_without_a_panic(text: String) {
-            Told::read(&text);
+            ParsedMetadata::read(&text);
             qos::read(&text);
         }
     }

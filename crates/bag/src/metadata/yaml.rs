@@ -6,9 +6,9 @@ use super::Span;
 
 /// YAML being written, two spaces a level.
 #[derive(Default)]
-pub(super) struct Lines(pub(super) String);
+pub(super) struct YamlWriter(pub(super) String);
 
-impl Lines {
+impl YamlWriter {
     pub(super) fn line(&mut self, level: usize, text: std::fmt::Arguments<'_>) {
         writeln!(self.0, "{:indent$}{text}", "", indent = 2 * level)
             .expect("a string takes what is written to it");
@@ -22,7 +22,7 @@ impl Lines {
         self.line(level, format_args!("message_count: {}", span.messages));
     }
 
-    pub(super) fn list<T>(&mut self, key: &str, items: &[T], write: impl Fn(&mut Lines, &T)) {
+    pub(super) fn list<T>(&mut self, key: &str, items: &[T], write: impl Fn(&mut YamlWriter, &T)) {
         let empty = if items.is_empty() { " []" } else { "" };
         self.line(0, format_args!("{key}:{empty}"));
         for item in items {

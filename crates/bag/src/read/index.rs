@@ -14,7 +14,7 @@ use teampulse_core::time::Time;
 
 use crate::channel::{Channel, type_hash};
 use crate::error::{BagError, Found};
-use crate::metadata::{ROSBAG2_RECORD, SERIALIZED_KEY, Span, Told};
+use crate::metadata::{ParsedMetadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span};
 use crate::read::block::Block;
 use crate::read::foreign::{self, Opened, is_packed};
 use crate::read::parse::{self, ChannelRecord, Statistics};
@@ -42,7 +42,7 @@ pub(crate) struct Index {
     pub extras: Vec<Extra>,
     pub damage: Vec<Damage>,
     /// How many messages were written to it, as its statistics say.
-    pub told_messages: Option<u64>,
+    pub stated_messages: Option<u64>,
     schemas: BTreeMap<u16, Arc<Schema>>,
 }
 
@@ -136,7 +136,7 @@ impl Index {
             describing: Vec::new(),
             extras: Vec::new(),
             damage: Vec::new(),
-            told_messages: None,
+            stated_messages: None,
             schemas: BTreeMap::new(),
         }
     }
@@ -144,19 +144,19 @@ impl Index {
     /// Reads the summary at the end. An error when there is none, or it does not tell all.
     fn read_summary(&mut self) -> McapResult<()> {
         let summary = read_summary(&self.file)?;
-        let (mut chunks, mut told) = (Vec::new(), None);
+        let (mut chunks, mut statistics) = (Vec::new(), None);
         for record in Records::new(&summary) {
             let RawRecord { opcode, body, .. } = record?;
             match opcode {
                 op::CHUNK_INDEX => chunks.push(parse::chunk_index(body)?),
-                op::STATISTICS => told = Some(parse::statistics(body)?),
+                op::STATISTICS => statistics = Some(parse::statistics(body)?),
                 op::ATTACHMENT_INDEX => self.extra(op::ATTACHMENT, parse::extra_index(body)?),
                 op::METADATA_INDEX => self.extra(op::METADATA, parse::extra_index(body)?),
                 _ => self.define(opcode, body)?,
             }
         }
-        let told = told.ok_or(McapError::BadIndex)?;
-        if !self.is_complete(&told, chunks.len()) {
+        let statistics = statistics.ok_or(McapError::BadIndex)?;
+        if !self.is_complete(&statistics, chunks.len()) {
             return Err(McapError::BadIndex);
         }
         chunks.sort_by_key(|(chunk, _)| chunk.offset);
@@ -166,19 +166,19 @@ impl Index {
             }
             self.blocks.push(chunk);
         }
-        self.span = span(&told);
-        self.told_messages = Some(told.messages);
-        self.counts = told.counts;
+        self.span = span(&statistics);
+        self.stated_messages = Some(statistics.messages);
+        self.counts = statistics.counts;
         Ok(())
     }
 
     /// Whether the summary names all that the file holds.
-    fn is_complete(&self, told: &Statistics, chunks: usize) -> bool {
-        told.channels as usize == self.channels.len()
-            && told.chunks as usize == chunks
-            && (told.messages == 0 || chunks > 0)
-            && told.counts.values().try_fold(0_u64, |all, count| all.checked_add(*count))
-                == Some(told.messages)
+    fn is_complete(&self, statistics: &Statistics, chunks: usize) -> bool {
+        statistics.channels as usize == self.channels.len()
+            && statistics.chunks as usize == chunks
+            && (statistics.messages == 0 || chunks > 0)
+            && statistics.counts.values().try_fold(0_u64, |all, count| all.checked_add(*count))
+                == Some(statistics.messages)
     }
 
     /// Reads all messages, and notes the blocks that can't be read as damage.
@@ -253,13 +253,17 @@ impl Index {
         let body = (extra.opcode == op::METADATA).then(|| self.read_extra(extra).ok())??;
         let (name, record) = parse::metadata(&body).ok()?;
         let text = record.get(SERIALIZED_KEY).filter(|_| name == ROSBAG2_RECORD)?;
-        Some(Told::read_body(text).custom)
+        Some(ParsedMetadata::read_body(text).custom)
     }
 }
 
-fn span(told: &Statistics) -> Span {
+fn span(statistics: &Statistics) -> Span {
     let time = |nanos: u64| Time::from_nanos(nanos as i64);
-    Span { messages: told.messages, first: time(told.first), last: time(told.last) }
+    Span {
+        messages: statistics.messages,
+        first: time(statistics.first),
+        last: time(statistics.last),
+    }
 }
 
 /// A file that was cut inside its first bytes still counts as MCAP; other kinds are named.

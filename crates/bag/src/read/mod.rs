@@ -27,7 +27,7 @@ use teampulse_messages::convert::decode;
 
 use crate::channel::Channel;
 use crate::error::{BagError, Found};
-use crate::metadata::{FILE_NAME, Span, Told, Version};
+use crate::metadata::{FILE_NAME, ParsedMetadata, Span, Version};
 use crate::read::foreign::KINDS;
 use crate::read::index::{Damage, Index};
 use crate::read::messages::Messages;
@@ -50,7 +50,7 @@ pub struct Bag {
     places: HashMap<Key, usize>,
     /// For each part, what its channels carry.
     channels: Vec<BTreeMap<u16, Carried>>,
-    told: Told,
+    metadata: ParsedMetadata,
 }
 
 /// What a channel carries: a stream, by its place, with its type as it was known there.
@@ -78,16 +78,16 @@ pub struct BagStream {
 impl Bag {
     /// Opens a bag's folder, or one MCAP file.
     pub fn open(path: &Path) -> Result<Bag, BagError> {
-        let (files, told) = if path.is_dir() { files_of(path)? } else { only(path) };
+        let (files, metadata) = if path.is_dir() { files_of(path)? } else { only(path) };
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
         let (streams, places, channels) = (Vec::new(), HashMap::new(), Vec::new());
-        let mut bag = Bag { path: path.to_owned(), parts, streams, places, channels, told };
+        let mut bag = Bag { path: path.to_owned(), parts, streams, places, channels, metadata };
         bag.gather_streams();
         bag.read_descriptions();
         if !bag.notes().keys().any(|key| key.starts_with("lost_source:")) {
             let mut notes = kept_notes(&bag.parts);
-            notes.append(&mut bag.told.custom);
-            bag.told.custom = notes;
+            notes.append(&mut bag.metadata.custom);
+            bag.metadata.custom = notes;
         }
         Ok(bag)
     }
@@ -116,7 +116,7 @@ impl Bag {
 
     /// What its writer noted about the recording: the session's name, counts of lost messages.
     pub fn notes(&self) -> &BTreeMap<String, String> {
-        &self.told.custom
+        &self.metadata.custom
     }
 
     /// What is not as it was written, with the file it is in.
@@ -142,15 +142,15 @@ impl Bag {
         let missing = Some(self.missing()).filter(|missing| *missing > 0);
         let missing = missing.map(|missing| format!("{missing} messages are missing"));
         let before = self.notes().get(DAMAGE_NOTE).cloned();
-        let told: Vec<String> = before.into_iter().chain(unread).chain(missing).collect();
-        (!told.is_empty()).then(|| told.join("; "))
+        let damage: Vec<String> = before.into_iter().chain(unread).chain(missing).collect();
+        (!damage.is_empty()).then(|| damage.join("; "))
     }
 
     /// How many messages were written to it, as its statistics and `metadata.yaml` say, and are not
     /// found in it.
     pub fn missing(&self) -> u64 {
-        let parts = self.parts.iter().zip(self.told_messages());
-        parts.map(|(part, told)| told.unwrap_or(0).saturating_sub(part.span.messages)).sum()
+        let parts = self.parts.iter().zip(self.stated_messages());
+        parts.map(|(part, stated)| stated.unwrap_or(0).saturating_sub(part.span.messages)).sum()
     }
 
     /// The contents of the last attachment of a name; `None` when there is none.
@@ -187,12 +187,12 @@ impl Bag {
     }
 
     /// How many messages were written to each part, as its statistics or else `metadata.yaml` say.
-    pub(crate) fn told_messages(&self) -> Vec<Option<u64>> {
-        let told = |part: &Index| {
+    pub(crate) fn stated_messages(&self) -> Vec<Option<u64>> {
+        let stated = |part: &Index| {
             let name = part.path.file_name()?.to_str()?;
-            part.told_messages.max(self.told.messages.get(name).copied())
+            part.stated_messages.max(self.metadata.messages.get(name).copied())
         };
-        self.parts.iter().map(told).collect()
+        self.parts.iter().map(stated).collect()
     }
 
     pub(crate) fn carried(&self, part: usize, channel: u16) -> Option<&Carried> {
@@ -200,7 +200,7 @@ impl Bag {
     }
 
     pub(crate) fn metadata_version(&self) -> Version {
-        self.told.version
+        self.metadata.version
     }
 
     fn span(&self) -> Span {
@@ -318,22 +318,23 @@ fn place_of(
     place
 }
 
-fn only(file: &Path) -> (Vec<PathBuf>, Told) {
-    (vec![file.to_owned()], Told::default())
+fn only(file: &Path) -> (Vec<PathBuf>, ParsedMetadata) {
+    (vec![file.to_owned()], ParsedMetadata::default())
 }
 
 /// The files of a bag's folder, in order: as `metadata.yaml` says, else by their numbers.
-fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Told), BagError> {
+fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     let text = fs::read_to_string(folder.join(FILE_NAME)).unwrap_or_default();
-    let told = Told::read(&text);
+    let metadata = ParsedMetadata::read(&text);
     let not_a_bag = |found| Err(BagError::NotABag { path: folder.to_owned(), found });
-    let is_compressed = !matches!(told.compression_mode.to_ascii_uppercase().as_str(), "" | "NONE");
-    if is_compressed && !matches!(told.compression_format.as_str(), "" | "zstd") {
+    let is_compressed =
+        !matches!(metadata.compression_mode.to_ascii_uppercase().as_str(), "" | "NONE");
+    if is_compressed && !matches!(metadata.compression_format.as_str(), "" | "zstd") {
         return not_a_bag(Found::Compressed);
     }
     // Older versions wrote the folder's name in front.
     let named =
-        told.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
+        metadata.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
     let mut files: Vec<PathBuf> = named.collect();
     for found in files_in(folder)? {
         // One that rosbag2 unpacked beside the packed one is the same.
@@ -348,7 +349,7 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Told), BagError> {
             *file = packed;
         }
     }
-    if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, told)) }
+    if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, metadata)) }
 }
 
 /// A file's name as it is when it is not compressed.

@@ -135,7 +135,7 @@ impl Scan {
 
     fn take_statistics(&mut self, length: u64) -> McapResult<()> {
         let bytes = read_at(&self.index.file, self.at, length)?;
-        self.index.told_messages =
+        self.index.stated_messages =
             parse::statistics(&bytes[PREFIX_BYTES..]).ok().map(|t| t.messages);
         Ok(())
     }

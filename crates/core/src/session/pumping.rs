@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tokio::sync::oneshot;
 
-use super::sinks::{self, Way};
+use super::sinks::{self, Route};
 use super::{LOOK, Once, Outcome, Pace};
 use crate::clock::{Clock, Stopwatch};
 use crate::extractors::Broken;
@@ -68,18 +68,18 @@ struct Course {
 
 impl Pumping {
     /// Starts a pump on a thread of its own.
-    pub(super) fn start(mut line: Line) -> Pumping {
+    pub(super) fn start(mut pipeline: Pipeline) -> Pumping {
         let (tell_end, ended) = oneshot::channel();
-        let (course, pace) = (Arc::clone(&line.course), line.pace);
+        let (course, pace) = (Arc::clone(&pipeline.course), pipeline.pace);
         let work = move || {
-            let pumped = watched(|| line.run());
+            let pumped = watched(|| pipeline.run());
             if let Err(panic) = &pumped {
                 // What was whole before that is kept.
-                drop(watched(|| sinks::deliver(&mut line.ways, line.pump.records())));
+                drop(watched(|| sinks::deliver(&mut pipeline.routes, pipeline.pump.records())));
                 let reason = format!("go on: the pump panicked: {panic}");
-                line.ways.iter().for_each(|way| way.break_off(&reason));
+                pipeline.routes.iter().for_each(|route| route.break_off(&reason));
             }
-            drop(line);
+            drop(pipeline);
             // Nobody waits for a pump that was left behind.
             drop(tell_end.send(pumped));
         };
@@ -147,12 +147,12 @@ fn break_off(sinks: &[sinks::Running], reason: &str) {
 }
 
 /// The pump with what is before and behind it.
-pub(super) struct Line {
+pub(super) struct Pipeline {
     queue: Queue,
     clock: Clock,
     pace: Pace,
     pump: Pump,
-    ways: Vec<Way>,
+    routes: Vec<Route>,
     course: Arc<Course>,
     taken: u64,
     /// Since when the end is asked for.
@@ -161,15 +161,15 @@ pub(super) struct Line {
     is_plain: bool,
 }
 
-impl Line {
+impl Pipeline {
     pub(super) fn new(
         (queue, clock): (Queue, Clock),
         pace: Pace,
         pump: Pump,
-        ways: Vec<Way>,
-    ) -> Line {
+        routes: Vec<Route>,
+    ) -> Pipeline {
         let (course, taken) = (Arc::default(), 0);
-        Line { queue, clock, pace, pump, ways, course, taken, closing: None, is_plain: false }
+        Pipeline { queue, clock, pace, pump, routes, course, taken, closing: None, is_plain: false }
     }
 
     /// Runs until the queue has ended and is empty.
@@ -264,7 +264,7 @@ impl Line {
     /// Hands over what there is; what is to be told of sinks goes through the pump with the next.
     fn deliver(&mut self) {
         self.course.is_held.store(true, Ordering::Release);
-        let told = sinks::deliver(&mut self.ways, self.pump.records());
+        let told = sinks::deliver(&mut self.routes, self.pump.records());
         self.course.is_held.store(false, Ordering::Release);
         if self.pace == Pace::Live {
             for event in told {

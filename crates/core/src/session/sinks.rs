@@ -14,8 +14,8 @@ use crate::sink::queue_within;
 use crate::sink::{Batch, Delivery, Gate, Limits, Post, Posted, Sink, SinkError, Wants};
 use crate::streams::Streams;
 
-/// The way to a sink, and what it wants.
-pub(super) struct Way {
+/// The queue of a sink and the records it wants.
+pub(super) struct Route {
     name: &'static str,
     post: Post,
     wants: Wants,
@@ -37,7 +37,7 @@ pub(super) fn start(
     streams: &Streams,
     outlet: &Outlet,
     pace: Pace,
-) -> (Way, Running) {
+) -> (Route, Running) {
     let (name, wants, delivery) = (sink.name(), sink.wants(), sink.delivery());
     let mut limits = Limits::live(delivery);
     if pace == Pace::Recorded {
@@ -58,7 +58,7 @@ pub(super) fn start(
     };
     let thread = std::thread::Builder::new().name(name.into());
     let unstarted = thread.spawn(work).err();
-    (Way { name, post, wants }, Running { name, delivery, gate, unstarted, ended })
+    (Route { name, post, wants }, Running { name, delivery, gate, unstarted, ended })
 }
 
 fn panicked(delivery: Delivery, panic: &Panic) -> SinkError {
@@ -70,7 +70,7 @@ fn panicked(delivery: Delivery, panic: &Panic) -> SinkError {
     }
 }
 
-impl Way {
+impl Route {
     /// Nothing more will come, for a reason that fits after "failed to".
     pub(super) fn break_off(&self, reason: &str) {
         self.post.gate().break_off(reason);
@@ -107,14 +107,14 @@ impl Running {
 
 /// Hands records to each sink that wants them; a sink that has ended is left out from then on. Gives
 /// what is to be told of sinks that don't keep up.
-pub(super) fn deliver(ways: &mut Vec<Way>, records: &mut Vec<Record>) -> Vec<Event> {
+pub(super) fn deliver(routes: &mut Vec<Route>, records: &mut Vec<Record>) -> Vec<Event> {
     let mut told = Vec::new();
     if records.is_empty() {
         return told;
     }
     let all: Batch = records.drain(..).collect();
-    ways.retain(|way| {
-        let batch = match &way.wants {
+    routes.retain(|route| {
+        let batch = match &route.wants {
             Wants::Everything => Arc::clone(&all),
             Wants::Only(wanted) => {
                 all.iter().filter(|record| wanted(&record.stream)).cloned().collect()
@@ -123,8 +123,8 @@ pub(super) fn deliver(ways: &mut Vec<Way>, records: &mut Vec<Record>) -> Vec<Eve
         if batch.is_empty() {
             return true;
         }
-        let posted = way.post.deliver(&batch);
-        told.extend(said(way.name, &posted));
+        let posted = route.post.deliver(&batch);
+        told.extend(said(route.name, &posted));
         posted != Posted::Ended
     });
     told

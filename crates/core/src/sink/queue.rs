@@ -7,9 +7,9 @@ use std::time::Duration;
 use super::Delivery;
 use crate::clock::Stopwatch;
 use crate::fault::lasting;
+use crate::latched::Latched;
 use crate::outlet::Outlet;
 use crate::sample::Record;
-use crate::standing::Standing;
 use crate::streams::Streams;
 
 /// A run of records in the pump's order, shared by all sinks.
@@ -56,7 +56,7 @@ struct Shared {
     state: Mutex<State>,
     changed: Condvar,
     /// What holds of what was taken out of the queue or skipped.
-    standing: Mutex<Standing>,
+    latched: Mutex<Latched>,
 }
 
 #[derive(Debug, Default)]
@@ -79,10 +79,10 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn note_standing(&self, batch: &[Record]) {
-        let mut standing = self.standing.lock().unwrap_or_else(PoisonError::into_inner);
+    fn note_latched(&self, batch: &[Record]) {
+        let mut latched = self.latched.lock().unwrap_or_else(PoisonError::into_inner);
         for record in batch {
-            standing.take(record);
+            latched.take(record);
         }
     }
 }
@@ -147,12 +147,12 @@ impl Post {
             let reason = format!("keep up: it took nothing for {secs} s while {mib} MiB waited");
             state.cut_off = Some(reason.clone());
             state.skipped += batch.len() as u64;
-            self.shared.note_standing(batch);
+            self.shared.note_latched(batch);
             return Posted::CutOff { reason };
         }
         if state.cut_off.is_some() {
             state.skipped += batch.len() as u64;
-            self.shared.note_standing(batch);
+            self.shared.note_latched(batch);
             return Posted::Skipped;
         }
         state.put(batch, bytes);
@@ -269,7 +269,7 @@ impl Inbox {
                 state.waits = (!state.batches.is_empty()).then(Stopwatch::start);
                 self.shared.changed.notify_all();
                 drop(state);
-                self.shared.note_standing(&batch);
+                self.shared.note_latched(&batch);
                 Received::Batch(batch)
             }
             None if state.closed || state.cut_off.is_some() => Received::Closed,
@@ -296,8 +296,8 @@ impl Inbox {
 
     /// What holds of all that was received or skipped so far: what a recording that goes on elsewhere
     /// begins with.
-    pub fn standing(&self) -> Standing {
-        self.shared.standing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    pub fn latched(&self) -> Latched {
+        self.shared.latched.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// How many records were skipped since this was last asked.

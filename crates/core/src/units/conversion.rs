@@ -6,7 +6,7 @@ use crate::stream::Signal;
 /// How numbers of one unit become those of another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conversion {
-    way: Way,
+    relation: Relation,
     /// Multiplied with the number, or with one over it.
     factor: f64,
     /// Added after that.
@@ -14,7 +14,7 @@ pub struct Conversion {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
+enum Relation {
     Same,
     Linear,
     /// A resistance as a conductance, or the other way round.
@@ -78,7 +78,7 @@ const ACCELERATIONS: &[Unit] = &[
 
 impl Conversion {
     /// Numbers stay as they are.
-    pub const SAME: Conversion = Conversion { way: Way::Same, factor: 1.0, offset: 0.0 };
+    pub const SAME: Conversion = Conversion { relation: Relation::Same, factor: 1.0, offset: 0.0 };
 
     /// From a unit to another of the same quantity, or from a resistance to a conductance and back; a
     /// unit that is not declared (empty) is the wanted one. `None` where numbers of the one can't be told
@@ -97,12 +97,12 @@ impl Conversion {
         if from.0 == to.0 {
             let offset = (from_unit.3 - to_unit.3) / to_unit.2;
             let factor = from_unit.2 / to_unit.2;
-            return Some(Conversion { way: Way::Linear, factor, offset });
+            return Some(Conversion { relation: Relation::Linear, factor, offset });
         }
         let is_inverse =
             matches!((from.0, to.0), (CONDUCTANCE, RESISTANCE) | (RESISTANCE, CONDUCTANCE));
         let factor = NANOSIEMENS_OHM / from_unit.2 / to_unit.2;
-        is_inverse.then_some(Conversion { way: Way::Inverse, factor, offset: 0.0 })
+        is_inverse.then_some(Conversion { relation: Relation::Inverse, factor, offset: 0.0 })
     }
 
     /// To the unit that an analysis of a signal works in; where any will do, numbers stay as they are.
@@ -112,10 +112,10 @@ impl Conversion {
 
     /// The number in the other unit.
     pub fn of(self, number: f64) -> f64 {
-        match self.way {
-            Way::Same => number,
-            Way::Linear => number * self.factor + self.offset,
-            Way::Inverse => self.factor / number,
+        match self.relation {
+            Relation::Same => number,
+            Relation::Linear => number * self.factor + self.offset,
+            Relation::Inverse => self.factor / number,
         }
     }
 }

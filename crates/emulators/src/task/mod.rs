@@ -21,6 +21,6 @@ mod operator;
 
 pub use course::Task;
 pub use happening::{Happening, What};
-pub use operator::{Operator, Told};
+pub use operator::{Operator, OperatorOutput};
 pub use plan::{Phase, Plan};
 pub use skill::Skill;

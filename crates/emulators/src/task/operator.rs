@@ -19,7 +19,7 @@ pub struct Operator {
 
 /// What a person did since the last time, and what was recorded meanwhile.
 #[derive(Clone, Copy, Debug)]
-pub struct Told<'a> {
+pub struct OperatorOutput<'a> {
     /// What happened, in the order of its times.
     pub happened: &'a [Happening],
     /// What was recorded of the body.
@@ -39,7 +39,7 @@ impl Operator {
 
     /// Lives and works until a time [s], an hour at most at once, and tells what was since the call
     /// before. The same for any cut of the time, as [`Body::until`].
-    pub fn until(&mut self, secs: f64) -> Told<'_> {
+    pub fn until(&mut self, secs: f64) -> OperatorOutput<'_> {
         self.happened.clear();
         self.body.turn_over();
         let until_secs = self.body.most_until(secs);
@@ -49,7 +49,7 @@ impl Operator {
             self.happened.push(happening);
         }
         self.body.live(until_secs);
-        Told { happened: &self.happened, record: self.body.record() }
+        OperatorOutput { happened: &self.happened, record: self.body.record() }
     }
 
     fn undergo(&mut self, Happening { at_secs, what }: Happening) {

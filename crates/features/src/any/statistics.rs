@@ -1,7 +1,7 @@
 //! What numbers come to, live: the statistics of every stream with numbers, and what they differ by from
 //! the baseline.
 
-mod line;
+mod tracked;
 mod meaning;
 mod outputs;
 mod values;
@@ -17,7 +17,7 @@ use teampulse_core::sample::Sample;
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 
-use self::line::Line;
+use self::tracked::TrackedStream;
 use crate::context::FeatureContext;
 
 /// So long after its end a phase is told of although nothing has come on the stream since [ns].
@@ -83,7 +83,7 @@ impl Feature for Every {
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         let windows_secs = self.windows_secs.clone();
-        Box::new(AtWork { windows_secs, phases: Phases::default(), lines: BTreeMap::new() })
+        Box::new(AtWork { windows_secs, phases: Phases::default(), tracked: BTreeMap::new() })
     }
 }
 
@@ -91,7 +91,7 @@ impl Feature for Every {
 struct AtWork {
     windows_secs: Vec<f64>,
     phases: Phases,
-    lines: BTreeMap<StreamId, Line>,
+    tracked: BTreeMap<StreamId, TrackedStream>,
 }
 
 impl Extractor for AtWork {
@@ -99,14 +99,14 @@ impl Extractor for AtWork {
         if Phases::hears(stream) {
             self.phases.join(id, stream);
         } else {
-            let begin = || Line::new(stream, &self.windows_secs);
-            self.lines.entry(id).or_insert_with(begin).join(stream, out);
+            let begin = || TrackedStream::new(stream, &self.windows_secs);
+            self.tracked.entry(id).or_insert_with(begin).join(stream, out);
         }
     }
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
-        if let Some(line) = self.lines.get_mut(&sample.stream) {
-            line.push(sample, &self.phases, out);
+        if let Some(tracked) = self.tracked.get_mut(&sample.stream) {
+            tracked.push(sample, &self.phases, out);
         } else if self.phases.push(sample) && self.phases.is_over() {
             self.end_phases(sample.measured, out);
         }
@@ -123,8 +123,8 @@ impl Extractor for AtWork {
 
 impl AtWork {
     fn end_phases(&mut self, now: Time, out: &mut Outputs) {
-        for line in self.lines.values_mut() {
-            line.end_phases(&self.phases, now, out);
+        for tracked in self.tracked.values_mut() {
+            tracked.end_phases(&self.phases, now, out);
         }
     }
 }

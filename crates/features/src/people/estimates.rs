@@ -102,7 +102,7 @@ impl Feature for Estimating {
     }
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
-        Box::new(Everyone {
+        Box::new(EstimatesExtractor {
             doubled_secs: self.doubled_secs,
             windows: self.windows.clone(),
             phases: Phases::default(),
@@ -127,7 +127,7 @@ fn is_of_a_person(stream: &Stream) -> bool {
 }
 
 /// The estimates about everyone.
-struct Everyone {
+struct EstimatesExtractor {
     doubled_secs: f64,
     windows: Vec<(String, f64)>,
     phases: Phases,
@@ -143,7 +143,7 @@ struct Everyone {
     seconds: WholeSeconds,
 }
 
-impl Extractor for Everyone {
+impl Extractor for EstimatesExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, _: &mut Outputs) {
         self.phases.join(id, stream);
         if stream.shape == Shape::Event {
@@ -198,7 +198,7 @@ impl Extractor for Everyone {
     }
 }
 
-impl Everyone {
+impl EstimatesExtractor {
     /// Something happened: a phase or a report, if it is one.
     fn hear(&mut self, sample: &Sample, event: &Event, out: &mut Outputs) {
         let Some((subject, stream)) = self.events.get(&sample.stream) else { return };

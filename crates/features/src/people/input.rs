@@ -70,7 +70,7 @@ impl Feature for Inputs {
     }
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
-        Box::new(Everyone {
+        Box::new(InputExtractor {
             windows_secs: self.windows_secs.clone(),
             phases: Phases::default(),
             whose: BTreeMap::new(),
@@ -81,7 +81,7 @@ impl Feature for Inputs {
 }
 
 /// What everyone did.
-struct Everyone {
+struct InputExtractor {
     windows_secs: Vec<f64>,
     phases: Phases,
     /// Whose each stream of input is.
@@ -90,7 +90,7 @@ struct Everyone {
     seconds: WholeSeconds,
 }
 
-impl Extractor for Everyone {
+impl Extractor for InputExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         self.phases.join(id, stream);
         if is_input(stream) {
@@ -124,7 +124,7 @@ impl Extractor for Everyone {
     }
 }
 
-impl Everyone {
+impl InputExtractor {
     fn end_phases(&mut self, now: Time, out: &mut Outputs) {
         for (subject, person) in &mut self.people {
             person.end_phases(self.phases.of(subject), now, out);

@@ -77,7 +77,7 @@ impl Feature for Outages {
     }
 
     fn start(&self, stream: &Stream) -> Box<dyn Extractor> {
-        Box::new(Watch {
+        Box::new(OutagesExtractor {
             settings: *self,
             name: short_name(stream),
             output: None,
@@ -88,7 +88,7 @@ impl Feature for Outages {
     }
 }
 
-struct Watch {
+struct OutagesExtractor {
     settings: Outages,
     name: String,
     output: Option<OutputId>,
@@ -117,7 +117,7 @@ struct Run {
     is_told: bool,
 }
 
-impl Extractor for Watch {
+impl Extractor for OutagesExtractor {
     fn join(&mut self, _: StreamId, stream: &Stream, out: &mut Outputs) {
         let is_restless = RESTLESS.contains(&stream.signal);
         self.readout = Readout::of(stream).filter(|_| is_restless);
@@ -146,7 +146,7 @@ impl Extractor for Watch {
     }
 }
 
-impl Watch {
+impl OutagesExtractor {
     /// Notices a silence that has become too long by `now`.
     fn judge(&mut self, now: Time, out: &mut Outputs) {
         let Some(presence) = &mut self.presence else { return };

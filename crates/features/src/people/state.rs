@@ -82,7 +82,7 @@ impl Feature for State {
     }
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
-        Box::new(Everyone {
+        Box::new(StateExtractor {
             stale_secs: self.stale_secs,
             phases: Phases::default(),
             told_by: BTreeMap::new(),
@@ -96,7 +96,7 @@ impl Feature for State {
 }
 
 /// The states of everyone.
-struct Everyone {
+struct StateExtractor {
     stale_secs: f64,
     phases: Phases,
     /// On which stream the phases of a person are told, where it is not the session's.
@@ -111,7 +111,7 @@ struct Everyone {
     seconds: WholeSeconds,
 }
 
-impl Extractor for Everyone {
+impl Extractor for StateExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, _: &mut Outputs) {
         let Some((family, spans)) = family_and_spans(stream) else {
             self.phases.join(id, stream);
@@ -155,7 +155,7 @@ impl Extractor for Everyone {
     }
 }
 
-impl Everyone {
+impl StateExtractor {
     /// Hears of phases.
     fn hear(&mut self, sample: &Sample) {
         if !self.phases.push(sample) {

@@ -17,7 +17,7 @@ use teampulse_messages::readout::Readout;
 
 use self::current::Direction;
 use self::estimates::estimate;
-use self::gauge::{Gauges, Lines};
+use self::gauge::{GaugeTrends, Gauges};
 use self::notes::{Note, Notes};
 use self::reading::{Layout, Quantity, Reading};
 use crate::context::FeatureContext;
@@ -115,17 +115,18 @@ impl Extractor for Battery {
 
     fn tick(&mut self, now: Time, out: &mut Outputs) {
         let Some(end) = self.windows.due(now) else { return };
-        let lined = |view| (self.gauges.lines(&view), view);
-        let windows: Vec<(Lines, View<'_, Reading>)> = self.windows.views(end).map(lined).collect();
+        let lined = |view| (self.gauges.trends(&view), view);
+        let windows: Vec<(GaugeTrends, View<'_, Reading>)> =
+            self.windows.views(end).map(lined).collect();
         // The longest window has the most evidence.
-        if let Some((lines, view)) = windows.last() {
-            self.direction = self.direction.judged(view, lines.fraction.map(|line| line.slope));
+        if let Some((trends, view)) = windows.last() {
+            self.direction = self.direction.judged(view, trends.fraction.map(|line| line.slope));
         }
         if self.direction == Direction::PositiveOut {
             self.notes.say(Note::PositiveDischarge, end, out);
         }
-        for ((lines, view), output) in windows.iter().zip(&self.outputs) {
-            let found = estimate(view, &self.gauges, lines, self.direction);
+        for ((trends, view), output) in windows.iter().zip(&self.outputs) {
+            let found = estimate(view, &self.gauges, trends, self.direction);
             let quality = view.share(|reading| self.gauges.tells_use(reading));
             out.emit(*output, end, window_of(view.secs, view.coverage, quality, &found.values()));
             if let Some(method) = found.power_method {

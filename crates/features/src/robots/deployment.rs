@@ -64,7 +64,7 @@ impl Feature for Deployment {
     }
 
     fn start(&self, stream: &Stream) -> Box<dyn Extractor> {
-        Box::new(Watch {
+        Box::new(DeploymentExtractor {
             offline_ns: (self.offline_secs * 1e9) as i64,
             robot: stream.id.clone(),
             inputs: Vec::new(),
@@ -75,7 +75,7 @@ impl Feature for Deployment {
     }
 }
 
-struct Watch {
+struct DeploymentExtractor {
     offline_ns: i64,
     robot: String,
     inputs: Vec<String>,
@@ -95,7 +95,7 @@ struct Duty {
     outages: u32,
 }
 
-impl Extractor for Watch {
+impl Extractor for DeploymentExtractor {
     fn join(&mut self, _: StreamId, stream: &Stream, out: &mut Outputs) {
         if !self.inputs.contains(&stream.name) {
             self.inputs.push(stream.name.clone());
@@ -137,7 +137,7 @@ impl Extractor for Watch {
     }
 }
 
-impl Watch {
+impl DeploymentExtractor {
     /// Notices that the robot has been silent for too long by `now`.
     fn judge(&mut self, now: Time, out: &mut Outputs) {
         let Some(duty) = &mut self.duty else { return };

@@ -134,7 +134,7 @@ fn live_is_what_the_analysis_tells_afterwards() {
         let from_begin = ((sample % 73) as f64 * PERIOD_NS).round() as i64;
         let at_ns = 1_700_000_000_000_000_000 + (wave_begin * PERIOD_NS).round() as i64;
         live.push(at_ns + from_begin, &[voltage], &mut |told| {
-            if let Told::Window(_, span, measured) = told {
+            if let LiveOutput::Window(_, span, measured) = told {
                 expected.push(format!("{:?}", feature(span.secs(), &measured)));
             }
         });

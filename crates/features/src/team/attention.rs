@@ -122,7 +122,7 @@ impl Feature for Attention {
     }
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
-        Box::new(Watch {
+        Box::new(AttentionExtractor {
             settings: *self,
             roles: BTreeMap::new(),
             people: BTreeMap::new(),
@@ -155,7 +155,7 @@ fn online_channel(stream: &Stream) -> Option<usize> {
     stream.channels.iter().position(|channel| is_deployment && channel == "online")
 }
 
-struct Watch {
+struct AttentionExtractor {
     settings: Attention,
     roles: BTreeMap<StreamId, Role>,
     /// When something last came of each person.
@@ -170,7 +170,7 @@ struct Watch {
     due: Option<Time>,
 }
 
-impl Extractor for Watch {
+impl Extractor for AttentionExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         if let Some(role) = self.settings.role(stream) {
             self.roles.insert(id, role);
@@ -227,7 +227,7 @@ impl Extractor for Watch {
     }
 }
 
-impl Watch {
+impl AttentionExtractor {
     /// People, robots online, robots per person, robots that need someone, and the age of the oldest
     /// alert that nobody has answered [s].
     fn values(&self, now: Time) -> [Value; 5] {

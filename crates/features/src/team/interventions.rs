@@ -90,7 +90,7 @@ impl Feature for Steps {
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         let longest_secs = self.windows_secs.last().copied().unwrap_or_default();
-        Box::new(Watch {
+        Box::new(InterventionsExtractor {
             pause_ns: self.pause_ns,
             lengths_secs: self.windows_secs.clone(),
             longest_ns: (longest_secs * 1e9) as i64,
@@ -110,7 +110,7 @@ fn tells_end(stream: &Stream) -> bool {
     stream.name == session_events().name && stream.origin == Origin::Raw
 }
 
-struct Watch {
+struct InterventionsExtractor {
     pause_ns: i64,
     lengths_secs: Vec<f64>,
     longest_ns: i64,
@@ -142,7 +142,7 @@ struct Run {
     count: u32,
 }
 
-impl Extractor for Watch {
+impl Extractor for InterventionsExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         if !is_command(stream) {
             return;
@@ -180,7 +180,7 @@ impl Extractor for Watch {
     }
 }
 
-impl Watch {
+impl InterventionsExtractor {
     fn take(&mut self, sample: &Sample, out: &mut Outputs) {
         let Some(topic) = self.topics.get_mut(&sample.stream) else { return };
         let commanded = self.commanded.entry(topic.robot.clone()).or_insert(sample.measured);

@@ -1,8 +1,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::declaration::{Declaration, Item, Value};
 use super::error::Misread;
-use super::line::{Item, Line, Value};
 use super::name::{checked_name, full_name, package_of};
 use super::sections::{Section, split};
 use super::{Constant, Count, DefinitionError, EMPTY, Field, Kind, Number, Problem, Struct};
@@ -66,7 +66,7 @@ impl Linker<'_> {
         for (before, text) in section.text.lines().enumerate() {
             let number = section.lines_before + before + 1;
             let wrong = |problem| Misread { line: number, problem };
-            let Some(line) = Line::read(text).map_err(wrong)? else { continue };
+            let Some(line) = Declaration::read(text).map_err(wrong)? else { continue };
             if !names.insert(line.name) {
                 return Err(wrong(Problem::Twice(line.name.to_owned())));
             }
@@ -83,7 +83,7 @@ impl Linker<'_> {
 
     fn field(
         &mut self,
-        line: &Line<'_>,
+        line: &Declaration<'_>,
         default: &str,
         within: &str,
         number: usize,
@@ -105,7 +105,7 @@ fn no_type(written: &str) -> Problem {
     Problem::Type(written.to_owned())
 }
 
-fn constant(line: &Line<'_>, value: &str) -> Result<Constant, Problem> {
+fn constant(line: &Declaration<'_>, value: &str) -> Result<Constant, Problem> {
     match (&line.item, line.count) {
         (Item::Plain(kind), Count::One) => {
             let (name, value) = (line.name.to_owned(), value.to_owned());

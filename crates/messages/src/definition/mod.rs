@@ -4,7 +4,7 @@ mod structure;
 mod error;
 mod link;
 mod sections;
-mod line;
+mod declaration;
 mod name;
 mod assemble;
 mod describe;

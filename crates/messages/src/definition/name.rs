@@ -1,5 +1,5 @@
 use super::DefinitionError;
-use super::line::{Item, Line, is_name};
+use super::declaration::{Declaration, Item, is_name};
 
 /// The full name of a message type that is written `Type`, `package/Type` or `package/msg/Type`;
 /// `None` when it is no such name. `package` is that of the type in which it is written.
@@ -31,7 +31,7 @@ pub(super) fn short_name(full_name: &str) -> String {
 
 /// The full names of the types that the `.msg` text of the type `within` names.
 pub(super) fn referenced(text: &str, within: &str) -> impl Iterator<Item = String> {
-    let named = text.lines().filter_map(|line| match Line::read(line).ok()??.item {
+    let named = text.lines().filter_map(|line| match Declaration::read(line).ok()??.item {
         Item::Named(written) => Some(written),
         Item::Plain(_) => None,
     });

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::resolve::Way;
+use super::resolve::ResolvedPath;
 use crate::cdr::{CdrError, Reader};
 use crate::definition::{Count, Kind, Number, Struct};
 
@@ -28,12 +28,12 @@ enum Target {
     Struct(Plan),
 }
 
-/// The rest of a way that leads through a field or a value, and its place in the output.
+/// The rest of a path that leads through a field or a value, and its place in the output.
 type Rest<'a> = (usize, &'a [(usize, Option<u64>)]);
 
 impl Plan {
     /// The plan that follows these ways; their numbers go to the output in their order.
-    pub fn new(root: &Struct, ways: &[Way]) -> Plan {
+    pub fn new(root: &Struct, ways: &[ResolvedPath]) -> Plan {
         let wanted: Vec<Rest<'_>> = ways.iter().map(Vec::as_slice).enumerate().collect();
         let mut plan = Plan::of(root, &wanted);
         let last = plan.0.iter().rposition(|step| !matches!(step, Step::Skip(..)));
@@ -45,8 +45,8 @@ impl Plan {
         let steps = within.fields.iter().enumerate().map(|(place, field)| {
             let mut one = Vec::new();
             let mut many = BTreeMap::<u64, Vec<Rest<'_>>>::new();
-            for (slot, way) in wanted {
-                match way.split_first() {
+            for (slot, path) in wanted {
+                match path.split_first() {
                     Some(((at, None), rest)) if *at == place => one.push((*slot, rest)),
                     Some(((at, Some(index)), rest)) if *at == place => {
                         many.entry(*index).or_default().push((*slot, rest));

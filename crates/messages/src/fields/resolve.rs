@@ -2,31 +2,31 @@ use super::{FieldError, Path, Step, nearest};
 use crate::definition::{Count, Definition, Field, Kind};
 
 /// A path in terms of a type: at each step the place of the field and the index of its value.
-pub(super) type Way = Vec<(usize, Option<u64>)>;
+pub(super) type ResolvedPath = Vec<(usize, Option<u64>)>;
 
-/// Finds the way of a path through a type.
-pub(super) fn resolve(definition: &Definition, text: &str) -> Result<Way, FieldError> {
+/// Resolves a path against a type.
+pub(super) fn resolve(definition: &Definition, text: &str) -> Result<ResolvedPath, FieldError> {
     let path: Path = text.parse()?;
     let unknown = || FieldError::Unknown {
         type_name: definition.name().to_owned(),
         path: text.to_owned(),
         nearest: nearest::nearest(definition, text),
     };
-    let mut way = Way::new();
+    let mut resolved = ResolvedPath::new();
     let mut within = Some(definition.root());
     for step in path.steps() {
         let fields = &within.ok_or_else(unknown)?.fields;
         let place = fields.iter().position(|field| field.name == step.field);
         let place = place.ok_or_else(unknown)?;
         expect_index(&fields[place], step, text)?;
-        way.push((place, step.index));
+        resolved.push((place, step.index));
         within = match &fields[place].kind {
             Kind::Struct(nested) => Some(nested),
             _ => None,
         };
     }
     match within {
-        None => Ok(way),
+        None => Ok(resolved),
         Some(nested) => {
             Err(FieldError::Message { path: text.to_owned(), type_name: nested.name.clone() })
         }

@@ -3,7 +3,7 @@
 use bytes::Bytes;
 
 use super::names;
-use super::reader::{Reader, Told};
+use super::reader::{Reader, ReaderEvent};
 use super::service::{Call, QOS, Service};
 use super::site::Site;
 use super::type_server::shipped_hash;
@@ -34,7 +34,7 @@ impl Client {
         let own = writer.gid().0;
         let client = u64::from_be_bytes(*own.last_chunk().expect("an id has sixteen bytes"));
         let hear_ours = Box::new(move |told| {
-            let Told::Arrived(arrival) = told else { return };
+            let ReaderEvent::Arrived(arrival) = told else { return };
             // Replies to others are on the same topic.
             if let Some((call, cdr)) = Call::unwrap(&arrival.bytes)
                 && call.client == client

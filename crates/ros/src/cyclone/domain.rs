@@ -9,7 +9,7 @@ use std::time::Duration;
 use cyclors::{dds_create_domain, dds_create_participant};
 
 use super::entity::Entity;
-use super::said;
+use super::library_log;
 
 /// How long it is waited for the library to leave a domain.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -41,7 +41,7 @@ impl Participant {
         if domain.configuration != configuration {
             return Err("this process has joined it with another configuration".into());
         }
-        let created = said::explain(|| {
+        let created = library_log::explain(|| {
             // SAFETY: no QoS and no listener are given, which the library allows.
             let handle = unsafe { dds_create_participant(id, std::ptr::null(), std::ptr::null()) };
             Entity::created(handle)
@@ -99,7 +99,7 @@ impl Joined {
         let xml = CString::new(configuration).map_err(|nul| nul.to_string())?;
         // SAFETY: `xml` is a string that outlives the call; the library copies what it needs.
         let join = || Entity::created(unsafe { dds_create_domain(id, xml.as_ptr()) });
-        let domain = said::explain(join)?;
+        let domain = library_log::explain(join)?;
         Ok(Joined { configuration: configuration.to_owned(), participants: 0, _domain: domain })
     }
 }

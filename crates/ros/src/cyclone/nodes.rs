@@ -9,7 +9,7 @@ use teampulse_messages::standard::rmw_dds_common::{GidWidth, ParticipantEntities
 use super::census::DISCOVERY_TOPIC;
 use super::domain::Participant;
 use super::names;
-use super::reader::{Reader, Told};
+use super::reader::{Reader, ReaderEvent};
 use super::type_server::shipped_hash;
 use super::wake::Wake;
 use super::writer::Writer;
@@ -34,7 +34,7 @@ impl Nodes {
         let heard = Arc::<Mutex<Vec<Bytes>>>::default();
         let waiting = Arc::clone(&heard);
         let tell = Box::new(move |told| {
-            let Told::Arrived(arrival) = told else { return };
+            let ReaderEvent::Arrived(arrival) = told else { return };
             let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
             if waiting.len() < WAITING {
                 waiting.push(arrival.bytes);

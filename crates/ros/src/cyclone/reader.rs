@@ -35,7 +35,7 @@ pub(super) struct Reader {
 
 /// What a reader tells. Called on threads of the library, one at a time for each reader.
 #[derive(Debug)]
-pub(super) enum Told {
+pub(super) enum ReaderEvent {
     /// A message arrived.
     Arrived(Arrival),
     /// A publisher offers less of this policy than was asked for.
@@ -45,10 +45,10 @@ pub(super) enum Told {
 }
 
 /// What is called for all that a reader tells.
-pub(super) type Tell = Box<dyn Fn(Told) + Send + Sync>;
+pub(super) type OnEvent = Box<dyn Fn(ReaderEvent) + Send + Sync>;
 
 struct Callbacks {
-    tell: Tell,
+    tell: OnEvent,
     /// The ids of the publishers heard so far, by the library's handle.
     publishers: Mutex<BTreeMap<u64, Gid>>,
 }
@@ -66,7 +66,7 @@ impl Reader {
         (topic, type_name): (&str, &str),
         qos: &Qos,
         user_data: &str,
-        tell: Tell,
+        tell: OnEvent,
     ) -> Result<Reader, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
@@ -92,7 +92,7 @@ impl Reader {
 
 impl Callbacks {
     /// Tells, and stops a panic where it would otherwise enter the library.
-    fn tell(&self, told: Told) {
+    fn tell(&self, told: ReaderEvent) {
         if catch_unwind(AssertUnwindSafe(|| (self.tell)(told))).is_err() {
             tracing::error!("what a subscription calls for its messages panicked");
         }
@@ -153,7 +153,7 @@ unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_v
             let (content, info) = unsafe { (message::take(*message), info.assume_init_ref()) };
             if info.valid_data {
                 let at = info.source_timestamp;
-                callbacks.tell(Told::Arrived(Arrival {
+                callbacks.tell(ReaderEvent::Arrived(Arrival {
                     bytes: content.cdr,
                     source_time: (at > 0).then_some(Time::from_nanos(at)),
                     publisher: callbacks.publisher(reader, info.publication_handle),
@@ -174,7 +174,7 @@ unsafe extern "C" fn incompatible(
 ) {
     // SAFETY: the argument is the reader's `Callbacks`, which outlive it.
     let callbacks = unsafe { &*callbacks.cast::<Callbacks>() };
-    callbacks.tell(Told::Incompatible(qos::policy_name(status.last_policy_id)));
+    callbacks.tell(ReaderEvent::Incompatible(qos::policy_name(status.last_policy_id)));
 }
 
 unsafe extern "C" fn deadline_missed(
@@ -184,5 +184,6 @@ unsafe extern "C" fn deadline_missed(
 ) {
     // SAFETY: the argument is the reader's `Callbacks`, which outlive it.
     let callbacks = unsafe { &*callbacks.cast::<Callbacks>() };
-    callbacks.tell(Told::DeadlinesMissed(status.total_count_change.max(0).unsigned_abs().into()));
+    callbacks
+        .tell(ReaderEvent::DeadlinesMissed(status.total_count_change.max(0).unsigned_abs().into()));
 }

@@ -4,7 +4,7 @@ use bytes::Bytes;
 
 use super::domain::Participant;
 use super::names;
-use super::reader::{Reader, Told};
+use super::reader::{Reader, ReaderEvent};
 use super::replies::Replies;
 use super::service::{Call, QOS, Service};
 use super::type_server::shipped_hash;
@@ -27,7 +27,7 @@ impl Server {
         let replies =
             Replies::open(participant, names, &QOS, &(id.clone() + &shipped_hash(reply)))?;
         let answer_all = Box::new(move |told| {
-            let Told::Arrived(arrival) = told else { return };
+            let ReaderEvent::Arrived(arrival) = told else { return };
             let Some((call, cdr)) = Call::unwrap(&arrival.bytes) else { return };
             let Some(reply) = answer(&cdr) else { return };
             replies.send(arrival.publisher, call.wrap(&reply));

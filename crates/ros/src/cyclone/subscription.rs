@@ -9,9 +9,9 @@ use teampulse_core::time::Time;
 use tokio::sync::broadcast;
 
 use super::domain::Participant;
+use super::duplicates::Duplicates;
 use super::names;
-use super::reader::{Reader, Told};
-use super::seen::Seen;
+use super::reader::{Reader, ReaderEvent};
 use super::site::Site;
 use super::type_server::shipped_hash;
 use crate::bus::{Asked, Deliver, Incident};
@@ -39,7 +39,7 @@ struct Ear {
     adaptive: bool,
     deliver: Deliver,
     incidents: broadcast::Sender<Incident>,
-    seen: Mutex<Seen>,
+    duplicates: Mutex<Duplicates>,
     deadlines_missed: AtomicU64,
 }
 
@@ -63,7 +63,7 @@ impl Listening {
             adaptive: matches!(asked, Asked::Adaptive { .. }),
             deliver,
             incidents: site.incidents.clone(),
-            seen: Mutex::default(),
+            duplicates: Mutex::default(),
             deadlines_missed: AtomicU64::new(0),
         });
         let (topic, type_name) = (topic.to_owned(), type_name.to_owned());
@@ -131,23 +131,23 @@ impl Listening {
 }
 
 impl Ear {
-    fn hear(&self, told: Told) {
+    fn hear(&self, told: ReaderEvent) {
         match told {
-            Told::Arrived(arrival) => {
-                let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-                let is_new = seen.first_time(arrival.publisher, arrival.sequence);
-                drop(seen);
+            ReaderEvent::Arrived(arrival) => {
+                let mut duplicates = self.duplicates.lock().unwrap_or_else(PoisonError::into_inner);
+                let is_new = duplicates.first_time(arrival.publisher, arrival.sequence);
+                drop(duplicates);
                 if is_new {
                     (self.deliver)(arrival);
                 }
             }
             // It is about to ask for less.
-            Told::Incompatible(_) if self.adaptive => {}
-            Told::Incompatible(policy) => {
+            ReaderEvent::Incompatible(_) if self.adaptive => {}
+            ReaderEvent::Incompatible(policy) => {
                 let topic = self.topic.clone();
                 self.tell(Incident::IncompatibleQos { topic, policy, ours: true });
             }
-            Told::DeadlinesMissed(missed) => {
+            ReaderEvent::DeadlinesMissed(missed) => {
                 let total = self.deadlines_missed.fetch_add(missed, Ordering::Relaxed) + missed;
                 self.tell(Incident::DeadlineMissed { topic: self.topic.clone(), total });
             }

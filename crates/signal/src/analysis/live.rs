@@ -59,7 +59,7 @@ const TURNS_NS: i64 = 7_000_000_000;
 
 /// What a live analysis tells of.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Told {
+pub enum LiveOutput {
     /// An event.
     Event(Event),
     /// What a window, by its place among the lengths, tells.
@@ -157,7 +157,7 @@ impl Live {
         &mut self,
         at_ns: i64,
         channels: &[f64],
-        tell: &mut dyn FnMut(Told),
+        tell: &mut dyn FnMut(LiveOutput),
     ) -> Option<usize> {
         let last_ns = self.cadence.last_ns();
         let missing = self.cadence.missing_before(at_ns)?;
@@ -212,7 +212,7 @@ impl Live {
         self.pushed = 0;
     }
 
-    fn take(&mut self, at_ns: i64, channels: &[f64], tell: &mut dyn FnMut(Told)) {
+    fn take(&mut self, at_ns: i64, channels: &[f64], tell: &mut dyn FnMut(LiveOutput)) {
         // At the end of all time no other window ends.
         while at_ns >= self.end_ns && self.end_ns < i64::MAX && !self.lengths_ns.is_empty() {
             self.tell_windows(tell);
@@ -221,7 +221,7 @@ impl Live {
         self.pushed += 1;
         while let Some(mut event) = self.analysis.next_event() {
             event.sample += self.before as f64;
-            tell(Told::Event(event));
+            tell(LiveOutput::Event(event));
         }
     }
 
@@ -246,13 +246,13 @@ impl Live {
         since_ns.saturating_sub(turn_ns).div_euclid(ANEW_NS)
     }
 
-    fn tell_windows(&mut self, tell: &mut dyn FnMut(Told)) {
+    fn tell_windows(&mut self, tell: &mut dyn FnMut(LiveOutput)) {
         let mut earliest_ns = self.end_ns;
         for place in 0..self.lengths_ns.len() {
             let begin_ns = self.end_ns.saturating_sub(self.lengths_ns[place]);
             let span = Span { begin_ns, end_ns: self.end_ns };
             let measured = self.measure_window(place, span);
-            tell(Told::Window(place, span, self.aged(span, measured)));
+            tell(LiveOutput::Window(place, span, self.aged(span, measured)));
             earliest_ns = earliest_ns.min(begin_ns);
         }
         let held_ns = self.held_from_ns.map_or(i64::MAX, |held_from_ns| {

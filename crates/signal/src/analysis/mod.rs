@@ -19,7 +19,7 @@ mod track;
 
 pub use cadence::Cadence;
 pub use event::Event;
-pub use live::{LONGEST_HELD_NS, Live, Make, Told};
+pub use live::{LONGEST_HELD_NS, Live, LiveOutput, Make};
 pub use measured::{LEAST_COVERAGE, Measured, Reason, Value};
 pub use recording::Recording;
 pub use span::Span;

@@ -11,15 +11,15 @@ use teampulse_core::stream::{About, Origin, Signal, Stream, Subject};
 use teampulse_core::time::Time;
 
 use super::estimates::{Estimates, is_estimate};
+use super::event_text::event_text;
 use super::faults::Faults;
-use super::happening::told;
-use super::line::{Line, Style, first_columns};
+use super::format::clock;
 use super::natural::Name;
 use super::person::{Detail, Person};
 use super::robot::Figures;
+use super::styled_line::{Style, StyledLine, first_columns};
 use super::team::Team;
 use super::trouble::{Trouble, Urgency};
-use super::words::clock;
 
 /// How many of the newest lines of the log are kept.
 const LOG: usize = 2000;
@@ -62,8 +62,8 @@ struct Watched {
     /// Its statuses since it was first seen, and before.
     statuses: u32,
     awaited: u32,
-    /// The state that was told last.
-    told: Option<State>,
+    /// The state that was shown last.
+    shown: Option<State>,
 }
 
 /// How the streams of somebody are doing.
@@ -123,7 +123,7 @@ impl Board {
             self.faults.take(&event.label, self.now);
         }
         let time = clock_time(self.now);
-        let lines = told(stream, event).into_iter().chain(own);
+        let lines = event_text(stream, event).into_iter().chain(own);
         let lines: Vec<String> = lines.map(|line| format!("{time} {line}")).collect();
         for line in &lines {
             self.note(line);
@@ -167,7 +167,7 @@ impl Board {
 
     /// The phase that it is, of the participant where there is one, and how long it will last; then that of
     /// the session, where the participant's is another one, and the one that follows it.
-    pub(super) fn phase(&self, next: Option<&str>) -> Line {
+    pub(super) fn phase(&self, next: Option<&str>) -> StyledLine {
         let mut people = self.people.keys();
         let (subject, who) = match (people.next(), people.next()) {
             (Some(Name(id)), None) => {
@@ -176,7 +176,7 @@ impl Board {
             (Some(_), Some(_)) => (Subject::session(), format!("{} people  ", self.people.len())),
             (None, _) => (Subject::session(), String::new()),
         };
-        let mut line = Line::of(Style::Plain, &who).with_line(self.phase_of(&subject));
+        let mut line = StyledLine::of(Style::Plain, &who).with_line(self.phase_of(&subject));
         let label = |subject| self.phases.of(subject).last().map(|phase| phase.label.as_str());
         let is_other = label(&subject) != label(&Subject::session());
         if is_other && self.own_phases.contains(&subject) {
@@ -189,31 +189,31 @@ impl Board {
         line
     }
 
-    fn phase_of(&self, subject: &Subject) -> Line {
+    fn phase_of(&self, subject: &Subject) -> StyledLine {
         let last = self.phases.of(subject).last();
         let is_over = |end: Time| end <= self.now;
         match last {
-            None => Line::of(Style::Grey, "no phase yet"),
+            None => StyledLine::of(Style::Grey, "no phase yet"),
             Some(phase) if phase.end.is_some_and(is_over) => {
-                Line::of(Style::Grey, &format!("no phase, {} is over", phase.label))
+                StyledLine::of(Style::Grey, &format!("no phase, {} is over", phase.label))
             }
             Some(phase) => {
                 let lasts = match phase.end {
                     Some(end) => format!(", {} left", clock(end.secs_since(self.now).ceil())),
                     None => format!(" for {}", clock(self.now.secs_since(phase.begin))),
                 };
-                Line::of(Style::Strong, &phase.label).with(Style::Plain, &lasts)
+                StyledLine::of(Style::Strong, &phase.label).with(Style::Plain, &lasts)
             }
         }
     }
 
     /// Who is there.
-    pub(super) fn attendance(&self) -> Line {
-        Line::of(Style::Plain, &self.team.line(self.robots.len()).unwrap_or_default())
+    pub(super) fn attendance(&self) -> StyledLine {
+        StyledLine::of(Style::Plain, &self.team.line(self.robots.len()).unwrap_or_default())
     }
 
     /// What somebody should look at, the most urgent first.
-    pub(super) fn troubles(&self) -> Vec<Line> {
+    pub(super) fn troubles(&self) -> Vec<StyledLine> {
         let mut troubles: Vec<Trouble> = Vec::new();
         for fault in self.faults.unseen() {
             let (urgency, subject) = (Urgency::Fault, clock_time(fault.last));
@@ -267,7 +267,7 @@ impl Board {
     }
 
     /// Each person and robot with their figures; of their streams only how many are fine.
-    pub(super) fn team_lines(&self, detail: Detail) -> Vec<Line> {
+    pub(super) fn team_lines(&self, detail: Detail) -> Vec<StyledLine> {
         let mut lines = Vec::new();
         let mut health = self.health();
         let silent = |name: &str| {
@@ -277,7 +277,7 @@ impl Board {
         };
         for (id, person) in &self.people {
             let subject = Subject { about: About::Person, id: id.0.clone() };
-            let mut line = Line::of(Style::Strong, &id.0).with(Style::Plain, "  ");
+            let mut line = StyledLine::of(Style::Strong, &id.0).with(Style::Plain, "  ");
             if self.people.len() > 1 {
                 line = line.with_line(self.phase_of(&subject)).with(Style::Plain, "  ");
             }
@@ -285,7 +285,7 @@ impl Board {
             lines.extend(person.lines(self.now, &silent, detail));
         }
         let estimates = self.estimates.iter().map(|(id, estimates)| estimates.line(id));
-        lines.extend(estimates.map(|line| Line::of(Style::Plain, &line)));
+        lines.extend(estimates.map(|line| StyledLine::of(Style::Plain, &line)));
         let width = self.robots.keys().map(|Name(id)| id.chars().count()).max().unwrap_or(0);
         let width = width.clamp(5, NAME_COLUMNS);
         for (id, figures) in &self.robots {
@@ -300,7 +300,7 @@ impl Board {
             });
         }
         if let Some(others) = health.remove(&None) {
-            lines.push(Line::of(Style::Strong, "other  ").with_line(streams(Some(others))));
+            lines.push(StyledLine::of(Style::Strong, "other  ").with_line(streams(Some(others))));
         }
         lines
     }
@@ -380,18 +380,18 @@ impl Board {
 
     /// For how long the session goes on; where nothing tells its time, for how long it was watched [s].
     fn elapsed_secs(&self) -> f64 {
-        let told_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
-        if self.streams.is_empty() { told_secs.max(self.watched_secs) } else { told_secs }
+        let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
+        if self.streams.is_empty() { recorded_secs.max(self.watched_secs) } else { recorded_secs }
     }
 }
 
 impl Watched {
     fn new(status: &StreamStatus) -> Watched {
         // A stream is declared a moment before its first sample.
-        Watched { status: status.clone(), statuses: 0, awaited: 0, told: None }
+        Watched { status: status.clone(), statuses: 0, awaited: 0, shown: None }
     }
 
-    /// Takes the newest status; says whether it is to be told.
+    /// Takes the newest status; returns whether to show it.
     fn take(&mut self, status: &StreamStatus, is_happening: bool) -> bool {
         self.status.clone_from(status);
         let is_never = status.state == State::Never;
@@ -402,21 +402,21 @@ impl Watched {
             State::Never => self.awaited >= AWAITED,
             _ => true,
         };
-        let is_news = settled && self.told != Some(status.state);
+        let is_news = settled && self.shown != Some(status.state);
         if is_news {
-            self.told = Some(status.state);
+            self.shown = Some(status.state);
         }
         is_news
     }
 }
 
 /// How many streams are fine.
-fn streams(health: Option<Health>) -> Line {
+fn streams(health: Option<Health>) -> StyledLine {
     let Health { fine, all } = health.unwrap_or_default();
     if fine == all {
-        Line::of(Style::Grey, &format!("{all} ok"))
+        StyledLine::of(Style::Grey, &format!("{all} ok"))
     } else {
-        Line::of(Style::Plain, &format!("{fine} of {all} ok"))
+        StyledLine::of(Style::Plain, &format!("{fine} of {all} ok"))
     }
 }
 

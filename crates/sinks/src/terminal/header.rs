@@ -3,8 +3,8 @@
 use teampulse_bag::{Growth, OnDisk, Stage};
 use teampulse_core::time::Time;
 
-use super::line::{Line, Style};
-use super::words::{clock, minutes, size};
+use super::format::{clock, minutes, size};
+use super::styled_line::{Style, StyledLine};
 
 /// What a session keeps.
 #[derive(Clone, Debug, Default)]
@@ -60,26 +60,27 @@ impl Recording {
     }
 
     /// Whether it records, how much there is, and how much room is left.
-    pub fn line(&self, elapsed_secs: f64) -> Line {
+    pub fn line(&self, elapsed_secs: f64) -> StyledLine {
         let elapsed = clock(elapsed_secs);
         let still_secs = self.now.secs_since(self.grown);
         match (&self.kept, &self.on_disk.stage) {
-            (Kept::Nothing, _) => Line::of(Style::Warning, "○ NOT RECORDED")
+            (Kept::Nothing, _) => StyledLine::of(Style::Warning, "○ NOT RECORDED")
                 .with(Style::Plain, &format!("  {elapsed}  no sink keeps anything")),
-            (Kept::Tables, _) => Line::of(Style::Strong, "○ NO BAG")
+            (Kept::Tables, _) => StyledLine::of(Style::Strong, "○ NO BAG")
                 .with(Style::Plain, &format!("  {elapsed}  tables only")),
-            (_, Stage::EndedEarly(why)) => Line::of(Style::Alarm, "■ NOT RECORDING")
+            (_, Stage::EndedEarly(why)) => StyledLine::of(Style::Alarm, "■ NOT RECORDING")
                 .with(Style::Plain, &format!("  {elapsed}  "))
                 .with(Style::Alarm, why),
-            (_, Stage::NotBegun) => {
-                Line::of(Style::Strong, "○ REC").with(Style::Plain, &format!(" {elapsed}  begins"))
+            (_, Stage::NotBegun) => StyledLine::of(Style::Strong, "○ REC")
+                .with(Style::Plain, &format!(" {elapsed}  begins")),
+            (_, Stage::Open) if still_secs >= STILL_SECS => {
+                StyledLine::of(Style::Alarm, "◌ NOT GROWING")
+                    .with(Style::Plain, &format!("  {elapsed}  "))
+                    .with(Style::Alarm, &format!("nothing on disk for {still_secs:.0} s"))
+                    .with(Style::Plain, &format!("  {}", size(self.on_disk.synced_bytes)))
             }
-            (_, Stage::Open) if still_secs >= STILL_SECS => Line::of(Style::Alarm, "◌ NOT GROWING")
-                .with(Style::Plain, &format!("  {elapsed}  "))
-                .with(Style::Alarm, &format!("nothing on disk for {still_secs:.0} s"))
-                .with(Style::Plain, &format!("  {}", size(self.on_disk.synced_bytes))),
             (_, Stage::Open | Stage::Finished) => {
-                let line = Line::of(Style::Strong, "● REC")
+                let line = StyledLine::of(Style::Strong, "● REC")
                     .with(Style::Strong, &format!(" {elapsed}"))
                     .with(Style::Plain, &format!("  {}  ", size(self.on_disk.synced_bytes)));
                 self.with_room(line)
@@ -88,7 +89,7 @@ impl Recording {
     }
 
     /// How much room the disk has, and for how long that will do where it is short.
-    fn with_room(&self, line: Line) -> Line {
+    fn with_room(&self, line: StyledLine) -> StyledLine {
         let Some(free_bytes) = self.on_disk.free_bytes else { return line };
         let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
         let bytes_per_sec = self.on_disk.synced_bytes as f64 / recorded_secs.max(1.0);

@@ -2,9 +2,9 @@
 
 use super::board::{Board, clock_time};
 use super::header::Recording;
-use super::line::{Line, Style};
 use super::person::Detail;
 use super::screen::Size;
+use super::styled_line::{Style, StyledLine};
 use super::view::View;
 
 /// From so many rows on there is room for lines that only part.
@@ -32,7 +32,7 @@ pub(super) struct Shown<'a> {
 }
 
 /// The whole screen, a line a row.
-pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<Line> {
+pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<StyledLine> {
     let Size { columns, rows } = size;
     let mut lines = head(shown, columns);
     if rows >= ROOMY_ROWS {
@@ -43,7 +43,7 @@ pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<Line> {
         let right = columns - TEAM_COLUMNS - 3;
         let team = troubles_and_team(shown, body, rows);
         let log = log(shown, body, right);
-        let blank = || std::iter::repeat(Line::default());
+        let blank = || std::iter::repeat(StyledLine::default());
         let pairs = team.into_iter().chain(blank()).zip(log.into_iter().chain(blank())).take(body);
         lines.extend(
             pairs.map(|(left, log)| {
@@ -62,31 +62,31 @@ pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<Line> {
             lines.extend(log(shown, left, columns));
         }
     }
-    lines.resize(rows - 1, Line::default());
+    lines.resize(rows - 1, StyledLine::default());
     lines.push(foot(shown, columns));
     lines.into_iter().map(|line| line.cut(columns)).collect()
 }
 
 /// Whether it records; who is in which phase.
-fn head(shown: Shown<'_>, columns: usize) -> Vec<Line> {
+fn head(shown: Shown<'_>, columns: usize) -> Vec<StyledLine> {
     let (now, elapsed_secs) = shown.board.now();
-    let time = Line::of(Style::Plain, &format!("{} UTC", clock_time(now)));
+    let time = StyledLine::of(Style::Plain, &format!("{} UTC", clock_time(now)));
     let recording = shown.recording.line(elapsed_secs).beside(&time, columns);
     let phase = shown.board.phase(shown.next);
     vec![recording, phase.beside(&shown.board.attendance(), columns)]
 }
 
 /// What needs somebody first, then the team, in at most so many rows of a screen.
-fn troubles_and_team(shown: Shown<'_>, most: usize, rows: usize) -> Vec<Line> {
+fn troubles_and_team(shown: Shown<'_>, most: usize, rows: usize) -> Vec<StyledLine> {
     let mut lines = shown.board.troubles();
     let share = (if rows >= ROOMY_ROWS { most / 2 } else { most.div_ceil(2) }).max(1);
     if lines.len() > share {
         let hidden = lines.len() + 1 - share;
         lines.truncate(share - 1);
-        lines.push(Line::of(Style::Warning, &format!("▲ … and {hidden} more like these")));
+        lines.push(StyledLine::of(Style::Warning, &format!("▲ … and {hidden} more like these")));
     }
     if rows >= ROOMY_ROWS && !lines.is_empty() {
-        lines.push(Line::default());
+        lines.push(StyledLine::default());
     }
     lines.extend(window(
         shown,
@@ -102,25 +102,25 @@ fn detail(rows: usize) -> Detail {
 }
 
 /// As much of the team as fits, from where it is looked at.
-fn window(shown: Shown<'_>, team: Vec<Line>, rows: usize) -> Vec<Line> {
+fn window(shown: Shown<'_>, team: Vec<StyledLine>, rows: usize) -> Vec<StyledLine> {
     if team.len() <= rows || rows < 2 {
         return team.into_iter().take(rows).collect();
     }
     let (all, fit) = (team.len(), rows - 1);
     let from = shown.view.team_from(all, fit);
     let (above, below) = (from, all - from - fit);
-    let mut lines: Vec<Line> = team.into_iter().skip(from).take(fit).collect();
+    let mut lines: Vec<StyledLine> = team.into_iter().skip(from).take(fit).collect();
     let more = match (above, below) {
         (0, below) => format!("… {below} more below ↓"),
         (above, 0) => format!("… {above} more above ↑"),
         (above, below) => format!("… {above} more above ↑, {below} below ↓"),
     };
-    lines.push(Line::of(Style::Grey, &more));
+    lines.push(StyledLine::of(Style::Grey, &more));
     lines
 }
 
 /// The newest lines of the log, or those that are looked at, the newest last.
-fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<Line> {
+fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<StyledLine> {
     let log = shown.board.log();
     // What is read back leaves a row for how much is newer.
     let least = if log.len() > rows { rows.saturating_sub(1) } else { rows };
@@ -128,33 +128,33 @@ fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<Line> {
     let rows = if back > 0 { least } else { rows };
     let end = log.len() - back;
     let from = end.saturating_sub(rows);
-    let line = |line: &String| Line::of(Style::Plain, line).cut(columns);
-    let mut lines: Vec<Line> = log.range(from..end).map(line).collect();
+    let line = |line: &String| StyledLine::of(Style::Plain, line).cut(columns);
+    let mut lines: Vec<StyledLine> = log.range(from..end).map(line).collect();
     if back > 0 {
         let more = format!("… {back} newer ↓");
-        lines.push(Line::of(Style::Grey, &more));
+        lines.push(StyledLine::of(Style::Grey, &more));
     }
     lines
 }
 
 /// The question that stands, or what keys do.
-fn foot(shown: Shown<'_>, columns: usize) -> Line {
+fn foot(shown: Shown<'_>, columns: usize) -> StyledLine {
     let long =
         " a–z space marker   ^N next ^R repeat ^X abort phase   ↑↓ PgUp PgDn   ^A seen   q end";
     let short = "a–z marker  ^N next ^R repeat ^X abort  ↑↓ PgUp  q end";
     match shown.question {
-        Some(question) => Line::of(Style::Question, &format!(" {question} ")),
-        None if !shown.has_keys => Line::of(Style::Grey, "Ctrl-C ends"),
-        None if columns >= long.chars().count() => Line::of(Style::Grey, long),
-        None => Line::of(Style::Grey, short),
+        Some(question) => StyledLine::of(Style::Question, &format!(" {question} ")),
+        None if !shown.has_keys => StyledLine::of(Style::Grey, "Ctrl-C ends"),
+        None if columns >= long.chars().count() => StyledLine::of(Style::Grey, long),
+        None => StyledLine::of(Style::Grey, short),
     }
 }
 
 /// A line across the screen, with a word in it.
-fn rule(word: &str, columns: usize) -> Line {
+fn rule(word: &str, columns: usize) -> StyledLine {
     let word = if word.is_empty() { String::new() } else { format!("── {word} ") };
     let rest = "─".repeat(columns.saturating_sub(word.chars().count()));
-    Line::of(Style::Grey, &format!("{word}{rest}"))
+    StyledLine::of(Style::Grey, &format!("{word}{rest}"))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The terminal: whether it records, what needs somebody, the team and the log on one screen, or a line
 //! whenever something changes; and a summary at the end.
 
-mod line;
-mod words;
+mod styled_line;
+mod format;
 mod natural;
 mod view;
 mod screen;
@@ -13,7 +13,7 @@ mod team;
 mod person;
 mod robot;
 mod estimates;
-mod happening;
+mod event_text;
 mod board;
 mod layout;
 
@@ -32,10 +32,10 @@ use estimates::unblinds;
 pub use header::Kept;
 use header::Recording;
 use layout::Shown;
-pub use line::Colours;
-use line::harmless;
 pub use screen::{Aside, leave_screen};
 use screen::{Screen, Size, size};
+pub use styled_line::Colours;
+use styled_line::harmless;
 pub use view::{Scroll, View};
 
 /// How long to wait for something new before looking again: a key is answered within this.

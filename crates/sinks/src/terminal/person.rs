@@ -6,8 +6,8 @@ use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::Stream;
 use teampulse_core::time::Time;
 
-use super::line::{Line, Style};
-use super::words::for_so_long;
+use super::format::for_so_long;
+use super::styled_line::{Style, StyledLine};
 
 /// What is shown of a signal: by the feature that tells it, what it is called, its channel, how it is
 /// written, and what is said beside it.
@@ -55,13 +55,13 @@ pub(super) struct Person(BTreeMap<(usize, String), Signal>);
 #[derive(Debug, Default)]
 struct Signal {
     /// What its windows told last, each by its name.
-    windows: BTreeMap<String, Told>,
+    windows: BTreeMap<String, WindowValue>,
     /// The last value that there was.
     last: Option<(f64, Time)>,
 }
 
 #[derive(Debug)]
-struct Told {
+struct WindowValue {
     at: Time,
     value: Result<f64, Reason>,
     beside: Option<f64>,
@@ -83,7 +83,7 @@ impl Person {
         let number = |k: usize| values.values.get(k).copied().filter(|value| value.is_finite());
         let Some(k) = of(figure.channel) else { return };
         let reason = values.reasons.get(k).copied().unwrap_or(Reason::Missing);
-        let told = Told {
+        let told = WindowValue {
             at,
             value: number(k).ok_or(reason),
             beside: of(figure.beside).and_then(number),
@@ -98,8 +98,8 @@ impl Person {
 
     /// A line for each signal: its figure, of which window and how good, how old that is and whence; or
     /// why there is none.
-    pub fn lines(&self, now: Time, silent: Silent<'_>, detail: Detail) -> Vec<Line> {
-        let mut lines: Vec<(&str, bool, Line)> = Vec::new();
+    pub fn lines(&self, now: Time, silent: Silent<'_>, detail: Detail) -> Vec<StyledLine> {
+        let mut lines: Vec<(&str, bool, StyledLine)> = Vec::new();
         for ((place, input), signal) in &self.0 {
             // The first window that has a value; else why the first has none.
             let known = signal.windows.values().find(|told| told.value.is_ok());
@@ -142,10 +142,10 @@ fn shown(stream: &Stream) -> Option<(usize, &str, &str)> {
 fn line(
     figure: &Figure,
     signal: &Signal,
-    told: &Told,
+    told: &WindowValue,
     now: Time,
     (input, silent_secs): (&str, Option<f64>),
-) -> (Line, Line) {
+) -> (StyledLine, StyledLine) {
     let age_secs = now.secs_since(told.at);
     let is_old = silent_secs.is_some() || age_secs > OLD_SECS;
     let style = if is_old { Style::Grey } else { Style::Plain };
@@ -154,7 +154,7 @@ fn line(
         (true, _, Some((value, _))) => (format!("was {}", (figure.write)(value)), Style::Grey),
         _ => ("–".to_owned(), style),
     };
-    let line = Line::of(style, &format!("  {:<7}", figure.word));
+    let line = StyledLine::of(style, &format!("  {:<7}", figure.word));
     let line = line.with(style_of_value, &format!("{value:>12}"));
     let line = line.with(style, &format!("  {:<10}  ", window(told)));
     let line = match (silent_secs, told.value) {
@@ -167,12 +167,12 @@ fn line(
     };
     let beside = told.beside.filter(|_| !is_old);
     let beside = beside.map(|per_min| format!("  {per_min:.0} responses/min"));
-    (line, Line::of(style, last_two(input)).with(style, &beside.unwrap_or_default()))
+    (line, StyledLine::of(style, last_two(input)).with(style, &beside.unwrap_or_default()))
 }
 
 /// The window of a figure, and how much of it had data where that is not all.
-fn window(told: &Told) -> String {
-    let Told { window_secs, coverage, .. } = told;
+fn window(told: &WindowValue) -> String {
+    let WindowValue { window_secs, coverage, .. } = told;
     if *coverage >= WHOLE {
         format!("{window_secs:.0} s")
     } else {
@@ -180,7 +180,7 @@ fn window(told: &Told) -> String {
     }
 }
 
-fn quality(line: Line, told: &Told) -> Line {
+fn quality(line: StyledLine, told: &WindowValue) -> StyledLine {
     let quality = told.quality;
     if quality < POOR {
         line.with(Style::Warning, &format!("poor    {quality:.2}"))
@@ -190,7 +190,7 @@ fn quality(line: Line, told: &Told) -> Line {
 }
 
 /// Why there is no value: that a window is not full yet can be seen beside it.
-fn why(reason: Reason, told: &Told) -> String {
+fn why(reason: Reason, told: &WindowValue) -> String {
     match reason {
         Reason::Short if told.coverage < WHOLE => "fills its window".to_owned(),
         reason => reason.to_string(),
@@ -238,7 +238,7 @@ mod tests {
     fn shown_lines(person: &Person, now_secs: f64, silent_secs: Option<f64>) -> String {
         let silent = move |_: &str| silent_secs;
         let lines = person.lines(secs(now_secs), &silent, Detail::Whole);
-        lines.iter().map(Line::text).collect::<Vec<_>>().join("\n")
+        lines.iter().map(StyledLine::text).collect::<Vec<_>>().join("\n")
     }
 
     #[test]

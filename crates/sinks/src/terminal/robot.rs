@@ -6,8 +6,8 @@ use teampulse_core::data::FeatureValues;
 use teampulse_core::stream::Stream;
 use teampulse_core::time::Time;
 
-use super::line::{Line, Style};
-use super::words::{clock, minutes};
+use super::format::{clock, minutes};
+use super::styled_line::{Style, StyledLine};
 
 /// The figures that are shown of a robot: their channels, how each is written, and how many columns it
 /// takes.
@@ -50,14 +50,14 @@ impl Figures {
 
     /// The robot's line, in columns below those of other robots. Of one that is offline only how long
     /// it was deployed is said: the rest is no longer known.
-    pub fn line(&self, id: &str, id_columns: usize, now: Time) -> Line {
+    pub fn line(&self, id: &str, id_columns: usize, now: Time) -> StyledLine {
         let state = match self.last(ONLINE) {
-            Some((online, _)) if online > 0.0 => Line::of(Style::Plain, "online "),
-            Some(_) => Line::of(Style::Strong, "OFFLINE"),
-            None => Line::of(Style::Grey, "?      "),
+            Some((online, _)) if online > 0.0 => StyledLine::of(Style::Plain, "online "),
+            Some(_) => StyledLine::of(Style::Strong, "OFFLINE"),
+            None => StyledLine::of(Style::Grey, "?      "),
         };
         let deployed = self.last(DEPLOYED).map(|(secs, _)| clock(secs)).unwrap_or_default();
-        let line = Line::of(Style::Strong, &format!("{id:<id_columns$}  "));
+        let line = StyledLine::of(Style::Strong, &format!("{id:<id_columns$}  "));
         let mut line = line.with_line(state).with(Style::Plain, &format!(" {deployed:>7}"));
         if self.is_offline() {
             return line;
@@ -106,7 +106,7 @@ mod tests {
 
     use super::*;
 
-    fn line(figures: &[(&str, &str, f64)]) -> Line {
+    fn line(figures: &[(&str, &str, f64)]) -> StyledLine {
         let mut robot = Figures::default();
         for (name, channel, value) in figures {
             let stream = Stream::raw(*name, Subject::robot("robot1"), Shape::Feature);

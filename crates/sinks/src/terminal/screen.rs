@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rustix::{process, termios};
 use teampulse_core::text::on_one_line;
 
-use super::line::{Colours, Line};
+use super::styled_line::{Colours, StyledLine};
 
 /// How large a screen is, in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Screen {
     }
 
     /// Draws its lines, one a row.
-    pub fn draw(&mut self, lines: &[Line], colours: Colours) {
+    pub fn draw(&mut self, lines: &[StyledLine], colours: Colours) {
         let all = &mut self.sent;
         all.clear();
         for (row, line) in lines.iter().enumerate() {

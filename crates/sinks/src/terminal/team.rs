@@ -7,7 +7,7 @@ use teampulse_core::data::{Event, FeatureValues};
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::time::Time;
 
-use super::words::counted;
+use super::format::counted;
 
 /// The last that is known of the team.
 #[derive(Debug, Default)]

@@ -3,8 +3,8 @@
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::time::Time;
 
-use super::line::{Line, Style};
-use super::words::for_so_long;
+use super::format::for_so_long;
+use super::styled_line::{Style, StyledLine};
 
 /// Something that somebody should look at.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,9 +82,9 @@ impl Trouble {
     }
 
     /// Its line, with the subject in a column of so many characters.
-    pub fn line(&self, subject_columns: usize, now: Time) -> Line {
+    pub fn line(&self, subject_columns: usize, now: Time) -> StyledLine {
         let (sign, style) = self.urgency.sign();
-        let line = Line::of(style, sign).with(Style::Plain, " ");
+        let line = StyledLine::of(style, sign).with(Style::Plain, " ");
         let line = line.with(Style::Strong, &format!("{:<subject_columns$}  ", self.subject));
         let line = line.with(Style::Plain, &self.what);
         match (self.since, self.urgency) {

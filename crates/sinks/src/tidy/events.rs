@@ -13,7 +13,7 @@ use teampulse_core::stream::{About, Origin, Stream, Subject};
 use teampulse_core::time::Time;
 
 use super::course::{Course, word_of};
-use super::file::{Lines, Unwritten, on_one_line};
+use super::file::{TextFile, Unwritten, on_one_line};
 use super::sidecar::Column;
 use crate::text::harmless;
 
@@ -60,7 +60,7 @@ const WAIT_NS: i64 = 10_000_000_000;
 /// session is over, and then the one that it had.
 #[derive(Debug)]
 pub(super) struct Events {
-    file: Lines,
+    file: TextFile,
     /// Rows that wait, in the order of their onsets and then of their coming.
     waiting: BTreeMap<(Time, u64), Row>,
     taken: u64,
@@ -82,7 +82,7 @@ struct Row {
 
 impl Events {
     pub(super) fn create(folder: &Path) -> Result<Events, Unwritten> {
-        let mut file = Lines::create(folder.join(NAME))?;
+        let mut file = TextFile::create(folder.join(NAME))?;
         file.push(COLUMNS.map(|(name, _)| name).join("\t"))?;
         let newest = Time::from_nanos(i64::MIN);
         let (waiting, phases) = (BTreeMap::new(), BTreeMap::new());

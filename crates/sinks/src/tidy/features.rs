@@ -9,7 +9,7 @@ use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::time::Time;
 
 use super::course::{Course, SHORTEST_SECS, Section, word_of};
-use super::file::{Lines, Unwritten, on_one_line};
+use super::file::{TextFile, Unwritten, on_one_line};
 use super::measures::{COVERAGE, QUALITY, has_coverage, is_of_phases, is_of_statistics, source_of};
 use super::sidecar::Column;
 use crate::csv::{cell, number};
@@ -42,14 +42,14 @@ const TOLERANCE_NS: i64 = 500_000_000;
 /// raw signals there are phases only; their windows are in the bag. Times are seconds of the session.
 #[derive(Debug)]
 pub(super) struct Features {
-    file: Lines,
+    file: TextFile,
     every_ns: i64,
-    told: BTreeMap<StreamId, Told>,
+    told: BTreeMap<StreamId, LastWindow>,
 }
 
 /// The window of a stream that was written last.
 #[derive(Clone, Copy, Debug)]
-struct Told {
+struct LastWindow {
     end: Time,
     /// When the section that it lies in began.
     section: Time,
@@ -65,7 +65,7 @@ pub(super) struct Window {
 impl Features {
     /// A stream has a row each so many seconds at most.
     pub(super) fn create(folder: &Path, every_secs: f64) -> Result<Features, Unwritten> {
-        let mut file = Lines::create(folder.join(NAME))?;
+        let mut file = TextFile::create(folder.join(NAME))?;
         file.push(COLUMNS.map(|(name, _)| name).join(","))?;
         Ok(Features { file, every_ns: (every_secs * 1e9) as i64, told: BTreeMap::new() })
     }
@@ -90,7 +90,7 @@ impl Features {
             if !self.is_due(self.told.get(&id), window, section) {
                 return Ok(());
             }
-            self.told.insert(id, Told { end: window.end, section: section.begin });
+            self.told.insert(id, LastWindow { end: window.end, section: section.begin });
         }
         self.write(&record.stream, window, values, (course, section))
     }
@@ -99,7 +99,7 @@ impl Features {
         self.file.flush()
     }
 
-    fn is_due(&self, told: Option<&Told>, window: Window, section: Section<'_>) -> bool {
+    fn is_due(&self, told: Option<&LastWindow>, window: Window, section: Section<'_>) -> bool {
         window.lies_in(section)
             && told.is_none_or(|told| {
                 let since_ns = window.end.nanos_since(told.end);

@@ -14,7 +14,7 @@ pub(super) use crate::text::on_one_line;
 
 /// A text file that grows line by line.
 #[derive(Debug)]
-pub(super) struct Lines {
+pub(super) struct TextFile {
     path: PathBuf,
     file: BufWriter<File>,
 }
@@ -47,11 +47,11 @@ impl Unwritten {
     }
 }
 
-impl Lines {
+impl TextFile {
     /// A new file, instead of any of its name.
-    pub(super) fn create(path: PathBuf) -> Result<Lines, Unwritten> {
+    pub(super) fn create(path: PathBuf) -> Result<TextFile, Unwritten> {
         let file = private::create(&path).map_err(Unwritten::at(&path))?;
-        Ok(Lines { path, file: BufWriter::new(file) })
+        Ok(TextFile { path, file: BufWriter::new(file) })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -81,7 +81,7 @@ impl Lines {
         let other = |(number, line)| others.get(&number).map_or(Some(line), Option::as_deref);
         let mut lines: Vec<&str> = lines.filter_map(other).collect();
         lines.sort_by(|a, b| key(a).total_cmp(&key(b)));
-        let mut file = Lines::create(self.path)?;
+        let mut file = TextFile::create(self.path)?;
         lines.iter().try_for_each(|line| file.push(line))?;
         file.flush()
     }

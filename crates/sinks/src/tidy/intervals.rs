@@ -12,7 +12,7 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use super::course::Course;
-use super::file::{Lines, Unwritten, on_one_line};
+use super::file::{TextFile, Unwritten, on_one_line};
 use super::sidecar::{self, Column};
 use crate::csv::cell;
 
@@ -76,7 +76,7 @@ struct OfDevice {
     /// The stream of beats that it holds.
     of: StreamId,
     signal: Signal,
-    file: Lines,
+    file: TextFile,
     /// When each beat was, and the interval before it [ms] or NaN.
     beats: Vec<(Time, f64)>,
 }
@@ -103,7 +103,7 @@ fn table(
     beats: &[(Time, f64)],
     course: &Course,
 ) -> Result<usize, Unwritten> {
-    let mut file = Lines::create(path.to_owned())?;
+    let mut file = TextFile::create(path.to_owned())?;
     file.push(COLUMNS.map(|(name, _)| name).join(","))?;
     let is_corrected = judged::corrected(beats);
     for ((at, rr_ms), is_corrected) in beats.iter().zip(&is_corrected) {
@@ -166,14 +166,14 @@ impl Intervals {
                 sidecar::write_intervals(&self.folder)?;
             }
             self.name_all()?;
-            let file = Lines::create(self.path(device, self.files.is_empty()))?;
+            let file = TextFile::create(self.path(device, self.files.is_empty()))?;
             self.files.insert(device.clone(), OfDevice { of: id, signal, file, beats: Vec::new() });
         }
         let Some(known) = self.files.get_mut(device) else { return Ok(None) };
         if is_interval && rank(signal) < rank(known.signal) {
             // What is still in memory must not come after what is new.
             known.file.flush()?;
-            known.file = Lines::create(known.file.path().to_owned())?;
+            known.file = TextFile::create(known.file.path().to_owned())?;
             (known.of, known.signal) = (id, signal);
             known.beats.clear();
         }

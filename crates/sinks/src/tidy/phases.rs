@@ -13,11 +13,11 @@ use teampulse_core::stream::{About, Stream, StreamId, Subject};
 use self::rows::{Row, Rows};
 use super::course::{Course, word_of};
 use super::features::{Window, says_nothing};
-use super::file::{Lines, Unwritten, on_one_line, whole};
+use super::file::{TextFile, Unwritten, on_one_line, whole};
 use super::measures::{
     COVERAGE, Measures, QUALITY, has_coverage, is_of_phases, is_of_statistics, methods, source_of,
 };
-use super::sidecar::{self, Column, Told};
+use super::sidecar::{self, Column, ColumnDescription};
 use crate::csv::{cell, number};
 
 /// The name of the file.
@@ -146,7 +146,7 @@ impl PhaseTable {
         (names, columns): (&[Option<String>], &[&str]),
         course: &Course,
     ) -> Result<(), Unwritten> {
-        let mut file = Lines::create(path.to_owned())?;
+        let mut file = TextFile::create(path.to_owned())?;
         file.push(head.join(","))?;
         let mut occurrences: BTreeMap<(&Subject, &str), u32> = BTreeMap::new();
         for of in self.rows.all() {
@@ -211,7 +211,8 @@ impl PhaseTable {
         let mut told = sidecar::columns(&COLUMNS);
         for (name, Known { measure, unit, method, .. }) in names.iter().zip(&self.columns) {
             if let Some(name) = name {
-                let told_of = Told::measure(measures.meaning_of(measure), unit, method);
+                let told_of =
+                    ColumnDescription::measure(measures.meaning_of(measure), unit, method);
                 told.entry(name.clone()).or_insert(told_of);
             }
         }

@@ -31,7 +31,7 @@ impl Column {
 /// What is told of a column: the keys are those of BIDS.
 #[derive(Debug, Default, Serialize)]
 #[serde(rename_all = "PascalCase")]
-pub(super) struct Told {
+pub(super) struct ColumnDescription {
     description: String,
     #[serde(skip_serializing_if = "String::is_empty")]
     units: String,
@@ -41,19 +41,22 @@ pub(super) struct Told {
     levels: BTreeMap<String, Value>,
 }
 
-impl Told {
+impl ColumnDescription {
     /// Of a column that holds a measure.
-    pub(super) fn measure(description: String, units: &str, method: &str) -> Told {
+    pub(super) fn measure(description: String, units: &str, method: &str) -> ColumnDescription {
         let (units, method) = (units.to_owned(), method.to_owned());
-        Told { description, units, method, levels: BTreeMap::new() }
+        ColumnDescription { description, units, method, levels: BTreeMap::new() }
     }
 }
 
 /// What is told of the columns of a table, by their names.
-pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, Told> {
+pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, ColumnDescription> {
     let told = |(name, column): &(&str, Column)| {
         let (description, units) = (column.description.to_owned(), column.units.to_owned());
-        ((*name).to_owned(), Told { description, units, ..Told::default() })
+        (
+            (*name).to_owned(),
+            ColumnDescription { description, units, ..ColumnDescription::default() },
+        )
     };
     all.iter().map(told).collect()
 }
@@ -91,7 +94,7 @@ pub(super) fn write_intervals(folder: &Path) -> Result<(), Unwritten> {
 pub(super) fn put(
     folder: &Path,
     name: &str,
-    columns: &BTreeMap<String, Told>,
+    columns: &BTreeMap<String, ColumnDescription>,
 ) -> Result<(), Unwritten> {
     let text = serde_json::to_string_pretty(columns).expect("texts are JSON");
     write(&folder.join(name), text + "\n")

@@ -3,7 +3,7 @@
 mod page;
 mod table;
 mod usable;
-mod watched;
+mod stream_summary;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,8 +20,8 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use self::page::Page;
+use self::stream_summary::StreamSummary;
 use self::usable::usable_share;
-use self::watched::Watched;
 use super::course::Course;
 use super::features::Window;
 use super::file::{Unwritten, write};
@@ -39,7 +39,7 @@ const MOST_FAULTS: usize = 1000;
 #[derive(Debug, Default)]
 pub(super) struct Summary {
     /// The streams that have a health, by subject and name.
-    watched: BTreeMap<(Subject, String), Watched>,
+    watched: BTreeMap<(Subject, String), StreamSummary>,
     /// The feature by whose windows each raw stream is judged, by their names.
     judges: BTreeMap<String, String>,
     /// When each fault was told first, and how often.

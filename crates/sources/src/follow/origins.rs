@@ -2,15 +2,15 @@
 
 use teampulse_ros::graph::{Gid, Graph};
 
-use super::{Ears, Followed, Following, lock};
+use super::{Followed, Following, Receivers, lock};
 use crate::publishing::{Key, gids, names_of, publishing, several};
 
 impl Following<'_> {
     /// Lets each person's topic know who publishes it now.
     pub(super) fn look_at_publishers(&self, graph: &Graph) {
         for (key, followed) in &self.followed {
-            if let Ears::Apart(apart) = &followed.ears {
-                lock(apart).look(&gids(key, graph).collect());
+            if let Receivers::Split(split) = &followed.receivers {
+                lock(split).look(&gids(key, graph).collect());
             }
         }
     }
@@ -20,7 +20,7 @@ impl Following<'_> {
     pub(super) fn tell_publishers(&mut self, graph: &Graph) {
         let mut faults = Vec::new();
         for (key, followed) in &mut self.followed {
-            if matches!(followed.ears, Ears::Apart(_)) {
+            if matches!(followed.receivers, Receivers::Split(_)) {
                 continue;
             }
             let present: Vec<Gid> = gids(key, graph).collect();
@@ -54,7 +54,7 @@ impl Following<'_> {
     /// come with a delay.
     pub(super) fn tell_several(&mut self, graph: &Graph) {
         let is_shared = |(key, followed): &(&Key, &Followed)| {
-            matches!(followed.ears, Ears::AsTheyCame(_)) && gids(key, graph).nth(1).is_some()
+            matches!(followed.receivers, Receivers::Unsplit(_)) && gids(key, graph).nth(1).is_some()
         };
         let shared = self.followed.iter().filter(is_shared);
         let keys: Vec<Key> = shared.map(|(key, _)| key.clone()).collect();

@@ -83,19 +83,19 @@ impl Component<dyn Source, SourceContext> for People {
         let claimed = context.claims.lay(&bus, Rank::People, move |each| {
             wanted.stream(&each.topic, &each.type_name).is_some()
         });
-        Ok(Box::new(Watch { bus, choice, claimed }))
+        Ok(Box::new(PeopleSource { bus, choice, claimed }))
     }
 }
 
 /// People being heard.
-struct Watch {
+struct PeopleSource {
     bus: Arc<dyn Bus>,
     choice: Choice,
     claimed: Claimed,
 }
 
 #[async_trait]
-impl Source for Watch {
+impl Source for PeopleSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let told = Arc::new(Descriptions::default());
         let _listening = Arc::clone(&told).listen(&*self.bus).map_err(|error| {

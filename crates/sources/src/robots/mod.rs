@@ -177,12 +177,12 @@ required  = ["battery"]"#;
             !is_of_sessions(&each.topic) && wanted.stream(&each.topic, &each.type_name).is_some()
         });
         let awaited = Awaited::new(&self);
-        Ok(Box::new(Watch { bus, choice, claimed, awaited }))
+        Ok(Box::new(RobotsSource { bus, choice, claimed, awaited }))
     }
 }
 
 /// Robots being watched.
-struct Watch {
+struct RobotsSource {
     bus: Arc<dyn Bus>,
     choice: Choice,
     claimed: Claimed,
@@ -190,7 +190,7 @@ struct Watch {
 }
 
 #[async_trait]
-impl Source for Watch {
+impl Source for RobotsSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let awaited = &self.awaited;
         let following = follow(Arc::clone(&self.bus), outlet, |endpoint| {

@@ -11,7 +11,7 @@ use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::StreamId;
 use teampulse_core::time::Time;
 use teampulse_emulators::body::{Body, Moment, Rates, Record, Traits, Truth};
-use teampulse_emulators::task::{Happening, Operator, Told, What};
+use teampulse_emulators::task::{Happening, Operator, OperatorOutput, What};
 
 use super::commands::{seed, task};
 use super::settings::SimulatedTeam;
@@ -71,12 +71,12 @@ impl SimulatedPerson {
         for chunk in 1_u64.. {
             let secs = chunk as f64 * CHUNK_SECS;
             until(outlet.clock(), after(start, secs)).await;
-            let Told { happened, record } = self.operator.until(secs);
-            let desk = Desk { start, streams, outlet };
-            desk.tell_signals(record);
-            desk.tell_truth(&record.truth);
+            let OperatorOutput { happened, record } = self.operator.until(secs);
+            let outlet = PersonOutlet { start, streams, outlet };
+            outlet.tell_signals(record);
+            outlet.tell_truth(&record.truth);
             for happening in happened {
-                desk.tell_happening(happening);
+                outlet.tell_happening(happening);
             }
             if self.until_secs.is_some_and(|until_secs| secs >= until_secs) {
                 return;
@@ -110,13 +110,13 @@ impl Streams {
 }
 
 /// Where a person's readings are handed over.
-struct Desk<'a> {
+struct PersonOutlet<'a> {
     start: Time,
     streams: &'a Streams,
     outlet: &'a Outlet,
 }
 
-impl Desk<'_> {
+impl PersonOutlet<'_> {
     fn tell_signals(&self, record: &Record) {
         // Of a sensor that is dead nothing comes, as of one whose battery is empty.
         let is_there = |samples: &[f64]| samples.iter().any(|sample| !sample.is_nan());

@@ -20,18 +20,18 @@ fn after(secs: f64) -> Time {
     START + Duration::from_secs_f64(secs)
 }
 
-/// A team after so many seconds, with all that it told.
-struct Told {
+/// A team after so many seconds, with all that it published.
+struct TeamRun {
     team: Team,
     telegrams: Vec<Telegram>,
 }
 
-impl Told {
-    fn new(settings: &SimulatedTeam, secs: f64) -> Told {
+impl TeamRun {
+    fn new(settings: &SimulatedTeam, secs: f64) -> TeamRun {
         settings.check().unwrap();
-        let mut told = Told { team: Team::new(settings, START), telegrams: Vec::new() };
-        told.team.advance(after(secs), &mut told.telegrams);
-        told
+        let mut run = TeamRun { team: Team::new(settings, START), telegrams: Vec::new() };
+        run.team.advance(after(secs), &mut run.telegrams);
+        run
     }
 
     fn of(&self, robot: &str, topic: Topic) -> Vec<&Telegram> {
@@ -69,7 +69,7 @@ fn scene(robot: &str, secs: Range<f64>, what: Change) -> Scene {
 /// The odometry of one robot that something happens to from second 10 to second 20.
 fn odometry_with(what: Change) -> Vec<Telegram> {
     let scene = scene("robot1", 10.0..20.0, what);
-    Told::new(&SimulatedTeam { script: vec![scene], ..only_odometry() }, 30.0).telegrams
+    TeamRun::new(&SimulatedTeam { script: vec![scene], ..only_odometry() }, 30.0).telegrams
 }
 
 fn during(telegrams: &[Telegram], from_secs: f64, to_secs: f64) -> Vec<&Telegram> {
@@ -139,7 +139,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_gives_others() {
         temperature_hz: 1.0,
         ..SimulatedTeam::default()
     };
-    let bytes = |seed| Told::new(&settings(seed), 20.0).bytes();
+    let bytes = |seed| TeamRun::new(&settings(seed), 20.0).bytes();
     assert_eq!(bytes(1), bytes(1));
     assert_ne!(bytes(1), bytes(2));
 }
@@ -152,15 +152,15 @@ fn it_does_not_matter_in_which_portions_time_passes() {
     while team.next() <= after(10.0) {
         team.advance(team.next(), &mut telegrams);
     }
-    let portions = Told { team, telegrams };
-    assert_eq!(portions.bytes(), Told::new(&settings, 10.0).bytes());
+    let portions = TeamRun { team, telegrams };
+    assert_eq!(portions.bytes(), TeamRun::new(&settings, 10.0).bytes());
 }
 
 #[test]
 fn what_is_watched_does_not_change_what_happens() {
     let truth = |settings: &SimulatedTeam| {
-        let told = Told::new(settings, 60.0);
-        told.of("robot2", Topic::TruePose).into_iter().map(at).collect::<Vec<_>>()
+        let run = TeamRun::new(settings, 60.0);
+        run.of("robot2", Topic::TruePose).into_iter().map(at).collect::<Vec<_>>()
     };
     let faulty = scene("robot1", 5.0..f64::INFINITY, Change::Outage);
     let watched = SimulatedTeam { script: vec![faulty], ..SimulatedTeam::default() };
@@ -171,13 +171,13 @@ fn what_is_watched_does_not_change_what_happens() {
 fn robots_stay_in_the_arena_and_out_of_boxes() {
     for seed in 0..5 {
         let settings = SimulatedTeam { seed, truth_hz: 20.0, ..SimulatedTeam::default() };
-        let told = Told::new(&settings, 300.0);
+        let run = TeamRun::new(&settings, 300.0);
         for robot in settings.names() {
-            let truth = told.of(&robot, Topic::TruePose);
+            let truth = run.of(&robot, Topic::TruePose);
             assert!(truth.len() > 5990, "{}", truth.len());
             for telegram in truth {
                 let at = at(telegram);
-                assert!(told.team.arena().is_free(at, RADIUS_M), "seed {seed}, {robot}: {at:?}");
+                assert!(run.team.arena().is_free(at, RADIUS_M), "seed {seed}, {robot}: {at:?}");
             }
         }
     }
@@ -200,11 +200,11 @@ fn robots_do_not_drive_through_each_other() {
 fn every_robot_hears_the_router_worse_the_farther_it_is() {
     for seed in 1..=8 {
         let settings = SimulatedTeam { seed, truth_hz: 5.0, ..SimulatedTeam::default() };
-        let told = Told::new(&settings, 600.0);
+        let run = TeamRun::new(&settings, 600.0);
         for robot in settings.names() {
             let signals: Vec<f64> =
-                told.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
-            let truth = told.of(&robot, Topic::TruePose);
+                run.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
+            let truth = run.of(&robot, Topic::TruePose);
             let far: Vec<f64> =
                 truth.into_iter().map(|each| at(each).distance_m(ROUTER).ln()).collect();
             let both = signals.len().min(far.len());
@@ -218,10 +218,10 @@ fn every_robot_hears_the_router_worse_the_farther_it_is() {
 fn the_team_starts_far_from_the_router_where_all_hear_it_weakly() {
     for seed in 1..=8 {
         let settings = SimulatedTeam { seed, ..SimulatedTeam::default() };
-        let told = Told::new(&settings, 600.0);
+        let run = TeamRun::new(&settings, 600.0);
         for robot in settings.names() {
             let signals: Vec<f64> =
-                told.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
+                run.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
             let (start_dbm, best_dbm) = (
                 mean(signals[..50].iter().copied()),
                 signals.iter().copied().fold(f64::MIN, f64::max),
@@ -233,9 +233,9 @@ fn the_team_starts_far_from_the_router_where_all_hear_it_weakly() {
 
 #[test]
 fn the_energy_drawn_is_the_power_over_time() {
-    let told = Told::new(&SimulatedTeam::default(), 600.0);
-    for (k, robot) in told.team.robots().iter().enumerate() {
-        let reported = told.of(&format!("robot{}", k + 1), Topic::BatteryState);
+    let run = TeamRun::new(&SimulatedTeam::default(), 600.0);
+    for (k, robot) in run.team.robots().iter().enumerate() {
+        let reported = run.of(&format!("robot{}", k + 1), Topic::BatteryState);
         let energy_j = mean(reported.into_iter().map(power_w)) * 600.0;
         let drawn_j = robot.pack().drawn_j();
         assert!((energy_j / drawn_j - 1.0).abs() < 0.01, "{energy_j} J, {drawn_j} J");
@@ -246,9 +246,9 @@ fn the_energy_drawn_is_the_power_over_time() {
 fn only_the_robot_whose_load_rises_draws_more() {
     let scene = scene("robot4", 250.0..420.0, Change::CpuFactor(2.5));
     let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
-    let told = Told::new(&settings, 600.0);
+    let run = TeamRun::new(&settings, 600.0);
     for robot in settings.names() {
-        let reports = told.of(&robot, Topic::BatteryState);
+        let reports = run.of(&robot, Topic::BatteryState);
         let mean_w = |from_secs: f64, to_secs: f64| {
             let window = after(from_secs)..after(to_secs);
             mean(reports.iter().filter(|each| window.contains(&each.at)).map(|each| power_w(each)))
@@ -267,21 +267,21 @@ fn only_the_robot_whose_load_rises_draws_more() {
 #[test]
 fn a_battery_of_twenty_watt_hours_lasts_about_an_hour_and_then_the_robot_is_silent() {
     let settings = SimulatedTeam { odometry_hz: 1.0, truth_hz: 1.0, ..only_odometry() };
-    let told = Told::new(&settings, 7200.0);
-    let last = told.of("robot1", Topic::Odom).last().unwrap().at;
+    let run = TeamRun::new(&settings, 7200.0);
+    let last = run.of("robot1", Topic::Odom).last().unwrap().at;
     let lasted_secs = last.secs_since(START);
     assert!((3000.0..6000.0).contains(&lasted_secs), "{lasted_secs} s");
-    assert!(told.team.robots()[0].pack().is_cut_off());
-    assert!(told.of("robot1", Topic::TruePose).last().unwrap().at > after(7198.0));
+    assert!(run.team.robots()[0].pack().is_cut_off());
+    assert!(run.of("robot1", Topic::TruePose).last().unwrap().at > after(7198.0));
 }
 
 #[test]
 fn every_topic_comes_at_its_rate() {
     let settings =
         SimulatedTeam { camera_hz: 2.0, temperature_hz: 0.5, ..SimulatedTeam::default() };
-    let told = Told::new(&settings, 100.0);
-    for (index, published) in told.team.published().iter().enumerate() {
-        let count = told.telegrams.iter().filter(|each| each.stream == index).count() as f64;
+    let run = TeamRun::new(&settings, 100.0);
+    for (index, published) in run.team.published().iter().enumerate() {
+        let count = run.telegrams.iter().filter(|each| each.stream == index).count() as f64;
         let expected = 100.0 * published.rate_hz;
         assert!((count - expected).abs() <= 1.0, "{published:?}: {count}");
     }
@@ -300,10 +300,11 @@ fn a_dead_robot_is_silent_and_stands_still_until_it_is_on_again() {
 fn a_dead_topic_is_silent_alone() {
     let scene =
         Scene { topic: Some(Topic::Wifi), ..scene("robot1", 10.0..f64::INFINITY, Change::Dead) };
-    let told = Told::new(&SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() }, 30.0);
-    assert!(told.of("robot1", Topic::Wifi).last().unwrap().at < after(10.0));
-    assert!(told.of("robot1", Topic::Odom).last().unwrap().at > after(29.0));
-    assert!(told.of("robot2", Topic::Wifi).last().unwrap().at > after(29.0));
+    let run =
+        TeamRun::new(&SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() }, 30.0);
+    assert!(run.of("robot1", Topic::Wifi).last().unwrap().at < after(10.0));
+    assert!(run.of("robot1", Topic::Odom).last().unwrap().at > after(29.0));
+    assert!(run.of("robot2", Topic::Wifi).last().unwrap().at > after(29.0));
 }
 
 #[test]
@@ -374,10 +375,10 @@ fn out_of_order_every_other_message_comes_after_its_successor() {
 fn a_sagging_battery_shows_less_voltage() {
     let scene = scene("robot2", 10.0..20.0, Change::BatterySagV(1.5));
     let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
-    let told = Told::new(&settings, 30.0);
+    let run = TeamRun::new(&settings, 30.0);
     let mean_v = |from_secs: f64, to_secs: f64| {
         let window = after(from_secs)..after(to_secs);
-        let reports = told.of("robot2", Topic::BatteryState);
+        let reports = run.of("robot2", Topic::BatteryState);
         mean(
             reports
                 .into_iter()
@@ -402,18 +403,18 @@ fn commanded(people: u32, script: Vec<Scene>) -> SimulatedTeam {
     }
 }
 
-fn goals(told: &Told, robot: &str) -> Vec<(f64, Point)> {
+fn goals(run: &TeamRun, robot: &str) -> Vec<(f64, Point)> {
     let goal = |telegram: &&Telegram| match telegram.body {
         Body::Goal(pose) => (telegram.stamp.secs_since(START), pose.at),
         ref other => panic!("{other:?}"),
     };
-    told.of(robot, Topic::GoalPose).iter().map(goal).collect()
+    run.of(robot, Topic::GoalPose).iter().map(goal).collect()
 }
 
 #[test]
 fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
     let settings = commanded(2, Vec::new());
-    let told = Told::new(&settings, 300.0);
+    let run = TeamRun::new(&settings, 300.0);
     let mut given = Vec::new();
     for number in 1..=2 {
         let mut task = task(&settings, number);
@@ -430,7 +431,7 @@ fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
     };
     assert!(given.len() > 10, "{}", given.len());
     for robot in 0..2 {
-        let told_secs = goals(&told, &format!("robot{}", robot + 1)).into_iter();
+        let told_secs = goals(&run, &format!("robot{}", robot + 1)).into_iter();
         assert_eq!(
             told_secs.map(|goal| (goal.0 * 1e6).round()).collect::<Vec<_>>(),
             stamped(robot)
@@ -442,13 +443,13 @@ fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
 fn a_robot_drives_where_it_is_told_to() {
     let settings = commanded(1, Vec::new());
     let seldom = Plan { commands_per_min: 1.0, ..settings.task.clone() };
-    let told = Told::new(&SimulatedTeam { robots: 1, task: seldom, ..settings }, 900.0);
-    let goals = goals(&told, "robot1");
+    let run = TeamRun::new(&SimulatedTeam { robots: 1, task: seldom, ..settings }, 900.0);
+    let goals = goals(&run, "robot1");
     // Those after which it has time until the next.
     let calm = goals.windows(2).filter(|two| two[1].0 - two[0].0 > 45.0);
     let nearest_m = calm.map(|two| {
         let driving = after(two[0].0)..after(two[0].0 + 45.0);
-        let odometry = told.of("robot1", Topic::Odom).into_iter();
+        let odometry = run.of("robot1", Topic::Odom).into_iter();
         let during = odometry.filter(|each| driving.contains(&each.at));
         during.map(|each| at(each).distance_m(two[0].1)).fold(f64::INFINITY, f64::min)
     });
@@ -460,15 +461,15 @@ fn a_robot_drives_where_it_is_told_to() {
 fn what_a_robot_out_of_reach_is_told_has_no_effect() {
     let out_of_reach = ["robot1", "robot2"].map(|robot| scene(robot, 0.0..300.0, Change::Outage));
     let course = |people| {
-        let told = Told::new(&commanded(people, out_of_reach.to_vec()), 120.0);
-        assert_eq!(people > 0, !goals(&told, "robot1").is_empty());
-        told.of("robot1", Topic::TruePose).into_iter().map(at).collect::<Vec<Point>>()
+        let run = TeamRun::new(&commanded(people, out_of_reach.to_vec()), 120.0);
+        assert_eq!(people > 0, !goals(&run, "robot1").is_empty());
+        run.of("robot1", Topic::TruePose).into_iter().map(at).collect::<Vec<Point>>()
     };
     assert_eq!(course(1), course(0));
 }
 
 #[test]
 fn a_team_without_people_is_not_commanded() {
-    let told = Told::new(&commanded(0, Vec::new()), 30.0);
-    assert!(told.team.published().iter().all(|each| each.topic != Topic::GoalPose));
+    let run = TeamRun::new(&commanded(0, Vec::new()), 30.0);
+    assert!(run.team.published().iter().all(|each| each.topic != Topic::GoalPose));
 }

@@ -2,7 +2,7 @@
 
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
-use super::shown::{self, Heading};
+use super::printed::{self, Heading};
 use super::table::Oddity;
 use crate::output;
 
@@ -88,7 +88,7 @@ impl Found {
     pub fn window(&mut self, span: Span, measured: Measured) {
         match self.purpose {
             Purpose::Kept => self.windows.push((span, measured)),
-            Purpose::Windows => shown::window(&self.values, span, &measured),
+            Purpose::Windows => printed::window(&self.values, span, &measured),
             Purpose::Events => {}
         }
     }

@@ -9,7 +9,7 @@ mod empatica;
 mod error;
 mod head;
 mod line;
-mod lines;
+mod line_reader;
 mod oddity;
 mod times;
 mod units;
@@ -27,7 +27,7 @@ pub use units::is_raw;
 use columns::{Columns, is_own_time};
 use head::Head;
 use line::number;
-use lines::Lines;
+use line_reader::LineReader;
 use oddity::Oddities;
 use times::{Uneven, usual_rate_hz};
 
@@ -41,7 +41,7 @@ const FIRST_ROWS: usize = 2000;
 /// is believed, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates. Split
 /// here, not by a library: half of the tables in this field are columns of text between comments, no CSV.
 pub struct Table {
-    lines: Lines,
+    lines: LineReader,
     /// Rows that were read to learn the rate.
     ahead: VecDeque<Row>,
     columns: Columns,
@@ -78,7 +78,7 @@ enum Width {
 impl Table {
     /// Opens a table and finds the wanted columns in it; `-` is standard input.
     pub fn open(path: &Path, wanted: &Wanted, rate_hz: Option<f64>) -> Result<Table, TableError> {
-        let mut lines = Lines::open(path)?;
+        let mut lines = LineReader::open(path)?;
         let takes_one = !wanted.takes_all && wanted.columns.is_empty();
         let head = Head::read(&mut lines, takes_one, wanted.decimal)?;
         let columns = Columns::choose(&head, wanted, rate_hz)?;

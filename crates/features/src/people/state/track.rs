@@ -12,7 +12,7 @@ use super::measures::MEASURES;
 /// At most so many windows of a baseline are held: those of an hour.
 const MOST_HELD: usize = 3600;
 /// So many of the newest values are held, for who asks a little later.
-const MOST_TOLD: usize = 8;
+const MOST_VALUES: usize = 8;
 
 /// One measure as one stream of windows, or of phases, tells it.
 pub(super) struct Track {
@@ -25,13 +25,13 @@ pub(super) struct Track {
     /// Its name.
     pub(super) stream: String,
     channel: usize,
-    told: VecDeque<Told>,
+    values: VecDeque<WindowValue>,
     held: Vec<Held>,
 }
 
-/// What was told of one window.
+/// The value of one window.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Told {
+pub(super) struct WindowValue {
     /// When the window ended.
     pub(super) end: Time,
     /// The measure, in its unit.
@@ -44,12 +44,12 @@ pub(super) struct Told {
 pub(super) type Span = (Time, Option<Time>);
 
 impl Track {
-    /// What a stream of a family tells, a track a measure.
+    /// The tracks of a stream of a family: one for each measure that it holds.
     pub(super) fn all(id: StreamId, stream: &Stream, family: &str) -> Vec<Track> {
         let track = |measure: usize| {
             let (rank, channel) = MEASURES[measure].place_in(stream, family)?;
-            let (told, held) = (VecDeque::new(), Vec::new());
-            Some(Track { measure, rank, id, stream: stream.name.clone(), channel, told, held })
+            let (values, held) = (VecDeque::new(), Vec::new());
+            Some(Track { measure, rank, id, stream: stream.name.clone(), channel, values, held })
         };
         (0..MEASURES.len()).filter_map(track).collect()
     }
@@ -62,10 +62,10 @@ impl Track {
             Reason::Ok => known((MEASURES[self.measure].read)(value)),
             reason => Err(reason),
         };
-        let told = Told { end, value, quality: window.quality };
-        self.told.push_back(told);
-        if self.told.len() > MOST_TOLD {
-            self.told.pop_front();
+        let of_window = WindowValue { end, value, quality: window.quality };
+        self.values.push_back(of_window);
+        if self.values.len() > MOST_VALUES {
+            self.values.pop_front();
         }
         let begin_ns = end.nanos().saturating_sub((window.window_secs * 1e9) as i64);
         let is_inside =
@@ -94,14 +94,14 @@ impl Track {
         !self.held.is_empty()
     }
 
-    /// What was told last.
-    pub(super) fn newest(&self) -> Option<Told> {
-        self.told.back().copied()
+    /// The newest value.
+    pub(super) fn newest(&self) -> Option<WindowValue> {
+        self.values.back().copied()
     }
 
-    /// What was told of the window that ended then.
-    pub(super) fn told_at(&self, end: Time) -> Option<Told> {
-        self.told.iter().rfind(|told| told.end == end).copied()
+    /// The value of the window that ended then.
+    pub(super) fn value_at(&self, end: Time) -> Option<WindowValue> {
+        self.values.iter().rfind(|each| each.end == end).copied()
     }
 }
 

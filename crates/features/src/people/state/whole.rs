@@ -9,7 +9,7 @@ use teampulse_core::time::Time;
 use super::baseline::{Baseline, Difference};
 use super::measures::{COUNT, MEASURES};
 use super::output;
-use super::track::{Told, Track};
+use super::track::{Track, WindowValue};
 use super::windows::Windows;
 use crate::value::window_of;
 
@@ -113,7 +113,7 @@ impl Whole {
         let mut compared = against.compared.iter().enumerate();
         compared.all(|(measure, compared)| {
             let track = compared.as_ref().and_then(|each| track(&self.tracks, measure, each));
-            track.is_none_or(|track| track.told_at(end).is_some())
+            track.is_none_or(|track| track.value_at(end).is_some())
         })
     }
 
@@ -163,14 +163,15 @@ impl Compared {
         (value, end): (f64, Time),
         lengths: f64,
     ) -> Result<(Difference, f32), Reason> {
-        let Told { value: of_phase, quality, .. } = track.told_at(end).ok_or(Reason::Gap)?;
+        let WindowValue { value: of_phase, quality, .. } =
+            track.value_at(end).ok_or(Reason::Gap)?;
         Ok((self.baseline.between(of_phase?, value, self.baseline.worth * lengths), quality))
     }
 }
 
 /// What a track told of the phase that ended then.
 fn value_at(track: &Track, end: Time) -> Result<f64, Reason> {
-    track.told_at(end).map_or(Err(Reason::NoBaseline), |told| told.value)
+    track.value_at(end).map_or(Err(Reason::NoBaseline), |told| told.value)
 }
 
 /// The track that tells of phases what is compared of windows.

@@ -5,10 +5,10 @@ use std::fmt;
 use teampulse_core::data::Reason;
 use teampulse_signal::estimate::Estimate;
 use teampulse_signal::robust::{median, median_estimate};
-use teampulse_signal::slope::Line;
+use teampulse_signal::slope::RegressionLine;
 
 use super::current::Direction;
-use super::gauge::{Gauges, Lines};
+use super::gauge::{GaugeTrends, Gauges};
 use super::reading::{Quantity, Reading};
 use crate::value::{Value, defined};
 use crate::windows::View;
@@ -71,7 +71,7 @@ impl fmt::Display for PowerMethod {
 pub(super) fn estimate(
     view: &View<'_, Reading>,
     gauges: &Gauges,
-    lines: &Lines,
+    trends: &GaugeTrends,
     direction: Direction,
 ) -> Use {
     if let Some(reason) = view.lack {
@@ -84,13 +84,13 @@ pub(super) fn estimate(
             fraction_left: lack,
         };
     }
-    let (power_w, power_method) = power(view, lines, direction);
-    let stock = lines.fraction.or(lines.energy).or(lines.charge);
-    let loss = |line: Line| defined(Some(line.slope.scaled(-PERCENT_PER_MIN)));
+    let (power_w, power_method) = power(view, trends, direction);
+    let stock = trends.fraction.or(trends.energy).or(trends.charge);
+    let loss = |line: RegressionLine| defined(Some(line.slope.scaled(-PERCENT_PER_MIN)));
     Use {
         power_w,
         power_method,
-        percent_per_min: lines.fraction.map_or(Err(Reason::Missing), loss),
+        percent_per_min: trends.fraction.map_or(Err(Reason::Missing), loss),
         empty_in_secs: stock.map_or(Err(nothing_left_to_tell(view)), time_left),
         fraction_left: fraction_left(view, gauges),
     }
@@ -99,7 +99,7 @@ pub(super) fn estimate(
 /// The power out of the battery by the first method that its quantities allow.
 fn power(
     view: &View<'_, Reading>,
-    lines: &Lines,
+    trends: &GaugeTrends,
     direction: Direction,
 ) -> (Value, Option<PowerMethod>) {
     let voltage_v = typical(view, |reading| reading.get(Quantity::Voltage));
@@ -113,9 +113,9 @@ fn power(
     let methods: [(PowerMethod, &dyn Fn() -> Option<Estimate>); 5] = [
         (PowerMethod::Power, &|| middle(view, |reading| reading.get(Quantity::Power))),
         (PowerMethod::VoltageTimesCurrent, &|| middle(view, product).filter(|_| is_measured)),
-        (PowerMethod::Energy, &|| Some(loss(lines.energy?, 1.0))),
-        (PowerMethod::Fraction, &|| Some(loss(lines.fraction?, joule_per_fraction?))),
-        (PowerMethod::Charge, &|| Some(loss(lines.charge?, joule_per_ah?))),
+        (PowerMethod::Energy, &|| Some(loss(trends.energy?, 1.0))),
+        (PowerMethod::Fraction, &|| Some(loss(trends.fraction?, joule_per_fraction?))),
+        (PowerMethod::Charge, &|| Some(loss(trends.charge?, joule_per_ah?))),
     ];
     let found = methods.into_iter().find_map(|(method, power)| Some((method, power()?)));
     match found {
@@ -134,7 +134,7 @@ fn nothing_left_to_tell(view: &View<'_, Reading>) -> Reason {
 }
 
 /// The time until the line reaches zero [s]; undefined while the loss is not clear.
-fn time_left(line: Line) -> Value {
+fn time_left(line: RegressionLine) -> Value {
     let loss = line.slope.scaled(-1.0);
     if loss.value <= 0.0 || loss.significance() < CLEAR_LOSS {
         return Err(Reason::Undefined);
@@ -143,7 +143,7 @@ fn time_left(line: Line) -> Value {
     defined(Some(Estimate { value: secs, sigma: secs * loss.sigma / loss.value }))
 }
 
-fn loss(line: Line, factor: f64) -> Estimate {
+fn loss(line: RegressionLine, factor: f64) -> Estimate {
     line.slope.scaled(-factor)
 }
 

@@ -1,7 +1,7 @@
 //! How finely a battery tells what is left in it, and in which numbers.
 
 use teampulse_core::stream::Stream;
-use teampulse_signal::slope::Line;
+use teampulse_signal::slope::RegressionLine;
 use teampulse_signal::trend::trend;
 
 use super::reading::{Quantity, Reading};
@@ -27,13 +27,13 @@ pub(super) struct Gauges {
 
 /// The lines along what is left in a battery, by seconds before the window's end.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lines {
+pub(super) struct GaugeTrends {
     /// Along the fraction [1].
-    pub(super) fraction: Option<Line>,
+    pub(super) fraction: Option<RegressionLine>,
     /// Along the charge [Ah].
-    pub(super) charge: Option<Line>,
+    pub(super) charge: Option<RegressionLine>,
     /// Along the energy [J].
-    pub(super) energy: Option<Line>,
+    pub(super) energy: Option<RegressionLine>,
 }
 
 /// The smallest step that a gauge has shown so far.
@@ -94,11 +94,11 @@ impl Gauges {
     }
 
     /// The lines along what is left, by seconds before the window's end.
-    pub(super) fn lines(&self, view: &View<'_, Reading>) -> Lines {
+    pub(super) fn trends(&self, view: &View<'_, Reading>) -> GaugeTrends {
         let scale = if self.is_percent() { 0.01 } else { 1.0 };
         let fraction_step = (self.fraction.smallest * scale).min(COARSEST_STEP);
         let of = |quantity| move |reading: &Reading| reading.get(quantity);
-        Lines {
+        GaugeTrends {
             fraction: line(view, |reading| self.fraction_left(reading), fraction_step),
             charge: line(view, of(Quantity::Charge), self.charge.smallest),
             energy: line(view, of(Quantity::Energy), self.energy.smallest),
@@ -123,7 +123,11 @@ impl Steps {
 }
 
 /// The line along one number of the readings; none until its gauge has moved.
-fn line(view: &View<'_, Reading>, number: impl Fn(&Reading) -> f64, step: f64) -> Option<Line> {
+fn line(
+    view: &View<'_, Reading>,
+    number: impl Fn(&Reading) -> f64,
+    step: f64,
+) -> Option<RegressionLine> {
     if step.is_infinite() {
         return None;
     }

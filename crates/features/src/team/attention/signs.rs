@@ -46,12 +46,12 @@ pub(super) enum Said {
 #[derive(Clone, Debug)]
 pub(super) struct Sign {
     why: String,
-    told: Told,
+    indication: Indication,
 }
 
 /// How a stream tells it.
 #[derive(Clone, Copy, Debug)]
-enum Told {
+enum Indication {
     /// A fault begins it, a marker ends it.
     ByEvents,
     /// A number below a limit.
@@ -80,12 +80,12 @@ impl Sign {
 
     /// What a sample says; `None` when it says nothing new.
     pub(super) fn read(&self, data: &Data) -> Option<Said> {
-        match (self.told, data) {
-            (Told::ByEvents, Data::Event(event)) => by_kind(event),
-            (Told::Below { channel, limit }, Data::Feature(values)) => {
+        match (self.indication, data) {
+            (Indication::ByEvents, Data::Event(event)) => by_kind(event),
+            (Indication::Below { channel, limit }, Data::Feature(values)) => {
                 below(values, channel, limit)
             }
-            (Told::AsError { channel }, Data::Feature(values)) => {
+            (Indication::AsError { channel }, Data::Feature(values)) => {
                 let level = *values.values.get(channel)?;
                 let said = if level >= ERROR_LEVEL { Said::Needs } else { Said::Fine };
                 level.is_finite().then_some(said)
@@ -121,14 +121,14 @@ fn by_events(stream: &Stream) -> Option<Sign> {
     } else {
         format!("{} is stuck", leaf(stream.name.strip_suffix("/stuck")?, &stream.id))
     };
-    Some(Sign { why, told: Told::ByEvents })
+    Some(Sign { why, indication: Indication::ByEvents })
 }
 
 fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
     let signs = stream.channels.iter().enumerate().filter_map(|(channel, name)| {
         let Limits { low_battery, empty_in_secs, poor_link } = *limits;
-        let below = |limit| Told::Below { channel, limit };
-        let (why, told) = match (stream.signal, name.as_str()) {
+        let below = |limit| Indication::Below { channel, limit };
+        let (why, indication) = match (stream.signal, name.as_str()) {
             (Signal::Battery, "fraction_left") => {
                 (format!("battery below {:.0} %", 100.0 * low_battery), below(low_battery))
             }
@@ -138,11 +138,11 @@ fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
             ),
             (Signal::Link, "quality") => ("poor link".to_owned(), below(poor_link)),
             (Signal::Diagnostics, "level") => {
-                ("diagnostics say error".to_owned(), Told::AsError { channel })
+                ("diagnostics say error".to_owned(), Indication::AsError { channel })
             }
             _ => return None,
         };
-        Some(Sign { why, told })
+        Some(Sign { why, indication })
     });
     signs.collect()
 }

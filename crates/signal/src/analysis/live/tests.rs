@@ -61,8 +61,8 @@ fn told(live: &mut Live, samples: &[(f64, f64)]) -> Heard {
     let (mut windows, mut events) = (Vec::new(), Vec::new());
     for (secs, value) in samples {
         live.push((secs * 1e9) as i64, &[*value], &mut |told| match told {
-            Told::Event(event) => events.push(event.sample),
-            Told::Window(_, span, measured) => {
+            LiveOutput::Event(event) => events.push(event.sample),
+            LiveOutput::Window(_, span, measured) => {
                 windows.push((span.end_ns as f64 / 1e9, measured.values[0]));
             }
         });
@@ -196,7 +196,7 @@ fn windows_of_different_lengths_take_their_turns_in_different_seconds() {
     let (mut last, mut turns) = ([Ok(0.0); 3], BTreeSet::new());
     for (secs, value) in halves(0..1000) {
         live.push((secs * 1e9) as i64, &[value], &mut |told| {
-            let Told::Window(place, span, measured) = told else { return };
+            let LiveOutput::Window(place, span, measured) = told else { return };
             if measured.values[0] != last[place] && span.end_ns > 400 * SEC {
                 turns.insert((place, span.end_ns / SEC % 10));
             }

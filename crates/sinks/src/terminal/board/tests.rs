@@ -102,8 +102,8 @@ fn board(records: impl IntoIterator<Item = Record>) -> Board {
     board
 }
 
-fn text(lines: &[Line]) -> String {
-    lines.iter().map(Line::text).collect::<Vec<_>>().join("\n")
+fn text(lines: &[StyledLine]) -> String {
+    lines.iter().map(StyledLine::text).collect::<Vec<_>>().join("\n")
 }
 
 #[test]

@@ -77,15 +77,15 @@ fn recording() -> Recording {
     recording
 }
 
-fn lines(board: &Board, view: &View, (columns, rows): (usize, usize)) -> Vec<Line> {
+fn lines(board: &Board, view: &View, (columns, rows): (usize, usize)) -> Vec<StyledLine> {
     let recording = recording();
     let next = Some("3-back");
     let shown = Shown { board, recording: &recording, view, question: None, next, has_keys: true };
     draw(shown, Size { columns, rows })
 }
 
-fn text(lines: &[Line]) -> String {
-    lines.iter().map(Line::text).collect::<Vec<_>>().join("\n")
+fn text(lines: &[StyledLine]) -> String {
+    lines.iter().map(StyledLine::text).collect::<Vec<_>>().join("\n")
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn no_name_label_or_reason_commands_the_terminal() {
     board.take(&happens(1, session_events(), (EventKind::Phase, &long), f64::NAN));
     board.note(&long);
     let lines = lines(&board, &View::default(), (80, 24));
-    let drawn: String = lines.iter().map(Line::text).collect();
+    let drawn: String = lines.iter().map(StyledLine::text).collect();
     let is_bad = |each: char| each.is_control() || "\u{202e}\u{2066}".contains(each);
     assert!(drawn.contains("evil") && !drawn.contains(is_bad), "{drawn}");
     assert!(lines.iter().all(|line| line.width() <= 80));

@@ -10,8 +10,8 @@ use teampulse_core::stream::Subject;
 use teampulse_core::time::Time;
 
 use super::Summary;
+use super::stream_summary::{Complaint, StreamSummary, Usable};
 use super::table::Table;
-use super::watched::{Complaint, Usable, Watched};
 use crate::tidy::course::{Course, SHORTEST_SECS};
 use crate::tidy::file::on_one_line;
 use crate::tidy::intervals::Kept;
@@ -253,7 +253,7 @@ fn duration(secs: f64) -> String {
     }
 }
 
-fn rate(watched: &Watched) -> String {
+fn rate(watched: &StreamSummary) -> String {
     watched.rate_hz().map_or("-".into(), |rate_hz| format!("{rate_hz:.1}"))
 }
 

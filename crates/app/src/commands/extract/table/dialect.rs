@@ -4,7 +4,7 @@ use clap::ValueEnum;
 
 use super::error::TableError;
 use super::line::{Separator, number};
-use super::lines::Line;
+use super::line_reader::TextLine;
 
 /// What stands before the decimals of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -22,7 +22,7 @@ pub enum Decimal {
 /// or where lines have no or one of them; they separate where points are decimal. Where a single comma
 /// stands in each line, `-0,05` and `33,07` are one number.
 pub fn separator(
-    lines: &[Line],
+    lines: &[TextLine],
     names: usize,
     takes_one: bool,
     decimal: Option<Decimal>,
@@ -39,7 +39,7 @@ pub fn separator(
     if names > 1 && texts().all(|line| is_pairs(line, names)) {
         return Ok(Separator::SecondComma);
     }
-    let is_ragged = |line: &&Line| {
+    let is_ragged = |line: &&TextLine| {
         (names + 1..=2 * names).contains(&usual.width(&line.text)) && is_digits(line.text.trim())
     };
     if names > 1
@@ -133,7 +133,7 @@ mod tests {
 
     fn of(text: &str, names: usize) -> Option<Separator> {
         let lines = text.lines().enumerate();
-        let line = |(number, text): (usize, &str)| Line { number, text: text.to_owned() };
+        let line = |(number, text): (usize, &str)| TextLine { number, text: text.to_owned() };
         separator(&lines.map(line).collect::<Vec<_>>(), names, true, None).ok()
     }
 
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn what_may_be_one_number_or_two_is_asked_for() {
         assert_eq!(of("12,65\n13,64\n12,7", 0), None);
-        let line = Line { number: 1, text: "12,65".to_owned() };
+        let line = TextLine { number: 1, text: "12,65".to_owned() };
         let chosen = |decimal| separator(std::slice::from_ref(&line), 0, true, Some(decimal));
         assert_eq!(chosen(Decimal::Comma).ok(), Some(Separator::Spaces));
         assert_eq!(chosen(Decimal::Point).ok(), Some(Separator::Mark(',')));

@@ -2,7 +2,7 @@
 
 use super::error::TableError;
 use super::line::{Separator, number};
-use super::lines::{Line, Lines};
+use super::line_reader::{LineReader, TextLine};
 use super::times::nanos;
 
 /// The earliest time that its files may begin with [s since 1970]: the year 2001.
@@ -24,9 +24,9 @@ impl E4 {
     /// which it begins, then the rate, both in every column; of intervals between beats the time and the
     /// word `IBI`.
     pub fn read(
-        first: &Line,
+        first: &TextLine,
         separator: Separator,
-        lines: &mut Lines,
+        lines: &mut LineReader,
     ) -> Result<Option<E4>, TableError> {
         let mut cells = separator.cells(&first.text);
         let begin_ns = cells.next().and_then(|cell| nanos(cell, SEC_NS).ok().flatten());

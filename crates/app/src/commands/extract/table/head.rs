@@ -8,7 +8,7 @@ use super::dialect::{Decimal, separator};
 use super::empatica::E4;
 use super::error::TableError;
 use super::line::{Separator, number};
-use super::lines::{Line, Lines, is_comment};
+use super::line_reader::{LineReader, TextLine, is_comment};
 
 /// So many lines of numbers are looked at before the first one is read.
 const SAMPLE_LINES: usize = 16;
@@ -33,13 +33,13 @@ pub struct Head {
     /// When it says that it begins [ns since 1970].
     pub begin_ns: Option<i64>,
     /// The first line of numbers.
-    pub first: Option<Line>,
+    pub first: Option<TextLine>,
 }
 
 impl Head {
     /// Reads up to the first line of numbers. `takes_one` when one column is wanted and none is named.
     pub fn read(
-        lines: &mut Lines,
+        lines: &mut LineReader,
         takes_one: bool,
         decimal: Option<Decimal>,
     ) -> Result<Head, TableError> {
@@ -73,7 +73,7 @@ impl Head {
         }
         let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
         let usual_width = usual(sample.iter().map(|line| separator.width(&line.text)));
-        let cells = |line: &Line| separator.cells(&line.text).map(str::to_owned).collect();
+        let cells = |line: &TextLine| separator.cells(&line.text).map(str::to_owned).collect();
         let sample: Vec<Vec<String>> = sample.iter().map(cells).collect();
         if names.is_empty()
             && let Some(told) = beats::units(&sample)
@@ -167,7 +167,7 @@ fn names(line: &str) -> Vec<String> {
 }
 
 /// The rate that comments tell, and the first line that is none [Hz].
-fn above(lines: &mut Lines) -> Result<(Option<f64>, Line), TableError> {
+fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> {
     let mut rate_hz = None;
     loop {
         let Some(mut line) = lines.next()? else { return Err(TableError::Empty) };

@@ -3,7 +3,7 @@
 use teampulse_core::units;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
-use super::told::{Score, secs};
+use super::report::{Score, secs};
 use crate::output;
 
 /// The first line of a table of events, which the first event tells.

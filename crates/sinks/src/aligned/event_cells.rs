@@ -8,21 +8,21 @@ use crate::csv::{cell, number};
 
 /// What happened, by the numbers under which the aligner knows it: events have words, rows only numbers.
 #[derive(Debug, Default)]
-pub(super) struct Happenings {
+pub(super) struct EventCells {
     /// How many have been handed out already.
     before: u64,
     /// Those that no row has asked for yet: kind and label.
     waiting: VecDeque<(String, String)>,
 }
 
-impl Happenings {
+impl EventCells {
     /// What an event is for the aligner: its number, its value and its duration [s].
     pub(super) const CHANNELS: usize = 3;
     /// The columns of an event.
     pub(super) const COLUMNS: [&'static str; 4] = ["kind", "label", "value", "duration_secs"];
 
     /// Takes in an event.
-    pub(super) fn push(&mut self, event: &Event) -> [f64; Happenings::CHANNELS] {
+    pub(super) fn push(&mut self, event: &Event) -> [f64; EventCells::CHANNELS] {
         let place = self.before + self.waiting.len() as u64;
         self.waiting.push_back((event.kind.to_string(), cell(&event.label)));
         [place as f64, event.value, event.duration_secs]
@@ -53,14 +53,14 @@ mod tests {
 
     #[test]
     fn an_event_is_found_again_by_its_number() {
-        let mut happenings = Happenings::default();
+        let mut cells = EventCells::default();
         let event = |label: &str| {
             let label = label.to_owned();
             Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 }
         };
-        let [first, second] = ["=a,b", "c"].map(|label| happenings.push(&event(label)));
-        assert_eq!(happenings.cells(&second), "marker,c,,0");
-        assert_eq!(happenings.cells(&first), "marker,\"'=a,b\",,0");
-        assert_eq!(happenings.cells(&[9.0, 1.0, 2.0]), ",,1,2");
+        let [first, second] = ["=a,b", "c"].map(|label| cells.push(&event(label)));
+        assert_eq!(cells.cells(&second), "marker,c,,0");
+        assert_eq!(cells.cells(&first), "marker,\"'=a,b\",,0");
+        assert_eq!(cells.cells(&[9.0, 1.0, 2.0]), ",,1,2");
     }
 }

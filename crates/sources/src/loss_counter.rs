@@ -1,4 +1,4 @@
-//! The tally of one stream: how many of its messages were lost on the way, and whose clock stamps them.
+//! Losses of one stream: how many of its messages were lost in transit, and whose clock stamps them.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::stamping::Stamping;
 
 /// What is known of the losses of one stream, from the numbers that its publishers give.
 #[derive(Debug)]
-pub(crate) struct Tally {
+pub(crate) struct LossCounter {
     stream: StreamId,
     stamping: Stamping,
     losses: Losses,
@@ -25,10 +25,10 @@ pub(crate) struct Tally {
     unnumbered: u64,
 }
 
-impl Tally {
+impl LossCounter {
     /// Nothing has arrived yet.
-    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> Tally {
-        Tally {
+    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
+        LossCounter {
             stream,
             stamping: Stamping::new(stream, graph),
             losses: Losses::default(),

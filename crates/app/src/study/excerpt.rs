@@ -10,7 +10,7 @@ const BEFORE: usize = 100;
 
 /// A study's text with lines that a terminal can show, without what would command it; and where in it the
 /// place `span` is.
-pub(super) fn shown(text: &str, span: &Range<usize>) -> (String, Range<usize>) {
+pub(super) fn excerpt(text: &str, span: &Range<usize>) -> (String, Range<usize>) {
     let mut shown = Shown { text: String::new(), span, start: None, end: None };
     let mut begin = 0;
     for line in text.split_inclusive('\n') {
@@ -78,7 +78,7 @@ mod tests {
     fn a_study_of_short_lines_stays_as_it_is() {
         let text = "a = 1\n\nb = \"ä\"\n[c]";
         for span in [0..1, 3..5, 7..15, 0..text.len(), text.len()..text.len()] {
-            assert_eq!(shown(text, &span), (text.to_owned(), span));
+            assert_eq!(excerpt(text, &span), (text.to_owned(), span));
         }
     }
 
@@ -87,7 +87,7 @@ mod tests {
         let text =
             format!("a = 1\nb = \"{}\" wrong {}\nc = 2", "x".repeat(70_000), "y".repeat(70_000));
         let at = text.find("wrong").unwrap();
-        let (shown, span) = shown(&text, &(at..at + 5));
+        let (shown, span) = excerpt(&text, &(at..at + 5));
         assert_eq!(&shown[span], "wrong");
         assert!(shown.lines().all(|line| line.chars().count() <= LONGEST_LINE + 2));
         assert!(shown.starts_with("a = 1\n…x") && shown.ends_with("y…\nc = 2"));
@@ -104,7 +104,7 @@ mod tests {
         ) {
             let text: String = pieces.iter().map(|(piece, times)| piece.repeat(*times)).collect();
             let start = start.min(text.len());
-            let (shown, span) = shown(&text, &(start..(start + length).min(text.len())));
+            let (shown, span) = excerpt(&text, &(start..(start + length).min(text.len())));
             prop_assert!(shown.get(span).is_some());
             prop_assert_eq!(shown.matches('\n').count(), text.matches('\n').count());
             prop_assert!(shown.lines().all(|line| line.chars().count() <= LONGEST_LINE + 2));

@@ -17,7 +17,7 @@ use crate::sink::Publish;
 /// event or a description that names a person's stream is said only where that stream is published,
 /// and an event that names a person only where something of this person is.
 #[derive(Debug)]
-pub(crate) struct Discretion {
+pub(crate) struct PrivacyFilter {
     publish: Publish,
     /// How many streams were looked at.
     seen: usize,
@@ -27,9 +27,9 @@ pub(crate) struct Discretion {
     people: BTreeMap<String, bool>,
 }
 
-impl Discretion {
-    pub(crate) fn new(publish: Publish) -> Discretion {
-        Discretion { publish, seen: 0, hidden: BTreeSet::new(), people: BTreeMap::new() }
+impl PrivacyFilter {
+    pub(crate) fn new(publish: Publish) -> PrivacyFilter {
+        PrivacyFilter { publish, seen: 0, hidden: BTreeSet::new(), people: BTreeMap::new() }
     }
 
     /// Learns of the streams that were declared since the last time.
@@ -50,7 +50,7 @@ impl Discretion {
     pub(crate) fn censor<'a>(&self, record: &'a Record) -> Option<Cow<'a, Bytes>> {
         let may_pass = match &record.sample.data {
             _ if record.stream.about == About::Person => true,
-            Data::Status(status) => self.tells_health_of(&status.name),
+            Data::Status(status) => self.publishes_health_of(&status.name),
             Data::Event(event) => !self.is_named_in(&event.label),
             Data::Description(stream) => return self.censor_description(record, stream),
             _ => true,
@@ -60,7 +60,7 @@ impl Discretion {
 
     /// Whether the health of a stream may be told; of two types on one topic each has the type behind
     /// its name.
-    pub(crate) fn tells_health_of(&self, told_as: &str) -> bool {
+    pub(crate) fn publishes_health_of(&self, told_as: &str) -> bool {
         let name = told_as.split(' ').next().unwrap_or_default();
         !self.hidden.contains(name)
     }
@@ -111,14 +111,14 @@ mod tests {
     }
 
     /// What knows the ECG of a person, and what the study publishes.
-    fn discretion(published: &[&str]) -> Discretion {
+    fn privacy(published: &[&str]) -> PrivacyFilter {
         let streams = Streams::default();
         streams.declare(ecg());
         streams.declare(Stream::raw("/r1/load", Subject::robot("r1"), Shape::Sample));
         let published = published.iter().map(|name| (*name).to_owned()).collect();
-        let mut discretion = Discretion::new(Publish::Conclusions(published));
-        discretion.learn(&streams);
-        discretion
+        let mut privacy = PrivacyFilter::new(Publish::Conclusions(published));
+        privacy.learn(&streams);
+        privacy
     }
 
     fn record(data: Data) -> Record {
@@ -167,22 +167,22 @@ mod tests {
 
     #[test]
     fn who_is_not_published_is_in_no_status_event_or_description() {
-        let discretion = discretion(&[]);
+        let privacy = privacy(&[]);
         let described = record(Data::Description(Arc::new(ecg())));
         let clock = event("strap of p001 restarted");
         for secret in [status(ECG), described, clock, event(&format!("{ECG}: failed to open"))] {
-            assert_eq!(discretion.censor(&secret), None, "{:?}", secret.sample.data);
+            assert_eq!(privacy.censor(&secret), None, "{:?}", secret.sample.data);
         }
         for open in [status("/r1/load"), event("power of r1 restarted"), event("p0012")] {
-            assert_eq!(discretion.censor(&open).as_deref(), Some(&open.cdr));
+            assert_eq!(privacy.censor(&open).as_deref(), Some(&open.cdr));
         }
     }
 
     #[test]
     fn who_is_published_may_be_named() {
-        let discretion = discretion(&[ECG]);
+        let privacy = privacy(&[ECG]);
         for open in [status(ECG), event("strap of p001 restarted"), event(ECG)] {
-            assert_eq!(discretion.censor(&open).as_deref(), Some(&open.cdr));
+            assert_eq!(privacy.censor(&open).as_deref(), Some(&open.cdr));
         }
     }
 
@@ -193,7 +193,7 @@ mod tests {
         let described = record(Data::Description(Arc::new(Stream { inputs, ..team.clone() })));
         let without = Stream { inputs: vec!["/r1/load".to_owned()], ..team };
         let expected = record(Data::Description(Arc::new(without)));
-        assert_eq!(discretion(&[]).censor(&described).as_deref(), Some(&expected.cdr));
-        assert_eq!(discretion(&[ECG]).censor(&described).as_deref(), Some(&described.cdr));
+        assert_eq!(privacy(&[]).censor(&described).as_deref(), Some(&expected.cdr));
+        assert_eq!(privacy(&[ECG]).censor(&described).as_deref(), Some(&described.cdr));
     }
 }

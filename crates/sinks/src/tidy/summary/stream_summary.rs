@@ -9,7 +9,7 @@ const MOST_REASONS: usize = 16;
 
 /// What is known of one stream over a session.
 #[derive(Debug, Default)]
-pub(super) struct Watched {
+pub(super) struct StreamSummary {
     /// Its last status.
     pub(super) last: Option<StreamStatus>,
     /// For how many seconds it came.
@@ -61,7 +61,7 @@ pub(super) struct Usable {
     pub(super) is_by_state: bool,
 }
 
-impl Watched {
+impl StreamSummary {
     pub(super) fn take_status(&mut self, status: &StreamStatus, phase: Option<&str>) {
         self.last = Some(status.clone());
         if matches!(status.state, State::Ok | State::Degraded) && status.rate_hz > 0.0 {

@@ -7,7 +7,7 @@ use super::yaml::{split_entry, unquoted};
 
 /// What a reader takes from the `metadata.yaml` of any writer: the rest is in the files themselves.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Told {
+pub(crate) struct ParsedMetadata {
     /// The version of the description.
     pub version: Version,
     /// The storage plugin: `mcap` or `sqlite3`.
@@ -24,17 +24,17 @@ pub(crate) struct Told {
     pub custom: BTreeMap<String, String>,
 }
 
-impl Told {
+impl ParsedMetadata {
     /// Reads what is needed out of block-style YAML, and skips the rest.
-    pub(crate) fn read(text: &str) -> Told {
-        let mut told = Told::default();
+    pub(crate) fn read(text: &str) -> ParsedMetadata {
+        let mut parsed = ParsedMetadata::default();
         let (mut section, mut file) = (String::new(), String::new());
         for line in text.lines() {
             let indent = line.len() - line.trim_start().len();
             let line = line.trim();
             if let Some(item) = line.strip_prefix("- ") {
                 if section == "relative_file_paths" {
-                    told.files.push(unquoted(item));
+                    parsed.files.push(unquoted(item));
                 } else if section == "files"
                     && let Some((_, path)) = split_entry(item).filter(|(key, _)| key == "path")
                 {
@@ -42,22 +42,22 @@ impl Told {
                 }
             } else if let Some((key, value)) = split_entry(line) {
                 if indent <= 2 {
-                    told.take(&key, &value);
+                    parsed.take(&key, &value);
                     section = key;
                 } else if section == "custom_data" {
-                    told.custom.insert(key, value);
+                    parsed.custom.insert(key, value);
                 } else if section == "files" && key == "message_count" {
-                    told.messages.extend(value.parse().ok().map(|count| (file.clone(), count)));
+                    parsed.messages.extend(value.parse().ok().map(|count| (file.clone(), count)));
                 }
             }
         }
-        told
+        parsed
     }
 
     /// Reads the same without its one top key, as it stands in an MCAP file.
-    pub(crate) fn read_body(body: &str) -> Told {
+    pub(crate) fn read_body(body: &str) -> ParsedMetadata {
         let lines: Vec<String> = body.lines().map(|line| format!("  {line}")).collect();
-        Told::read(&lines.join("\n"))
+        ParsedMetadata::read(&lines.join("\n"))
     }
 
     fn take(&mut self, key: &str, value: &str) {

@@ -128,7 +128,7 @@ fn tells_latency(message: &Message, stream: &str) -> bool {
 pub(super) struct SeenBy {
     stream: Arc<Stream>,
     place: usize,
-    way: Way,
+    mode: ReadMode,
     times: Vec<i64>,
     /// Sample by sample, each of the same width.
     values: Vec<f64>,
@@ -137,7 +137,7 @@ pub(super) struct SeenBy {
 }
 
 /// How it is read.
-enum Way {
+enum ReadMode {
     /// Each of its events counts, or each with this label or of this kind.
     Events(Option<String>),
     /// Each of its messages counts.
@@ -155,14 +155,14 @@ impl SeenBy {
             return Err(missing(bag, wanted));
         };
         let stream = Arc::clone(&bag.streams()[place].stream);
-        let way = Way::of(&stream, wanted)?;
+        let mode = ReadMode::of(&stream, wanted)?;
         let (times, values, numbers) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(SeenBy { stream, place, way, times, values, width: None, numbers })
+        Ok(SeenBy { stream, place, mode, times, values, width: None, numbers })
     }
 
     pub(super) fn seen(&self) -> Seen<'_> {
-        match self.way {
-            Way::Events(_) | Way::Moments => Seen::Events(&self.times),
+        match self.mode {
+            ReadMode::Events(_) | ReadMode::Moments => Seen::Events(&self.times),
             _ => Seen::Samples { times: &self.times, values: &self.values },
         }
     }
@@ -174,9 +174,9 @@ impl SeenBy {
 
     /// Takes what a message tells. One that can't be read is passed over.
     fn take(&mut self, message: &Message) {
-        match &self.way {
-            Way::Moments => self.times.push(message.publish_time.nanos()),
-            Way::Fields { fields, by_header } => {
+        match &self.mode {
+            ReadMode::Moments => self.times.push(message.publish_time.nanos()),
+            ReadMode::Fields { fields, by_header } => {
                 let mut numbers = std::mem::take(&mut self.numbers);
                 if fields.read(&message.cdr, &mut numbers).is_ok() {
                     let stamp = by_header.then(|| header_stamp(&message.cdr)).flatten();
@@ -184,7 +184,7 @@ impl SeenBy {
                 }
                 self.numbers = numbers;
             }
-            Way::Events(_) | Way::Own(_) => self.take_own(message),
+            ReadMode::Events(_) | ReadMode::Own(_) => self.take_own(message),
         }
     }
 
@@ -193,7 +193,7 @@ impl SeenBy {
         let stamp = decoded.stamp.nanos();
         match &decoded.data {
             Data::Event(event) => {
-                let Way::Events(label) = &self.way else { return };
+                let ReadMode::Events(label) = &self.mode else { return };
                 let is_meant = |label: &String| *label == event.label || label == event.kind.word();
                 if label.as_ref().is_none_or(is_meant) {
                     self.times.push(stamp);
@@ -212,8 +212,8 @@ impl SeenBy {
 
     /// A sample, unless it has not as many numbers as the ones before.
     fn push(&mut self, time: i64, numbers: &[f64]) {
-        let numbers = match self.way {
-            Way::Own(Some(place)) => numbers.get(place..=place).unwrap_or_default(),
+        let numbers = match self.mode {
+            ReadMode::Own(Some(place)) => numbers.get(place..=place).unwrap_or_default(),
             _ => numbers,
         };
         if !numbers.is_empty() && *self.width.get_or_insert(numbers.len()) == numbers.len() {
@@ -223,26 +223,26 @@ impl SeenBy {
     }
 }
 
-impl Way {
-    fn of(stream: &Stream, wanted: &Wanted) -> Result<Way, Failure> {
+impl ReadMode {
+    fn of(stream: &Stream, wanted: &Wanted) -> Result<ReadMode, Failure> {
         let own = own_type(stream);
         if own == msgs::Event::NAME {
-            return Ok(Way::Events(wanted.channel.clone()));
+            return Ok(ReadMode::Events(wanted.channel.clone()));
         }
         if [msgs::Sample::NAME, msgs::Wave::NAME, msgs::Feature::NAME].contains(&own) {
-            return own_channel(stream, wanted).map(Way::Own);
+            return own_channel(stream, wanted).map(ReadMode::Own);
         }
         match &stream.shape {
             Shape::Message(schema)
                 if wanted.channel.is_none() && MOMENTS.contains(&&*schema.name) =>
             {
-                Ok(Way::Moments)
+                Ok(ReadMode::Moments)
             }
             Shape::Message(schema) => {
                 let definition = readout::definition(schema).ok_or_else(|| {
                     Failure::to(format!("read {}: the bag has no definition of it", schema.name))
                 })?;
-                Way::of_fields(stream, &definition, wanted)
+                ReadMode::of_fields(stream, &definition, wanted)
             }
             _ => Err(Failure::to(format!("see an event in {wanted}: it tells of streams"))
                 .hint("`teampulse info` lists the streams of the bag")),
@@ -254,7 +254,7 @@ impl Way {
         stream: &Stream,
         definition: &Definition,
         wanted: &Wanted,
-    ) -> Result<Way, Failure> {
+    ) -> Result<ReadMode, Failure> {
         let all = numbers(definition);
         let paths: Vec<String> = match &wanted.channel {
             Some(channel) => {
@@ -272,7 +272,7 @@ impl Way {
             }
         };
         let fields = Fields::compile(definition, &paths).map_err(Failure::to)?;
-        Ok(Way::Fields { fields, by_header: starts_with_header(definition) })
+        Ok(ReadMode::Fields { fields, by_header: starts_with_header(definition) })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Events, as they are told to people.
+//! Events as text for the terminal.
 
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
@@ -7,8 +7,8 @@ use teampulse_core::stream::{About, Origin, Stream};
 
 use crate::text::shown;
 
-/// What is told of an event; `None` for what happens too often, or is told elsewhere.
-pub(super) fn told(stream: &Stream, event: &Event) -> Option<String> {
+/// The text of an event; `None` for events that are too frequent or are shown elsewhere.
+pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
     let is_counted = stream.name.starts_with("/teampulse/lost") || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
@@ -62,22 +62,22 @@ mod tests {
 
     use super::*;
 
-    fn told_of(name: &str, origin: Origin, kind: EventKind, label: &str, value: f64) -> String {
+    fn text_of(name: &str, origin: Origin, kind: EventKind, label: &str, value: f64) -> String {
         let raw = Stream::raw(name, Subject::robot("robot2"), Shape::Event);
         let event = Event { kind, label: label.into(), value, duration_secs: f64::NAN };
-        told(&Stream { origin, ..raw }, &event).unwrap_or_default()
+        event_text(&Stream { origin, ..raw }, &event).unwrap_or_default()
     }
 
     #[test]
     fn a_label_commands_no_terminal() {
-        let marked = told_of("/session/events", Origin::Raw, EventKind::Marker, "\u{1b}[2J", 0.0);
+        let marked = text_of("/session/events", Origin::Raw, EventKind::Marker, "\u{1b}[2J", 0.0);
         assert_eq!(marked, "marker:  [2J");
     }
 
     #[test]
     fn what_was_computed_speaks_for_itself() {
         let deployment = |kind, label, value| {
-            told_of("/r/deployment/events", Origin::Derived, kind, label, value)
+            text_of("/r/deployment/events", Origin::Derived, kind, label, value)
         };
         assert_eq!(deployment(EventKind::Marker, "robot2 online", f64::NAN), "robot2 online");
         assert_eq!(
@@ -87,11 +87,11 @@ mod tests {
     }
 
     #[test]
-    fn a_number_is_told_only_with_its_meaning() {
+    fn a_number_is_shown_only_where_its_meaning_is_known() {
         let fault = EventKind::Fault;
-        let level = told_of("/r/level/w10/events", Origin::Derived, fault, "/r: error", 2.0);
+        let level = text_of("/r/level/w10/events", Origin::Derived, fault, "/r: error", 2.0);
         assert_eq!(level, "fault: /r: error");
-        let session = |kind, label, value| told_of("/s", Origin::Raw, kind, label, value);
+        let session = |kind, label, value| text_of("/s", Origin::Raw, kind, label, value);
         assert_eq!(
             session(EventKind::Clock, "wall clock step", 2.5),
             "wall clock step of +2.500 s"
@@ -101,16 +101,16 @@ mod tests {
 
     #[test]
     fn what_a_person_marks_is_named_as_such() {
-        let session = |kind, label| told_of("/s", Origin::Raw, kind, label, f64::NAN);
+        let session = |kind, label| text_of("/s", Origin::Raw, kind, label, f64::NAN);
         assert_eq!(session(EventKind::Marker, "a"), "marker: a");
         assert_eq!(session(EventKind::Phase, "baseline"), "phase: baseline");
         assert_eq!(session(EventKind::Clock, "end"), "session ended");
     }
 
     #[test]
-    fn what_a_clock_does_is_told_in_its_own_words() {
-        let told = told_of(CLOCKS, Origin::Derived, EventKind::Clock, "laptop2 is +1.5 s off", 1.5);
-        assert_eq!(told, "clock: laptop2 is +1.5 s off");
+    fn clock_events_are_worded_as_clock_events() {
+        let text = text_of(CLOCKS, Origin::Derived, EventKind::Clock, "laptop2 is +1.5 s off", 1.5);
+        assert_eq!(text, "clock: laptop2 is +1.5 s off");
     }
 
     #[test]
@@ -119,7 +119,7 @@ mod tests {
         let stream = Stream::raw("/humans/persons/p001/task/reports", person, Shape::Event);
         let event = |kind, label: &str, value| {
             let event = Event { kind, label: label.into(), value, duration_secs: 0.0 };
-            told(&stream, &event)
+            event_text(&stream, &event)
         };
         assert_eq!(event(EventKind::Report, "isa", 4.0).unwrap(), "p001: report: isa 4");
         assert_eq!(event(EventKind::Phase, "2-back", f64::NAN).unwrap(), "p001: phase: 2-back");
@@ -127,11 +127,11 @@ mod tests {
     }
 
     #[test]
-    fn what_happens_all_the_time_is_not_told() {
+    fn frequent_events_are_not_shown() {
         for input in UNTOLD {
-            assert_eq!(told_of(input, Origin::Raw, EventKind::Clock, "laptop2", 0.1), "");
+            assert_eq!(text_of(input, Origin::Raw, EventKind::Clock, "laptop2", 0.1), "");
         }
-        let beat = told_of("/p/ecg/beats", Origin::Derived, EventKind::Beat, "beat", f64::NAN);
+        let beat = text_of("/p/ecg/beats", Origin::Derived, EventKind::Beat, "beat", f64::NAN);
         assert_eq!(beat, "");
     }
 }

@@ -2,7 +2,7 @@ use super::{Count, Kind, Number, Problem};
 
 /// What one line of a definition says.
 #[derive(Debug)]
-pub(super) struct Line<'a> {
+pub(super) struct Declaration<'a> {
     pub name: &'a str,
     pub item: Item<'a>,
     pub count: Count,
@@ -25,9 +25,9 @@ pub(super) enum Value<'a> {
     Constant(&'a str),
 }
 
-impl<'a> Line<'a> {
+impl<'a> Declaration<'a> {
     /// Reads a line; `None` when it says nothing.
-    pub fn read(line: &'a str) -> Result<Option<Line<'a>>, Problem> {
+    pub fn read(line: &'a str) -> Result<Option<Declaration<'a>>, Problem> {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             return Ok(None);
@@ -37,7 +37,7 @@ impl<'a> Line<'a> {
         let (name, value) = name_and_value(rest.trim_start())?;
         let (item, count) = split_count(written).ok_or_else(|| no_type(written))?;
         let item = plain_kind(item).ok_or_else(|| no_type(written))?;
-        Ok(Some(Line { name, item, count, value }))
+        Ok(Some(Declaration { name, item, count, value }))
     }
 }
 

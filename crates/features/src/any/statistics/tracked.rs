@@ -19,7 +19,7 @@ use crate::value::{Value, window_of};
 const HOP_NS: i64 = 1_000_000_000;
 
 /// A stream at work.
-pub(super) struct Line {
+pub(super) struct TrackedStream {
     stream: Stream,
     /// Whom the stream is about.
     subject: Subject,
@@ -38,11 +38,11 @@ struct Work {
     baseline: Option<Vec<Value>>,
 }
 
-impl Line {
-    pub(super) fn new(stream: &Stream, windows_secs: &[f64]) -> Line {
+impl TrackedStream {
+    pub(super) fn new(stream: &Stream, windows_secs: &[f64]) -> TrackedStream {
         let (stream, subject) = (stream.clone(), stream.subject());
         let (windows_secs, phases_told) = (windows_secs.to_vec(), PhasesTold::default());
-        Line { stream, subject, windows_secs, work: None, phases_told }
+        TrackedStream { stream, subject, windows_secs, work: None, phases_told }
     }
 
     /// The stream is known, or known better: only with other channels it begins anew.

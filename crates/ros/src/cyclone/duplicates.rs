@@ -10,9 +10,9 @@ const MOST: usize = 4096;
 
 /// The numbers of the messages that were seen, for each publisher.
 #[derive(Debug, Default)]
-pub(super) struct Seen(BTreeMap<Gid, Runs>);
+pub(super) struct Duplicates(BTreeMap<Gid, Runs>);
 
-impl Seen {
+impl Duplicates {
     /// Whether a message is seen for the first time. One without a number always is.
     pub(super) fn first_time(&mut self, publisher: Gid, sequence: Option<u64>) -> bool {
         let Some(sequence) = sequence else { return true };
@@ -29,7 +29,7 @@ mod tests {
 
     #[test]
     fn a_message_is_seen_for_the_first_time_once() {
-        let mut seen = Seen::default();
+        let mut seen = Duplicates::default();
         let (one, other) = (Gid([1; 16]), Gid([2; 16]));
         assert!(seen.first_time(one, Some(5)));
         assert!(seen.first_time(other, Some(5)));

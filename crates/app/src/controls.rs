@@ -1,4 +1,4 @@
-//! The desk of whoever leads a session: what each key of the terminal does.
+//! Keyboard controls of a session: what each key of the terminal does.
 
 use std::io::IsTerminal;
 
@@ -16,7 +16,7 @@ const END: &str = "end the recording?  y ends it, any other key goes on";
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
 
 /// What each key does.
-pub struct Desk {
+pub struct Controls {
     view: View,
     phases: PhaseDesk,
     growth: Growth,
@@ -25,10 +25,10 @@ pub struct Desk {
     asks: bool,
 }
 
-impl Desk {
-    /// A desk at which a view is moved, and phases are turned.
-    pub fn new(view: View, phases: PhaseDesk, growth: Growth) -> Desk {
-        Desk { view, phases, growth, clock: Clock::host(), asks: false }
+impl Controls {
+    /// A controls at which a view is moved, and phases are turned.
+    pub fn new(view: View, phases: PhaseDesk, growth: Growth) -> Controls {
+        Controls { view, phases, growth, clock: Clock::host(), asks: false }
     }
 
     /// Begins to read the keys; `None` when there are none.
@@ -75,14 +75,15 @@ impl Desk {
 mod tests {
     use super::*;
 
-    fn desk(growth: &Growth) -> Desk {
-        Desk::new(View::default(), PhaseDesk::default(), growth.clone())
+    fn controls(growth: &Growth) -> Controls {
+        Controls::new(View::default(), PhaseDesk::default(), growth.clone())
     }
 
     /// Presses keys; gives the markers that were set, and whether the session was ended.
-    fn press(desk: &mut Desk, keys: &str) -> (String, bool) {
+    fn press(controls: &mut Controls, keys: &str) -> (String, bool) {
         let mut ended = false;
-        let markers = keys.chars().filter_map(|key| desk.press(Key::Char(key), || ended = true));
+        let markers =
+            keys.chars().filter_map(|key| controls.press(Key::Char(key), || ended = true));
         let markers: Vec<String> = markers.collect();
         (markers.join(""), ended)
     }
@@ -90,27 +91,27 @@ mod tests {
     #[test]
     fn a_recording_is_ended_by_two_keys_and_anything_else_by_one() {
         let growth = Growth::default();
-        assert_eq!(press(&mut desk(&growth), "q"), (String::new(), true));
+        assert_eq!(press(&mut controls(&growth), "q"), (String::new(), true));
         growth.begin();
-        assert_eq!(press(&mut desk(&growth), "q"), (String::new(), false));
-        assert_eq!(press(&mut desk(&growth), "qq"), (String::new(), false));
-        assert_eq!(press(&mut desk(&growth), "qn"), (String::new(), false));
-        assert_eq!(press(&mut desk(&growth), "qy"), (String::new(), true));
+        assert_eq!(press(&mut controls(&growth), "q"), (String::new(), false));
+        assert_eq!(press(&mut controls(&growth), "qq"), (String::new(), false));
+        assert_eq!(press(&mut controls(&growth), "qn"), (String::new(), false));
+        assert_eq!(press(&mut controls(&growth), "qy"), (String::new(), true));
         growth.finish();
-        assert_eq!(press(&mut desk(&growth), "q"), (String::new(), true));
+        assert_eq!(press(&mut controls(&growth), "q"), (String::new(), true));
     }
 
     #[test]
     fn the_key_that_answers_sets_no_marker() {
         let growth = Growth::default();
         growth.begin();
-        assert_eq!(press(&mut desk(&growth), "aqby"), ("ay".to_owned(), false));
+        assert_eq!(press(&mut controls(&growth), "aqby"), ("ay".to_owned(), false));
     }
 
     #[test]
     fn keys_that_are_no_letters_set_no_marker() {
-        let mut desk = desk(&Growth::default());
+        let mut controls = controls(&Growth::default());
         let keys = [Key::Up, Key::PageDown, Key::Home, Key::Escape, Key::Control('n')];
-        assert!(keys.into_iter().all(|key| desk.press(key, || ()).is_none()));
+        assert!(keys.into_iter().all(|key| controls.press(key, || ()).is_none()));
     }
 }

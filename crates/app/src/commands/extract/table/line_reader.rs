@@ -13,25 +13,25 @@ const LONGEST_LINE: u64 = 1 << 20;
 
 /// A line that may hold cells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct TextLine {
     /// From 1.
     pub number: usize,
     pub text: String,
 }
 
 /// The lines of a file.
-pub struct Lines {
+pub struct LineReader {
     input: BufReader<Box<dyn Read + Send>>,
     number: usize,
     /// Lines that were looked at.
-    ahead: VecDeque<Line>,
+    ahead: VecDeque<TextLine>,
     read: u64,
     bytes: u64,
 }
 
-impl Lines {
+impl LineReader {
     /// The lines of a file; `-` is standard input.
-    pub fn open(path: &Path) -> Result<Lines, TableError> {
+    pub fn open(path: &Path) -> Result<LineReader, TableError> {
         let opened = |error| TableError::Open { path: path.to_owned(), error };
         let (input, bytes): (Box<dyn Read + Send>, u64) = if path == Path::new("-") {
             (Box::new(std::io::stdin()), 0)
@@ -43,7 +43,7 @@ impl Lines {
         let (input, width) = as_utf8(input).map_err(opened)?;
         let input = BufReader::with_capacity(1 << 18, input);
         let bytes = bytes / width;
-        Ok(Lines { input, number: 0, ahead: VecDeque::new(), read: 0, bytes })
+        Ok(LineReader { input, number: 0, ahead: VecDeque::new(), read: 0, bytes })
     }
 
     /// The share of the file that was read [0..1]; `None` when its length is not known.
@@ -52,7 +52,7 @@ impl Lines {
     }
 
     /// The next line that is neither empty nor a comment.
-    pub fn next_data(&mut self) -> Result<Option<Line>, TableError> {
+    pub fn next_data(&mut self) -> Result<Option<TextLine>, TableError> {
         loop {
             match self.next()? {
                 Some(line) if !is_data(&line.text) => {}
@@ -62,7 +62,7 @@ impl Lines {
     }
 
     /// The next line, whatever it holds.
-    pub fn next(&mut self) -> Result<Option<Line>, TableError> {
+    pub fn next(&mut self) -> Result<Option<TextLine>, TableError> {
         if let Some(line) = self.ahead.pop_front() {
             return Ok(Some(line));
         }
@@ -70,7 +70,7 @@ impl Lines {
     }
 
     /// The next `count` lines that hold data, or as many as there are, which stay to be read.
-    pub fn peek(&mut self, count: usize) -> Result<Vec<Line>, TableError> {
+    pub fn peek(&mut self, count: usize) -> Result<Vec<TextLine>, TableError> {
         while self.ahead.iter().filter(|line| is_data(&line.text)).count() < count
             && let Some(line) = self.read()?
         {
@@ -80,7 +80,7 @@ impl Lines {
         Ok(data.take(count).cloned().collect())
     }
 
-    fn read(&mut self) -> Result<Option<Line>, TableError> {
+    fn read(&mut self) -> Result<Option<TextLine>, TableError> {
         let mut bytes = Vec::new();
         self.number += 1;
         let read = (&mut self.input).take(LONGEST_LINE).read_until(b'\n', &mut bytes);
@@ -94,7 +94,7 @@ impl Lines {
         }
         let text = String::from_utf8(bytes)
             .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
-        Ok((read > 0).then_some(Line { number: self.number, text }))
+        Ok((read > 0).then_some(TextLine { number: self.number, text }))
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::Pump;
 use crate::clocks::breaks_simulated_time;
-use crate::computers::Told;
+use crate::computers::ClockReport;
 use crate::data::Data;
 use crate::publishers::PublishedBy;
 use crate::source::Reading;
@@ -47,10 +47,12 @@ impl Pump {
     /// What a reading tells of other computers' clocks is taken to heart.
     fn take_told(&mut self, reading: &Reading, log_time: Time) {
         let Some(track) = self.track(reading.stream) else { return };
-        match Told::read(&track.stream, &reading.data) {
-            Some(Told::StampedBy { stream, computer }) => self.clocks.stamped_by(stream, computer),
-            Some(Told::Probed { computer, offset_secs, round_trip_secs }) => {
-                let probe = Told::probe(offset_secs, round_trip_secs, log_time);
+        match ClockReport::read(&track.stream, &reading.data) {
+            Some(ClockReport::StampedBy { stream, computer }) => {
+                self.clocks.stamped_by(stream, computer)
+            }
+            Some(ClockReport::Probed { computer, offset_secs, round_trip_secs }) => {
+                let probe = ClockReport::probe(offset_secs, round_trip_secs, log_time);
                 self.clocks.probed(computer, &probe);
             }
             None => {}

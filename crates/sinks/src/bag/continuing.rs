@@ -31,7 +31,7 @@ pub enum Again {
 /// A bag that tells the tidy files beside it when it ends early, so that they end with it, and goes on
 /// in another bag.
 #[derive(Debug)]
-pub struct Telling {
+pub struct ContinuingBag {
     /// The bag.
     pub bag: BagSink,
     /// Whom it tells.
@@ -40,7 +40,7 @@ pub struct Telling {
     pub again: Again,
 }
 
-impl Sink for Telling {
+impl Sink for ContinuingBag {
     fn name(&self) -> &'static str {
         self.bag.name()
     }
@@ -50,7 +50,7 @@ impl Sink for Telling {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Telling { bag, ended, again } = *self;
+        let ContinuingBag { bag, ended, again } = *self;
         let first =
             bag.clone().begin().inspect_err(|error| ended.tell(format!("failed to {error}")))?;
         let Err(broken) = first.record(&inbox) else { return Ok(()) };
@@ -208,7 +208,7 @@ mod tests {
     }
 
     /// A bag whose disk stands still: cut off after its first message.
-    fn cut_off(folder: &Path, again: Again) -> (Post, Inbox, Box<Telling>, Streams) {
+    fn cut_off(folder: &Path, again: Again) -> (Post, Inbox, Box<ContinuingBag>, Streams) {
         let streams = Streams::default();
         streams.declare(descriptions());
         let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
@@ -220,7 +220,7 @@ mod tests {
             study: "# a study".into(),
             options: Options { keep_free_bytes: 0, ..Options::default() },
         };
-        (post, inbox, Box::new(Telling { bag, ended: Ended::default(), again }), streams)
+        (post, inbox, Box::new(ContinuingBag { bag, ended: Ended::default(), again }), streams)
     }
 
     #[test]
@@ -275,7 +275,7 @@ mod tests {
                 options: Options { keep_free_bytes: 0, ..Options::default() },
             };
             let (ended, again) = (Ended::default(), Again::Beside { fallback: None });
-            let sink = Box::new(Telling { bag, ended: ended.clone(), again });
+            let sink = Box::new(ContinuingBag { bag, ended: ended.clone(), again });
             let recording = std::thread::spawn(move || sink.run(inbox));
             while ended.folders().is_empty() {
                 assert!(!recording.is_finished());
@@ -308,7 +308,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let again = Again::Beside { fallback: None };
         let (post, inbox, sink, streams) = cut_off(&folder.path().join("bag"), again);
-        let Telling { bag, ended, .. } = *sink;
+        let ContinuingBag { bag, ended, .. } = *sink;
         let broken = bag.clone().begin().unwrap().record(&inbox).unwrap_err();
         let going = std::thread::spawn(move || goes_on(&bag, None, broken, (&inbox, &ended), 1));
         // It is heard again as soon as it has given up.

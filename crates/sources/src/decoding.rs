@@ -11,7 +11,7 @@ use teampulse_messages::convert::{self, Decoded, type_name};
 use teampulse_ros::bus::{Arrival, Deliver};
 
 use crate::follow::fault;
-use crate::tally::Tally;
+use crate::loss_counter::LossCounter;
 
 /// So many messages are waited for a description.
 const UNDESCRIBED: u64 = 20;
@@ -21,7 +21,7 @@ const MOST_CHANNELS: u32 = 1024;
 
 /// What the messages of a topic say of themselves.
 #[derive(Debug, Default)]
-pub(crate) struct Hearing {
+pub(crate) struct ObservedChannels {
     heard: u64,
     /// Channels, and the rate [Hz] or 0, of the newest message.
     width: u32,
@@ -29,7 +29,7 @@ pub(crate) struct Hearing {
     refused: bool,
 }
 
-impl Hearing {
+impl ObservedChannels {
     /// Gives a stream that nobody has described the channels of its messages, without units.
     pub(crate) fn describe(&self, stream: &mut Stream) {
         let is_known = !stream.channels.is_empty() || stream.shape == Shape::Event;
@@ -67,27 +67,27 @@ pub(crate) fn hear(
     outlet: &Outlet,
     id: StreamId,
     stream: &Stream,
-    tally: &Arc<Mutex<Tally>>,
-    hearing: &Arc<Mutex<Hearing>>,
+    losses: &Arc<Mutex<LossCounter>>,
+    observed: &Arc<Mutex<ObservedChannels>>,
 ) -> Deliver {
     let (outlet, topic, shape) = (outlet.clone(), stream.name.clone(), stream.shape.clone());
-    let (tally, hearing) = (Arc::clone(tally), Arc::clone(hearing));
+    let (losses, observed) = (Arc::clone(losses), Arc::clone(observed));
     Arc::new(move |arrival: Arrival| {
-        let mut tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut hearing = hearing.lock().unwrap_or_else(PoisonError::into_inner);
-        tally.count(&arrival, &outlet);
+        let mut losses = losses.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut observed = observed.lock().unwrap_or_else(PoisonError::into_inner);
+        losses.count(&arrival, &outlet);
         match decode(&shape, &arrival.bytes) {
             Ok(decoded) => {
-                hearing.hear(&decoded.data);
+                observed.hear(&decoded.data);
                 let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
                 let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));
                 let Decoded { device_time, index, data, .. } = decoded;
-                tally.number(index, &arrival, &outlet);
+                losses.number(index, &arrival, &outlet);
                 outlet.offer(Reading { stream: id, index, device_time, source_time, data });
             }
             Err(reason) => {
-                tally.refuse();
-                if !std::mem::replace(&mut hearing.refused, true) {
+                losses.refuse();
+                if !std::mem::replace(&mut observed.refused, true) {
                     fault(&outlet, format!("{topic}: failed to {reason}; counted as lost"));
                 }
             }

@@ -10,7 +10,7 @@ use super::found::Found;
 
 /// Everything that was found.
 #[derive(Debug, Serialize)]
-pub struct Told {
+pub struct Report {
     signal: &'static str,
     /// Null for intervals, which come at no rate.
     rate_hz: Option<f64>,
@@ -90,7 +90,7 @@ impl Score {
     }
 }
 
-impl Told {
+impl Report {
     /// Of what was found in a signal.
     pub fn new(
         signal: &'static str,
@@ -98,10 +98,10 @@ impl Told {
         method: &'static str,
         found: &Found,
         score: Option<Vec<Score>>,
-    ) -> Told {
+    ) -> Report {
         let mut events: Vec<&Event> = found.events.iter().collect();
         events.sort_by_key(|event| event.at_ns);
-        Told {
+        Report {
             signal,
             rate_hz,
             method,

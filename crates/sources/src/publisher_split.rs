@@ -11,11 +11,11 @@ use teampulse_ros::bus::{Arrival, Deliver};
 use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
+use crate::decoding::{ObservedChannels, hear};
 use crate::follow::fault;
-use crate::hearing::{Hearing, hear};
+use crate::loss_counter::LossCounter;
 use crate::publishers::{MOST_BESIDE, News, Place, Publishers};
 use crate::publishing::{names_of, who};
-use crate::tally::Tally;
 
 /// How many messages wait until it is known whose they are; more are counted as lost.
 const MOST_WAITING: usize = 10_000;
@@ -24,7 +24,7 @@ const MOST_WAITING: usize = 10_000;
 ///
 /// What a second publisher sends is recorded on a stream of its own, which no feature hears; see
 /// [`Stream::beside`].
-pub(crate) struct Apart {
+pub(crate) struct PublisherSplit {
     outlet: Outlet,
     graph: watch::Receiver<Arc<Graph>>,
     host: Clock,
@@ -32,7 +32,7 @@ pub(crate) struct Apart {
     stream: Stream,
     publishers: Publishers,
     waiting: VecDeque<Arrival>,
-    heard: Ear,
+    primary: StreamReceiver,
     beside: Vec<Beside>,
     /// Who was last told to publish it.
     told: Vec<String>,
@@ -41,41 +41,41 @@ pub(crate) struct Apart {
 
 /// The stream of what publishers beside sent, one after another.
 struct Beside {
-    ear: Ear,
+    receiver: StreamReceiver,
     /// Who was its first.
     publisher: String,
 }
 
 /// What takes the messages of one stream.
-pub(crate) struct Ear {
+pub(crate) struct StreamReceiver {
     deliver: Deliver,
-    pub(crate) tally: Arc<Mutex<Tally>>,
+    pub(crate) losses: Arc<Mutex<LossCounter>>,
     /// What the messages say of themselves.
-    pub(crate) hearing: Arc<Mutex<Hearing>>,
+    pub(crate) observed: Arc<Mutex<ObservedChannels>>,
 }
 
-impl Ear {
+impl StreamReceiver {
     /// What decodes the messages of a declared stream.
     fn of(
         outlet: &Outlet,
         graph: &watch::Receiver<Arc<Graph>>,
         (id, stream): (StreamId, &Stream),
-    ) -> Ear {
-        let tally = Arc::new(Mutex::new(Tally::new(id, graph.clone())));
-        let hearing = Arc::<Mutex<Hearing>>::default();
-        Ear { deliver: hear(outlet, id, stream, &tally, &hearing), tally, hearing }
+    ) -> StreamReceiver {
+        let losses = Arc::new(Mutex::new(LossCounter::new(id, graph.clone())));
+        let observed = Arc::<Mutex<ObservedChannels>>::default();
+        StreamReceiver { deliver: hear(outlet, id, stream, &losses, &observed), losses, observed }
     }
 }
 
-impl Apart {
+impl PublisherSplit {
     /// The streams of a topic on a bus, of which the first was declared.
     pub(crate) fn new(
         outlet: &Outlet,
         graph: watch::Receiver<Arc<Graph>>,
         (id, stream): (StreamId, &Stream),
-    ) -> Apart {
-        Apart {
-            heard: Ear::of(outlet, &graph, (id, stream)),
+    ) -> PublisherSplit {
+        PublisherSplit {
+            primary: StreamReceiver::of(outlet, &graph, (id, stream)),
             outlet: outlet.clone(),
             graph,
             host: Clock::host(),
@@ -90,8 +90,8 @@ impl Apart {
     }
 
     /// The stream of the publisher that is heard.
-    pub(crate) fn heard(&self) -> &Ear {
-        &self.heard
+    pub(crate) fn primary(&self) -> &StreamReceiver {
+        &self.primary
     }
 
     /// Takes what arrives.
@@ -125,10 +125,12 @@ impl Apart {
 
     /// Tells what was lost since the last time, and returns how much that is.
     pub(crate) fn tell_losses(&self) -> u64 {
-        let ears = std::iter::once(&self.heard).chain(self.beside.iter().map(|each| &each.ear));
-        let tell =
-            |ear: &Ear| ear.tally.lock().unwrap_or_else(PoisonError::into_inner).tell(&self.outlet);
-        ears.map(tell).sum()
+        let receivers =
+            std::iter::once(&self.primary).chain(self.beside.iter().map(|each| &each.receiver));
+        let tell = |receiver: &StreamReceiver| {
+            receiver.losses.lock().unwrap_or_else(PoisonError::into_inner).tell(&self.outlet)
+        };
+        receivers.map(tell).sum()
     }
 
     /// Hands over what waits, as far as it is known whose it is.
@@ -140,8 +142,8 @@ impl Apart {
                 self.tell(news, arrival.publisher);
             }
             match place {
-                Place::Heard => (self.heard.deliver)(arrival),
-                Place::Beside(place) => (self.beside[place].ear.deliver)(arrival),
+                Place::Heard => (self.primary.deliver)(arrival),
+                Place::Beside(place) => (self.beside[place].receiver.deliver)(arrival),
                 Place::Unknown if self.waiting.len() < MOST_WAITING => {
                     self.waiting.push_back(arrival);
                 }
@@ -186,8 +188,8 @@ impl Apart {
             let publisher = who(&self.graph.borrow(), publisher);
             let stream = self.stream_beside(place, publisher.clone());
             let id = self.outlet.declare(stream.clone());
-            let ear = Ear::of(&self.outlet, &self.graph, (id, &stream));
-            self.beside.push(Beside { ear, publisher });
+            let receiver = StreamReceiver::of(&self.outlet, &self.graph, (id, &stream));
+            self.beside.push(Beside { receiver, publisher });
         }
         self.name_beside(place)
     }
@@ -203,7 +205,7 @@ impl Apart {
     }
 
     fn refuse(&mut self) {
-        self.heard.tally.lock().unwrap_or_else(PoisonError::into_inner).refuse();
+        self.primary.losses.lock().unwrap_or_else(PoisonError::into_inner).refuse();
         if !std::mem::replace(&mut self.has_refused, true) {
             let (topic, most) = (&self.stream.name, MOST_BESIDE + 1);
             fault(

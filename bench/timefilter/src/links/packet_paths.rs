@@ -1,9 +1,9 @@
-//! Ways that packets take: each gives arrivals to times of sending, in order.
+//! Paths of packets: each maps times of sending to times of arrival, in order.
 
 use super::random::Random;
 
-/// A way from a device to the host.
-pub trait Way {
+/// The path of packets from a device to the host.
+pub trait PacketPath {
     /// When a packet sent at `sent` arrives [s]; `None` when it is lost. Packets come in order of
     /// sending.
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64>;
@@ -80,7 +80,7 @@ impl Bluetooth {
     }
 }
 
-impl Way for Bluetooth {
+impl PacketPath for Bluetooth {
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64> {
         let mut ready = sent;
         if let Some(end) = self.out_until(ready) {
@@ -148,7 +148,7 @@ impl Saturated {
     }
 }
 
-impl Way for Saturated {
+impl PacketPath for Saturated {
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64> {
         if self.free - sent > self.most {
             return None;
@@ -201,7 +201,7 @@ impl Network {
     }
 }
 
-impl Way for Network {
+impl PacketPath for Network {
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64> {
         let longer = self.routes.iter().filter(|(from, until, _)| (*from..*until).contains(&sent));
         let longer: f64 = longer.map(|(_, _, longer)| longer).sum();
@@ -229,7 +229,7 @@ impl Camera {
     }
 }
 
-impl Way for Camera {
+impl PacketPath for Camera {
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64> {
         let busy = if random.chance(0.003) { random.exponential(0.030) } else { 0.0 };
         let arrival = sent + 0.033 + random.normal().abs() * 0.002 + busy;
@@ -256,7 +256,7 @@ impl Polled {
     }
 }
 
-impl Way for Polled {
+impl PacketPath for Polled {
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64> {
         let poll = ((sent - self.phase) / self.interval).ceil() as i64;
         self.last = poll.max(self.last);

@@ -17,7 +17,7 @@ const MOST: usize = 100_000;
 /// What was told last and holds until something else is told: the phase of the session and of each person
 /// and robot, whose clock stamps a stream, who publishes a topic.
 #[derive(Clone, Debug, Default)]
-pub struct Standing(BTreeMap<(Rank, StreamId, String), Record>);
+pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 
 /// Who is told first. A person's own phases stand before those of the session, which would be the
 /// person's, too.
@@ -28,7 +28,7 @@ enum Rank {
     Phase,
 }
 
-impl Standing {
+impl Latched {
     /// Takes in what was told. Of two words about the same the newer one stands, in whichever order they
     /// are taken.
     pub fn take(&mut self, record: &Record) {
@@ -127,47 +127,47 @@ mod tests {
         event(EventKind::Phase, label, duration_secs)
     }
 
-    fn at(standing: &Standing, secs: i32) -> Vec<(u32, String, f64)> {
-        let told = standing.at(Time::from_stamp(secs, 0)).into_iter();
+    fn at(latched: &Latched, secs: i32) -> Vec<(u32, String, f64)> {
+        let told = latched.at(Time::from_stamp(secs, 0)).into_iter();
         told.map(|(id, _, event)| (id.0, event.label, event.duration_secs)).collect()
     }
 
     #[test]
     fn of_a_phase_that_goes_on_the_rest_is_told() {
-        let mut standing = Standing::default();
-        standing.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
-        assert_eq!(at(&standing, 5), [], "it has not begun");
-        assert_eq!(at(&standing, 30), [(0, "baseline".into(), 40.0)]);
-        assert_eq!(at(&standing, 70), [(0, String::new(), 0.0)]);
-        standing.take(&told(&session_events(), 0, 80, phase("task", f64::NAN)));
-        let [(0, label, left_secs)] = &at(&standing, 90)[..] else { panic!() };
+        let mut latched = Latched::default();
+        latched.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        assert_eq!(at(&latched, 5), [], "it has not begun");
+        assert_eq!(at(&latched, 30), [(0, "baseline".into(), 40.0)]);
+        assert_eq!(at(&latched, 70), [(0, String::new(), 0.0)]);
+        latched.take(&told(&session_events(), 0, 80, phase("task", f64::NAN)));
+        let [(0, label, left_secs)] = &at(&latched, 90)[..] else { panic!() };
         assert!(label == "task" && left_secs.is_nan());
     }
 
     #[test]
     fn the_newest_word_stands_in_whichever_order_it_is_taken() {
-        let mut standing = Standing::default();
-        standing.take(&told(&session_events(), 0, 20, phase("task", 60.0)));
-        standing.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
-        assert_eq!(at(&standing, 30), [(0, "task".into(), 50.0)]);
+        let mut latched = Latched::default();
+        latched.take(&told(&session_events(), 0, 20, phase("task", 60.0)));
+        latched.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        assert_eq!(at(&latched, 30), [(0, "task".into(), 50.0)]);
     }
 
     #[test]
     fn one_s_own_phases_stand_before_those_of_the_session_and_clocks_before_both() {
-        let mut standing = Standing::default();
-        standing.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
-        standing.take(&told(&person(), 7, 10, phase("1-back", 20.0)));
+        let mut latched = Latched::default();
+        latched.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        latched.take(&told(&person(), 7, 10, phase("1-back", 20.0)));
         for (secs, label) in [(10, "/r1/odom a"), (11, "/r1/odom b"), (12, "/r2/odom a")] {
             let told_of = event(EventKind::Clock, label, 0.0);
-            standing.take(&told(&stamped_by(), 9, secs, told_of));
+            latched.take(&told(&stamped_by(), 9, secs, told_of));
         }
-        standing.take(&told(&session_events(), 0, 12, event(EventKind::Marker, "x", 0.0)));
+        latched.take(&told(&session_events(), 0, 12, event(EventKind::Marker, "x", 0.0)));
         let expected = [
             (9, "/r1/odom b".to_owned(), 0.0),
             (9, "/r2/odom a".to_owned(), 0.0),
             (7, "1-back".to_owned(), 10.0),
             (0, "baseline".to_owned(), 50.0),
         ];
-        assert_eq!(at(&standing, 20), expected);
+        assert_eq!(at(&latched, 20), expected);
     }
 }

@@ -46,31 +46,31 @@ pub enum Colours {
 
 /// A line of the screen.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Line(Vec<(Style, String)>);
+pub(super) struct StyledLine(Vec<(Style, String)>);
 
-impl Line {
+impl StyledLine {
     /// A line of one piece.
-    pub fn of(style: Style, text: &str) -> Line {
-        Line::default().with(style, text)
+    pub fn of(style: Style, text: &str) -> StyledLine {
+        StyledLine::default().with(style, text)
     }
 
     /// The line with a piece behind it. Whatever the piece was, it commands no terminal.
     #[must_use]
-    pub fn with(mut self, style: Style, text: &str) -> Line {
+    pub fn with(mut self, style: Style, text: &str) -> StyledLine {
         self.add(style, text);
         self
     }
 
     /// The line with another behind it.
     #[must_use]
-    pub fn with_line(mut self, other: Line) -> Line {
+    pub fn with_line(mut self, other: StyledLine) -> StyledLine {
         for (style, text) in other.0 {
             self.add(style, &text);
         }
         self
     }
 
-    /// Adds a piece; see [`Line::with`].
+    /// Adds a piece; see [`StyledLine::with`].
     pub fn add(&mut self, style: Style, text: &str) {
         let text = harmless(text);
         match self.0.last_mut() {
@@ -81,14 +81,14 @@ impl Line {
 
     /// The line with blanks up to a column, or two where it is longer already.
     #[must_use]
-    pub fn up_to(self, column: usize) -> Line {
+    pub fn up_to(self, column: usize) -> StyledLine {
         let blanks = column.saturating_sub(self.width()).max(if self.0.is_empty() { 0 } else { 2 });
         self.with(Style::Plain, &" ".repeat(blanks))
     }
 
     /// The line cut or filled to exactly so many columns.
     #[must_use]
-    pub fn exactly(self, columns: usize) -> Line {
+    pub fn exactly(self, columns: usize) -> StyledLine {
         let cut = self.cut(columns);
         let blanks = " ".repeat(columns - cut.width());
         cut.with(Style::Plain, &blanks)
@@ -96,7 +96,7 @@ impl Line {
 
     /// The line with another at the right edge of so many columns, where there is room for it.
     #[must_use]
-    pub fn beside(mut self, right: &Line, columns: usize) -> Line {
+    pub fn beside(mut self, right: &StyledLine, columns: usize) -> StyledLine {
         let room = columns.saturating_sub(self.width() + right.width());
         if room >= 2 && right.width() > 0 {
             self.add(Style::Plain, &" ".repeat(room));
@@ -112,12 +112,12 @@ impl Line {
 
     /// Cut to so many columns; what is cut off is shown by an ellipsis.
     #[must_use]
-    pub fn cut(self, columns: usize) -> Line {
+    pub fn cut(self, columns: usize) -> StyledLine {
         if self.width() <= columns {
             return self;
         }
         let mut left = columns.saturating_sub(1);
-        let mut cut = Line::default();
+        let mut cut = StyledLine::default();
         for (style, text) in self.0 {
             let is_whole = text.width() <= left;
             let kept = first_columns(&text, left);
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_line_is_cut_by_columns_and_says_so() {
-        let line = Line::of(Style::Strong, "robot1").with(Style::Plain, "  漢字漢字");
+        let line = StyledLine::of(Style::Strong, "robot1").with(Style::Plain, "  漢字漢字");
         assert_eq!(line.width(), 16);
         assert_eq!(line.clone().cut(16), line);
         assert_eq!(line.clone().cut(12).text(), "robot1  漢…");
@@ -189,21 +189,22 @@ mod tests {
 
     #[test]
     fn without_colours_there_is_no_colour_and_the_same_text() {
-        let line = Line::of(Style::Alarm, "a").with(Style::Warning, "b").with(Style::Grey, "c");
+        let line =
+            StyledLine::of(Style::Alarm, "a").with(Style::Warning, "b").with(Style::Grey, "c");
         assert_eq!(line.sequences(Colours::None), "\x1b[1ma\x1b[0mbc");
         assert!(line.sequences(Colours::Some).contains("31m"));
     }
 
     #[test]
     fn no_text_commands_the_terminal() {
-        let line = Line::of(Style::Plain, "a\x1b[2J\u{202e}b\nc\u{9b}d\u{200f}");
+        let line = StyledLine::of(Style::Plain, "a\x1b[2J\u{202e}b\nc\u{9b}d\u{200f}");
         assert_eq!(line.text(), "a [2J b c d");
     }
 
     #[test]
     fn the_right_part_gives_way() {
-        let left = Line::of(Style::Plain, "left");
-        let right = Line::of(Style::Plain, "right");
+        let left = StyledLine::of(Style::Plain, "left");
+        let right = StyledLine::of(Style::Plain, "right");
         assert_eq!(left.clone().beside(&right, 12).text(), "left   right");
         assert_eq!(left.beside(&right, 10).text(), "left");
     }
