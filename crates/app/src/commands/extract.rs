@@ -46,10 +46,10 @@ const MOST_ASTRAY: f64 = 0.005;
 
 /// Finds events, and features of windows, in any table of samples.
 ///
-/// A table has a number a line, or columns between commas, semicolons, tabs or spaces, with decimal points
-/// or commas, with or without a line of names. Files of Empatica (E4, Embrace Plus), Shimmer (Consensys)
+/// A table has a number a line, or columns between commas, semicolons, bars, tabs or spaces, with decimal
+/// points or commas, with or without a line of names. Files of Empatica (E4, Embrace Plus), Shimmer (Consensys)
 /// and Polar Sensor Logger are known, as are comments that tell the sampling rate, units below
-/// or beside names, and times in s, ms, us, ns or as dates.
+/// or beside names, and times in s, ms, us, ns, as dates (also Excel's), or as minutes and seconds.
 ///
 /// Every number comes with the recipe that it was computed by; where one would mean nothing, the reason
 /// stands instead.

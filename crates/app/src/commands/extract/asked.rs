@@ -20,7 +20,8 @@ pub struct TableArgs {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     column: Vec<String>,
     /// The column with the times: dates, or numbers of the unit behind the colon, of that which the table
-    /// tells, or else of that which their size and the rate that they make tell
+    /// tells, or else of that which their size and the rate that they make tell. `:excel` is days since 1900,
+    /// `:mm:ss` minutes and seconds
     #[arg(long, value_name = "NAME[:UNIT]")]
     time: Option<String>,
     /// Multiplies every sample, to bring it into the signal's unit

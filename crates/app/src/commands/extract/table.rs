@@ -36,7 +36,7 @@ const FIRST_ROWS: usize = 2000;
 
 /// A table that is read row by row.
 ///
-/// Separated by commas, semicolons, tabs or spaces, with decimal points or commas; with or without a line
+/// Separated by commas, semicolons, bars, tabs or spaces, with decimal points or commas; with or without a line
 /// of names, and one of units below it; comments begin with `#` or `%`, and a sampling rate that they tell
 /// is believed, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates. Split
 /// here, not by a library: half of the tables in this field are columns of text between comments, no CSV.

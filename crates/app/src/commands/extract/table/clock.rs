@@ -1,6 +1,7 @@
 //! What the cells of a column of times mean.
 
-use super::dates::{DAY_NS, Order, date_ns, has_zone, order, time_of_day_ns};
+use super::dates::{DAY_NS, Order, date_ns, has_zone, minutes_ns, order, time_of_day_ns};
+use super::line::number;
 use super::times::{nanos, usual_rate_hz};
 
 /// Units of times, and how long they are [ns].
@@ -10,6 +11,12 @@ const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us",
 const SINCE_1970: [(f64, i64); 3] = [(1e17, 1), (1e14, 1_000), (1e11, 1_000_000)];
 /// No signal of a person has more samples a second [Hz].
 const MOST_HZ: f64 = 100_000.0;
+/// Dates of spreadsheets count days from 1899-12-30: this one is 1970-01-01 [days].
+const EXCEL_1970: i64 = 25_569;
+/// They are recognised from 2000 to 2099 [days], where rows come at such a rate by them [Hz]: read as seconds
+/// they would come at more than 17 kHz.
+const EXCEL_DAYS: std::ops::Range<f64> = 36_526.0..73_051.0;
+const EXCEL_HZ: std::ops::RangeInclusive<f64> = 0.2..=5_000.0;
 
 /// How a column of times is written.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +38,8 @@ enum Form {
     /// A date with a time of day.
     Date(Order),
     TimeOfDay,
+    /// Minutes and seconds since the start.
+    Minutes,
 }
 
 /// How long a unit of time is [ns].
@@ -57,7 +66,25 @@ pub fn unit_of_name_ns(name: &str) -> Option<i64> {
 impl Clock {
     /// Numbers of a unit so long [ns].
     pub fn of_unit(ns: i64) -> Clock {
-        let (form, note) = (Form::Number(ns), String::new());
+        Clock::new(Form::Number(ns), String::new())
+    }
+
+    /// What is named behind a column of times: a unit, `excel` or `mm:ss`.
+    pub fn named(unit: &str) -> Option<Clock> {
+        match unit {
+            "mm:ss" => Some(Clock::new(Form::Minutes, String::new())),
+            "excel" => Some(Clock::excel(String::new())),
+            unit => unit_ns(unit).map(Clock::of_unit),
+        }
+    }
+
+    /// Days since 1900, as spreadsheets keep dates.
+    fn excel(note: String) -> Clock {
+        let days = Clock::new(Form::Number(DAY_NS), note);
+        Clock { offset_ns: -EXCEL_1970 * DAY_NS, ..days }
+    }
+
+    fn new(form: Form, note: String) -> Clock {
         Clock { form, offset_ns: 0, last_ns: 0, midnights: 0, note }
     }
 
@@ -66,7 +93,6 @@ impl Clock {
     /// they are no times.
     pub fn recognised(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
         let cells: Vec<&str> = cells.iter().copied().filter(|cell| !cell.is_empty()).collect();
-        let clock = |form, note: String| Clock { form, note, ..Clock::of_unit(1) };
         if let Some((order, is_open)) = order(&cells) {
             let which = match order {
                 _ if !is_open => "",
@@ -76,19 +102,27 @@ impl Clock {
             let has_zone = cells.iter().all(|cell| has_zone(cell));
             let zone = if has_zone { "" } else { ", taken as UTC" };
             let note = format!("the times in column {name} are dates{which}{zone}");
-            return Some(clock(
+            return Some(Clock::new(
                 Form::Date(order),
                 if has_zone && !is_open { String::new() } else { note },
             ));
         }
-        if !cells.is_empty() && cells.iter().all(|cell| time_of_day_ns(cell).is_some()) {
-            let note = format!("the times in column {name} are times of day");
-            return Some(clock(Form::TimeOfDay, note));
+        if cells.is_empty() {
+            return None;
+        }
+        if cells.iter().all(|cell| time_of_day_ns(cell).is_some()) {
+            return Some(Clock::of_day_or_minutes(name, &cells, least_hz));
+        }
+        if cells.iter().all(|cell| minutes_ns(cell).is_some()) {
+            return Some(Clock::minutes(name));
         }
         let numbers = cells.iter().map(|cell| nanos(cell, 1).ok().flatten());
         let first = numbers.collect::<Option<Vec<i64>>>()?.first().copied()? as f64;
         if let Some((_, ns)) = SINCE_1970.iter().find(|(least, _)| first.abs() >= *least) {
             return Some(Clock::of_unit(*ns));
+        }
+        if let Some(excel) = Clock::of_spreadsheet(name, &cells, least_hz) {
+            return Some(excel);
         }
         let rate_hz = |ns: i64| {
             let times = cells.iter().filter_map(|cell| nanos(cell, ns).ok().flatten());
@@ -103,16 +137,57 @@ impl Clock {
         let (unit, ns) = unit.copied().unwrap_or(UNITS[0]);
         let note =
             format!("the times in column {name} are read as {unit}, by the rate that this makes");
-        Some(clock(Form::Number(ns), if unit == "s" { String::new() } else { note }))
+        Some(Clock::new(Form::Number(ns), if unit == "s" { String::new() } else { note }))
+    }
+
+    /// Times of day, or minutes and seconds where a signal needs more rows than one a minute. Where it does not,
+    /// stopwatches begin at zero.
+    fn of_day_or_minutes(name: &str, cells: &[&str], least_hz: f64) -> Clock {
+        let note = format!("the times in column {name} are times of day");
+        let of_day = Clock::new(Form::TimeOfDay, note);
+        if !cells.iter().all(|cell| minutes_ns(cell).is_some()) {
+            return of_day;
+        }
+        if !of_day.fits(cells, least_hz) || minutes_ns(cells[0]) < Some(60 * UNITS[0].1) {
+            return Clock::minutes(name);
+        }
+        let note = format!(
+            "{}, hours and minutes; --time \"{name}:mm:ss\" reads minutes and seconds",
+            of_day.note
+        );
+        Clock { note, ..of_day }
+    }
+
+    fn minutes(name: &str) -> Clock {
+        let note = format!("the times in column {name} are read as minutes and seconds");
+        Clock::new(Form::Minutes, note)
+    }
+
+    /// Days since 1900, where numbers of cells can't be anything else.
+    fn of_spreadsheet(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
+        let is_day = |cell: &&str| number(cell).is_some_and(|days| EXCEL_DAYS.contains(&days));
+        let note =
+            format!("the times in column {name} are days since 1900, as of Excel, taken as UTC");
+        let excel = Clock::excel(note);
+        let rate_hz = cells.iter().all(is_day).then(|| excel.rate_hz(cells)).flatten()?;
+        (EXCEL_HZ.contains(&rate_hz) && rate_hz >= least_hz).then_some(excel)
     }
 
     /// Whether these cells are times at a rate that a signal may have, `least_hz` at least [Hz].
     pub fn fits(&self, cells: &[&str], least_hz: f64) -> bool {
-        let mut probe = self.clone();
-        let times: Vec<i64> =
-            cells.iter().filter_map(|cell| probe.read(cell).ok().flatten()).collect();
+        let times = self.times_of(cells);
         !times.is_empty()
             && usual_rate_hz(&times).is_none_or(|hz| (least_hz..=MOST_HZ).contains(&hz))
+    }
+
+    /// The rate that these cells make [Hz].
+    pub fn rate_hz(&self, cells: &[&str]) -> Option<f64> {
+        usual_rate_hz(&self.times_of(cells))
+    }
+
+    fn times_of(&self, cells: &[&str]) -> Vec<i64> {
+        let mut probe = self.clone();
+        cells.iter().filter_map(|cell| probe.read(cell).ok().flatten()).collect()
     }
 
     /// The same, so that a cell of it is at a time [ns].
@@ -131,6 +206,7 @@ impl Clock {
         let at_ns = match self.form {
             Form::Number(unit_ns) => return nanos(cell, unit_ns).map(|at_ns| self.after(at_ns)),
             Form::Date(order) => date_ns(cell, order).ok_or(())?,
+            Form::Minutes => minutes_ns(cell).ok_or(())?,
             Form::TimeOfDay => {
                 let at_ns = time_of_day_ns(cell).ok_or(())?;
                 // Half a day back is a midnight.
@@ -206,6 +282,36 @@ mod tests {
             assert_eq!(unit_of_name_ns(name), ns, "{name}");
         }
         assert_eq!((unit_ns("ms"), unit_ns("uV"), unit_ns("")), (Some(1_000_000), None, None));
+    }
+
+    #[test]
+    fn minutes_and_seconds_are_no_hours_and_minutes_where_rows_come_faster() {
+        let form = |cells: &[&str]| Clock::recognised("t", cells, 0.0).unwrap().form;
+        assert_eq!(form(&["00:00.000", "00:00.250"]), Form::Minutes);
+        assert_eq!(form(&["59:59", "60:00", "60:01"]), Form::Minutes);
+        assert_eq!(form(&["00:00", "00:01", "00:02"]), Form::Minutes);
+        assert_eq!(form(&["08:15", "08:16", "08:17"]), Form::TimeOfDay);
+        let of_eda = Clock::recognised("t", &["08:15", "08:16", "08:17"], 0.9).unwrap();
+        assert_eq!(of_eda.form, Form::Minutes);
+        assert_eq!(form(&["00:00:00", "00:00:01", "00:00:02"]), Form::TimeOfDay);
+        assert_eq!(read(&["59:59.5", "60:00.0"], 1.0), [3_599_500_000_000, 3600 * SEC]);
+    }
+
+    #[test]
+    fn days_of_spreadsheets_are_dates() {
+        // 5 April 2021, 15:48:04 and half a second later.
+        let cells = ["44291.6583796296", "44291.6583854167"];
+        let times = read(&cells, 0.0);
+        assert!((times[0] - 1_617_637_684_000_000_000).abs() < 10_000_000, "{times:?}");
+        assert!((times[1] - times[0] - SEC / 2).abs() < 100_000, "{times:?}");
+        let with_comma = cells.map(|cell| cell.replace('.', ","));
+        assert_eq!(read(&with_comma.each_ref().map(String::as_str), 0.0), times);
+        // Seconds since a device was switched on, half a day ago.
+        let form = |cells: &[&str]| Clock::recognised("t", cells, 50.0).unwrap();
+        assert_eq!(form(&["44291.004", "44291.008", "44291.012"]), Clock::of_unit(SEC));
+        assert_eq!(Clock::named("excel").unwrap().read("25569.5"), Ok(Some(43_200 * SEC)));
+        assert_eq!(Clock::named("mm:ss").unwrap().read("1:02"), Ok(Some(62 * SEC)));
+        assert_eq!(Clock::named("parsec"), None);
     }
 
     #[test]

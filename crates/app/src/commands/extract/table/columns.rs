@@ -5,7 +5,6 @@ use super::dates::{Order, date_ns, order};
 use super::dialect::Decimal;
 use super::error::TableError;
 use super::head::{Head, is_count_like, is_time_like};
-use super::times::usual_rate_hz;
 use super::units::{self, unit};
 
 /// The names of times in our own tables [s].
@@ -110,6 +109,7 @@ fn unnamed(
     let is_signal = |&place: &usize| {
         time.is_none_or(|time| time.place != place)
             && !head.names.get(place).is_some_and(|name| is_time_like(name))
+            && !head.is_empty(place)
     };
     let all: Vec<usize> = (0..head.width).filter(is_signal).collect();
     let numbers: Vec<usize> = all.iter().copied().filter(|place| !head.is_text(*place)).collect();
@@ -255,9 +255,7 @@ fn shown_hz(rate_hz: Option<f64>) -> String {
 impl Time {
     /// The rate that the first times make [Hz].
     fn rate_hz(&self, head: &Head) -> Option<f64> {
-        let mut clock = self.clock.clone();
-        let cells = head.cells(self.place).into_iter();
-        usual_rate_hz(&cells.filter_map(|cell| clock.read(cell).ok().flatten()).collect::<Vec<_>>())
+        self.clock.rate_hz(&head.cells(self.place))
     }
 }
 
@@ -287,17 +285,19 @@ fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
     }
 }
 
-/// The column that `NAME` or `NAME:UNIT` means.
+/// The column that `NAME`, `NAME:UNIT`, `NAME:mm:ss` or `NAME:excel` means.
 fn named_time(
     head: &Head,
     name: &str,
     wanted: &Wanted,
     notes: &mut Vec<String>,
 ) -> Result<Time, TableError> {
-    if let Some((name, ns)) =
-        name.rsplit_once(':').and_then(|(name, unit)| Some((name, unit_ns(unit)?)))
-    {
-        return Ok(Time { place: named(head, name)?, clock: Clock::of_unit(ns) });
+    let with_unit = name.match_indices(':').find_map(|(at, _)| {
+        let clock = Clock::named(&name[at + 1..])?;
+        Some((&name[..at], clock))
+    });
+    if let Some((name, clock)) = with_unit {
+        return Ok(Time { place: named(head, name)?, clock });
     }
     let place = named(head, name)?;
     // What is no time is named with its line when it is read.

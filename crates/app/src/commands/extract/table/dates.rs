@@ -21,6 +21,11 @@ pub fn date_ns(cell: &str, order: Order) -> Option<i64> {
     at_ns.checked_sub(east_ns)
 }
 
+/// Whether a cell holds a date and a time of day, in whatever order the date is written.
+pub fn is_date(cell: &str) -> bool {
+    [Order::Year, Order::Day, Order::Month].iter().any(|order| date_ns(cell, *order).is_some())
+}
+
 /// Whether a cell names the zone of its time.
 pub fn has_zone(cell: &str) -> bool {
     let zone =
@@ -46,13 +51,26 @@ pub fn time_of_day_ns(cell: &str) -> Option<i64> {
         // Some write milliseconds behind a third colon.
         Some(secs) => secs.split_once(['.', ',', ':']).unwrap_or((secs, "")),
     };
-    let mut nanos = number(secs, 60)? * SEC_NS;
-    let mut step_ns = SEC_NS;
+    let whole_ns = ((hours * 60 + minutes) * 60 + number(secs, 60)?) * SEC_NS;
+    Some(whole_ns + decimals_ns(decimals)?)
+}
+
+/// The time of a cell that holds minutes and seconds since the start [ns], as stopwatches show them: `61:05.250`.
+pub fn minutes_ns(cell: &str) -> Option<i64> {
+    let (minutes, secs) = cell.trim().split_once(':')?;
+    let (secs, decimals) = secs.split_once(['.', ',']).unwrap_or((secs, ""));
+    let whole_ns = (number(minutes, 9999)? * 60 + number(secs, 59)?) * SEC_NS;
+    Some(whole_ns + decimals_ns(decimals)?)
+}
+
+/// What stands behind the decimal point of seconds [ns].
+fn decimals_ns(decimals: &str) -> Option<i64> {
+    let (mut nanos, mut step_ns) = (0, SEC_NS);
     for digit in decimals.bytes() {
         step_ns /= 10;
         nanos += i64::from(digit.is_ascii_digit().then(|| digit - b'0')?) * step_ns;
     }
-    Some((hours * 60 + minutes) * 60 * SEC_NS + nanos)
+    Some(nanos)
 }
 
 /// The order that dates are written in, as far as these cells tell; `None` when none of them is a date.
@@ -176,6 +194,16 @@ mod tests {
         }
         assert_eq!(time_of_day_ns("12:00:00 AM"), Some(0));
         assert_eq!(time_of_day_ns("23:59:59.5"), Some(DAY_NS - SEC_NS / 2));
+    }
+
+    #[test]
+    fn stopwatches_show_minutes_and_seconds() {
+        assert_eq!(minutes_ns("00:01.250"), Some(SEC_NS + SEC_NS / 4));
+        assert_eq!(minutes_ns("61:05,5"), Some(3665 * SEC_NS + SEC_NS / 2));
+        assert_eq!(minutes_ns("1:00"), Some(60 * SEC_NS));
+        for cell in ["1:60", "1", "1:2:3", "a:1", "1:2.x", ":1", "99999:00"] {
+            assert_eq!(minutes_ns(cell), None, "{cell}");
+        }
     }
 
     #[test]

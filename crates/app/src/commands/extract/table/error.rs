@@ -134,12 +134,12 @@ impl TableError {
         match self {
             TableError::Open { .. } | TableError::Read { .. } => String::new(),
             TableError::Empty | TableError::NoTable { .. } => {
-                "a table has a number a line, or several between commas, semicolons, tabs or spaces"
+                "a table has a number a line, or several between commas, semicolons, bars, tabs or spaces"
                     .into()
             }
             TableError::Text { .. } => {
                 "leave the cell of a missing sample empty, or write NaN into it; times in another unit \
-                 than seconds are named as in --time timer:ms"
+                 than seconds are named as in --time timer:ms (also timer:mm:ss, timer:excel)"
                     .into()
             }
             TableError::TextColumn { .. }

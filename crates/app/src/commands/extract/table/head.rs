@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::beats;
-use super::dates::{Order, date_ns};
+use super::dates::{is_date, minutes_ns, time_of_day_ns};
 use super::dialect::{Decimal, separator};
 use super::empatica::E4;
 use super::error::TableError;
 use super::line::{Separator, number};
-use super::line_reader::{LineReader, TextLine, is_comment};
+use super::line_reader::{LineReader, TextLine, is_comment, is_rule};
 
 /// So many lines of numbers are looked at before the first one is read.
 const SAMPLE_LINES: usize = 16;
@@ -127,6 +127,12 @@ impl Head {
         self.sample[0].get(place).is_some_and(|cell| number(cell).is_none())
     }
 
+    /// Whether a column has neither a name nor anything in its first cells: it stands outside of an outer bar.
+    pub fn is_empty(&self, place: usize) -> bool {
+        self.names.get(place).is_some_and(String::is_empty)
+            && self.cells(place).iter().all(|cell| cell.is_empty())
+    }
+
     /// A column that seems to hold times.
     pub fn time_like(&self) -> Option<String> {
         self.names.iter().find(|name| is_time_like(name)).cloned()
@@ -174,7 +180,8 @@ fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> 
         line.text = line.text.trim_start_matches('\u{feff}').to_owned();
         // So Excel is told the separator.
         let is_for_excel = line.text.trim_matches('"').starts_with("sep=");
-        if line.text.trim().is_empty() || is_comment(&line.text) || is_for_excel {
+        let is_drawn = is_comment(&line.text) || is_rule(&line.text);
+        if line.text.trim().is_empty() || is_drawn || is_for_excel {
             rate_hz = rate_hz.or_else(|| told_rate_hz(&line.text));
         } else {
             return Ok((rate_hz, line));
@@ -209,13 +216,16 @@ fn told_rate_hz(comment: &str) -> Option<f64> {
     rate[..end].trim_end_matches('.').parse().ok().filter(|rate_hz: &f64| *rate_hz > 0.0)
 }
 
-/// Whether no cell of a line holds a number or a date.
+/// Whether no cell of a line holds a number or a time.
 fn is_names(line: &str) -> bool {
     let cells = || Separator::of(line).cells(line);
-    let orders = [Order::Year, Order::Day, Order::Month];
-    let is_date = |cell: &str| orders.iter().any(|order| date_ns(cell, *order).is_some());
-    cells().all(|cell| number(cell).is_none_or(f64::is_nan) && !is_date(cell))
+    cells().all(|cell| number(cell).is_none_or(f64::is_nan) && !is_time(cell))
         && cells().any(|cell| number(cell).is_none())
+}
+
+/// Whether a cell holds a time that is no mere number.
+fn is_time(cell: &str) -> bool {
+    is_date(cell) || time_of_day_ns(cell).is_some() || minutes_ns(cell).is_some()
 }
 
 #[cfg(test)]
@@ -261,5 +271,6 @@ mod tests {
     fn a_line_with_a_date_is_none_of_names() {
         assert!(is_names("Phone timestamp;ecg [uV]") && is_names("ms;uS;"));
         assert!(!is_names("2021-04-05T15:48:04.834;start") && !is_names("1;2"));
+        assert!(!is_names("00:01.250;start") && !is_names("15:48:04;start"));
     }
 }

@@ -1,5 +1,7 @@
 //! Lines of a table: cells and numbers.
 
+use super::dates::is_date;
+
 /// What stands between the cells of a line.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Separator {
@@ -14,10 +16,12 @@ pub enum Separator {
 impl Separator {
     /// The one that a line seems to be written with.
     pub fn of(line: &str) -> Separator {
-        ['\t', ';', ',']
-            .into_iter()
-            .find(|&mark| line.contains(mark))
-            .map_or(Separator::Spaces, Separator::Mark)
+        let marks = ['\t', ';', '|', ','];
+        let is_one = |mark: &char| match mark {
+            '|' => is_piped(line),
+            mark => line.contains(*mark),
+        };
+        marks.into_iter().find(is_one).map_or(Separator::Spaces, Separator::Mark)
     }
 
     /// How many cells a line has, those at its end left out in which nothing stands. Where each second comma
@@ -32,6 +36,12 @@ impl Separator {
     pub fn cells(self, line: &str) -> Cells<'_> {
         Cells { separator: self, rest: Some(line.trim_matches(' ')) }
     }
+}
+
+/// Whether bars separate: the commas beside them are those of numbers and dates.
+fn is_piped(line: &str) -> bool {
+    let is_plain = |cell: &str| !cell.contains(',') || number(cell).is_some() || is_date(cell);
+    line.contains('|') && Separator::Mark('|').cells(line).all(is_plain)
 }
 
 /// The cells of a line, from left to right.
@@ -103,6 +113,15 @@ mod tests {
         assert_eq!(cells("  1   2 3 "), ["1", "2", "3"]);
         assert_eq!(cells("\"a, b\",\"c\""), ["a, b", "c"]);
         assert_eq!(cells("\"open, 1"), ["\"open", "1"]);
+    }
+
+    #[test]
+    fn bars_separate_unless_commas_do() {
+        assert_eq!(cells("time | ecg"), ["time", "ecg"]);
+        assert_eq!(cells("| 0,5 | 1,2 |"), ["", "0,5", "1,2", ""]);
+        assert_eq!(cells("05.04.2021, 15:48:04|1"), ["05.04.2021, 15:48:04", "1"]);
+        assert_eq!(cells("time,ecg|raw"), ["time", "ecg|raw"]);
+        assert_eq!(cells("a|b;c"), ["a|b", "c"]);
     }
 
     #[test]

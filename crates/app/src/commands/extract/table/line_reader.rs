@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::error::TableError;
@@ -27,6 +27,8 @@ pub struct LineReader {
     ahead: VecDeque<TextLine>,
     read: u64,
     bytes: u64,
+    /// The bytes that may end a line, once the first one has.
+    ends: Option<&'static [u8]>,
 }
 
 impl LineReader {
@@ -43,7 +45,7 @@ impl LineReader {
         let (input, width) = as_utf8(input).map_err(opened)?;
         let input = BufReader::with_capacity(1 << 18, input);
         let bytes = bytes / width;
-        Ok(LineReader { input, number: 0, ahead: VecDeque::new(), read: 0, bytes })
+        Ok(LineReader { input, number: 0, ahead: VecDeque::new(), read: 0, bytes, ends: None })
     }
 
     /// The share of the file that was read [0..1]; `None` when its length is not known.
@@ -83,10 +85,11 @@ impl LineReader {
     fn read(&mut self) -> Result<Option<TextLine>, TableError> {
         let mut bytes = Vec::new();
         self.number += 1;
-        let read = (&mut self.input).take(LONGEST_LINE).read_until(b'\n', &mut bytes);
-        let read = read.map_err(|error| TableError::Read { line: self.number, error })? as u64;
+        let read = self.read_line(&mut bytes);
+        read.map_err(|error| TableError::Read { line: self.number, error })?;
+        let read = bytes.len() as u64;
         self.read += read;
-        if read == LONGEST_LINE || bytes.contains(&0) {
+        if read >= LONGEST_LINE || bytes.contains(&0) {
             return Err(TableError::NoTable { line: self.number });
         }
         while bytes.last().is_some_and(|byte| b"\r\n".contains(byte)) {
@@ -96,10 +99,48 @@ impl LineReader {
             .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
         Ok((read > 0).then_some(TextLine { number: self.number, text }))
     }
+
+    /// Reads up to the end of the line. The first line tells what ends lines: old files of a Mac, and exports of
+    /// some devices, have carriage returns alone.
+    fn read_line(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
+        let ends = self.ends.unwrap_or(b"\r\n");
+        while (bytes.len() as u64) < LONGEST_LINE {
+            let there = self.input.fill_buf()?;
+            let there = &there[..there.len().min(LONGEST_LINE as usize - bytes.len())];
+            let end = there.iter().position(|byte| ends.contains(byte));
+            let taken = end.map_or(there.len(), |end| end + 1);
+            bytes.extend_from_slice(&there[..taken]);
+            self.input.consume(taken);
+            match end {
+                Some(_) => break,
+                None if taken == 0 => return Ok(()),
+                None => {}
+            }
+        }
+        if self.ends.is_none() {
+            while bytes.last() == Some(&b'\r') && self.takes_next(b"\r\n", bytes)? {}
+            let is_feed = bytes.last() == Some(&b'\n');
+            self.ends = Some(if is_feed { b"\n" } else { b"\r\n" });
+        }
+        Ok(())
+    }
+
+    /// Reads the next byte if it is one of these.
+    fn takes_next(&mut self, wanted: &[u8], bytes: &mut Vec<u8>) -> io::Result<bool> {
+        let next = self.input.fill_buf()?.first().copied().filter(|byte| wanted.contains(byte));
+        bytes.extend(next);
+        self.input.consume(usize::from(next.is_some()));
+        Ok(next.is_some())
+    }
 }
 
 fn is_data(line: &str) -> bool {
-    !(line.trim().is_empty() || is_comment(line))
+    !(line.trim().is_empty() || is_comment(line) || is_rule(line))
+}
+
+/// Whether a line is drawn below the names: `----+----`, `|:--|--:|`.
+pub fn is_rule(line: &str) -> bool {
+    line.contains("---") && line.bytes().all(|byte| b"-+|=: \t".contains(&byte))
 }
 
 /// Whether a line is a comment.

@@ -4,6 +4,7 @@ use super::super::analyses::Signal;
 use super::*;
 
 mod devices;
+mod forms;
 mod noted;
 mod odd;
 

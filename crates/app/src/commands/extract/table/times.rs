@@ -23,7 +23,7 @@ fn decimal(cell: &str, unit_ns: i64) -> Option<i64> {
     }
     let mut nanos = i128::from(whole.parse::<i64>().ok()?) * i128::from(unit_ns);
     let mut step = i128::from(unit_ns);
-    for digit in part.bytes().take_while(|_| unit_ns > 1).take(9) {
+    for digit in part.bytes().take_while(|_| unit_ns > 1).take(18) {
         step /= 10;
         nanos += i128::from(digit - b'0') * step;
     }
