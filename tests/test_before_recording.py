@@ -77,7 +77,7 @@ def test_check_lists_robots_and_topics_of_people_that_the_study_does_not_name(st
     lines = stage.ask("check", stage.study(sources, "one.toml"), "--out", stage.folder).stdout.splitlines()
     notes = [line.removeprefix("note     ") for line in lines if line.startswith("note ")]
     for robot in ("robot2", "robot3"):
-        assert any(note.startswith(f"robot {robot} is there, and the study") for note in notes), lines
+        assert any(note.startswith(f"robot {robot} is present, but the study") for note in notes), lines
     assert not any(note.startswith("robot robot1 ") for note in notes), lines
     assert any(note.startswith(f"{odd} is not recorded") and "std_msgs/msg/String" in note for note in notes), lines
 
@@ -116,8 +116,8 @@ def test_check_says_what_people_lack_and_whose_phases_count(stage):
     other.answer("matched")
     lines = stage.ask("check", study, "--out", stage.folder).stdout.splitlines()
     notes = [line.removeprefix("note     ") for line in lines if line.startswith("note ")]
-    assert any(note.startswith("phases of p001 are told on /humans/persons/p001/") for note in notes), lines
-    assert any(note.startswith(f"{undescribed}: no description came") for note in notes), lines
+    assert any(note.startswith("phases of p001 are published on /humans/persons/p001/") for note in notes), lines
+    assert any(note.startswith(f"{undescribed}: no description on") for note in notes), lines
 
 
 def test_simulate_takes_the_domain_of_the_session(stage):

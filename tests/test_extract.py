@@ -300,11 +300,11 @@ def test_what_is_chosen_or_left_out_is_told_to_machines_too(stage):
     path = table(stage.folder / "odd.csv", rows, "t,ecg")
     followed = stage.ask("extract", path, "--signal", "ecg", "--json")
     notes = json.loads(followed.stdout)["notes"]
-    for words in ("column t", "fewer cells than the others, the first in line 2002", "the first in line 1002: they were left out"):
+    for words in ("column t", "fewer cells than the others, the first in line 2002", "the first in line 1002: they were skipped"):
         assert any(words in note for note in notes), (words, notes)
     assert all(f"note: {note}" in followed.stderr for note in notes)
     overruled = stage.ask("extract", path, "--signal", "ecg", "--rate", 100, "--json")
-    assert any("--rate (100 Hz) counts, not the times in column t (130 Hz)" in n for n in json.loads(overruled.stdout)["notes"])
+    assert any("--rate (100 Hz) is used, not the times in column t (130 Hz)" in n for n in json.loads(overruled.stdout)["notes"])
     assert "--rate (100 Hz) counts" in overruled.stderr
 
 
@@ -341,7 +341,7 @@ def test_units_are_converted_or_refused(stage):
         means[name] = next(row["value"] for row in told["features"] if "Mean" in row["name"])
     assert all(abs(mean / means["own"] - 1) < 1e-9 for mean in means.values()), means
     for head, rows, options, words in (
-        ("eda [counts]", eda, [], "eda in counts can't be told in uS"),
+        ("eda [counts]", eda, [], "eda in counts can't be converted to uS"),
         ("eda", eda, ["--unit", "mV"], "--unit nS, uS, mS, S, ohm, kohm, Mohm"),
         ("eda", [1800 + k % 50 for k in range(480)], [], "raw counts"),
     ):

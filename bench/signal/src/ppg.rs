@@ -56,7 +56,7 @@ fn places(pulses: &[Pulse]) -> Vec<f64> {
     pulses.iter().map(|pulse| pulse.sample).collect()
 }
 
-/// Pulses of the whole, and those found causally with how late each was told of [s].
+/// Pulses found with the whole recording, and those found causally with the delay of each [s].
 fn both(signal: &[f64], rate_hz: f64) -> Result<[Vec<f64>; 3], Box<dyn Error>> {
     let mut detector = PulseDetector::new(rate_hz)?;
     let (mut causal, mut late_secs) = (Vec::new(), Vec::new());

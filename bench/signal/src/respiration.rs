@@ -1,12 +1,12 @@
 //! Breathing: recorded belts against NeuroKit2 and Welch's spectrum, made-up belts against their
 //! breaths, and rates derived from an ECG against the belt that was worn with it.
 //!
-//! On `resp` the two other tools disagree: NeuroKit2 tells 19.35 a minute, Welch's peak 22. Seen by
-//! eye, the belt moves 18 to 20 times in the minute, unevenly (1.8 to 5 s, three times beyond the
-//! range of its converter), so that the former is right. Welch's peak is the rate of the most even part, 13
-//! to 22 s; and NeuroKit2 comes to its figure by a breath of 0.6 s that is a ripple, and misses two
-//! shallow ones that stay below zero. On `bio100_rsp` both are right: 18 a minute is the commonest
-//! rate, 17 the number of breaths over the time, with one held for 8 s.
+//! On `resp` the two other tools disagree: NeuroKit2 gives 19.35 a minute, Welch's peak 22. By eye, the
+//! belt moves 18 to 20 times in the minute, unevenly (1.8 to 5 s, three times beyond the range of its
+//! converter), so NeuroKit2 is right. Welch's peak is the rate of the most even part, 13 to 22 s; NeuroKit2
+//! arrives at its figure by counting a breath of 0.6 s that is a ripple, and missing two shallow ones that
+//! stay below zero. On `bio100_rsp` both are right: 18 a minute is the most frequent rate, 17 the number of
+//! breaths over the time, with one held for 8 s.
 
 use std::error::Error;
 use std::f64::consts::TAU;

@@ -17,7 +17,7 @@ use teampulse_features::context::FeatureContext;
 
 /// Times that all streams are run; the best counts.
 const ROUNDS: usize = 3;
-/// What so many waves tell is taken together.
+/// The results of this many waves are taken together.
 const TAKEN_AT_ONCE: usize = 100;
 /// A wave lasts so long [ns].
 const WAVE_NS: f64 = 1e8;
@@ -109,7 +109,7 @@ fn run(feature: &dyn Feature, inputs: &[Input], waves: &[Sample]) {
         for wave in waves {
             extractor.push(wave, &mut out);
         }
-        // As a pump does, what was told is taken away.
+        // As a pump does, the results are taken away.
         black_box(std::mem::take(&mut out).samples().count());
     }
 }

@@ -86,7 +86,7 @@ fn run(job: &str, recording: &Recording<'_>) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Everything that NeuroKit2's function of that name tells, of intervals [ms].
+/// All values of NeuroKit2's function of that name, for intervals [ms].
 fn nonlinear(intervals_ms: &[f64]) {
     black_box(hrv::poincare(intervals_ms));
     black_box(hrv::asymmetry(intervals_ms));

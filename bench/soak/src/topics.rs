@@ -42,7 +42,7 @@ pub async fn run(count: u32) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// So many topics, of which each tells a little and its losses.
+/// The number of topics; each delivers a little, and its losses.
 struct Topics {
     count: u32,
 }

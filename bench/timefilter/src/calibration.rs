@@ -56,8 +56,8 @@ pub fn measure() -> bool {
     is_good
 }
 
-/// Whether 5 ms can be asked for. Of a blow of unknown shape one sample does not tell more than the
-/// interval in which it came, and of a light no more than the exposure shows.
+/// Whether 5 ms can be required. For a blow of unknown shape one sample shows no more than the interval in
+/// which it came, and for a light no more than the exposure.
 fn is_enough(stream: Witness, events: usize) -> bool {
     match stream {
         Witness::Accelerometer(rate_hz, share) => {

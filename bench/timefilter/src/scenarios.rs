@@ -21,7 +21,7 @@ const WARM_UP_SECS: f64 = 60.0;
 const SECONDS: f64 = 2700.0;
 /// An error below this is no error: what is stated need not be finer [ms].
 const FINE_MS: f64 = 0.1;
-/// What is told so much later than something happened is not of that [ns].
+/// A report that comes later than this after an incident does not count for it [ns].
 const OF_IT_NANOS: i64 = 120_000_000_000;
 const TICK_NANOS: i64 = 100_000_000;
 
@@ -67,9 +67,9 @@ struct Figures {
     pyxdf_ms: f64,
     /// News of what did not happen.
     false_news: usize,
-    /// What happened and was not told.
+    /// Incidents that were not reported.
     untold: usize,
-    /// Within how long it was told at worst [s of data].
+    /// The longest delay of a report [s of data].
     told_secs: f64,
 }
 
@@ -214,7 +214,7 @@ impl Session {
         quantile(&mut errors, 0.95) / 1e6
     }
 
-    /// How much news was false, how much of what happened was not told, and how late the rest.
+    /// How many reports were false, how many incidents were not reported, and the delay of the others.
     fn news(&self, told: &[(i64, News)]) -> (usize, usize, f64) {
         let is_of = |at: i64, news: &News, what: What| match (news, what) {
             (News::Jumped { .. } | News::Restarted { .. }, What::Set | What::MayBeTold)

@@ -1,4 +1,4 @@
-//! The clocks of the computers whose streams were heard.
+//! Clocks of the computers that publish the received streams.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use teampulse_core::stream::Stream;
 use teampulse_ros::buses::Buses;
 use teampulse_timefilter::clock::ClockKind;
 
-/// An offset of more than this is worth a warning [s].
+/// An offset above this is reported as a warning [s].
 const WARNED_SECS: f64 = 0.050;
 
 /// One line for each computer that stamps any of these streams.
@@ -18,7 +18,7 @@ pub fn lines(buses: &Buses, heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String
     let mut clocks = BTreeMap::<&str, &StreamStatus>::new();
     for (stream, status) in heard {
         let Some(computer) = stamping.get(&stream.name) else { continue };
-        // In simulated time no computer's clock counts.
+        // In simulated time the clocks of computers are not used.
         if status.clock != ClockKind::Host as u8 {
             let known = clocks.entry(computer).or_insert(status);
             if is_probed(status) || known.offset_secs.is_nan() {
@@ -29,7 +29,7 @@ pub fn lines(buses: &Buses, heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String
     clocks.into_iter().map(|(computer, status)| line(computer, status)).collect()
 }
 
-/// By topic, the computer that publishes it; the first where several do.
+/// The computer that publishes each topic; the first one where several do.
 fn stamping(buses: &Buses) -> BTreeMap<String, String> {
     let mut stamping = BTreeMap::new();
     for bus in buses.joined() {
@@ -51,8 +51,7 @@ fn is_probed(status: &StreamStatus) -> bool {
 fn line(computer: &str, status: &StreamStatus) -> String {
     if status.offset_secs.is_nan() {
         return format!(
-            "clock    ?     {computer}  unknown: its stamps are taken as they are; run teampulse there (its \
-             probes tell)"
+            "clock    ?     {computer}  unknown: its stamps are used as they are; run teampulse there to measure it"
         );
     }
     if is_simulated(status.offset_secs) {
@@ -68,26 +67,24 @@ fn line(computer: &str, status: &StreamStatus) -> String {
     format!("clock    {word} {computer}  {sign}{offset} ± {uncertainty} {how}{remedy}")
 }
 
-/// What is known of a computer that is off, and what to do: its stamps alone cannot tell a clock
+/// What is known of a computer whose clock is off, and the remedy. Its stamps alone cannot separate a clock
 /// that is behind from messages that are sent late.
 fn remedy(status: &StreamStatus) -> String {
     if is_probed(status) {
-        return ": its stamps are corrected; better synchronise its clock (chrony)".into();
+        return ": its stamps are corrected; synchronise its clock (chrony)".into();
     }
     let away = sized(status.offset_secs.abs());
     if status.offset_secs > 0.0 {
         return format!(
-            ": its stamps lie {away} after their arrival, so its clock is ahead; they are \
-             corrected; better synchronise it (chrony)"
+            ": its stamps lie {away} after their arrival, so its clock is ahead; they are corrected; synchronise it (chrony)"
         );
     }
     format!(
-        ": its stamps lie {away} behind their arrival: a slow stream, or a clock that is off; run \
-         teampulse there (its probes tell) or synchronise it"
+        ": its stamps lie {away} before their arrival: a slow stream, or a clock that is behind; run teampulse there to measure it, or synchronise it"
     )
 }
 
-/// A time without sign, in milliseconds below one second, in seconds from there on.
+/// A time without its sign: in milliseconds below one second, otherwise in seconds.
 fn sized(secs: f64) -> String {
     match secs {
         _ if secs.is_nan() => "unknown".into(),
@@ -148,8 +145,7 @@ mod tests {
         assert_eq!(
             behind,
             "clock    off   camera  -201.0 ms ± 1.0 ms by its stamps: its stamps lie 201.0 ms \
-             behind their arrival: a slow stream, or a clock that is off; run teampulse there \
-             (its probes tell) or synchronise it"
+             before their arrival: a slow stream, or a clock that is behind; run teampulse there to measure it, or synchronise it"
         );
     }
 

@@ -9,34 +9,34 @@ use teampulse_sources::session::{Key, Keys, PhaseDesk, Turn, marker};
 
 use crate::stop::Stop;
 
-/// What is asked before a recording is ended by a key.
+/// The question before a key ends a recording.
 const END: &str = "end the recording?  y ends it, any other key goes on";
 
-/// What is said where no phase can begin.
+/// The message when no phase can begin.
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
 
-/// What each key does.
+/// The actions of the keys.
 pub struct Controls {
     view: View,
     phases: PhaseDesk,
     growth: Growth,
     clock: Clock,
-    /// Whether it was asked if the recording is to end.
+    /// Whether the user was asked to confirm the end of the recording.
     asks: bool,
 }
 
 impl Controls {
-    /// A controls at which a view is moved, and phases are turned.
+    /// Controls that scroll a view and switch phases.
     pub fn new(view: View, phases: PhaseDesk, growth: Growth) -> Controls {
         Controls { view, phases, growth, clock: Clock::host(), asks: false }
     }
 
-    /// Begins to read the keys; `None` when there are none.
+    /// Starts reading the keys; `None` where there is no terminal to read from.
     pub fn open(mut self, stop: Stop) -> Option<Keys> {
         Keys::open(move |key| self.press(key, || stop.ask()))
     }
 
-    /// Does what a key is for; gives the marker that it sets.
+    /// Performs the action of a key and returns the marker that it sets.
     fn press(&mut self, key: Key, end: impl FnOnce()) -> Option<String> {
         let now = self.clock.now();
         let stood = self.view.take_question(now);
@@ -79,7 +79,7 @@ mod tests {
         Controls::new(View::default(), PhaseDesk::default(), growth.clone())
     }
 
-    /// Presses keys; gives the markers that were set, and whether the session was ended.
+    /// Presses keys; returns the markers that were set, and whether the session was ended.
     fn press(controls: &mut Controls, keys: &str) -> (String, bool) {
         let mut ended = false;
         let markers =

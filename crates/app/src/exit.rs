@@ -1,4 +1,4 @@
-//! Exit codes: what a script may rely on.
+//! Exit codes, for scripts.
 
 use std::process::ExitCode;
 
@@ -8,12 +8,12 @@ use std::process::ExitCode;
 pub enum Exit {
     /// Everything was done.
     Fine = 0,
-    /// It could not be done.
+    /// The command failed.
     Failed = 1,
-    /// The arguments make no sense.
+    /// The arguments are invalid.
     BadArguments = 2,
-    /// It was done, but data was lost in our hands: in our queue or on our disk. What was lost on
-    /// its way here is told in the summary and does not change the code.
+    /// The command finished, but data was lost inside teampulse: in a queue or on the disk. Losses on the
+    /// way to teampulse are reported in the summary and do not change the code.
     DataLost = 3,
     /// The study is wrong.
     BadStudy = 4,

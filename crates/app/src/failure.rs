@@ -1,4 +1,4 @@
-//! Failures as they are shown: what went wrong, and what the user can do.
+//! Failures as they are shown: the cause, and what the user can do.
 
 use std::fmt;
 
@@ -24,12 +24,12 @@ impl Failure {
         Failure { exit: Exit::Failed, message: message.into(), hint: String::new(), study: None }
     }
 
-    /// "failed to …" for an error that fits behind these words.
+    /// "failed to …" for an error that completes this sentence.
     pub fn to(error: impl fmt::Display) -> Failure {
         Failure::new(format!("failed to {error}"))
     }
 
-    /// The same failure with a hint; an empty one is none.
+    /// The same failure with a hint; an empty hint is not shown.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Failure {
         self.hint = hint.into();
@@ -48,7 +48,7 @@ impl Failure {
         (self.message.clone(), self.hint.clone())
     }
 
-    /// What is wrong with the study, where that is why.
+    /// The error in the study, if that is the cause.
     #[cfg(test)]
     pub fn study(self) -> Option<StudyError> {
         self.study.map(|study| *study)

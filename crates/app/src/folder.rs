@@ -9,13 +9,13 @@ use teampulse_sinks::tables_beside;
 
 use crate::failure::Failure;
 
-/// A folder that was made for one recording, so that another one that begins in the same second takes
-/// another. It is removed again if nothing was put into it.
+/// A folder that was created for one recording, so that a recording that begins in the same second gets
+/// another one. It is removed again if it stays empty.
 #[derive(Debug)]
 pub struct Claimed(PathBuf);
 
 impl Claimed {
-    /// Makes the folder of a session's bag: `OUT/<name>_<UTC>`, and a number behind it where that is
+    /// Creates the folder of a session's bag: `OUT/<name>_<UTC>`, with a number appended where that name is
     /// taken.
     pub fn new(out: &Path, session: &str) -> Result<Claimed, Failure> {
         private::create_folders(out).map_err(unmade(out))?;
@@ -37,7 +37,7 @@ impl Claimed {
 
 impl Drop for Claimed {
     fn drop(&mut self) {
-        // Fails where something is in it, as it should.
+        // Fails, as it should, where the folder is not empty.
         drop(fs::remove_dir(&self.0));
     }
 }
@@ -49,13 +49,13 @@ fn unmade(folder: &Path) -> impl FnOnce(std::io::Error) -> Failure {
     }
 }
 
-/// What the folder of a session's bag would be called now; it is not made.
+/// The name that the folder of a session's bag would get now; nothing is created.
 pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
     let mut free = names(out, session).filter(|folder| folder.symlink_metadata().is_err());
     free.next().expect("there are more numbers than folders")
 }
 
-/// Names for the folder of a session's bag, in the order in which they are tried.
+/// Candidate names for the folder of a session's bag, in the order in which they are tried.
 fn names(out: &Path, session: &str) -> impl Iterator<Item = PathBuf> {
     let now = clock::wall().to_string();
     let utc: String = now[..19].chars().filter(char::is_ascii_alphanumeric).collect();
@@ -65,12 +65,12 @@ fn names(out: &Path, session: &str) -> impl Iterator<Item = PathBuf> {
         let name = format!("{session}_{utc}Z");
         move |number| out.join(format!("{name}_{number}"))
     });
-    // Tables without a bag take its name, too.
+    // Tables without a bag occupy its name, too.
     let is_free = |folder: &PathBuf| tables_beside(folder).symlink_metadata().is_err();
     std::iter::once(first).chain(numbered).filter(is_free)
 }
 
-/// Whether anything stands in a folder.
+/// Whether a folder has any entries.
 pub fn holds_something(folder: &Path) -> bool {
     fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
 }

@@ -33,7 +33,7 @@ struct Arguments {
     command: commands::Command,
 }
 
-/// Does what the arguments of the process ask for.
+/// Runs the command given by the arguments of the process.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     log_to_stderr();
@@ -69,7 +69,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Warnings and errors of the libraries go to standard error; `RUST_LOG` says otherwise.
+/// Sends warnings and errors of the libraries to standard error, unless `RUST_LOG` says otherwise.
 fn log_to_stderr() {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     tracing_subscriber::fmt()
@@ -78,7 +78,7 @@ fn log_to_stderr() {
         .with_ansi(false)
         .with_target(false)
         .without_time()
-        // It would be said with `eprintln!`, which panics once the terminal is closed.
+        // `eprintln!` would panic once the terminal is closed.
         .log_internal_errors(false)
         .init();
 }

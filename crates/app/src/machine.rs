@@ -8,30 +8,30 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use teampulse_ros::receiving;
 use tokio::signal::unix::{SignalKind, signal};
 
-/// What a best-effort image of 1 MiB at 30 Hz needs to arrive whole [bytes].
+/// The receive buffer that a best-effort image of 1 MiB at 30 Hz needs to arrive complete [bytes].
 const RECEIVE_BUFFER: u64 = 4 << 20;
-/// The most that the bus asks for [bytes].
+/// The largest buffer that the bus asks for [bytes].
 const LARGEST_BUFFER: u64 = receiving::BUFFER_BYTES as u64;
-/// What a packet of up to 1.4 KiB takes of a receive buffer [bytes]; the kernel gives twice what is
-/// asked for.
+/// The share of a receive buffer that a packet of up to 1.4 KiB occupies [bytes]; the kernel grants twice
+/// the requested size.
 const PACKET: f64 = 2304.0 / 2.0;
-/// For how long the thread that receives may have to wait for a processor on a busy machine [s].
+/// How long the receiving thread may have to wait for a processor on a busy machine [s].
 const HELD_UP_SECS: f64 = 0.1;
-/// From how many messages a second on it matters how soon a processor is free.
+/// The rate of messages above which scheduling latency matters [1/s].
 const MANY_PER_SEC: f64 = 10_000.0;
-/// Less free disk than this is told [bytes].
+/// A warning is shown below this much free disk space [bytes].
 const FREE_DISK: u64 = 2 << 30;
 
-/// With less free disk than this nothing is recorded [bytes].
+/// Nothing is recorded below this much free disk space [bytes].
 pub const LEAST_DISK: u64 = 64 << 20;
 
-/// One line for each thing about the machine that a recording depends on.
+/// One line for each property of the machine that a recording depends on.
 pub fn check(out: &Path) -> Vec<String> {
     vec![receive_buffer(), free_disk(out), host_clock::line()]
 }
 
-/// Why nothing can be recorded into a folder, of a recording that ends when less than `keep_free_bytes` are
-/// free.
+/// Why nothing can be recorded into a folder, for a recording that ends when less than `keep_free_bytes`
+/// are free.
 pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     let folder = existing(out);
     if !folder.is_dir() {
@@ -44,7 +44,7 @@ pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     too_full(free_bytes(folder).ok()?, keep_free_bytes, folder)
 }
 
-/// That a disk has too little room for a recording to begin.
+/// The reason when a disk has too little room to begin a recording.
 fn too_full(free_bytes: u64, keep_free_bytes: u64, folder: &Path) -> Option<String> {
     let free =
         format!("only {} MiB are free on the disk of {}", free_bytes >> 20, folder.display());
@@ -56,7 +56,7 @@ fn too_full(free_bytes: u64, keep_free_bytes: u64, folder: &Path) -> Option<Stri
     })
 }
 
-/// Lets this process open as many files and sockets as it may have at most: a large team has many.
+/// Raises the number of files and sockets that this process may open to its limit: a large team needs many.
 pub fn allow_many_files() {
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
     if current != maximum {
@@ -65,14 +65,14 @@ pub fn allow_many_files() {
     }
 }
 
-/// Lets writing fail where a file grows larger than this account allows (`ulimit -f`), instead of
-/// ending the process: a recording says so and ends whole.
+/// Makes writes fail where a file exceeds the size that this account allows (`ulimit -f`), instead of
+/// ending the process: a recording then reports this and ends intact.
 pub fn outlive_large_files() {
     let hears = signal(SignalKind::from_raw(libc::SIGXFSZ));
-    drop(hears.inspect_err(|error| tracing::warn!("failed to hear of large files: {error}")));
+    drop(hears.inspect_err(|error| tracing::warn!("failed to ignore SIGXFSZ: {error}")));
 }
 
-/// The folder itself, or the nearest above it that exists.
+/// The folder itself, or the nearest parent that exists.
 fn existing(out: &Path) -> &Path {
     let found = out.ancestors().find(|path| path.exists());
     found.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."))
@@ -83,13 +83,13 @@ fn free_bytes(folder: &Path) -> rustix::io::Result<u64> {
     Ok(space.f_bavail.saturating_mul(space.f_frsize))
 }
 
-/// What so many messages a second ask of the machine, where it falls short.
+/// What this rate of messages requires of the machine, where it falls short.
 pub fn crowded(messages_per_sec: f64) -> Vec<String> {
     let small = largest_receive_buffer().and_then(|bytes| too_small(bytes, messages_per_sec));
     small.into_iter().chain(waits(receiving::may_come_first(), messages_per_sec)).collect()
 }
 
-/// That what receives waits for processors like all else, where so much comes that it matters.
+/// The warning that receiving threads run at normal priority, where the rate of messages makes it matter.
 fn waits(may_come_first: bool, messages_per_sec: f64) -> Option<String> {
     (!may_come_first && messages_per_sec >= MANY_PER_SEC).then(|| {
         format!(
@@ -138,7 +138,7 @@ fn free_disk(out: &Path) -> String {
             let word = if free < FREE_DISK { "small" } else { "ok   " };
             format!("disk     {word} {:.1} GB free for {}", free as f64 / 1e9, out.display())
         }
-        Err(error) => format!("disk     ?     failed to ask for its free space: {error}"),
+        Err(error) => format!("disk     ?     failed to read its free space: {error}"),
     }
 }
 

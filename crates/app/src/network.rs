@@ -10,12 +10,12 @@ use teampulse_ros::environment::Environment;
 use crate::failure::Failure;
 use crate::output::say;
 
-/// The buses that the environment leads to, joined as a node of this name.
+/// The buses selected by the environment, joined as a node of this name.
 pub fn buses(node_name: &str) -> Arc<Buses> {
     Arc::new(Buses::new(environment(), node_name))
 }
 
-/// The buses that the environment leads to, with another clock for those who ask than the machine's.
+/// The buses selected by the environment, whose probes report another clock than the machine's.
 pub fn buses_telling(node_name: &str, clock: Clock) -> Arc<Buses> {
     let read = Arc::new(move || clock.now());
     Arc::new(Buses::telling(environment(), node_name, read))
@@ -31,12 +31,12 @@ pub fn buses_with_messages(node_name: &str, messages: Option<&Path>) -> Arc<Buse
     Arc::new(Buses::new(environment, node_name))
 }
 
-/// Buses that nobody beyond this machine hears.
+/// Buses that are not visible beyond this machine.
 pub fn buses_on_this_machine(node_name: &str) -> Arc<Buses> {
     Arc::new(Buses::new(on_this_machine(), node_name))
 }
 
-/// The same, with another domain where none is named.
+/// The same, with a default domain.
 pub fn buses_of_demo(node_name: &str, domain: u32) -> Arc<Buses> {
     let environment = Environment { domain_id: domain.to_string(), ..on_this_machine() };
     Arc::new(Buses::new(environment, node_name))
@@ -46,7 +46,7 @@ fn on_this_machine() -> Environment {
     Environment { discovery_range: "LOCALHOST".to_owned(), ..Environment::read() }
 }
 
-/// The environment, with what is odd about it said.
+/// The environment; warns about anything unusual in it.
 fn environment() -> Environment {
     let environment = Environment::read();
     if let Some(oddity) = environment.oddity() {
@@ -55,7 +55,7 @@ fn environment() -> Environment {
     environment
 }
 
-/// The domain that is meant where none is named.
+/// The domain to use where none is named.
 pub fn default_domain(buses: &Buses) -> Result<u32, Failure> {
     Ok(buses.default_domain()?)
 }

@@ -1,4 +1,4 @@
-//! What is to be known of a study before it runs: nothing is wrong with it, but it may not be meant so.
+//! Remarks on a study before it runs: valid, but perhaps not what was intended.
 
 use teampulse_core::pattern::Pattern;
 use teampulse_core::phases::BASELINE;
@@ -8,13 +8,13 @@ use teampulse_sources::session::Phase;
 use crate::machine::LEAST_DISK;
 use crate::study::Study;
 
-/// What concerns all together, and what a session says of itself: always there.
+/// Streams about the whole team and about the session itself: always present.
 const TEAM: &str = "/team/";
 const OURS: &str = "/teampulse/";
 
-/// What is to be known of a study.
+/// Remarks on a study.
 pub fn of_study(study: &Study) -> Vec<String> {
-    let nothing = "no sink keeps anything: nothing is recorded";
+    let nothing = "no sink stores data: nothing is recorded";
     let kept = study.kinds("sinks").is_empty().then(|| nothing.to_owned());
     let phases = &study.general.phases;
     let watches_people = study.kinds("sources").iter().any(|kind| kind == "people");
@@ -25,7 +25,7 @@ pub fn of_study(study: &Study) -> Vec<String> {
     kept.into_iter().chain(baseline).chain(by_hand).chain(room).collect()
 }
 
-/// That a recording begins only with more room than the study asks for.
+/// The remark that a recording needs more free space to begin than the study asks for.
 fn of_room(bag: &Bag) -> Option<String> {
     let (asked, least) = (bag.keep_free_mib, LEAST_DISK >> 20);
     (asked < least).then(|| {
@@ -35,18 +35,17 @@ fn of_room(bag: &Bag) -> Option<String> {
     })
 }
 
-/// The patterns under `publish` that name no stream that was heard, nor what is computed of one.
+/// The patterns under `publish` that match neither a received stream nor one computed from it.
 pub fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
     let names_something = |pattern: &&Pattern| {
         let of_team = [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room));
         of_team || heard.iter().any(|name| names(pattern.text(), name))
     };
     let idle = publish.iter().filter(|pattern| !names_something(pattern));
-    idle.map(|pattern| format!("publish `{}` names nothing that was heard", pattern.text()))
-        .collect()
+    idle.map(|pattern| format!("publish `{}` matches no received stream", pattern.text())).collect()
 }
 
-/// Whether a pattern names a stream, or can name what is computed of it, which lies below it.
+/// Whether a pattern matches a stream, or may match one that is computed from it and lies below it.
 fn names(pattern: &str, stream: &str) -> bool {
     let pattern: Vec<&str> = pattern.split('/').collect();
     let length = stream.split('/').count().min(pattern.len());
@@ -57,26 +56,25 @@ fn names(pattern: &str, stream: &str) -> bool {
             .is_ok_and(|pattern| pattern.matches(&above.join("/")))
 }
 
-/// That phases wait for somebody.
+/// The remark that phases must be begun by hand.
 fn of_hand(phases: &[Phase]) -> Option<String> {
     let first = phases.iter().find(|phase| phase.from_secs.is_none())?;
     Some(format!(
-        "the phase `{}` has no from_secs: it begins with Ctrl-N, or when it is told on /session/events",
+        "the phase `{}` has no from_secs: it begins with Ctrl-N, or with an event on /session/events",
         first.name
     ))
 }
 
-/// That nothing is compared with a baseline, where no phase is one.
+/// The remark that nothing is compared with a baseline, where no phase has that name.
 fn of_phases(phases: &[Phase]) -> Option<String> {
     let is_meant = |phase: &&Phase| phase.name.trim().eq_ignore_ascii_case(BASELINE);
     if phases.iter().any(|phase| phase.name == BASELINE) {
         None
     } else if let Some(phase) = phases.iter().find(is_meant) {
-        Some(format!("the phase `{}` is no baseline: it is written `{BASELINE}`", phase.name))
+        Some(format!("the phase `{}` is not a baseline: write `{BASELINE}`", phase.name))
     } else if phases.is_empty() {
         Some(format!(
-            "there are no phases: people are compared with themselves only once a phase \
-             `{BASELINE}` was told on /session/events"
+            "there are no phases: people are compared with their baseline only after a phase `{BASELINE}` on /session/events"
         ))
     } else {
         Some(format!("no phase is called `{BASELINE}`: nothing is compared with one"))
@@ -102,7 +100,7 @@ mod tests {
 
     #[test]
     fn that_nothing_is_kept_is_said() {
-        assert_eq!(notes(""), "no sink keeps anything: nothing is recorded");
+        assert_eq!(notes(""), "no sink stores data: nothing is recorded");
         assert_eq!(notes("[[sinks]]\ntype = \"bag\"\n"), "");
     }
 
@@ -143,7 +141,7 @@ mod tests {
     #[test]
     fn that_no_phase_is_a_baseline_is_said_where_people_are_watched() {
         assert_eq!(notes(&phase("baseline")), "");
-        assert!(notes(&phase("Baseline")).contains("written `baseline`"));
+        assert!(notes(&phase("Baseline")).contains("write `baseline`"));
         assert!(notes(&phase("rest")).contains("no phase is called `baseline`"));
         assert!(notes(PEOPLE).contains("no phases"));
         assert_eq!(

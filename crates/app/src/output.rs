@@ -1,4 +1,4 @@
-//! Data on standard output, and words on standard error.
+//! Data on standard output, messages on standard error.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -8,8 +8,7 @@ use teampulse_core::text::is_unwanted;
 
 use crate::exit::Exit;
 
-/// Prints a line of data. A reader that has gone away ends the process quietly, as in a pipe to
-/// `head`; a full disk does not.
+/// Prints a line of data. A closed pipe, as with `head`, ends the process quietly; a full disk does not.
 pub fn line(text: impl AsRef<str>) {
     let written = writeln!(std::io::stdout().lock(), "{}", harmless(text.as_ref()));
     match written {
@@ -22,7 +21,7 @@ pub fn line(text: impl AsRef<str>) {
     }
 }
 
-/// Lines, perhaps with tabs, in which nothing commands a terminal: names and cells are from elsewhere.
+/// Prints lines, tabs included, without terminal control characters: names and cells come from elsewhere.
 pub fn harmless(text: &str) -> Cow<'_, str> {
     let is_harmful = |each: char| is_unwanted(each) && !matches!(each, '\n' | '\t');
     if text.contains(is_harmful) {
@@ -32,24 +31,24 @@ pub fn harmless(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Prints the last line of a command that has done its work: a reader that has gone away, such as a
-/// closed terminal, changes nothing of how it ended.
+/// Prints the last line of a command that has finished. A reader that has gone away, such as a closed
+/// terminal, does not change the exit code.
 pub fn last_line(text: impl AsRef<str>) {
     writeln!(std::io::stdout().lock(), "{}", text.as_ref()).ok();
 }
 
-/// Says something on standard error, in which nothing commands a terminal: paths, names and reasons are from
-/// elsewhere. A terminal that was closed is no failure, as it would be for `eprintln!`, which panics.
+/// Prints a message on standard error without terminal control characters, as paths, names and reasons come
+/// from elsewhere. A closed terminal is not a failure, as it would be for `eprintln!`, which panics.
 pub fn say(text: impl Display) {
     draw(harmless(&text.to_string()));
 }
 
-/// Says something that may be coloured; what stands in it was made harmless before.
+/// Prints a message that may be coloured; it must be free of control characters already.
 pub fn draw(text: impl Display) {
     writeln!(std::io::stderr().lock(), "{text}").ok();
 }
 
-/// Says a word beside the data.
+/// Prints a remark beside the data.
 pub fn note(text: impl AsRef<str>) {
     say(text.as_ref());
 }

@@ -1,4 +1,4 @@
-//! Sessions over what was recorded, which end by themselves.
+//! Sessions over recorded data, which end by themselves.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use crate::failure::Failure;
 use crate::setup::conclude;
 use crate::stop::Stop;
 
-/// Runs a session to the end of what was recorded. A signal that cuts it off is a failure: what stands at
-/// `out` is not all.
+/// Runs a session to the end of the recording. An interruption by a signal is a failure: what exists at
+/// `out` is incomplete.
 pub async fn read_through(session: Session, out: &Path) -> Exit {
     let stop = Stop::default();
     let exit = conclude(stop.clone().run(session, Clock::host(), None).await);
@@ -35,7 +35,7 @@ mod tests {
 
     use super::*;
 
-    /// A recording, of which Ctrl-C is pressed in the middle or never.
+    /// A recording during which Ctrl-C is pressed, or never.
     struct Recording {
         is_interrupted: bool,
     }

@@ -39,32 +39,32 @@ use crate::notes;
 use crate::stop::Stop;
 use crate::study::{SessionClock, Study, StudyError};
 
-/// How long a session waits for simulated time to begin.
+/// How long a session waits for simulated time to start.
 const CLOCK_PATIENCE: Duration = Duration::from_secs(15);
 
 /// A study made ready to run.
 pub struct Setup {
     /// The session's clock.
     pub clock: Clock,
-    /// The buses that are joined.
+    /// The buses that were joined.
     pub buses: Arc<Buses>,
-    /// Whether the bag ended early, and where it goes on.
+    /// Whether the bag ended early, and where it continues.
     pub bag_ended: Ended,
     study: Study,
-    /// How the bag grows on the disk.
+    /// How the bag grows on disk.
     growth: Growth,
-    /// What the person at the keys looks at.
+    /// The scroll position on the terminal.
     view: View,
-    /// Where the phases are turned.
+    /// The control that switches phases.
     phases: PhaseDesk,
-    /// What follows `/clock`, where the session does.
+    /// The source that follows `/clock`, where the session does.
     follows: Option<SimulatedClock>,
 }
 
 impl Setup {
     /// Joins the buses and waits for the clock.
     pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
-        // What is wrong with the environment is not to be blamed on the study.
+        // Errors in the environment are not errors in the study.
         default_domain(&buses)?;
         study.check_phases()?;
         let growth = Growth::default();
@@ -100,7 +100,7 @@ impl Setup {
         Ok(self.study.build("sources", SOURCES, &context)?)
     }
 
-    /// The sources of a session that a person attends: phases, events from ROS, keys.
+    /// The sources of an attended session: phases, events from ROS, keys.
     pub fn attended(&self, stop: &Stop) -> Result<Sources, Failure> {
         let mut sources = Sources::new();
         let bus = self.buses.get(self.domain()?)?;
@@ -121,31 +121,31 @@ impl Setup {
         features(&self.study)
     }
 
-    /// An error about an array that the study has not.
+    /// An error about an array that the study lacks.
     pub fn without(&self, key: &str, consequence: &str) -> StudyError {
         let message = format!("it has no [[{key}]]: {consequence}");
         self.study.error((key, ""), message, "`teampulse scan` shows lines to paste")
     }
 
-    /// What the folder of the session's bag would be called now.
+    /// The name that the folder of the session's bag would get now.
     pub fn bag_folder(&self, out: &Path) -> PathBuf {
         bag_folder(out, &self.study.general.session.name)
     }
 
-    /// The folder of the session's bag, made for this session alone.
+    /// Creates the folder of the session's bag.
     pub fn claim_folder(&self, out: &Path) -> Result<Claimed, Failure> {
         Claimed::new(out, &self.study.general.session.name)
     }
 
-    /// The sinks of the study; where it has a bag, tidy files with it.
+    /// The sinks of the study, with tidy files where it has a bag.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
         let (growth, bag_ended) = (self.growth.clone(), self.bag_ended.clone());
         let context = sink_context(&self.study, bag, &self.clock);
         sinks(&self.study, &SinkContext { growth, bag_ended, ..context })
     }
 
-    /// How much room the disk must have for a recording to begin, beside what every one needs [bytes]: where
-    /// it may go on elsewhere, nothing.
+    /// The disk space that a recording needs to begin, beyond what every recording needs [bytes]: zero
+    /// where it may continue elsewhere.
     pub fn keep_free_bytes(&self) -> u64 {
         let bags = self.study.settings_of::<Bag>("sinks", "bag").unwrap_or_default();
         let bags = bags.into_iter().filter(|bag| bag.fallback.is_none());
@@ -169,12 +169,12 @@ impl Setup {
         }))
     }
 
-    /// What is to be known of the study before it runs.
+    /// Remarks on the study before it runs.
     pub fn notes(&self) -> Vec<String> {
         notes::of_study(&self.study)
     }
 
-    /// What the sinks of the study keep.
+    /// Whether any sink of the study stores data.
     fn kept(&self) -> Kept {
         let kinds = self.study.kinds("sinks");
         if kinds.iter().any(|kind| kind == "bag") {
@@ -186,19 +186,20 @@ impl Setup {
         }
     }
 
-    /// The sink that publishes on ROS what was concluded, and what the study names.
+    /// The sink that publishes conclusions, and what the study names, on ROS.
     pub fn publisher(&self) -> Result<Box<dyn Sink>, Failure> {
         let bus = self.buses.get(self.domain()?)?;
         Ok(Box::new(RosSink::fresh(bus, self.published())))
     }
 
-    /// What is published on ROS: what was concluded of robots and the team, and what the study names.
+    /// The streams that are published on ROS: conclusions about robots and the team, and what the study
+    /// names.
     fn published(&self) -> Publish {
         let named = self.study.general.publish.iter().map(|name| name.text().to_owned());
         Publish::Conclusions(named.collect())
     }
 
-    /// The sink that tells the health of streams on `/diagnostics`.
+    /// The sink that publishes the health of streams on `/diagnostics`.
     pub fn diagnostics(&self) -> Result<Box<dyn Sink>, Failure> {
         let bus = self.buses.get(self.domain()?)?;
         Ok(Box::new(DiagnosticsSink::new(bus, self.published())))
@@ -236,7 +237,7 @@ impl Setup {
 /// Sources, each with its name.
 pub type Sources = Vec<(String, Box<dyn Source>)>;
 
-/// What a session runs.
+/// The parts of a session.
 #[derive(Default)]
 pub struct Parts {
     /// Its sources, by name.
@@ -247,18 +248,18 @@ pub struct Parts {
     pub sinks: Vec<Box<dyn Sink>>,
 }
 
-/// The sinks of a study; where it has a bag, tidy files with it.
+/// The sinks of a study, with tidy files where it has a bag.
 fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Failure> {
     let built = study.build("sinks", SINKS, context)?;
     let has = |kind| built.iter().any(|(name, _)| name == kind);
     if built.iter().filter(|(name, _)| name == "bag").count() > 1 {
-        let message = "it has two bags: one session is recorded into one";
-        let hint = "leave one of the [[sinks]] with type = \"bag\" out";
+        let message = "it has two bags: a session is recorded into one bag";
+        let hint = "remove one of the [[sinks]] with type = \"bag\"";
         return Err(study.error(("sinks", ""), message, hint).into());
     }
     let (has_bag, has_tidy) = (has("bag"), has("tidy"));
     if has_tidy && !has_bag {
-        let message = "it has no bag in whose folder tidy files could stand";
+        let message = "it has no bag whose folder could hold the tidy files";
         let hint = "add [[sinks]] with type = \"bag\"";
         return Err(study.error(("sinks", ""), message, hint).into());
     }
@@ -269,7 +270,7 @@ fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Fai
     Ok(sinks)
 }
 
-/// Fails where a study could not be run. Nothing is joined, and nothing is made.
+/// Fails where a study could not be run. Joins and creates nothing.
 pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_phases()?;
     team(study)?;
@@ -296,7 +297,7 @@ pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     let context = FeatureContext { windows_secs, mains_hz };
     let mut enabled = Vec::new();
     for entry in FEATURES {
-        // What is disabled is built, too: a mistake in its settings is one all the same.
+        // Disabled features are built, too: a mistake in their settings is still a mistake.
         let built = (entry.build)(study.feature(entry.kind)?, &context);
         let feature = built.map_err(|error| study.wrong_feature(entry.kind, error))?;
         if settings.disable.iter().all(|disabled| disabled != entry.kind) {
@@ -319,7 +320,7 @@ pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
     }
 }
 
-/// The tidy files of a bag: as the study sets them, or by default; none where it leaves them out.
+/// The tidy files of a bag: as the study configures them, or with defaults; none where it disables them.
 pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>>, Failure> {
     let bags: Vec<Bag> = study.settings_of("sinks", "bag")?;
     let own: Vec<Tidy> = study.settings_of("sinks", "tidy")?;
@@ -330,7 +331,7 @@ pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>
     tidy.map(Some).map_err(|error| study.error(("sinks", ""), error.message, error.hint).into())
 }
 
-/// The exit code of a session that has ended, with what went wrong said on standard error.
+/// The exit code of a session that has ended; prints what went wrong on standard error.
 pub fn conclude(outcome: Outcome) -> Exit {
     let mut exit = Exit::Fine;
     let mut blame = |failure: Failure, code| {
@@ -350,11 +351,11 @@ pub fn conclude(outcome: Outcome) -> Exit {
     }
     for broken in outcome.features {
         let failure = Failure::new(format!("{broken}{}", at(&broken.panic)));
-        let hint = "all that is raw was recorded; please report this fault of teampulse";
+        let hint = "all raw data was recorded; please report this fault of teampulse";
         blame(failure.hint(hint), Exit::DataLost);
     }
     for what in outcome.undone {
-        blame(Failure::new(format!("ended before everything was done: {what}")), Exit::DataLost);
+        blame(Failure::new(format!("ended before all work was finished: {what}")), Exit::DataLost);
     }
     for (name, error) in outcome.sources {
         blame(Failure::new(format!("{name}: failed to {error}")), Exit::Failed);

@@ -12,9 +12,9 @@ use tokio::sync::watch;
 use crate::exit::Exit;
 use crate::output::say;
 
-/// How often the session's clock is looked at.
+/// How often the session's clock is checked.
 const LOOK: Duration = Duration::from_millis(20);
-/// How long a told clock may stand still before a session of set duration ends.
+/// How long a followed clock may stand still before a session with a set duration ends.
 const STANDSTILL: Duration = Duration::from_secs(10);
 
 /// A way to ask the session to stop, from any thread.
@@ -28,7 +28,7 @@ impl Default for Stop {
 }
 
 impl Stop {
-    /// Asks the session to stop; once more is no more.
+    /// Asks the session to stop; repeated requests have no effect.
     pub fn ask(&self) {
         self.0.send_modify(|asked| *asked = (*asked).max(1));
     }
@@ -38,9 +38,8 @@ impl Stop {
         *self.0.borrow() > 0
     }
 
-    /// Resolves when somebody asked, on Ctrl-C, SIGTERM and SIGHUP (a closed terminal), or after
-    /// `duration_secs` by the session's clock. From now on these signals end the process in no other
-    /// way.
+    /// Resolves on request, on Ctrl-C, SIGTERM and SIGHUP (a closed terminal), or after `duration_secs` by
+    /// the session's clock. From now on these signals do not end the process in any other way.
     pub fn asked(self, clock: Clock, duration_secs: Option<f64>) -> impl Future<Output = ()> {
         self.hear_signals();
         async move {
@@ -51,10 +50,10 @@ impl Stop {
         }
     }
 
-    /// Resolves when Ctrl-C or SIGTERM came once more: what takes long is not waited for.
+    /// Resolves on a second Ctrl-C or SIGTERM: slow steps are then skipped.
     pub async fn hurried(self) {
         self.reached(2).await;
-        say("ending at once: what is not on the disk within a few seconds is lost");
+        say("ending at once: data that is not on disk within a few seconds is lost");
     }
 
     /// Runs a session until it ends or is asked to.
@@ -66,12 +65,12 @@ impl Stop {
     async fn reached(&self, times: u32) {
         let mut asked = self.0.subscribe();
         if asked.wait_for(|asked| *asked >= times).await.is_err() {
-            // Nobody is left who could ask.
+            // No sender is left.
             std::future::pending::<()>().await;
         }
     }
 
-    /// Counts signals. A third Ctrl-C ends the process whatever it is doing.
+    /// Counts signals. A third Ctrl-C ends the process at once.
     fn hear_signals(&self) {
         let interrupts = [SignalKind::interrupt(), SignalKind::terminate()];
         for mut signal in interrupts.into_iter().filter_map(|kind| signal(kind).ok()) {
@@ -90,7 +89,7 @@ impl Stop {
         if let Some(mut hangup) = hangup() {
             let stop = self.clone();
             tokio::spawn(async move {
-                // The kernel and the shell both tell of a closed terminal: it is no hurry.
+                // Both the kernel and the shell report a closed terminal; it does not count as urgent.
                 while hangup.recv().await.is_some() {
                     stop.ask();
                 }
@@ -99,7 +98,7 @@ impl Stop {
     }
 }
 
-/// SIGHUP, unless whoever started this process has it ignore that, as `nohup` does.
+/// SIGHUP, unless the parent process has it ignored, as `nohup` does.
 fn hangup() -> Option<Signal> {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let kind = SignalKind::hangup();

@@ -24,22 +24,22 @@ use self::place::{nearest_place, walk};
 pub use self::error::StudyError;
 pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings};
 
-/// The longest name of a session [bytes]: the time and a number are put behind it, and a file system
-/// takes 255.
+/// The longest name of a session [bytes]: the time and a number are appended to it, and a file system
+/// allows 255.
 const MOST_NAME_BYTES: usize = 200;
 /// The largest study that is read [bytes].
 const LARGEST: u64 = 4 << 20;
 
-/// A study as it was read: its text, and the parts of it that are the same for every study.
+/// A parsed study: its text, and the settings that all studies share.
 #[derive(Debug)]
 pub struct Study {
     path: PathBuf,
     text: String,
-    /// What is common to all studies.
+    /// The settings that all studies share.
     pub general: General,
 }
 
-/// The parts of a study that are read by somebody else than [`General`].
+/// The parts of a study that are not read by [`General`].
 const OWN_TABLES: [&str; 3] = ["sources", "sinks", "simulate"];
 
 impl Study {
@@ -64,7 +64,7 @@ impl Study {
         Study::parse(path, text)
     }
 
-    /// Reads a study from its text; `path` is what it is called in messages.
+    /// Reads a study from its text; `path` names it in messages.
     pub fn parse(path: &Path, text: String) -> Result<Study, StudyError> {
         let mut study = Study { path: path.to_owned(), text, general: General::default() };
         let table = study.table()?;
@@ -85,7 +85,7 @@ impl Study {
         &self.text
     }
 
-    /// Builds all components of one of the study's arrays (`sources`, `sinks`) by their table.
+    /// Builds all components of one of the study's arrays (`sources`, `sinks`) from their table.
     pub fn build<T: ?Sized, C>(
         &self,
         key: &str,
@@ -135,8 +135,8 @@ impl Study {
         self.entries(key).unwrap_or_default().into_iter().filter_map(kind).collect()
     }
 
-    /// An error at one of the study's tables, or at a key of it; at the beginning of the study
-    /// where it is not written.
+    /// An error at one of the study's tables, or at a key of it; at the beginning of the study where that
+    /// is not written.
     pub fn error(
         &self,
         (table, key): (&str, &str),
@@ -151,7 +151,7 @@ impl Study {
         }))
     }
 
-    /// What is wrong with settings whose path begins at the study.
+    /// An error in settings whose path begins at the root of the study.
     pub fn misplaced(&self, error: SettingsError) -> StudyError {
         let whole = self.whole().ok();
         let span = whole.as_ref().and_then(|whole| nearest_place(whole, &error.path));
@@ -168,7 +168,7 @@ impl Study {
         Ok(Spanned::new(table.span(), DeValue::Table(table.into_inner())))
     }
 
-    /// The settings of one kind of feature: the table `[features.<kind>]`, or none.
+    /// The settings of a feature: the table `[features.<kind>]`, or an empty one.
     pub fn feature(&self, kind: &str) -> Result<Settings<'_>, StudyError> {
         let own = self.own("features")?.and_then(|features| match features.into_inner() {
             DeValue::Table(mut table) => table.remove(kind),
@@ -180,7 +180,7 @@ impl Study {
         })
     }
 
-    /// What is wrong with a feature: in its own table, or in what the study says to all features.
+    /// An error in a feature: in its own table, or in the settings of all features.
     pub fn wrong_feature(&self, kind: &str, error: SettingsError) -> StudyError {
         if error.span.is_some() {
             return self.wrong(error, None);
@@ -191,7 +191,7 @@ impl Study {
         self.misplaced(error.at(written.unwrap_or(own)))
     }
 
-    /// Fails where phases are named or timed as none can be.
+    /// Fails where the names or times of phases are invalid.
     pub fn check_phases(&self) -> Result<(), StudyError> {
         session::check_phases(&self.general.phases).map_err(|error| {
             let path = format!("phases.{}", error.path);
@@ -220,7 +220,7 @@ impl Study {
         })
     }
 
-    /// Takes the `type` out of a component's table and finds it.
+    /// Removes the `type` from a component's table and looks it up.
     fn kind<'e, T: ?Sized, C>(
         &self,
         table: &mut DeTable<'_>,
@@ -262,11 +262,11 @@ impl Study {
         }
     }
 
-    /// The session's name becomes that of a folder.
+    /// The session's name becomes the name of a folder.
     fn check_name(&self) -> Result<(), StudyError> {
         let name = &self.general.session.name;
         let fits = |each: char| each.is_alphanumeric() || matches!(each, '_' | '-' | '.');
-        // `-rf_2026…` would be an option to whoever deletes it.
+        // `-rf_2026…` would be read as an option by `rm`.
         let is_plain = name.len() <= MOST_NAME_BYTES && !name.starts_with(['.', '-']);
         if !name.is_empty() && is_plain && name.chars().all(fits) {
             return Ok(());
@@ -293,7 +293,7 @@ impl Study {
                 }
                 table.insert(key, value);
             } else if !is_table {
-                let error = SettingsError::new(format!("`{word}` is not written as a table"));
+                let error = SettingsError::new(format!("`{word}` is not a table"));
                 let hint = format!("begin its settings with [features.{word}]");
                 return Err(self.wrong(error.with_hint(hint), Some(value.span())));
             }
@@ -326,7 +326,7 @@ impl Study {
         } else {
             ("[[…]]", "array of tables")
         };
-        let error = SettingsError::new(format!("`{key}` is not written as {written}"));
+        let error = SettingsError::new(format!("`{key}` is not {written}"));
         let hint = format!("it is an {shape}: begin each with [[{key}]]");
         Err(self.wrong(error.with_hint(hint), Some(value.span())))
     }
@@ -342,7 +342,7 @@ impl Study {
     }
 }
 
-/// An unknown word among the tables may also be meant for one that is read apart.
+/// An unknown table may be a misspelling of one that is read separately.
 fn with_own_tables(mut error: SettingsError) -> SettingsError {
     if let Some(known) = error.message.strip_prefix("unknown field `")
         && let Some((word, "session")) = known
@@ -355,7 +355,7 @@ fn with_own_tables(mut error: SettingsError) -> SettingsError {
     error
 }
 
-/// What is said of a study: without what would command a terminal, and with an end.
+/// The text of an error, without terminal control characters and with an end.
 fn line(text: &str) -> String {
     let lines = text.lines().map(|line| on_one_line(line).into_owned());
     let mut lines = lines.take(20).map(|line| label(line, LONGEST_LABEL));

@@ -1,4 +1,4 @@
-//! The tidy files of a bag that was recorded without them, or cut off before they were ended.
+//! Tidy files of a bag that was recorded without them, or that was cut off before they were finished.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,13 +17,13 @@ use crate::output::say;
 use crate::setup::{conclude, features, sink_context, tidy};
 use crate::stop::Stop;
 
-/// The page of a bag: what was usable, and what was lost.
+/// The summary page of a bag: what was usable, and what was lost.
 pub const SUMMARY: &str = "summary.md";
 
-/// Writes the tidy files of a bag into its folder, computed from what is raw as a replay does.
+/// Writes the tidy files of a bag into its folder, computed from raw data as a replay does.
 pub async fn write_tidy_files(folder: &Path) -> Result<Exit, Failure> {
     let bag = Arc::new(open(folder)?);
-    // What others recorded says nothing of what is wanted of it.
+    // Bags of other recorders do not name the wanted streams.
     let Some(study) = study_of(&bag)? else { return Ok(Exit::Fine) };
     let clock = Clock::told();
     let mut context = sink_context(&study, folder, &clock);

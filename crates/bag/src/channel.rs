@@ -53,7 +53,7 @@ impl Channel {
         }
     }
 
-    /// The stream as far as the channel tells: all else is in its description, if the bag has one.
+    /// The stream as far as the channel describes it: all else is in its description, if the bag has one.
     ///
     /// What was not recorded by teampulse is raw and about the robot that its name begins with; a topic
     /// without a namespace, such as `/tf`, is about none.
@@ -95,7 +95,7 @@ impl Channel {
     }
 }
 
-/// The type hash that a channel's metadata tell; empty where they don't.
+/// The type hash in a channel's metadata; empty where there is none.
 pub(crate) fn type_hash(metadata: &BTreeMap<String, String>) -> String {
     metadata.get(HASH_KEY).cloned().unwrap_or_default()
 }

@@ -35,7 +35,7 @@ pub struct RecoveredFile {
     pub path: PathBuf,
     /// How many messages it holds now.
     pub messages: u64,
-    /// How many it held once and holds no more; `None` where nothing tells.
+    /// How many messages it held originally and lacks now; `None` where that is not recorded.
     pub lost_messages: Option<u64>,
     /// What was cut from it; empty for a file that was whole and was left as it is.
     pub damage: Vec<Damage>,
@@ -78,7 +78,7 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     Ok(Report { files })
 }
 
-/// Notes what is lost: the files are whole from now on, and tell no more of it.
+/// Notes what was lost: the repaired files do not show it any more.
 fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
     let lossy = files.iter().filter(|file| !file.damage.is_empty() && file.is_lossy());
     let lost = lossy.map(|file| {

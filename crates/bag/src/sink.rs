@@ -111,7 +111,7 @@ pub struct Broken {
     pub unwritten: u64,
 }
 
-/// What was lost of a stream, as its last status told.
+/// The losses of a stream, from its last status.
 #[derive(Clone, Copy)]
 struct Losses {
     on_the_way: Option<u64>,
@@ -119,8 +119,8 @@ struct Losses {
 }
 
 impl Recording {
-    /// The same recording, as one that goes on where the bag `before` ended: at its beginning all streams
-    /// are described, and the phases that go on are told again, with what is left of them.
+    /// The same recording, continued where the bag `before` ended: at its start all streams are described,
+    /// and the phases that still hold are published again, with their remaining length.
     #[must_use]
     pub fn continuing(mut self, before: &Path) -> Recording {
         self.writer.note(CONTINUES_NOTE, before.display().to_string());

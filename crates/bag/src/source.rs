@@ -187,7 +187,7 @@ impl<'a> Playback<'a> {
                 tokio::task::yield_now().await;
             }
         }
-        // What was computed in a silence at the end tells how long the session went on.
+        // Features computed in a silence at the end show how long the session lasted.
         if let Some(last) = last {
             self.outlet.pass(last);
         }
@@ -246,7 +246,7 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Declares what a description tells, at its time.
+    /// Declares the stream of a description, at its time.
     fn take_description(&mut self, message: &Message) {
         let Some(description) = description(&message.cdr) else { return };
         if !self.selects(&description) {
@@ -265,8 +265,8 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// A stream of the bag as it is described now. A description that tells nothing new stands
-    /// where the definition of the type became known.
+    /// A stream of the bag with its current description. A description without news is placed where the
+    /// definition of the type became known.
     fn described(&self, place: usize, description: &Stream) -> Stream {
         let known = &self.source.bag.streams()[place];
         let so_far = self.declared[place].as_ref().map(|(_, stream)| stream);

@@ -1,6 +1,6 @@
-//! Alerts: that a robot needs someone, told as events in words, and read again.
+//! Alerts: that a robot needs someone, published as events in words, and parsed again.
 
-/// The topic on which alerts are told.
+/// The topic of alerts.
 pub const ALERTS: &str = "/team/alerts";
 
 /// A robot needs someone, or does not any more.

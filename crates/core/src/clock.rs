@@ -19,7 +19,8 @@ enum Kind {
     Host { wall_at_start: Time, started: Moment, ahead_secs: f64, fast_ppm: f64 },
     Set {
         nanos: AtomicI64,
-        /// How far the session's time is ahead of the time that is told [ns]: it went on when that jumped.
+        /// How far the session's time is ahead of the time that was set [ns]: it continued evenly when that
+        /// jumped.
         ahead_nanos: AtomicI64,
     },
 }
@@ -38,8 +39,8 @@ impl Clock {
         Clock(Arc::new(Kind::Host { wall_at_start, started, ahead_secs, fast_ppm }))
     }
 
-    /// A clock that shows what it was last told: simulated time, a recording's, or a test's. Before
-    /// the first telling it shows [`Time::EPOCH`].
+    /// A clock that shows the time it was last set to: simulated time, a recording's, or a test's. Until
+    /// then it shows [`Time::EPOCH`].
     pub fn told() -> Clock {
         Clock(Arc::new(Kind::Set { nanos: AtomicI64::new(0), ahead_nanos: AtomicI64::new(0) }))
     }
@@ -57,8 +58,8 @@ impl Clock {
         }
     }
 
-    /// Tells a told clock the time; says whether it moved. It never goes back, and a host's clock
-    /// can't be told.
+    /// Sets the time of a settable clock; returns whether it moved. It never goes back, and a host's clock
+    /// can't be set.
     pub fn tell(&self, now: Time) -> bool {
         match &*self.0 {
             Kind::Host { .. } => false,
@@ -85,13 +86,13 @@ impl Clock {
         }
     }
 
-    /// Whether the time is told (simulated) rather than the host's.
+    /// Whether the time is set from outside (simulated) rather than the host's.
     pub fn is_told(&self) -> bool {
         matches!(*self.0, Kind::Set { .. })
     }
 
-    /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero
-    /// for a told clock.
+    /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero for a
+    /// settable clock.
     pub fn wall_offset_nanos(&self) -> i64 {
         match &*self.0 {
             Kind::Host { wall_at_start, started, .. } => {

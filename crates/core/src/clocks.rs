@@ -23,8 +23,8 @@ use owner::Owner;
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
 
-/// The topic of simulated time. What happens to it is told by events of the session of the kind `clock`,
-/// of which the label begins with this name: `/clock jumped back`.
+/// The topic of simulated time. Its jumps and stops are events of the session of the kind `clock`, with
+/// labels that begin with this name: `/clock jumped back`.
 pub const SIMULATED_CLOCK: &str = "/clock";
 
 /// Whether simulated time broke: it jumped, stopped or goes on.
@@ -270,9 +270,9 @@ impl Clocks {
         placed
     }
 
-    /// Whose clock stamps a stream. Messages of which it was never told who sent them are stamped
-    /// by their subject: a robot is one computer until more is known. What another computer has
-    /// stamped in our own shapes, it has placed by the device's clock already, in its own time.
+    /// Whose clock stamps a stream. Messages without a known sender are stamped by their subject: a robot
+    /// is one computer until more is known. Samples in our own shapes that another computer stamped are
+    /// already placed by the device's clock, in that computer's time.
     fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
         let device = || stream.device.clone();
         let computer = self.computers.get(&stream.name).map(String::as_str);
@@ -360,8 +360,8 @@ impl Clocks {
     }
 }
 
-/// Whether a late joiner of the stream is told what was before; the session's own are there from the
-/// first.
+/// Whether a late joiner of the stream receives earlier samples; the session's own streams are complete
+/// from the start.
 fn is_kept(stream: &Stream) -> bool {
     let kept = |qos: &Qos| qos.durability == Durability::TransientLocal;
     stream.about != About::Session && stream.qos.iter().any(kept)

@@ -1,5 +1,5 @@
-//! Other computers' clocks, told in band: which computer stamps a stream, and what probes of its
-//! clock found. Both are recorded like any other input, so that a replay corrects the same.
+//! Other computers' clocks, reported in band: which computer stamps a stream, and what probes of its clock
+//! found. Both are recorded like any other input, so that a replay corrects the same.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::qos::Qos;
 use crate::stream::{Shape, Signal, Stream, Subject};
 use crate::time::Time;
 
-/// The topic on which it is told who stamps a stream.
+/// The topic that states who stamps a stream.
 pub(crate) const STAMPED_BY: &str = "/teampulse/stamped_by";
-/// The topic on which probes of other computers' clocks are told.
+/// The topic of probes of other computers' clocks.
 const PROBES: &str = "/teampulse/clock_probes";
 
-/// The topics of what is told of computers' clocks, and of publishers: too often to be shown to people.
+/// The topics of reports on computers' clocks and on publishers: too frequent to be shown to people.
 pub const UNTOLD: [&str; 3] = [STAMPED_BY, PROBES, publishers::TOPIC];
 
 /// No clock is so far behind [s]: stamps that are, such as those of a simulation that began at 0, are of
@@ -32,7 +32,7 @@ pub fn is_simulated(offset_secs: f64) -> bool {
 pub const SIMULATED: &str =
     "stamps by simulated time: set clock = \"/clock\" below [session] to follow it";
 
-/// What is told of another computer's clock.
+/// A report on another computer's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ClockReport {
     /// The stamps of a stream are by the clock of this computer.
@@ -42,7 +42,7 @@ pub(crate) enum ClockReport {
 }
 
 impl ClockReport {
-    /// The stream on which it is told.
+    /// The stream of this report.
     pub(crate) fn stream(&self) -> Stream {
         let (topic, doc) = match self {
             ClockReport::StampedBy { .. } => {
@@ -59,9 +59,8 @@ impl ClockReport {
         stream
     }
 
-    /// The event that tells it. The label of the first kind is the stream's name and the computer,
-    /// with a space between; the value of the second is the offset [s], its duration the round
-    /// trip [s].
+    /// The event of this report. The label of the first kind is the stream's name and the computer,
+    /// separated by a space; the value of the second is the offset [s], its duration the round trip [s].
     pub(crate) fn event(&self) -> Data {
         let (label, value, duration_secs) = match self {
             ClockReport::StampedBy { stream, computer } => {
@@ -74,7 +73,7 @@ impl ClockReport {
         Data::Event(Arc::new(Event { kind: EventKind::Clock, label, value, duration_secs }))
     }
 
-    /// What a sample of the stream of this name tells; `None` for any other stream.
+    /// The report in a sample of the stream of this name; `None` for any other stream.
     pub(crate) fn read(stream: &Stream, data: &Data) -> Option<ClockReport> {
         let Data::Event(event) = data else { return None };
         match stream.name.as_str() {
@@ -94,7 +93,7 @@ impl ClockReport {
         }
     }
 
-    /// The probe of an exchange that was told at `arrival`.
+    /// The probe of an exchange that was reported at `arrival`.
     pub(crate) fn probe(offset_secs: f64, round_trip_secs: f64, arrival: Time) -> Probe {
         Probe { arrival: arrival.nanos(), offset_secs, round_trip_secs }
     }

@@ -95,11 +95,11 @@ pub enum Reason {
     Missing = 4,
     /// The formula has no answer for these data.
     Undefined = 5,
-    /// No baseline is over yet that tells what to compare with.
+    /// No baseline is over yet to compare with.
     NoBaseline = 6,
-    /// What it would tell of has not happened, or is no more.
+    /// What it would describe has not happened, or is over.
     Nothing = 7,
-    /// The baseline is too short to tell how much its values vary.
+    /// The baseline is too short to estimate how much its values vary.
     BriefBaseline = 8,
 }
 

@@ -8,7 +8,7 @@ use crate::stream::{Origin, Shape, Signal, Stream, Subject};
 /// The topic of the features that panicked; a replay makes it anew.
 pub const FAULTS: &str = "/teampulse/faults";
 
-/// A fault that lasts: it is told once and stays on the screen.
+/// A fault that lasts: it is reported once and stays on the screen.
 pub fn lasting(label: impl Into<String>) -> Event {
     fault(label, f64::NAN)
 }

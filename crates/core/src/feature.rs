@@ -34,7 +34,7 @@ pub enum Scope {
     Session,
 }
 
-/// A feature at work on its input: a pure state machine, told the time by ticks of 100 ms.
+/// A feature at work on its input: a pure state machine that receives the time as ticks of 100 ms.
 ///
 /// No I/O, no clock, no blocking. The same input gives the same output, bit for bit.
 pub trait Extractor: Send {

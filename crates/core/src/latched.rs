@@ -1,4 +1,4 @@
-//! What was told once and still holds: a recording that goes on in another bag begins with it.
+//! State that was published once and still holds: a recording that continues in another bag begins with it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,13 +14,13 @@ use crate::time::Time;
 /// After so many things no more are kept: memory is bounded, and no session has as many topics.
 const MOST: usize = 100_000;
 
-/// What was told last and holds until something else is told: the phase of the session and of each person
-/// and robot, whose clock stamps a stream, who publishes a topic.
+/// The newest event of each kind of state: the phase of the session and of each person and robot, whose
+/// clock stamps a stream, who publishes a topic.
 #[derive(Clone, Debug, Default)]
 pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 
-/// Who is told first. A person's own phases stand before those of the session, which would be the
-/// person's, too.
+/// The order of publication. A person's own phases come before those of the session, which would otherwise
+/// apply to the person, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Rank {
     Origin,
@@ -29,7 +29,7 @@ enum Rank {
 }
 
 impl Latched {
-    /// Takes in what was told. Of two words about the same the newer one stands, in whichever order they
+    /// Takes in an event. Of two events about the same state the newer one holds, in whichever order they
     /// are taken.
     pub fn take(&mut self, record: &Record) {
         let Data::Event(event) = &record.sample.data else { return };
@@ -44,8 +44,8 @@ impl Latched {
         }
     }
 
-    /// What holds at a time, as events that could be told then: of a phase that goes on, the rest of its
-    /// length. In the order in which it is to be told.
+    /// The state at a time, as events that could be published then: of a phase that still holds, with its
+    /// remaining length. In the order of publication.
     pub fn at(&self, at: Time) -> Vec<(StreamId, Arc<Stream>, Event)> {
         let told = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
         let told = told.filter_map(|((rank, id, _), record)| {
@@ -73,7 +73,8 @@ fn about<'a>(stream: &Stream, event: &'a Event) -> Option<(Rank, &'a str)> {
     }
 }
 
-/// A phase as it could be told so long after it began [s]: what is left of it, or that none is going on.
+/// A phase as it could be published this long after it began [s]: with its remaining length, or as no phase
+/// when it is over.
 fn rest(event: &Event, since_secs: f64) -> Event {
     let is_over = event.duration_secs > 0.0 && event.duration_secs <= since_secs;
     if is_over {

@@ -22,7 +22,7 @@ const LEARNED_WITHIN_SECS: f64 = 60.0;
 /// A rate was kept up when it held for so many seconds: a burst after a pause raises it for as long as
 /// one counts, which is less.
 const KEPT_UP_SECS: usize = 13;
-/// How often it is told of a stream that nothing ever came of: there may be thousands.
+/// How often a stream without any samples is reported: there may be thousands.
 const SILENT_SECS: u32 = 30;
 
 /// What is counted of a stream within one second.
@@ -126,7 +126,7 @@ impl Life {
         }
     }
 
-    /// A sample was taken that was published before anybody listened: it tells nothing of the rate.
+    /// A sample was taken that was published before the subscription: it says nothing about the rate.
     pub(crate) fn was_given_history(&mut self, log_time: Time) {
         self.newest = Some(log_time);
         self.received += 1;

@@ -1,5 +1,4 @@
-//! Losses, told as events: what was lost is recorded like any other input, so that a replay counts
-//! the same.
+//! Losses, published as events: they are recorded like any other input, so that a replay counts the same.
 
 use std::sync::Arc;
 
@@ -10,15 +9,15 @@ use crate::stream::{Shape, Signal, Stream, Subject};
 /// Where samples were lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// Between the publisher and us, as its sequence numbers tell.
+    /// Between the publisher and us, as its sequence numbers show.
     OnTheWay,
     /// In our own queue, in front of the pump.
     InOurQueue,
 }
 
 impl Loss {
-    /// The stream on which such losses are told: fault events whose label is the stream that lost
-    /// and whose value is how many; NaN when that can't be known.
+    /// The stream of such losses: fault events whose label is the stream that lost and whose value is the
+    /// count; NaN when it is unknown.
     pub fn stream(self) -> Stream {
         let mut stream = Stream::raw(self.topic(), Subject::session(), Shape::Event);
         stream.signal = Signal::Event;
@@ -30,14 +29,14 @@ impl Loss {
         stream
     }
 
-    /// The event that tells of a loss.
+    /// The event of a loss.
     pub fn event(self, stream: &str, count: f64) -> Data {
         let label = stream.to_owned();
         let kind = EventKind::Fault;
         Data::Event(Arc::new(Event { kind, label, value: count, duration_secs: 0.0 }))
     }
 
-    /// Which losses are told on a stream; `None` for any other stream.
+    /// The kind of losses on a stream; `None` for any other stream.
     pub(crate) fn told_on(stream: &Stream) -> Option<Loss> {
         [Loss::OnTheWay, Loss::InOurQueue].into_iter().find(|loss| loss.topic() == stream.name)
     }

@@ -110,8 +110,8 @@ impl Queue {
         self.0.closed.load(Ordering::Acquire)
     }
 
-    /// Moves all that waits into `taken`; when nothing does, waits for it, at most for `patience`.
-    /// What was dropped meanwhile is told behind what was kept.
+    /// Moves all that waits into `taken`; waits for it if there is nothing, at most for `patience`. Drops
+    /// are reported after what was kept.
     pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
         let mut state = self.lock();
         if state.items.is_empty() && !self.has_ended() {
@@ -231,12 +231,12 @@ impl Outlet {
         Ok(())
     }
 
-    /// Tells that a recording goes on until a time, though nothing more of it is handed over.
+    /// States that a recording goes on until a time, though nothing more of it is handed over.
     pub fn pass(&self, until: Time) {
         self.queue.push(|| Item::Passed { until });
     }
 
-    /// Tells that a recording paused until a time: nothing is concluded from the silence before it.
+    /// States that a recording paused until a time: nothing is concluded from the silence before it.
     pub fn pause(&self, until: Time) {
         self.queue.push(|| Item::Paused { until });
     }
@@ -252,15 +252,15 @@ impl Outlet {
         self.push(reading, cost, None);
     }
 
-    /// Tells that the stamps of a stream are by the clock of another computer: `computer` names it,
-    /// the same for all streams that it stamps.
+    /// States that the stamps of a stream are by the clock of another computer: `computer` names it, the
+    /// same for all streams that it stamps.
     pub fn stamped_by(&self, stream: StreamId, computer: &str) {
         let stream = self.streams.get(stream).name.clone();
         self.tell(&ClockReport::StampedBy { stream, computer: computer.to_owned() });
     }
 
-    /// Tells what a probe of the clock of another computer found: how far it is ahead of the
-    /// session's clock [s], and how long the exchange took without the time spent over there [s].
+    /// Reports a probe of the clock of another computer: how far it is ahead of the session's clock [s],
+    /// and how long the exchange took without the time spent over there [s].
     pub fn probed(&self, computer: &str, offset_secs: f64, round_trip_secs: f64) {
         self.tell(&ClockReport::Probed {
             computer: computer.to_owned(),
@@ -269,14 +269,15 @@ impl Outlet {
         });
     }
 
-    /// Tells who publishes the topic of a stream, where these are several, and when they are no more.
+    /// States who publishes the topic of a stream, where there are several publishers, and when there no
+    /// longer are.
     pub fn published_by(&self, stream: StreamId, publishers: &[String]) {
         let stream = self.streams.get(stream).name.clone();
         let told = PublishedBy { stream, publishers: publishers.to_vec() };
         self.hand_over(PublishedBy::stream(), told.event());
     }
 
-    /// Tells of an event of the session.
+    /// Publishes an event of the session.
     pub(crate) fn happen(&self, event: Event) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));

@@ -11,7 +11,7 @@ use crate::time::Time;
 /// The phase that all others are compared with.
 pub const BASELINE: &str = "baseline";
 
-/// What a phase is called that was told without a name.
+/// The name of a phase that was published without one.
 const UNNAMED: &str = "unnamed";
 
 /// Of anybody, the phases after so many are not taken: no study has them, and memory is bounded.
@@ -28,11 +28,11 @@ pub struct Phase {
     pub end: Option<Time>,
 }
 
-/// The phases of everyone in a session, as they are told.
+/// The phases of everyone in a session, as published.
 ///
-/// A phase begins when its event was measured. It ends after the length that it was told with, else at
-/// the begin of the next one, or of one without a name, else with the session. A subject of which phases are told on a stream of
-/// its own has those from then on; everyone else has the session's.
+/// A phase begins when its event was measured. It ends after the length in its event, else at the start of
+/// the next one, or of one without a name, else with the session. A subject with phases on a stream of its
+/// own has those from then on; everyone else has the session's.
 #[derive(Debug, Default)]
 pub struct Phases {
     session: Vec<Phase>,
@@ -42,7 +42,7 @@ pub struct Phases {
 }
 
 impl Phases {
-    /// Whether phases may be told on a stream: raw events of the session, of people and of robots.
+    /// Whether a stream may contain phases: raw events of the session, of people and of robots.
     pub fn hears(stream: &Stream) -> bool {
         let of_session = stream.about == About::Session && stream.name == session_events().name;
         stream.origin == Origin::Raw
@@ -50,7 +50,7 @@ impl Phases {
             && (of_session || matches!(stream.about, About::Person | About::Robot))
     }
 
-    /// A stream is heard from now on, if phases may be told on it.
+    /// Reads a stream from now on, if it may contain phases.
     pub fn join(&mut self, id: StreamId, stream: &Stream) {
         if Phases::hears(stream) {
             self.told_on.insert(id, stream.subject());
@@ -105,7 +105,7 @@ impl Phases {
     }
 }
 
-/// What a phase is called that is told with a label: `None` of one that only ends the one before.
+/// The name of a phase with this label: `None` if it only ends the one before.
 pub fn name_of(label: &str) -> Option<&str> {
     let is_blank = label.trim().is_empty();
     (!label.is_empty()).then_some(if is_blank { UNNAMED } else { label })

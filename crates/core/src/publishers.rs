@@ -1,4 +1,4 @@
-//! Who publishes a topic, told in band: with two publishers, the numbers of a stream are of two.
+//! Who publishes a topic, reported in band: with two publishers, a stream mixes the numbers of both.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::data::{Data, Event, EventKind};
 use crate::qos::Qos;
 use crate::stream::{About, Shape, Signal, Stream, Subject};
 
-/// The topic on which it is told who publishes another.
+/// The topic that states who publishes another.
 pub(crate) const TOPIC: &str = "/teampulse/published_by";
 
 /// The publishers of a topic, from when there are two.
@@ -22,7 +22,7 @@ pub(crate) struct PublishedBy {
 const BETWEEN: &str = "; ";
 
 impl PublishedBy {
-    /// The stream on which it is told.
+    /// The stream of these reports.
     pub(crate) fn stream() -> Stream {
         let mut stream = Stream::raw(TOPIC, Subject::session(), Shape::Event);
         stream.signal = Signal::Event;
@@ -32,14 +32,14 @@ impl PublishedBy {
         stream
     }
 
-    /// The event that tells it: the label is the topic and the names, the value how many there are.
+    /// The event of this report: the label is the topic and the names, the value their number.
     pub(crate) fn event(&self) -> Data {
         let label = format!("{} {}", self.stream, self.publishers.join(BETWEEN));
         let (kind, value) = (EventKind::Fault, self.publishers.len() as f64);
         Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }))
     }
 
-    /// What a sample of the stream of this name tells; `None` for any other stream.
+    /// The report in a sample of the stream of this name; `None` for any other stream.
     pub(crate) fn read(stream: &Stream, data: &Data) -> Option<PublishedBy> {
         let Data::Event(event) = data else { return None };
         if stream.name != TOPIC || stream.about != About::Session {

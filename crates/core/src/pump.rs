@@ -139,7 +139,7 @@ impl Pump {
     /// Ticks go on behind a time, without those before it.
     fn pause_until(&mut self, until: Time) {
         let mut ticks = Ticks::every(TICK.as_nanos() as i64);
-        // The first call gives none: it tells when time begins.
+        // The first call gives no tick: it sets when time begins.
         if until > self.last && ticks.next_until(until.nanos()).is_none() {
             self.ticks = ticks;
         }
@@ -245,7 +245,7 @@ impl Pump {
         self.last
     }
 
-    /// Tells what happened to clocks.
+    /// Reports what happened to clocks.
     fn tell_clocks(&mut self, tick: Time) {
         for (owner, news) in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
@@ -275,7 +275,7 @@ impl Pump {
         }
     }
 
-    /// Tells of a feature that panicked. A replay comes to the same.
+    /// Reports a feature that panicked. A replay does the same.
     fn tell_broken(&mut self, broken: &Broken, log_time: Time) {
         let stream = self.declare_derived(faults(), log_time);
         let event = Data::Event(Arc::new(lasting(broken.to_string())));
@@ -330,7 +330,7 @@ impl Pump {
         self.record(sample);
     }
 
-    /// A second has passed: tells the health of the raw streams of which it is due.
+    /// A second has passed: publishes the health of the raw streams for which it is due.
     fn tell_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
         let mut told = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
@@ -371,7 +371,7 @@ impl Pump {
         self.tracks.get_mut(id.0 as usize)?.as_mut()
     }
 
-    /// Adds a stream. The second type on a topic is told apart by its name.
+    /// Adds a stream. The second type on a topic gets a name of its own.
     fn add_track(&mut self, mut track: Track) {
         let named = self.streams.named(&track.stream.name);
         let is_told = |pump: &mut Pump, id| {

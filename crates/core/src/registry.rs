@@ -63,7 +63,7 @@ impl<'a> Settings<'a> {
         Settings(table)
     }
 
-    /// Reads the settings; an unknown or mistyped key is told with its exact place.
+    /// Reads the settings; an unknown or mistyped key is an error with its exact place.
     pub fn read<S: DeserializeOwned>(self) -> Result<S, SettingsError> {
         let table = self.0.span();
         S::deserialize(toml::de::ValueDeserializer::from(self.0)).map_err(|error| SettingsError {

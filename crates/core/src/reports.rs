@@ -1,4 +1,4 @@
-//! Self-reports: what people say of their own workload, told as events, and read again.
+//! Self-reports: what people say of their own workload, published as events, and parsed again.
 
 use std::ops::RangeInclusive;
 

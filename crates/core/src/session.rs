@@ -26,7 +26,7 @@ use sources::Sources;
 
 pub use crate::extractors::{Broken, NamedFeature};
 
-/// How far the wall clock must step to be told.
+/// The smallest step of the wall clock that is reported.
 const WALL_STEP_NANOS: i64 = 500_000_000;
 /// How long sources may take to end once they are asked to.
 const SOURCES_PATIENCE: Duration = Duration::from_secs(5);
@@ -201,8 +201,8 @@ async fn passed(duration: Duration) {
     }
 }
 
-/// Tells when the machine's wall clock steps, while the session's clock goes on as it was; and of
-/// panics where nobody catches them.
+/// Reports steps of the machine's wall clock, which the session's clock does not follow, and panics that
+/// nothing catches.
 async fn watch(outlet: Outlet, pace: Pace, mut strays: usize) {
     if pace == Pace::Recorded {
         return;

@@ -19,7 +19,7 @@ pub fn session_events() -> Stream {
     stream
 }
 
-/// Whether this is the end of a session: the last losses are then told.
+/// Whether this is the end of a session: the last losses have been reported then.
 pub(crate) fn is_end(stream: &Stream, data: &Data) -> bool {
     stream.about == About::Session
         && stream.name == SESSION_EVENTS
@@ -48,7 +48,7 @@ pub fn descriptions() -> Stream {
     stream
 }
 
-/// The stream on which the health of every raw stream is told.
+/// The stream with the health of every raw stream.
 pub(crate) fn health() -> Stream {
     let mut stream = Stream::raw("/teampulse/status", Subject::session(), Shape::Status);
     stream.origin = Origin::Derived;

@@ -1,7 +1,7 @@
 //! Times in which this process itself did not run: it was stopped, or the machine slept.
 //!
-//! What fell silent then was not heard, which says nothing of it. A standstill is told in band, as an event
-//! of the session, so that a replay judges as its run did.
+//! Silence during that time says nothing about a stream. A standstill is reported in band, as an event of
+//! the session, so that a replay judges as its run did.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ pub(crate) fn stood_still(lasted: Duration) -> Event {
     Event { duration_secs: secs, ..passing(label) }
 }
 
-/// For how long this process did not run, if that is what an event of the session tells.
+/// How long this process did not run, if an event of the session reports that.
 pub(crate) fn standstill(data: &Data) -> Option<Duration> {
     let Data::Event(event) = data else { return None };
     let is_told = event.kind == EventKind::Fault && event.label.starts_with(STOOD_STILL);

@@ -1,4 +1,4 @@
-//! The health of a stream, as it is told once a second.
+//! The health of a stream, as published once a second.
 
 use std::fmt;
 

@@ -86,8 +86,8 @@ pub struct Declared {
     pub news: bool,
 }
 
-/// Whether a description of the stream tells something new. Who publishes it, and what they offer, is no
-/// part of that: a replay, which knows these from the begin on, has the same descriptions.
+/// Whether a description of the stream contains news. Who publishes it, and with which quality of service,
+/// does not count: a replay, which knows these from the start, has the same descriptions.
 fn is_described_anew(known: &Stream, stream: &Stream) -> bool {
     let (qos, publisher) = (known.qos.clone(), known.publisher.clone());
     known != stream && *known != Stream { publisher, qos, ..stream.clone() }

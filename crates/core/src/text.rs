@@ -25,7 +25,7 @@ const LONGEST_RECIPE: usize = 600;
 /// The longest name of a file without its extension [bytes]; file systems take 255.
 const LONGEST_FILE_NAME: usize = 200;
 
-/// How many hexadecimal digits tell names apart that were changed.
+/// The number of hexadecimal digits that keep changed names distinct.
 const DIGITS: usize = 8;
 
 /// What is called something: clean, and at most `longest` characters. One that had to be changed ends with
@@ -53,7 +53,7 @@ pub fn label(text: String, longest: usize) -> String {
     kept
 }
 
-/// The longest method of a stream with so many channels, which tells how each is computed [characters].
+/// The longest method of a stream with this many channels, which states how each is computed [characters].
 pub fn longest_method(channels: usize) -> usize {
     LONGEST_PROSE + LONGEST_RECIPE * channels
 }

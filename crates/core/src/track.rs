@@ -40,9 +40,9 @@ pub(crate) struct Track {
     pub(crate) life: Life,
     intake: Intake,
     density: Density,
-    /// What it is called where its health is told.
+    /// The name in reports of its health.
     pub(crate) told_as: String,
-    /// The losses that are told on this stream, if it is one of those.
+    /// The losses on this stream, if it is one of those.
     pub(crate) tells: Option<Loss>,
     /// What its readings say to the pump itself, if anything.
     pub(crate) word: Option<Word>,
@@ -120,7 +120,7 @@ impl Track {
         }
     }
 
-    /// Whether its health is told: that of every raw stream but the session's own events.
+    /// Whether its health is published: that of every raw stream but the session's own events.
     pub(crate) fn has_health(&self) -> bool {
         let own = self.stream.about == About::Session && self.stream.shape == Shape::Event;
         self.stream.origin == Origin::Raw && !own
@@ -128,7 +128,7 @@ impl Track {
 
     /// Numbers a reading and gives it its place in time.
     ///
-    /// A stamp equal to the log time tells nothing; a bag can't tell it from a missing one.
+    /// A stamp equal to the log time is ignored; in a bag it can't be distinguished from a missing one.
     pub(crate) fn sample(
         &mut self,
         mut reading: Reading,
@@ -147,7 +147,7 @@ impl Track {
         };
         let stamps = self.stamps(&reading, log_time, says);
         let Corrected { measured, period_nanos, disbelieved } = match self.stream.origin {
-            // What was published long ago tells nothing of the publisher's clock.
+            // Old messages say nothing about the publisher's clock.
             Origin::Raw if !(is_history && is_message) => {
                 clocks.correct(self.id, &self.stream, &stamps)
             }
@@ -280,7 +280,7 @@ impl Track {
     /// Whether a reading is what a publisher has kept for those who join later: it was published long
     /// before it came, and came at once with the first, or, as a message, after a silence.
     ///
-    /// Told by what a recording has, too: the offers at the first reading, and stamps that are kept.
+    /// Derived from what a recording contains, too: the offers at the first reading, and stored stamps.
     fn is_history(&mut self, reading: &Reading, log_time: Time) -> bool {
         let is_message = matches!(self.stream.shape, Shape::Message(_));
         let joining = self.joining.get_or_insert_with(|| {

@@ -1,4 +1,4 @@
-//! Clocks of devices and computers in a session: corrected, told, and the same again in a replay.
+//! Clocks of devices and computers in a session: corrected, reported, and the same again in a replay.
 
 mod session;
 
@@ -34,7 +34,7 @@ struct Coming {
     data: Data,
 }
 
-/// Hands readings over at the times at which they come, and what is told of computers' clocks.
+/// Hands over readings at the times at which they arrive, with the reports on computers' clocks.
 struct Script {
     readings: Vec<Coming>,
     stamped_by: Vec<(&'static str, &'static str)>,
@@ -254,7 +254,7 @@ async fn what_is_kept_for_late_joiners_keeps_its_time_and_the_same_again_in_a_re
             data: Data::Event(Arc::new(event)),
         }
     };
-    // Someone joins after 200 s, is told of two phases that were, and then of one that begins.
+    // Someone joins after 200 s, receives two phases from before, and then one that begins.
     let readings =
         vec![phase("baseline", 0, 200), phase("1-back", 60, 201), phase("rest", 260, 260)];
     let run = keep(Script { readings, stamped_by: vec![] }, 0).await;

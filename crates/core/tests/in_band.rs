@@ -29,7 +29,7 @@ const TOPIC: &str = "/r1/map";
 enum Coming {
     /// A message that was stamped at a second.
     Message { stamp_secs: f64 },
-    /// So many publishers are told.
+    /// The number of publishers that are reported.
     Publishers(Vec<String>),
     /// An event of the session.
     Event(&'static str),
@@ -114,7 +114,7 @@ fn statuses(records: &[Record]) -> Vec<&StreamStatus> {
     told.filter(|status| status.name == TOPIC).collect()
 }
 
-/// Runs a script and a replay of what it recorded; both must tell the same.
+/// Runs a script and a replay of what it recorded; both must give the same results.
 async fn twice(stream: Stream, script: Vec<(f64, Coming)>) -> Vec<Record> {
     let records = keep(Clocks::default(), Script(stream, script)).await;
     let again = keep(Clocks::default(), Recording(records.clone())).await;

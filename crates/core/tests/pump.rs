@@ -22,7 +22,7 @@ use teampulse_core::time::Time;
 
 use session::{Keeper, Recording, derived, encode};
 
-/// Counts samples and ticks of a robot's raw streams, and tells both at each tenth sample.
+/// Counts samples and ticks of a robot's raw streams, and reports both at each tenth sample.
 struct Counting;
 
 #[derive(Default)]
@@ -76,7 +76,7 @@ impl Extractor for Counts {
     }
 }
 
-/// A robot that talks as fast as it is told, now and then late or twice.
+/// A robot that publishes at a set rate, sometimes late or twice.
 struct Robot {
     id: &'static str,
     messages: u64,

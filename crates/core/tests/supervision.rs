@@ -157,7 +157,7 @@ struct Parts {
     encode: Option<Encode>,
 }
 
-/// Runs a session until two robots have told all their numbers and what is awaited has been kept.
+/// Runs a session until two robots have published all their numbers and the awaited records have been kept.
 async fn keep(parts: Parts, is_over: fn(&[Record]) -> bool) -> (Vec<Record>, Outcome) {
     let kept = Arc::<Mutex<Vec<Record>>>::default();
     let mut sinks = parts.sinks;

@@ -67,7 +67,7 @@ impl Source for Odd {
     }
 }
 
-/// Tells as an event what stands in messages.
+/// Publishes the texts of messages as an event.
 #[derive(Clone, Default)]
 struct ReadOut(Option<OutputId>);
 

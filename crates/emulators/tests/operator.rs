@@ -22,8 +22,8 @@ fn one_round() -> Plan {
     Plan { rounds: Some(1), ..Plan::default() }
 }
 
-/// What is told of a phase: heart rate and RMSSD of the beats found in the ECG, level and responses
-/// of the skin as they truly are.
+/// The measures of a phase: heart rate and RMSSD of the beats found in the ECG, true level and responses of
+/// the skin.
 #[derive(Clone, Copy, Default)]
 struct Row {
     heart_rate_bpm: f64,

@@ -11,7 +11,7 @@ use teampulse_signal::analysis::Make;
 
 use crate::running::{Naming, Running};
 
-/// So long after its end a phase is told of although nothing has come on the stream since [ns].
+/// A phase is reported this long after its end even if nothing has arrived on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
 
 /// No sensor of a person is faster [samples a second]; what says so is not analysed, as it would take room for
@@ -91,7 +91,7 @@ impl Extractor for Analyses {
         }
     }
 
-    /// A late sample has no place in a window any more; a phase that is told late has its place.
+    /// A late sample has no place in a window any more; a phase that is announced late has its place.
     fn push_late(&mut self, sample: &Sample, _: &mut Outputs) {
         self.phases.push(sample);
     }

@@ -1,4 +1,4 @@
-//! Phases that are over: each is told of once, as far as it is held.
+//! Phases that are over: each is reported once, as far as its samples are kept.
 
 use std::collections::VecDeque;
 
@@ -54,7 +54,7 @@ impl Held {
 
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// Which phases were told of already.
+/// The phases that were reported already.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PhasesTold(usize);
 
@@ -67,7 +67,7 @@ impl PhasesTold {
         Some(next)
     }
 
-    /// When the phase begins that is to be told of next [ns]; `None` when it is not known yet.
+    /// When the next phase to be reported begins [ns]; `None` when it is not known yet.
     pub(crate) fn next_begin_ns(self, phases: &[Phase]) -> Option<i64> {
         phases.get(self.0).map(|phase| phase.begin.nanos())
     }

@@ -15,18 +15,18 @@ use teampulse_signal::analysis::{self, Live, LiveOutput, Make, Measured, Value};
 use crate::over::{Held, OVER_PHASES, PhasesTold, measured_span};
 use crate::windows::window_name;
 
-/// Windows are told of once a second of the stream's own time.
+/// Windows are reported once a second of the stream's own time.
 const HOP_NS: i64 = 1_000_000_000;
 
-/// A phase is told of when samples so much later have come [ns]: a beat is known a moment after it, and
-/// the last one of a phase belongs to it.
+/// A phase is reported when samples this much later have arrived [ns]: a beat becomes known a moment after
+/// it, and the last one of a phase belongs to the phase.
 const KNOWN_AFTER_NS: i64 = 2_000_000_000;
 
-/// What an analysis is called, and which events it tells of.
+/// The name of an analysis, and the events that it reports.
 pub(crate) struct Naming {
     /// The name below the input.
     pub(crate) leaf: &'static str,
-    /// What the windows tell, in a sentence for people.
+    /// What the values of windows mean, in a sentence for people.
     pub(crate) doc: &'static str,
     /// The events: their kind in the analysis, the name of their stream, and what their number is.
     pub(crate) events: &'static [Happening],
@@ -117,7 +117,7 @@ impl Running {
         let lengths_ns: Vec<i64> =
             self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
         let (make, channels) = ((self.make)(stream), stream.channels.len());
-        // A rate at which nothing can be told gives no stream.
+        // A rate at which nothing can be computed gives no stream.
         let live = Live::new(make, stream.rate_hz, channels, &lengths_ns, HOP_NS).ok()?;
         let window = |&secs: &f64| out.declare(self.window(secs, live.values()));
         let windows = self.windows_secs.iter().map(window).collect();
@@ -195,7 +195,7 @@ impl Running {
         self.work = Some(work);
     }
 
-    /// Says once, as a fault, that a stream's unit can't be told in that of the analysis.
+    /// Reports once, as a fault, that a stream's unit can't be converted to that of the analysis.
     fn tell_refusal(&mut self, at: Time, out: &mut Outputs) {
         let Err((unit, to)) = conversions(&self.stream) else { return };
         if !std::mem::replace(&mut self.is_refusal_told, true) {
@@ -213,14 +213,14 @@ impl Running {
         }
     }
 
-    /// Tells of the phases that are over at `now`, whether or not samples have come since.
+    /// Reports the phases that are over at `now`, whether or not samples have arrived since.
     pub(crate) fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
         self.tell_phases(&mut work, phases, now.nanos(), out);
         self.work = Some(work);
     }
 
-    /// Tells of phases that ended at or before a time [ns], and holds what the next one needs.
+    /// Reports phases that ended at or before a time [ns], and keeps what the next one needs.
     fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
         while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
             self.tell_phase(work, phase, out);

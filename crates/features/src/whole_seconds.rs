@@ -4,7 +4,7 @@ use teampulse_core::time::Time;
 
 const NANOS_PER_SEC: i64 = 1_000_000_000;
 
-/// Tells when a whole second of the session's time has passed.
+/// Detects when a whole second of the session's time has passed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WholeSeconds {
     last_tick: Option<Time>,

@@ -103,7 +103,7 @@ impl<T> View<'_, T> {
         self.readings.iter().map(|(secs, _)| *secs).collect()
     }
 
-    /// The share of the readings that are as told [0..1]; 0 without any.
+    /// The share of the readings for which the predicate holds [0..1]; 0 without readings.
     pub(crate) fn share(&self, is: impl Fn(&T) -> bool) -> f64 {
         let count = self.readings.iter().filter(|(_, reading)| is(reading)).count();
         count as f64 / self.readings.len().max(1) as f64

@@ -57,7 +57,7 @@ impl Lived {
         streams
     }
 
-    /// What the sensor's own features told: windows (`w30`), or phases.
+    /// The results of the sensor's own features: windows (`w30`), or phases.
     fn told(&self, leaf: &str) -> Vec<Window<'_>> {
         let (name, statistics) = (living::name(self.sensor), "/statistics/");
         let of_sensor = self.records.iter().filter(|Record { stream, .. }| {
@@ -72,7 +72,7 @@ impl Lived {
         told.collect()
     }
 
-    /// What of the person's last state is told, by name.
+    /// Values of the person's last state, by name.
     fn state(&self) -> BTreeMap<&str, Result<f64, Reason>> {
         let is_state = |record: &&Record| record.stream.name.ends_with("p1/state/w30");
         let last = self.records.iter().rfind(is_state).expect("a state");
@@ -85,7 +85,7 @@ impl Lived {
         last.stream.channels.iter().map(String::as_str).zip(told).collect()
     }
 
-    /// When beats and the like happened that the sensor told of [s].
+    /// The times of the sensor's events, such as beats [s].
     fn events_secs(&self) -> Vec<f64> {
         let name = living::name(self.sensor);
         let of_sensor = self.records.iter().filter(|record| {
@@ -100,7 +100,7 @@ impl Window<'_> {
         self.end_secs - self.values.window_secs >= secs
     }
 
-    /// What is told of the person, without what is told of the signal.
+    /// The results about the person, without those about the signal.
     fn of_person(&self) -> Vec<String> {
         let told = self.channels.iter().zip(&self.values.reasons);
         let told = told.filter(|(_, reason)| **reason == Reason::Ok).map(|(name, _)| name);
@@ -127,9 +127,9 @@ const OF_SIGNAL: [&str; 14] = [
     "PPG_Peaks_N",
 ];
 
-/// What nobody can tell from the signal alone: a thermometer in the air of a warm room from a cold
-/// hand, a wrist at rest from a table, a resting muscle from an electrode in a quiet place, white noise
-/// from the muscles of a clenched jaw (of which only the quality tells).
+/// What the signal alone can't show: a thermometer in the air of a warm room from a cold hand, a wrist at
+/// rest from a table, a resting muscle from an electrode in a quiet place, white noise from the muscles of
+/// a clenched jaw (which shows only in the quality).
 fn can_be_told(sensor: Sensor, what: Fault) -> bool {
     match what {
         Fault::Stuck => sensor != Sensor::Temperature,
@@ -149,7 +149,7 @@ fn assert_others_are_untouched(good: &Lived, bad: &Lived, fault: &str) {
     }
 }
 
-/// A sensor that dies tells nothing more, and of the phase that it has too little.
+/// A sensor that dies reports nothing more, and too little of the phase.
 fn assert_dies(dead: &Lived) {
     let windows = dead.told("w30");
     assert!(windows.iter().all(|told| told.end_secs <= BAD_FROM_SECS));
@@ -162,7 +162,7 @@ fn assert_dies(dead: &Lived) {
     assert!(task.values.reasons.iter().all(|reason| *reason != Reason::Ok));
 }
 
-/// A sensor that comes back tells of how much of each window it was there, and then as before.
+/// A sensor that comes back reports which part of each window it was present, and then works as before.
 fn assert_comes_back(back: &Lived) {
     let windows = back.told("w30");
     assert!(windows.last().is_some_and(|told| told.end_secs > SECS - 2.0));
@@ -205,7 +205,7 @@ fn assert_state_knows(good: &Lived, dead: &Lived) {
     }
 }
 
-/// Nothing is told of a person of whom the sensor does not know any more.
+/// Nothing is reported about a person once the sensor delivers nothing.
 fn assert_nothing_is_made_up(bad: &Lived) {
     let windows = bad.told("w30");
     let inside = |told: &&Window<'_>| told.begins_after(BAD_FROM_SECS + SETTLING_SECS);

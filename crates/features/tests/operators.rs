@@ -25,7 +25,8 @@ const LEVELS: [&str; 3] = ["1-back", "2-back", "3-back"];
 const SENSORS: [Sensor; 3] = [Sensor::Ecg, Sensor::EdaWrist, Sensor::Respiration];
 /// What is needed for the estimates.
 const FAMILIES: [&str; 6] = ["heart", "skin", "breath", "input", "state", "estimates"];
-/// So long each person is watched [s], until the last level is told; and so much is told at once [s].
+/// How long each person is simulated [s], until the last level is reported; and the length of each step
+/// [s].
 const SECS: u32 = 410;
 const CHUNK_SECS: f64 = 0.25;
 

@@ -1,4 +1,4 @@
-//! What holds for every feature that hears several streams of a session, whatever they tell.
+//! Laws for every feature that reads several streams of a session, whatever they contain.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
@@ -21,7 +21,7 @@ const WINDOW_SECS: f64 = 30.0;
 /// One step of a session.
 #[derive(Clone, Debug)]
 enum Step {
-    /// A stream, by its place, tells something with these numbers.
+    /// A reading of a stream, by its place, with these numbers.
     Tells(usize, [f64; 6]),
     Ticks(u16),
 }
@@ -100,7 +100,7 @@ fn number() -> impl Strategy<Value = f64> {
     prop_oneof![prop::num::f64::ANY, 0.0..6.0, 60.0..80.0, Just(f64::NAN)]
 }
 
-/// A baseline in which everyone tells something, and then anything.
+/// A baseline with readings on every stream, and then anything.
 fn steps() -> impl Strategy<Value = Vec<Step>> {
     let count = streams().len();
     let tells = (0..count, prop::array::uniform6(number()));

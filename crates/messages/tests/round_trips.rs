@@ -24,7 +24,7 @@ const OURS: [&str; 6] = [
     msgs::StreamStatus::NAME,
 ];
 
-/// Any moment that a ROS stamp can tell.
+/// Any time that fits a ROS stamp.
 fn moments() -> impl Strategy<Value = Time> {
     (any::<i32>(), 0..1_000_000_000_u32).prop_map(|(secs, nanos)| Time::from_stamp(secs, nanos))
 }

@@ -66,7 +66,7 @@ pub trait Bus: Send + Sync {
         hear: Hear,
     ) -> Result<Box<dyn Client>, BusError>;
 
-    /// The definition of a type, from whoever on the bus can tell it.
+    /// The definition of a type, from any participant that provides it.
     async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError>;
 }
 
@@ -119,8 +119,7 @@ pub struct Reply {
 
 /// The asking end of a service.
 pub trait Client: Send + Sync {
-    /// Sends a request: CDR with its four-byte header, at most once. Whoever answers it tells the
-    /// number.
+    /// Sends a request: CDR with its four-byte header, at most once. Its reply carries the same number.
     fn ask(&self, number: i64, request: &[u8]) -> Result<(), BusError>;
 }
 
@@ -139,7 +138,7 @@ pub trait Publisher: Send + Sync {
     /// Publishes a message: CDR with its four-byte header, at most once, stamped now.
     fn publish(&self, cdr: &[u8]) -> Result<(), BusError>;
 
-    /// The same, stamped as told.
+    /// The same, with a given stamp.
     fn publish_at(&self, cdr: &[u8], stamp: Time) -> Result<(), BusError>;
 
     /// How many subscribers are matched now.
@@ -168,7 +167,7 @@ pub enum Incident {
     /// This machine dropped packets because our receive buffers were full. What reliable publishers
     /// send again is not lost.
     Overflow {
-        /// How many packets since this was told the last time.
+        /// The number of packets since the previous report.
         packets: u64,
     },
     /// One topic is published with two types.
@@ -221,7 +220,7 @@ pub enum BusError {
         /// What the library says.
         reason: String,
     },
-    /// Nobody on the bus tells a definition.
+    /// No participant provides a definition.
     #[error("find the definition of {type_name}: {reason}")]
     Definition {
         /// The type.

@@ -23,7 +23,7 @@ struct Pool {
 
 /// A domain that was joined.
 struct Joined {
-    /// Before `bus`, on which it is told.
+    /// Before `bus`, on which it is reported.
     _clock: Option<Subscription>,
     bus: Arc<dyn Bus>,
 }
@@ -39,8 +39,8 @@ enum Joining {
 }
 
 impl Buses {
-    /// The ROS domains in reach, joined when they are first asked for as a node of this name:
-    /// `teampulse`. Others who ask are told the machine's clock.
+    /// The ROS domains in reach, joined at first use as a node of this name: `teampulse`. Others who probe
+    /// its clock receive the machine's clock.
     pub fn new(environment: Environment, node_name: &str) -> Buses {
         Buses::telling(environment, node_name, Arc::new(clock::wall))
     }

@@ -1,4 +1,4 @@
-//! Asking other computers for their clocks, and telling ours.
+//! Probes of other computers' clocks, and replies with ours.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ const MOST_ASKED: usize = 64;
 /// How many replies wait to be read; of one burst there are fewer.
 const WAITING: usize = 4096;
 
-/// What the time is by a clock that is told to others.
+/// The time of the clock that is reported to others.
 pub type ReadClock = Arc<dyn Fn() -> Time + Send + Sync>;
 
 /// What one exchange with another computer's clock found.
@@ -53,8 +53,8 @@ pub fn tell_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusEr
     bus.serve(&format!("{}/probe_clock", bus.node()), PROBE_CLOCK, Arc::new(answer))
 }
 
-/// Asks all other computers for their clocks, in bursts, until it is dropped; `told` is given what
-/// each exchange found, with the name of the computer. A reply that is lost is just missing.
+/// Probes the clocks of all other computers, in bursts, until it is dropped; `told` is called with the
+/// result of each exchange and the name of the computer. A lost reply is simply missing.
 pub async fn probe_clocks(bus: &dyn Bus, clock: &Clock, mut told: impl FnMut(&str, Exchange)) {
     let mut graph = bus.graph();
     let (sender, mut replies) = mpsc::channel(WAITING);
@@ -84,7 +84,7 @@ type Found = (Gid, Exchange);
 /// The clients by name of their service; `None` for one that the bus would not have.
 type Clients = BTreeMap<String, Option<Box<dyn Client>>>;
 
-/// The names of others' services that tell a clock.
+/// The names of other participants' services that report a clock.
 fn services(graph: &Graph) -> impl Iterator<Item = &String> {
     let others = graph.services.iter().filter(|each| !each.own && each.type_name == PROBE_CLOCK);
     others.map(|service| &service.name).take(MOST_ASKED)
@@ -127,7 +127,7 @@ fn ask(clock: &Clock, clients: &Clients, number: u32) {
     }
 }
 
-/// What a reply tells; `None` for one that can't be right.
+/// The result in a reply; `None` for an impossible one.
 fn exchange(reply: &Reply, arrived: Time) -> Option<Exchange> {
     let Response { sent, received, replied } = Response::decode(&reply.bytes).ok()?;
     let took = arrived.nanos_since(sent);
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use crate::memory::MemoryBus;
 
-    /// Probes for so long; gives what was told.
+    /// Probes for a while; returns the results.
     async fn probed(bus: &dyn Bus, clock: &Clock, secs: u64) -> Vec<(String, Exchange)> {
         let told = Mutex::default();
         let probing = probe_clocks(bus, clock, |computer, exchange| {

@@ -67,10 +67,10 @@ pub struct Participation {
     /// The configuration of Cyclone DDS, as [`configuration`](configuration::configuration)
     /// writes it.
     pub configuration: String,
-    /// How wide ids are in what we tell of our node; `None` is as the first that is heard, and
-    /// until then as since ROS 2 Iron.
+    /// The width of ids in the announcement of our node; `None` takes that of the first announcement
+    /// received, and until then that of ROS 2 Iron and later.
     pub gid_width: Option<GidWidth>,
-    /// Where ROS packages are installed: what tells types that nobody on the bus can tell.
+    /// Where ROS packages are installed: the source of types that no participant provides.
     pub prefixes: Vec<PathBuf>,
 }
 
@@ -180,7 +180,7 @@ impl Bus for CycloneBus {
         let meet = Box::new(move |met| {
             let Met::Incompatible(policy) = met else { return };
             let topic = told.clone();
-            // Without a listener there is nobody to tell.
+            // Without a listener the event is dropped.
             incidents.send(Incident::IncompatibleQos { topic, policy, ours: false }).ok();
         });
         let participant = Arc::clone(&self.site.participant);

@@ -14,7 +14,7 @@ pub struct Graph {
     pub nodes: Vec<String>,
     /// The services that can be asked.
     pub services: Vec<Service>,
-    /// What the computers of participants are called, where they tell it.
+    /// Names of the computers of participants, where announced.
     pub computers: BTreeMap<Participant, String>,
 }
 
@@ -27,8 +27,8 @@ impl Graph {
         of_topic.filter(|each| each.kind == EndpointKind::Publisher)
     }
 
-    /// What the computer behind an endpoint is called: by its host and process where its participant
-    /// tells them, else by its node. Different for each participant.
+    /// The name of the computer behind an endpoint: its host and process where its participant announces
+    /// them, else its node. Different for each participant.
     pub fn computer(&self, of: Gid) -> String {
         let participant = of.participant();
         let known = self.computers.get(&participant);
@@ -58,7 +58,7 @@ pub struct Endpoint {
     pub topic: String,
     /// The ROS type: `nav_msgs/msg/Odometry`.
     pub type_name: String,
-    /// The type hash that it tells; empty when it tells none.
+    /// The announced type hash; empty when there is none.
     pub type_hash: String,
     /// What it offers or asks for.
     pub qos: Qos,

@@ -20,10 +20,10 @@ use network::{Member, Network, Reader, Server, Writer};
 
 /// A participant of a bus in memory.
 ///
-/// It behaves as a participant of a ROS 2 domain does: late joiners are given what is transient
-/// local, what is incompatible does not flow and is told, and nobody hears itself. Messages arrive
-/// before [`Publisher::publish`] returns; deadlines are not watched. A [`Deliver`] must not call
-/// the bus.
+/// It behaves as a participant of a ROS 2 domain does: late joiners receive transient-local messages,
+/// incompatible endpoints do not match and this is reported, and no participant receives its own messages.
+/// Messages arrive before [`Publisher::publish`] returns; deadlines are not watched. A [`Deliver`] must not
+/// call the bus.
 pub struct MemoryBus {
     name: String,
     network: Arc<Network>,

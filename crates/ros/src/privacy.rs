@@ -58,8 +58,8 @@ impl PrivacyFilter {
         may_pass.then_some(Cow::Borrowed(&record.cdr))
     }
 
-    /// Whether the health of a stream may be told; of two types on one topic each has the type behind
-    /// its name.
+    /// Whether the health of a stream may be published; of two types on one topic each has the type
+    /// appended to its name.
     pub(crate) fn publishes_health_of(&self, told_as: &str) -> bool {
         let name = told_as.split(' ').next().unwrap_or_default();
         !self.hidden.contains(name)

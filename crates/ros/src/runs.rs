@@ -1,6 +1,6 @@
 //! Sets of numbers that are mostly consecutive.
 
-/// How many runs are told apart; older ones grow together.
+/// The most runs that are kept separately; older ones are merged.
 const MOST: usize = 64;
 
 /// A set of sequence numbers, kept as its runs.

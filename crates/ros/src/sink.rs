@@ -60,7 +60,7 @@ impl RosSink {
         RosSink { bus, publish, delivery: Delivery::Lossless, clock: false, stamps: None }
     }
 
-    /// The same sink, telling the session's time on `/clock` before each run of samples.
+    /// The same sink, which publishes the session's time on `/clock` before each run of samples.
     #[must_use]
     pub fn with_clock(mut self) -> RosSink {
         self.clock = true;

@@ -127,7 +127,7 @@ struct AlignedTable {
 struct Table {
     file: BufWriter<File>,
     failed: Option<io::Error>,
-    /// Of the times of each stream, as they were told.
+    /// Uncertainty of the times of each stream, as reported.
     uncertainties: Vec<Uncertainties>,
     /// What happened, where the rows are at events.
     events: Option<EventCells>,
@@ -275,7 +275,7 @@ impl Table {
     }
 }
 
-/// The uncertainties of a stream's times, as they were told second by second.
+/// The uncertainties of a stream's times, as reported second by second.
 #[derive(Default)]
 struct Uncertainties(VecDeque<(i64, f64)>);
 
@@ -287,7 +287,7 @@ impl Uncertainties {
         self.0.push_back((at, uncertainty_secs));
     }
 
-    /// What was told last until a time, whatever was told since; before the first, that [s].
+    /// The newest value reported up to a time, ignoring later ones; before the first report, the first [s].
     fn at(&mut self, at: i64) -> f64 {
         while self.0.get(1).is_some_and(|(told, _)| *told <= at) {
             self.0.pop_front();

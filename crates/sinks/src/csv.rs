@@ -60,7 +60,7 @@ impl Csv {
 struct Tables {
     folder: PathBuf,
     by_stream: BTreeMap<StreamId, Table>,
-    /// What the files are called, in small letters: some disks do not tell them from large ones.
+    /// The names of the files in lower case: some file systems ignore case.
     names: BTreeSet<String>,
     /// The streams whose files are open, the one last written to behind.
     open: VecDeque<StreamId>,

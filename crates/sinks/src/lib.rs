@@ -50,7 +50,7 @@ pub struct SinkContext {
     pub damage: Option<String>,
 }
 
-/// Tells those who write beside a bag that it has ended early, and where the recording goes on.
+/// Notifies the sinks that write beside a bag that it has ended early, and where the recording continues.
 #[derive(Clone, Debug, Default)]
 pub struct Ended(Arc<Mutex<Ending>>);
 

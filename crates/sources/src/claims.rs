@@ -31,10 +31,10 @@ pub(crate) enum Rank {
     Named,
 }
 
-/// Where it is told what happens in a session; the session hears that itself.
+/// The topic with the events of a session, which the session itself reads.
 pub(crate) const HAPPENINGS: &str = "/session/events";
 
-/// Whether a topic is one on which sessions of teampulse tell of themselves: a star doesn't mean those.
+/// Whether sessions of teampulse publish about themselves on a topic: a star doesn't match those.
 pub(crate) fn is_of_sessions(topic: &str) -> bool {
     topic == HAPPENINGS || topic.starts_with("/teampulse/")
 }

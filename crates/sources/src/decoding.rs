@@ -61,8 +61,8 @@ impl ObservedChannels {
     }
 }
 
-/// What decodes the messages of a stream and hands them over: stamped by their header, with the
-/// device's own time. What can't be decoded is told once, and counted as lost.
+/// The callback that decodes the messages of a stream and hands them over: stamped by their header, with
+/// the device's own time. Undecodable messages are reported once, and counted as lost.
 pub(crate) fn hear(
     outlet: &Outlet,
     id: StreamId,

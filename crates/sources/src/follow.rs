@@ -34,7 +34,7 @@ use stamped::{Stamped, known_schema};
 const DEPTH: u32 = 2000;
 /// How often it is looked who publishes what after each change: what is said is said at the second look.
 const LOOKS: u32 = 3;
-/// How often counted losses are told, at the latest.
+/// Counted losses are reported at least this often.
 const TELL_LOSSES: Duration = Duration::from_millis(500);
 
 /// Follows the topics of a bus until the session is over, and keeps their messages as they came.
@@ -78,9 +78,9 @@ struct Following<'a> {
     outlet: &'a Outlet,
     kept: Kept,
     followed: BTreeMap<Key, Followed>,
-    /// What was told to be wrong: each thing once.
+    /// Problems that were reported: each once.
     told: BTreeSet<String>,
-    /// The topics that are published from several places, and whether that was told.
+    /// The topics that are published from several places, and whether that was reported.
     several: BTreeMap<Key, bool>,
     places: Places,
     definitions: JoinSet<(Key, Result<Schema, BusError>)>,
@@ -91,7 +91,7 @@ struct Followed {
     stream: Stream,
     stamped: Stamped,
     receivers: Receivers,
-    /// Who was last seen to publish it, and who was told to.
+    /// Its publishers at the last look, and those that were reported.
     publishers: Vec<Gid>,
     published_by: Vec<String>,
     /// `None` when the bus would not have it; not tried again.
@@ -329,7 +329,7 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Hands over what still waits, and tells the last losses.
+    /// Hands over what still waits, and reports the last losses.
     fn close(&mut self) {
         let graph = Arc::clone(&self.bus.graph().borrow());
         for (key, followed) in &self.followed {
@@ -363,7 +363,7 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Tells an incident on a followed topic, once.
+    /// Reports an incident on a followed topic, once.
     fn tell(&mut self, incident: &Incident) {
         let (topic, trouble) = match incident {
             Incident::IncompatibleQos { topic, policy, ours: true } => {

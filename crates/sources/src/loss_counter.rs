@@ -39,8 +39,8 @@ impl LossCounter {
         }
     }
 
-    /// A message arrived: tells whose clock stamps it, and counts what is missing before it. Whether losses
-    /// can be known at all is told when it is first seen or changes.
+    /// A message arrived: reports whose clock stamps it, and counts the messages missing before it. Whether
+    /// losses can be counted at all is reported at the first message and when it changes.
     pub(crate) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
         self.stamping.hear(arrival.publisher, outlet);
         let known = arrival.sequence.is_some();
@@ -61,8 +61,8 @@ impl LossCounter {
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
-    /// A sample was read that has a number of its own: counts what its publisher never had, as it was
-    /// lost on the way there. Told at once, as it is missing right before this sample.
+    /// A numbered sample was read: counts the samples that never reached its publisher as lost. Reported at
+    /// once, as they are missing right before this sample.
     pub(crate) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
         let lost_here = std::mem::take(&mut self.unnumbered);
         let Some(index) = index else { return };
@@ -74,7 +74,7 @@ impl LossCounter {
         }
     }
 
-    /// Tells what was counted since the last time, and returns how much that is.
+    /// Reports the losses counted since the previous call, and returns their number.
     pub(crate) fn tell(&mut self, outlet: &Outlet) -> u64 {
         let untold = std::mem::take(&mut self.untold);
         if untold > 0 {

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use teampulse_ros::graph::Gid;
 
-/// How many publishers are told apart; a topic has a few.
+/// The most publishers that are tracked separately; a topic has a few.
 const MOST: usize = 4096;
 /// A number so little below the newest comes late; one further below begins anew.
 const LATE: u64 = 16;
 
-/// Tells from publishers' own numbers of their samples which never reached them: a device that lost its
-/// radio leaves a jump that the bus knows nothing of.
+/// Finds samples that never reached their publisher, from the publisher's own numbers: a device that lost
+/// its radio link leaves a jump that the bus can't detect.
 #[derive(Debug, Default)]
 pub(crate) struct Numbers(BTreeMap<Gid, Counting>);
 

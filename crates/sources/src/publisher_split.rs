@@ -34,7 +34,7 @@ pub(crate) struct PublisherSplit {
     waiting: VecDeque<Arrival>,
     primary: StreamReceiver,
     beside: Vec<Beside>,
-    /// Who was last told to publish it.
+    /// The publishers that were reported last.
     told: Vec<String>,
     has_refused: bool,
 }
@@ -108,7 +108,8 @@ impl PublisherSplit {
         }
     }
 
-    /// Looks at who is there now; tells who publishes the topic where these are others than before.
+    /// Checks which publishers are present now; reports the publishers of the topic where they have
+    /// changed.
     pub(crate) fn look(&mut self, present: &BTreeSet<Gid>) {
         let now = self.host.now();
         self.publishers.show(present, now);
@@ -123,7 +124,7 @@ impl PublisherSplit {
         self.hand_over(self.host.now());
     }
 
-    /// Tells what was lost since the last time, and returns how much that is.
+    /// Reports the losses since the previous call, and returns their number.
     pub(crate) fn tell_losses(&self) -> u64 {
         let receivers =
             std::iter::once(&self.primary).chain(self.beside.iter().map(|each| &each.receiver));

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use teampulse_core::time::Time;
 use teampulse_ros::graph::Gid;
 
-/// How long it is waited whether the one that was heard has left, before a newcomer is taken for a
-/// second publisher [s]. Whoever restarts leaves and comes at once, and both are told apart.
+/// How long to wait for the departure of the current publisher before a newcomer counts as a second
+/// publisher [s]. A restarted node leaves and joins almost at once, but the two events arrive separately.
 const GOODBYE_SECS: f64 = 0.1;
 /// After how long a silence another takes over [s], and so many times the longest silence before.
 const SILENCE_SECS: f64 = 2.0;
@@ -15,7 +15,7 @@ const SILENCES: f64 = 3.0;
 const SILENCE_OF_ONE_SECS: f64 = 10.0;
 /// How many publishers are kept apart beside the one that is heard.
 pub(crate) const MOST_BESIDE: usize = 8;
-/// How many newcomers wait to be told apart; more are taken for others at once.
+/// The most newcomers that wait for this decision; further ones count as second publishers at once.
 const MOST_NEWCOMERS: usize = 64;
 
 /// The publishers of one topic.
@@ -220,7 +220,7 @@ mod tests {
         let mut publishers = Publishers::default();
         publishers.show(&[A].into(), at(0));
         talk(&mut publishers, A, 0, 2000);
-        // Its first message is here before the bus has told that the other left.
+        // Its first message arrives before the bus has reported that the other one left.
         assert_eq!(publishers.place(B, at(2001)), Place::Unknown);
         publishers.show(&[B].into(), at(2010));
         assert_eq!(publishers.place(B, at(2011)), Place::Heard);

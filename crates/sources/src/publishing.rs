@@ -28,8 +28,7 @@ pub(crate) fn gids<'a>(
     theirs.map(|each| each.gid)
 }
 
-/// What publishers are called: by their computers, and by their own ids where these don't tell them
-/// apart.
+/// The names of publishers: those of their computers, with their own ids where these are not unique.
 pub(crate) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     let computers: BTreeSet<String> = publishers.iter().map(|gid| graph.computer(*gid)).collect();
     if computers.len() == publishers.len() {
@@ -44,8 +43,8 @@ pub(crate) fn who(graph: &Graph, publisher: Gid) -> String {
     format!("{} {publisher}", graph.computer(publisher))
 }
 
-/// Names several computers; `None` where all are processes of one host, which has one clock. Those
-/// that told no host may be one.
+/// Names several computers; `None` where all are processes of one host, which has one clock. Those that
+/// announced no host may be one.
 pub(crate) fn several(computers: &BTreeSet<String>) -> Option<String> {
     let host = |computer: &String| {
         let (host, _) = computer.split_once(" (")?;

@@ -8,7 +8,7 @@ use teampulse_core::stream::StreamId;
 use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
-/// The computer that stamps one stream, told in band before its first message and whenever a message
+/// The computer that stamps one stream, reported in band before its first message and whenever a message
 /// comes from another: where several computers publish a topic, each message is by the clock of its own.
 #[derive(Debug)]
 pub(crate) struct Stamping {
@@ -25,7 +25,7 @@ impl Stamping {
 
     /// A message of this publisher is about to be handed over.
     pub(crate) fn hear(&mut self, publisher: Gid, outlet: &Outlet) {
-        // Computers tell their names some time after they appear.
+        // Computers announce their names some time after they appear.
         let is_named_anew = self.graph.has_changed().unwrap_or(false);
         if self.publisher == Some(publisher) && !is_named_anew {
             return;

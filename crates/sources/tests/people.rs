@@ -204,7 +204,8 @@ async fn what_a_person_does_comes_as_events() {
     assert_eq!((record.stream.signal, record.stream.id.as_str()), (Signal::Event, "p002"));
 }
 
-/// Publishes the ECG so often that a second publisher is told from one that restarts: what these say.
+/// Publishes the ECG often enough that a second publisher is distinguished from a restarted one: how often,
+/// and the faults.
 async fn both_talk(first: &dyn Publisher, second: &dyn Publisher) {
     for k in 0..60 {
         first.publish(&wave(clock::wall(), &[f64::from(k)])).expect("published");

@@ -46,7 +46,7 @@ async fn whose_clock_stamps_a_topic_is_told_before_its_first_message() {
     assert!(told[0].sample.log_time < of(&records, topic)[0].sample.log_time);
 }
 
-/// Whose clock it was told to be that stamps a topic, one after the other.
+/// The computers reported to stamp a topic, in order.
 fn computers(records: &[Record], topic: &str) -> Vec<String> {
     let label = |record: &&Record| match &record.sample.data {
         Data::Event(event) => event.label.strip_prefix(&format!("{topic} ")).map(str::to_owned),

@@ -1,4 +1,4 @@
-//! What happens in a session: told by the study, and by any node on ROS.
+//! Events of a session: from the study, and from any node on ROS.
 
 mod keeper;
 

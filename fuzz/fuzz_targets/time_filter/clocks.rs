@@ -6,7 +6,7 @@ use teampulse_timefilter::clock::{
 
 use crate::bytes::Bytes;
 
-/// How much news waits to be told at most.
+/// The most reports that wait.
 const NEWS: usize = 16;
 
 pub fn drive(bytes: &mut Bytes<'_>) {

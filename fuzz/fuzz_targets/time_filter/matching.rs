@@ -45,7 +45,7 @@ fn settings(bytes: &mut Bytes<'_>) -> ApproximateSettings {
     }
 }
 
-/// The messages of which it was told.
+/// The messages that were reported to it.
 struct Counts {
     topics: usize,
     messages: usize,

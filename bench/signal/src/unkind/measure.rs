@@ -23,7 +23,7 @@ struct Outcome {
     windows: usize,
     /// Above the trusted quality, and wrong.
     confidently_wrong: usize,
-    /// That a correct detector can tell, and that were told right.
+    /// Windows that a correct detector can measure, and those that were measured correctly.
     fair: usize,
     told: usize,
     /// The longest time after a glitch until beats were found again [s].

@@ -30,7 +30,7 @@ pub struct Unkind {
     pub beats_secs: Vec<f64>,
     /// When something hid the heart for a moment [s].
     pub glitches_secs: Vec<(f64, f64)>,
-    /// Whether a correct detector can tell its rate.
+    /// Whether a correct detector can find its rate.
     pub is_fair: bool,
 }
 

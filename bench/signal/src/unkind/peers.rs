@@ -8,7 +8,7 @@ use std::path::Path;
 use super::windows::{How, Window, rate_per_min};
 use super::{Seeds, Unkind};
 
-/// So many programs must tell a window right to say that it can be told.
+/// A window counts as measurable if at least this many programs measure it correctly.
 const AGREEING: usize = 2;
 
 /// Writes signals as little-endian numbers, and a table of what they are.
@@ -52,7 +52,7 @@ impl Peers {
         Ok(Peers { beats, tallies: BTreeMap::new() })
     }
 
-    /// Whether peers tell the rate of a window; `None` without peers.
+    /// Whether peers find the rate of a window; `None` without peers.
     pub fn can_tell(&mut self, made: &Unkind, number: usize, window: &Window) -> Option<bool> {
         let mut agreeing = 0;
         for (name, beats) in self.beats.get(&number)? {

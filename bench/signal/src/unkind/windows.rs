@@ -1,4 +1,4 @@
-//! What windows of an unkind signal tell, beside the truth.
+//! Results for windows of an unkind signal, beside the truth.
 
 use teampulse_signal::analysis::{Causal, Event, Recording, Span, Windows};
 use teampulse_signal::error::SignalError;
@@ -22,10 +22,10 @@ pub enum How {
 
 /// What is known of one window.
 pub struct Window {
-    /// Whether a rate was told, rather than a reason.
+    /// Whether a rate was given, rather than a reason.
     pub is_told: bool,
     pub quality: f64,
-    /// Whether the rate, told or that of the beats, is within 10 %.
+    /// Whether the rate, reported or that of the beats, is within 10 %.
     pub is_right: bool,
     pub rate_per_min: f64,
     pub true_per_min: f64,

@@ -42,7 +42,7 @@ pub struct Bars {
     pub coverage: f64,
     /// What is stated in the median, as a multiple of the 95th percentile.
     pub wide: f64,
-    /// Within how long the news must be told [s of data].
+    /// The longest allowed delay of a report [s of data].
     pub told_secs: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct Session {
     pub packets: Vec<Packet>,
     /// Exchanges with the computer's clock, in order.
     pub probes: Vec<Probe>,
-    /// What happened to the clock: what must be told, and nothing else.
+    /// Incidents of the clock: these must be reported, and nothing else.
     pub happened: Vec<Happened>,
     /// The nominal rate of packets [Hz].
     pub packet_hz: f64,
@@ -111,7 +111,7 @@ pub struct Happened {
 pub enum What {
     /// It was set.
     Set,
-    /// It was set, or is off, by little: that may be told or not.
+    /// It was set, or is off, by a small amount: a report is optional.
     MayBeTold,
     /// It is known from the start that its rate is not the declared one.
     WrongRate,

@@ -18,13 +18,13 @@ use crate::output;
 use crate::study::Study;
 use signals::{Recorded, Span, Wanted, record};
 
-/// A latency that is known no better than this is not worth writing down [s].
+/// A latency with a larger uncertainty is not written down [s].
 const WORST_SECS: f64 = 0.1;
 
 /// Finds a device's fixed latency from an event that two streams of a bag saw.
 ///
-/// Record a session in which you tap the device, press a button or switch a light a few times, at
-/// uneven intervals of some seconds, so that a stream whose times are right sees it as well.
+/// Record a session in which you tap the device, press a button or switch a light a few times, at uneven
+/// intervals of some seconds, so that a stream with correct times records it as well.
 ///
 /// The lag is how much later the stream shows the events than the reference, by their corrected
 /// times. The device's latency is the one that it was recorded with plus the lag.
@@ -32,23 +32,23 @@ const WORST_SECS: f64 = 0.1;
 pub struct Calibrate {
     /// The bag's folder, or one of its .mcap files
     bag: PathBuf,
-    /// The stream whose times are right; behind a colon one of its channels, a field of its
-    /// messages, or the label of its events
+    /// The stream with correct times; after a colon one of its channels, a field of its messages, or the
+    /// label of its events
     #[arg(long, value_name = "STREAM[:CHANNEL]")]
     reference: Wanted,
     /// The stream of the device
     #[arg(long, value_name = "STREAM[:CHANNEL]")]
     stream: Wanted,
-    /// Begins so many seconds after the bag does
+    /// Begins this many seconds after the start of the bag
     #[arg(long, value_name = "SECS", value_parser = some_seconds)]
     from: Option<f64>,
-    /// Ends so many seconds after the bag begins
+    /// Ends this many seconds after the start of the bag
     #[arg(long, value_name = "SECS", value_parser = some_seconds)]
     to: Option<f64>,
-    /// The longest lag that is looked for, either way, at most 60 s
+    /// The longest lag to search for, in either direction, at most 60 s
     #[arg(long, value_name = "SECS", default_value = "1", value_parser = lag_seconds)]
     max_lag: f64,
-    /// What the study calls the device; without it as the stream does
+    /// The name of the device in the study; by default the one in the stream
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
     /// Writes the latency into this study
@@ -59,27 +59,27 @@ pub struct Calibrate {
     json: bool,
 }
 
-/// What is told.
+/// The result.
 #[derive(Debug, Serialize)]
 struct CalibrationReport {
     reference: String,
     stream: String,
     lag_secs: f64,
-    /// Of the lag, and so of the latency: half the width of the 95 % interval.
+    /// The uncertainty of the lag, and so of the latency: half the width of the 95 % interval.
     uncertainty_secs: f64,
     events: usize,
     correlation: f64,
     next_correlation: f64,
     device: String,
-    /// The latency that the device was recorded with.
+    /// The latency assumed during the recording.
     recorded_latency_secs: f64,
     latency_secs: f64,
-    /// Why it should not be relied on; null when there is no reason.
+    /// Why the result is doubtful; null when it is not.
     doubt: Option<String>,
 }
 
 impl Calibrate {
-    /// Does it.
+    /// Runs the command.
     pub fn run(self) -> Result<Exit, Failure> {
         let bag = open(&self.bag)?;
         warn_of_damage(&bag);
@@ -97,7 +97,9 @@ impl Calibrate {
         match (&report.doubt, &self.write) {
             (Some(doubt), Some(study)) => {
                 return Err(Failure::new(format!("{} is left as it is: {doubt}", study.display()))
-                    .hint("record more events, apart from other motion, or give --from and --to"));
+                    .hint(
+                        "record more events, separate from other motion, or give --from and --to",
+                    ));
             }
             (Some(doubt), None) => output::note(format!("warning: {doubt}")),
             (None, Some(study)) => write(study, &report)?,
@@ -120,7 +122,7 @@ impl Calibrate {
         let device = self.device.clone().unwrap_or(recorded_as);
         let recorded_latency_secs = in_force.unwrap_or(0.0);
         let latency_secs = recorded_latency_secs + found.lag_secs;
-        // A latency of about none may come out as a little less.
+        // A latency near zero may be estimated slightly below zero.
         let is_none = latency_secs < 0.0 && -latency_secs <= found.uncertainty_secs;
         Ok(CalibrationReport {
             reference: self.reference.to_string(),
@@ -138,11 +140,11 @@ impl Calibrate {
     }
 }
 
-/// Why a result should not be relied on.
+/// Why a result is doubtful.
 fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
     if !found.is_trustworthy() {
         let share = 100.0 * found.correlation;
-        return Some(format!("the streams agree in few events only (correlation {share:.0} %)"));
+        return Some(format!("the streams agree on few events only (correlation {share:.0} %)"));
     }
     if found.uncertainty_secs > WORST_SECS {
         let uncertainty_ms = 1e3 * found.uncertainty_secs;
@@ -152,8 +154,8 @@ fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
     (latency_secs < 0.0).then(|| message.to_owned())
 }
 
-/// The latency of a device that the session took off: that of its study, else of the known devices,
-/// else that of Bluetooth.
+/// The latency that the session subtracted for a device: that of its study, else of the table of known
+/// devices, else that of Bluetooth.
 fn latency_in_force(bag: &Bag, device: &str) -> Result<f64, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
@@ -190,7 +192,7 @@ impl CalibrationReport {
     }
 }
 
-/// Writes the latency into a study, which must be one before and after.
+/// Writes the latency into a study, which must be valid before and after.
 fn write(path: &Path, report: &CalibrationReport) -> Result<(), Failure> {
     let shown = path.display();
     let unreadable = |error| Failure::to(format!("read the study {shown}: {error}"));

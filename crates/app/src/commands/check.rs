@@ -30,16 +30,16 @@ use crate::study::Study;
 
 use heard::{Heard, Listener};
 
-/// What a study lacks that names nothing to watch.
+/// The error of a study without sources.
 const NOTHING: &str =
     "[[sources]]: the study names nothing to watch; `teampulse scan` shows lines to paste";
 
-/// Says go or no-go before a recording.
+/// Reports go or no-go before a recording.
 ///
-/// Reads the study, listens to everything in it for a while without recording, and holds each robot
-/// against the robot profile. It is no-go where something required is missing, where two publish what
-/// one person's sensor measures, and where nobody is there: neither a robot nor a person that the study
-/// watches. Robots that are there and that the study does not name are listed, too.
+/// Reads the study, receives everything in it for a while without recording, and compares each robot with
+/// the robot profile. The result is no-go where a required stream is missing, where two devices publish the
+/// same signal of one person, and where neither a robot nor a person of the study is present. Robots that
+/// are present but not named in the study are listed, too.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -47,13 +47,13 @@ pub struct Check {
     /// How long to listen
     #[arg(long, value_name = "SECS", default_value = "6", value_parser = seconds)]
     seconds: f64,
-    /// Where the bag would be made
+    /// Where the bag would be created
     #[arg(long, value_name = "DIR", default_value = "sessions")]
     out: PathBuf,
 }
 
 impl Check {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
@@ -115,7 +115,7 @@ impl Check {
     }
 }
 
-/// Listens to a study's sources.
+/// Receives from a study's sources.
 async fn listen(setup: Setup, sources: Sources, duration_secs: f64) -> Result<Heard, Failure> {
     let listener = Listener::default();
     let parts = Parts { sources, features: Vec::new(), sinks: vec![Box::new(listener.clone())] };
@@ -153,7 +153,7 @@ fn robot_line(robot: &Robot) -> String {
     format!("robot    {}  {verdict}: {}", robot.id, findings.collect::<Vec<_>>().join(", "))
 }
 
-/// The fields that the study reads, of topics that do not have them.
+/// The fields that the study reads and its topics lack.
 fn missing_fields(wanted: &[Robots], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
     let mut missing = Vec::new();
     for field in wanted.iter().flat_map(Robots::fields) {
@@ -166,7 +166,7 @@ fn missing_fields(wanted: &[Robots], heard: &[(Arc<Stream>, StreamStatus)]) -> V
     missing
 }
 
-/// Whether any stream of the robots that are wanted was heard of.
+/// Whether any stream of the wanted robots was received.
 fn is_there(wanted: &Robots, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
     heard.iter().any(|(stream, _)| stream.about == About::Robot && wanted.describe(stream))
 }
@@ -175,7 +175,7 @@ fn no_robot(wanted: &Robots) -> String {
     format!("no robot matches {}", wanted.namespace)
 }
 
-/// Whether any stream of the people that are wanted was heard of.
+/// Whether any stream of the wanted people was received.
 fn are_there(wanted: &People, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
     heard.iter().any(|(stream, _)| wanted.describe(stream))
 }
@@ -184,14 +184,14 @@ fn no_person(wanted: &People) -> String {
     format!("no person matches {}", wanted.namespace.text())
 }
 
-/// That not one stream was heard of, where the study watches topics by name.
+/// The error that no stream was received although the study names topics.
 fn nothing(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Option<String> {
     let by_name = kinds.iter().any(|kind| kind == "topics");
     let is_nothing = by_name && heard.is_empty();
-    is_nothing.then(|| "any topic: nothing that the study names is published".to_owned())
+    is_nothing.then(|| "any topic: no topic of the study is published".to_owned())
 }
 
-/// Who is there, and how many streams there are of each.
+/// The people and robots that are present, with the number of their streams.
 fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = String> {
     let mut people = BTreeMap::<&str, usize>::new();
     for (stream, _) in heard.iter().filter(|(stream, _)| stream.about == About::Person) {
@@ -200,12 +200,12 @@ fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = S
     people.into_iter().map(|(id, count)| format!("person   {id}  {count} streams"))
 }
 
-/// Whether there is no go without robots.
+/// Whether missing robots are a no-go.
 fn requires(wanted: &Robots) -> bool {
     !(wanted.required.is_empty() && wanted.robots.is_empty())
 }
 
-/// What the study requires of robots and they do not offer.
+/// What the study requires of robots and they do not provide.
 fn missing(wanted: &[Robots], robots: &[Robot]) -> Vec<String> {
     let mut missing = Vec::new();
     for wanted in wanted {

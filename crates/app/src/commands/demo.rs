@@ -22,35 +22,36 @@ use crate::output::say;
 use crate::setup::{Setup, Sources};
 use crate::study::Study;
 
-/// The study of the demo, as it stands in `studies/`.
+/// The study of the demo, as in `studies/`.
 const STUDY: &str = include_str!("../../../../studies/demo.toml");
-/// The ROS domain of the demo, far from those that people use; where another demo has it, one of those
-/// that follow.
+/// The ROS domain of the demo, away from those in common use; where another demo uses it, one of the
+/// following domains.
 const DOMAIN: u32 = 77;
-/// The last of them. Beyond 101 the ports of a domain are those that systems hand out.
+/// The last domain of a demo. Above 101, the ports of a domain overlap with the ephemeral ports of the
+/// system.
 const LAST_DOMAIN: u32 = 101;
 
-/// Shows everything at once: a simulated operator with five robots in a process of their own, on real
-/// ROS 2 topics, monitored and recorded.
+/// Shows everything at once: a simulated operator and five robots in a separate process, on real ROS 2
+/// topics, monitored and recorded.
 ///
-/// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while
-/// one after another robot has its trouble. Stays on this machine (loopback, ROS domain 77, or the next that
-/// no other demo on this machine has).
+/// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while one
+/// robot after another gets into trouble. Stays on this machine (loopback, ROS domain 77, or the next one
+/// that no other demo on this machine uses).
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// Ends by itself after so many seconds; without it on Ctrl-C or `q`
+    /// Ends by itself after this many seconds; by default on Ctrl-C or `q`
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     duration: Option<f64>,
-    /// Where the bag's folder is made
+    /// Where to create the bag's folder
     #[arg(long, value_name = "DIR", default_value = "sessions")]
     out: PathBuf,
-    /// The seed of all that is random
+    /// The seed of all random numbers
     #[arg(long, default_value = "1")]
     seed: u64,
 }
 
 impl Demo {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::parse(Path::new("studies/demo.toml"), STUDY.to_owned())?;
         let taken = take_domain("teampulse_demo").ok_or_else(|| {
@@ -66,7 +67,7 @@ impl Demo {
             started.map_err(|error| Failure::to(format!("start the simulator: {error}")))?;
         say(format!(
             "a simulated operator and five robots publish on ROS 2 domain {domain} of this machine;\n\
-             from the second minute on there is work to do, and something goes wrong;\n\
+             from the second minute on the robots need attention;\n\
              a letter sets a marker, q ends;\n\
              its topics, from another terminal with ROS 2:\n  {}\n",
             topics_command(domain)
@@ -76,30 +77,31 @@ impl Demo {
         let simulator = Simulator { seed: self.seed, domain, process: Arc::clone(&process) };
         let beside: Sources = vec![("simulator".into(), Box::new(simulator))];
         let ended = watch(setup, beside, self.duration, self.out).await;
-        // Last of all, or the end of the session would show a team that falls silent.
+        // Stopped last, or the end of the session would show a team that falls silent.
         end(process.try_lock().ok().and_then(|mut process| process.take())).await;
         ended
     }
 }
 
-/// A ROS domain that this demo has for itself among the demos of this machine.
+/// A ROS domain that no other demo on this machine uses.
 struct Taken {
     domain: u32,
-    /// Holds a name for as long as this process lives: in the network of this machine, as DDS is.
+    /// Reserves a name for the lifetime of this process, in the network namespace of this machine, like
+    /// DDS.
     _holds: Option<UnixListener>,
 }
 
-/// Takes the first domain that no other demo has; `None` where all are taken.
+/// Takes the first domain that no other demo uses; `None` where all are taken.
 fn take_domain(prefix: &str) -> Option<Taken> {
     (DOMAIN..=LAST_DOMAIN).find_map(|domain| match hold(&format!("{prefix}_{domain}")) {
         Ok(holds) => Some(Taken { domain, _holds: Some(holds) }),
         Err(error) if error.kind() == ErrorKind::AddrInUse => None,
-        // Where no such name can be held, two demos may meet.
+        // Where such names are not supported, two demos may share a domain.
         Err(_) => Some(Taken { domain, _holds: None }),
     })
 }
 
-/// Holds a name that goes with this process, however it ends.
+/// Reserves a name that is released with this process, however it ends.
 #[cfg(target_os = "linux")]
 fn hold(name: &str) -> std::io::Result<UnixListener> {
     use std::os::linux::net::SocketAddrExt;
@@ -112,19 +114,19 @@ fn hold(_: &str) -> std::io::Result<UnixListener> {
     Err(ErrorKind::Unsupported.into())
 }
 
-/// What shows the topics of a domain that stays on this machine with the tools of ROS 2. Without the
-/// daemon, which has joined the domain of whoever asked first.
+/// The command that lists the topics of a local domain with the tools of ROS 2. Without the daemon, which
+/// belongs to the domain of whoever started it.
 fn topics_command(domain: u32) -> String {
     format!(
         "ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ros2 topic list --no-daemon"
     )
 }
 
-/// The process with the operator and the robots: says when it dies, and is then started again.
+/// The process with the operator and the robots; restarted if it dies, with a fault.
 struct Simulator {
     seed: u64,
     domain: u32,
-    /// `None` while none runs. Held by whoever waits for its end.
+    /// `None` while no process runs. Locked while waiting for its end.
     process: Arc<Mutex<Option<Child>>>,
 }
 
@@ -157,11 +159,10 @@ async fn end(simulator: Option<Child>) {
     }
 }
 
-/// Starts this program once more, as the operator and the robots; it reads the study from its standard
-/// input.
+/// Starts this program again as the operator and the robots; it reads the study from its standard input.
 ///
-/// Ctrl-C in the terminal does not reach it: it lives until it is ended here, or, by the kernel, with
-/// this process: with the thread that starts it, to be exact, and all that do live as long.
+/// Ctrl-C in the terminal does not reach it: it lives until it is ended here or, by the kernel, with the
+/// thread that started it, and all threads that do so live as long as this process.
 async fn start_simulator(seed: u64, domain: u32) -> std::io::Result<Child> {
     let mut simulator = Command::new(std::env::current_exe()?)
         .args(["simulate", "-", "--with-parent", &std::process::id().to_string()])
@@ -185,7 +186,7 @@ mod tests {
 
     #[test]
     fn demos_on_one_machine_have_a_domain_each() {
-        // Names of this test's own: a demo may run beside it.
+        // Names of this test only: a demo may run beside it.
         let prefix = format!("teampulse_test_{}", std::process::id());
         let domain = |taken: &Option<Taken>| taken.as_ref().map(|taken| taken.domain);
         let first = take_domain(&prefix);

@@ -1,4 +1,4 @@
-//! `teampulse export`: hands a bag's contents out as tables.
+//! `teampulse export`: exports a bag as tables.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,18 +23,16 @@ use crate::failure::Failure;
 use crate::output;
 use crate::recorded::read_through;
 
-/// Hands a bag's contents out as tables: one file for each stream, or one of many streams at common
-/// times.
+/// Exports a bag as tables: one file for each stream, or one table of many streams at common times.
 ///
-/// In the table at common times each stream has its numbers and three columns more: the age of the
-/// newest sample that they come from (negative when that was measured after the row's time, as
-/// between two samples), what they are worth, and half the width of the interval that holds their
-/// true time with a probability of 95 %.
+/// In the table at common times each stream has its numbers and three more columns: the age of the newest
+/// sample used (negative where it was measured after the row's time, as in interpolation), its validity,
+/// and half the width of the interval that contains the true time with a probability of 95 %.
 ///
-/// They are `fresh` (as the policy asks for), `held` (the last value, not too old), `stale` (the
-/// last value, too old or of a silent stream), `gap` (samples too far apart), `missing` (no sample
-/// yet, or none near), or `late` (it came after its row). Without --policy it is linear:1s. Rows
-/// wait for a silent stream as long as its policy reaches back, two seconds at least.
+/// The validity is `fresh` (as the policy asks for), `held` (the last value, not too old), `stale` (the
+/// last value, too old or of a silent stream), `gap` (samples too far apart), `missing` (no sample yet, or
+/// none near), or `late` (it arrived after its row). The default policy is linear:1s. Rows wait for a
+/// silent stream as long as its policy reaches back, at least two seconds.
 #[derive(Debug, Args)]
 pub struct Export {
     /// The bag's folder, or one of its .mcap files
@@ -42,22 +40,22 @@ pub struct Export {
     /// The kind of table
     #[arg(long, value_enum, default_value = "csv")]
     format: Format,
-    /// Where the tables are written; without it beside the bag
+    /// Where to write the tables; by default beside the bag
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// One table of several streams instead, so many rows a second
+    /// One table of several streams, with this many rows a second
     #[arg(long, value_name = "HZ", value_parser = rate, group = "times")]
     grid: Option<f64>,
-    /// One table of several streams instead, a row for each sample of this one, or for each event
+    /// One table of several streams, with a row for each sample of this one, or for each event
     #[arg(long, value_name = "STREAM", group = "times")]
     pivot: Option<String>,
-    /// How values at a row's time are made: exact, nearest:TIME, hold:TIME, linear:TIME (the most
-    /// between two samples), or mean, min, max, last or count over the time before the row; for
-    /// all streams, or for some as in `/robot*/odom=hold:2s`
+    /// How to compute the value at a row's time: exact, nearest:TIME, hold:TIME, linear:TIME (the largest
+    /// gap between two samples), or mean, min, max, last or count over the time before the row; for all
+    /// streams, or for some as in `/robot*/odom=hold:2s`
     #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule, requires = "times")]
     policy: Vec<Rule>,
-    /// Which streams stand in that table, as in `/robot*/odom` or `/**` for all that have numbers; without
-    /// it those that were recorded, and nothing that was computed from them
+    /// The streams of that table, as in `/robot*/odom` or `/**` for all with numbers; by default all raw
+    /// streams
     #[arg(long, value_name = "STREAM", value_parser = Pattern::parse, requires = "times")]
     stream: Vec<Pattern>,
 }
@@ -68,24 +66,24 @@ enum Format {
     Csv,
 }
 
-/// A policy, for the streams of a pattern or for all.
+/// A policy, for all streams or for those that match a pattern.
 #[derive(Clone, Debug)]
 struct Rule {
     streams: Option<Pattern>,
     policy: Policy,
 }
 
-/// What is done where no rule says anything else.
+/// The default policy.
 const POLICY: Policy = Policy::Linear { max_gap_nanos: 1_000_000_000 };
 
-/// The most numbers that are taken of a message that nobody has described.
+/// The most numbers that are read from a message without a description.
 const MOST_CHANNELS: usize = 64;
 
-/// What the one table is called.
+/// The name of the single table.
 const TABLE: &str = "aligned.csv";
 
 impl Export {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let bag = Arc::new(open(&self.bag)?);
         warn_of_damage(&bag);
@@ -116,7 +114,7 @@ impl Export {
         Ok(exit)
     }
 
-    /// Onto which times streams are to be aligned, if they are.
+    /// The times to which streams are aligned, if any.
     fn onto(&self) -> Option<Onto> {
         let period_nanos = |hz: f64| (1e9 / hz).round() as i64;
         let grid = self.grid.map(|hz| Onto::Grid { period_nanos: period_nanos(hz) });
@@ -154,7 +152,7 @@ impl Export {
         ))
     }
 
-    /// A rule that names no stream is a mistake.
+    /// A policy that matches no stream is a mistake.
     fn each_rule_names_some(&self, streams: &[Stream]) -> Result<(), Failure> {
         let named = self.policy.iter().filter_map(|rule| rule.streams.as_ref());
         let idle = |pattern: &&Pattern| !streams.iter().any(|each| pattern.matches(&each.name));
@@ -174,8 +172,8 @@ impl Export {
         is_pivot || named || (self.stream.is_empty() && stream.origin == Origin::Raw)
     }
 
-    /// A stream with its numbers as channels; `None` when there are none. Events are the rows of a table,
-    /// and never cells of it.
+    /// A stream with its numbers as channels; `None` without numbers. Events become rows of the table,
+    /// never cells.
     fn with_numbers(&self, stream: &Stream) -> Option<Stream> {
         let is_pivot = self.pivot.as_ref() == Some(&stream.name);
         if is_pivot && stream.shape == Shape::Event {
@@ -184,7 +182,7 @@ impl Export {
         with_numbers(stream)
     }
 
-    /// The last rule that names the stream, else the last for all.
+    /// The last policy that matches the stream, else the last one for all.
     fn policy_of(&self, stream: &Stream) -> Policy {
         let mut rules = self.policy.iter().rev();
         let named = |rule: &&Rule| {
@@ -195,8 +193,8 @@ impl Export {
     }
 }
 
-/// A stream with its numbers as channels: of messages of which none are named, all that there are;
-/// `None` when there are none.
+/// A stream with its numbers as channels: all numbers of a message where none are named; `None` without
+/// numbers.
 fn with_numbers(stream: &Stream) -> Option<Stream> {
     let mut stream = stream.clone();
     if let (Shape::Message(schema), true) = (&stream.shape, stream.channels.is_empty()) {

@@ -35,24 +35,24 @@ use report::{Report, Score};
 use table::{TableError, is_raw};
 use windows::{Lengths, Windows};
 
-/// Events count as found within these distances of the true ones [s]: the usual one of beats, and one
-/// that their intervals need.
+/// Events count as found within these distances of the true ones [s]: the usual tolerance for beats, and
+/// one that is fine enough for their intervals.
 const TOLERANCES_SECS: [f64; 2] = [0.15, 0.05];
-/// More cells are not held at once: half a gigabyte, of which an analysis needs a few.
+/// The most cells that are held at once: half a gigabyte, of which an analysis needs several copies.
 const MOST_CELLS: usize = 1 << 26;
 
-/// Samples last as long as their times say where the difference is less than this share of it.
+/// The duration by sample count and the one by times agree if they differ by less than this share.
 const MOST_ASTRAY: f64 = 0.005;
 
-/// Finds events, and features of windows, in any table of samples.
+/// Finds events, and computes features of windows, in any table of samples.
 ///
-/// A table has a number a line, or columns between commas, semicolons, bars, tabs or spaces, with decimal
-/// points or commas, with or without a line of names. Files of Empatica (E4, Embrace Plus), Shimmer (Consensys)
-/// and Polar Sensor Logger are known, as are comments that tell the sampling rate, units below
-/// or beside names, and times in s, ms, us, ns, as dates (also Excel's), or as minutes and seconds.
+/// A table has one number a line, or columns separated by commas, semicolons, bars, tabs or spaces, with
+/// decimal points or commas, with or without a header. Files of Empatica (E4, Embrace Plus), Shimmer
+/// (Consensys) and Polar Sensor Logger are supported, as are comments that state the sampling rate, units
+/// below or beside names, and times in s, ms, us, ns, as dates (also Excel's), or as minutes and seconds.
 ///
-/// Every number comes with the recipe that it was computed by; where one would mean nothing, the reason
-/// stands instead.
+/// Every number comes with the recipe that it was computed by. Where a number would be meaningless, the
+/// reason is given instead.
 #[derive(Debug, Args)]
 pub struct Extract {
     /// The table; - is standard input
@@ -62,30 +62,30 @@ pub struct Extract {
     signal: Signal,
     #[command(flatten)]
     table: TableArgs,
-    /// The frequency of the mains, whose hum is taken out of an ECG; without it the one that is heard in it
+    /// The mains frequency to remove from an ECG; by default detected in the signal
     #[arg(long, value_name = "HZ", value_parser = mains)]
     mains: Option<f64>,
-    /// Length of a window; without it one window holds all
+    /// Length of a window; by default one window for the whole recording
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     window: Option<f64>,
-    /// From the beginning of a window to that of the next; without it a window's length
+    /// Time between the starts of successive windows; by default a window's length
     #[arg(long, value_name = "SECS", value_parser = seconds, requires = "window")]
     hop: Option<f64>,
-    /// Whether samples are judged as they come, as live, or with all of the recording in view
+    /// Causal analysis, as live, or analysis with the whole recording in view
     #[arg(long, default_value = "whole")]
     method: Method,
-    /// How skin conductance is split into its slow and its fast part in whole recordings; without it
+    /// How to split skin conductance into tonic and phasic components in whole recordings; by default
     /// high-pass
     #[arg(long, value_name = "METHOD")]
     phasic: Option<analyses::Phasic>,
-    /// What is done about artefacts in a table of intervals; without it they are kept. Those of an ECG
-    /// or a PPG are corrected
+    /// How to treat artefacts in a table of intervals; by default they are kept. Intervals of an ECG or a
+    /// PPG are corrected
     #[arg(long, value_name = "WHAT")]
     artefacts: Option<analyses::Artefacts>,
-    /// A table of true events (column `sample`, or `time_secs`) to score the found ones against
+    /// A table of true events (column `sample`, or `time_secs`) to score the detected ones against
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Prints the events as a table with commas, instead of the features
+    /// Prints the events as comma-separated values, instead of the features
     #[arg(long, conflicts_with = "json")]
     events: bool,
     /// Prints one JSON object
@@ -96,14 +96,14 @@ pub struct Extract {
 /// How a recording is analysed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    /// As live: each sample with those before it
+    /// Each sample with those before it, as live
     Causal,
     /// Each sample with those before and after it
     Whole,
 }
 
 impl Extract {
-    /// Does it.
+    /// Runs the command.
     pub fn run(self) -> Result<Exit, Failure> {
         let table = self.table.open(&self.file, self.signal)?;
         self.check(&table)?;
@@ -148,7 +148,7 @@ impl Extract {
         Ok(Exit::Fine)
     }
 
-    /// Whether what was asked for fits together.
+    /// Checks that the options fit together.
     fn check(&self, table: &Table) -> Result<(), Failure> {
         let wrong = |message: String, hint: &str| {
             Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
@@ -160,14 +160,14 @@ impl Extract {
         }
         if self.phasic.is_some() && (self.signal != Signal::Eda || self.method == Method::Causal) {
             let message = "--phasic is for --signal eda with --method whole".to_owned();
-            return wrong(message, "causally, skin conductance is split by a filter of its own");
+            return wrong(message, "a causal analysis splits skin conductance by its own filter");
         }
         if self.artefacts.is_some() && self.signal != Signal::Interval {
             let message = "--artefacts is for --signal interval".to_owned();
             return wrong(message, "those of an ECG or a PPG are corrected");
         }
         if self.truth.is_some() && self.signal.main_event().is_none() {
-            return wrong(format!("{word} has no events to score"), "leave --truth out");
+            return wrong(format!("{word} has no events to score"), "remove --truth");
         }
         Ok(())
     }
@@ -219,7 +219,7 @@ impl Extract {
         let live = Live::new(make, rate_hz, channels, &window_ns, hop_ns);
         let live = live.map_err(|error| analyses::failure(signal, error))?;
         let live = live.first_after(lengths.map_or(1, Lengths::first_ns));
-        // Intervals begin before the first one is told.
+        // Intervals begin before the first one is reported.
         Ok(if signal.is_even() { live } else { live.beginning_at(rows.times().begin_ns()) })
     }
 
@@ -230,7 +230,7 @@ impl Extract {
         found: &mut Found,
     ) -> Result<(), Failure> {
         let mut channels = vec![Vec::new(); rows.table().names().len()];
-        // When each interval ended, after the beginning [s].
+        // The end of each interval, after the beginning [s].
         let mut ends_secs = Vec::new();
         let rate_hz = if self.signal.is_even() { rows.table().rate_hz() } else { 0.0 };
         let mut cadence = Cadence::new(rate_hz);
@@ -298,14 +298,13 @@ impl Extract {
     }
 }
 
-/// Says where samples, one after the other, last longer or shorter than their times say [s].
+/// Notes where the sampling rate and the times give different durations [s].
 fn compare(rows: &Rows, by_rate_secs: f64, found: &mut Found) {
     let by_times_secs = rows.times().end_ns().saturating_sub(rows.times().begin_ns()) as f64 / 1e9;
     if (by_rate_secs - by_times_secs).abs() > MOST_ASTRAY * by_times_secs {
         let rate_hz = rows.table().rate_hz();
         found.note(format!(
-            "at {rate_hz} Hz the samples last {by_rate_secs:.1} s, by their times {by_times_secs:.1} s: events \
-             lie where the rate puts them; --method causal follows the times"
+            "at {rate_hz} Hz the samples last {by_rate_secs:.1} s, by their times {by_times_secs:.1} s: events are placed by the rate; --method causal follows the times"
         ));
     }
 }

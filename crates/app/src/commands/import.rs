@@ -1,4 +1,4 @@
-//! `teampulse import`: other people's recordings become bags of teampulse.
+//! `teampulse import`: converts recordings of other programs to bags of teampulse.
 
 mod kind;
 mod report;
@@ -31,20 +31,20 @@ use crate::study::Study;
 use kind::{Kind, tables_in};
 use tables::{Asked, Tables};
 
-/// Makes bags of teampulse of other people's recordings, with all that it computes.
+/// Converts recordings of other programs to bags of teampulse, with all computed features.
 ///
-/// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a bag of its own. Tables of
-/// samples, as `extract` reads them, become one bag about one person, a stream each; of a folder of Empatica's
-/// E4 or of Polar Sensor Logger all its tables are read. What is imported stays as it was.
+/// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a new bag. Tables of samples,
+/// as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
+/// Empatica's E4 or of Polar Sensor Logger all tables are read. The imported files are not changed.
 #[derive(Debug, Args)]
 pub struct Import {
     /// The recordings, or the tables
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Where the new bag's folder is made
+    /// Where to create the new bag's folder
     #[arg(long, value_name = "DIR", default_value = "sessions")]
     out: PathBuf,
-    /// What is computed; without it the defaults
+    /// The study with the features to compute; by default all features with their defaults
     #[arg(long)]
     study: Option<PathBuf>,
     #[command(flatten)]
@@ -52,7 +52,7 @@ pub struct Import {
 }
 
 impl Import {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let (mut bags, mut tables) = (Vec::new(), Vec::new());
         for file in &self.files {
@@ -130,7 +130,7 @@ impl Import {
     }
 }
 
-/// Says where the bag is.
+/// Prints where the bag is.
 fn concluded(folder: &Path, exit: Exit) {
     if exit != Exit::Failed {
         output::line(format!("imported; look into it with `teampulse info {}`", folder.display()));

@@ -21,8 +21,8 @@ pub struct Info {
     /// The bags: each a folder, or one of its .mcap files
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
-    /// Reads all of each bag, so that damage within is found too, and fails (exit code 1) where there is any:
-    /// it takes as long as reading it does
+    /// Reads all of each bag, so that damage inside chunks is found too, and fails (exit code 1) where
+    /// there is any; takes as long as reading the bag
     #[arg(long)]
     check: bool,
     /// Prints one JSON object, or an array of them for several bags
@@ -30,7 +30,7 @@ pub struct Info {
     json: bool,
 }
 
-/// What is told of a bag.
+/// A bag, as reported.
 #[derive(Debug, Serialize)]
 struct BagInfo {
     path: String,
@@ -38,14 +38,14 @@ struct BagInfo {
     /// Null for a bag without messages.
     start_secs: Option<f64>,
     duration_secs: f64,
-    /// Whether `retime` made the times: each then also depends on what came after it.
+    /// Whether `retime` computed the times: each of them then also depends on later data.
     two_sided: bool,
     damage: Vec<String>,
     notes: BTreeMap<String, String>,
     streams: Vec<Row>,
 }
 
-/// What is told of a stream.
+/// A stream, as reported.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
@@ -53,14 +53,14 @@ struct Row {
     type_name: String,
     origin: &'static str,
     messages: u64,
-    /// Null where one message or none, or no time, leaves it unknown.
+    /// Null where a single message, no message or no time leaves it unknown.
     rate_hz: Option<f64>,
-    /// How many were lost on the way and in our own queue; null where unknown, as in a damaged bag.
+    /// Messages lost on the way and in our own queue; null where unknown, as in a damaged bag.
     lost: Option<u64>,
 }
 
 impl Info {
-    /// Does it.
+    /// Runs the command.
     pub fn run(self) -> Result<Exit, Failure> {
         if !self.json {
             return self.show();
@@ -78,7 +78,7 @@ impl Info {
         Ok(exit)
     }
 
-    /// Shows each bag as soon as it was opened.
+    /// Prints each bag as soon as it is opened.
     fn show(&self) -> Result<Exit, Failure> {
         let mut exit = Exit::Fine;
         for (place, path) in self.bags.iter().enumerate() {
@@ -96,12 +96,12 @@ impl Info {
         Ok(exit)
     }
 
-    /// The exit code after a bag: the check of a damaged bag has failed.
+    /// The exit code after a bag: checking a damaged bag fails.
     fn after(&self, bag: &Bag, exit: Exit) -> Exit {
         if self.check && !damage(bag).is_empty() { Exit::Failed } else { exit }
     }
 
-    /// Opens a bag, and reads all of it where that was asked for.
+    /// Opens a bag, and reads all of it where requested.
     fn opened(&self, path: &std::path::Path) -> Result<Bag, Failure> {
         let mut bag = open(path)?;
         if self.check {
@@ -111,25 +111,25 @@ impl Info {
     }
 }
 
-/// Opens a bag, or says why not.
+/// Opens a bag, or explains why that failed.
 pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
     Bag::open(path).map_err(|error| Failure::to(&error).hint(error.hint()))
 }
 
-/// Says on standard error what is damaged in a bag before it is read.
+/// Prints on standard error the damage in a bag before it is read.
 pub fn warn_of_damage(bag: &Bag) {
     for each in damage(bag) {
         output::note(format!("damaged: {each}"));
     }
 }
 
-/// The exit code of a command that has read a bag: damage in it is lost data.
+/// The exit code of a command that has read a bag: damage means lost data.
 pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
     let is_whole = damage(bag).is_empty() && unread.is_empty();
     if exit == Exit::Fine && !is_whole { Exit::DataLost } else { exit }
 }
 
-/// What is known to be damaged in a bag: all of it once it was checked.
+/// The known damage in a bag: complete once it was checked.
 pub fn damage(bag: &Bag) -> Vec<String> {
     let places =
         bag.damage().map(|(path, each)| format!("{}: {}", path.display(), damage_text(each)));
@@ -140,7 +140,7 @@ pub fn damage(bag: &Bag) -> Vec<String> {
     places.chain(missing).collect()
 }
 
-/// What is damaged, and where.
+/// The kind of damage, and its place.
 pub fn damage_text(damage: &Damage) -> String {
     let Damage { offset, lost_bytes, reason, .. } = damage;
     match lost_bytes {
@@ -155,7 +155,7 @@ fn describe(bag: &Bag) -> BagInfo {
     let mut streams: Vec<Row> =
         bag.streams().iter().map(|stream| row(bag, stream, duration_secs)).collect();
     if bag.lost_to_damage().is_some() {
-        // What was lost of which stream, nobody can tell any more.
+        // It is unknown which streams the lost messages belonged to.
         for row in &mut streams {
             row.lost = None;
         }
@@ -188,12 +188,12 @@ fn row(bag: &Bag, known: &BagStream, duration_secs: f64) -> Row {
     }
 }
 
-/// How many messages came in a second; `None` where that cannot be known.
+/// Messages a second; `None` where unknown.
 fn rate_hz(messages: u64, duration_secs: f64) -> Option<f64> {
     (messages > 1 && duration_secs > 0.0).then(|| messages as f64 / duration_secs)
 }
 
-/// That a recording ended before its session did, and why; and which one it goes on from.
+/// States that a recording ended before its session, and why, and which bag it continues.
 fn how_it_ended(notes: &BTreeMap<String, String>) -> impl Iterator<Item = String> {
     let noted = |note: &str, what: &str| notes.get(note).map(|text| format!("{what}: {text}"));
     let ended = noted(ENDED_NOTE, "ended before its session");
@@ -207,7 +207,9 @@ fn show(info: &BagInfo) {
         output::line(format!("from {start} for {:.1} s", info.duration_secs));
     }
     if info.two_sided {
-        output::line("times are two-sided: retime made them from all of each clock's course");
+        output::line(
+            "times are two-sided: retime computed them from the whole course of each clock",
+        );
     }
     output::lines(how_it_ended(&info.notes));
     output::lines(info.damage.iter().map(|each| format!("damaged: {each}")));
@@ -215,7 +217,7 @@ fn show(info: &BagInfo) {
     output::lines(table(&info.streams));
 }
 
-/// The streams, a line each below a head: columns are as wide as what stands in them.
+/// The streams as a table with a header; columns are as wide as their widest cell.
 fn table(streams: &[Row]) -> impl Iterator<Item = String> {
     let widest = |least: usize, text: fn(&Row) -> &str| {
         streams.iter().map(|row| text(row).chars().count()).fold(least, usize::max)

@@ -1,4 +1,4 @@
-//! `teampulse list`: what can stand in a study.
+//! `teampulse list`: the components that a study can use.
 
 use clap::{Args, ValueEnum};
 use teampulse_core::registry::Entry;
@@ -9,10 +9,10 @@ use teampulse_sources::SOURCES;
 use crate::exit::Exit;
 use crate::output;
 
-/// Lists what can stand in a study, with its settings.
+/// Lists the components that a study can use, with their settings.
 #[derive(Debug, Args)]
 pub struct List {
-    /// Only these
+    /// Only this kind
     what: Option<What>,
 }
 
@@ -24,7 +24,7 @@ enum What {
 }
 
 impl List {
-    /// Does it.
+    /// Runs the command.
     pub fn run(self) -> Exit {
         let wanted = |what| self.what.is_none_or(|only| only == what);
         if wanted(What::Sources) {
@@ -50,8 +50,7 @@ fn show<T: ?Sized, C>(title: &str, entries: &[Entry<T, C>]) {
     }
 }
 
-/// The settings of a component, with the first sentence of their documentation and what they are where a study
-/// leaves them out.
+/// The settings of a component, with the first sentence of their documentation and their defaults.
 fn settings(schema: &schemars::Schema) -> Vec<(String, String)> {
     let properties = schema.get("properties").and_then(|each| each.as_object());
     let required = schema.get("required").and_then(|each| each.as_array());
@@ -72,7 +71,7 @@ fn settings(schema: &schemars::Schema) -> Vec<(String, String)> {
     properties.into_iter().flatten().map(described).collect()
 }
 
-/// The default of a setting as a study would have it; `None` where there is none, or nothing in it.
+/// The default of a setting as TOML; `None` where there is no default, or an empty one.
 fn default(schema: &serde_json::Value) -> Option<String> {
     use serde_json::Value;
     match schema.get("default")? {
@@ -80,7 +79,7 @@ fn default(schema: &serde_json::Value) -> Option<String> {
         Value::Array(each) if each.is_empty() => None,
         Value::Object(each) if each.is_empty() => None,
         Value::String(text) if text.is_empty() => None,
-        // 5.0 is 5 to people.
+        // 5.0 is shown as 5.
         Value::Number(number) => {
             Some(number.as_f64().map_or(number.to_string(), |n| n.to_string()))
         }
@@ -92,7 +91,7 @@ fn default(schema: &serde_json::Value) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// What is told of a setting of a component.
+    /// The description of a setting.
     fn told<T: ?Sized, C>(entries: &[Entry<T, C>], kind: &str, name: &str) -> String {
         let entry = entries.iter().find(|entry| entry.kind == kind).unwrap();
         let settings = settings(&(entry.schema)());

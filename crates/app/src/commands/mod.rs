@@ -22,45 +22,45 @@ use clap::Subcommand;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// What `teampulse` can do.
+/// The commands of `teampulse`.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Shows everything at once: simulated robots in a process of their own, monitored and recorded
+    /// Shows everything at once: simulated robots in a separate process, monitored and recorded
     Demo(demo::Demo),
     /// Monitors and records a real team
     Run(run::Run),
-    /// Says go or no-go before a recording
+    /// Reports go or no-go before a recording
     Check(check::Check),
     /// Shows what is in range, with the lines of a study to paste
     Scan(scan::Scan),
     /// Plays a bag back onto ROS
     Play(play::Play),
-    /// Computes everything derived again from what is raw, as fast as possible
+    /// Computes all derived streams again from raw data, as fast as possible
     Replay(replay::Replay),
-    /// Writes a new bag with better times
+    /// Writes a new bag with improved times
     Retime(retime::Retime),
-    /// Finds a device's fixed latency from an event that two streams saw
+    /// Finds a device's fixed latency from an event that two streams recorded
     Calibrate(calibrate::Calibrate),
     /// Shows what is in a bag
     Info(info::Info),
-    /// Mends a damaged bag
+    /// Repairs a damaged bag
     Recover(recover::Recover),
-    /// Makes bags of other people's recordings and tables
+    /// Converts recordings and tables of other programs to bags
     Import(Box<import::Import>),
-    /// Hands a bag's contents out as tables
+    /// Exports a bag as tables
     Export(export::Export),
     /// Finds beats, responses and features in any table of samples
     Extract(extract::Extract),
-    /// Lists what can stand in a study
+    /// Lists the components that a study can use
     List(list::List),
-    /// Prints the JSON schema of a study, for the completion and the hover texts of an editor
+    /// Prints the JSON schema of a study, for completion and hover texts in an editor
     Schema,
-    /// Runs the simulated robots of a study alone, on ROS
+    /// Runs only the simulated robots of a study, on ROS
     Simulate(simulate::Simulate),
 }
 
 impl Command {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         match self {
             Command::Demo(command) => command.run().await,

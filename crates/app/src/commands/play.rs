@@ -23,35 +23,35 @@ use crate::output::say;
 use crate::setup::conclude;
 use crate::stop::Stop;
 
-/// Plays a bag back onto ROS, on this machine alone unless told otherwise.
+/// Plays a bag back onto ROS, on this machine only by default.
 ///
-/// While it plays: the space bar holds it and lets it go on, `q` ends it.
+/// During playback the space bar pauses and resumes, `q` ends it.
 #[derive(Debug, Args)]
 pub struct Play {
     /// The bag's folder, or one of its .mcap files
     bag: PathBuf,
-    /// How much faster than it was recorded
+    /// The speed relative to the recording
     #[arg(long, default_value = "1", value_parser = seconds)]
     rate: f64,
-    /// Skips the beginning
+    /// Seconds to skip at the start
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     start: Option<f64>,
-    /// Begins again at the end, for ever
+    /// Starts again at the end, forever
     #[arg(long = "loop")]
     again: bool,
     /// Publishes /clock
     #[arg(long)]
     clock: bool,
-    /// Plays onto the network, where real robots may hear it
+    /// Plays onto the network, where real robots may receive it
     #[arg(long)]
     network: bool,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<u32>,
 }
 
 impl Play {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let bag = Arc::new(open(&self.bag)?);
         warn_of_damage(&bag);

@@ -1,4 +1,4 @@
-//! `teampulse recover`: mends a damaged bag.
+//! `teampulse recover`: repairs a damaged bag.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::output::{self, say};
 use crate::tidied::{SUMMARY, write_tidy_files};
 
-/// Mends a damaged bag: keeps all that can be read, in place, and writes the tidy files beside it.
+/// Repairs a damaged bag: keeps all readable messages, in place, and writes the tidy files beside it.
 #[derive(Debug, Args)]
 pub struct Recover {
     /// The bag's folder, or one of its .mcap files
@@ -19,9 +19,9 @@ pub struct Recover {
 }
 
 impl Recover {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
-        // A link stays one, and what it leads to is mended.
+        // A link is kept, and its target is repaired.
         let path = self.bag.canonicalize().unwrap_or_else(|_| self.bag.clone());
         let report = teampulse_bag::recover(&path).map_err(|error| self.refused(&error))?;
         report.files.iter().for_each(tell);
@@ -34,14 +34,14 @@ impl Recover {
         Ok(if is_lossy { Exit::DataLost } else { exit })
     }
 
-    /// Why it can't be mended; what is no MCAP is never changed, and becomes a bag of its own.
+    /// Why a bag can't be repaired. A file that is not MCAP is never changed; `import` makes a bag of it.
     fn refused(&self, error: &BagError) -> Failure {
         let bag = self.bag.display();
         match error {
             BagError::NotABag { found: Found::Foreign, .. } => {
-                Failure::new(format!("{bag} is no MCAP bag: it is read as far as it goes, and never changed"))
+                Failure::new(format!("{bag} is not an MCAP bag: it is read as far as possible, and never changed"))
                     .hint(format!(
-                        "`teampulse import {bag}` makes a whole bag of all that can be read of it, with its tidy files"
+                        "`teampulse import {bag}` makes a new bag of all that can be read, with its tidy files"
                     ))
             }
             _ => Failure::to(error).hint(error.hint()),
@@ -49,7 +49,7 @@ impl Recover {
     }
 }
 
-/// Writes the tidy files; a bag that has no study, or none that is understood, is whole without them.
+/// Writes the tidy files; a bag without a usable study is complete without them.
 async fn tidied(folder: &Path) -> Exit {
     match write_tidy_files(folder).await {
         Ok(exit) => exit,
@@ -73,7 +73,7 @@ fn tell(file: &RecoveredFile) {
         output::line(format!("{path}: whole, {} messages{lost}", file.messages));
         return;
     }
-    output::line(format!("{path}: mended, {} messages kept{lost}", file.messages));
+    output::line(format!("{path}: repaired, {} messages kept{lost}", file.messages));
     output::lines(file.damage.iter().map(|each| format!("  {}", damage_text(each))));
     if let Some(original) = &file.original {
         output::line(format!("  the damaged file is kept as {}", original.display()));

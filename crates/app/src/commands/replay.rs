@@ -1,4 +1,4 @@
-//! `teampulse replay`: computes everything derived again from what is raw.
+//! `teampulse replay`: computes all derived streams again from raw data.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,26 +24,26 @@ use crate::recorded::read_through;
 use crate::setup::{features, sink_context, tidy, try_out};
 use crate::study::Study;
 
-/// The note of a bag whose times `retime` has made.
+/// The note of a bag whose times were computed by `retime`.
 pub const RETIMED: &str = "teampulse.times";
 
-/// Computes everything derived again from what is raw in a bag, as fast as possible, into a new bag.
+/// Computes all derived streams of a bag again from its raw data, as fast as possible, into a new bag.
 ///
-/// With the study of the recording the derived streams come out byte for byte as they were.
+/// With the study of the recording the derived streams are byte-identical to the recorded ones.
 #[derive(Debug, Args)]
 pub struct Replay {
     /// The bag's folder, or one of its .mcap or .db3 files
     bag: PathBuf,
-    /// The study; without it the one that is kept in the bag, or the defaults
+    /// The study; by default the one stored in the bag, or the defaults
     #[arg(long)]
     study: Option<PathBuf>,
-    /// Where the new bag's folder is made
+    /// Where to create the new bag's folder
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 impl Replay {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let mut bag = open(&self.bag)?;
         warn_of_damage(&bag);
@@ -60,7 +60,7 @@ impl Replay {
     }
 }
 
-/// Computes everything derived of a bag again, into a new one.
+/// Computes all derived streams of a bag again, into a new one.
 pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result<Exit, Failure> {
     let folder = claimed.path().to_owned();
     let options = Options {
@@ -96,27 +96,27 @@ pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result
     Ok(after_reading(&bag, &unread, exit))
 }
 
-/// The notes that are kept in what is computed from a bag: that its times are made for good, and
-/// what damage took from it.
+/// The notes of a bag that was computed from another: that its times are final, and what damage removed
+/// from it.
 pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));
     retimed.into_iter().chain(damage).collect()
 }
 
-/// The study by which a bag is computed again: that of a file, else the one that is kept in the bag.
+/// The study of a replay: from a file, else the one stored in the bag.
 pub fn study_for(path: Option<&Path>, bag: &Bag) -> Result<Study, Failure> {
     path.map_or_else(|| study_or_defaults(bag), study_at)
 }
 
-/// The study of a file, which is refused where `check` would refuse it.
+/// The study in a file, which is refused where `check` would refuse it.
 pub fn study_at(path: &Path) -> Result<Study, Failure> {
     let study = Study::read(path)?;
     try_out(&study)?;
     Ok(study)
 }
 
-/// A study of nothing but a name, which is that of a recording.
+/// A study with nothing but the name of a recording.
 pub fn defaults(recording: &Path) -> String {
     let name = recording.file_name().unwrap_or_default().to_string_lossy();
     let mut parts = name.split('.').map(|part| part.trim_start_matches('-'));
@@ -129,14 +129,14 @@ pub fn defaults(recording: &Path) -> String {
     )
 }
 
-/// Hands a bag over: with the stamps of its samples' sources, or where `retime` has placed them for good.
+/// Replays a bag with the stamps of its samples' sources, or with the final times of `retime`.
 pub fn source_of(bag: &Arc<Bag>, selection: Selection) -> BagSource {
     let source = BagSource::new(Arc::clone(bag), selection);
     if bag.notes().contains_key(RETIMED) { source.as_placed() } else { source }
 }
 
-/// How the samples of a bag get their place in time: with the clocks of a study, or as they are
-/// stamped where `retime` has done that for good.
+/// How the samples of a bag get their times: from the clocks of a study, or as stamped where `retime` has
+/// computed them.
 pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     let settings = study.map(|study| study.general.clocks.clone()).unwrap_or_default();
     if bag.notes().contains_key(RETIMED) {
@@ -146,7 +146,7 @@ pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     }
 }
 
-/// Reads what others recorded of robots, each a namespace, by its types.
+/// Reads the robots' topics of other recorders by their types, one robot for each namespace.
 pub fn describe_foreign(bag: &mut Bag) {
     let settings: Result<Robots, _> = toml::from_str("namespace = \"/*\"");
     let choice = settings.ok().and_then(|settings| Choice::new(&settings).ok());
@@ -154,7 +154,7 @@ pub fn describe_foreign(bag: &mut Bag) {
     bag.describe_foreign(|topic, type_name| choice.stream(topic, type_name));
 }
 
-/// The study that is kept in a bag; `None` in one that others recorded.
+/// The study stored in a bag; `None` in a bag of another recorder.
 pub fn study_of(bag: &Bag) -> Result<Option<Study>, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
@@ -164,7 +164,7 @@ pub fn study_of(bag: &Bag) -> Result<Option<Study>, Failure> {
     Ok(study.transpose()?)
 }
 
-/// The study that is kept in a bag, or else the defaults.
+/// The study stored in a bag, or else the defaults.
 pub fn study_or_defaults(bag: &Bag) -> Result<Study, Failure> {
     if let Some(study) = study_of(bag)? {
         return Ok(study);

@@ -1,4 +1,4 @@
-//! `teampulse retime`: better times afterwards.
+//! `teampulse retime`: improves times after the recording.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,32 +20,32 @@ use crate::output;
 use crate::recorded::read_through;
 use crate::setup::features;
 
-/// Writes a new bag with better times: of every device clock, what came later is known too.
+/// Writes a new bag with improved times, computed from the whole course of every device clock.
 ///
-/// Samples of devices are stamped anew, from the whole course of their clock. Messages of robots
-/// stay as they are, and their computers' clocks are corrected as they come. What is derived is
-/// computed again from these times.
+/// Samples of devices get new times, from the whole course of their clock. Messages of robots stay as they
+/// are, and their computers' clocks are corrected causally. Derived streams are computed again from these
+/// times.
 #[derive(Debug, Args)]
 pub struct Retime {
     /// The bag's folder, or one of its .mcap files
     bag: PathBuf,
-    /// The study; without it the one that is kept in the bag
+    /// The study; by default the one stored in the bag
     #[arg(long)]
     study: Option<PathBuf>,
-    /// Where the new bag's folder is made
+    /// Where to create the new bag's folder
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 impl Retime {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let mut bag = open(&self.bag)?;
         bag.check();
         let bag = Arc::new(bag);
         if bag.notes().contains_key(RETIMED) {
-            return Err(Failure::new(format!("{} has such times already", self.bag.display()))
-                .hint("retime the bag that it was made from"));
+            return Err(Failure::new(format!("{} was retimed already", self.bag.display()))
+                .hint("retime the bag that it was computed from"));
         }
         warn_of_damage(&bag);
         let study = study_for(self.study.as_deref(), &bag)?;

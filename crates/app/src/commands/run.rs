@@ -17,22 +17,23 @@ use crate::tidied::{SUMMARY, write_tidy_files};
 
 /// Monitors and records a real team.
 ///
-/// While it runs: a letter or digit sets a marker, the space bar one named `mark`, `q` ends it; Ctrl-N
-/// begins the next phase, Ctrl-R repeats one, Ctrl-X aborts it; arrows scroll the team, pages the log.
+/// While it runs: a letter or digit sets a marker, the space bar one named `mark`, `q` ends the session;
+/// Ctrl-N begins the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it; the arrow keys scroll the team,
+/// Page Up and Page Down the log.
 #[derive(Debug, Args)]
 pub struct Run {
     /// The study: what to watch, what to compute, what to keep
     study: PathBuf,
-    /// Ends by itself after so many seconds of the session's clock
+    /// Ends by itself after this many seconds of the session's clock
     #[arg(long, value_name = "SECS", value_parser = crate::commands::run::seconds)]
     duration: Option<f64>,
-    /// Where the bag's folder is made
+    /// Where to create the bag's folder
     #[arg(long, value_name = "DIR", default_value = "sessions")]
     out: PathBuf,
 }
 
 impl Run {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
         let messages = study.general.session.messages.clone();
@@ -42,7 +43,7 @@ impl Run {
     }
 }
 
-/// Runs a whole study, and sources beside it, until it is asked to stop.
+/// Runs a whole study, with extra sources, until it is asked to stop.
 pub async fn watch(
     setup: Setup,
     beside: Sources,
@@ -55,17 +56,13 @@ pub async fn watch(
             .hint("give another folder with --out"));
     }
     if let Ok(target) = std::fs::read_link(&out) {
-        say(format!(
-            "{} is a link: what is recorded stands in {}",
-            out.display(),
-            target.display()
-        ));
+        say(format!("{} is a link: the recording is in {}", out.display(), target.display()));
     }
     let (sources, features) = (setup.sources()?, setup.features()?);
     if sources.is_empty() {
         return Err(setup.without("sources", "nothing is watched").into());
     }
-    // What is wrong with them is said before a folder is made.
+    // Mistakes in them are reported before a folder is created.
     drop(setup.sinks(&setup.bag_folder(&out))?);
     let claimed = setup.claim_folder(&out)?;
     let bag = claimed.path().to_owned();
@@ -81,7 +78,7 @@ pub async fn watch(
     let (clock, ended) = (setup.clock.clone(), setup.bag_ended.clone());
     let exit = conclude(stop.run(setup.session(parts), clock, duration_secs).await);
     for later in ended.folders() {
-        // They were left out while there was a session to watch.
+        // They were left out during the session.
         if let Err(failure) = write_tidy_files(&later).await {
             failure.show();
         }
@@ -93,7 +90,7 @@ pub async fn watch(
     Ok(exit)
 }
 
-/// Says where something was recorded.
+/// Prints where the recording is.
 fn say_where(folder: &Path) {
     say(format!("recorded; look into it with `teampulse info {}`", folder.display()));
     let summary = folder.join(SUMMARY);

@@ -19,9 +19,9 @@ use crate::machine;
 use crate::network;
 use crate::output;
 
-/// How often the graph is looked at while scanning.
+/// How often the graph is read during a scan.
 const LOOK: Duration = Duration::from_millis(100);
-/// How many messages a counting subscription keeps.
+/// The queue length of a counting subscription [messages].
 const DEPTH: u32 = 100;
 
 /// Shows what is in range, with the lines of a study to paste.
@@ -30,7 +30,7 @@ pub struct Scan {
     /// How long to listen
     #[arg(long, value_name = "SECS", default_value = "4", value_parser = seconds)]
     seconds: f64,
-    /// The ROS domains to look at; without it that of `ROS_DOMAIN_ID`, else 0
+    /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<u32>,
     /// Prints one JSON object
@@ -38,7 +38,7 @@ pub struct Scan {
     json: bool,
 }
 
-/// What there is on a domain.
+/// The nodes and topics of a domain.
 #[derive(Debug, Serialize)]
 struct Domain {
     #[serde(rename = "domain")]
@@ -47,7 +47,7 @@ struct Domain {
     topics: Vec<Topic>,
 }
 
-/// A topic and what it would add to a recording.
+/// A topic and its data rate.
 #[derive(Debug, Serialize)]
 struct Topic {
     name: String,
@@ -58,7 +58,7 @@ struct Topic {
 }
 
 impl Scan {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let buses = network::buses("teampulse_scan");
         let ids = if self.domains.is_empty() {
@@ -81,7 +81,7 @@ impl Scan {
     }
 }
 
-/// What is counted of a topic.
+/// The counts of a topic.
 #[derive(Debug, Default)]
 struct Count {
     messages: AtomicU64,
@@ -149,13 +149,13 @@ fn show(found: &Domain) {
     }
 }
 
-/// Whether signals of people were found where people stand.
+/// Whether signals of people were found in the namespace of people.
 fn has_people(found: &Domain) -> bool {
     let people = People::default();
     found.topics.iter().any(|topic| people.hears(&topic.name, &topic.type_name))
 }
 
-/// The robot that a topic tells the condition of, by the first token of its name.
+/// The robot whose condition a topic reports, by the first token of its name.
 pub fn robot<'a>(topic: &'a str, type_name: &str) -> Option<&'a str> {
     let (robot, below) = topic.strip_prefix('/')?.split_once('/')?;
     let tells = norm_of_type(type_name).is_some() && !below.is_empty() && robot != "sim";

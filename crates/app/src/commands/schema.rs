@@ -12,7 +12,7 @@ use crate::exit::Exit;
 use crate::output;
 use crate::study::General;
 
-/// Does it.
+/// Runs the command.
 pub fn run() -> Exit {
     output::json(&study());
     Exit::Fine

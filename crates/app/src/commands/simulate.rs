@@ -1,4 +1,4 @@
-//! `teampulse simulate`: the simulated robots and people of a study alone, on ROS.
+//! `teampulse simulate`: runs only the simulated robots and people of a study, on ROS.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -27,25 +27,24 @@ use crate::setup::conclude;
 use crate::stop::Stop;
 use crate::study::{SessionClock, Study, StudyError};
 
-/// What is published of people: a study that asks for simulated ones has nobody to protect. With what
-/// their streams are.
+/// Everything about simulated people is published, descriptions included: there is no privacy to protect.
 const OF_PEOPLE: [&str; 2] = ["/humans/persons/**", "/teampulse/streams"];
 
-/// Runs the simulated robots and people of a study alone, on ROS.
+/// Runs only the simulated robots and people of a study, on ROS.
 ///
-/// Reads the table [simulate] of the study. At a speed other than 1, and where the session's clock is
-/// /clock, it publishes that.
+/// Reads the table [simulate] of the study. Publishes /clock at a speed other than 1, and where the
+/// session's clock is /clock.
 #[derive(Debug, Args)]
 pub struct Simulate {
     /// The study
     study: PathBuf,
-    /// Ends by itself after so many seconds of simulated time
+    /// Ends by itself after this many seconds of simulated time
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     duration: Option<f64>,
-    /// The seed of all that is random, instead of the study's
+    /// The seed of all random numbers, instead of the study's
     #[arg(long)]
     seed: Option<u64>,
-    /// The ROS domain; without it that of the study's session, or of `ROS_DOMAIN_ID`, else 0
+    /// The ROS domain; by default that of the study's session, or of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<u32>,
     /// How far the clock of the robots' computer is ahead of the true time [s]
@@ -76,7 +75,7 @@ fn number(text: &str, most: f64) -> Option<f64> {
 }
 
 impl Simulate {
-    /// Does it.
+    /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         if let Some(parent) = self.with_parent {
             end_with(parent)?;
@@ -86,16 +85,17 @@ impl Simulate {
             study.error(
                 ("simulate", ""),
                 "it has no table [simulate]",
-                "add one; `teampulse schema` tells its keys",
+                "add one; `teampulse schema` lists its keys",
             )
         })?;
         team.seed = self.seed.unwrap_or(team.seed);
         let off = self.clock_offset != 0.0 || self.clock_skew_ppm != 0.0;
         let time = time_of(&study, &team);
         if off && time == SessionClock::Simulated {
-            let message = "a clock can't be off in simulated time, which all computers share";
+            let message =
+                "a clock offset is not possible in simulated time, which all computers share";
             return Err(Failure::new(message)
-                .hint("leave out `speed` and `clock`, or --clock-offset and --clock-skew-ppm")
+                .hint("remove `speed` and `clock`, or --clock-offset and --clock-skew-ppm")
                 .exit(Exit::BadArguments));
         }
         let domain = self.domain.or(study.general.session.domain);
@@ -115,14 +115,14 @@ pub fn team(study: &Study) -> Result<Option<SimulatedTeam>, StudyError> {
     Ok(team)
 }
 
-/// Whose time it is: simulated where it runs faster or slower than real time, and where a session of the
-/// study would wait for /clock.
+/// Which clock is used: a simulated one where it runs faster or slower than real time, and where a session
+/// of the study would wait for /clock.
 fn time_of(study: &Study, team: &SimulatedTeam) -> SessionClock {
     let is_real = (team.speed - 1.0).abs() <= f64::EPSILON;
     if is_real { study.general.session.clock } else { SessionClock::Simulated }
 }
 
-/// Has the kernel send SIGTERM when the process that started this one ends, however that happens.
+/// Has the kernel send SIGTERM when the parent process ends, for whatever reason.
 fn end_with(parent: i32) -> Result<(), Failure> {
     let asked = rustix::process::set_parent_process_death_signal(Some(Signal::TERM));
     asked.map_err(|error| Failure::to(format!("end with its parent: {error}")))?;
@@ -145,7 +145,7 @@ impl Simulate {
         let bus = buses.get(domain)?;
         let (robots, people) = (team.robots, team.people);
         let is_simulated = time == SessionClock::Simulated;
-        // What is due by a clock that runs fast is due sooner.
+        // Deadlines come sooner by a clock that runs fast.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if is_simulated { Clock::told() } else { host.clone() };
         let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
@@ -175,7 +175,7 @@ impl Simulate {
     }
 }
 
-/// What publishes: the robots, and the people where there are any. The clock is told once.
+/// The publishers: the robots, and the people where there are any. Only the first publishes /clock.
 fn sinks(bus: &Arc<dyn Bus>, time: SessionClock, host: &Clock, people: u32) -> Vec<Box<dyn Sink>> {
     let is_simulated = time == SessionClock::Simulated;
     let publishing = |publish| {

@@ -1,12 +1,12 @@
-//! Whether the clock of this machine is kept in step with the world's.
+//! Whether the clock of this machine is synchronised.
 #![expect(unsafe_code, reason = "the kernel's word on its clock has no safe binding")]
 
-/// What the kernel says of its clock.
+/// The state of the clock as reported by the kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Clock {
-    /// Something keeps it in step, to within so much [s].
+    /// It is synchronised, to within this uncertainty [s].
     Synchronised { within_secs: f64 },
-    /// Nothing does.
+    /// It is not synchronised.
     Free,
 }
 
@@ -24,8 +24,7 @@ fn describe(clock: Clock) -> String {
             format!("clock    ok    synchronised to within {:.0} ms", within_secs * 1e3)
         }
         Clock::Free => {
-            "clock    free  this machine's clock is not synchronised: what it records can't \
-                        be held against other recordings; start chrony or systemd-timesyncd"
+            "clock    free  this machine's clock is not synchronised: its recordings can't be aligned with others; start chrony or systemd-timesyncd"
                 .into()
         }
     }

@@ -1,11 +1,11 @@
-//! What is wrong with a study: where, and what may have been meant.
+//! An error in a study: its place, and a suggestion.
 
 use std::ops::Range;
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
-/// What is wrong with a study, and where.
+/// An error in a study, and its place.
 #[derive(Debug, Error)]
 #[error("{message}")]
 pub struct StudyError {
@@ -29,7 +29,7 @@ impl Diagnostic for StudyError {
     }
 }
 
-/// What a misspelt word may have been meant to be, from the words that the message offers.
+/// A suggestion for a misspelt word, from the words that the message lists.
 pub(super) fn suggestion(message: &str) -> Option<String> {
     let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (wrong, known) = words.split_first()?;
@@ -37,7 +37,7 @@ pub(super) fn suggestion(message: &str) -> Option<String> {
     Some(format!("did you mean `{near}`?"))
 }
 
-/// The known word that is nearest to another, if any is near.
+/// The known word that is nearest to another, if one is near.
 pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let similarity = |known: &&&str| strsim::jaro_winkler(word, known);
     let near = known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;

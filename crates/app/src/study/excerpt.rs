@@ -1,15 +1,15 @@
-//! A study as it is shown beside what is wrong with it.
+//! The excerpt of a study that is shown with an error.
 
 use std::ops::Range;
 
 use teampulse_core::text::is_unwanted;
 
-/// So much of a line is shown [characters], and so much of that before what is wrong.
+/// The number of characters of a line that is shown, and the number before the error.
 const LONGEST_LINE: usize = 400;
 const BEFORE: usize = 100;
 
-/// A study's text with lines that a terminal can show, without what would command it; and where in it the
-/// place `span` is.
+/// A study's text with lines that fit a terminal, without control characters; and the place of `span` in
+/// it.
 pub(super) fn excerpt(text: &str, span: &Range<usize>) -> (String, Range<usize>) {
     let mut shown = Shown { text: String::new(), span, start: None, end: None };
     let mut begin = 0;

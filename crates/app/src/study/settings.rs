@@ -1,4 +1,4 @@
-//! The settings that are common to all studies.
+//! The settings that all studies share.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,15 +8,15 @@ use serde::Deserialize;
 use teampulse_core::clocks::ClockSettings;
 use teampulse_sources::session::Phase;
 
-/// What is common to all studies; sources and sinks have tables of their own.
+/// The settings that all studies share; sources and sinks have tables of their own.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct General {
     /// The session as a whole.
     pub session: SessionSettings,
-    /// What is computed.
+    /// The features to compute.
     pub features: FeatureSettings,
-    /// What is known of the devices' clocks, by the device's name; `teampulse calibrate` finds it.
+    /// What is known of the devices' clocks, by the device's name; `teampulse calibrate` measures it.
     pub clocks: BTreeMap<String, ClockSettings>,
     /// The phases of the study, at set times or begun by hand; `baseline` is the reference.
     pub phases: Vec<Phase>,
@@ -29,18 +29,18 @@ pub struct General {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SessionSettings {
-    /// What the session is called; its bag is `<name>_<UTC>`.
+    /// The name of the session; its bag is `<name>_<UTC>`.
     pub name: String,
-    /// What the time is: `host`, or `/clock` to follow simulated time on ROS.
+    /// The session's clock: `host`, or `/clock` to follow simulated time on ROS.
     pub clock: SessionClock,
-    /// The ROS domain of `/clock`, `/session/events` and what is published; without it that of
+    /// The ROS domain of `/clock`, `/session/events` and the published streams; by default that of
     /// `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<u32>,
-    /// A folder with the definitions of types that nobody on the network can explain, as a ROS
-    /// workspace installs them: `<folder>/share/<package>/msg/<Type>.msg`.
+    /// A folder with the definitions of types that no node on the network provides, as a ROS workspace
+    /// installs them: `<folder>/share/<package>/msg/<Type>.msg`.
     pub messages: Option<PathBuf>,
-    /// Shows estimates of people's workload and arousal on the screen. Whoever sees them in an
-    /// experiment is no longer blind. Default: false; they are recorded all the same.
+    /// Shows estimates of people's workload and arousal on the screen. An experimenter who sees them is no
+    /// longer blind. Default: false; they are recorded in any case.
     pub show_estimates: bool,
 }
 
@@ -51,25 +51,25 @@ impl Default for SessionSettings {
     }
 }
 
-/// What the time of a session is.
+/// The clock of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum SessionClock {
     /// The host's clock.
     #[serde(rename = "host")]
     Host,
-    /// Simulated time, as it is told on the ROS topic `/clock`.
+    /// Simulated time, as published on the ROS topic `/clock`.
     #[serde(rename = "/clock")]
     Simulated,
 }
 
-/// What is computed. Beside these, each feature has a table of its own: `[features.state]`.
+/// The features to compute. Beside these settings, each feature has a table of its own: `[features.state]`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FeatureSettings {
     /// The lengths of the sliding windows [s].
     pub windows_secs: Vec<f64>,
-    /// The frequency of the mains, whose hum is taken out of an ECG [Hz]: 50 or 60. Without it the one that
-    /// is heard in the signal.
+    /// The mains frequency, whose hum is removed from an ECG [Hz]: 50 or 60. By default it is detected in
+    /// the signal.
     pub mains_hz: Option<f64>,
     /// Families of features that are not computed; see `teampulse list features`.
     pub disable: Vec<String>,

@@ -21,7 +21,7 @@ fn read(text: &str) -> Result<usize, StudyError> {
     study.build("sources", SOURCES, &context).map(|sources| sources.len())
 }
 
-/// What is shown of a mistake.
+/// The error as it is shown.
 fn shown(text: &str) -> String {
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
     let error = read(text).expect_err("the study has a mistake");
@@ -106,7 +106,7 @@ fn a_feature_has_a_table_of_its_own() {
     assert_eq!(built(set).expect("settings").len(), all);
     for (text, told, place) in [
         ("[features.stat]\n", "there is no feature `stat`", "stat"),
-        ("[features]\nstate = 3", "`state` is not written as a table", "3"),
+        ("[features]\nstate = 3", "`state` is not a table", "3"),
         ("[features.state]\nstale = 3", "unknown field `stale`", "stale"),
         ("[features.state]\nstale_secs = \"a\"", "invalid type", "\"a\""),
         ("[features.state]\nstale_secs = -3", "`stale_secs` of -3 s", "-3"),
@@ -131,7 +131,7 @@ fn every_other_mistake_is_told_with_its_place() {
         ("[sesion]\n", "unknown field `sesion`"),
         ("[session]\nclock = \"sundial\"", "unknown variant `sundial`"),
         ("[session]\nname = \"../x\"", "can't be the name"),
-        ("sources = 3", "`sources` is not written as [[…]]"),
+        ("sources = 3", "`sources` is not [[…]]"),
         ("[[sources]]\nnamespace = \"/r*\"", "`type` is missing"),
         ("sources = [3]", "an entry of `sources` is not a table"),
         ("[[sources]]\ntype = \"robots\"\nrequired = [\"wings\"]", "`wings` is not a parameter"),
@@ -156,7 +156,7 @@ fn every_example_is_a_study() {
     }
 }
 
-/// A value for each kind of text that a study has, wrong and right ones.
+/// A value for each kind of text in a study, valid and invalid ones.
 fn with_text(text: &str) -> Vec<String> {
     let text = text.replace(['\\', '"', '\n', '\r'], "_");
     let robots = "[[sources]]\ntype = \"robots\"\nnamespace = \"/r*\"\n";

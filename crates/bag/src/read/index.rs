@@ -141,7 +141,7 @@ impl Index {
         }
     }
 
-    /// Reads the summary at the end. An error when there is none, or it does not tell all.
+    /// Reads the summary at the end. Fails when there is none, or it is incomplete.
     fn read_summary(&mut self) -> McapResult<()> {
         let summary = read_summary(&self.file)?;
         let (mut chunks, mut statistics) = (Vec::new(), None);

@@ -230,8 +230,8 @@ impl Bag {
         }
     }
 
-    /// Completes the streams by their descriptions. One that can't be read is passed over: the
-    /// stream stays as its channel tells.
+    /// Completes the streams from their descriptions. An unreadable one is skipped: the stream stays as its
+    /// channel describes it.
     fn read_descriptions(&mut self) {
         let mut described = Vec::new();
         for part in &self.parts {
@@ -261,7 +261,7 @@ impl Bag {
     }
 }
 
-/// The stream of which a message on `/teampulse/streams` tells.
+/// The stream that a message on `/teampulse/streams` describes.
 pub(crate) fn description(cdr: &[u8]) -> Option<Arc<Stream>> {
     match decode(type_name(&Shape::Description), cdr).ok()?.data {
         Data::Description(stream) => Some(stream),

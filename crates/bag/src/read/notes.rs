@@ -1,4 +1,4 @@
-//! What was noted about a recording, where `metadata.yaml` does not tell.
+//! The notes of a recording, where `metadata.yaml` has none.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ fn last_losses(part: &Index) -> BTreeMap<String, String> {
     notes
 }
 
-/// Notes the losses that the statuses in a block tell of; one that can't be read is passed over.
+/// Notes the losses in the statuses of a block; an unreadable one is skipped.
 fn note_losses(part: &Index, block: &Block, notes: &mut BTreeMap<String, String>) {
     let Ok(contents) = block.load(&part.file) else { return };
     let status = type_name(&Shape::Status);

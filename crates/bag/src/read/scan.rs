@@ -126,7 +126,7 @@ impl Scan {
         match prefix_at(&self.index.file, self.at)? {
             Some((op::CHUNK, _)) => match self.add(self.block(self.left_bytes(), Extent::Cut)) {
                 Err(McapError::Io(error)) => Err(error.into()),
-                // Cut before its first record: the missing end is told once, by `resume`.
+                // Cut before its first record: `resume` reports the missing end once.
                 _ => Ok(()),
             },
             _ => Ok(()),

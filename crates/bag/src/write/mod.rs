@@ -60,7 +60,7 @@ pub struct Options {
     pub notes: BTreeMap<String, String>,
     /// The recording ends when the disk has less room than this [bytes].
     pub keep_free_bytes: u64,
-    /// Where it is told how the recording grows.
+    /// Where the growth of the recording is reported.
     pub growth: Growth,
     /// By whose time it is flushed.
     pub clock: Clock,
@@ -333,7 +333,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Tells how much is on the disk now, and fails where it leaves too little room.
+    /// Reports how much is on the disk now, and fails where too little room is left.
     fn note_sync(&mut self) -> Result<(), BagError> {
         let free_bytes = free_bytes(&self.folder).map_err(BagError::io("write", &self.folder))?;
         let written_bytes = self.part.written_bytes();

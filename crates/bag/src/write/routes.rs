@@ -90,8 +90,8 @@ impl Routes {
         &mut self.slots[index]
     }
 
-    /// The topic of a stream. Its quality of service stays as it first was: readers tell channels
-    /// of one topic apart by it.
+    /// The topic of a stream. Its quality of service stays as it was at first: readers distinguish channels
+    /// of one topic by it.
     fn topic(&mut self, stream: &Stream, type_name: &str) -> usize {
         let named = self.named.entry(stream.name.clone()).or_default();
         let is_known = |place: &&usize| {

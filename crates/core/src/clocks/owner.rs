@@ -9,7 +9,7 @@ use crate::stream::{StreamId, Subject};
 pub(super) enum Owner {
     /// This host.
     Host,
-    /// This host, for a stream of which a late joiner is told what was before.
+    /// This host, for a stream whose late joiners receive earlier samples.
     Kept(StreamId),
     /// A device with a clock.
     Device(Subject, String),

@@ -17,7 +17,7 @@ use crate::track::{Track, Word};
 const MOST_LOST: f64 = u32::MAX as f64;
 
 impl Pump {
-    /// Losses that a reading tells of are counted on the stream that lost.
+    /// Counts the losses in a reading on the stream that lost.
     pub(super) fn count_losses(&mut self, reading: &Reading) {
         let Some(loss) = self.track(reading.stream).and_then(|track| track.tells) else { return };
         let Data::Event(event) = &reading.data else { return };
@@ -44,7 +44,7 @@ impl Pump {
         }
     }
 
-    /// What a reading tells of other computers' clocks is taken to heart.
+    /// Applies a reading's report on another computer's clock.
     fn take_told(&mut self, reading: &Reading, log_time: Time) {
         let Some(track) = self.track(reading.stream) else { return };
         match ClockReport::read(&track.stream, &reading.data) {
@@ -59,7 +59,7 @@ impl Pump {
         }
     }
 
-    /// What a reading tells of the publishers of a topic is held against its stream.
+    /// Applies a reading's report on the publishers of a topic to its stream.
     fn take_publishers(&mut self, reading: &Reading) {
         let Some(track) = self.track(reading.stream) else { return };
         let Some(told) = PublishedBy::read(&track.stream, &reading.data) else { return };

@@ -215,8 +215,8 @@ impl Pipeline {
         Pumped { dropped: self.pump.dropped(), broken: self.pump.take_broken() }
     }
 
-    /// A wait that was far longer than it was to be: not the robots were silent, but this process was
-    /// stopped, or the machine was. It is told before anything is concluded from that silence.
+    /// A wait that was far longer than intended: the robots were not silent, but this process was stopped,
+    /// or the machine was. It is reported before anything is concluded from that silence.
     fn note_standstill(&mut self, since: Time, waited: Duration) {
         if self.pace != Pace::Live || waited < STANDSTILL {
             return;
@@ -261,7 +261,7 @@ impl Pipeline {
         self.pump.happen(lasting(label), self.clock.now());
     }
 
-    /// Hands over what there is; what is to be told of sinks goes through the pump with the next.
+    /// Hands over what there is; events about sinks go through the pump with the next batch.
     fn deliver(&mut self) {
         self.course.is_held.store(true, Ordering::Release);
         let told = sinks::deliver(&mut self.routes, self.pump.records());

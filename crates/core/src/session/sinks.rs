@@ -105,8 +105,8 @@ impl Running {
     }
 }
 
-/// Hands records to each sink that wants them; a sink that has ended is left out from then on. Gives
-/// what is to be told of sinks that don't keep up.
+/// Hands records to each sink that wants them; a sink that has ended is left out from then on. Returns
+/// events about sinks that don't keep up.
 pub(super) fn deliver(routes: &mut Vec<Route>, records: &mut Vec<Record>) -> Vec<Event> {
     let mut told = Vec::new();
     if records.is_empty() {
@@ -130,7 +130,7 @@ pub(super) fn deliver(routes: &mut Vec<Route>, records: &mut Vec<Record>) -> Vec
     told
 }
 
-/// What is to be told of a delivery.
+/// The events about a delivery.
 fn said(name: &str, posted: &Posted) -> Option<Event> {
     match posted {
         Posted::Stalled { waiting_bytes } => {

@@ -70,7 +70,7 @@ struct State {
     cut_off: Option<String>,
     /// Since when something has waited without being taken.
     waits: Option<Stopwatch>,
-    /// Whether that was told.
+    /// Whether that was reported.
     is_stalled: bool,
 }
 
@@ -305,14 +305,14 @@ impl Inbox {
         std::mem::take(&mut self.shared.lock().skipped)
     }
 
-    /// Tells of a fault of this sink that lasts, in the session's own events.
+    /// Reports a fault of this sink that lasts, in the session's own events.
     pub fn tell(&self, label: impl Into<String>) {
         if let Some(outlet) = &self.outlet {
             outlet.happen(lasting(label));
         }
     }
 
-    /// The same inbox, by which a fault can be told.
+    /// The same inbox, through which a fault can be reported.
     pub(crate) fn telling(mut self, outlet: Outlet) -> Inbox {
         self.outlet = Some(outlet);
         self

@@ -80,9 +80,9 @@ impl Conversion {
     /// Numbers stay as they are.
     pub const SAME: Conversion = Conversion { relation: Relation::Same, factor: 1.0, offset: 0.0 };
 
-    /// From a unit to another of the same quantity, or from a resistance to a conductance and back; a
-    /// unit that is not declared (empty) is the wanted one. `None` where numbers of the one can't be told
-    /// in the other: volts in microsiemens, raw counts in anything.
+    /// From a unit to another of the same quantity, or from a resistance to a conductance and back; a unit
+    /// that is not declared (empty) is the wanted one. `None` where the one can't be converted to the
+    /// other: volts to microsiemens, raw counts to anything.
     pub fn between(from: &str, to: &str) -> Option<Conversion> {
         let (from, to) = (spelt(from.trim()), spelt(to));
         if from.is_empty() || from == to {
@@ -133,7 +133,7 @@ pub fn worked_in(signal: Signal) -> Option<&'static str> {
     }
 }
 
-/// The units of the same quantity, and of what can be told in it.
+/// The units of the same quantity, and those that can be converted to it.
 pub fn accepted(unit: &str) -> Vec<&'static str> {
     let Some((quantity, _)) = found(&spelt(unit)) else { return Vec::new() };
     let inverse = if quantity == CONDUCTANCE { RESISTANCES } else { &[] };

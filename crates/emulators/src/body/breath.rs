@@ -60,7 +60,7 @@ impl Lungs {
         }
     }
 
-    /// Moves on by one step, and tells of a breath as soon as it is exhaled.
+    /// Advances by one step, and returns a breath as soon as it is exhaled.
     pub fn advance(&mut self, step: Step, state: State) -> Option<Breath> {
         self.settle();
         let per_min = self.per_min + RISE_PER_MIN * state.workload;

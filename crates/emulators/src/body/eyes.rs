@@ -63,7 +63,7 @@ impl Eyes {
         self.are_closed
     }
 
-    /// Moves on by one step, and tells of the blink that begins in it.
+    /// Advances by one step, and returns the blink that begins in it.
     pub fn advance(&mut self, step: Step, state: State) -> Option<Blink> {
         let lasts = |blink: &Blink| step.from_secs <= blink.onset_secs + LAST_SECS;
         self.blink = self.blink.filter(lasts);

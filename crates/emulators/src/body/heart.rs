@@ -101,7 +101,7 @@ impl Heart {
         }
     }
 
-    /// Moves on by one step while the chest has a width, and tells of the beat in it.
+    /// Advances by one step while the chest has a width, and returns the beat in it.
     pub fn advance(&mut self, step: Step, state: State, volume: f64) -> Option<Beat> {
         let cycle_secs = self.cycle_secs(state, volume);
         self.rate_hz = 1.0 / cycle_secs;

@@ -35,9 +35,9 @@ pub struct Settings {
 
 /// A simulated body of one person, with sensors on it.
 ///
-/// It knows no clock: it is told until when to live, and lives in whole steps of 1/64 s. The same
-/// traits, seed, settings and calls at the same times of its own give the same record, bit for bit,
-/// however the time is cut.
+/// It knows no clock: the caller says until when to simulate, in whole steps of 1/64 s. The same traits,
+/// seed, settings and calls at the same simulated times give the same record, bit for bit, however the time
+/// is divided.
 #[derive(Clone, Debug)]
 pub struct Body {
     organs: Organs,
@@ -115,15 +115,15 @@ impl Body {
         self.organs.eyes.open();
     }
 
-    /// Lives until a time [s], in whole steps but not beyond it and an hour at most at once, and
-    /// tells what was recorded since the call before.
+    /// Simulates up to a time [s], in whole steps, at most an hour per call, and returns what was recorded
+    /// since the call before.
     pub fn until(&mut self, secs: f64) -> &Record {
         self.turn_over();
         self.live(secs);
         &self.record
     }
 
-    /// Until when it lives at most when it is told to live until a time [s].
+    /// The latest time that a call for a time [s] simulates up to [s].
     pub(crate) fn most_until(&self, secs: f64) -> f64 {
         if secs.is_nan() { self.secs() } else { secs.min(self.secs() + MOST_SECS) }
     }

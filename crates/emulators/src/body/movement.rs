@@ -16,7 +16,7 @@ const USUAL_G: Range<f64> = 0.03..0.12;
 /// How long movements last [s], and how fast they go to and fro [Hz].
 const LASTS_SECS: Range<f64> = 0.5..2.0;
 const SWINGS_HZ: Range<f64> = 1.0..3.0;
-/// Who is told to move, does it so often [1/min].
+/// At full strength, movements begin at this rate [1/min].
 const TOLD_PER_MIN: f64 = 120.0;
 
 /// A movement of the arm.
@@ -66,8 +66,8 @@ impl Movement {
         }
     }
 
-    /// Moves on by one step while the body is told to move so strongly [g], and tells of the
-    /// movements that begin in it.
+    /// Advances by one step while the body moves with this strength [g], and returns the movements that
+    /// begin in it.
     pub fn advance(&mut self, step: Step, told_g: f64) -> impl Iterator<Item = Swing> {
         let [pitch, roll] = self.tilts.each_mut().map(|tilt| TILT_RAD * tilt.after(STEP_SECS));
         self.gravity = [pitch.sin(), -roll.sin() * pitch.cos(), roll.cos() * pitch.cos()];

@@ -86,7 +86,7 @@ impl Muscles {
         }
     }
 
-    /// Moves on by one step, and tells of the contractions that begin in it.
+    /// Advances by one step, and returns the contractions that begin in it.
     pub fn advance(&mut self, step: Step, state: State) -> impl Iterator<Item = Contraction> {
         self.tone_rise = 1.0 + TONE_RISE * state.workload;
         self.contractions.retain(|each| each.to_secs > step.from_secs);

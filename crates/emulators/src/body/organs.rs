@@ -64,7 +64,7 @@ impl Organs {
         }
     }
 
-    /// Moves on by one step, while the body is told to move so strongly [g].
+    /// Advances by one step, while the body moves with this strength [g].
     pub fn advance(&mut self, step: Step, told_g: f64, truth: &mut Truth) {
         self.course.advance();
         let state = self.course.now();

@@ -89,7 +89,7 @@ impl Rates {
         }
     }
 
-    /// Tells what can't be simulated.
+    /// States what can't be simulated.
     pub fn check(&self) -> Result<(), RateError> {
         Sensor::ALL.into_iter().try_for_each(|sensor| {
             let (rate_hz, can) = (self.of(sensor), sensor.rates_hz());

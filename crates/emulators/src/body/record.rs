@@ -65,17 +65,17 @@ pub struct Truth {
     pub moments: Vec<Moment>,
     /// Beats of the heart, by their R waves.
     pub beats: Vec<Beat>,
-    /// Pulses at the finger, told of when they are at their height.
+    /// Pulses at the finger, reported at their peak.
     pub pulses: Vec<Pulse>,
-    /// Responses of the skin, told of when they begin.
+    /// Responses of the skin, reported at their onset.
     pub responses: Vec<Response>,
-    /// Breaths, told of when they are exhaled.
+    /// Breaths, reported when exhaled.
     pub breaths: Vec<Breath>,
-    /// Blinks, told of when they begin.
+    /// Blinks, reported at their onset.
     pub blinks: Vec<Blink>,
-    /// Contractions of the forearm, told of when they begin.
+    /// Contractions of the forearm, reported at their onset.
     pub contractions: Vec<Contraction>,
-    /// Movements of the arm, told of when they begin.
+    /// Movements of the arm, reported at their onset.
     pub swings: Vec<Swing>,
 }
 

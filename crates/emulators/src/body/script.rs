@@ -55,7 +55,7 @@ impl Scene {
     }
 }
 
-/// How strongly the script tells the body to move at a time [g].
+/// The strength of the body's movement at a time, from the script [g].
 pub fn told_g(scenes: &[Scene], secs: f64) -> f64 {
     let playing = scenes.iter().filter(|scene| scene.is_playing(secs));
     let told = playing.filter_map(|scene| match scene.what {

@@ -87,7 +87,7 @@ impl Skin {
         self.plan(response);
     }
 
-    /// Moves on by one step, and tells of the responses that begin in it.
+    /// Advances by one step, and returns the responses that begin in it.
     pub fn advance(&mut self, step: Step, state: State) -> impl Iterator<Item = Response> {
         self.until_secs = step.to_secs;
         let raised_us = AROUSAL_US * state.arousal + WORKLOAD_US * state.workload;

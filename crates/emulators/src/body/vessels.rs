@@ -73,7 +73,7 @@ impl Vessels {
         self.pulses.push_back(Pulse { beat_secs: beat.secs, foot_secs, peak_secs, amplitude });
     }
 
-    /// Moves on by one step, and tells of the pulse that has its height in it.
+    /// Advances by one step, and returns the pulse with its peak in it.
     pub fn advance(&mut self, step: Step) -> Option<Pulse> {
         let is_over = |pulse: &Pulse| step.from_secs > pulse.foot_secs + LAST_SECS;
         while self.pulses.front().is_some_and(is_over) {

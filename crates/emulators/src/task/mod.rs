@@ -1,7 +1,7 @@
 //! What a person does: an n-back task after a baseline, and now and then a command to a robot.
 //!
-//! A [`Task`] tells what happens when: phases, stimuli, presses, commands, reports, and what all of
-//! this demands of this person. An [`Operator`] is a body that does a task.
+//! A [`Task`] generates the events: phases, stimuli, presses, commands, reports, and the demands of all
+//! this on the person. An [`Operator`] is a body that performs a task.
 //!
 //! ```
 //! use teampulse_emulators::task::{Plan, Skill, Task, What};

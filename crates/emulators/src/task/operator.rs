@@ -37,8 +37,8 @@ impl Operator {
         self.body.secs()
     }
 
-    /// Lives and works until a time [s], an hour at most at once, and tells what was since the call
-    /// before. The same for any cut of the time, as [`Body::until`].
+    /// Simulates up to a time [s], at most an hour per call, and returns what happened since the call
+    /// before. The same for any division of the time, as with [`Body::until`].
     pub fn until(&mut self, secs: f64) -> OperatorOutput<'_> {
         self.happened.clear();
         self.body.turn_over();

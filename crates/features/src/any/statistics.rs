@@ -20,7 +20,7 @@ use teampulse_core::time::Time;
 use self::tracked::TrackedStream;
 use crate::context::FeatureContext;
 
-/// So long after its end a phase is told of although nothing has come on the stream since [ns].
+/// A phase is reported this long after its end even if nothing has arrived on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
 
 /// What the numbers of a stream come to in windows and phases, and by how much that differs from the
@@ -34,10 +34,10 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 ///   value less that of the newest phase named `baseline` that is over; so that of `sd` is the standard
 ///   deviation of the task less that of the baseline.
 /// - Unit: that of the channel; of a slope, that in each second.
-/// - Window: `windows_secs`, 30 times in its length but each second at most (each second for 30 s, each 10 s
-///   for 300 s), from the stream's first sample on, told when the first sample at or after the end has
-///   come; `phases`, each when it is over, of a longer one its last 600 s. A sample that comes late stands
-///   at its place in what is told after it.
+/// - Window: `windows_secs`, 30 times in its length but each second at most (each second for 30 s, each 10
+///   s for 300 s), from the stream's first sample on, reported when the first sample at or after the end
+///   has arrived; `phases`, each when it is over, of a longer one its last 600 s. A sample that arrives
+///   late counts in all later results, at its place in time.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115.
 /// - Limits: nothing is judged, so the quality is always 1; with less than half of the data of a channel its

@@ -21,7 +21,8 @@ use crate::running::{Happening, Naming};
 /// - Unit: as declared for each value.
 /// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Pope et al. (1995), doi:10.1016/0301-0511(95)05116-3.
-/// - Limits: indices are told of groups under controlled conditions; of a person they are estimates.
+/// - Limits: indices are validated on groups under controlled conditions; for a single person they are
+///   estimates.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Brain {

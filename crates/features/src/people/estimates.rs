@@ -28,7 +28,7 @@ use crate::windows::window_name;
 
 /// What streams over phases are called, where those of windows have a length.
 const PHASES: &str = "phases";
-/// The families of streams that are told, and that are read.
+/// The families of streams that are computed, and those that are read.
 const ESTIMATES: &str = "estimates";
 const STATE: &str = "state";
 
@@ -46,18 +46,18 @@ const STATE: &str = "state";
 ///   and report contradict each other, the sum is less sure.
 /// - Unit: 1, on [0..1]: 0 as in the baseline or below (ISA 1), 1 as much as can be (ISA 5).
 /// - Window: those of `state`, once a second, and phases; of reports alone those of the study.
-/// - Reference: three classes of workload are told apart in 72 % of cases within people, and in 46 %
-///   across people (MOCAS, arXiv:2210.03065): 0.21 is the sigma that gives 72 %, 0.7 would be that of 46 %.
-///   Directions: Mehler et al. (2012), doi:10.1177/0018720812442086; Grassmann et al. (2016),
+/// - Reference: three classes of workload are classified correctly in 72 % of cases within people, and in
+///   46 % across people (MOCAS, arXiv:2210.03065): 0.21 is the sigma that gives 72 %, 0.7 would be that of
+///   46 %. Directions: Mehler et al. (2012), doi:10.1177/0018720812442086; Grassmann et al. (2016),
 ///   doi:10.1155/2016/8146809; Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x. Reports:
 ///   Tattersall & Foord (1996), doi:10.1080/00140139608964495.
 /// - Limits: heart, breath and skin answer to posture, speech, heat, coffee and surprise as well; the index
 ///   compares a person with the own baseline, never people with each other; the scale is a convention.
 ///   Against a baseline too short for z (see `state`) the body gives no estimate, and reports alone do. A
 ///   report belongs to the phase in which it is given, or within 10 s after its end to that one, so a phase
-///   is told 11 s after its end, or as the session ends. Reports are events of kind `report` labelled
+///   is reported 11 s after its end, or as the session ends. Reports are events of kind `report` labelled
 ///   `isa` about the person, or on /session/events labelled `isa p001`, or `isa` where there is one person
-///   only. One that is not on the scale is not used; the first of a person is told as a fault on
+///   only. One that is not on the scale is not used; the first of a person is published as a fault on
 ///   `/humans/persons/<id>/reports/faults`, and the first that is about nobody known on
 ///   `/session/reports/faults`. Hidden from the screen unless the study says `show_estimates`: who sees
 ///   them in an experiment is no longer blind.
@@ -131,14 +131,14 @@ struct EstimatesExtractor {
     doubled_secs: f64,
     windows: Vec<(String, f64)>,
     phases: Phases,
-    /// The stream on which the session's phases are told, as soon as they are.
+    /// The stream of the session's phases, as soon as there are any.
     of_session: Option<String>,
     /// The streams of events, by whom they are about and what they are called.
     events: BTreeMap<StreamId, (Subject, String)>,
     /// The streams of states, by whom they are about and over which spans.
     states: BTreeMap<StreamId, (String, String)>,
     people: BTreeMap<String, Person>,
-    /// Whether it was told that a report is about nobody.
+    /// Whether a fault about a report for an unknown person was published.
     is_nobody_told: bool,
     seconds: WholeSeconds,
 }

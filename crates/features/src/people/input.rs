@@ -21,11 +21,11 @@ use crate::value::{Value, defined, window_of};
 use crate::whole_seconds::WholeSeconds;
 use crate::windows::window_name;
 
-/// So many moments of a window are told apart; events at one moment are added up.
+/// The most moments of a window that are counted separately; events at one moment are added up.
 const MOST_MOMENTS: usize = 600;
 /// So many events of a phase are kept at most.
 const MOST_OF_PHASE: usize = 20_000;
-/// So long after its end a phase is told of: what was done at its end may come late [ns].
+/// A phase is reported this long after its end [ns]: input at its end may arrive late.
 const SETTLED_NS: i64 = 1_000_000_000;
 
 /// How much a person does at keys, mice and controls.
@@ -149,7 +149,7 @@ struct Activity {
     stream: Option<Stream>,
     /// When this was first looked at.
     begin: Option<Time>,
-    /// What was done since the phase began that is told of next, in the order of its coming.
+    /// Input since the start of the next phase to be reported, in the order of arrival.
     of_phase: VecDeque<(Time, Deeds)>,
     phases_told: PhasesTold,
 }
@@ -211,7 +211,7 @@ impl Activity {
         self.of_phase.push_back((sample.measured, deed));
     }
 
-    /// Tells of windows at a whole `second` that has passed.
+    /// Reports windows at a whole `second` that has passed.
     fn tick(&mut self, now: Time, second: Option<Time>, out: &mut Outputs) {
         let begin = *self.begin.get_or_insert(now);
         let Some(end) = second else { return };
@@ -224,7 +224,7 @@ impl Activity {
         }
     }
 
-    /// Tells of the phases that are over at `now`, and keeps what the next one needs.
+    /// Reports the phases that are over at `now`, and keeps what the next one needs.
     fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
         while let Some(phase) = self.phases_told.next_over(phases, now.nanos()) {
             self.tell_phase(phase, out);

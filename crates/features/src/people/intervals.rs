@@ -1,4 +1,4 @@
-//! Variability of heart beat intervals that a strap tells.
+//! Variability of heart beat intervals that a strap reports.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -13,7 +13,7 @@ use crate::analysed::Analysed;
 use crate::context::FeatureContext;
 use crate::running::{Happening, Naming};
 
-/// Variability of heart beat intervals that a strap tells.
+/// Variability of heart beat intervals that a strap reports.
 ///
 /// - Measures: each beat (as an event with its interval [ms]), and of each window the variability of corrected
 ///   intervals in time, frequency and geometry.
@@ -23,7 +23,7 @@ use crate::running::{Happening, Naming};
 ///   10 s; and each phase when it is over.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043; Lipponen & Tarvainen (2019),
 ///   doi:10.1080/03091902.2019.1640306.
-/// - Limits: a single lost interval of which nobody tells is not noticed.
+/// - Limits: a single lost interval that is not reported as lost remains undetected.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Intervals {

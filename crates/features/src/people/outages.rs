@@ -35,8 +35,8 @@ const RESTLESS: [Signal; 7] = [
 /// - Measures: silences of each stream of a person's signal, and times in which its numbers do not change
 ///   at all (ECG, PPG, skin conductance, EMG, EEG, breathing and acceleration).
 /// - Formula: a silence longer than `silent_secs` and than three usual intervals between arrivals is a
-///   fault at the time of the last sample; so are equal numbers for `stalled_secs`, at the time of the first
-///   of them. A marker tells when the stream is back, with how long it was gone.
+///   fault at the time of the last sample; so are equal numbers for `stalled_secs`, at the time of the
+///   first of them. A marker states when the stream is back, and how long it was gone.
 /// - Unit: s (the duration of the marker).
 /// - Window: none; judged at each sample and tick.
 /// - Reference: as for robots, Zahumenský (2004), "Guidelines on quality control procedures for data from

@@ -43,7 +43,7 @@ use crate::whole_seconds::WholeSeconds;
 ///   (1946), doi:10.2307/2983560, for overlapping windows.
 /// - Limits: a description of one person, no test, and nothing about why. Before a baseline is over there
 ///   is no state. Few windows vary less than a person does, and z against them is far too large: so it is
-///   told only when five windows fit side by side into what is known of the baseline, without its gaps
+///   reported only when five windows fit side by side into what is known of the baseline, without its gaps
 ///   (150 s for windows of 30 s; a twentieth may be missing), and five minutes are better; a difference
 ///   needs nearly two. A measure is missing where no sensor gives it, has no baseline where the sensor came
 ///   later, a baseline too short, and a gap where its newest window is older than `stale_secs`; else it has
@@ -53,7 +53,7 @@ use crate::whole_seconds::WholeSeconds;
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct State {
-    /// A window that ended longer ago tells nothing any more [s].
+    /// A window that ended longer ago is ignored [s].
     pub stale_secs: f64,
 }
 
@@ -99,11 +99,11 @@ impl Feature for State {
 struct StateExtractor {
     stale_secs: f64,
     phases: Phases,
-    /// On which stream the phases of a person are told, where it is not the session's.
+    /// The stream of a person's own phases, where the session's do not apply.
     told_by: BTreeMap<String, String>,
-    /// The stream on which the session's are told.
+    /// The stream of the session's phases.
     session: String,
-    /// The streams that may tell phases, by whom they are about and what they are called.
+    /// The streams that may contain phases, by their subjects and names.
     events: BTreeMap<StreamId, (About, String, String)>,
     /// The streams of windows and phases, by whom they are about and what they are called.
     windows: BTreeMap<StreamId, (String, String)>,

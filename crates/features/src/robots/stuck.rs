@@ -91,7 +91,7 @@ struct Persistence {
     longest_ns: [i64; 2],
 }
 
-/// Which numbers are watched, and which tell whether they should change.
+/// The numbers that are watched, and those that show whether they should change.
 #[derive(Default)]
 struct Watched {
     channels: Vec<usize>,

@@ -144,7 +144,8 @@ fn live_is_what_the_analysis_tells_afterwards() {
     assert!(windows == expected);
 }
 
-/// What is told of half a minute of intervals of 800 ms in a unit, of which a millisecond has so many.
+/// The values for half a minute of intervals of 800 ms in a unit, with the number of units in a
+/// millisecond.
 fn told_of_intervals(unit: &str, of_ms: f64) -> (Vec<Stream>, Vec<(Time, Data)>) {
     let feature = Intervals { windows_secs: Some(vec![10.0]) };
     let feature = feature.build(&FeatureContext::default()).unwrap();

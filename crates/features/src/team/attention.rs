@@ -27,7 +27,7 @@ use crate::inputs::Inputs;
 use crate::value::{Value, window_of};
 use crate::whole_seconds::WholeSeconds;
 
-/// Where the state of the team is told.
+/// The stream of the team's state.
 const STATE: &str = "/team/state";
 /// So many alerts are kept for whoever joins later.
 const KEPT_ALERTS: u32 = 1000;
@@ -95,7 +95,7 @@ impl Attention {
         }
     }
 
-    /// What a stream tells of the team.
+    /// What a stream contributes to the team's state.
     fn role(&self, stream: &Stream) -> Option<Role> {
         let (raw, id) = (stream.origin == Origin::Raw, || stream.id.clone());
         if stream.about == About::Person && raw {
@@ -136,7 +136,7 @@ impl Feature for Attention {
     }
 }
 
-/// What a stream tells of the team.
+/// What a stream contributes to the team's state.
 enum Role {
     /// That a person is there.
     Life { person: String },
@@ -148,7 +148,7 @@ enum Role {
     Signs { robot: String, signs: Vec<Sign> },
 }
 
-/// The channel on which `deployment` tells whether a robot is online.
+/// The channel in which `deployment` reports whether a robot is online.
 fn online_channel(stream: &Stream) -> Option<usize> {
     let of_robot = stream.about == About::Robot && stream.origin == Origin::Derived;
     let is_deployment = of_robot && stream.name.ends_with("/deployment");
@@ -166,7 +166,7 @@ struct AttentionExtractor {
     inputs: Inputs,
     outputs: Option<(OutputId, OutputId)>,
     seconds: WholeSeconds,
-    /// The second of which the state is told with the next tick, when all features have told theirs.
+    /// The second whose state is reported with the next tick, when all features have reported theirs.
     due: Option<Time>,
 }
 

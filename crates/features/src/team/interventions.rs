@@ -20,16 +20,16 @@ use crate::value::{Value, window_of};
 use crate::whole_seconds::WholeSeconds;
 use crate::windows::window_name;
 
-/// Where interventions are told.
+/// The stream of interventions.
 const NAME: &str = "/team/interventions";
 /// The share of a window that must have been watched before a rate is given.
 const LEAST_WATCHED: f64 = 0.5;
 
 /// How often people step in and command robots: interventions.
 ///
-/// - Measures: each intervention (as an event at its begin, told when it is over; its value is how many
-///   messages it took), and of each window how often people intervened, how many robots they commanded,
-///   and how long ago they last did.
+/// - Measures: each intervention (as an event at its start, reported when it is over; its value is the
+///   number of its messages), and for each window how often people intervened, how many robots they
+///   commanded, and the time since the last intervention.
 /// - Formula: messages of one topic that are at most `pause_secs` apart are one intervention, so that
 ///   driving a robot by hand at 20 Hz is one, not twenty a second. Rate is the number of those that began
 ///   in the window over its length.
@@ -38,9 +38,9 @@ const LEAST_WATCHED: f64 = 0.5;
 /// - Reference: Steinfeld et al. (2006), "Common metrics for human-robot interaction",
 ///   doi:10.1145/1121241.1121249; the time since the last one is the neglect time of Olsen & Wood (2004),
 ///   doi:10.1145/985692.985722, of the team as a whole.
-/// - Limits: only topics that the study names in `commands` of its robots are heard. Whether a robot did
-///   what it was told is not asked, and which person told it is not known. A message so late that its
-///   intervention is over is left out.
+/// - Limits: only topics that the study names in `commands` of its robots are read. Whether a robot obeyed
+///   is not checked, and who sent the command is not known. A message so late that its intervention is over
+///   is left out.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Interventions {
@@ -105,7 +105,7 @@ impl Feature for Steps {
     }
 }
 
-/// Whether the end of the session is told on this stream.
+/// Whether the end of the session is published on this stream.
 fn tells_end(stream: &Stream) -> bool {
     stream.name == session_events().name && stream.origin == Origin::Raw
 }
@@ -195,7 +195,7 @@ impl InterventionsExtractor {
         }
     }
 
-    /// Tells the interventions that are over.
+    /// Reports the interventions that are over.
     fn finish(&mut self, out: &mut Outputs, is_over: impl Fn(&Run) -> bool) {
         let Some((events, _)) = &self.outputs else { return };
         for topic in self.topics.values_mut() {

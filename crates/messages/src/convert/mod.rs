@@ -16,7 +16,7 @@ pub use description::MOST_CHANNELS;
 pub use encode::encode;
 pub use schema::{schema_of, shape_of, type_name};
 
-/// A sample as one of our own messages told it.
+/// A sample from one of our own messages.
 #[derive(Clone, Debug)]
 pub struct Decoded {
     /// The stamp of its header: when it was measured, or for a description when it was declared.

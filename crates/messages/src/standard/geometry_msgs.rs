@@ -75,7 +75,7 @@ pub struct Pose {
 
 message!(Pose { position, orientation } = "geometry_msgs/msg/Pose");
 
-/// A pose at a time, in a frame: where a robot is told to drive to.
+/// A pose at a time, in a frame: the goal of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseStamped {
     /// When, and in which frame.

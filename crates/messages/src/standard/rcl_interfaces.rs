@@ -1,4 +1,4 @@
-//! `rcl_interfaces`: the parameters of a node, and the services that tell and set them.
+//! `rcl_interfaces`: the parameters of a node, and the services that get and set them.
 
 use super::message;
 

@@ -16,7 +16,7 @@ pub enum GidWidth {
     Iron,
 }
 
-/// What a participant tells about its nodes, on `ros_discovery_info`.
+/// A participant's announcement of its nodes, on `ros_discovery_info`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ParticipantEntitiesInfo {
     /// The participant.

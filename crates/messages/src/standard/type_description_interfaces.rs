@@ -1,4 +1,4 @@
-//! `type_description_interfaces`: how a node tells the definition of a type that it uses.
+//! `type_description_interfaces`: how a node provides the definition of a type that it uses.
 
 use super::message;
 

@@ -1,4 +1,4 @@
-//! Who is there: what was discovered, joined with what participants tell of their nodes.
+//! The participants present: discovered endpoints, joined with the nodes that participants announce.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,13 +9,13 @@ use super::names;
 use super::service;
 use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Participant, Service};
 
-/// The topic on which participants tell which nodes they have.
+/// The topic on which participants announce their nodes.
 pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
 
 /// Something that was discovered.
 #[derive(Debug)]
 pub(super) enum Change {
-    /// A participant is there, on a computer of which it may tell what it is called.
+    /// A participant is present, on a computer whose name it may announce.
     Participant(Gid, Option<String>),
     /// An endpoint is there, or more is known about it.
     Endpoint(Found),
@@ -41,7 +41,7 @@ pub(super) struct Found {
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
-    /// By id, the computer that each tells.
+    /// The computer that each participant announces, by id.
     participants: BTreeMap<Gid, Option<String>>,
     endpoints: BTreeMap<Gid, Found>,
     nodes: BTreeMap<Gid, Vec<NodeEntitiesInfo>>,
@@ -73,14 +73,14 @@ impl Census {
         }
     }
 
-    /// Takes what a participant tells of its nodes; nothing from who is not there.
+    /// Takes in a participant's announcement of its nodes; ignores participants that are not present.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
         if self.participants.contains_key(&Gid(info.gid)) {
             self.nodes.insert(Gid(info.gid), info.node_entities_info_seq);
         }
     }
 
-    /// What we tell of our only node.
+    /// The announcement of our only node.
     pub(super) fn own_nodes(&self, namespace: &str, name: &str) -> ParticipantEntitiesInfo {
         let gids = |kind| {
             let ours = self.endpoints.values().filter(move |found| {
@@ -136,7 +136,7 @@ impl Census {
         self.endpoints.values().filter(takes).filter_map(service).collect()
     }
 
-    /// What the computers of participants are called: by what they tell, else by their first node.
+    /// The names of participants' computers: as announced, else the name of their first node.
     fn computers(&self) -> BTreeMap<Participant, String> {
         let computer = |(gid, told): (&Gid, &Option<String>)| {
             let participant = gid.participant();

@@ -18,7 +18,7 @@ use crate::graph::{EndpointKind, Gid};
 /// How many changes are taken from the library at once.
 const BATCH: usize = 64;
 
-/// The library's own topics on which it tells what it has discovered.
+/// The library's own topics with discovered endpoints.
 pub(super) struct Discovery {
     /// Before `_wake`: when their end returns, the library calls back no more.
     participants: Entity,
@@ -79,7 +79,7 @@ unsafe extern "C" fn data_available(_reader: c::dds_entity_t, wake: *mut c_void)
     unsafe { &*wake.cast::<Wake>() }.wake();
 }
 
-/// Takes all samples of a reader, each with whether what it tells of is still there.
+/// Takes all samples of a reader, each with whether its subject still exists.
 ///
 /// # Safety
 ///
@@ -110,8 +110,8 @@ unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
     }
 }
 
-/// What a participant tells of its host and its process, the former first and a space between: as
-/// Cyclone DDS names them, and as Fast DDS does.
+/// The host and process that a participant announces, separated by a space: in the form of Cyclone DDS, and
+/// in that of Fast DDS.
 ///
 /// # Safety
 ///

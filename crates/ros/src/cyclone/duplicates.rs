@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::graph::Gid;
 use crate::runs::Runs;
 
-/// How many publishers are told apart; a topic has a few.
+/// The most publishers that are tracked separately; a topic has a few.
 const MOST: usize = 4096;
 
 /// The numbers of the messages that were seen, for each publisher.

@@ -1,4 +1,4 @@
-//! What the library says: told with our own words, not on the terminal.
+//! Log messages of the library: passed on with our own wording, not printed on the terminal.
 
 use std::ffi::{CStr, c_void};
 use std::ptr;
@@ -27,7 +27,7 @@ pub(super) fn explain<T>(join: impl FnOnce() -> Result<T, String>) -> Result<T, 
     }
 }
 
-/// Asks the library to tell us, once for the process.
+/// Installs our log callback, once for the process.
 fn listen() {
     static ONCE: Once = Once::new();
     // SAFETY: the function lives for ever and needs no data.

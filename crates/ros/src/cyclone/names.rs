@@ -58,7 +58,7 @@ pub(super) fn type_hash(user_data: &[u8]) -> String {
     if whole { hash.to_owned() } else { String::new() }
 }
 
-/// The user data that tells a hash; empty when there is none to tell.
+/// The user data with a type hash; empty without a hash.
 pub(super) fn user_data(hash: &str) -> String {
     if hash.is_empty() { String::new() } else { format!("typehash={hash};") }
 }

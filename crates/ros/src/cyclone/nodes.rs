@@ -48,14 +48,14 @@ impl Nodes {
         Ok(Nodes { writer, _reader: reader, heard, told: None })
     }
 
-    /// Takes what others have told since the last time. What can't be read is passed over.
+    /// Takes in new announcements of others. Unreadable ones are skipped.
     pub(super) fn take(&self) -> Vec<(ParticipantEntitiesInfo, GidWidth)> {
         let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         let heard = std::mem::take(&mut *heard);
         heard.iter().filter_map(|cdr| ParticipantEntitiesInfo::decode(cdr).ok()).collect()
     }
 
-    /// Tells others what we are, unless that is what they were told last.
+    /// Announces our node, unless the announcement is unchanged.
     pub(super) fn tell(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) {
         let news = Some((ours, width));
         if self.told == news {

@@ -1,4 +1,4 @@
-//! The parameters of our node, told as every node of ROS 2 tells them.
+//! The parameters of our node, served as every node of ROS 2 serves them.
 
 use std::sync::Arc;
 

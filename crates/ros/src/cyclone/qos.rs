@@ -58,8 +58,8 @@ impl Policies {
             Durability::TransientLocal => c::dds_durability_kind_DDS_DURABILITY_TRANSIENT_LOCAL,
         };
         let unlimited = c::DDS_LENGTH_UNLIMITED;
-        // SAFETY: the set is ours and alive. What the library keeps for late joiners has a policy
-        // of its own, so it is told twice how many messages that is.
+        // SAFETY: the set is ours and alive. The history for late joiners has a policy of its own, so its
+        // depth is set twice.
         unsafe {
             c::dds_qset_history(self.0, history, depth);
             c::dds_qset_reliability(self.0, reliability, MAX_BLOCKING_NS);

@@ -33,7 +33,7 @@ pub(super) struct Reader {
     _callbacks: Box<Callbacks>,
 }
 
-/// What a reader tells. Called on threads of the library, one at a time for each reader.
+/// An event of a reader. Delivered on threads of the library, one at a time for each reader.
 #[derive(Debug)]
 pub(super) enum ReaderEvent {
     /// A message arrived.
@@ -44,7 +44,7 @@ pub(super) enum ReaderEvent {
     DeadlinesMissed(u64),
 }
 
-/// What is called for all that a reader tells.
+/// The callback for all events of a reader.
 pub(super) type OnEvent = Box<dyn Fn(ReaderEvent) + Send + Sync>;
 
 struct Callbacks {
@@ -91,7 +91,7 @@ impl Reader {
 }
 
 impl Callbacks {
-    /// Tells, and stops a panic where it would otherwise enter the library.
+    /// Calls the callback, and stops a panic where it would otherwise enter the library.
     fn tell(&self, told: ReaderEvent) {
         if catch_unwind(AssertUnwindSafe(|| (self.tell)(told))).is_err() {
             tracing::error!("what a subscription calls for its messages panicked");

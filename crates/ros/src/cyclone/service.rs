@@ -37,7 +37,7 @@ pub(super) struct Call {
 }
 
 impl Service {
-    /// The service with which a node tells the definitions of its types.
+    /// The service with which a node provides the definitions of its types.
     pub(super) fn get_type_description(node: &str) -> Service {
         Service::named(&format!("{node}/get_type_description"))
     }

@@ -19,7 +19,7 @@ use super::wake::Wake;
 use crate::bus::Incident;
 use crate::graph::Graph;
 
-/// How long changes are collected before they are told.
+/// How long changes are collected before they are reported.
 const COALESCED: Duration = Duration::from_millis(5);
 /// How often it is looked for readers that may go.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -96,7 +96,7 @@ pub(super) struct Watcher {
 }
 
 impl Watcher {
-    /// Begins to watch; ids are told in this width, or in that of the first that is heard.
+    /// Starts watching; ids are announced in this width, or in that of the first announcement received.
     pub(super) fn new(
         site: Arc<Site>,
         domain: u32,
@@ -117,7 +117,7 @@ impl Watcher {
         }
     }
 
-    /// Takes what has changed, and tells it.
+    /// Takes what has changed, and reports it.
     pub(super) fn look(&mut self) {
         // In this order: who is heard was discovered before.
         let heard = self.nodes.take();
@@ -159,16 +159,16 @@ impl Watcher {
         }
     }
 
-    /// Tells how many packets found our receive buffers full.
+    /// Reports how many packets were dropped because our receive buffers were full.
     fn tell_overflow(&mut self) {
         let packets = self.overflow.look(self.site.clock.now());
         if packets > 0 {
-            // Without a listener there is nobody to tell.
+            // Without a listener the event is dropped.
             self.site.incidents.send(Incident::Overflow { packets }).ok();
         }
     }
 
-    /// Tells each topic that is published with two types, once for each set of types.
+    /// Reports each topic that is published with two types, once for each set of types.
     fn tell_ambiguity(&mut self, graph: &Graph) {
         let now: BTreeMap<String, Vec<String>> = census::ambiguous_topics(graph)
             .into_iter()
@@ -177,7 +177,7 @@ impl Watcher {
         for (topic, types) in &now {
             if self.ambiguous.get(topic) != Some(types) {
                 let (topic, types) = (topic.clone(), types.clone());
-                // Without a listener there is nobody to tell.
+                // Without a listener the event is dropped.
                 self.site.incidents.send(Incident::TwoTypes { topic, types }).ok();
             }
         }

@@ -33,7 +33,7 @@ pub(super) struct Listening {
     ear: Arc<Ear>,
 }
 
-/// What a subscription does with what its readers tell.
+/// How a subscription handles the events of its readers.
 struct Ear {
     topic: String,
     adaptive: bool,
@@ -116,7 +116,8 @@ impl Listening {
 
     fn open(&self, qos: &Qos, offers: &[&Endpoint]) -> Result<Reader, String> {
         let (topic, type_name) = (names::dds_topic(&self.topic), names::dds_type(&self.type_name));
-        // Before anything is offered, what is shipped tells the hash: stock tools warn without one.
+        // Before anything is offered, the hash is that of the shipped definition: stock tools warn without
+        // one.
         let offered = offers.iter().find(|offer| !offer.type_hash.is_empty());
         let shipped = || shipped_hash(&self.type_name);
         let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
@@ -155,7 +156,7 @@ impl Ear {
     }
 
     fn tell(&self, incident: Incident) {
-        // Without a listener there is nobody to tell.
+        // Without a listener the event is dropped.
         self.incidents.send(incident).ok();
     }
 }

@@ -14,9 +14,9 @@ use crate::definitions;
 /// How many nodes are asked for one type.
 const MOST_ASKED: usize = 8;
 
-/// Finds the definition of a type: the one that is shipped if it has the hash; what the nodes tell
-/// that publish it; what the installed ROS has; what is shipped if no hash is known. Says what was
-/// tried if none is found.
+/// Finds the definition of a type: the shipped one if it has the hash; the one that a publishing node
+/// provides; the one of the installed ROS; the shipped one if no hash is known. The error lists what was
+/// tried.
 pub(super) async fn find(
     site: &Arc<Site>,
     prefixes: &[PathBuf],

@@ -1,4 +1,4 @@
-//! Telling others the definitions of our types, as every node of ROS 2 does.
+//! Provides the definitions of our types, as every node of ROS 2 does.
 
 use teampulse_messages::catalogue;
 use teampulse_messages::definition::Definition;
@@ -28,7 +28,7 @@ impl TypeServer {
     }
 }
 
-/// The user data that tells the hash of a type that is shipped.
+/// The user data with the hash of a shipped type.
 pub(super) fn shipped_hash(type_name: &str) -> String {
     names::user_data(catalogue::shipped(type_name).as_ref().map_or("", |schema| &schema.hash))
 }

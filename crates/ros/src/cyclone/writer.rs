@@ -70,8 +70,8 @@ impl Writer {
         Ok(Writer { entity, _meet: meet, written: Mutex::new(0) })
     }
 
-    /// Writes a message: CDR with its header; stamped now, or as told. Waits for slow subscribers for
-    /// a second at most.
+    /// Writes a message: CDR with its header, with the given stamp or the current time. Waits for slow
+    /// subscribers for at most a second.
     pub(super) fn write(&self, cdr: &[u8], stamp: Option<Time>) -> Result<(), String> {
         if cdr.len() < message::HEADER_BYTES {
             return Err(format!("it has {} bytes, and CDR begins with four", cdr.len()));

@@ -202,15 +202,15 @@ impl State {
         })
     }
 
-    /// Tells both sides when a new subscription does not match a publisher.
+    /// Notifies both sides when a new subscription does not match a publisher.
     fn readers_differ(&self, reader: &Reader) {
         for writer in self.writers.values().filter(|writer| writer.reaches(reader)) {
             tell_difference(writer, reader);
         }
     }
 
-    /// Tells both sides when a new publisher does not match a subscription, and everyone when it
-    /// gives its topic a second type.
+    /// Notifies both sides when a new publisher does not match a subscription, and everyone when it gives
+    /// its topic a second type.
     fn writer_differs(&self, writer: &Writer) {
         for reader in self.readers.values().filter(|reader| writer.reaches(reader)) {
             tell_difference(writer, reader);
@@ -284,7 +284,7 @@ impl State {
 
 impl Member {
     fn tell(&self, incident: Incident) {
-        // Without a listener there is nobody to tell.
+        // Without a listener the event is dropped.
         self.incidents.send(incident).ok();
     }
 }

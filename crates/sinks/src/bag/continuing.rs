@@ -28,13 +28,13 @@ pub enum Again {
     },
 }
 
-/// A bag that tells the tidy files beside it when it ends early, so that they end with it, and goes on
+/// A bag that notifies the tidy files beside it when it ends early, so that they end with it, and continues
 /// in another bag.
 #[derive(Debug)]
 pub struct ContinuingBag {
     /// The bag.
     pub bag: BagSink,
-    /// Whom it tells.
+    /// The sinks that it notifies.
     pub ended: Ended,
     /// Where it goes on.
     pub again: Again,

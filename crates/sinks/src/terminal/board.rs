@@ -378,7 +378,7 @@ impl Board {
         self.watched_secs = secs;
     }
 
-    /// For how long the session goes on; where nothing tells its time, for how long it was watched [s].
+    /// The duration of the session; where nothing reports its time, for how long it was watched [s].
     fn elapsed_secs(&self) -> f64 {
         let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
         if self.streams.is_empty() { recorded_secs.max(self.watched_secs) } else { recorded_secs }

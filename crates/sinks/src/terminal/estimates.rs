@@ -13,12 +13,12 @@ const SHOWN: [&str; 2] = ["workload", "arousal"];
 #[derive(Debug, Default)]
 pub(super) struct Estimates(BTreeMap<u64, String>);
 
-/// Whether a stream tells how somebody is compared with a baseline, or what is estimated from that.
+/// Whether a stream compares a person with a baseline, or contains what is estimated from that.
 pub(super) fn unblinds(stream: &Stream) -> bool {
     stream.about == About::Person && matches!(family(stream), Some("state" | "estimates"))
 }
 
-/// Whether it tells estimates over windows.
+/// Whether it contains estimates over windows.
 pub(super) fn is_estimate(stream: &Stream) -> bool {
     let is_live = !stream.name.ends_with("/phases");
     stream.about == About::Person && family(stream) == Some("estimates") && is_live

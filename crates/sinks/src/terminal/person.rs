@@ -9,8 +9,8 @@ use teampulse_core::time::Time;
 use super::format::for_so_long;
 use super::styled_line::{Style, StyledLine};
 
-/// What is shown of a signal: by the feature that tells it, what it is called, its channel, how it is
-/// written, and what is said beside it.
+/// What is shown of a signal: the feature that computes it, its name, its channel, its format, and the
+/// value shown beside it.
 const FIGURES: &[Figure] = &[
     Figure { family: "heart", word: "heart", channel: "ECG_Rate_Mean", write: rate, beside: "" },
     Figure { family: "intervals", word: "heart", channel: "HRV_MeanHR", write: rate, beside: "" },
@@ -54,7 +54,7 @@ pub(super) struct Person(BTreeMap<(usize, String), Signal>);
 /// What is known of one signal.
 #[derive(Debug, Default)]
 struct Signal {
-    /// What its windows told last, each by its name.
+    /// The newest value of each window, by the name of the window.
     windows: BTreeMap<String, WindowValue>,
     /// The last value that there was.
     last: Option<(f64, Time)>,
@@ -74,8 +74,8 @@ struct WindowValue {
 pub(super) type Silent<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 impl Person {
-    /// Takes those values of a feature that are shown: never what is estimated of a person's state,
-    /// which would tell an experimenter what to expect.
+    /// Takes the values of a feature that are shown: never those estimated of a person's state, which would
+    /// bias an experimenter.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         let Some((place, input, window)) = shown(stream) else { return };
         let figure = &FIGURES[place];
@@ -126,11 +126,11 @@ impl Person {
 pub(super) enum Detail {
     /// Each signal.
     Whole,
-    /// Of signals that tell the same, the first that has a value.
+    /// Of signals that measure the same, the first one with a value.
     Brief,
 }
 
-/// Which figure a stream tells, of which signal and over which window; `None` for any other stream.
+/// The figure, the signal and the window of a stream; `None` for any other stream.
 fn shown(stream: &Stream) -> Option<(usize, &str, &str)> {
     let [input] = stream.inputs.as_slice() else { return None };
     let (family, window) = stream.name.strip_prefix(input)?.strip_prefix('/')?.split_once('/')?;

@@ -14,7 +14,7 @@ use super::file::on_one_line;
 /// What is shorter than this is no phase that anybody meant [s].
 pub(super) const SHORTEST_SECS: f64 = 1.0;
 
-/// Why a session may never have told its end.
+/// Why a session may have no recorded end.
 const CUT_OFF: &str =
     "The session was cut off: its end was never told; phases end with the last that is known.";
 
@@ -58,7 +58,7 @@ impl Course {
         }
     }
 
-    /// Nothing comes any more: a session that never told its end has ended with the last that is known.
+    /// No more records come: a session without a recorded end ended with its last record.
     pub(super) fn finish(&mut self) {
         if !self.phases.is_over() {
             self.cut_off.get_or_insert_with(|| CUT_OFF.to_owned());
@@ -66,7 +66,7 @@ impl Course {
         }
     }
 
-    /// The bag has ended, and with it what is told of the session.
+    /// The bag has ended, and the session's record with it.
     pub(super) fn end_with_bag(&mut self, why: &str) {
         self.cut_off = Some(format!(
             "The bag ended before the session did, and these files with it: {}; phases end there, too.",
@@ -74,7 +74,7 @@ impl Course {
         ));
     }
 
-    /// What is to be said where the session never told its end.
+    /// The remark on a session without a recorded end.
     pub(super) fn cut_off(&self) -> Option<&str> {
         self.cut_off.as_deref()
     }
@@ -112,8 +112,8 @@ impl Course {
         self.phases.of(subject)
     }
 
-    /// How long somebody's phase of this name was that was told at a moment [s]; `None` where none
-    /// began with that, or it goes on.
+    /// The length of the phase of this name that was announced at this moment [s]; `None` where no phase
+    /// began with that, or it has not ended.
     pub(super) fn length_secs(&self, subject: &Subject, label: &str, told: Time) -> Option<f64> {
         let phases = self.phases.of(subject);
         let since = &phases[phases.partition_point(|phase| phase.begin < told)..];

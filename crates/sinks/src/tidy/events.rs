@@ -55,9 +55,9 @@ const SAME_SECS: f64 = 1.0;
 /// So long an event waits for earlier ones, so that the rows stand in the order of their onsets [ns].
 const WAIT_NS: i64 = 10_000_000_000;
 
-/// A row for each event: when it began [s since the session did], how long it lasted [s], what it was,
-/// and whose. As in BIDS, what there is not is `n/a`. A phase has the length that was told until the
-/// session is over, and then the one that it had.
+/// A row for each event: its onset [s since the session's start], its duration [s], its type, and its
+/// subject. Missing values are `n/a`, as in BIDS. A phase has its announced length until the session is
+/// over, and its actual length then.
 #[derive(Debug)]
 pub(super) struct Events {
     file: TextFile,
@@ -192,8 +192,8 @@ impl Row {
     }
 }
 
-/// How long that lasted which a notice tells the end of [s]. Its row is that moment: a row over what was before
-/// would have the label of the opposite.
+/// The duration of a state whose end an event reports [s]. The row of the event is that moment: a row over
+/// the time before would have the label of the opposite.
 fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
     Some(event.duration_secs).filter(|secs| is_notice(stream, event) && *secs > 0.0)
 }
@@ -204,13 +204,13 @@ fn is_notice(stream: &Stream, event: &Event) -> bool {
     event.kind == EventKind::Marker && is_concluded
 }
 
-/// Whether an event has a row. Beats stand in the files of intervals; what is told of clocks each
-/// second, and that losses of a stream can be counted or not, says nothing to people.
+/// Whether an event has a row. Beats are in the files of intervals; the reports on clocks each second, and
+/// on whether losses of a stream can be counted, mean nothing to people.
 fn is_told(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
     let is_news = is_counted || !stream.name.starts_with("/teampulse/lost");
     let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);
-    // One without a name only ends the phase before it, whose length tells that.
+    // A phase without a name only ends the one before, whose length shows that.
     let is_end = event.kind == EventKind::Phase && name_of(&event.label).is_none();
     event.kind != EventKind::Beat && is_own && is_news && !is_end
 }

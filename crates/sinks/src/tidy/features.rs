@@ -55,7 +55,7 @@ struct LastWindow {
     section: Time,
 }
 
-/// The time that a feature tells of.
+/// The time that a feature covers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     begin: Time,

@@ -20,7 +20,7 @@ const COMPARED: [(&str, &str); 3] = [
     ("_z", "less its mean in the baseline, over the standard deviation there"),
 ];
 
-/// What a measure means, in a sentence; of one that this project does not compute, that its stream tells.
+/// What a measure means, in a sentence; for one that this project does not compute, from its stream.
 pub(super) fn meaning_of(name: &str) -> String {
     let (base, channel) = name.split_once('/').map_or((name, None), |(base, of)| (base, Some(of)));
     let meaning = known(base).unwrap_or_else(|| {
@@ -68,7 +68,7 @@ mod tests {
         assert!(meaning_of("pupil").starts_with("A measure of this study's own"));
     }
 
-    /// Every value that an analysis of a person's signal tells.
+    /// Every value that an analysis of a person's signal computes.
     fn told_by_analyses() -> Vec<Value> {
         let channels = ["F3", "F4", "Fz", "Pz", "Fp1"].map(str::to_owned).to_vec();
         let eeg_settings = eeg::analysis::Settings { channels, ..Default::default() };

@@ -43,7 +43,7 @@ struct Units(BTreeSet<String>);
 struct Methods(BTreeMap<String, BTreeSet<String>>);
 
 impl Measures {
-    /// Takes in what a stream of features tells of itself.
+    /// Takes in the description of a stream of features.
     pub(super) fn take(&mut self, record: &Record) {
         let (id, stream) = (record.sample.stream, &record.stream);
         let is_known = |known: &Arc<Stream>| Arc::ptr_eq(known, stream) || **known == **stream;

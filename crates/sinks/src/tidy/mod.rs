@@ -132,7 +132,7 @@ impl Sink for Files {
     }
 }
 
-/// Whether the files tell of a stream.
+/// Whether the files contain a stream.
 fn is_told(stream: &Stream) -> bool {
     use Shape::{Description, Event, Feature, Status};
     matches!(stream.shape, Event | Feature | Status | Description)

@@ -64,7 +64,7 @@ impl PhaseTable {
         PhaseTable { columns: Vec::new(), places, streams, rows: Rows::new(folder) }
     }
 
-    /// Takes in what a phase told, if it is one of those that the table has.
+    /// Takes in the values of a phase, if it is one of those in the table.
     pub(super) fn take(&mut self, record: &Record, values: &FeatureValues, course: &Course) {
         let stream = &record.stream;
         if !is_of_phases(stream) || says_nothing(values) {

@@ -28,7 +28,7 @@ impl Column {
     }
 }
 
-/// What is told of a column: the keys are those of BIDS.
+/// The description of a column, with the keys of BIDS.
 #[derive(Debug, Default, Serialize)]
 #[serde(rename_all = "PascalCase")]
 pub(super) struct ColumnDescription {
@@ -49,7 +49,7 @@ impl ColumnDescription {
     }
 }
 
-/// What is told of the columns of a table, by their names.
+/// The descriptions of a table's columns, by their names.
 pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, ColumnDescription> {
     let told = |(name, column): &(&str, Column)| {
         let (description, units) = (column.description.to_owned(), column.units.to_owned());

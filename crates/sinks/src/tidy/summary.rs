@@ -32,7 +32,7 @@ use super::measures::{is_of_phases, is_of_statistics};
 pub(super) const NAME: &str = "summary.md";
 /// A window with this share of its data has enough for a value, unless it is too short [0..1].
 const ENOUGH: f32 = 0.5;
-/// The most kinds of faults that are told apart.
+/// The most kinds of faults that are listed separately.
 const MOST_FAULTS: usize = 1000;
 
 /// What a page is written from when the session ends.
@@ -42,7 +42,7 @@ pub(super) struct Summary {
     watched: BTreeMap<(Subject, String), StreamSummary>,
     /// The feature by whose windows each raw stream is judged, by their names.
     judges: BTreeMap<String, String>,
-    /// When each fault was told first, and how often.
+    /// When each fault occurred first, and how often.
     faults: BTreeMap<String, (Time, u64)>,
     counts: Counts,
     /// What damage took from the recording that all this is computed from.
@@ -196,7 +196,7 @@ fn analysis(stream: &str) -> Option<&str> {
     Some(stream.rsplit_once('/')?.0)
 }
 
-/// Whether the faults of a stream are counted elsewhere, or repeat what others tell.
+/// Whether the faults of a stream are counted elsewhere, or repeat those of others.
 fn is_told_elsewhere(stream: &Stream) -> bool {
     let name = stream.name.as_str();
     name == ALERTS || UNTOLD.contains(&name) || name.starts_with("/teampulse/lost")

@@ -15,8 +15,8 @@ impl Following<'_> {
         }
     }
 
-    /// Tells who publishes a topic that is kept as it came, from when these are several. Told at the
-    /// second look: who restarts is there twice for a moment, and names come with a delay.
+    /// Reports the publishers of an unsplit topic where there are several. Reported at the second look: a
+    /// restarted publisher is present twice for a moment, and names arrive with a delay.
     pub(super) fn tell_publishers(&mut self, graph: &Graph) {
         let mut faults = Vec::new();
         for (key, followed) in &mut self.followed {
@@ -32,7 +32,7 @@ impl Following<'_> {
                 continue;
             }
             self.outlet.published_by(followed.id, &names);
-            // Of several computers it is told beside.
+            // Several computers are reported separately.
             let is_of_one = several(&publishing(key, graph)).is_none();
             let has_numbers = !followed.stream.channels.is_empty();
             if is_of_one && has_numbers && names.len() > followed.published_by.len() {
@@ -50,8 +50,8 @@ impl Following<'_> {
         }
     }
 
-    /// Tells which topics are published from several places, each once. Told at the second look, as names
-    /// come with a delay.
+    /// Reports the topics that are published from several places, each once. Reported at the second look,
+    /// as names arrive with a delay.
     pub(super) fn tell_several(&mut self, graph: &Graph) {
         let is_shared = |(key, followed): &(&Key, &Followed)| {
             matches!(followed.receivers, Receivers::Unsplit(_)) && gids(key, graph).nth(1).is_some()

@@ -14,7 +14,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The people of a namespace; it needs a star to tell one from another.
+    /// The people of a namespace; it needs a star to distinguish them.
     pub fn new(namespace: Pattern) -> Result<Choice, SettingsError> {
         if namespace.text().contains('*') && !namespace.text().contains("**") {
             return Ok(Choice { namespace });
@@ -24,7 +24,7 @@ impl Choice {
         Err(SettingsError::new(message).with_hint(hint))
     }
 
-    /// The stream of a topic, as far as its name and type tell; `None` when it is not wanted.
+    /// The stream of a topic, as far as its name and type determine it; `None` when it is not wanted.
     pub fn stream(&self, topic: &str, type_name: &str) -> Option<Stream> {
         let shape = match type_name {
             msgs::Sample::NAME => Shape::Sample,

@@ -1,4 +1,4 @@
-//! What other computers tell of the streams that they publish.
+//! Descriptions of streams that other computers publish.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,13 +39,13 @@ impl Descriptions {
         bus.subscribe(TOPIC, StreamDescription::NAME, asked, deliver)
     }
 
-    /// Resolves when more was told.
+    /// Resolves when another description was received.
     pub fn news(&self) -> &Notify {
         &self.news
     }
 
-    /// The stream with what was told of one of its name and shape. It stays raw and about whom its
-    /// name says.
+    /// The stream, completed by the description of its name and shape. It stays raw, with the subject of
+    /// its name.
     pub fn complete(&self, stream: Stream) -> Stream {
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         match known.get(&stream.name) {

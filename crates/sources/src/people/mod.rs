@@ -25,11 +25,11 @@ use descriptions::Descriptions;
 /// People's signals on ROS, from the computers that measure them, found by namespace and type.
 ///
 /// Each topic `<namespace>/<device>/<signal>` of type `teampulse_msgs/Wave`, `Sample` or `Event` is
-/// heard; what its numbers are is told by a `teampulse_msgs/StreamDescription` on
-/// `/teampulse/streams`, as teampulse publishes it. Without one the topic's last word is the signal,
-/// and the numbers have no unit. Stamps are by the clock of the computer that measures, and go through the
-/// model of that clock; one more than a second off the arrival is not believed, unless it goes on in order
-/// after a network was down.
+/// subscribed to; a `teampulse_msgs/StreamDescription` on `/teampulse/streams` states what its numbers are,
+/// as teampulse publishes it. Without one the topic's last token is the signal, and the numbers have no
+/// unit. Stamps are by the clock of the computer that measures, and go through the model of that clock; a
+/// stamp more than a second off the arrival is not trusted, unless messages continue in order after a
+/// network outage.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct People {

@@ -19,7 +19,7 @@ pub(super) struct Awaited {
     namespace: String,
     /// By topic, the setting that names it.
     missing: Mutex<BTreeMap<String, &'static str>>,
-    /// Told when the first topic of a robot was found.
+    /// Notified when the first topic of a robot was found.
     found: Notify,
 }
 

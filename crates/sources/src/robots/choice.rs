@@ -157,7 +157,7 @@ fn add(stream: &mut Stream, field: &Field) {
     stream.rate_hz = field.rate_hz.unwrap_or(stream.rate_hz);
 }
 
-/// A command is a topic of its own: named in full, and nothing that tells the robot's state.
+/// A command is a topic of its own: named in full, and not one of the robot's state.
 fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
     for (place, topic) in settings.commands.iter().enumerate() {
         let wrong = |message: String, hint: &str| {

@@ -58,9 +58,9 @@ pub struct Robots {
     pub numbers: Vec<Field>,
     /// Topics with images to record, relative to the robot: they are large, so none by default.
     pub images: Vec<String>,
-    /// Topics on which people command it, relative to the robot and each by its full name:
-    /// `goal_pose`, `cmd_vel`. They are recorded as they are, and what comes on them is counted as
-    /// interventions; a topic that tells the robot's state is never among them.
+    /// Topics on which people command it, relative to the robot and each by its full name: `goal_pose`,
+    /// `cmd_vel`. They are recorded as they are, and their messages are counted as interventions; topics of
+    /// the robot's state are never among them.
     pub commands: Vec<String>,
     /// Any other topics to record as they are, relative to the robot; `*` as in `namespace`.
     pub topics: Vec<String>,

@@ -20,19 +20,19 @@ use course::{Break, Course};
 
 /// How often it is looked whether the clock runs.
 const LOOK: Duration = Duration::from_millis(20);
-/// How many breaks are kept until they are told.
+/// The most breaks that are kept until they are reported.
 const MOST_BREAKS: usize = 1000;
 
 /// A session's clock as it follows `/clock` on a bus, as long as this is held.
 ///
-/// Where `/clock` jumps, or stops, the session's time goes on: evenly, and by the host's clock as long as
-/// nothing else tells the time. As a source it tells each such break as an event of the session.
+/// Where `/clock` jumps, or stops, the session's time continues evenly, and by the host's clock while
+/// nothing publishes `/clock`. As a source it reports each such break as an event of the session.
 pub struct SimulatedClock {
     following: Arc<Mutex<Following>>,
     _subscription: Subscription,
 }
 
-/// The course of the time, with what was not told of it yet.
+/// The course of the time, with the breaks not yet reported.
 struct Following {
     course: Course,
     clock: Clock,
@@ -49,8 +49,8 @@ impl Following {
     }
 }
 
-/// Lets a told clock follow `/clock` on a bus, and waits until it runs. Gives `None` when nothing
-/// publishes the time within `patience`.
+/// Makes a clock follow `/clock` on a bus, and waits until it runs. Returns `None` when nothing publishes
+/// `/clock` within `patience`.
 pub async fn follow_clock(
     bus: &dyn Bus,
     clock: &Clock,

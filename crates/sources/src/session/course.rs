@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::phases::{Phase, in_order};
 
-/// So many phases that others told wait until they are looked at; more come from no person.
+/// The most phases of others that wait to be taken; no person begins more.
 const MOST_HEARD: usize = 100;
 
 /// How the phases of a study go on, other than planned.
@@ -26,7 +26,7 @@ pub struct PhaseDesk(Arc<Mutex<Asked>>);
 #[derive(Debug, Default)]
 struct Asked {
     turns: VecDeque<Turn>,
-    /// The names of phases that others told.
+    /// The names of phases that others began.
     heard: VecDeque<String>,
     next: Option<String>,
 }
@@ -42,7 +42,7 @@ impl PhaseDesk {
         self.lock().next.clone()
     }
 
-    /// Others told that a phase of this name begins.
+    /// Another program begins a phase of this name.
     pub(super) fn hear(&self, label: &str) {
         let mut asked = self.lock();
         if asked.heard.len() < MOST_HEARD {
@@ -122,8 +122,8 @@ impl Course {
         }
     }
 
-    /// Others told that a phase of this name begins, so long after the start [s]: it is the next one of this
-    /// name that begins by hand, if there is any.
+    /// Another program begins a phase of this name, at this time after the start [s]: it becomes the next
+    /// one of this name that begins by hand, if there is one.
     pub fn hear(&mut self, label: &str, elapsed_secs: f64) {
         let is_meant = |phase: &Phase| phase.from_secs.is_none() && phase.name == label;
         if let Some(skipped) = self.phases[self.next..].iter().position(is_meant) {

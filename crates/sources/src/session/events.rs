@@ -1,4 +1,4 @@
-//! Events that other programs tell on ROS.
+//! Events that other programs publish on ROS.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,10 +16,10 @@ use tokio::sync::broadcast::error::RecvError;
 
 use super::{PhaseDesk, happen};
 
-/// The topic on which any node may tell an event.
+/// The topic on which any node may publish an event.
 const TOPIC: &str = "/session/events";
 const EVENT: &str = "teampulse_msgs/msg/Event";
-/// So many reasons why events can't be read are told, and so much of each [characters].
+/// The most reasons for unreadable events that are reported, and the length of each [characters].
 const MOST_REASONS: usize = 100;
 const LONGEST_REASON: usize = 300;
 /// A text that is longer marks nothing [bytes].
@@ -27,8 +27,8 @@ const LARGEST_MARKER_BYTES: usize = 1 << 20;
 /// How many events are kept until they are taken.
 const DEPTH: u32 = 1000;
 
-/// Events told by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a
-/// `std_msgs/String` whose text is the label of a marker.
+/// Events published by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a `std_msgs/String`
+/// whose text is the label of a marker.
 ///
 /// Events of the kind `clock` are not taken: they are a session's own words about its clock and its end,
 /// and those of another session, or of a recording that is played, are not true of this one.
@@ -104,7 +104,7 @@ impl Source for RosEvents {
     }
 }
 
-/// Tells why an event can't be read, each reason once: as a fault of the session, so that it is on the
+/// Reports why an event can't be read, each reason once: as a fault of the session, so that it is on the
 /// screen and in the bag.
 fn refuse(outlet: &Outlet, told: &Mutex<BTreeSet<String>>, reason: &str) {
     let reason: String = reason.chars().take(LONGEST_REASON).collect();

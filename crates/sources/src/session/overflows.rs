@@ -12,11 +12,11 @@ use tokio::sync::broadcast::error::RecvError;
 
 use super::happen;
 
-/// How often it is told at most, while it goes on.
+/// The shortest interval between reports while it goes on.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// Tells, as faults of the session, how many packets of a bus this machine dropped: the place of
-/// losses that a larger receive buffer avoids.
+/// Reports, as faults of the session, how many packets of a bus this machine dropped: losses that a larger
+/// receive buffer avoids.
 pub struct Overflows {
     bus: Arc<dyn Bus>,
 }

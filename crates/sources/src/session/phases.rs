@@ -22,8 +22,8 @@ const LOOK: Duration = Duration::from_millis(20);
 pub struct Phase {
     /// What it is called.
     pub name: String,
-    /// When it begins, after the start of the session [s]. Without it, it begins by hand: with Ctrl-N, or as
-    /// a phase of its name told on `/session/events`.
+    /// When it begins, after the start of the session [s]. Without it, it begins by hand: with Ctrl-N, or
+    /// with a phase of its name on `/session/events`.
     pub from_secs: Option<f64>,
     /// When it ends [s]; without it at the beginning of the next phase, or with the session.
     pub to_secs: Option<f64>,
@@ -142,7 +142,7 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// The phases of a study, told as events when they begin: as planned, or as they are turned.
+/// The phases of a study, published as events when they begin: as planned, or by hand.
 pub struct Phases {
     course: Course,
     desk: PhaseDesk,

@@ -1,4 +1,4 @@
-//! Commands: what the people of a team tell its robots to do.
+//! Commands of the people in a team to its robots.
 
 use teampulse_emulators::noise::Noise;
 use teampulse_emulators::task::{Happening, Plan, Skill, Task, What};
@@ -7,7 +7,7 @@ use super::arena::{Arena, Point};
 use super::goals::Goals;
 use super::settings::SimulatedTeam;
 
-/// A person tells a robot to drive to a place.
+/// A person sends a robot to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// When, after the start [s].
@@ -20,8 +20,8 @@ pub struct Command {
 
 /// All commands of a team's people.
 ///
-/// What a person does follows from a seed, so those who are commanded know it without being told: the
-/// robots here and [`SimulatedPerson`](super::SimulatedPerson) each do the same task.
+/// What a person does follows from a seed, so the robots know it without messages: the robots here and
+/// [`SimulatedPerson`](super::SimulatedPerson) each simulate the same task.
 #[derive(Debug)]
 pub struct Commands {
     people: Vec<Person>,

@@ -1,9 +1,9 @@
 //! A simulated team: robots that drive through an arena, discharge, and hear a router more or less
 //! well, with faults on request. All of it follows from a seed.
 //!
-//! The model knows no ROS and no clock: [`Team`] is told the time and gives [`Telegram`]s, which
-//! [`encode`] turns into messages. [`SimulatedTeam`] holds the settings and builds the source. The
-//! people of a team are [`SimulatedPerson`]s, sources of their own.
+//! The model uses neither ROS nor a clock: [`Team`] takes the time and returns [`Telegram`]s, which
+//! [`encode`] turns into messages. [`SimulatedTeam`] holds the settings and builds the source. The people
+//! of a team are [`SimulatedPerson`]s, sources of their own.
 
 mod settings;
 mod source;

@@ -20,7 +20,7 @@ pub struct Odometer {
 }
 
 impl Odometer {
-    /// An odometer that is told where it starts.
+    /// An odometer with a known start.
     pub fn new(pose: Pose, mut noise: Noise) -> Odometer {
         let wheel_scale = 1.0 + WHEEL_SIGMA * noise.normal();
         Odometer { pose, twist: Twist::default(), wheel_scale, noise }

@@ -17,13 +17,13 @@ use super::commands::{seed, task};
 use super::settings::SimulatedTeam;
 use super::worn::Worn;
 
-/// So much of each signal is told at once [s]: one sample of the slowest.
+/// The length of each chunk of a signal [s]: one sample of the slowest signal.
 const CHUNK_SECS: f64 = 0.25;
 /// How often it is looked whether it is time.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// A person who does a task and wears sensors: the signals as waves of a quarter of a second, told
-/// when the last sample was taken. The same seed gives the same signals, at whatever speed.
+/// A person who performs a task and wears sensors: the signals as waves of a quarter of a second, offered
+/// when the last sample was taken. The same seed gives the same signals, at any speed.
 pub struct SimulatedPerson {
     id: String,
     operator: Operator,
@@ -167,7 +167,7 @@ impl PersonOutlet<'_> {
         }
     }
 
-    /// Tells an event, with its number and how long it lasts [s].
+    /// Offers an event, with its number and its duration [s].
     fn happen(&self, worn: Worn, at_secs: f64, label: &str, (value, duration_secs): (f64, f64)) {
         let (kind, label) = (worn.happens(), label.to_owned());
         let event = Event { kind, label, value, duration_secs };

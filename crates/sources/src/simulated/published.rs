@@ -26,7 +26,7 @@ pub struct Published {
 }
 
 impl Published {
-    /// The stream to declare. What tells the truth has no signal, so that no feature runs on it.
+    /// The stream to declare. The ground truth has no signal, so that no feature runs on it.
     pub fn stream(&self) -> Stream {
         let shape = Shape::Message(schema(self.type_name()));
         let mut stream = Stream::raw(self.name(), Subject::robot(&self.robot), shape);

@@ -43,7 +43,7 @@ impl Report {
         is_due
     }
 
-    /// Tells what was measured now, as the faults of the script have it: not at all, once or twice.
+    /// Publishes the current measurement as the faults of the script have it: not at all, once or twice.
     pub fn tell(&mut self, measured: Body, now: Time, script: &Script, out: &mut Vec<Telegram>) {
         let has = |change| script.has(change, self.topic, now);
         self.count += 1;

@@ -83,7 +83,7 @@ impl Robot {
         &self.pack
     }
 
-    /// Somebody tells it where to drive to; it drives there unless it is off or out of reach.
+    /// A person sends it to a place; it drives there unless it is off or out of reach.
     pub fn command(&mut self, now: Time, goal: Point) {
         let hears = !self.pack.is_cut_off()
             && !self.script.is_off(now)

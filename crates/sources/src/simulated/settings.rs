@@ -56,10 +56,11 @@ pub struct SimulatedTeam {
     pub camera_hz: f64,
     /// The rate of `/sim/truth` [Hz]; 0 for none. Default: 1.
     pub truth_hz: f64,
-    /// How many people work with the robots: `p001` and so on. Each wears sensors and does a task;
-    /// their signals are published below `/humans/persons/<id>/simulated`, as they are nobody's, and
-    /// what truly is below `/humans/persons/<id>/truth`. A robot that they command is told so on
-    /// `/<robot>/goal_pose`, as Nav2 is, and drives there unless it is off or out of reach. Default: 0.
+    /// How many people work with the robots: `p001` and so on. Each wears sensors and performs a task;
+    /// their signals are published below `/humans/persons/<id>/simulated`, as they belong to no real
+    /// person, and the ground truth below `/humans/persons/<id>/truth`. Their commands to a robot are
+    /// published on `/<robot>/goal_pose`, as for Nav2; the robot drives there unless it is off or out of
+    /// reach. Default: 0.
     pub people: u32,
     /// What the people do.
     pub task: Plan,
@@ -121,7 +122,7 @@ impl SimulatedTeam {
         self.rates().map(|(_, rate_hz)| rate_hz).fold(LEAST_TICK_HZ, f64::max)
     }
 
-    /// Tells what can't be simulated.
+    /// States what can't be simulated.
     pub fn check(&self) -> Result<(), SettingsError> {
         for (key, rate_hz) in [
             ("odometry_hz", self.odometry_hz),

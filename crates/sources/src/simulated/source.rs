@@ -21,7 +21,7 @@ use crate::SourceContext;
 /// Real time passes in grains: with many robots one wake-up serves several of them.
 const GRAIN: Duration = Duration::from_millis(2);
 
-/// The simulated team, told in real time or so many times faster.
+/// The simulated team, in real time or faster.
 struct Simulation(SimulatedTeam);
 
 impl Component<dyn Source, SourceContext> for SimulatedTeam {

@@ -181,7 +181,7 @@ impl Team {
         }
     }
 
-    /// Gives robots the commands that are due, and tells them.
+    /// Gives robots the commands that are due, and publishes them.
     fn take_commands(&mut self, now: Time) {
         let secs = now.secs_since(self.start);
         let room_m = RADIUS_M + GOAL_MARGIN_M;

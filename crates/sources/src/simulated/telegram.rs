@@ -36,7 +36,7 @@ pub enum Body {
     Temperature(f64),
     /// What its camera shows.
     Picture(Arc<[u8]>),
-    /// Where it is told to drive to.
+    /// The place that it is sent to.
     Goal(Pose),
 }
 

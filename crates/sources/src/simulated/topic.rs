@@ -7,7 +7,7 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// Its pose and speed as its wheels tell them.
+    /// Its pose and speed from its wheels.
     Odom,
     /// Its battery.
     BatteryState,
@@ -19,7 +19,7 @@ pub enum Topic {
     Temperature,
     /// Its camera.
     Camera,
-    /// Where people tell it to drive to.
+    /// The goals that people send.
     #[serde(skip)]
     GoalPose,
     /// Where it truly is and how it truly moves.
@@ -31,7 +31,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// Whether it tells the truth, which no fault can touch.
+    /// Whether it is the ground truth, which no fault affects.
     pub fn is_truth(self) -> bool {
         matches!(self, Topic::TruePose | Topic::TruePower)
     }

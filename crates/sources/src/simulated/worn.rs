@@ -59,8 +59,8 @@ impl Worn {
         Worn::TrueBreaths,
     ];
 
-    /// The stream to declare; `None` for a sensor that is not worn. What tells the truth has no signal,
-    /// so that no feature runs on it.
+    /// The stream to declare; `None` for a sensor that is not worn. The ground truth has no signal, so that
+    /// no feature runs on it.
     pub fn stream(self, person: &str, rates: &Rates) -> Option<Stream> {
         let (device, name, doc) = self.named();
         let subject = Subject { about: About::Person, id: person.to_owned() };

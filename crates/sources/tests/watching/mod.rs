@@ -91,7 +91,7 @@ pub fn of<'a>(records: &'a [Record], name: &str) -> Vec<&'a Record> {
     records.iter().filter(|record| record.stream.name == name).collect()
 }
 
-/// What was told to be wrong.
+/// The reported problems.
 pub fn faults(records: &[Record]) -> Vec<String> {
     let label = |record: &Record| match &record.sample.data {
         Data::Event(event) if event.kind == EventKind::Fault => Some(event.label.clone()),

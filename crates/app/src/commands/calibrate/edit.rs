@@ -1,8 +1,8 @@
-//! A study with the latency of a device written into it; all else stays as it is.
+//! Writes the latency of a device into a study; all else stays as it is.
 
 use toml_edit::{DocumentMut, Item, Table, TableLike, value};
 
-/// A latency as a study has it.
+/// A latency as written in a study.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Latency {
     pub secs: f64,
@@ -16,7 +16,7 @@ impl Latency {
     }
 }
 
-/// The lines of a study that tell the latency of a device.
+/// The lines of a study that set the latency of a device.
 pub(super) fn lines(device: &str, latency: &Latency) -> String {
     with_latency("", device, latency).expect("an empty study takes a table").trim().to_owned()
 }
@@ -35,7 +35,7 @@ pub(super) fn with_latency(text: &str, device: &str, latency: &Latency) -> Resul
     Ok(document.to_string())
 }
 
-/// Sets a number; what stands around the old one stays.
+/// Sets a number and keeps the comments around the old one.
 fn set(table: &mut dyn TableLike, key: &str, number: f64) {
     let mut new = value(number);
     let old = table.get(key).and_then(Item::as_value);
@@ -48,7 +48,7 @@ fn set(table: &mut dyn TableLike, key: &str, number: f64) {
     }
 }
 
-/// A table that is only there for those within it.
+/// A table that exists only for its subtables.
 fn unwritten() -> Table {
     let mut table = Table::new();
     table.set_implicit(true);

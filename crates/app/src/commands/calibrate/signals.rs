@@ -1,4 +1,4 @@
-//! What two streams of a bag saw.
+//! The two signals of a bag that are compared.
 
 use std::fmt;
 use std::str::FromStr;
@@ -21,12 +21,12 @@ use teampulse_timefilter::clock::ClockKind;
 use crate::failure::Failure;
 use crate::output;
 
-/// So many numbers are taken of a stream: half an hour of nine channels at 1 kHz, 128 MB.
+/// The most numbers that are read from a stream: half an hour of nine channels at 1 kHz, 128 MB.
 const MOST_NUMBERS: usize = 16 << 20;
-/// Messages that only tell that something happened.
+/// Message types that only report that something happened.
 const MOMENTS: [&str; 2] = ["std_msgs/msg/Empty", "std_msgs/msg/String"];
 
-/// A stream that is asked for, and what of it.
+/// The stream to read, and the part of it.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     stream: String,
@@ -55,7 +55,7 @@ impl fmt::Display for Wanted {
     }
 }
 
-/// The part of a bag that is looked at, by log time.
+/// The part of a bag to read, by log time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     from: Time,
@@ -63,7 +63,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// From and to so many seconds after the bag's beginning.
+    /// The part between two times after the bag's start.
     pub(super) fn of(bag: &Bag, from_secs: Option<f64>, to_secs: Option<f64>) -> Span {
         let (first, last) = bag.bounds().unwrap_or_default();
         let after = |secs: f64| Time::from_nanos(first.nanos().saturating_add((secs * 1e9) as i64));
@@ -71,16 +71,16 @@ impl Span {
     }
 }
 
-/// What was found in the bag.
+/// What was read from the bag.
 pub(super) struct Recorded {
     pub seen: [SeenBy; 2],
-    /// Whether a fixed latency was taken off the times of the second stream.
+    /// Whether the times of the second stream have a fixed latency subtracted.
     pub has_latency: bool,
     /// Whether all of the bag could be read.
     pub is_whole: bool,
 }
 
-/// Reads what two streams saw.
+/// Reads two signals.
 pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Recorded, Failure> {
     let [a, b] = wanted;
     let mut seen = [SeenBy::new(bag, a)?, SeenBy::new(bag, b)?];
@@ -89,7 +89,7 @@ pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Reco
         let message = match message {
             Ok(message) => message,
             Err(error @ BagError::Damaged { .. }) => {
-                output::note(format!("damaged: {error}; passed over"));
+                output::note(format!("damaged: {error}; skipped"));
                 is_whole = false;
                 continue;
             }
@@ -102,7 +102,7 @@ pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Reco
             each.take(&message);
             if each.values.len() > MOST_NUMBERS {
                 return Err(Failure::to(format!(
-                    "read all of {}: it is too much",
+                    "read all of {}: it has too many numbers",
                     each.stream.name
                 ))
                 .hint("choose the part with the events by --from and --to"));
@@ -115,7 +115,7 @@ pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Reco
     Ok(Recorded { seen, has_latency, is_whole })
 }
 
-/// Whether a message is the status of the stream and tells that its clock takes off a latency.
+/// Whether a message is the status of the stream and reports that its clock subtracts a latency.
 fn tells_latency(message: &Message, stream: &str) -> bool {
     let with_latency = [ClockKind::OneWay as u8, ClockKind::SampleIndex as u8];
     match decode(msgs::StreamStatus::NAME, &message.cdr).map(|decoded| decoded.data) {
@@ -124,7 +124,7 @@ fn tells_latency(message: &Message, stream: &str) -> bool {
     }
 }
 
-/// What a stream saw.
+/// The signal of one stream.
 pub(super) struct SeenBy {
     stream: Arc<Stream>,
     place: usize,
@@ -136,15 +136,15 @@ pub(super) struct SeenBy {
     numbers: Vec<f64>,
 }
 
-/// How it is read.
+/// How the numbers of a stream are read.
 enum ReadMode {
-    /// Each of its events counts, or each with this label or of this kind.
+    /// All events, or those with this label or of this kind.
     Events(Option<String>),
-    /// Each of its messages counts.
+    /// All messages.
     Moments,
-    /// Its samples have numbers: all of them, or the one at a place.
+    /// The numbers of its samples: all of them, or the one at an index.
     Own(Option<usize>),
-    /// Its messages have fields.
+    /// Fields of its messages.
     Fields { fields: Fields, by_header: bool },
 }
 
@@ -167,12 +167,12 @@ impl SeenBy {
         }
     }
 
-    /// What the study calls the device.
+    /// The name of the device in the study.
     pub(super) fn device(&self) -> String {
         clocks::device_of(&self.stream).to_owned()
     }
 
-    /// Takes what a message tells. One that can't be read is passed over.
+    /// Takes in a message; skips one that can't be read.
     fn take(&mut self, message: &Message) {
         match &self.mode {
             ReadMode::Moments => self.times.push(message.publish_time.nanos()),
@@ -210,7 +210,7 @@ impl SeenBy {
         }
     }
 
-    /// A sample, unless it has not as many numbers as the ones before.
+    /// Takes in a sample, unless its width differs from that of the ones before.
     fn push(&mut self, time: i64, numbers: &[f64]) {
         let numbers = match self.mode {
             ReadMode::Own(Some(place)) => numbers.get(place..=place).unwrap_or_default(),
@@ -244,7 +244,7 @@ impl ReadMode {
                 })?;
                 ReadMode::of_fields(stream, &definition, wanted)
             }
-            _ => Err(Failure::to(format!("see an event in {wanted}: it tells of streams"))
+            _ => Err(Failure::to(format!("find events in {wanted}: it describes streams"))
                 .hint("`teampulse info` lists the streams of the bag")),
         }
     }
@@ -268,7 +268,7 @@ impl ReadMode {
                 let first = all.next().cloned().unwrap_or_default();
                 let name = &stream.name;
                 return Err(Failure::new(format!("{name} has messages: no field is named"))
-                    .hint(format!("name one behind a colon, as in {name}:{first}")));
+                    .hint(format!("name one after a colon, as in {name}:{first}")));
             }
         };
         let fields = Fields::compile(definition, &paths).map_err(Failure::to)?;
@@ -276,7 +276,7 @@ impl ReadMode {
     }
 }
 
-/// The place of the channel that is asked for, by its name or its number from 0.
+/// The index of the requested channel, given by its name or its number from 0.
 fn own_channel(stream: &Stream, wanted: &Wanted) -> Result<Option<usize>, Failure> {
     let Some(channel) = &wanted.channel else { return Ok(None) };
     let named = stream.channels.iter().position(|name| name == channel);
@@ -301,6 +301,6 @@ fn missing(bag: &Bag, wanted: &Wanted) -> Failure {
     let near = names.max_by(|a, b| alike(a).total_cmp(&alike(b)));
     let near = near.filter(|near| alike(near) > 0.75 && *near != wanted.stream);
     let hint = "`teampulse info` lists the streams of the bag".to_owned();
-    Failure::new(format!("nothing of {} is in {}", wanted.stream, bag.path().display()))
+    Failure::new(format!("{} is not in {}", wanted.stream, bag.path().display()))
         .hint(near.map_or(hint, |near| format!("did you mean {near}?")))
 }

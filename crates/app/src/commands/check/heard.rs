@@ -1,4 +1,4 @@
-//! What is heard while `check` listens: every raw stream with its last status, and whose phases are told.
+//! What `check` receives: every raw stream with its last status, and whose phases are published.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,12 +10,12 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
 
-/// What was heard.
+/// Everything that was received.
 #[derive(Debug, Default)]
 pub struct Heard {
-    /// Every raw stream with its last status, by the name under which its health is told.
+    /// Every raw stream with its last status, by the name in its status.
     pub streams: Vec<(Arc<Stream>, StreamStatus)>,
-    /// The people and robots of whom phases are told, each with the stream on which that is.
+    /// People and robots with phases of their own, each with the stream of these.
     pub own_phases: BTreeMap<String, String>,
 }
 
@@ -24,7 +24,7 @@ pub struct Heard {
 pub struct Listener(Arc<Mutex<Heard>>);
 
 impl Listener {
-    /// What was heard until now.
+    /// What was received so far.
     pub fn heard(&self) -> Heard {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -77,7 +77,7 @@ impl Sink for Listener {
     }
 }
 
-/// The raw streams of which the health was told, as they are known last.
+/// The raw streams with a status, with their newest descriptions.
 fn with_statuses(
     streams: Vec<(StreamId, Arc<Stream>)>,
     statuses: BTreeMap<String, StreamStatus>,
@@ -85,7 +85,7 @@ fn with_statuses(
     let mut named = HashMap::new();
     for (_, stream) in streams.into_iter().filter(|(_, stream)| stream.origin == Origin::Raw) {
         if let Shape::Message(schema) = &stream.shape {
-            // So the second type on a topic is told apart.
+            // The name of a second type on the same topic.
             let second = format!("{} ({})", stream.name, schema.name);
             named.entry(second).or_insert_with(|| Arc::clone(&stream));
         }

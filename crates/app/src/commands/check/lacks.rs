@@ -1,15 +1,15 @@
-//! What is heard, and yet lacks something that a recording is worth less without.
+//! Streams that are received but lack information that makes a recording useful.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use teampulse_core::stream::{About, Shape, Stream};
 
-/// What is to be known of the streams that were heard.
+/// Remarks on the streams that were received.
 pub fn notes<'a>(streams: impl Iterator<Item = &'a Stream> + Clone) -> Vec<String> {
     undefined(streams.clone()).chain(undescribed(streams)).collect()
 }
 
-/// Types of which no definition was found, each with one of its topics.
+/// Types without a definition, each with one of its topics.
 fn undefined<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Item = String> {
     let mut types = BTreeMap::<&str, BTreeSet<&str>>::new();
     for stream in streams {
@@ -26,13 +26,12 @@ fn undefined<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Ite
             count => format!(" and {} others", count - 1),
         };
         format!(
-            "{first}{others}: no definition of {name} was found, so it is recorded as bytes that other tools \
-             can't read; give the folder that has it as `messages` below [session]"
+            "{first}{others}: no definition of {name} was found, so it is recorded as bytes that other tools can't read; set its folder as `messages` below [session]"
         )
     })
 }
 
-/// Streams of people's numbers of which nothing was told.
+/// Streams of people's numbers without a description.
 fn undescribed<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Item = String> {
     let has_numbers = |stream: &&Stream| matches!(stream.shape, Shape::Sample | Shape::Wave);
     let is_blank =
@@ -40,17 +39,17 @@ fn undescribed<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<I
     let of_people = streams.filter(|stream| stream.about == About::Person).filter(has_numbers);
     of_people.filter(is_blank).map(|stream| {
         format!(
-            "{}: no description came on /teampulse/streams, so its unit is unknown{}",
+            "{}: no description on /teampulse/streams, so its unit is unknown{}",
             stream.name,
-            if stream.rate_hz > 0.0 { "" } else { " and its rate, and it is not analysed" }
+            if stream.rate_hz > 0.0 { "" } else { ", as is its rate, and it is not analysed" }
         )
     })
 }
 
-/// People and robots of whom phases are told, where the study has phases, too.
+/// People and robots with phases of their own, where the study has phases, too.
 pub fn overruled(has_phases: bool, own: &BTreeMap<String, String>) -> Vec<String> {
     let told = own.iter().filter(|_| has_phases).map(|(id, stream)| {
-        format!("phases of {id} are told on {stream}: for {id} they count instead of the study's")
+        format!("phases of {id} are published on {stream}: for {id} they replace the study's")
     });
     told.collect()
 }
@@ -86,7 +85,7 @@ mod tests {
     #[test]
     fn a_signal_of_a_person_without_a_description_is_named() {
         let said = notes([ecg("")].iter());
-        assert!(said[0].ends_with("its unit is unknown and its rate, and it is not analysed"));
+        assert!(said[0].ends_with("its unit is unknown, as is its rate, and it is not analysed"));
         let with_rate = Stream { rate_hz: 130.0, ..ecg("") };
         assert!(notes([with_rate].iter())[0].ends_with("its unit is unknown"));
         let described = [ecg("mV"), Stream { doc: "counts of an ADC".into(), ..ecg("") }];

@@ -1,9 +1,9 @@
-//! What a study names of robots, and nothing publishes.
+//! Topics of robots that the study names and nothing publishes.
 
 use teampulse_core::stream::{About, Stream};
 use teampulse_sources::robots::{Robots, unheard};
 
-/// The topics that the study names of robots that are there, and that none of them has.
+/// The topics that the study names for robots that are present, and that none of them has.
 pub fn notes<'a>(
     wanted: &[Robots],
     streams: impl Iterator<Item = &'a Stream> + Clone,
@@ -23,7 +23,7 @@ pub fn notes<'a>(
     notes.collect()
 }
 
-/// The topics that settings name, with the name of the setting.
+/// The topics named in settings, with the name of the setting.
 fn topics(robots: &Robots) -> Vec<(&'static str, &str)> {
     let commands = robots.commands.iter().map(|topic| ("commands", topic.as_str()));
     robots.named().into_iter().chain(commands).collect()

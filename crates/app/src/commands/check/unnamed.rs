@@ -1,4 +1,4 @@
-//! What is there, and the study does not name.
+//! Robots, people and topics that are present but not named in the study.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,16 +13,16 @@ use teampulse_sources::robots::{Choice, Robots};
 
 use crate::commands::scan::robot;
 
-/// So many lines are said of one kind; there may be thousands of topics.
+/// The most lines of one kind; there may be thousands of topics.
 const MOST: usize = 20;
 
-/// The type of what is computed.
+/// The type of computed features.
 const COMPUTED: &str = "teampulse_msgs/msg/Feature";
 
 /// A topic and its type.
 pub type Topic = (String, String);
 
-/// All topics that others publish on the buses that are joined.
+/// All topics that others publish on the joined buses.
 pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
     let mut topics = BTreeSet::new();
     for bus in buses.joined() {
@@ -34,7 +34,7 @@ pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
     topics
 }
 
-/// The robots, the people and people's topics that are there and are not recorded.
+/// The robots, the people and people's topics that are present and not recorded.
 pub fn notes(
     wanted: &[Robots],
     people: &[People],
@@ -49,7 +49,7 @@ pub fn notes(
     notes
 }
 
-/// Robots that no settings describe.
+/// Robots that match no settings.
 fn robots(wanted: &[Robots], left: &[&Topic]) -> Vec<String> {
     let choices: Vec<Choice> = wanted.iter().filter_map(|each| Choice::new(each).ok()).collect();
     let of_person = Pattern::parse(NAMESPACE).ok();
@@ -63,12 +63,12 @@ fn robots(wanted: &[Robots], left: &[&Topic]) -> Vec<String> {
     }
     let said = found.into_iter().map(|(robot, topics)| {
         let topics = topics.into_iter().collect::<Vec<_>>().join(", ");
-        format!("robot {robot} is there, and the study does not name it: {topics}")
+        format!("robot {robot} is present, but the study does not name it: {topics}")
     });
     said.collect()
 }
 
-/// People who are there, where the study watches none.
+/// People who are present, where the study watches no people.
 fn absent_people(people: &[People], left: &[&Topic]) -> Vec<String> {
     if !people.is_empty() {
         return Vec::new();
@@ -82,33 +82,32 @@ fn absent_people(people: &[People], left: &[&Topic]) -> Vec<String> {
     let ids: BTreeSet<&str> = ids.collect();
     let said = ids.into_iter().map(|id| {
         format!(
-            "person {id} is there, and the study watches no people: add [[sources]] with type = \"people\""
+            "person {id} is present, but the study watches no people: add [[sources]] with type = \"people\""
         )
     });
     said.collect()
 }
 
-/// Topics of people in types that are not heard.
+/// Topics of people with unsupported types.
 fn odd_topics(people: &[People], left: &[&Topic]) -> Vec<String> {
     let is_odd = |each: &&&Topic| {
         let (topic, type_name) = &**each;
         let is_below = |people: &People| people.namespace.split(topic).is_some();
-        // What another session has computed of people is recorded by that one.
+        // Features that another session computed are recorded by that session.
         type_name != COMPUTED
             && people.iter().any(is_below)
             && !people.iter().any(|people| people.hears(topic, type_name))
     };
     let said = left.iter().filter(is_odd).map(|(topic, type_name)| {
         format!(
-            "{topic} is not recorded: `people` hears teampulse_msgs/Wave, Sample and Event at \
-             <namespace>/<device>/<signal>, and it is {type_name}; name it in [[sources]] with \
+            "{topic} is not recorded: `people` receives teampulse_msgs/Wave, Sample and Event at <namespace>/<device>/<signal>, but its type is {type_name}; name it in [[sources]] with \
              type = \"topics\" to keep it as it is"
         )
     });
     said.collect()
 }
 
-/// Not more lines than somebody reads.
+/// Shortens the list to what a person will read.
 fn cut(mut lines: Vec<String>) -> Vec<String> {
     if lines.len() > MOST {
         let more = lines.len() + 1 - MOST;
@@ -145,7 +144,7 @@ mod tests {
         assert_eq!(
             said("namespace = \"/robot*\"", Some(""), &topics[..5]),
             [
-                "robot turtle7 is there, and the study does not name it: /turtle7/battery, /turtle7/odom"
+                "robot turtle7 is present, but the study does not name it: /turtle7/battery, /turtle7/odom"
             ]
         );
         let of_person = said("namespace = \"/robot*\"", Some(""), &topics[5..]);
@@ -163,7 +162,9 @@ mod tests {
         assert!(notes[0].contains("/h10/hr") && notes[0].contains("it is std_msgs/msg/Float32"));
         let unwatched = said("", None, &topics);
         assert_eq!(unwatched.len(), 1, "{unwatched:?}");
-        assert!(unwatched[0].starts_with("person p001 is there, and the study watches no people"));
+        assert!(
+            unwatched[0].starts_with("person p001 is present, but the study watches no people")
+        );
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Which analysis belongs to which signal.
+//! The analysis of each signal.
 
 use clap::ValueEnum;
 use teampulse_core::{stream, units};
@@ -12,11 +12,11 @@ use super::table::{Decimal, Wanted};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// How far the sum of intervals may be from the times of their beats [s]: rounding adds up, and no interval is
-/// as short.
+/// How far the sum of intervals may be from the times of their beats [s]: rounding errors add up, and no
+/// interval is as short.
 const BEATS_ASTRAY_SECS: f64 = 0.1;
 
-/// What was measured.
+/// The measured signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Signal {
     /// Electrocardiogram, in any unit
@@ -41,41 +41,41 @@ pub enum Signal {
     Other,
 }
 
-/// How skin conductance is split.
+/// How skin conductance is split into tonic and phasic components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Phasic {
-    /// What changes faster than 0.05 Hz
+    /// High-pass filter: what changes faster than 0.05 Hz
     HighPass,
     /// Convex optimisation (cvxEDA)
     Cvxeda,
 }
 
-/// What is done about intervals that are artefacts.
+/// How artefacts among intervals are treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Artefacts {
-    /// They stay, and are only counted
+    /// Artefacts stay, and are only counted
     Kept,
-    /// They are corrected (Lipponen and Tarvainen)
+    /// Artefacts are corrected (Lipponen and Tarvainen)
     Corrected,
 }
 
-/// What the user chose of the analyses.
+/// The user's choices for the analyses.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// How skin conductance is split.
     pub phasic: Phasic,
-    /// What is done about intervals that are artefacts.
+    /// How artefacts among intervals are treated.
     pub artefacts: Artefacts,
-    /// The frequency of the mains [Hz]; `None` for the one that is heard.
+    /// The mains frequency [Hz]; `None` to detect it.
     pub mains_hz: Option<f64>,
-    /// What the samples are in; `1` when that is not known.
+    /// The unit of the samples; `1` when unknown.
     pub unit: String,
-    /// Whether intervals are told with the times of the beats that end them.
+    /// Whether intervals come with the times of the beats that end them.
     pub are_of_beats: bool,
 }
 
 impl Signal {
-    /// The word for it, as in a stream's description.
+    /// The word for it in a stream's description.
     pub fn word(self) -> &'static str {
         match self {
             Signal::Ecg => "ecg",
@@ -91,7 +91,7 @@ impl Signal {
         }
     }
 
-    /// Words that names of its columns hold.
+    /// Words that occur in the names of its columns.
     pub fn column_words(self) -> &'static [&'static str] {
         match self {
             Signal::Ecg => &["ecg", "ekg"],
@@ -121,7 +121,7 @@ impl Signal {
         }
     }
 
-    /// What is wanted of a table of it.
+    /// The columns that it needs from a table.
     pub fn wanted(
         self,
         columns: Vec<String>,
@@ -142,12 +142,12 @@ impl Signal {
         }
     }
 
-    /// The unit that it is analysed in; `None` where any will do.
+    /// The unit in which it is analysed; `None` if any will do.
     pub fn unit(self) -> Option<&'static str> {
         units::worked_in(self.kind())
     }
 
-    /// The same among the signals of streams.
+    /// The corresponding signal of streams.
     pub fn kind(self) -> stream::Signal {
         match self {
             Signal::Ecg => stream::Signal::Ecg,
@@ -163,8 +163,8 @@ impl Signal {
         }
     }
 
-    /// The lowest rate at which a table of it makes sense [Hz]: where times tell no unit, one that gives
-    /// less is not theirs.
+    /// The lowest plausible sampling rate of the signal [Hz]: where times have no unit, a unit that gives a
+    /// lower rate is rejected.
     pub fn least_hz(self) -> f64 {
         match self {
             Signal::Ecg | Signal::Emg | Signal::Eeg => 50.0,
@@ -197,7 +197,7 @@ impl Signal {
 }
 
 impl Settings {
-    /// An analysis of samples as they come.
+    /// A causal analysis, sample by sample.
     pub fn causal(
         &self,
         signal: Signal,
@@ -297,12 +297,12 @@ impl Settings {
     }
 }
 
-/// Places on the scalp, by the names of columns.
+/// Electrode positions, from the names of columns.
 fn scalp(channels: &[String]) -> eeg::analysis::Settings {
     eeg::analysis::Settings { channels: named(channels), ..eeg::analysis::Settings::default() }
 }
 
-/// Names of channels; the one channel of a table without names has none.
+/// Names of channels; a single column without a name has none.
 fn named(channels: &[String]) -> Vec<String> {
     match channels {
         [name] if name.starts_with("ch") => vec![String::new()],

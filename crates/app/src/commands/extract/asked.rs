@@ -1,4 +1,4 @@
-//! What can be asked of a table of samples, by every command that reads one.
+//! The options of every command that reads a table of samples.
 
 use std::path::Path;
 
@@ -10,28 +10,29 @@ use super::rows::{Rows, Said};
 use super::table::{Decimal, Table};
 use crate::failure::Failure;
 
-/// How a table of samples is read, where it does not tell by itself.
+/// How to read a table of samples, where the table does not state it.
 #[derive(Clone, Debug, Args)]
 pub struct TableArgs {
-    /// Samples a second [Hz]; without it what the table tells
+    /// Samples a second [Hz]; by default what the table states
     #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// The column, by its name or its number from 1; several for a signal with several channels
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     column: Vec<String>,
-    /// The column with the times: dates, or numbers of the unit behind the colon, of that which the table
-    /// tells, or else of that which their size and the rate that they make tell. `:excel` is days since 1900,
-    /// `:mm:ss` minutes and seconds
+    /// The column with the times: dates, or numbers. Their unit is the one after the colon, else the one
+    /// that the table states, else the one that fits their size and the rate. `:excel` means days since
+    /// 1900, `:mm:ss` minutes and seconds
     #[arg(long, value_name = "NAME[:UNIT]")]
     time: Option<String>,
-    /// Multiplies every sample, to bring it into the signal's unit
+    /// Multiplies every sample, to convert it to the signal's unit
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
     scale: f64,
-    /// What the samples are in after that; without it what the table tells, or the signal's own unit. What
-    /// is analysed in one unit is converted to it: skin resistance in kohm to uS, intervals in s to ms
+    /// The unit of the samples after that; by default the one that the table states, or the signal's own
+    /// unit. Signals that are analysed in one unit are converted to it: skin resistance in kohm to uS,
+    /// intervals in s to ms
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
-    /// What stands before decimals; without it what the table looks like
+    /// The decimal separator; by default detected
     #[arg(long, value_name = "MARK")]
     decimal: Option<Decimal>,
 }
@@ -43,12 +44,12 @@ impl TableArgs {
         Table::open(path, &wanted, self.rate).map_err(failure)
     }
 
-    /// The rows of a table that was opened, in the signal's unit.
+    /// The rows of an opened table, in the signal's unit.
     pub fn rows(&self, signal: Signal, table: Table) -> Result<Rows, Failure> {
         Rows::new(signal, table, &Said { scale: self.scale, unit: self.unit() })
     }
 
-    /// The unit that was asked for.
+    /// The requested unit.
     pub fn unit(&self) -> Option<&str> {
         self.unit.as_deref()
     }

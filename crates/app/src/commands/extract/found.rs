@@ -1,4 +1,4 @@
-//! What an analysis finds, kept for machines or shown to people as it becomes known.
+//! The results of an analysis: kept for JSON, or printed as they become known.
 
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
@@ -6,44 +6,44 @@ use super::printed::{self, Heading};
 use super::table::Oddity;
 use crate::output;
 
-/// What becomes of events and windows.
+/// How events and windows are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// They are kept, to be told at the end as one object.
+    /// They are kept, and reported at the end as one JSON object.
     Kept,
-    /// Windows are shown.
+    /// Windows are printed.
     Windows,
-    /// Events are shown, a line each.
+    /// Events are printed, one a line.
     Events,
 }
 
-/// What an analysis found so far.
+/// The results of an analysis so far.
 pub struct Found {
     purpose: Purpose,
     /// What the values of each window are.
     pub values: Vec<Value>,
-    /// Events in the order of their becoming known, if they are kept.
+    /// Events in the order in which they became known, if they are kept.
     pub events: Vec<Event>,
-    /// Each window with what it told, if they are kept.
+    /// Each window with its results, if they are kept.
     pub windows: Vec<(Span, Measured)>,
     heading: Heading,
     scored: Option<&'static str>,
-    /// Where events of the kind lie that is scored [samples].
+    /// Places of the events of the scored kind [samples].
     pub places: Vec<f64>,
-    /// How many events there were of each kind.
+    /// The number of events of each kind.
     pub counts: Vec<(&'static str, usize)>,
-    /// When the last one was [ns].
+    /// The time of the last one [ns].
     pub last_event_ns: i64,
-    /// What was said of the table on standard error.
+    /// Notes on the table that were printed on standard error.
     pub notes: Vec<String>,
-    /// How many samples are missing by their times.
+    /// The number of samples that are missing according to their times.
     pub missing: usize,
-    /// Rows that were left out, because they are not after the one before them.
+    /// Rows that were skipped because they are not after the row before them.
     pub left_out: Oddity,
 }
 
 impl Found {
-    /// Nothing yet; of events of a `scored` kind, the places are kept.
+    /// No results yet; for events of a `scored` kind, the places are kept.
     pub fn new(purpose: Purpose, scored: Option<&'static str>) -> Found {
         Found {
             purpose,
@@ -61,7 +61,7 @@ impl Found {
         }
     }
 
-    /// Says a word of the table on standard error.
+    /// Prints a note on the table on standard error.
     pub fn note(&mut self, note: String) {
         output::note(format!("note: {note}"));
         self.notes.push(note);
@@ -84,7 +84,7 @@ impl Found {
         }
     }
 
-    /// Takes in what a window told.
+    /// Takes in the results of a window.
     pub fn window(&mut self, span: Span, measured: Measured) {
         match self.purpose {
             Purpose::Kept => self.windows.push((span, measured)),
@@ -93,7 +93,7 @@ impl Found {
         }
     }
 
-    /// Counts how many samples were missing before the row of a line; `None` for one that was left out.
+    /// Counts the samples that are missing before the row of a line; `None` for a row that was skipped.
     pub fn count(&mut self, missing: Option<usize>, line: usize) {
         match missing {
             Some(missing) => self.missing += missing,

@@ -1,14 +1,14 @@
-//! What the options of `extract` may be, and what is said of a table that can't be read.
+//! The values that options of `extract` may have, and the messages about unreadable tables.
 
 use super::found::Found;
 use super::table::{Table, TableError};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// Shortest window, and shortest time between two [s].
+/// Shortest window, and shortest time between two windows [s].
 const SHORTEST_SECS: f64 = 0.1;
 
-/// What the user is told of a table that can't be read.
+/// The error shown for a table that can't be read.
 pub fn failure(error: TableError) -> Failure {
     let hint = error.hint();
     let exit = match error {
@@ -25,7 +25,7 @@ pub fn failure(error: TableError) -> Failure {
     Failure::to(error).hint(hint).exit(exit)
 }
 
-/// Says on standard error what the table did not have.
+/// Prints on standard error what the table lacked.
 pub fn warn(table: &Table, found: &mut Found) {
     let (rows, missing, left_out) = (table.rows(), found.missing, found.left_out);
     table.oddities().for_each(|note| found.note(note));
@@ -36,8 +36,7 @@ pub fn warn(table: &Table, found: &mut Found) {
     }
     if left_out.count > 0 {
         found.note(format!(
-            "{} rows do not come after the one before them, the first in line {}: they were left out (of \
-             {rows} rows)",
+            "{} rows are not later than the row before them, the first in line {}: they were skipped (of {rows} rows)",
             left_out.count, left_out.first_line
         ));
     }
@@ -52,7 +51,7 @@ pub fn mains(text: &str) -> Result<f64, String> {
     match text {
         "50" => Ok(50.0),
         "60" => Ok(60.0),
-        _ => Err("the mains have 50 or 60 Hz".into()),
+        _ => Err("the mains frequency is 50 or 60 Hz".into()),
     }
 }
 

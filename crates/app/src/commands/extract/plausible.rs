@@ -1,18 +1,18 @@
-//! Whether the numbers of a table can be what they are said to be.
+//! Plausibility of a table's numbers for their signal and unit.
 
 use super::analyses::Signal;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// How many rows tell what is usual.
+/// The number of rows that are checked.
 pub const FIRST: usize = 20;
 /// Usual intervals between beats [ms].
 const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
-/// No skin conducts more [uS].
+/// Highest skin conductance [uS].
 const MOST_EDA_US: f64 = 100.0;
-/// No skin of a living person is colder or warmer [degC].
+/// Lowest and highest skin temperature of a living person [degC].
 const SKIN_DEG_C: (f64, f64) = (-20.0, 60.0);
-/// Nobody is usually accelerated more [g].
+/// Highest typical acceleration of a person [g].
 const MOST_ACCELERATION_G: f64 = 4.0;
 
 /// The first rows of a signal, in the unit that it is analysed in.
@@ -27,7 +27,7 @@ impl Plausible {
         Plausible { signal, first: Vec::with_capacity(FIRST), are_whole: true }
     }
 
-    /// Takes in a row: its first number, or how long the three of an acceleration are together.
+    /// Takes in a row: its first number, or the magnitude of the three of an acceleration.
     pub fn take(&mut self, values: &[f64]) {
         let number = match self.signal {
             Signal::Acceleration => values.iter().map(|value| value * value).sum::<f64>().sqrt(),
@@ -39,7 +39,7 @@ impl Plausible {
         }
     }
 
-    /// Why the numbers can't be what they are said to be, with what the user can do.
+    /// Why the numbers are implausible, with a remedy.
     pub fn refused(&self) -> Result<(), Failure> {
         let mut first = self.first.clone();
         first.sort_unstable_by(f64::total_cmp);
@@ -47,23 +47,20 @@ impl Plausible {
         let counts = if self.are_whole { ": they look like raw counts of a converter" } else { "" };
         let (message, hint) = match self.signal {
             Signal::Interval if !(INTERVALS_MS.0..=INTERVALS_MS.1).contains(&usual) => (
-                format!("intervals of {usual} ms are no heart's"),
-                "give --unit s (or --scale 1000) if they are in seconds; a heart rate is no interval",
+                format!("intervals of {usual} ms are not those of a heart"),
+                "give --unit s (or --scale 1000) if they are in seconds; a heart rate is not an interval",
             ),
             Signal::Eda if usual > MOST_EDA_US => (
-                format!("no skin conducts {usual} uS{counts}"),
-                "give --unit kohm for a resistance, nS for nanosiemens, or --scale FACTOR that makes uS \
-                 of counts, as the device's manual tells",
+                format!("{usual} uS is not a skin conductance{counts}"),
+                "give --unit kohm for a resistance, nS for nanosiemens, or --scale FACTOR to convert counts to uS, from the device's manual",
             ),
             Signal::Temperature if !(SKIN_DEG_C.0..=SKIN_DEG_C.1).contains(&usual) => (
-                format!("no skin has {usual} degC{counts}"),
-                "give --unit degF or K if they are that, --scale FACTOR that makes degC of counts, or \
-                 --signal other for what is no skin",
+                format!("{usual} degC is not a skin temperature{counts}"),
+                "give --unit degF or K if they are that, --scale FACTOR to convert counts to degC, or --signal other for anything but skin",
             ),
             Signal::Acceleration if usual > MOST_ACCELERATION_G => (
-                format!("nobody is held at {usual:.4} g{counts}"),
-                "give --unit mg or m/s^2 if they are that, g/64 for an E4, or --scale FACTOR that makes g \
-                 of counts: 0.000488281 for an Embrace Plus",
+                format!("{usual:.4} g is not the acceleration of a person{counts}"),
+                "give --unit mg or m/s^2 if they are that, g/64 for an E4, or --scale FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
             ),
             _ => return Ok(()),
         };

@@ -1,4 +1,4 @@
-//! What is told of a recording to people.
+//! Results of `extract` as text.
 
 use teampulse_core::units;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
@@ -6,14 +6,14 @@ use teampulse_signal::analysis::{Event, Measured, Span, Value};
 use super::report::{Score, secs};
 use crate::output;
 
-/// The first line of a table of events, which the first event tells.
+/// The header of a table of events, from the first event.
 #[derive(Default)]
 pub struct Heading {
     names: Option<Vec<&'static str>>,
 }
 
 impl Heading {
-    /// Prints an event as a line with commas; before the first one, what stands in it.
+    /// Prints an event as a line of comma-separated values; before the first one, the header.
     pub fn show(&mut self, event: &Event) {
         let names = self.names.get_or_insert_with(|| {
             let names: Vec<&str> = event.details.iter().map(|(name, _)| *name).collect();
@@ -49,12 +49,12 @@ pub fn window(values: &[Value], span: Span, measured: &Measured) {
     }));
 }
 
-/// Prints how each value was computed; what several recipes have in common stands once.
+/// Prints how each value was computed; what several recipes have in common is printed once.
 pub fn recipes(values: &[Value], method: &str) {
     let mut told: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
     for value in values {
         let (recipe, common) = value.method.split_once("; ").unwrap_or((&value.method, ""));
-        // Of several channels, that of one stands for all.
+        // The recipe of one channel is the same for all.
         let name = value.name.split('/').next().unwrap_or_default();
         match told.iter_mut().find(|(each, _)| *each == common) {
             Some((_, recipes)) if recipes.contains(&(name, recipe)) => {}
@@ -71,7 +71,7 @@ pub fn recipes(values: &[Value], method: &str) {
     }
 }
 
-/// How many events there were, in words.
+/// The number of events, in words.
 pub fn counts(counts: &[(&'static str, usize)]) -> String {
     let words = counts.iter().map(|(kind, count)| format!("{count} {kind}s"));
     let words: Vec<String> = words.collect();
@@ -79,7 +79,7 @@ pub fn counts(counts: &[(&'static str, usize)]) -> String {
 }
 
 impl Score {
-    /// How good the agreement is, in words.
+    /// The agreement, in words.
     pub fn shown(&self) -> String {
         let percent = |share: Option<f64>| {
             share.map_or("-".into(), |share| format!("{:.2} %", 100.0 * share))
@@ -103,7 +103,7 @@ fn shown_secs(secs: f64) -> String {
     format!("{secs:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A number with six digits that count.
+/// A number with six significant digits.
 fn shown(value: f64) -> String {
     if value == 0.0 {
         return "0".into();

@@ -1,15 +1,16 @@
-//! How far a long file is read.
+//! Progress while a long file is read.
 
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Rows between two looks at how far the reading is.
+/// Rows between two updates of the progress bar.
 const ROWS: usize = 1 << 14;
-/// Steps of the bar.
+/// Steps of the progress bar.
 const STEPS: u64 = 1000;
 
-/// A bar on standard error, for work that takes more than a moment; none where nobody looks.
+/// A progress bar on standard error, for work that takes more than a moment; hidden where standard error is
+/// not a terminal.
 pub struct Progress {
     bar: ProgressBar,
 }
@@ -26,7 +27,7 @@ impl Progress {
         Progress { bar }
     }
 
-    /// So many rows were read, which is such a share of the file.
+    /// Shows the number of rows that were read, and the share of the file.
     pub fn reading(&self, rows: usize, share: impl FnOnce() -> Option<f64>) {
         if rows.is_multiple_of(ROWS)
             && let Some(share) = share()
@@ -35,19 +36,19 @@ impl Progress {
         }
     }
 
-    /// All was read, and is looked at as a whole.
+    /// All rows were read, and the recording is analysed as a whole.
     pub fn analysing(&self) {
         self.bar.set_message("analysing");
         self.bar.enable_steady_tick(Duration::from_millis(200));
     }
 
-    /// Such a share of the windows was measured.
+    /// Shows the share of the windows that are finished.
     pub fn measuring(&self, share: f64) {
         self.bar.set_message("measuring");
         self.bar.set_position((share * STEPS as f64) as u64);
     }
 
-    /// Does something that prints, with the bar out of the way.
+    /// Prints something with the bar hidden.
     pub fn aside(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
     }

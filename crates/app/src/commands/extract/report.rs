@@ -1,4 +1,4 @@
-//! What is told of a recording to machines.
+//! Results of `extract` as JSON.
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -8,14 +8,14 @@ use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
 use super::found::Found;
 
-/// Everything that was found.
+/// All results.
 #[derive(Debug, Serialize)]
 pub struct Report {
     signal: &'static str,
-    /// Null for intervals, which come at no rate.
+    /// Null for intervals, which have no rate.
     rate_hz: Option<f64>,
     method: &'static str,
-    /// What was said of the table on standard error.
+    /// Notes on the table, as printed on standard error.
     notes: Vec<String>,
     events: Vec<Happened>,
     features: Vec<Row>,
@@ -38,7 +38,7 @@ struct Row {
     reason: Option<String>,
 }
 
-/// An event, its details beside its place: an object each.
+/// An event, with its details beside its place: one object each.
 #[derive(Debug)]
 struct Happened {
     kind: &'static str,
@@ -60,7 +60,7 @@ impl Serialize for Happened {
     }
 }
 
-/// How the events agree with an expert's.
+/// Agreement with an expert's events.
 #[derive(Debug, Serialize)]
 pub struct Score {
     pub(super) tolerance_ms: f64,
@@ -91,7 +91,7 @@ impl Score {
 }
 
 impl Report {
-    /// Of what was found in a signal.
+    /// The results for a signal.
     pub fn new(
         signal: &'static str,
         rate_hz: Option<f64>,
@@ -140,7 +140,7 @@ fn rows<'a>(
     })
 }
 
-/// Seconds of nanoseconds.
+/// Nanoseconds in seconds.
 pub fn secs(at_ns: i64) -> f64 {
     at_ns as f64 / 1e9
 }

@@ -1,4 +1,4 @@
-//! The rows of a table as an analysis takes them: in its unit, and with their times.
+//! The rows of a table as input of an analysis: in its unit, and with their times.
 
 use teampulse_core::units::{Conversion, accepted};
 
@@ -10,9 +10,9 @@ use super::times::Times;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// So many intervals tell whether their times are those of beats.
+/// The number of intervals that decide whether their times are those of beats.
 const BEATS: usize = 64;
-/// How far a time and an interval may be rounded, together [ms].
+/// Combined rounding error of a time and an interval [ms].
 const ROUNDING_MS: f64 = 2.5;
 
 /// Rows of a table, one after the other.
@@ -24,16 +24,16 @@ pub struct Rows {
     plausible: Plausible,
 }
 
-/// What the user says of the unit of all columns.
+/// What the user states about the unit of all columns.
 pub struct Said<'a> {
-    /// A factor that is multiplied first.
+    /// A factor, applied first.
     pub scale: f64,
-    /// What the numbers are in after that.
+    /// The unit after that.
     pub unit: Option<&'a str>,
 }
 
 impl Rows {
-    /// The rows of a table. An error where a column is in a unit that can't be told in the signal's.
+    /// The rows of a table. Fails where a column's unit can't be converted to the signal's.
     pub fn new(signal: Signal, mut table: Table, said: &Said<'_>) -> Result<Rows, Failure> {
         let scaling = Scaling::new(signal, &table, said)?;
         let begin_ns = if signal.is_even() { 0 } else { begin_ns(&mut table, &scaling)? };
@@ -43,7 +43,7 @@ impl Rows {
     }
 
     /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in
-    /// our own; else they tell when a strap told of them.
+    /// our own; otherwise they are the times at which a strap sent them.
     pub fn are_of_beats(&self) -> bool {
         self.are_of_beats
     }
@@ -53,12 +53,12 @@ impl Rows {
         &self.table
     }
 
-    /// The times of what was read so far.
+    /// The times of the rows that were read so far.
     pub fn times(&self) -> &Times {
         &self.times
     }
 
-    /// The next row in the signal's unit, and when it was measured [ns].
+    /// The next row in the signal's unit, and its time [ns].
     pub fn next(&mut self) -> Result<Option<(i64, Row)>, Failure> {
         let Some(mut row) = self.table.next_row().map_err(failure)? else {
             self.plausible.refused()?;
@@ -70,7 +70,7 @@ impl Rows {
             self.plausible.refused()?;
         }
         let at_ns = self.times.of(&row);
-        // A silence of more than a day is a wrong time, no gap.
+        // A pause of more than a day is a wrong time, not a gap.
         match self.times.jump_secs() {
             Some(step_secs) => Err(failure(TableError::Jump { line: row.line, step_secs })),
             None => Ok(Some((at_ns, row))),
@@ -78,7 +78,7 @@ impl Rows {
     }
 }
 
-/// When the first interval begins [ns]: with the file, if that tells; else its length before its end.
+/// When the first interval begins [ns]: with the file, if that states it; else its length before its end.
 fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
     let told_ns = table.begin_ns();
     let first = table.peek(1).map_err(failure)?.next().cloned();
@@ -86,13 +86,13 @@ fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
         return Ok(0);
     };
     scaling.apply(&mut row.values);
-    // A table of nothing but times has no column of intervals.
+    // A table with only a column of times has no column of intervals.
     let first_ms = row.values.first().copied().filter(|first_ms| *first_ms > 0.0);
     let first_ns = first_ms.map_or(0, |first_ms| (first_ms * 1e6).round() as i64);
     Ok(told_ns.unwrap_or(end_ns.saturating_sub(first_ns)))
 }
 
-/// Whether most intervals are as long as it is since the one before.
+/// Whether most intervals equal the time since the previous one.
 fn are_of_beats(table: &mut Table, scaling: &Scaling) -> Result<bool, Failure> {
     let rows = table.peek(BEATS).map_err(failure)?;
     let mut beats: Vec<(i64, f64)> = Vec::new();
@@ -108,7 +108,7 @@ fn are_of_beats(table: &mut Table, scaling: &Scaling) -> Result<bool, Failure> {
     Ok(2 * beats.windows(2).filter(is_exact).count() > beats.len().saturating_sub(1))
 }
 
-/// How the numbers of each column become those of the unit that the signal is analysed in.
+/// The conversion of each column to the unit in which the signal is analysed.
 struct Scaling {
     scale: f64,
     conversions: Vec<Conversion>,
@@ -118,7 +118,7 @@ impl Scaling {
     fn new(signal: Signal, table: &Table, said: &Said<'_>) -> Result<Scaling, Failure> {
         let conversion = |told: &Option<String>| {
             let Some(to) = signal.unit() else { return Ok(Conversion::SAME) };
-            // Whoever gives a factor brings them into the signal's own unit.
+            // With a factor, the numbers are in the signal's own unit.
             let told = told.as_deref().filter(|_| said.scale.total_cmp(&1.0).is_eq());
             let from = said.unit.or(told).unwrap_or_default();
             Conversion::between(from, to).ok_or_else(|| refused(signal, from, to))
@@ -136,10 +136,10 @@ impl Scaling {
 
 fn refused(signal: Signal, from: &str, to: &str) -> Failure {
     let hint = if is_raw(from) {
-        format!("give --scale FACTOR that makes {to} of them, as the device's manual tells")
+        format!("give --scale FACTOR to convert them to {to}, from the device's manual")
     } else {
         format!("give --unit {}, or --scale FACTOR", accepted(to).join(", "))
     };
-    let message = format!("{} in {from} can't be told in {to}", signal.word());
+    let message = format!("{} in {from} can't be converted to {to}", signal.word());
     Failure::new(message).hint(hint).exit(Exit::BadArguments)
 }

@@ -1,4 +1,4 @@
-//! Tables of numbers, as people and devices write them.
+//! Tables of numbers, as written by people and devices.
 
 mod beats;
 mod clock;
@@ -31,23 +31,24 @@ use line_reader::LineReader;
 use oddity::Oddities;
 use times::{Uneven, usual_rate_hz};
 
-/// Rows that the rate is told from, where nothing else tells it.
+/// Rows from which the rate is estimated where nothing states it.
 const FIRST_ROWS: usize = 2000;
 
 /// A table that is read row by row.
 ///
-/// Separated by commas, semicolons, bars, tabs or spaces, with decimal points or commas; with or without a line
-/// of names, and one of units below it; comments begin with `#` or `%`, and a sampling rate that they tell
-/// is believed, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates. Split
-/// here, not by a library: half of the tables in this field are columns of text between comments, no CSV.
+/// Separated by commas, semicolons, bars, tabs or spaces, with decimal points or commas; with or without a
+/// header, and with or without a line of units below it. Comments begin with `#` or `%`; a sampling rate in
+/// them is used, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates.
+/// Parsed here, not by a library: half of the tables in this field are columns of text between comments,
+/// not CSV.
 pub struct Table {
     lines: LineReader,
-    /// Rows that were read to learn the rate.
+    /// Rows that were read ahead to estimate the rate.
     ahead: VecDeque<Row>,
     columns: Columns,
     head: Head,
     rate_hz: f64,
-    /// Rows that were given out.
+    /// Rows that were returned.
     rows: usize,
     oddities: Oddities,
 }
@@ -57,7 +58,7 @@ pub struct Table {
 pub struct Row {
     /// A number for each wanted column, NaN where there is none.
     pub values: Vec<f64>,
-    /// When it was measured [ns]; `None` where no column tells.
+    /// When it was measured [ns]; `None` without a column of times.
     pub at_ns: Option<i64>,
     /// The number of its line, from 1.
     pub line: usize,
@@ -71,7 +72,7 @@ enum Width {
     Usual,
     /// It ends before a wanted cell.
     Short,
-    /// Which of its cells is which, nobody can tell.
+    /// The cells can't be assigned to columns.
     Other,
 }
 
@@ -98,7 +99,7 @@ impl Table {
         Ok(table)
     }
 
-    /// When the table says that it begins [ns since 1970].
+    /// The start time that the table states [ns since 1970].
     pub fn begin_ns(&self) -> Option<i64> {
         self.head.begin_ns.or(self.columns.begin_ns)
     }
@@ -113,12 +114,12 @@ impl Table {
         &self.columns.names
     }
 
-    /// The unit of each column that is read, as far as the table tells.
+    /// The unit of each column that is read, as far as the table states it.
     pub fn units(&self) -> &[Option<String>] {
         &self.columns.units
     }
 
-    /// What was chosen in reading it without being asked for.
+    /// Choices made in reading the table that the user did not ask for.
     pub fn notes(&self) -> &[String] {
         &self.columns.notes
     }
@@ -133,12 +134,12 @@ impl Table {
         self.rows
     }
 
-    /// What was odd about them, for people.
+    /// Oddities of the rows, in words.
     pub fn oddities(&self) -> impl Iterator<Item = String> {
         self.oddities.notes(self.rows)
     }
 
-    /// The first rows, so many or as many as there are, which stay to be read.
+    /// The first rows, up to this many, which stay to be read.
     pub fn peek(&mut self, count: usize) -> Result<impl Iterator<Item = &Row>, TableError> {
         while self.ahead.len() < count
             && let Some(row) = self.read_row()?
@@ -161,7 +162,7 @@ impl Table {
         Ok(next)
     }
 
-    /// Counts what is odd about a row.
+    /// Counts the oddities of a row.
     fn judge(&mut self, row: &Row) {
         let Oddities { missing, short, other } = &mut self.oddities;
         let (oddity, count) = match row.width {

@@ -1,10 +1,10 @@
-//! When the rows of a table were measured.
+//! The times of a table's rows.
 
 use super::analyses::Signal;
 use super::table::{Row, Table};
 
-/// The times of rows, one after the other: what a column tells; else as the rate says, from zero; of
-/// intervals their sum.
+/// The times of successive rows: from a column; else from the rate, starting at zero; for intervals their
+/// sum.
 pub struct Times {
     signal: Signal,
     rate_hz: f64,
@@ -13,17 +13,17 @@ pub struct Times {
     last_ns: i64,
     sum_ns: i64,
     step_ns: i64,
-    /// When the table says that it begins [ns].
+    /// The start time that the table states [ns].
     told_ns: i64,
 }
 
-/// A longer silence is no gap in a recording [s]: a day.
+/// A longer pause is not a gap in a recording [s]: a day.
 const LONGEST_SECS: f64 = 86_400.0;
-/// Intervals that are told at once, or a little out of turn, stay in their order [ns].
+/// Intervals that are reported together, or slightly out of order, keep their order [ns].
 const AT_ONCE_NS: i64 = 1_500_000_000;
 
 impl Times {
-    /// Of the rows of a table; intervals begin at `begin_ns` [ns].
+    /// The times of a table's rows; intervals begin at `begin_ns` [ns].
     pub fn new(signal: Signal, table: &Table, begin_ns: i64) -> Times {
         let rate_hz = table.rate_hz();
         let told_ns = table.begin_ns().unwrap_or(0);
@@ -51,7 +51,7 @@ impl Times {
         at_ns
     }
 
-    /// How long it was silent before the last row [s], if that is no gap of a recording.
+    /// The pause before the last row [s], if it is too long for a gap in a recording.
     pub fn jump_secs(&self) -> Option<f64> {
         let secs = self.step_ns as f64 / 1e9;
         (secs > LONGEST_SECS).then_some(secs)
@@ -74,14 +74,15 @@ impl Times {
         self.last_ns.saturating_add(step_ns)
     }
 
-    /// The end of an interval that is told at a time: after that of the one before it.
+    /// The end of an interval that is reported at a time: after that of the one before it.
     fn in_turn(&mut self, at_ns: i64) -> i64 {
         let is_at_once = at_ns <= self.last_ns && self.last_ns - at_ns <= AT_ONCE_NS;
         self.sum_ns = if is_at_once { self.last_ns + 1 } else { at_ns };
         self.sum_ns
     }
 
-    /// The end of an interval that begins where the last one ended; one without a number takes a second.
+    /// The end of an interval that begins where the last one ended; one without a number counts as a
+    /// second.
     fn after(&mut self, row: &Row) -> i64 {
         let interval_ms = row.values.first().copied().filter(|each| (0.0..1e6).contains(each));
         self.sum_ns = self.sum_ns.saturating_add((interval_ms.unwrap_or(1e3) * 1e6).round() as i64);

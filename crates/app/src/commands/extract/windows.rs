@@ -1,17 +1,17 @@
-//! Windows of a recording, one after the other.
+//! Successive windows of a recording.
 
 use teampulse_signal::analysis::Span;
 
-/// Windows of one length that begin at even distances from the beginning of a recording.
+/// Windows of one length that begin at even distances from the start of a recording.
 pub struct Windows {
     begin_ns: i64,
-    /// `None` for one window that holds all.
+    /// `None` for a single window.
     lengths: Option<Lengths>,
-    /// How many hops after the beginning the next one begins.
+    /// The number of hops before the next one begins.
     next: i64,
 }
 
-/// How long windows are, and how far from each other they begin [ns].
+/// The length of windows and the hop between their starts [ns].
 #[derive(Clone, Copy, Debug)]
 pub struct Lengths {
     pub window_ns: i64,
@@ -19,12 +19,12 @@ pub struct Lengths {
 }
 
 impl Lengths {
-    /// When the first window ends, and each hop before it [ns after the beginning].
+    /// The end of the first window, and each earlier hop [ns after the start].
     pub fn first_ns(self) -> i64 {
         (self.window_ns - 1).rem_euclid(self.hop_ns) + 1
     }
 
-    /// Windows of `window_secs` [s], a new one each `hop_secs` [s] or when the last one ends.
+    /// Windows of `window_secs` [s], a new one every `hop_secs` [s], or without overlap.
     pub fn new(window_secs: Option<f64>, hop_secs: Option<f64>) -> Option<Lengths> {
         let nanos = |secs: f64| (secs * 1e9).round() as i64;
         let window_ns = nanos(window_secs?);
@@ -33,12 +33,12 @@ impl Lengths {
 }
 
 impl Windows {
-    /// Of a recording that begins at a time [ns].
+    /// The windows of a recording that begins at a time [ns].
     pub fn new(begin_ns: i64, lengths: Option<Lengths>) -> Windows {
         Windows { begin_ns, lengths, next: 0 }
     }
 
-    /// Whether a window that was told of is one of these; those before it are not told of again.
+    /// Whether a reported window is one of these; earlier ones are not reported again.
     pub fn take(&mut self, span: Span) -> bool {
         let Some(Lengths { hop_ns, .. }) = self.lengths else { return false };
         let from_begin_ns = span.begin_ns - self.begin_ns;
@@ -49,15 +49,15 @@ impl Windows {
         true
     }
 
-    /// Leaves out those that end before a time [ns]: nothing is known of them.
+    /// Skips those that end before a time [ns], as there are no data for them.
     pub fn skip_until(&mut self, end_ns: i64) {
         let Some(Lengths { window_ns, hop_ns }) = self.lengths else { return };
         let from_first_ns = end_ns - self.begin_ns - window_ns;
         self.next = self.next.max(from_first_ns.div_euclid(hop_ns));
     }
 
-    /// The windows that are left of a recording that ends at a time [ns]: those that end until then,
-    /// and if they leave out its end, a shorter one.
+    /// The remaining windows of a recording that ends at a time [ns]: those that end by then, and a shorter
+    /// last one if they do not reach its end.
     pub fn rest(mut self, end_ns: i64) -> Vec<Span> {
         let Some(Lengths { window_ns, hop_ns }) = self.lengths else {
             return vec![Span { begin_ns: self.begin_ns, end_ns }];

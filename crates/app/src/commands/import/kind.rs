@@ -1,4 +1,4 @@
-//! What a file is, by how it begins.
+//! The kind of a file, by its first bytes.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::tables::signal_of;
 use crate::failure::Failure;
 
-/// What is to be imported.
+/// What to import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A recording of ROS.
@@ -18,7 +18,7 @@ pub enum Kind {
     Tables,
 }
 
-/// How files of recordings begin: MCAP, `SQLite`, Zstandard, and ROS 1, of which opening says more.
+/// The first bytes of recordings: MCAP, `SQLite`, Zstandard, and ROS 1; opening the file decides.
 const BEGINNINGS: [&[u8]; 4] =
     [b"\x89MCAP", b"SQLite format 3\0", &[0x28, 0xb5, 0x2f, 0xfd], b"#ROSBAG V"];
 
@@ -39,7 +39,7 @@ impl Kind {
     }
 }
 
-/// The tables in a folder whose names tell what they measure; none where it holds a recording.
+/// The tables in a folder whose names indicate a signal; none where it contains a recording.
 pub fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let unreadable = |error| Failure::to(format!("open {}: {error}", folder.display()));
     let entries = fs::read_dir(folder).map_err(unreadable)?;

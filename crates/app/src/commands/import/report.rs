@@ -1,4 +1,4 @@
-//! What was imported, on one screen.
+//! The imported data, on one screen.
 
 use teampulse_bag::{Bag, BagStream};
 use teampulse_core::stream::{About, Shape, Signal};
@@ -6,10 +6,10 @@ use teampulse_messages::convert::type_name;
 
 use crate::commands::info::damage;
 
-/// So many topics are named; those with most messages.
+/// The number of topics that are named; those with most messages.
 const MOST_TOPICS: usize = 16;
 
-/// What there was in a recording of ROS.
+/// The contents of a recording of ROS.
 pub fn of_bag(bag: &Bag) -> Vec<String> {
     let (first, last) = bag.bounds().unwrap_or_default();
     let (messages, topics) = (bag.messages_count(), bag.streams().len());

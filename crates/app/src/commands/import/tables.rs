@@ -20,19 +20,19 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 
-/// Samples that follow each other within so much time are one run [s]: the stamp of its first one lies within
-/// the second that is believed of it.
+/// Samples within this time form one run [s]: the stamp of its first sample lies within one second of its
+/// arrival, and so is trusted.
 const RUN_SECS: f64 = 0.9;
-/// What comes later than this many periods after the one before begins another run.
+/// A sample that comes later than this many periods after the previous one begins another run.
 const GAP_PERIODS: f64 = 1.5;
-/// Times before this tell no date [ns]: 2001-01-01.
+/// Times before this contain no date [ns]: 2001-01-01.
 const DATED_NS: i64 = 978_307_200_000_000_000;
 
-/// What is asked of tables.
+/// The options for tables.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Options of tables")]
 pub struct Asked {
-    /// What a table measures, where its name does not tell
+    /// What a table measures, where its name does not say
     #[arg(long)]
     signal: Option<Signal>,
     #[command(flatten)]
@@ -57,7 +57,7 @@ fn token(text: &str) -> Result<String, String> {
     }
 }
 
-/// What a table of this name measures: as devices call their files.
+/// The signal in a table with this name: as devices name their files.
 pub fn signal_of(path: &Path) -> Option<Signal> {
     let stem = path.file_stem()?.to_string_lossy().to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|each: char| !each.is_ascii_alphanumeric()).collect();
@@ -81,11 +81,11 @@ pub struct Tables {
     each: Vec<Reader>,
 }
 
-/// What was found in tables, for people.
+/// A description of the tables, for people.
 pub struct Report(Vec<String>);
 
 impl Report {
-    /// A line a table.
+    /// One line for each table.
     pub fn lines(self) -> impl Iterator<Item = String> {
         self.0.into_iter()
     }
@@ -105,12 +105,12 @@ impl Tables {
         }
         let is_dated: Vec<bool> = each.iter().map(Reader::is_dated).collect();
         if is_dated.contains(&true) && is_dated.contains(&false) {
-            let message = "some of the tables tell the date, and some do not";
+            let message = "some of the tables contain the date, and some do not";
             let hint = "import those that began together, or name the column of times with --time";
             return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
         }
         if is_dated.contains(&false) {
-            output::note("note: no date is told: the bag begins in 2001");
+            output::note("note: the tables contain no date: the bag begins in 2001");
             for reader in &mut each {
                 reader.shift_ns = DATED_NS;
             }
@@ -192,7 +192,7 @@ impl Reader {
         Ok(Some(run))
     }
 
-    /// The next row; at the end it is said what was odd about them.
+    /// The next row; at the end notes the oddities of the table.
     fn next_row(&mut self) -> Result<Option<(i64, Row)>, Failure> {
         let row = self.rows.next()?;
         if row.is_none() {
@@ -203,7 +203,7 @@ impl Reader {
     }
 }
 
-/// The stream of a table, in the unit that its signal is analysed in.
+/// The stream of a table, in the unit in which its signal is analysed.
 fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
     let subject = Subject { about: About::Person, id: asked.person.clone() };
     let persons = NAMESPACE.trim_end_matches('*');

@@ -2,8 +2,8 @@
 
 use teampulse_core::stream::{About, Signal, Stream};
 
-/// One plain sentence about what the statistics of a stream do not tell; none where they tell what they
-/// seem to.
+/// One plain sentence on what the statistics of a stream do not mean; none where they mean what they seem
+/// to.
 pub(super) fn caution(stream: &Stream) -> Option<&'static str> {
     let is_person = stream.about == About::Person;
     Some(match stream.signal {

@@ -13,10 +13,10 @@ const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: me
     median, not scaled; minimum; maximum; slope: rise of the least-squares line; all of every usable sample; \
     …_difference: the value less that of the newest phase named baseline that is over";
 
-/// Windows are told of so often in their length, but not more than once a second.
+/// Windows are reported this many times in their length, but at most once a second.
 const TOLD_IN_LENGTH: f64 = 30.0;
 
-/// How often a window of `secs` [s] is told of: each so many whole seconds.
+/// The interval between the reports of a window of `secs` [s], in whole seconds.
 pub(super) fn told_each_secs(secs: f64) -> f64 {
     (secs / TOLD_IN_LENGTH).round().max(1.0)
 }

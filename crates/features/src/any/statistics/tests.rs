@@ -102,7 +102,7 @@ impl Scene {
     }
 }
 
-/// A saw whose teeth are as high as told.
+/// A sawtooth with the given heights.
 fn saw(height: f64) -> impl Fn(i32) -> f64 {
     move |tenth| height * f64::from(tenth * 7 % 13)
 }

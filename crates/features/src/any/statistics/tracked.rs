@@ -92,7 +92,7 @@ impl TrackedStream {
         self.work = Some(work);
     }
 
-    /// Tells of the phases that are over at `now`, whether or not samples have come since.
+    /// Reports the phases that are over at `now`, whether or not samples have arrived since.
     pub(super) fn end_phases(&mut self, phases: &Phases, now: Time, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
         self.tell_phases(&mut work, phases.of(&self.subject), now.nanos(), out);
@@ -110,7 +110,7 @@ impl TrackedStream {
         }
     }
 
-    /// Tells of phases that ended at or before a time [ns], and keeps what the next one needs.
+    /// Reports phases that ended at or before a time [ns], and keeps what the next one needs.
     fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
         while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
             self.tell_phase(work, phase, out);

@@ -18,7 +18,7 @@ pub(super) const STATISTICS: [(&str, Unit); 7] = [
     ("slope", Unit::PerSecond),
 ];
 
-/// In what a value is told.
+/// The unit of a value.
 #[derive(Clone, Copy)]
 pub(super) enum Unit {
     /// That of the channel.

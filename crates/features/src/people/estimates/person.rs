@@ -21,7 +21,7 @@ use crate::value::{Value, moment, window_of};
 
 /// So long after its end a phase waits for reports about it [ns]: as long as they count, and on their way.
 const LISTENING_NS: i64 = JUST_ENDED_NS + 1_000_000_000;
-/// So long after its end a phase is told of, whatever is still to come [ns]: its state takes up to 12 s.
+/// A phase is reported this long after its end, whatever is still missing [ns]: its state takes up to 12 s.
 const PATIENCE_NS: i64 = JUST_ENDED_NS + 5_000_000_000;
 
 /// So many of the newest phases are held.
@@ -33,9 +33,9 @@ pub(super) struct Person {
     /// After so long the variance of a report has doubled [s].
     doubled_secs: f64,
     reports: Reports,
-    /// Whether it was told that a report is not on its scale.
+    /// Whether a fault about a report off the scale was published.
     is_off_scale_told: bool,
-    /// On which streams reports and phases were told so far.
+    /// The streams of the reports and phases so far.
     told_on: BTreeSet<String>,
     /// What is measured of the body, whether there is a state of it or not.
     measured: BTreeSet<&'static str>,
@@ -50,11 +50,11 @@ pub(super) struct Person {
 struct State {
     name: String,
     reading: Reading,
-    /// What the body told of the newest phases, by their ends.
+    /// The physiological estimates of the newest phases, by their ends.
     phases: VecDeque<(Time, Physiology)>,
 }
 
-/// An output, the inputs with which it was declared, and until when it is told.
+/// An output, the inputs with which it was declared, and the end of its last value.
 struct Output {
     id: OutputId,
     inputs: BTreeSet<String>,
@@ -80,12 +80,12 @@ impl Person {
         &self.subject
     }
 
-    /// A stream tells windows of the person.
+    /// A stream contains windows of the person.
     pub(super) fn measure(&mut self, stream: &Stream) {
         self.measured.extend(measures_of(stream));
     }
 
-    /// A stream tells states over these spans.
+    /// A stream contains states over these spans.
     pub(super) fn join(&mut self, stream: &Stream, spans: &str) {
         let known = self.states.remove(spans);
         let phases = known.map_or_else(VecDeque::new, |known| known.phases);
@@ -93,7 +93,7 @@ impl Person {
         self.states.insert(spans.to_owned(), state);
     }
 
-    /// Something may have been reported; the first that is not on its scale is told as a fault.
+    /// Takes in an event that may be a report; the first one off the scale is published as a fault.
     pub(super) fn hear(&mut self, at: Time, event: &Event, stream: &str, out: &mut Outputs) {
         if self.reports.take(at, event) {
             self.told_on.insert(stream.to_owned());
@@ -104,12 +104,12 @@ impl Person {
         }
     }
 
-    /// Phases were told on a stream.
+    /// Phases were published on a stream.
     pub(super) fn heed(&mut self, stream: &str) {
         self.told_on.insert(stream.to_owned());
     }
 
-    /// A state was told: of a window, the estimate follows at once.
+    /// Takes in a state: for one of a window, the estimate follows at once.
     pub(super) fn take(
         &mut self,
         (spans, end): (&str, Time),
@@ -152,7 +152,7 @@ impl Person {
         self.tell_phases(second, false, phases, out);
     }
 
-    /// Tells of the phases that are over at `now`, as soon as all is known that may be.
+    /// Reports the phases that are over at `now`, as soon as all their inputs are known.
     pub(super) fn tell_phases(
         &mut self,
         now: Time,

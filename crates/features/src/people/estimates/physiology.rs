@@ -1,4 +1,4 @@
-//! What the body tells of workload and arousal.
+//! Workload and arousal estimated from the body.
 
 use std::collections::BTreeSet;
 
@@ -8,9 +8,9 @@ use teampulse_signal::estimate::Estimate;
 
 use crate::value::Value;
 
-/// How little such an index can be sure of itself: with a normal error of this standard deviation,
-/// three classes on [0..1] are told apart in 72 % of cases, the best that is published within people:
-/// (1/6)/Φ⁻¹((3 · 0.72 + 1)/4).
+/// The uncertainty of such an index: with a normal error of this standard deviation, three classes on
+/// [0..1] are classified correctly in 72 % of cases, the best published result within people: (1/6)/Φ⁻¹((3
+/// · 0.72 + 1)/4).
 pub(super) const LEAST_SIGMA: f64 = 0.21;
 
 /// The z at which a measure counts half.
@@ -27,7 +27,7 @@ const OF_WORKLOAD: &[Sign] = &[("heart_rate", 1.0), ("ln_rmssd", -1.0), ("breath
 /// Boucsein et al. (2012): level and responses of the skin rise.
 const OF_AROUSAL: &[Sign] = &[("skin_level", 1.0), ("response_rate", 1.0)];
 
-/// What the body tells.
+/// The estimates from the body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Physiology {
     pub(super) workload: Value,
@@ -38,7 +38,7 @@ pub(super) struct Physiology {
     pub(super) quality: f64,
 }
 
-/// What the body tells where there is no state: what is measured of it has no baseline yet.
+/// The estimates without a state: the measures have no baseline yet.
 pub(super) fn without_state(measured: &BTreeSet<&str>) -> Physiology {
     let lack = |signs: &[Sign]| {
         let is_measured = signs.iter().any(|(measure, _)| measured.contains(measure));
@@ -72,7 +72,7 @@ impl Reading {
         Reading { workload: places(OF_WORKLOAD), arousal: places(OF_AROUSAL) }
     }
 
-    /// What a state tells; windows themselves scatter by this many standard deviations.
+    /// The estimates from a state; windows themselves scatter by this many standard deviations.
     pub(super) fn read(&self, state: &FeatureValues, scatter: f64) -> Physiology {
         let index = |places: &[Place]| index(places.iter().map(|place| place.z(state)), scatter);
         Physiology {

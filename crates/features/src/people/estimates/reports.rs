@@ -64,8 +64,8 @@ impl Reports {
         self.newest.is_empty()
     }
 
-    /// What the newest report that holds in a window tells of it; its variance has doubled after
-    /// `doubled_secs` [s], and grows as the window leaves the phase that it is about.
+    /// The estimate for a window from the newest report that applies to it; its variance doubles within
+    /// `doubled_secs` [s], and grows as the window leaves the phase that the report is about.
     pub(super) fn of_window(&self, window: Stretch, phases: &[Phase], doubled_secs: f64) -> Value {
         let held = self.newest.iter().rev().map(|report| {
             let share = window.share_in(report.about(phases));
@@ -77,7 +77,7 @@ impl Reports {
         Ok(report.told(window.end, share, doubled_secs))
     }
 
-    /// What the newest report about a phase tells.
+    /// The estimate from the newest report about a phase.
     pub(super) fn of_phase(&self, phase: Stretch, phases: &[Phase], doubled_secs: f64) -> Value {
         let is_about = |report: &&Report| report.about(phases).begin == phase.begin;
         let report = self.newest.iter().rev().find(is_about).ok_or(Reason::Nothing)?;

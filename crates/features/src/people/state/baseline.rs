@@ -171,7 +171,7 @@ mod tests {
         Baseline::of(&held(values), 1.0).unwrap()
     }
 
-    /// Whether windows of 30 s each second tell z of a baseline of a length.
+    /// Whether windows of 30 s, one each second, give a z for a baseline of a length.
     fn has_z(secs: i64, coverage: impl Fn(i64) -> f32) -> bool {
         let window = |end: i64| Held {
             end_ns: end * 1_000_000_000,

@@ -8,7 +8,7 @@ pub(super) struct Measure {
     pub(super) name: &'static str,
     /// In what it differs.
     pub(super) unit: &'static str,
-    /// Which families of features tell it, the best first.
+    /// The families of features that contain it, the best first.
     pub(super) families: &'static [&'static str],
     /// Which of their values it is.
     pub(super) value: &'static str,
@@ -64,7 +64,7 @@ pub(super) fn family_and_spans(stream: &Stream) -> Option<(&str, &str)> {
     (is_windows && is_read).then_some((family, spans))
 }
 
-/// The measures that a stream tells, by their names.
+/// The measures in a stream, by their names.
 pub(in crate::people) fn measures_of(stream: &Stream) -> impl Iterator<Item = &'static str> {
     let family = family_and_spans(stream).map(|(family, _)| family);
     let is_told = move |measure: &&Measure| {

@@ -15,7 +15,7 @@ use super::windows::Windows;
 /// What the streams of phases are called, where those of windows have a length.
 const PHASES: &str = "phases";
 
-/// So long after its end a baseline is judged: its last windows are told a little later [ns].
+/// A baseline is evaluated this long after its end: its last windows arrive a little later [ns].
 const SETTLED_NS: i64 = 2_000_000_000;
 
 /// What is known of one person.
@@ -45,7 +45,7 @@ impl Person {
         &self.subject
     }
 
-    /// Another stream tells of windows or phases.
+    /// Adds a stream of windows or phases.
     pub(super) fn join(&mut self, id: StreamId, stream: &Stream, (family, spans): (&str, &str)) {
         if spans == PHASES {
             self.whole.join(id, stream, family);
@@ -114,7 +114,7 @@ impl Person {
         self.tell_phases(phases, told_by, second, out);
     }
 
-    /// Tells of the phases that are over at `now`.
+    /// Reports the phases that are over at `now`.
     pub(super) fn tell_phases(
         &mut self,
         phases: &[Phase],

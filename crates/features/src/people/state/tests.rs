@@ -1,4 +1,4 @@
-//! Laws of states, on windows as the families tell them.
+//! Laws of states, on windows as the families publish them.
 
 use std::sync::Arc;
 
@@ -274,7 +274,7 @@ fn a_later_baseline_takes_the_place_of_the_first() {
     assert_eq!(value(&mut drive, "skin_level_z"), Err(Reason::NoBaseline));
 }
 
-/// The same phases by whole phases, a strap and a glove telling of each.
+/// The same phases as whole phases, reported by a strap and a glove.
 fn with_phases(told: &[(u32, f64)]) -> Drive {
     let (heart_phases, skin_phases) = (StreamId(3), StreamId(4));
     let mut drive = after_baseline();

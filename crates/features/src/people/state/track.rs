@@ -1,4 +1,4 @@
-//! One measure as one stream of windows tells it.
+//! One measure in one stream of windows.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ const MOST_HELD: usize = 3600;
 /// So many of the newest values are held, for who asks a little later.
 const MOST_VALUES: usize = 8;
 
-/// One measure as one stream of windows, or of phases, tells it.
+/// One measure in one stream of windows, or of phases.
 pub(super) struct Track {
     /// Its place in the table.
     pub(super) measure: usize,

@@ -13,10 +13,10 @@ use super::track::{Track, WindowValue};
 use super::windows::Windows;
 use crate::value::window_of;
 
-/// So long after its end a phase is told of, whether or not all streams have told of it [ns].
+/// A phase is reported this long after its end, whether or not all streams have reported it [ns].
 const PATIENCE_NS: i64 = 12_000_000_000;
 
-/// What all streams tell of one person's phases.
+/// All streams of one person's phases.
 #[derive(Default)]
 pub(super) struct Whole {
     tracks: Vec<Track>,
@@ -49,14 +49,14 @@ struct Compared {
 }
 
 impl Whole {
-    /// Another stream tells of phases.
+    /// Adds a stream of phases.
     pub(super) fn join(&mut self, id: StreamId, stream: &Stream, family: &str) {
         if self.tracks.iter().all(|track| track.id != id) {
             self.tracks.extend(Track::all(id, stream, family));
         }
     }
 
-    /// A stream has told of a phase that ended.
+    /// A stream has reported a phase that ended.
     pub(super) fn take(&mut self, (id, end): (StreamId, Time), phase: &FeatureValues) {
         for track in self.tracks.iter_mut().filter(|track| track.id == id) {
             track.take(end, phase, None);
@@ -81,7 +81,7 @@ impl Whole {
         self.against = Some(Against { number, end, length_secs, compared, lacks, method, inputs });
     }
 
-    /// Tells of the phases that are over at `now`, as soon as all streams have told of them.
+    /// Reports the phases that are over at `now`, as soon as all streams have reported them.
     pub(super) fn tell(
         &mut self,
         (person, told_by): (&Subject, &str),
@@ -107,7 +107,7 @@ impl Whole {
         }
     }
 
-    /// Whether all that is compared has told of the phase that ended then.
+    /// Whether all that is compared has reported the phase with this end.
     fn is_complete(&self, end: Time) -> bool {
         let Some(against) = &self.against else { return false };
         let mut compared = against.compared.iter().enumerate();
@@ -169,12 +169,12 @@ impl Compared {
     }
 }
 
-/// What a track told of the phase that ended then.
+/// The value of a track for the phase with this end.
 fn value_at(track: &Track, end: Time) -> Result<f64, Reason> {
     track.value_at(end).map_or(Err(Reason::NoBaseline), |told| told.value)
 }
 
-/// The track that tells of phases what is compared of windows.
+/// The track of phases with the measure that is compared for windows.
 fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option<&'a Track> {
     tracks.iter().find(|track| track.measure == measure && compared.is_of(track))
 }

@@ -15,7 +15,7 @@ use crate::value::window_of;
 /// What is compared: which track, by its place, and what it was in the baseline.
 pub(super) type Compared = (usize, Baseline);
 
-/// What all streams of windows of one length tell of one person.
+/// All streams of one person with windows of one length.
 #[derive(Default)]
 pub(super) struct Windows {
     length_secs: f64,
@@ -25,7 +25,7 @@ pub(super) struct Windows {
 }
 
 impl Windows {
-    /// Another stream tells of windows of this length.
+    /// Adds a stream with windows of this length.
     pub(super) fn join(&mut self, id: StreamId, stream: &Stream, family: &str) {
         if self.tracks.iter().all(|track| track.id != id) {
             self.tracks.extend(Track::all(id, stream, family));
@@ -99,8 +99,8 @@ impl Windows {
         })
     }
 
-    /// Why a measure has nothing to compare: its sensor is not there, its windows are too short for it, or it
-    /// told nothing of the baseline, or too little.
+    /// Why a measure can't be compared: its sensor is missing, its windows are too short, or it has no
+    /// values in the baseline, or too few.
     pub(super) fn lack(&self, measure: usize) -> Reason {
         let tracks = self.tracks.iter().filter(|track| track.measure == measure);
         let is_short =
@@ -113,7 +113,7 @@ impl Windows {
         tracks.map(lack).max_by_key(|lack| *lack as u8).unwrap_or(Reason::Missing)
     }
 
-    /// Tells the state at a whole second, of windows that ended less than `stale_secs` [s] before.
+    /// Reports the state at a whole second, from windows that ended less than `stale_secs` [s] before.
     pub(super) fn tell(&self, second: Time, stale_secs: f64, out: &mut Outputs) {
         let Some(output) = self.output else { return };
         out.emit(output, second, self.state(second, stale_secs));

@@ -23,7 +23,7 @@ const CLEAR_TREND: f64 = 3.0;
 /// Which sign of the current discharges, as far as is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Direction {
-    /// Not told apart yet: a battery is taken to discharge.
+    /// Not known yet: a battery is taken to discharge.
     #[default]
     Unknown,
     /// A negative current discharges, as `sensor_msgs/msg/BatteryState` has it.

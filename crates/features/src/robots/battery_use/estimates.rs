@@ -18,13 +18,13 @@ const SECS_PER_HOUR: f64 = 3600.0;
 /// From a fraction each second to percent each minute.
 const PERCENT_PER_MIN: f64 = 100.0 * 60.0;
 
-/// How many standard uncertainties a loss must be above zero before it tells when all is gone.
+/// How many standard uncertainties a loss must be above zero before it predicts when the battery is empty.
 const CLEAR_LOSS: f64 = 2.0;
 
 /// Fewer readings than this share of a window do not stand for it.
 const LEAST_SHARE: f64 = 0.5;
 
-/// What a window tells about a battery's use.
+/// The use of a battery within a window.
 pub(super) struct Use {
     /// Power out of the battery [W].
     pub(super) power_w: Value,
@@ -67,7 +67,7 @@ impl fmt::Display for PowerMethod {
     }
 }
 
-/// What a window tells about a battery's use.
+/// The use of a battery within a window.
 pub(super) fn estimate(
     view: &View<'_, Reading>,
     gauges: &Gauges,

@@ -1,4 +1,4 @@
-//! How finely a battery tells what is left in it, and in which numbers.
+//! The resolution of a battery's gauge, and the quantities that it reports.
 
 use teampulse_core::stream::Stream;
 use teampulse_signal::slope::RegressionLine;
@@ -72,7 +72,7 @@ impl Gauges {
         self.energy.follow(reading.get(Quantity::Energy));
     }
 
-    /// The fraction of charge that is left [0..1]; NaN where it can't be told.
+    /// The fraction of charge that is left [0..1]; NaN where unknown.
     pub(super) fn fraction_left(&self, reading: &Reading) -> f64 {
         let given = reading.get(Quantity::Fraction);
         let fraction = match self.is_percent() {
@@ -84,7 +84,7 @@ impl Gauges {
         if fraction.is_nan() { counted } else { fraction }
     }
 
-    /// Whether a reading tells anything about the battery's use.
+    /// Whether a reading contains any quantity that shows the battery's use.
     pub(super) fn tells_use(&self, reading: &Reading) -> bool {
         let power = reading.get(Quantity::Voltage) * reading.get(Quantity::Current);
         let alone = [Quantity::Charge, Quantity::Energy, Quantity::Power].map(|q| reading.get(q));

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use teampulse_core::stream::Stream;
 
-/// A quantity that a battery may tell.
+/// A quantity that a battery may report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Voltage,

@@ -66,7 +66,7 @@ impl Alerts {
         }
     }
 
-    /// Tells what has happened.
+    /// Reports changes.
     pub(super) fn tell(&mut self, events: OutputId, out: &mut Outputs) {
         for (at, event) in self.untold.drain(..) {
             out.emit(events, at, Data::Event(Arc::new(event)));

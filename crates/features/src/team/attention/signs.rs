@@ -42,14 +42,14 @@ pub(super) enum Said {
     Fine,
 }
 
-/// One reason for which a robot may need someone, as one stream tells it.
+/// One reason why a robot may need someone, as one stream indicates it.
 #[derive(Clone, Debug)]
 pub(super) struct Sign {
     why: String,
     indication: Indication,
 }
 
-/// How a stream tells it.
+/// How a stream indicates it.
 #[derive(Clone, Copy, Debug)]
 enum Indication {
     /// A fault begins it, a marker ends it.
@@ -61,7 +61,7 @@ enum Indication {
 }
 
 impl Sign {
-    /// What a stream tells: nothing, unless it was concluded about a robot.
+    /// The sign in a stream: `None` unless it was concluded about a robot.
     pub(super) fn of(stream: &Stream, limits: &Limits) -> Vec<Sign> {
         if stream.about != About::Robot || stream.origin != Origin::Derived {
             return Vec::new();

@@ -29,7 +29,7 @@ fn of_robot(name: &str, signal: Signal, shape: Shape, channels: &[(&str, &str)])
     Stream { signal, origin: Origin::Derived, ..stream }
 }
 
-/// A team of a person and a robot, with all that is told of them.
+/// A team of a person and a robot, with everything that is reported about them.
 fn drive() -> Drive {
     let feature = built::<Attention>("");
     let mut drive = Drive::new(feature.as_ref(), &person());

@@ -10,7 +10,7 @@ fn drive() -> Drive {
     Drive::new(built::<Interventions>("pause_secs = 2").as_ref(), &stream)
 }
 
-/// What was told, with its begin [s].
+/// The outputs, with their start times [s].
 fn told(drive: &mut Drive) -> Vec<(f64, String, f64, f64)> {
     let events = drive.events(NAME).into_iter();
     events.map(|(at, event)| (at, event.label, event.value, event.duration_secs)).collect()

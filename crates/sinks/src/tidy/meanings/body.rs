@@ -2,7 +2,7 @@
 
 use super::Meaning;
 
-/// What is told of them.
+/// Their measures.
 pub(super) const MEANINGS: &[Meaning] = &[
     ("EDA_Tonic_Mean", "Mean level of skin conductance."),
     ("EDA_Tonic_SD", "Standard deviation of the level of skin conductance."),

@@ -2,7 +2,7 @@
 
 use super::Meaning;
 
-/// What is told of the signals themselves.
+/// Measures of the signals themselves.
 pub(super) const SIGNALS: &[Meaning] = &[
     ("coverage", "The share of the window that has data, from 0 to 1."),
     ("quality", "How good the data are that are there, or a radio link is, from 0 to 1."),
@@ -35,7 +35,7 @@ pub(super) const SIGNALS: &[Meaning] = &[
     ("PPG_Skewness", "Skewness of a PPG, a measure of its quality."),
 ];
 
-/// What is told of intervals between beats or pulses.
+/// Measures of the intervals between beats or pulses.
 pub(super) const VARIABILITY: &[Meaning] = &[
     ("HRV_MeanNN", "Mean of the corrected intervals between beats."),
     ("HRV_MedianNN", "Median of the corrected intervals between beats."),

@@ -2,7 +2,7 @@
 
 use super::Meaning;
 
-/// What is told of them.
+/// Their measures.
 pub(super) const MEANINGS: &[Meaning] = &[
     ("heart_rate", "Mean heart rate."),
     ("ln_rmssd", "Natural logarithm of RMSSD."),

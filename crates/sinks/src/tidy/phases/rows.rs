@@ -120,7 +120,7 @@ mod tests {
                 rows.extend(of(robot, phase), expected(robot, phase).into_iter());
             }
         }
-        // What is told late belongs to its row all the same.
+        // Values that arrive late are still put into their row.
         rows.extend(of(3, 7), [(1, -1.0), (301, 5.0)].into_iter());
         assert!(rows.recent.len() <= IN_MEMORY);
         assert_eq!(rows.all().len(), 1000);

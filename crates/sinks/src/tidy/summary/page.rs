@@ -221,7 +221,7 @@ impl Page<'_> {
     }
 }
 
-/// Whether a phase is one: the session tells one a moment before somebody's own, and ends in another.
+/// Whether a phase lasts long enough to be listed: the session's begins a moment before a person's own.
 fn lasts(phase: &Phase) -> bool {
     phase.end.is_none_or(|end| end.secs_since(phase.begin) >= SHORTEST_SECS)
 }

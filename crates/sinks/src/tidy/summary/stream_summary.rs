@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use teampulse_core::status::{State, StreamStatus};
 
-/// The most reasons that are told apart of one stream.
+/// The most reasons that are listed separately for one stream.
 const MOST_REASONS: usize = 16;
 
 /// What is known of one stream over a session.
@@ -57,7 +57,7 @@ struct Share {
 pub(super) struct Usable {
     /// How much [0..1].
     pub(super) share: f64,
-    /// Whether only its state tells, as nothing is computed from it.
+    /// Whether this is judged by its state alone, as nothing is computed from it.
     pub(super) is_by_state: bool,
 }
 
@@ -115,7 +115,7 @@ impl StreamSummary {
         self.first(Shares::mean)
     }
 
-    /// How much of it is usable within a phase; `None` where nothing was told in it.
+    /// The usable share of it within a phase; `None` without values in it.
     pub(super) fn usable_in(&self, phase: &str) -> Option<Usable> {
         self.first(|shares| shares.mean_in(phase))
     }

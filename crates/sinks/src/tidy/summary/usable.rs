@@ -5,14 +5,15 @@ use teampulse_core::stream::{Signal, Stream};
 
 /// From this share of values on that are refused for poor data, a window can't be used.
 const MOST_POOR: f64 = 0.5;
-/// Values of an ECG that tell which share of the data that are there is no signal.
+/// Values of an ECG that give the share of the existing data that is not signal.
 const DEAD: [&str; 2] = ["ECG_Flat", "ECG_Saturated"];
 
 /// The share of a window that has data which are good enough for values [0..1].
 ///
-/// What is missing counts once, as coverage. Of the data that are there the quality tells either which share
-/// is sound (skin conductance, temperature, movement, robots), or how good all of them are (hearts, breath):
-/// then they can be used unless values are refused. The coverage of brain waves leaves out artefacts itself.
+/// Missing data count once, as coverage. Of the existing data the quality is either the share that is sound
+/// (skin conductance, temperature, movement, robots), or a measure of how good all of them are (hearts,
+/// breath): then they are usable unless values are refused. The coverage of EEG leaves out artefacts
+/// already.
 pub(super) fn usable_share(stream: &Stream, values: &FeatureValues) -> f64 {
     let (coverage, quality) = (f64::from(values.coverage), f64::from(values.quality));
     let poor = poor_share(values);

@@ -35,7 +35,7 @@ fn what_was_half_silent_is_half_usable() {
         session.window("heart/w30", f64::from(secs), covered(30.0, 1.0 - silent_secs / 30.0));
         session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
     }
-    // Quality is three quarters throughout; the windows at the begin of a phase tell of the one before.
+    // Quality is three quarters throughout; windows at the start of a phase still cover the one before.
     assert_eq!(usable(&session.run(), ECG)[1..], ["75 %", "38 %"]);
 }
 

@@ -1,4 +1,4 @@
-//! What the tests of tidy files share: a session, told second by second, and what it left.
+//! Shared by the tests of tidy files: a session, played second by second, and the files that it wrote.
 
 use std::fs;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::{Ended, SinkContext};
 
 pub const ECG: &str = "/humans/persons/p001/polar_h10/ecg";
 
-/// A session that is written into a folder, told second by second.
+/// A session that is written into a folder, second by second.
 pub struct Session {
     pub folder: TempDir,
     pub streams: Streams,
@@ -50,7 +50,7 @@ impl Session {
         self.tell_at(secs, secs, stream, data);
     }
 
-    /// Tells what was measured earlier than it came.
+    /// Hands over a sample that was measured before it arrived.
     pub fn tell_at(&mut self, measured_secs: f64, log_secs: f64, stream: &Stream, data: Data) {
         let id = self.streams.declare(stream.clone()).id;
         let sample = Sample {
@@ -121,7 +121,7 @@ impl Session {
         self.run_cut_off()
     }
 
-    /// As after a crash: nobody tells that the session ends.
+    /// As after a crash: the end of the session is not recorded.
     pub fn run_cut_off(self) -> Files {
         write(&self).unwrap();
         let names = fs::read_dir(self.folder.path()).unwrap();

@@ -19,7 +19,7 @@ pub(super) enum Break {
     Back(f64),
     /// It jumped ahead by so much [s].
     Ahead(f64),
-    /// It told nothing new for so long [s].
+    /// It published no new time for this long [s].
     Stopped(f64),
     /// It goes on, after the session's time has gone on so long by the host's clock [s].
     GoesOn(f64),
@@ -55,7 +55,7 @@ impl fmt::Display for Break {
 /// The course so far. The session's time never goes back and never stands still.
 #[derive(Debug, Default)]
 pub(super) struct Course {
-    /// Who tells the time, and what was told last; `None` before the first message.
+    /// Who publishes the time, and the last value; `None` before the first message.
     told: Option<(Gid, Time)>,
     /// How far the session's time is ahead of it [ns].
     ahead_nanos: i64,
@@ -64,18 +64,18 @@ pub(super) struct Course {
     heard: Time,
     /// When it was found to have stopped, by the host's clock and by the session's.
     stopped: Option<(Time, Time)>,
-    /// Whether another tells a time, too, and whether that was said.
+    /// Whether a second node publishes a time, and whether that was reported.
     has_other: bool,
     has_said_other: bool,
 }
 
 impl Course {
-    /// How far the session's time is ahead of the time that is told [ns].
+    /// How far the session's time is ahead of the published time [ns].
     pub(super) fn ahead_nanos(&self) -> i64 {
         self.ahead_nanos
     }
 
-    /// A publisher tells the time; gives the session's time, and what happened to the clock.
+    /// Takes in a time from a publisher; returns the session's time, and what happened to the clock.
     pub(super) fn hear(&mut self, publisher: Gid, now: Time, host: Time) -> (Time, Option<Break>) {
         let Some((known, last)) = self.told else {
             (self.told, self.session, self.heard) = (Some((publisher, now)), now, host);
@@ -133,7 +133,7 @@ impl Course {
         }
     }
 
-    /// Says once that another tells a time, too, beside the one that is followed.
+    /// Reports once that a second node publishes a time beside the one that is followed.
     fn say_other(&mut self) -> Option<Break> {
         let is_new = self.has_other && !self.has_said_other;
         self.has_said_other |= is_new;
@@ -196,7 +196,7 @@ mod tests {
         let (now, stopped) = course.look(secs(1004.0));
         assert_eq!((now, stopped), (secs(50.0), Some(Break::Stopped(4.0))));
         assert_eq!(course.look(secs(1010.0)), (secs(56.0), None));
-        // One that is paused tells the same time again and again.
+        // A paused publisher repeats the same time.
         assert_eq!(course.hear(A, secs(50.0), secs(1011.0)), (secs(57.0), None));
         assert_eq!(
             course.hear(A, secs(50.1), secs(1012.0)),

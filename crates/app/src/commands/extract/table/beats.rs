@@ -1,17 +1,17 @@
-//! Tables of heart beats without names: when each beat was, and the interval before it, as Kubios HRV reads
-//! them and as our `intervals.txt` has them.
+//! Tables of heart beats without names: the time of each beat, and the interval before it, as Kubios HRV
+//! reads them and as in our `intervals.txt`.
 
 use super::line::number;
 
-/// So many intervals tell for certain that they are some.
+/// The number of intervals that is sufficient to recognise such a table.
 const ENOUGH: usize = 3;
-/// A time and an interval were rounded by so much at most, together [s].
+/// The largest combined rounding error of a time and an interval [s].
 const ROUNDING_SECS: f64 = 0.002;
 /// The shortest and the longest interval of a heart [s].
 const INTERVALS_SECS: (f64, f64) = (0.2, 3.0);
 
-/// The units of the times and of the intervals in these rows, if they are such a table: most intervals are as
-/// long as it is since the beat before. Where data are missing they are shorter.
+/// The units of the times and of the intervals in these rows, if they are such a table: most intervals
+/// equal the time since the previous beat. Where data are missing they are shorter.
 pub fn units(rows: &[Vec<String>]) -> Option<[&'static str; 2]> {
     let pair = |cells: &Vec<String>| match &cells[..] {
         [time, interval] => number(time).zip(number(interval)),

@@ -1,20 +1,20 @@
-//! What the cells of a column of times mean.
+//! The meaning of the cells of a column of times.
 
 use super::dates::{DAY_NS, Order, date_ns, has_zone, minutes_ns, order, time_of_day_ns};
 use super::line::number;
 use super::times::{nanos, usual_rate_hz};
 
-/// Units of times, and how long they are [ns].
+/// Units of times, with their lengths [ns].
 const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
-/// A number as large as this is a time since 1970, or since 2000, in nanoseconds, microseconds or
-/// milliseconds: it would be thousands of years in a larger unit.
+/// A number at least this large is a time since 1970, or since 2000, in nanoseconds, microseconds or
+/// milliseconds: in a larger unit it would be thousands of years.
 const SINCE_1970: [(f64, i64); 3] = [(1e17, 1), (1e14, 1_000), (1e11, 1_000_000)];
-/// No signal of a person has more samples a second [Hz].
+/// The highest sampling rate of a signal of a person [Hz].
 const MOST_HZ: f64 = 100_000.0;
 /// Dates of spreadsheets count days from 1899-12-30: this one is 1970-01-01 [days].
 const EXCEL_1970: i64 = 25_569;
-/// They are recognised from 2000 to 2099 [days], where rows come at such a rate by them [Hz]: read as seconds
-/// they would come at more than 17 kHz.
+/// They are recognised from 2000 to 2099 [days], if rows have a rate in this range by them [Hz]: read as
+/// seconds they would exceed 17 kHz.
 const EXCEL_DAYS: std::ops::Range<f64> = 36_526.0..73_051.0;
 const EXCEL_HZ: std::ops::RangeInclusive<f64> = 0.2..=5_000.0;
 
@@ -27,13 +27,13 @@ pub struct Clock {
     /// The last time of day [ns], and how many midnights have passed.
     last_ns: i64,
     midnights: i64,
-    /// What a reader of the results should know about how it was read; empty for nothing.
+    /// A note on how the column was read, for readers of the results; empty if there is nothing to note.
     pub note: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
-    /// Numbers of a unit so long [ns].
+    /// Numbers of a unit with this length [ns].
     Number(i64),
     /// A date with a time of day.
     Date(Order),
@@ -42,13 +42,13 @@ enum Form {
     Minutes,
 }
 
-/// How long a unit of time is [ns].
+/// The length of a unit of time [ns].
 pub fn unit_ns(unit: &str) -> Option<i64> {
     let told = teampulse_core::units::Conversion::between(unit.trim(), "ns")?;
     (!unit.trim().is_empty()).then(|| told.of(1.0).round() as i64).filter(|ns| *ns > 0)
 }
 
-/// How long the unit of times is that a column of this name holds [ns], if it tells one.
+/// The unit of times in a column with this name [ns], if the name states one.
 pub fn unit_of_name_ns(name: &str) -> Option<i64> {
     let name = name.to_ascii_lowercase();
     let is = |unit: &str, word: &str| {
@@ -64,12 +64,12 @@ pub fn unit_of_name_ns(name: &str) -> Option<i64> {
 }
 
 impl Clock {
-    /// Numbers of a unit so long [ns].
+    /// Numbers of a unit with this length [ns].
     pub fn of_unit(ns: i64) -> Clock {
         Clock::new(Form::Number(ns), String::new())
     }
 
-    /// What is named behind a column of times: a unit, `excel` or `mm:ss`.
+    /// The clock named after a column of times: a unit, `excel` or `mm:ss`.
     pub fn named(unit: &str) -> Option<Clock> {
         match unit {
             "mm:ss" => Some(Clock::new(Form::Minutes, String::new())),
@@ -88,9 +88,9 @@ impl Clock {
         Clock { form, offset_ns: 0, last_ns: 0, midnights: 0, note }
     }
 
-    /// How these cells of a column are to be read, where its unit is not told: dates and times of day by
-    /// their looks, numbers by their size, and by the rate that a signal needs at least [Hz]. `None` where
-    /// they are no times.
+    /// How to read these cells of a column without a stated unit: dates and times of day by their form,
+    /// numbers by their size, and by the lowest plausible rate of a signal [Hz]. `None` where they are not
+    /// times.
     pub fn recognised(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
         let cells: Vec<&str> = cells.iter().copied().filter(|cell| !cell.is_empty()).collect();
         if let Some((order, is_open)) = order(&cells) {
@@ -131,17 +131,18 @@ impl Clock {
         let fits = |(_, ns): &&(&str, i64)| {
             rate_hz(*ns).is_some_and(|rate_hz| (least_hz..=MOST_HZ).contains(&rate_hz))
         };
-        // Steps of exactly one may as well be numbers of rows.
+        // Steps of exactly one may as well be row numbers.
         let counts = rate_hz(UNITS[0].1).is_some_and(|rate_hz| (rate_hz - 1.0).abs() < 1e-9);
         let unit = UNITS.iter().find(fits).filter(|(unit, _)| *unit == "s" || !counts);
         let (unit, ns) = unit.copied().unwrap_or(UNITS[0]);
-        let note =
-            format!("the times in column {name} are read as {unit}, by the rate that this makes");
+        let note = format!(
+            "the times in column {name} are read as {unit}, because of the rate that results"
+        );
         Some(Clock::new(Form::Number(ns), if unit == "s" { String::new() } else { note }))
     }
 
-    /// Times of day, or minutes and seconds where a signal needs more rows than one a minute. Where it does not,
-    /// stopwatches begin at zero.
+    /// Times of day, or minutes and seconds where a signal needs more than one row a minute. Where it does
+    /// not, times that begin at zero are those of a stopwatch.
     fn of_day_or_minutes(name: &str, cells: &[&str], least_hz: f64) -> Clock {
         let note = format!("the times in column {name} are times of day");
         let of_day = Clock::new(Form::TimeOfDay, note);
@@ -163,7 +164,7 @@ impl Clock {
         Clock::new(Form::Minutes, note)
     }
 
-    /// Days since 1900, where numbers of cells can't be anything else.
+    /// Days since 1900, where the numbers can't be anything else.
     fn of_spreadsheet(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
         let is_day = |cell: &&str| number(cell).is_some_and(|days| EXCEL_DAYS.contains(&days));
         let note =
@@ -173,7 +174,7 @@ impl Clock {
         (EXCEL_HZ.contains(&rate_hz) && rate_hz >= least_hz).then_some(excel)
     }
 
-    /// Whether these cells are times at a rate that a signal may have, `least_hz` at least [Hz].
+    /// Whether these cells are times at a plausible rate, `least_hz` at least [Hz].
     pub fn fits(&self, cells: &[&str], least_hz: f64) -> bool {
         let times = self.times_of(cells);
         !times.is_empty()
@@ -198,7 +199,7 @@ impl Clock {
         Clock { offset_ns, ..self }
     }
 
-    /// The time of a cell [ns]; `None` of one that says that there is none.
+    /// The time of a cell [ns]; `None` for a cell marked as missing.
     pub fn read(&mut self, cell: &str) -> Result<Option<i64>, ()> {
         if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
             return Ok(None);
@@ -209,7 +210,7 @@ impl Clock {
             Form::Minutes => minutes_ns(cell).ok_or(())?,
             Form::TimeOfDay => {
                 let at_ns = time_of_day_ns(cell).ok_or(())?;
-                // Half a day back is a midnight.
+                // A step back by half a day means midnight.
                 let back_ns = std::mem::replace(&mut self.last_ns, at_ns) - at_ns;
                 self.midnights += i64::from(back_ns > DAY_NS / 2);
                 at_ns + self.midnights * DAY_NS
@@ -262,7 +263,7 @@ mod tests {
             assert_eq!(clock(&cells).form, Form::Number(ns), "{cells:?}");
             assert!(clock(&cells).note.contains("column t"), "{cells:?}");
         }
-        // Numbers of rows are no milliseconds.
+        // Row numbers are not milliseconds.
         assert_eq!(clock(&["0", "1", "2"]), Clock::of_unit(SEC));
     }
 

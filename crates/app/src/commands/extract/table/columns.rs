@@ -1,4 +1,4 @@
-//! Which columns of a table are wanted.
+//! The selection of a table's columns.
 
 use super::clock::{Clock, unit_ns, unit_of_name_ns};
 use super::dates::{Order, date_ns, order};
@@ -9,47 +9,47 @@ use super::units::{self, unit};
 
 /// The names of times in our own tables [s].
 const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
-/// Rates that differ by less are the same, as far as a few stamps in whole milliseconds tell.
+/// Rates that differ by less are equal, as far as a few stamps in whole milliseconds can show.
 const LIKE_RATES: f64 = 0.05;
 
-/// Times before this tell no date [ns]: 2001-01-01.
+/// Times before this contain no date [ns]: 2001-01-01.
 const DATED_NS: i64 = 978_307_200_000_000_000;
 
-/// What is wanted of a table.
+/// What to look for in a table.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// The signal that is looked for.
+    /// The signal to look for.
     pub signal: &'static str,
-    /// Words that the name of its column may hold.
+    /// Words that the name of its column may contain.
     pub words: &'static [&'static str],
     /// Whether all columns are wanted when none is named.
     pub takes_all: bool,
-    /// How many are wanted; `None` for any number.
+    /// The number of columns; `None` for any number.
     pub channels: Option<usize>,
-    /// The unit that it is wanted in; `None` where any will do.
+    /// The unit to convert to; `None` if any will do.
     pub unit: Option<&'static str>,
     /// Whether rows come at an even rate.
     pub is_even: bool,
-    /// The lowest rate at which the signal tells anything [Hz].
+    /// The lowest plausible sampling rate of the signal [Hz].
     pub least_hz: f64,
     /// Names or numbers of columns; empty when the user named none.
     pub columns: Vec<String>,
     /// The column with the times.
     pub time: Option<String>,
-    /// What stands before decimals, if the user said so.
+    /// The decimal separator, if the user set it.
     pub decimal: Option<Decimal>,
 }
 
-/// Where the wanted columns stand.
+/// The indices of the selected columns.
 pub struct Columns {
     pub places: Vec<usize>,
     pub names: Vec<String>,
-    /// The unit of each, as far as the table tells.
+    /// The unit of each, as far as the table states it.
     pub units: Vec<Option<String>>,
     pub time: Option<Time>,
-    /// When rows begin that follow each other at a rate, if a column tells the date [ns since 1970].
+    /// The start of rows that follow each other at a rate, if a column contains the date [ns since 1970].
     pub begin_ns: Option<i64>,
-    /// What was chosen without being asked for.
+    /// Choices that the user did not ask for.
     pub notes: Vec<String>,
 }
 
@@ -61,8 +61,8 @@ pub struct Time {
 }
 
 impl Columns {
-    /// Finds what is wanted; a rate that was asked for [Hz], or that the table tells, counts more than times
-    /// which nobody asked for.
+    /// Selects the columns. A rate that the user gave [Hz], or that the table states, takes precedence over
+    /// times that were not asked for.
     pub fn choose(
         head: &Head,
         wanted: &Wanted,
@@ -88,7 +88,7 @@ impl Columns {
     }
 }
 
-/// The place of a column by its name, its number from 1, or its name in other letters.
+/// The index of a column by its name, its number from 1, or its name in another case.
 fn named(head: &Head, name: &str) -> Result<usize, TableError> {
     let exact = head.names.iter().position(|each| each == name);
     let by_number =
@@ -136,7 +136,7 @@ fn unnamed(
     Ok(chosen)
 }
 
-/// Whether a name holds a word: short ones stand alone (`rr`, but not that of `error`).
+/// Whether a name contains a word: short words must stand alone (`rr`, but not that of `error`).
 fn holds(name: &str, word: &str) -> bool {
     match word.len() {
         ..=2 => name.split(|c: char| !c.is_ascii_alphanumeric()).any(|part| part == word),
@@ -144,7 +144,7 @@ fn holds(name: &str, word: &str) -> bool {
     }
 }
 
-/// The first three columns whose names differ by x, y and z only, if three are wanted of more.
+/// The first three columns whose names differ only by x, y and z, if three are needed and there are more.
 fn axes(head: &Head, places: &[usize], wanted: Option<usize>) -> Vec<usize> {
     let all = places.to_vec();
     if wanted != Some(3) || places.len() <= 3 {
@@ -182,11 +182,10 @@ fn time(
     }
     let Some(mut time) = recognised(head, wanted) else { return Ok(None) };
     if let Some(known_hz) = rate_hz.or(head.rate_hz).filter(|_| wanted.is_even) {
-        let whose = if rate_hz.is_some() { "--rate" } else { "the rate that the table tells" };
+        let whose = if rate_hz.is_some() { "--rate" } else { "the rate in the table" };
         let (name, made) = (head.name(time.place), shown_hz(time.rate_hz(head)));
         notes.push(format!(
-            "{whose} ({known_hz} Hz) counts, not the times in column {name}{made}: rows follow each other \
-             without gaps, unless --time \"{name}\" is given"
+            "{whose} ({known_hz} Hz) is used, not the times in column {name}{made}: rows follow each other without gaps, unless --time \"{name}\" is given"
         ));
         return Ok(None);
     }
@@ -198,7 +197,7 @@ fn time(
     Ok(Some(time))
 }
 
-/// The date of the first row, if a column tells it [ns since 1970].
+/// The date of the first row, if a column contains it [ns since 1970].
 fn begin_ns(head: &Head, wanted: &Wanted) -> Option<i64> {
     let time = recognised(head, wanted).filter(|_| wanted.is_even)?;
     let first = head.cells(time.place).first().copied()?;
@@ -226,24 +225,22 @@ fn recognised(head: &Head, wanted: &Wanted) -> Option<Time> {
     { clocks }.next()
 }
 
-/// That a rate which was asked for is not the one that times make.
+/// The note that the given rate is not the one of the times.
 fn contradicted(head: &Head, wanted: &Wanted, time: &Time, rate_hz: Option<f64>) -> Option<String> {
     let (asked_hz, made_hz) = (rate_hz.filter(|_| wanted.is_even)?, time.rate_hz(head)?);
     let name = head.name(time.place);
     let is_other = (made_hz / asked_hz - 1.0).abs() > LIKE_RATES;
     is_other.then(|| {
         let made = shown_hz(Some(made_hz));
-        format!("--rate ({asked_hz} Hz) is not what the times in column {name} make{made}")
+        format!("--rate ({asked_hz} Hz) is not the rate of the times in column {name}{made}")
     })
 }
 
-/// That a rate which was asked for is not the one that the table tells.
+/// The note that the given rate is not the one that the table states.
 fn overruled(head: &Head, rate_hz: Option<f64>) -> Option<String> {
     let (asked_hz, told_hz) = (rate_hz?, head.rate_hz?);
     let is_other = (told_hz / asked_hz - 1.0).abs() > f64::EPSILON;
-    is_other.then(|| {
-        format!("--rate ({asked_hz} Hz) counts, not the {told_hz} Hz that the table tells")
-    })
+    is_other.then(|| format!("--rate ({asked_hz} Hz) is used, not the {told_hz} Hz in the table"))
 }
 
 /// A rate in brackets, if it is known.
@@ -253,13 +250,13 @@ fn shown_hz(rate_hz: Option<f64>) -> String {
 }
 
 impl Time {
-    /// The rate that the first times make [Hz].
+    /// The rate of the first times [Hz].
     fn rate_hz(&self, head: &Head) -> Option<f64> {
         self.clock.rate_hz(&head.cells(self.place))
     }
 }
 
-/// What is looked at first: a sensor's own times, those of a known unit, dates, anything else.
+/// The order of preference: a sensor's own times, those with a known unit, dates, anything else.
 fn rank(head: &Head, place: usize) -> u8 {
     match head.name(place).to_ascii_lowercase() {
         name if name.contains("sensor timestamp") => 0,
@@ -269,8 +266,8 @@ fn rank(head: &Head, place: usize) -> u8 {
     }
 }
 
-/// A sensor's times begin when the phone beside it says (Polar Sensor Logger), those of an E4 when its
-/// file does.
+/// A sensor's times begin when the phone's times beside them say (Polar Sensor Logger), those of an E4 when
+/// its file says.
 fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
     let first = |place: usize| head.cells(place).first().copied().unwrap_or_default();
     if let Some(begin_ns) = head.begin_ns.filter(|_| head.is_e4) {
@@ -285,7 +282,7 @@ fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
     }
 }
 
-/// The column that `NAME`, `NAME:UNIT`, `NAME:mm:ss` or `NAME:excel` means.
+/// The column that `NAME`, `NAME:UNIT`, `NAME:mm:ss` or `NAME:excel` refers to.
 fn named_time(
     head: &Head,
     name: &str,
@@ -300,7 +297,7 @@ fn named_time(
         return Ok(Time { place: named(head, name)?, clock });
     }
     let place = named(head, name)?;
-    // What is no time is named with its line when it is read.
+    // A cell that is not a time is reported with its line when it is read.
     let clock = clock(head, place, wanted).unwrap_or_else(|| Clock::of_unit(1_000_000_000));
     notes.extend(Some(clock.note.clone()).filter(|note| !note.is_empty()));
     Ok(Time { place, clock: begun(head, place, clock) })
@@ -313,7 +310,7 @@ fn clock(head: &Head, place: usize, wanted: &Wanted) -> Option<Clock> {
     }
 }
 
-/// The unit of a column of numbers that hold times [ns], if the table tells it.
+/// The unit of a column of times in numbers [ns], if the table states it.
 fn told_unit_ns(head: &Head, place: usize) -> Option<i64> {
     let below = head.units.get(place).and_then(|unit| unit_ns(unit));
     let told = below.or_else(|| unit_of_name_ns(&head.name(place)));

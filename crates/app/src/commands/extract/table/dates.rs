@@ -1,9 +1,9 @@
-//! Dates and times of day, as they stand in tables.
+//! Dates and times of day, as written in tables.
 
 const SEC_NS: i64 = 1_000_000_000;
 pub const DAY_NS: i64 = 86_400 * SEC_NS;
 
-/// Which part a date begins with.
+/// The part that a date begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     Year,
@@ -12,8 +12,8 @@ pub enum Order {
 }
 
 /// The time of a cell that holds a date and a time of day [ns since 1970]: ISO 8601, or a local form of it
-/// with points, slashes or dashes, seconds with decimals behind a point, a comma or a colon, AM or PM, and
-/// a zone. Without one it is taken as UTC. `None` of anything else.
+/// with points, slashes or dashes, seconds with decimals after a point, a comma or a colon, AM or PM, and a
+/// zone. Without a zone it is taken as UTC. `None` for anything else.
 pub fn date_ns(cell: &str, order: Order) -> Option<i64> {
     let (date, rest) = split_date(cell)?;
     let (clock, east_ns) = split_zone(rest)?;
@@ -48,7 +48,7 @@ pub fn time_of_day_ns(cell: &str) -> Option<i64> {
     };
     let (secs, decimals) = match parts.next() {
         None => ("0", ""),
-        // Some write milliseconds behind a third colon.
+        // Some programs write milliseconds after a third colon.
         Some(secs) => secs.split_once(['.', ',', ':']).unwrap_or((secs, "")),
     };
     let whole_ns = ((hours * 60 + minutes) * 60 + number(secs, 60)?) * SEC_NS;
@@ -73,8 +73,8 @@ fn decimals_ns(decimals: &str) -> Option<i64> {
     Some(nanos)
 }
 
-/// The order that dates are written in, as far as these cells tell; `None` when none of them is a date.
-/// The second is whether they leave open which part is the month.
+/// The order of the parts of dates in these cells; `None` when none of them is a date. The second value is
+/// whether the month remains ambiguous.
 pub fn order(cells: &[&str]) -> Option<(Order, bool)> {
     let orders = [Order::Year, Order::Day, Order::Month];
     let fits = |order: &Order| cells.iter().all(|cell| date_ns(cell, *order).is_some());
@@ -91,7 +91,7 @@ pub fn order(cells: &[&str]) -> Option<(Order, bool)> {
     }
 }
 
-/// The three parts of a date, and what stands behind it.
+/// The three parts of a date, and the text after it.
 fn split_date(cell: &str) -> Option<([&str; 3], &str)> {
     let cell = cell.trim();
     let (date, rest) = cell.split_once(['T', 't', ' ', '_'])?;
@@ -106,7 +106,7 @@ fn split_date(cell: &str) -> Option<([&str; 3], &str)> {
     (parts.next().is_none() && date.into_iter().all(is_digits)).then_some((date, rest))
 }
 
-/// A time of day, and how far its zone lies east of Greenwich [ns].
+/// A time of day, and the offset of its zone from UTC [ns].
 fn split_zone(rest: &str) -> Option<(&str, i64)> {
     let rest = rest.trim();
     for zone in ["Z", "z", "UTC", "GMT"] {

@@ -1,4 +1,4 @@
-//! What the commas of a table are: decimal ones, or between its cells.
+//! The meaning of commas in a table: decimal separators, or separators of cells.
 
 use clap::ValueEnum;
 
@@ -6,7 +6,7 @@ use super::error::TableError;
 use super::line::{Separator, number};
 use super::line_reader::TextLine;
 
-/// What stands before the decimals of a number.
+/// The decimal separator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Decimal {
     /// 33.4
@@ -15,12 +15,12 @@ pub enum Decimal {
     Comma,
 }
 
-/// The separator of lines of numbers that stand below `names` names (0 for none); `takes_one` when one
-/// column is wanted and none is named.
+/// The separator of lines of numbers below `names` names (0 for none); `takes_one` when one column is
+/// wanted and none is named.
 ///
-/// Only commas are in doubt. They are decimal ones between numbers that spaces separate, below one name,
-/// or where lines have no or one of them; they separate where points are decimal. Where a single comma
-/// stands in each line, `-0,05` and `33,07` are one number.
+/// Only commas are ambiguous. They are decimal between numbers that are separated by spaces, below a single
+/// name, or where lines have at most one of them; they separate cells where there are decimal points. A
+/// single comma in each line, as in `-0,05` and `33,07`, is decimal.
 pub fn separator(
     lines: &[TextLine],
     names: usize,
@@ -48,7 +48,8 @@ pub fn separator(
         let (line, cells) = (line.number, usual.width(&line.text));
         return Err(TableError::Ragged { line, cells, names });
     }
-    // Text cells, points, signs and spaces behind a comma, and two commas in a line: it separates.
+    // Text cells, points, signs and spaces after a comma, and two commas in a line show that it separates
+    // cells.
     let Some(parts) = texts().map(halves).collect::<Option<Vec<_>>>() else { return Ok(usual) };
     let is_one = match (decimal, names) {
         (Some(Decimal::Comma), _) | (_, 1) => true,
@@ -94,8 +95,8 @@ fn is_pairs(line: &str, names: usize) -> bool {
         })
 }
 
-/// What stands before and behind the only comma of a line, or all of a line without one; `None` where
-/// that is not one number with a decimal comma.
+/// The text before and after the only comma of a line, or all of a line without one; `None` where that is
+/// not a number with a decimal comma.
 fn halves(line: &str) -> Option<(&str, Option<&str>)> {
     let line = line.trim_matches('"');
     let (whole, part) = line.split_once(',').map_or((line, None), |(one, two)| (one, Some(two)));
@@ -108,7 +109,7 @@ fn halves(line: &str) -> Option<(&str, Option<&str>)> {
     (is_whole && is_part && number(line).is_some()).then_some((whole, part))
 }
 
-/// Whether each of these lines is one number; `None` where they may as well be two whole ones.
+/// Whether each of these lines is one number; `None` where they may also be two integers.
 fn evidence(parts: &[(&str, Option<&str>)]) -> Option<bool> {
     let decimals = || parts.iter().filter_map(|(_, part)| *part);
     let is_certain = parts.iter().any(|(whole, part)| part.is_none() || *whole == "-0")
@@ -117,7 +118,7 @@ fn evidence(parts: &[(&str, Option<&str>)]) -> Option<bool> {
     if is_certain {
         return Some(true);
     }
-    // A column that counts: the number of a row, or its time.
+    // A counting column: the number of a row, or its time.
     let counts: Vec<i64> = parts.iter().filter_map(|(whole, _)| whole.parse().ok()).collect();
     let is_counting = counts.len() > 2 && counts.windows(2).all(|pair| pair[1] > pair[0]);
     let length = decimals().next().map_or(0, str::len);

@@ -1,28 +1,27 @@
-//! Files of Empatica's E4, which tell in their first lines when they begin and at what rate.
+//! Files of Empatica's E4, whose first lines state the start time and the rate.
 
 use super::error::TableError;
 use super::line::{Separator, number};
 use super::line_reader::{LineReader, TextLine};
 use super::times::nanos;
 
-/// The earliest time that its files may begin with [s since 1970]: the year 2001.
+/// The earliest start time of such files [s since 1970]: the year 2001.
 const EARLIEST_SECS: f64 = 1e9;
-/// The rates that they may tell [Hz].
+/// The sampling rates of such files [Hz].
 const RATES_HZ: [f64; 4] = [1.0, 4.0, 32.0, 64.0];
 const SEC_NS: i64 = 1_000_000_000;
 
-/// What a file of an E4 tells above its numbers.
+/// The header of a file of an E4.
 pub struct E4 {
-    /// When it begins [ns since 1970].
+    /// The start time [ns since 1970].
     pub begin_ns: i64,
-    /// Its rate [Hz]; `None` for intervals, of which each line tells when it ended.
+    /// The rate [Hz]; `None` for intervals, whose lines state when each ended.
     pub rate_hz: Option<f64>,
 }
 
 impl E4 {
-    /// What stands in the first line and those after it, which are read if this is such a file: the time at
-    /// which it begins, then the rate, both in every column; of intervals between beats the time and the
-    /// word `IBI`.
+    /// Parses the first line and those after it, which are consumed if this is such a file: the start time,
+    /// then the rate, both in every column; for intervals between beats the time and the word `IBI`.
     pub fn read(
         first: &TextLine,
         separator: Separator,
@@ -45,7 +44,7 @@ impl E4 {
     }
 }
 
-/// The number that every cell of a line holds.
+/// The number that every cell of a line contains.
 fn same(line: &str, separator: Separator) -> Option<f64> {
     let mut cells = separator.cells(line).map(number);
     let value = cells.next().flatten()?;

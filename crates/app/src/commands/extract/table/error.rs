@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why a table could not be read; fits behind "failed to".
+/// Why a table could not be read; completes "failed to".
 #[derive(Debug, Error)]
 pub enum TableError {
     /// The file can't be opened.
@@ -14,7 +14,7 @@ pub enum TableError {
         /// Why not.
         error: io::Error,
     },
-    /// Reading broke off.
+    /// Reading failed.
     #[error("read line {line}: {error}")]
     Read {
         /// From 1.
@@ -25,8 +25,8 @@ pub enum TableError {
     /// There are no numbers.
     #[error("find a line of numbers: the table is empty")]
     Empty,
-    /// The file is something else.
-    #[error("read line {line}: the file is no table of text")]
+    /// The file is not a table.
+    #[error("read line {line}: the file is not a text table")]
     NoTable {
         /// From 1.
         line: usize,
@@ -38,44 +38,44 @@ pub enum TableError {
         line: usize,
         /// Its name, or its number from 1.
         column: String,
-        /// What stands there.
+        /// The text.
         text: String,
     },
     /// A whole column holds text.
-    #[error("take column {column}: it holds text (\"{text}\"), no numbers")]
+    #[error("take column {column}: it holds text (\"{text}\"), not numbers")]
     TextColumn {
         /// Its name, or its number from 1.
         column: String,
-        /// What stands there first.
+        /// The first text in it.
         text: String,
     },
-    /// The named column is not there.
+    /// The named column does not exist.
     #[error("find the column {wanted}; there are: {}", .there.join(", "))]
     NoColumn {
-        /// What was asked for.
+        /// The requested column.
         wanted: String,
-        /// What there is.
+        /// The existing columns.
         there: Vec<String>,
     },
-    /// Several columns could be meant.
-    #[error("tell which column holds {signal}; there are: {}", .there.join(", "))]
+    /// Several columns match.
+    #[error("choose the column with {signal}; there are: {}", .there.join(", "))]
     WhichColumn {
-        /// What was looked for.
+        /// The signal that was looked for.
         signal: &'static str,
-        /// What there is.
+        /// The columns that match.
         there: Vec<String>,
     },
-    /// A comma may be a decimal one, or stand between two columns.
-    #[error("tell what the comma in line {line} is: \"{text}\" may be one number or two")]
+    /// A comma may be decimal, or separate two columns.
+    #[error("interpret the comma in line {line}: \"{text}\" may be one number or two")]
     WhichComma {
         /// From 1.
         line: usize,
         /// The line.
         text: String,
     },
-    /// There are more cells than names, and commas may be decimal ones.
+    /// There are more cells than names, and commas may be decimal.
     #[error(
-        "tell the commas in line {line} apart: it has {cells} cells, and there are {names} names"
+        "interpret the commas in line {line}: it has {cells} cells, and there are {names} names"
     )]
     Ragged {
         /// From 1.
@@ -85,27 +85,26 @@ pub enum TableError {
         /// How many names there are.
         names: usize,
     },
-    /// Nothing tells the rate.
-    #[error("tell the sampling rate: neither the table nor --rate says it")]
+    /// Nothing states the rate.
+    #[error("find the sampling rate: neither the table nor --rate states it")]
     NoRate {
         /// A column that may hold times.
         time: Option<String>,
     },
     /// Rows come in bursts.
     #[error(
-        "tell the sampling rate: by column {column} rows come in bursts, with {within_hz:.0} Hz within them and \
-         {whole_hz:.0} Hz on the whole"
+        "find the sampling rate: by column {column} rows come in bursts, with {within_hz:.0} Hz within them and {whole_hz:.0} Hz overall"
     )]
     Bursts {
         /// The column with the times.
         column: String,
         /// Within a burst [Hz].
         within_hz: f64,
-        /// On the whole [Hz].
+        /// Overall [Hz].
         whole_hz: f64,
     },
     /// Several rows share each time.
-    #[error("tell the sampling rate: several rows share each time in column {column}")]
+    #[error("find the sampling rate: several rows share each time in column {column}")]
     Coarse {
         /// The column with the times.
         column: String,
@@ -120,16 +119,16 @@ pub enum TableError {
         /// How far [s].
         step_secs: f64,
     },
-    /// It begins like a file of Empatica's, and is none.
-    #[error("tell what the first line means: {value} looks like a time, and no rate follows it")]
+    /// It begins like a file of Empatica's, but is not one.
+    #[error("interpret the first line: {value} looks like a time, but no rate follows it")]
     Begin {
-        /// What stands there.
+        /// The first value.
         value: String,
     },
 }
 
 impl TableError {
-    /// What the user can do.
+    /// The remedy.
     pub fn hint(&self) -> String {
         match self {
             TableError::Open { .. } | TableError::Read { .. } => String::new(),
@@ -138,8 +137,8 @@ impl TableError {
                     .into()
             }
             TableError::Text { .. } => {
-                "leave the cell of a missing sample empty, or write NaN into it; times in another unit \
-                 than seconds are named as in --time timer:ms (also timer:mm:ss, timer:excel)"
+                "leave the cell of a missing sample empty, or write NaN into it; give the unit of times \
+                 that are not in seconds as in --time timer:ms (also timer:mm:ss, timer:excel)"
                     .into()
             }
             TableError::TextColumn { .. }
@@ -161,18 +160,17 @@ impl TableError {
             }
             TableError::NoRate { time: None } => "give --rate HZ".into(),
             TableError::Bursts { column, .. } => format!(
-                "these are the times of arrival: give --rate HZ, as the device has it, or --time \"{column}\" \
+                "these are times of arrival: give the device's rate with --rate HZ, or --time \"{column}\" \
                  if nothing was measured between the bursts"
             ),
             TableError::Coarse { whole_hz, .. } => {
-                format!("give --rate HZ, as the device has it: {whole_hz:.1} rows come a second")
+                format!("give the device's rate with --rate HZ: there are {whole_hz:.1} rows a second")
             }
             TableError::Jump { .. } => {
-                "mend that time, or cut the table there; a column in another unit is named as in \
-                 --time timer:ms"
+                "correct that time, or split the table there; give another unit as in --time timer:ms"
                     .into()
             }
-            TableError::Begin { .. } => "begin the table with its samples".into(),
+            TableError::Begin { .. } => "start the table with its samples".into(),
         }
     }
 }

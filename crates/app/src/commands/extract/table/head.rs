@@ -1,4 +1,4 @@
-//! What stands above the numbers of a table.
+//! The header of a table.
 
 use std::collections::BTreeMap;
 
@@ -10,27 +10,27 @@ use super::error::TableError;
 use super::line::{Separator, number};
 use super::line_reader::{LineReader, TextLine, is_comment, is_rule};
 
-/// So many lines of numbers are looked at before the first one is read.
+/// The number of lines that are read ahead to detect the format.
 const SAMPLE_LINES: usize = 16;
 
-/// What stands above the numbers, and how the first lines of them look.
+/// The header, and the form of the first lines of numbers.
 pub struct Head {
     pub separator: Separator,
-    /// Names of all columns; empty when the table tells none.
+    /// Names of all columns; empty when the table has none.
     pub names: Vec<String>,
-    /// What stands below the names, if that is units.
+    /// The line below the names, if it contains units.
     pub units: Vec<String>,
     /// How many columns there are.
     pub width: usize,
-    /// How many cells lines of numbers usually have, as [`Separator::width`] counts them.
+    /// The usual number of cells in lines of numbers, as counted by [`Separator::width`].
     usual_width: usize,
     /// The cells of the first lines of numbers, line by line.
     pub sample: Vec<Vec<String>>,
-    /// The rate that the table tells [Hz].
+    /// The rate that the table states [Hz].
     pub rate_hz: Option<f64>,
-    /// Whether an E4 of Empatica's wrote it.
+    /// Whether the file was written by Empatica's E4.
     pub is_e4: bool,
-    /// When it says that it begins [ns since 1970].
+    /// The start time that it states [ns since 1970].
     pub begin_ns: Option<i64>,
     /// The first line of numbers.
     pub first: Option<TextLine>,
@@ -56,7 +56,7 @@ impl Head {
                 first = lines.next_data()?.ok_or(TableError::Empty)?;
             }
         }
-        // A line of names may be separated otherwise than the numbers.
+        // The header may have another separator than the numbers.
         let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
         let is_counted = of_top != Separator::Spaces || names.len() == 1;
         let counted = if is_counted { names.len() } else { 0 };
@@ -102,8 +102,8 @@ impl Head {
         Ok(head)
     }
 
-    /// Whether a line, the last of whose `filled` cells is not empty, has so many that nobody can tell which of
-    /// them is which.
+    /// Whether the last of the `filled` cells of a line belongs to no known column, so that its cells can't
+    /// be assigned.
     pub fn is_of_other_width(&self, line: &str, filled: usize) -> bool {
         match self.separator {
             Separator::SecondComma => self.separator.width(line) != self.usual_width,
@@ -111,7 +111,7 @@ impl Head {
         }
     }
 
-    /// What a column is called: its name, or its number from 1.
+    /// The name of a column, or its number from 1.
     pub fn name(&self, place: usize) -> String {
         let name = self.names.get(place).filter(|name| !name.is_empty());
         name.cloned().unwrap_or_else(|| (place + 1).to_string())
@@ -127,19 +127,19 @@ impl Head {
         self.sample[0].get(place).is_some_and(|cell| number(cell).is_none())
     }
 
-    /// Whether a column has neither a name nor anything in its first cells: it stands outside of an outer bar.
+    /// Whether a column has neither a name nor text in its first cells, as outside of an outer bar.
     pub fn is_empty(&self, place: usize) -> bool {
         self.names.get(place).is_some_and(String::is_empty)
             && self.cells(place).iter().all(|cell| cell.is_empty())
     }
 
-    /// A column that seems to hold times.
+    /// A column that looks like times.
     pub fn time_like(&self) -> Option<String> {
         self.names.iter().find(|name| is_time_like(name)).cloned()
     }
 }
 
-/// How many columns there are: behind the last name one begins only where something stands in it.
+/// How many columns there are: columns after the last name count only where they are not empty.
 fn width(names: &[String], sample: &[Vec<String>]) -> usize {
     let filled = |cells: &Vec<String>| cells.iter().rposition(|cell| !cell.is_empty());
     match names.len() {
@@ -148,14 +148,14 @@ fn width(names: &[String], sample: &[Vec<String>]) -> usize {
     }
 }
 
-/// The number that most of these are; the largest where several are equally many.
+/// The most frequent of these numbers; the largest one of a tie.
 fn usual(widths: impl Iterator<Item = usize>) -> usize {
     let mut counts = BTreeMap::<usize, usize>::new();
     widths.for_each(|width| *counts.entry(width).or_default() += 1);
     counts.into_iter().max_by_key(|(width, count)| (*count, *width)).map_or(0, |(width, _)| width)
 }
 
-/// The names in a line; behind spaces, a unit in brackets belongs to the name before it.
+/// The names in a line; after spaces, a unit in brackets belongs to the name before it.
 fn names(line: &str) -> Vec<String> {
     let separator = Separator::of(line);
     let mut names: Vec<String> = Vec::new();
@@ -167,18 +167,18 @@ fn names(line: &str) -> Vec<String> {
             _ => names.push(cell.to_owned()),
         }
     }
-    // A separator at the end of the line begins no column.
+    // A separator at the end of the line does not begin a column.
     names.truncate(separator.width(line).max(1).min(names.len()));
     names
 }
 
-/// The rate that comments tell, and the first line that is none [Hz].
+/// The rate in comments, and the first line that is not a comment [Hz].
 fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> {
     let mut rate_hz = None;
     loop {
         let Some(mut line) = lines.next()? else { return Err(TableError::Empty) };
         line.text = line.text.trim_start_matches('\u{feff}').to_owned();
-        // So Excel is told the separator.
+        // This line sets the separator for Excel.
         let is_for_excel = line.text.trim_matches('"').starts_with("sep=");
         let is_drawn = is_comment(&line.text) || is_rule(&line.text);
         if line.text.trim().is_empty() || is_drawn || is_for_excel {
@@ -189,7 +189,7 @@ fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> 
     }
 }
 
-/// Whether a column of such a name holds the time, or the number, of a row.
+/// Whether a column with such a name contains the time, or the number, of a row.
 pub fn is_time_like(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let words = ["time", "timer", "t", "index", "sample", "seconds", "date", "datetime"];
@@ -200,13 +200,13 @@ pub fn is_time_like(name: &str) -> bool {
         || ["measured_secs", "log_time_secs", "unix_secs"].contains(&name.as_str())
 }
 
-/// Whether a column that is like times holds numbers of rows.
+/// Whether a column that looks like times contains row numbers.
 pub fn is_count_like(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     name.starts_with("index") || name.starts_with("sample")
 }
 
-/// The sampling rate that a comment tells [Hz].
+/// The sampling rate in a comment [Hz].
 fn told_rate_hz(comment: &str) -> Option<f64> {
     let lower = comment.to_ascii_lowercase();
     let after = lower.find("sampling").or_else(|| lower.find("sample rate"))?;
@@ -216,7 +216,7 @@ fn told_rate_hz(comment: &str) -> Option<f64> {
     rate[..end].trim_end_matches('.').parse().ok().filter(|rate_hz: &f64| *rate_hz > 0.0)
 }
 
-/// Whether no cell of a line holds a number or a time.
+/// Whether no cell of a line contains a number or a time.
 fn is_names(line: &str) -> bool {
     let cells = || Separator::of(line).cells(line);
     cells().all(|cell| number(cell).is_none_or(f64::is_nan) && !is_time(cell))

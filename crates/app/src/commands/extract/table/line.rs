@@ -2,19 +2,19 @@
 
 use super::dates::is_date;
 
-/// What stands between the cells of a line.
+/// The separator of the cells of a line.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Separator {
     /// One character.
     Mark(char),
     /// Any number of spaces.
     Spaces,
-    /// A comma, which is also the decimal one of every number: each second comma separates.
+    /// A comma that is also the decimal one in every number: each second comma separates.
     SecondComma,
 }
 
 impl Separator {
-    /// The one that a line seems to be written with.
+    /// The separator that a line seems to use.
     pub fn of(line: &str) -> Separator {
         let marks = ['\t', ';', '|', ','];
         let is_one = |mark: &char| match mark {
@@ -24,8 +24,8 @@ impl Separator {
         marks.into_iter().find(is_one).map_or(Separator::Spaces, Separator::Mark)
     }
 
-    /// How many cells a line has, those at its end left out in which nothing stands. Where each second comma
-    /// separates, all commas count.
+    /// The number of cells in a line, without empty ones at its end. Where each second comma separates, all
+    /// commas count.
     pub fn width(self, line: &str) -> usize {
         let all = if self == Separator::SecondComma { Separator::Mark(',') } else { self };
         let filled = all.cells(line).enumerate().filter(|(_, cell)| !cell.is_empty());
@@ -83,8 +83,8 @@ impl<'a> Iterator for Cells<'a> {
     }
 }
 
-/// The number of a cell: NaN of one that says that there is none, `None` of text. A comma in a cell is a
-/// decimal one: where commas separate, it stood in quotes.
+/// The number of a cell: NaN for a cell marked as missing, `None` for text. A comma in a cell is decimal:
+/// where commas separate, the cell was quoted.
 pub fn number(cell: &str) -> Option<f64> {
     const NONE: [&str; 7] = ["", "na", "n/a", "null", "none", "-", "?"];
     if let Ok(number) = cell.parse::<f64>() {

@@ -1,4 +1,4 @@
-//! The lines of a table, counted, and some of them ahead.
+//! The numbered lines of a table, with look-ahead.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -8,10 +8,10 @@ use std::path::Path;
 use super::error::TableError;
 use super::utf16::as_utf8;
 
-/// Longest line [bytes]: what is longer is no table.
+/// Longest line [bytes]; a file with a longer line is not a table.
 const LONGEST_LINE: u64 = 1 << 20;
 
-/// A line that may hold cells.
+/// A line that may contain cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLine {
     /// From 1.
@@ -23,7 +23,7 @@ pub struct TextLine {
 pub struct LineReader {
     input: BufReader<Box<dyn Read + Send>>,
     number: usize,
-    /// Lines that were looked at.
+    /// Lines that were read ahead.
     ahead: VecDeque<TextLine>,
     read: u64,
     bytes: u64,
@@ -71,7 +71,7 @@ impl LineReader {
         self.read()
     }
 
-    /// The next `count` lines that hold data, or as many as there are, which stay to be read.
+    /// The next `count` lines with data, or as many as there are, which stay to be read.
     pub fn peek(&mut self, count: usize) -> Result<Vec<TextLine>, TableError> {
         while self.ahead.iter().filter(|line| is_data(&line.text)).count() < count
             && let Some(line) = self.read()?

@@ -1,6 +1,6 @@
-//! What is odd about the rows of a table.
+//! Oddities of a table's rows.
 
-/// How often something was odd, and where it was first.
+/// How often an oddity occurred, and where first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Oddity {
     /// How often.
@@ -10,7 +10,7 @@ pub struct Oddity {
 }
 
 impl Oddity {
-    /// Counts so many in a line.
+    /// Counts occurrences in a line.
     pub fn add(&mut self, count: usize, line: usize) {
         if self.count == 0 && count > 0 {
             self.first_line = line;
@@ -19,23 +19,27 @@ impl Oddity {
     }
 }
 
-/// What was odd about the rows that were read so far.
+/// The oddities of the rows that were read so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Oddities {
-    /// Cells that hold no number.
+    /// Cells that contain no number.
     pub missing: Oddity,
     /// Rows that end before a wanted cell.
     pub short: Oddity,
-    /// Rows with another number of cells, of which nobody can tell which is which.
+    /// Rows with another number of cells, which can't be assigned to columns.
     pub other: Oddity,
 }
 
 impl Oddities {
-    /// What is said of them.
+    /// The note on each oddity.
     pub fn notes(&self, rows: usize) -> impl Iterator<Item = String> {
         let Oddities { missing, short, other } = *self;
         [
-            (short, "rows have fewer cells than the others", "what they lack counts as missing"),
+            (
+                short,
+                "rows have fewer cells than the others",
+                "the cells that they lack count as missing",
+            ),
             (other, "rows have more cells than the others", "all of their cells count as missing"),
             (missing, "cells hold no number", "those samples count as missing"),
         ]

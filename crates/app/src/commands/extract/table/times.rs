@@ -1,10 +1,9 @@
 //! Times of rows.
 
-/// The time of a cell in a unit of `unit_ns` [ns], to the nanosecond; `None` of a cell that says that
-/// there is none.
+/// The time of a cell in a unit of `unit_ns` [ns], to the nanosecond; `None` for a cell marked as missing.
 ///
-/// Digits are read as they stand, behind a decimal point or comma: as a float, a time since 1970 is known
-/// to a quarter of a microsecond only.
+/// Digits are parsed as decimals, with a point or comma: as a float, a time since 1970 would be exact to a
+/// quarter of a microsecond only.
 pub fn nanos(cell: &str, unit_ns: i64) -> Result<Option<i64>, ()> {
     if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
         return Ok(None);
@@ -42,7 +41,7 @@ pub fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let median = *steps.get(steps.len() / 2)?;
-    // Stamps come in whole milliseconds or microseconds: many steps together tell more than one.
+    // Stamps come in whole milliseconds or microseconds: many steps together are more exact than one.
     steps.retain(|step| (step / median - 1.0).abs() < 0.5);
     let rate_hz = steps.len() as f64 / steps.iter().sum::<f64>();
     let whole_hz = rate_hz.round();
@@ -50,27 +49,27 @@ pub fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
     Some(if is_whole { whole_hz } else { rate_hz })
 }
 
-/// So many steps tell how rows come.
+/// The number of steps that is needed for an estimate.
 const ENOUGH: usize = 30;
-/// So many of the longest steps, and such a share of all, may be gaps of a recording.
+/// The number of the longest steps, and their share of all, that may be gaps of a recording.
 const GAPS: (usize, f64) = (3, 0.02);
-/// Rows come in bursts where they are fewer on the whole than this share of what their usual step tells.
+/// Rows come in bursts where their overall rate is below this share of the rate of their usual step.
 const SPARSE: f64 = 0.6;
 /// Times are coarse where more than this share of rows has the time of the row before.
 const SHARED: f64 = 0.25;
 
-/// Why the times of rows are not those of its samples, and tell no rate.
+/// Why the times of rows are not those of their samples, and give no rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Uneven {
-    /// They are those of their arrival, as phones write them: so many rows a second come within bursts, and on
-    /// the whole without the longest pauses [Hz].
+    /// They are times of arrival, as phones write them: the rate of rows within bursts, and overall without
+    /// the longest pauses [Hz].
     Bursts { within_hz: f64, whole_hz: f64 },
-    /// Several rows share each: so many rows come a second [Hz].
+    /// Several rows share each time: the overall rate of rows [Hz].
     Coarse { whole_hz: f64 },
 }
 
 impl Uneven {
-    /// Of rows at these times [ns]; `None` where a few gaps are all that is odd about them.
+    /// The problem with rows at these times [ns]; `None` where there are at most a few gaps.
     pub fn of(times_ns: &[i64]) -> Option<Uneven> {
         let within_hz = usual_rate_hz(times_ns)?;
         let steps = times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);
@@ -85,7 +84,7 @@ impl Uneven {
         let whole_hz = usual.len() as f64 / usual.iter().sum::<f64>();
         match whole_hz {
             _ if shared > SHARED => {
-                // How many rows the last time has is not known.
+                // How many rows share the last time is not known yet.
                 let before =
                     times_ns.iter().filter(|at_ns| Some(at_ns) != times_ns.last().as_ref());
                 let whole_hz = before.count() as f64 / steps.iter().sum::<f64>();
@@ -142,7 +141,7 @@ mod tests {
         let coarse = Uneven::of(&times(|k| k / 4 * 1000));
         let Some(Uneven::Coarse { whole_hz }) = coarse else { panic!("{coarse:?}") };
         assert!((whole_hz - 4.0).abs() < 1e-9, "{whole_hz}");
-        // Neither gaps nor uneven stamps are either.
+        // Gaps and uneven stamps are neither bursts nor coarse times.
         assert_eq!(Uneven::of(&times(|k| 4 * k + k / 60 * 5000)), None);
         assert_eq!(Uneven::of(&times(|k| 20 * k + [0, 7, -6, 9][k as usize % 4])), None);
         assert_eq!(Uneven::of(&times(|k| k)[..20]), None);

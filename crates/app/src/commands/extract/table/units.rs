@@ -1,16 +1,16 @@
-//! Which units the columns of a table are in.
+//! The units of a table's columns.
 
 use teampulse_core::units::{self, Conversion};
 
 use super::columns::Wanted;
 use super::head::Head;
 
-/// What devices and people write where numbers are as the converter gave them.
+/// What devices and people write for raw counts of a converter.
 const RAW: [&str; 9] =
     ["counts", "count", "adc", "raw", "lsb", "digits", "no_units", "adu", "codes"];
 
-/// The unit of a column: what stands below its name, in brackets behind it, or at its end; of a file of
-/// an E4 what it always writes. `None` where the table tells none.
+/// The unit of a column: below its name, in brackets after it, or at its end; in a file of an E4 its fixed
+/// unit. `None` where the table states none.
 pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
     if head.is_e4 {
         let units =
@@ -27,7 +27,7 @@ pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
         .or_else(|| of_ending(name, wanted.unit?))
 }
 
-/// What stands in the last brackets of a name.
+/// The text in the last brackets of a name.
 fn in_brackets(name: &str) -> Option<&str> {
     let end = name.rfind([']', ')'])?;
     let open = if name[end..].starts_with(']') { '[' } else { '(' };
@@ -36,7 +36,7 @@ fn in_brackets(name: &str) -> Option<&str> {
     (begin < end).then(|| name[begin + 1..end].trim())
 }
 
-/// The unit that a name ends with, where numbers of it can be told in the wanted one: `temp_celsius`,
+/// The unit at the end of a name, where it can be converted to the wanted one: `temp_celsius`,
 /// `eda_usiemens`, `rr_ms`.
 fn of_ending(name: &str, to: &str) -> Option<String> {
     let ending = name.rsplit('_').next().filter(|ending| ending.len() < name.len())?;
@@ -47,7 +47,7 @@ fn of_ending(name: &str, to: &str) -> Option<String> {
     units.next().map(str::to_owned)
 }
 
-/// Windows writes a micro and a degree in letters that are no UTF-8.
+/// Windows writes the micro and degree signs in bytes that are not UTF-8.
 fn mended(unit: &str) -> String {
     let unit = unit.trim();
     match unit.strip_prefix('\u{fffd}') {
@@ -64,13 +64,13 @@ fn is_unit(unit: &str) -> bool {
             || !units::accepted(unit).is_empty())
 }
 
-/// Whether numbers of this unit are as a converter gave them.
+/// Whether numbers of this unit are raw counts of a converter.
 pub fn is_raw(unit: &str) -> bool {
     RAW.contains(&unit.to_ascii_lowercase().as_str())
 }
 
-/// Those of several columns that are calibrated, in a unit that can be told in the wanted one, or best in
-/// that one itself, as far as that leaves any.
+/// Of several columns, the calibrated ones whose unit can be converted to the wanted one, preferably those
+/// in that unit, as far as any remain.
 pub fn narrowed(head: &Head, places: Vec<usize>, wanted: &Wanted) -> Vec<usize> {
     let unit = |place: usize| unit(head, place, wanted);
     let is_told = |place: usize| unit(place).is_some_and(|unit| !is_raw(&unit));

@@ -2,12 +2,12 @@
 
 use std::io::{self, Cursor, Read};
 
-/// So many bytes are decoded at once.
+/// The number of bytes that are decoded at once.
 const BLOCK: usize = 1 << 16;
 
-/// The bytes of a table as UTF-8, and how many bytes of the file there are for each of them: two where it is
-/// in UTF-16. That is told by its byte-order mark, or by its first character where there is none: no text
-/// holds a zero byte otherwise.
+/// The bytes of a table as UTF-8, and how many bytes of the file correspond to each of them: two where it
+/// is in UTF-16. UTF-16 is detected by its byte-order mark, or by a zero byte in its first character, as no
+/// text contains one otherwise.
 pub fn as_utf8(mut input: Box<dyn Read + Send>) -> io::Result<(Box<dyn Read + Send>, u64)> {
     let mut begin = Vec::with_capacity(2);
     (&mut input).take(2).read_to_end(&mut begin)?;
@@ -30,9 +30,9 @@ struct Utf16<R> {
     input: R,
     /// A code unit of its two bytes.
     unit: fn([u8; 2]) -> u16,
-    /// Bytes of a character whose others are still to come.
+    /// Bytes of an incomplete character.
     rest: Vec<u8>,
-    /// UTF-8 that was not yet given out.
+    /// UTF-8 that was not yet returned.
     ready: Cursor<Vec<u8>>,
 }
 
@@ -75,7 +75,7 @@ mod tests {
 
     use super::*;
 
-    /// Hands out a few bytes at a time, as a pipe may.
+    /// Returns a few bytes at a time, as a pipe may.
     struct Slow(Cursor<Vec<u8>>, usize);
 
     impl Read for Slow {

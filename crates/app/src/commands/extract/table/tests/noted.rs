@@ -21,7 +21,7 @@ fn timed(step_ms: usize) -> String {
 #[test]
 fn a_rate_that_counts_more_than_times_is_said() {
     let [note] = &notes(Signal::Ecg, timed(4), Some(130.0))[..] else { panic!("one note") };
-    assert!(note.starts_with("--rate (130 Hz) counts, not the times in column time_ms (250 Hz)"));
+    assert!(note.starts_with("--rate (130 Hz) is used, not the times in column time_ms (250 Hz)"));
     assert!(note.ends_with("unless --time \"time_ms\" is given"), "{note}");
     assert!(
         notes(Signal::Ecg, timed(4), None)[0].starts_with("times are read from column time_ms")
@@ -31,7 +31,7 @@ fn a_rate_that_counts_more_than_times_is_said() {
     let own = own.fold("time_secs,ecg\n".to_owned(), |text, row| text + &row);
     assert_eq!(notes(Signal::Ecg, &own, Some(250.0)), [""; 0]);
     let [note] = &notes(Signal::Ecg, &own, Some(130.0))[..] else { panic!("one note") };
-    assert_eq!(note, "--rate (130 Hz) is not what the times in column time_secs make (250 Hz)");
+    assert_eq!(note, "--rate (130 Hz) is not the rate of the times in column time_secs (250 Hz)");
 }
 
 #[test]
@@ -39,16 +39,13 @@ fn a_rate_that_the_table_tells_otherwise_is_said() {
     let text = "%Sample Rate = 250 Hz\nStamp,ecg,Timestamp\n1,2,0.000\n2,3,0.010\n3,4,0.020\n";
     assert!(
         notes(Signal::Ecg, text, Some(200.0))
-            .contains(&"--rate (200 Hz) counts, not the 250 Hz that the table tells".to_owned())
+            .contains(&"--rate (200 Hz) is used, not the 250 Hz in the table".to_owned())
     );
     let told = notes(Signal::Ecg, text, None);
-    assert!(
-        told.iter().any(|note| note.starts_with("the rate that the table tells (250 Hz)")),
-        "{told:?}"
-    );
+    assert!(told.iter().any(|note| note.starts_with("the rate in the table (250 Hz)")), "{told:?}");
     let e4 = "1551453301.0\n4.0\n0.5\n0.6\n";
     let [note] = &notes(Signal::Eda, e4, Some(8.0))[..] else { panic!("one note") };
-    assert_eq!(note, "--rate (8 Hz) counts, not the 4 Hz that the table tells");
+    assert_eq!(note, "--rate (8 Hz) is used, not the 4 Hz in the table");
     assert_eq!(notes(Signal::Eda, e4, Some(4.0)), [""; 0]);
 }
 
@@ -65,7 +62,7 @@ fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
     assert_eq!(
         told,
         [
-            "1 rows have fewer cells than the others, the first in line 21: what they lack counts as missing \
+            "1 rows have fewer cells than the others, the first in line 21: the cells that they lack count as missing \
              (of all 30 rows)",
             "2 rows have more cells than the others, the first in line 27: all of their cells count as missing \
              (of all 30 rows)",
