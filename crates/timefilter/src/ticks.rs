@@ -17,8 +17,8 @@ impl Ticks {
         Ticks { period_nanos: period_nanos.max(1), last: None }
     }
 
-    /// The ticks after the last one given, up to and including `now` [ns]. The first call gives
-    /// none: it tells when time begins.
+    /// The ticks after the last one given, up to and including `now` [ns]. The first call gives no tick: it
+    /// sets when time begins.
     pub fn until(&mut self, now: i64) -> impl Iterator<Item = i64> + use<> {
         let (last, newest) = self.due(now);
         self.last = Some(newest.max(last));

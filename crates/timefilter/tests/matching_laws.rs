@@ -54,7 +54,7 @@ fn exact(topics: usize, queue_size: usize, arrivals: &[(usize, i64)]) -> Outcome
     outcome
 }
 
-/// Drops are counted as they are told, by topic and reason.
+/// Drops are counted as they are reported, by topic and reason.
 fn assert_counted(outcome: &Outcome, topics: usize, count: impl Fn(usize, DropReason) -> u64) {
     for topic in 0..=topics {
         for reason in DropReason::ALL {

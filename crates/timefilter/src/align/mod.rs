@@ -1,7 +1,7 @@
 //! Alignment: values of many streams at common times, onto a grid or onto a pivot stream.
 //!
-//! A view: what goes in is not changed, and whatever a row went without is told ([`Aside`]) and
-//! counted ([`Counts`]). See [`Aligner`].
+//! A view: the input is not changed, and everything that a row left out is reported ([`Aside`]) and counted
+//! ([`Counts`]). See [`Aligner`].
 //!
 //! A sample whose values are all NaN is no value: nothing is held, interpolated or counted with
 //! it, but it shows that its source is there. In a sample with some numbers each NaN is carried on

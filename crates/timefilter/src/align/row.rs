@@ -115,7 +115,7 @@ pub enum Why {
     Crowded,
 }
 
-/// A source came or went. All by session time, so that a recording tells the same.
+/// A source came or went. All by session time, so that a recording gives the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
     /// It was silent for its idle time-out; rows do not wait for it any more.

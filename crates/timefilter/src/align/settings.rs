@@ -1,4 +1,4 @@
-//! What an aligner is told of its rows and of its sources.
+//! Settings of an aligner: its rows and its sources.
 
 use super::error::AlignError;
 use super::policy::{LONGEST_NANOS, Policy};

@@ -1,12 +1,12 @@
 //! Calibration: how much later one stream shows an event than another that saw the same one.
 //!
-//! Someone taps a sensor beside a button, or switches a light before a camera, a few times. Each
-//! stream is reduced to its onsets (the moments at which it leaves its quiet level), their
-//! cross-correlation tells which belong together, and each pair tells a lag.
+//! Someone taps a sensor beside a button, or switches a light before a camera, a few times. Each stream is
+//! reduced to its onsets (the moments at which it leaves its quiet level), their cross-correlation shows
+//! which belong together, and each pair gives a lag.
 //!
-//! **What the lag means.** It is how much later stream B shows the event than stream A, by their
-//! corrected times. When A's times are right, the latency of B's device is its present one plus the
-//! lag, with the uncertainty that is told here.
+//! **What the lag means.** It is how much later stream B shows the event than stream A, by their corrected
+//! times. When A's times are right, the latency of B's device is its present one plus the lag, with the
+//! uncertainty stated here.
 
 mod onset;
 mod correlate;

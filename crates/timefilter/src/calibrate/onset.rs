@@ -23,7 +23,7 @@ const PEAK_SHARE: f64 = 0.3;
 const APART_SECS: f64 = 0.2;
 /// A rise lasts no longer [s], nor than the intervals of two or three samples.
 const RISE_SECS: f64 = 0.06;
-/// A rise over a gap of more sample intervals than this does not tell when it happened.
+/// A rise over a gap of more sample intervals than this does not show when it happened.
 const GAP_INTERVALS: f64 = 3.0;
 /// The share of a short event's first sample is weighed no less than this: a compromise between
 /// sensors that average over their interval and those that take a moment of it.
@@ -34,7 +34,7 @@ const MOST: usize = 1000;
 /// A moment at which a stream leaves its quiet level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Onset {
-    /// When it left the quiet level, as well as its first samples tell [s].
+    /// When it left the quiet level, as exactly as its first samples show [s].
     pub at_secs: f64,
     /// Half of the time in which it rose, and a quarter of the interval, as sensors differ in what
     /// of their interval they stamp [s].
@@ -216,9 +216,9 @@ impl Rises<'_> {
 
     /// Where in its interval the first sample of an event saw it begin, from the middle on [-0.5..0.5].
     ///
-    /// A step fills the rest of the interval, so that the sample's share of the step tells exactly
-    /// when the sensor averages over it, and a full share means "before" when it takes a moment of
-    /// it. The shorter an event lasts, the less its share tells, and the nearer is the middle.
+    /// A step fills the rest of the interval, so the sample's share of the step gives the exact time when
+    /// the sensor averages over the interval, and a full share means "before" when it samples a moment of
+    /// it. The shorter an event lasts, the less its share shows, and the middle is the better estimate.
     fn part(&self, first: usize) -> f64 {
         let [at, next, then] =
             [0, 1, 2].map(|k| self.deviations.get(first + k).copied().unwrap_or(0.0));

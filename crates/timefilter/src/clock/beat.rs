@@ -48,10 +48,10 @@ const POLLED_SECS: f64 = 0.02;
 
 /// The events of a link of which a period has a whole number.
 ///
-/// A packet waits for the next event. When a period of packets is a whole number of intervals the
-/// wait changes only by what the two clocks differ, and steps by an interval when an event is
-/// missed, or when a packet failed and was sent again. These steps tell what the interval is. Of packets that
-/// never fail and come as regularly as polls do, it may be their own.
+/// A packet waits for the next event. When a period of packets is a whole number of intervals the wait
+/// changes only by the difference of the two clocks, and steps by an interval when an event is missed, or
+/// when a packet failed and was sent again. These steps show the length of the interval. With packets that
+/// never fail and come as regularly as polls do, the interval may be their own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beat {
     arrivals: [i64; ARRIVALS],

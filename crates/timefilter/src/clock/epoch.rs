@@ -179,13 +179,13 @@ impl Epoch {
         self.origin.arrival.saturating_add(since).saturating_add(offset.round() as i64)
     }
 
-    /// How far the device's time is ahead of arrivals [s], as far as delays can be told from it.
+    /// How far the device's time is ahead of arrivals [s], as far as delays can show it.
     pub fn offset_secs(&self) -> f64 {
         let origin = i128::from(self.origin.device) - i128::from(self.origin.arrival);
         origin as f64 / 1e9 - self.line.at(self.line.frontier()) / 1e9
     }
 
-    /// How much faster than the session's clock it runs [ppm]; NaN before that can be told.
+    /// How much faster than the session's clock it runs [ppm]; NaN until it can be estimated.
     pub fn skew_ppm(&self) -> f64 {
         if self.envelope.len() < 2 { f64::NAN } else { self.fit.ppm() }
     }

@@ -18,7 +18,7 @@ pub struct Host {
     history: History,
 }
 
-/// Whether a source tells what was before it was heard.
+/// Whether a source delivers samples from before the subscription.
 #[derive(Clone, Copy, Debug, Default)]
 enum History {
     /// It does not.
@@ -31,8 +31,8 @@ enum History {
 }
 
 impl Host {
-    /// A source that keeps what it told for those who join later, and gives it to them at once: what
-    /// arrives in the first two seconds may be stamped as early as it likes.
+    /// A source that keeps samples for late joiners, and delivers them at once: what arrives in the first
+    /// two seconds may have stamps of any age.
     pub fn with_history() -> Host {
         Host { history: History::Expected, ..Host::default() }
     }

@@ -159,7 +159,7 @@ pub trait ClockModel: Send {
     /// What is known of the clock.
     fn state(&self) -> ClockState;
 
-    /// What happened to the clock since the last call, oldest first; `None` when all is told.
+    /// What happened to the clock since the last call, oldest first; `None` when all is reported.
     fn news(&mut self) -> Option<News> {
         None
     }

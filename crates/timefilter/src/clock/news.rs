@@ -1,4 +1,4 @@
-//! What happens to clocks, to be told.
+//! Reports of what happens to clocks.
 
 use std::fmt;
 

@@ -17,7 +17,7 @@ const NEAR_ZERO_NANOS: i64 = 10_000_000_000;
 const FAR_BACK_SECS: f64 = 86_400.0;
 /// The longest batch [ns].
 const LONGEST_BATCH_NANOS: f64 = 3.6e12;
-/// How much news is kept until it is told.
+/// The most reports that are kept until they are taken.
 const NEWS: usize = 16;
 
 /// What is known of a device's clock beforehand.
@@ -53,11 +53,11 @@ impl OneWaySettings {
 
 /// A device's ticks against their arrival.
 ///
-/// The lower envelope of the delays shows how the device's clock runs; the fixed latency, which no
-/// stamp can show, is taken off. The map from device time to session time is strictly increasing in
-/// steps of 4 ns or more, and bends by no more than 0.5 ms a second once it has settled. It steps
-/// only when the clock was set or began anew: that is a new epoch, and is told. A packet that cannot
-/// be placed while that is being found out is given its arrival, and is disbelieved.
+/// The lower envelope of the delays shows how the device's clock runs; the fixed latency, which no stamp
+/// can show, is subtracted. The map from device time to session time is strictly increasing in steps of 4
+/// ns or more, and bends by no more than 0.5 ms a second once it has settled. It steps only when the clock
+/// was set or restarted: that is a new epoch, and is reported. A packet that cannot be placed before this
+/// is decided is placed at its arrival, and is disbelieved.
 #[derive(Clone, Debug)]
 pub struct OneWay {
     settings: OneWaySettings,

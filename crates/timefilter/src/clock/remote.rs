@@ -38,22 +38,22 @@ const PATH_NANOS: f64 = 10e6;
 /// What a sample that a device measured may have taken to the computer that stamps it [ns]: the way of a
 /// sensor, a batch apart.
 const SENSED_NANOS: f64 = 300e6;
-/// How much news waits to be told.
+/// The most reports that wait.
 const NEWS: usize = 16;
 
 /// Another computer that stamps its messages.
 ///
-/// The fastest of its messages tell how far its clock is off: if their stamps lie after their
-/// arrival it is ahead, and if even they seem old it is behind, or the way is long. One that is
-/// less than 2 ms ahead and less than 50 ms behind is trusted: its stamps are taken as they are.
-/// The stamps of any other are shifted by the estimated offset. With probes the offset is known to
-/// half their round trip, and one of more than 2 ms, or of more than is uncertain, is corrected.
+/// The fastest of its messages show how far its clock is off: if their stamps lie after their arrival it is
+/// ahead, and if even they seem old it is behind, or the path is long. A clock less than 2 ms ahead and
+/// less than 50 ms behind is trusted: its stamps are used as they are. The stamps of any other are shifted
+/// by the estimated offset. With probes the offset is known to half their round trip, and one of more than
+/// 2 ms, or of more than its uncertainty, is corrected.
 ///
-/// Stamps after their arrival are a clock that is ahead: only the way is unknown then, and taken to
-/// be within 10 ms. Stamps before their arrival may be a clock that is behind as well as messages
-/// that are sent late, and without probes nobody can tell: the stated uncertainty is then all of
-/// that time and the way. It grows by what is not worked off yet and by what the last messages and
-/// bursts of probes say against the line that is known, as after a jump.
+/// Stamps after their arrival mean a clock that is ahead: only the delay is unknown then, and assumed to be
+/// within 10 ms. Stamps before their arrival may mean a clock that is behind as well as messages that are
+/// sent late, which cannot be distinguished without probes: the stated uncertainty is then all of that time
+/// and the delay. It grows by corrections that are still pending and by what the last messages and bursts
+/// of probes say against the known line, as after a jump.
 ///
 /// The shift follows offset and skew by slewing, so that within an epoch later stamps have later
 /// times. A stamp that is more than a second older than the fastest would be, unless it goes on in
@@ -296,8 +296,8 @@ impl Remote {
         (-most_behind / strictness..=most_ahead / strictness).contains(&ahead)
     }
 
-    /// How wrong a time may be [ns]: by what is left uncorrected, by what cannot be told, and by
-    /// what speaks against that which is known.
+    /// How wrong a time may be [ns]: by pending corrections, by what cannot be observed, and by what
+    /// contradicts the known line.
     fn uncertainty_nanos(&self) -> f64 {
         let Some(offset) = self.offset() else { return f64::NAN };
         let ahead = offset.at(self.now) as f64;

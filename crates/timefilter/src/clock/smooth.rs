@@ -113,8 +113,8 @@ impl Smoother {
         course.heights(epoch.raised_secs());
         let bin = |point: Point| ((point.device + point.delay) * 1e9) as i64 / BIN_NANOS;
         let open = course.bins.pop_if(|lowest| bin(lowest.point) >= bin(point));
-        // A bin of which all was held up so long that it is older than the bin before tells nothing,
-        // and bins are in order of device time.
+        // A bin whose packets were all delayed so long that it is older than the bin before gives no
+        // information, and bins are in order of device time.
         let goes_on = course.bins.last().is_none_or(|before| before.point.device < point.device);
         let lower = open.is_none_or(|lowest| point.delay < lowest.point.delay);
         let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
@@ -125,7 +125,7 @@ impl Smoother {
         }
     }
 
-    /// The clock, to be told the same stamps once more, in the same order.
+    /// The clock, to be given the same stamps once more, in the same order.
     pub fn finish(self) -> Smoothed {
         let settings = self.source.settings();
         let skew = settings.usual_skew_ppm * 1e-6;

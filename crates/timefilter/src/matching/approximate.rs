@@ -127,7 +127,7 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// Takes the next message of a topic, in order of arrival, and tells what comes of it.
+    /// Takes the next message of a topic, in order of arrival, and reports the result to the listener.
     #[inline]
     pub fn push(&mut self, topic: usize, message: Message<T>, listener: &mut impl Listener<T>) {
         let Some(queue) = self.queues.get_mut(topic) else {

@@ -46,7 +46,7 @@ impl<T> ExactTime<T> {
         }
     }
 
-    /// Takes the next message of a topic, in order of arrival, and tells what comes of it.
+    /// Takes the next message of a topic, in order of arrival, and reports the result to the listener.
     pub fn push(&mut self, topic: usize, message: Message<T>, listener: &mut impl Listener<T>) {
         if topic >= self.topics {
             self.drops.add(topic, DropReason::UnknownTopic);

@@ -1,4 +1,4 @@
-//! What is matched, and who is told.
+//! The messages to match, and the listener.
 
 use super::DropReason;
 
@@ -14,7 +14,7 @@ pub struct Message<T> {
 /// One message of each topic, in the order of topics; what is not taken out of it is let go.
 pub type Set<'a, T> = std::vec::Drain<'a, Message<T>>;
 
-/// Who is told of sets, and of messages that do not get into one.
+/// Receives sets, and messages that do not get into one.
 ///
 /// A closure that takes a [`Set`] is a listener who does not care about the others.
 pub trait Listener<T> {

@@ -1,4 +1,4 @@
-//! The same samples give the same rows, however they are cut and however often time is told.
+//! The same samples give the same rows, however they are cut and however often the time is given.
 
 use proptest::prelude::*;
 use teampulse_timefilter::align::{Mode, Onto, Output, Run, SourceSettings};

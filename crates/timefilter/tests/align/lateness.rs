@@ -98,7 +98,7 @@ fn what_there_is_no_room_for_is_told_and_counted() {
 }
 
 proptest! {
-    /// Every sample is used, or told and counted.
+    /// Every sample is used, or reported and counted.
     #[test]
     fn no_sample_disappears(
         arrivals in prop::collection::vec((0..100 * MS, 0..3 * SECOND), 1..100),

@@ -1,9 +1,10 @@
 //! What a saw-tooth of delays says of a clock: where it steps, the truth is known.
 //!
-//! A packet waits for the next event of its link, for an interval at most. So the truth lies between the
-//! lowest delay and an interval below it, and nothing tells where, until the delays step by an interval: there
-//! the wait was zero or began anew from zero, whichever delay is the lower. These moments are knots; between
-//! and behind them the clock runs straight, as far as clocks do, and never leaves the band.
+//! A packet waits for the next event of its link, for an interval at most. So the true offset lies between
+//! the lowest delay and an interval below it, and nothing shows where, until the delays step by an
+//! interval: there the wait was zero or restarted from zero, whichever delay is the lower. These moments
+//! are knots; between and after them the clock runs straight, as far as clocks do, and never leaves the
+//! band.
 
 use crate::clock::fit::{Fit, Point};
 
@@ -26,7 +27,8 @@ const OFF_BINS: f64 = 30.0;
 /// How far a knot is from the truth (standard deviation) in value and in time [s].
 const FINE_SECS: f64 = 0.03e-3;
 const BIN_SECS: f64 = 1.0;
-/// What is stated where nothing tells where between two events the truth lies, as a part of the interval.
+/// The uncertainty stated between two events that do not show where the true offset lies, as a share of the
+/// interval.
 const STATED: f64 = 0.52;
 /// The first tooth begins anywhere. How fast the ones after it are run through, as a part of the fastest that they
 /// can be for its length, and half the 95 % interval of that.

@@ -57,9 +57,9 @@ impl Raised {
         is_steady
     }
 
-    /// By how much the line may be wrong for them [s]. A clock that goes on while delays grow bit by
-    /// bit is a link that is slow; of one that was raised at once even numbers may not tell that it
-    /// stood still with its samples.
+    /// By how much the line may be wrong because of them [s]. A clock that goes on while delays grow
+    /// gradually is a slow link; of one that was raised at once even numbers may not show that it stood
+    /// still with its samples.
     pub fn unclear(&self) -> f64 {
         if self.vouched && !self.agree { 0.0 } else { self.height }
     }

@@ -68,7 +68,7 @@ impl Bursts {
     /// What they allocate at most [B].
     pub(super) const BYTES: usize = BURSTS.next_power_of_two() * size_of::<Exchange>();
 
-    /// How far the other clock is ahead [ns]; `None` where no burst tells.
+    /// How far the other clock is ahead [ns]; `None` where no burst shows it.
     pub(super) fn line(&self) -> Option<Line> {
         self.line
     }

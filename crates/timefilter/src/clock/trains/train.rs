@@ -64,7 +64,7 @@ pub(super) struct Train {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wrong {
     No,
-    /// It was found, and is still to be told: what was said [ns].
+    /// It was found, and is still to be reported: the reported value [ns].
     Found(f64),
     Told,
 }
