@@ -1,6 +1,6 @@
 //! The usual size of something: the median of its newest values.
 
-/// How many of the newest beats, and of everything else, tell what is usual.
+/// How many of the newest beats, and of everything else, define what is usual.
 pub(crate) const MEMORY: usize = 8;
 
 #[derive(Clone, Debug, Default)]

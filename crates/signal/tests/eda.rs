@@ -94,7 +94,7 @@ fn recorded(signal: &[f64], rate_hz: f64, settings: &Settings) -> Whole {
     whole(settings, &Recording { rate_hz, begin_ns: 0, channels: &channels }).unwrap()
 }
 
-/// What was told after how many samples, when they came in chunks of this many.
+/// The results after a number of samples, when they came in chunks of this many.
 fn live(
     signal: &[f64],
     rate_hz: f64,

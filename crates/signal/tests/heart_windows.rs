@@ -1,4 +1,4 @@
-//! What heart beats tell of spans, and what it must not depend on.
+//! Values of spans with heart beats, and what they must not depend on.
 
 use proptest::prelude::*;
 use teampulse_signal::analysis::{Measured, Reason, Recording, Span, Windows};
@@ -150,7 +150,7 @@ fn a_missed_beat_is_put_back_and_counted() {
         assert!(percent > 0.8 && percent < 1.0, "{percent}");
         assert!((measured.quality - 1.0 / (1.0 + percent / 5.0)).abs() < 1e-12);
     }
-    // A span that does not hold it has nothing to tell of it.
+    // A span that does not contain it has no results about it.
     assert_eq!(of(&causal(&missed), secs(90, 140), "HRV_Missed"), Ok(0.0));
 }
 

@@ -1,4 +1,4 @@
-//! Intervals that a device tells, as they come in and of whole recordings.
+//! Intervals that a device reports, as they come in and in whole recordings.
 
 #[path = "synthetic/intervals.rs"]
 mod synthetic;
@@ -18,7 +18,7 @@ fn of(windows: &dyn Windows, span: Span, name: &str) -> Result<f64, Reason> {
     windows.measure(span).values[place]
 }
 
-/// Told of by a strap: at the first full second after each interval's end.
+/// As reported by a strap: at the first full second after each interval's end.
 fn told(intervals_ms: &[f64]) -> Vec<(i64, f64)> {
     let mut end_ns = 0;
     let tell = |&interval_ms: &f64| {

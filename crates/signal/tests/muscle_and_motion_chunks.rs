@@ -1,4 +1,5 @@
-//! Analyses of muscles, motion and gauges tell the same, bit for bit, however often they are asked.
+//! Analyses of muscles, motion and gauges give the same results, bit for bit, however often they are
+//! queried.
 
 use teampulse_signal::analysis::{Causal, Event, Measured, Span};
 use teampulse_signal::{acceleration, descriptive, emg, temperature};

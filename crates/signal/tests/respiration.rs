@@ -221,7 +221,7 @@ fn the_rate_of_a_simulated_ecg_is_the_one_it_was_made_with() {
 
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// The events, and what each minute tells.
+/// The events, and the values of each minute.
 fn run_live(signal: &[f64], rate_hz: f64) -> (Vec<Event>, Vec<Measured>) {
     let mut analysis = causal(&Settings::default(), rate_hz).expect("a usual rate");
     let (mut events, mut told) = (Vec::new(), Vec::new());

@@ -14,7 +14,7 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// With a smaller share of samples without fault, motion is not told.
+/// With a smaller share of samples without fault, motion is not reported.
 const LEAST_QUALITY: f64 = 0.5;
 /// What the mean amplitude deviation is taken over [s].
 const EPOCH_SECS: f64 = 5.0;

@@ -1,4 +1,4 @@
-//! What the length of the acceleration tells.
+//! Measures from the magnitude of the acceleration.
 
 use crate::gaps::is_usable;
 

@@ -8,8 +8,8 @@ pub(super) const GRAVITY_G: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 /// The angle between the z axis and the vertical [°, 0..180], from the mean acceleration [g].
 ///
 /// acos(z / |a|): 0 when the sensor lies on its back, 90 on its edge, 180 on its face. `None` unless the
-/// mean has the length of gravity, 0.8 to 1.2 g: in a movement that goes on in one direction it tells
-/// nothing.
+/// mean has the length of gravity, 0.8 to 1.2 g: during a movement that continues in one direction the
+/// angle is meaningless.
 pub fn tilt_deg(mean_g: [f64; 3]) -> Option<f64> {
     let length = magnitude(mean_g);
     let is_gravity = GRAVITY_G.contains(&length);

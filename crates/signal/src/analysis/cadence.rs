@@ -1,7 +1,7 @@
 /// A step longer than this many usual ones leaves samples out.
 const HOLE: f64 = 1.5;
 
-/// Tells from the times of samples how many are missing between them.
+/// Computes from the times of samples how many are missing between them.
 #[derive(Clone, Debug)]
 pub struct Cadence {
     rate_hz: f64,

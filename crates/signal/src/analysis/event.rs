@@ -7,7 +7,6 @@ pub struct Event {
     pub sample: f64,
     /// When [ns].
     pub at_ns: i64,
-    /// What else is known of it, each with the unit in its name, as in `amplitude_us`; NaN for what
-    /// can't be told.
+    /// Further details, each with the unit in its name, as in `amplitude_us`; NaN for what is unknown.
     pub details: Vec<(&'static str, f64)>,
 }

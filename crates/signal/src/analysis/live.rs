@@ -4,15 +4,15 @@ use crate::error::SignalError;
 /// Makes an analysis for a rate [Hz].
 pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> + Send>;
 
-/// An analysis at work on a stream of samples: fills its gaps, tells of events as they become known,
-/// and of windows as they end.
+/// An analysis at work on a stream of samples: fills its gaps, reports events as they become known, and
+/// windows as they end.
 ///
-/// Windows of each length end together, each hop after the first sample, and are told of when the first
-/// sample at or after their end has come. A gap is filled with samples that are missing; of one that is
-/// longer than the longest window nothing is told, and after one that is longer than [`LONGEST_HELD_NS`],
-/// too, or that a million samples would fill, everything begins anew. All that is told is a function of the samples and their times alone: what
-/// a session computes live is what a replay, or an analysis afterwards, computes from the same samples,
-/// bit for bit.
+/// Windows of each length end together, each hop after the first sample, and are reported when the first
+/// sample at or after their end has arrived. A gap is filled with missing samples; for one that is longer
+/// than the longest window nothing is reported, and after one that is longer than [`LONGEST_HELD_NS`], too,
+/// or that a million samples would fill, the analysis starts anew. All results are a function of the
+/// samples and their times alone: what a session computes live is what a replay, or an analysis afterwards,
+/// computes from the same samples, bit for bit.
 ///
 /// What is dear to compute is computed anew every 10 s, and [held](super::Windows::measure_again) between:
 /// windows of different lengths, and [of different signals](Causal::turn_secs), take their turns in
@@ -53,23 +53,23 @@ const ASKED_LATER_NS: i64 = 5_000_000_000;
 
 /// All of a window is computed again after so long [ns].
 const ANEW_NS: i64 = 10_000_000_000;
-/// A window's length over this tells its turn in that time by what is left over [ns]: those of 30, 60
-/// and 300 s come 2 s after each other.
+/// A window's length modulo this is its turn in that time [ns]: those of 30, 60 and 300 s come 2 s after
+/// each other.
 const TURNS_NS: i64 = 7_000_000_000;
 
-/// What a live analysis tells of.
+/// A result of a live analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LiveOutput {
     /// An event.
     Event(Event),
-    /// What a window, by its place among the lengths, tells.
+    /// The values of a window, by its index among the lengths.
     Window(usize, Span, Measured),
 }
 
 impl Live {
-    /// Analyses `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], told of each
-    /// `hop_ns` [ns]. Without lengths only events are told of, and everything is kept. At a rate of 0
-    /// samples come when they like, and none is ever missing.
+    /// Analyses `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], reported each
+    /// `hop_ns` [ns]. Without lengths only events are reported, and everything is kept. At a rate of 0
+    /// samples are irregular, and none is ever missing.
     pub fn new(
         make: Make,
         rate_hz: f64,
@@ -138,7 +138,7 @@ impl Live {
         self.analysis.values()
     }
 
-    /// What a span tells now, as far as its samples are still held.
+    /// The values of a span, as far as its samples are still held.
     pub fn measure(&self, span: Span) -> Measured {
         self.aged(span, self.analysis.measure(span))
     }
@@ -149,7 +149,7 @@ impl Live {
         if is_young && measured.coverage < LEAST_COVERAGE { young(measured) } else { measured }
     }
 
-    /// Takes in the sample that was measured at `at_ns` [ns], and tells of what became known by it.
+    /// Takes in the sample that was measured at `at_ns` [ns], and reports what became known by it.
     ///
     /// How many samples are missing before it; `None` when it is not after the last one and was left
     /// out.
@@ -196,7 +196,7 @@ impl Live {
         self.lengths_ns.iter().max().is_some_and(|&longest_ns| gap_ns > longest_ns)
     }
 
-    /// When windows end next after a time [ns]; those that ended in between have nothing to tell.
+    /// When windows end next after a time [ns]; those that ended in between have no data.
     fn end_after_ns(&self, at_ns: i64) -> i64 {
         let [at, end, hop] = [at_ns, self.end_ns, self.hop_ns].map(i128::from);
         let hops = (at - end).div_euclid(hop) + 1;

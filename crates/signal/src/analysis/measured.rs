@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// With less of the data of a span than this share, none of its values is told.
+/// With a smaller share of the data of a span, none of its values is reported.
 pub const LEAST_COVERAGE: f64 = 0.5;
 
 /// What a value is.
@@ -37,7 +37,7 @@ impl Value {
     }
 }
 
-/// What a span of a signal tells.
+/// The values of a span of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// The share of the span that has data [0..1].
@@ -49,13 +49,13 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// A span of which no value can be told, for one reason.
+    /// A span without values, all for one reason.
     pub fn nothing(coverage: f64, quality: f64, count: usize, reason: Reason) -> Measured {
         Measured { coverage, quality, values: vec![Err(reason); count] }
     }
 }
 
-/// Why a value is not told.
+/// Why a value is missing.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Reason {
     /// The span is too short, or holds too few events.

@@ -1,10 +1,10 @@
 //! What the analyses of all signals have in common: samples come in, [events](Event) and the
 //! [values](Value) of any [span](Span) come out.
 //!
-//! Each field has two: a [`Causal`] one, which takes samples as they come and tells of an event as
-//! soon as it is known, and a [`Whole`] one, which sees a recording at once. Both answer
-//! [`Windows::measure`] with the same values, by the same formulas; only how events were found and
-//! signals split differs, and [`Value::method`] says so.
+//! Each field has two: a [`Causal`] one, which takes samples as they come and reports an event as soon as
+//! it is known, and a [`Whole`] one, which sees a recording at once. Both answer [`Windows::measure`] with
+//! the same values, by the same formulas; only how events were found and signals split differs, and
+//! [`Value::method`] says so.
 //!
 //! A causal analysis is a pure function of its samples: it gives the same, bit for bit, for any
 //! chunking, live and afterwards.
@@ -30,13 +30,13 @@ pub trait Windows {
     /// What [`measure`](Self::measure) gives, in that order; never changes.
     fn values(&self) -> &[Value];
 
-    /// The values of a span, as far as the samples so far tell.
+    /// The values of a span, as far as the samples so far determine them.
     ///
     /// The same span gives the same values until a sample of it comes in late.
     fn measure(&self, span: Span) -> Measured;
 
-    /// The same where `last` was measured of a span as long shortly before: what is dear to compute may
-    /// be taken from there, if the span of now could tell it, too.
+    /// The same where `last` was measured for a span of the same length shortly before: expensive values
+    /// may be taken from there, if the present span has the data for them, too.
     fn measure_again(&self, span: Span, _last: &Measured) -> Measured {
         self.measure(span)
     }

@@ -141,8 +141,8 @@ impl Windows for Running {
         &self.values
     }
 
-    /// Nothing is known of the signal, so its quality is 1. A channel that is missing tells its `N` and
-    /// `Missing` as long as another is there.
+    /// Nothing is known of the signal, so its quality is 1. A channel that is missing reports its `N` and
+    /// `Missing` as long as another is present.
     fn measure(&self, span: Span) -> Measured {
         let coverages: Vec<f64> =
             self.tracks.iter().map(|track| self.coverage(track, span)).collect();

@@ -11,7 +11,7 @@ const REACH: f64 = 0.2;
 
 /// The values of a window near to where the middle ones were found last.
 ///
-/// What is told is exact: where the middle is no longer among those that are held, all are looked at.
+/// The result is exact: where the middle is no longer among those that are held, all are examined.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Middle {
     /// Around the median, and as far from it as the MAD, below and above; none before the first look.

@@ -162,8 +162,8 @@ impl Rolling {
         Some(end_ns)
     }
 
-    /// Takes in a sample, measured at `at_ns` [ns]. One that comes late stands at its place in all
-    /// windows that are still told.
+    /// Takes in a sample, measured at `at_ns` [ns]. A late one is put into its place in all windows that
+    /// are still to be reported.
     pub fn push(&mut self, at_ns: i64, numbers: &[f64]) {
         if self.begin_ns.is_none() {
             self.begin_ns = Some(at_ns);
@@ -249,8 +249,8 @@ impl Rolling {
         self.kept.forget(before_ns.min(self.keep_from_ns));
     }
 
-    /// A sample that came late counts in what was told of before: what it concerns is looked at again when
-    /// it is told next, once for however many there were.
+    /// A late sample changes results reported before: they are computed again with the next report, once
+    /// for any number of late samples.
     fn amend(&mut self, at_ns: i64) {
         let place = self.hops.partition_point(|hop| hop.span.end_ns <= at_ns);
         if let Some(hop) = self.hops.get_mut(place).filter(|hop| hop.span.holds(at_ns)) {

@@ -1,9 +1,9 @@
 //! The ECG in the shape that the analyses of all signals share: beats as events, and of any span the
 //! heart rate, its variability ([`HeartWindows`]), breathing and the quality of the signal.
 //!
-//! Of several channels the first is read. The beats of the newest 250 ms or so are not known yet
-//! when a span is asked for as soon as it is over; those [found later](super::Found::Later) are told
-//! of up to two cycles late.
+//! Of several channels the first is read. The beats of the newest 250 ms or so are not known yet when a
+//! span is asked for as soon as it is over; those [found later](super::Found::Later) are reported up to two
+//! cycles late.
 
 use std::collections::VecDeque;
 
@@ -22,7 +22,7 @@ use crate::gaps::is_usable;
 use crate::hrv::{Domain, HeartWindows};
 use crate::intervals::Edit;
 
-/// A beat is told of within this time [s], and samples are kept for so long.
+/// A beat is reported within this time [s], and samples are kept for as long.
 const KEPT_SECS: f64 = 10.0;
 
 /// After a beat so long its T wave is over, and before the next its P wave has not begun [s].

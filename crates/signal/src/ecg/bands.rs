@@ -1,4 +1,4 @@
-//! Power of a piece in the bands that tell of its quality.
+//! Power of a piece in the bands that indicate its quality.
 
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@ use super::peak::{Deflection, PeakFinder};
 use super::shape::Shape;
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// Rates at which QRS complexes are known well enough, and which cost no more than they tell [Hz].
+/// Rates at which QRS complexes are resolved well enough, without needless cost [Hz].
 const RATES_HZ: (f64, f64) = (80.0, 4000.0);
 /// Where QRS complexes stand out most from P and T waves, motion and muscles [Hz].
 const QRS_HZ: f64 = 17.0;
@@ -19,7 +19,7 @@ const QRS_SECS: f64 = 0.12;
 /// How long before a beat it is looked for quiet [s], and how much of that must be quiet.
 const QUIET_SECS: f64 = 0.9;
 const QUIET_SHARE: f64 = 0.25;
-/// Every how manieth value of the envelope tells how quiet it is.
+/// The stride of the envelope's values that are used to estimate how quiet it is.
 const QUIET_STEP: usize = 4;
 
 /// A place where a beat may be.

@@ -98,9 +98,9 @@ impl BeatDetector {
         }
     }
 
-    /// Takes in the next sample, and tells of a beat if one became known.
+    /// Takes in the next sample, and returns a beat if one became known.
     ///
-    /// Beats that become known at once are told of one a sample, in their order.
+    /// Beats that become known at once are returned one a sample, in their order.
     pub fn push(&mut self, sample: f64) -> Option<Beat> {
         if let Some(candidate) = self.candidates.push(sample) {
             self.take(candidate);

@@ -5,7 +5,7 @@ use super::recent::{MEMORY, median};
 /// What was longer ago counts no more [s].
 const LONGEST_AGO_SECS: f64 = 10.0;
 
-/// Whether something so far away in time [s] still tells what is usual.
+/// Whether something this far away in time [s] still indicates what is usual.
 pub(super) fn is_near(secs: f64) -> bool {
     secs.abs() <= LONGEST_AGO_SECS
 }

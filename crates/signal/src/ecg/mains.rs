@@ -64,7 +64,7 @@ pub(super) fn mains_hz(signal: &[f64], rate_hz: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Cleaner {
     filters: [Cascade; 2],
-    /// `None` where the frequency is told: then both filters take out the same.
+    /// `None` where the frequency is given: then both filters remove the same.
     mains: Option<Mains>,
 }
 

@@ -8,7 +8,7 @@
 //! noise without pauses are no beats. What has the form of the beats around it is one although it is
 //! lower or follows fast; what is far higher is an electrode that moved; and what was more than 10 s ago
 //! counts no more. In whole recordings those candidates are chosen of which heights
-//! and rhythm together are the most probable, which tells beats from noise that is as high. The time of a beat is that of the main deflection, within
+//! and rhythm together are the most probable, which separates beats from noise that is as high. The time of a beat is that of the main deflection, within
 //! less than a sample.
 //!
 //! ```

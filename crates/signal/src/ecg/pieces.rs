@@ -1,4 +1,4 @@
-//! What pieces of a few seconds tell of the quality of an ECG.
+//! The quality of an ECG from pieces of a few seconds.
 
 use std::collections::VecDeque;
 

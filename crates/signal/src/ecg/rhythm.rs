@@ -10,9 +10,9 @@ const FAST_CYCLE_SECS: f64 = 0.3;
 /// What the height of a candidate counts: so much for each factor e above the threshold of a beat
 /// that is due, and not more than a beat of the usual height in silence.
 const HEIGHT_WEIGHT: f64 = 2.0;
-/// What an interval counts: so much against it for each square of a factor e off the usual cycle, and
-/// more in noise, where heights tell little: the square of what is usual of everything else, as share
-/// of beats, times this.
+/// The cost of an interval: the square of its deviation from the usual cycle in factors of e, weighted
+/// higher in noise, where heights carry little information: the square of the usual height of everything
+/// else, as a share of beats, times this.
 const RHYTHM_WEIGHT: f64 = 1.0;
 const NOISE_WEIGHT: f64 = 8.0;
 /// A longer interval counts as this one [cycles].

@@ -1,4 +1,4 @@
-//! What an ECG tells of a span, in this order.
+//! The values of an ECG in a span, in this order.
 
 use std::borrow::Cow;
 
@@ -57,7 +57,7 @@ const ALL: [(&str, &str, &str); 13] = [
     ("ECG_LeadOff", "1", "share of the span in stretches of more than 3 s without a beat, {}"),
 ];
 
-/// How many of them are told of beats: the first ones.
+/// How many of them describe beats: the first ones.
 pub(super) const OF_BEATS: usize = 5;
 
 /// All but those of the heart rate's variability, by beats that were found so.

@@ -14,7 +14,7 @@ use crate::error::SignalError;
 const WAIT_SECS: f64 = 0.15;
 /// How often beats are chosen anew, by what is usual of those chosen before.
 const PASSES: usize = 3;
-/// How many cycles before and after tell what is usual, and what can be usual [s].
+/// How many cycles before and after define what is usual, and the range of what can be usual [s].
 const CYCLES: usize = 16;
 const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 

@@ -26,7 +26,7 @@ const USUAL_BEATS: usize = 12;
 pub(super) const HIDING_SECS: f64 = 0.1;
 /// What is flat, saturated or silent hides beats: a share of the time without counts so much more.
 const LIVING_WEIGHT: f64 = 1.25;
-/// Below this quality, beats are not told from noise well enough for a rate.
+/// Below this quality, beats are not separated from noise well enough for a rate.
 const LEAST_QUALITY: f64 = 0.4;
 
 /// A beat, as far as spans need it.

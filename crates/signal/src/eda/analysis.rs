@@ -19,15 +19,15 @@ pub(super) const LONGEST_GAP_SECS: f64 = 1.0;
 /// How a skin conductance is analysed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// How the level and the responses of a whole recording are told apart; one that comes in
-    /// always is by its own causal filter.
+    /// How the level and the responses of a whole recording are separated; a causal analysis always uses
+    /// its own causal filter.
     pub phasic: Phasic,
     /// What a rise must reach to be a response; the causal analysis takes an absolute threshold
     /// only.
     pub threshold: Threshold,
 }
 
-/// How the level and the responses of a whole recording are told apart.
+/// How the level and the responses of a whole recording are separated.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Phasic {
     /// By a [high-pass](high_pass_split) at 0.05 Hz.
@@ -43,7 +43,7 @@ pub enum Phasic {
 /// is taken away (Butterworth of order 4, 0.14 s late, which is taken off the times of events). The
 /// phasic part is what a causal Butterworth high-pass of order 2 at 0.01 Hz leaves, the tonic part
 /// the rest: it follows a steady drift without delay and a jump within 18 s, overshoots that by a
-/// fifth, and has settled after a minute and a half. A response is told of half a second after its
+/// fifth, and has settled after a minute and a half. A response is reported half a second after its
 /// peak, and counts in windows from then on; it loses about 5 % of its amplitude. After a gap of
 /// more than a second all begins anew. An error for a relative threshold.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {

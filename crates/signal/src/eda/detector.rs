@@ -11,10 +11,10 @@ pub(super) const WAIT_SECS: f64 = 0.5;
 
 /// Finds responses in a phasic signal that comes in sample by sample.
 ///
-/// A response is told of half a second after its peak (at the first sample then), if nothing higher
-/// has come: a rise that halts for longer counts as two. Its recovery is not yet known then. The
-/// output is the same bit for bit for any chunking, and no sample allocates. After a value that is
-/// no [usable number](crate::gaps::is_usable) it begins anew.
+/// A response is reported half a second after its peak (at the first sample then), if nothing higher has
+/// come: a rise that halts for longer counts as two. Its recovery is not yet known then. The output is the
+/// same bit for bit for any chunking, and no sample allocates. After a value that is not a [usable
+/// number](crate::gaps::is_usable) it starts anew.
 #[derive(Clone, Debug)]
 pub struct ResponseDetector {
     rate_hz: f64,
@@ -63,7 +63,7 @@ impl ResponseDetector {
         })
     }
 
-    /// Takes in the next phasic value [µS], and tells of a response if one became known.
+    /// Takes in the next phasic value [µS], and returns a response if one became known.
     pub fn push(&mut self, phasic: f64) -> Option<Response> {
         let place = self.count;
         self.count += 1;

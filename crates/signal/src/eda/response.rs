@@ -1,6 +1,6 @@
 //! A skin conductance response.
 
-/// A skin conductance response (SCR): a rise by sweat glands that were told to work at once.
+/// A skin conductance response (SCR): a rise caused by sweat glands that are activated at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response {
     /// Where it begins to rise [samples from the first one].

@@ -1,4 +1,4 @@
-//! What is held of a skin conductance, and what spans of it tell.
+//! The stored data of a skin conductance, and the values of its spans.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Below this quality, no value is told.
+/// Below this quality, no value is reported.
 const LEAST_QUALITY: f64 = 0.5;
 /// The shortest span that has a slope or a rate [s].
 const LEAST_SECS: f64 = 10.0;

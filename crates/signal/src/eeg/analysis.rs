@@ -27,9 +27,9 @@ const WHOLE_BLINKS: &str = "blinks: below 7 Hz (Butterworth 2, zero phase) in th
 /// How an EEG is analysed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The names of the channels, in their order: places of the 10–20 system (`F3`, `AF7`, `Fz`, also
-    /// as in `EEG Fz-Ref`) tell where asymmetry, workload and blinks are to be found. A channel with an
-    /// empty name has no values of its own.
+    /// The names of the channels, in their order: places of the 10–20 system (`F3`, `AF7`, `Fz`, also as in
+    /// `EEG Fz-Ref`) determine where asymmetry, workload and blinks are measured. A channel with an empty
+    /// name has no values of its own.
     pub channels: Vec<String>,
     /// Segments with a greater root mean square between 1 and 45 Hz are left out as artefacts [µV];
     /// usual without: 500. A laboratory's limit of ±100 µV is about 40.
@@ -64,9 +64,9 @@ impl Default for Settings {
 
 /// An analysis of an EEG [µV] that comes in sample by sample, at a rate of 100 to 5000 Hz.
 ///
-/// Blinks are told up to half a second after them, so that a window asked for at its end may lack the
-/// last one. Channels beyond those that the settings name are left alone. An error for another rate,
-/// no channel or more than 256, or a limit that is none.
+/// Blinks are reported up to half a second after them, so that a window asked for at its end may lack the
+/// last one. Channels beyond those that the settings name are ignored. An error for another rate, no
+/// channel or more than 256, or an invalid limit.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let examiner = Examiner::new(rate_hz)?;
     let known = Known::new(settings, rate_hz, &examiner, CAUSAL_BLINKS)?;

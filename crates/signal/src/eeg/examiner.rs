@@ -54,7 +54,7 @@ impl Examiner {
         self.length() - self.length() / 2
     }
 
-    /// How many frequencies [`power`](Self::power) tells: 0 Hz and up, to one above 45 Hz.
+    /// The number of frequencies of [`power`](Self::power): 0 Hz and up, to one above 45 Hz.
     pub(super) fn bins(&self) -> usize {
         self.bins
     }

@@ -5,7 +5,7 @@ use crate::spectrum::Spectrum;
 
 /// Where the frequency of alpha is looked for [Hz].
 const ALPHA_HZ: (f64, f64) = (7.0, 13.0);
-/// Between which frequencies the slope is told [Hz], and where alpha stands out of it.
+/// The frequencies between which the slope is fitted [Hz], and those of alpha, which stands out of it.
 const SLOPE_HZ: (f64, f64) = (2.0, 40.0);
 const BUMP_HZ: (f64, f64) = (7.0, 14.0);
 
@@ -39,8 +39,8 @@ pub struct AlphaFrequency {
 /// The individual frequency of alpha, of a [spectrum](super::spectrum).
 ///
 /// Σ f·P / Σ P and the maximum of P over the bins from 7 to 13 Hz, both included. Klimesch (1999),
-/// doi:10.1016/S0165-0173(98)00056-3. The peak is as fine as the bins (0.25 Hz); it is best told with
-/// the eyes closed. `None` without bins or power.
+/// doi:10.1016/S0165-0173(98)00056-3. The peak is as fine as the bins (0.25 Hz); it is clearest with the
+/// eyes closed. `None` without bins or power.
 pub fn alpha_frequency(spectrum: &Spectrum) -> Option<AlphaFrequency> {
     let (low_hz, high_hz) = up_to(ALPHA_HZ);
     let bins = spectrum.bins(low_hz, high_hz);

@@ -59,8 +59,8 @@ impl Quality {
     ///
     /// Each part falls from 1 where nothing is wrong to 0:
     /// - amplitude (rms, 1–45 Hz) from 100 µV up to 1 mV, and from 1 µV down to 0.1 µV, with its logarithm;
-    /// - mains from the power of the EEG to 10,000 times that, with its logarithm: they lie outside
-    ///   of all bands, but tell of a poor contact;
+    /// - mains from the power of the EEG to 10,000 times that, with its logarithm: they lie outside of all
+    ///   bands, but indicate a poor contact;
     /// - muscle from no share of 30–45 Hz to one of ½ (Whitham et al. 2007,
     ///   doi:10.1016/j.clinph.2007.04.027: above 20 Hz, most of what a scalp shows is muscle);
     /// - the living share is what is neither flat nor saturated nor missing.

@@ -1,4 +1,4 @@
-//! What an EEG tells: the values in their order, with their recipes.
+//! The values of an EEG in their order, with their recipes.
 
 use super::band::{Band, Powers};
 use super::indices::{alpha_frequency, asymmetry, slope, workload};
@@ -7,7 +7,7 @@ use super::site::{FRONTAL_PAIRS, channel_at};
 use crate::analysis::{Reason, Value};
 use crate::spectrum::Spectrum;
 
-/// What is told of one spectrum.
+/// The values from one spectrum.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
     Power(Band),

@@ -8,8 +8,8 @@ const BLINK_SITES: [&[&str]; 2] = [
     &["F7", "F8", "F3", "F4", "FZ", "F1", "F2", "F5", "F6"],
 ];
 
-/// The place of the international 10–20 system that a channel's name tells, in capitals: of
-/// `EEG Fz-Ref`, `Fz..` and `RAW_AF7` the first word that is not what all channels are called.
+/// The place of the international 10–20 system in a channel's name, in capitals: of `EEG Fz-Ref`, `Fz..`
+/// and `RAW_AF7` the first word that is not a general word for channels.
 pub(super) fn site(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
     let words = words.map(str::to_ascii_uppercase);

@@ -32,7 +32,7 @@ pub struct Settings {
     pub unit: String,
     /// What a zero crossing and a slope sign change need [unit].
     pub thresholds: Thresholds,
-    /// How bursts are told from rest.
+    /// How bursts are separated from rest.
     pub bursts: BurstSettings,
     /// Which channels (indices) lie over muscles that work against each other.
     pub antagonists: Vec<[usize; 2]>,
@@ -94,8 +94,8 @@ impl Settings {
 
 /// An analysis of a signal that comes in, at a rate of 100 Hz to 10 kHz.
 ///
-/// The band and the envelope are late by 10 to 50 ms, which is not made up for in windows; bursts are
-/// told of when they ended, at their corrected times, so that the number of those that begin in a
+/// The band and the envelope are late by 10 to 50 ms, which is not corrected in windows; bursts are
+/// reported when they have ended, at their corrected times, so that the number of those that begin in a
 /// window may grow afterwards. No sample allocates in steady state.
 ///
 /// An error for another rate, or settings out of their ranges.

@@ -4,7 +4,7 @@ use super::band::{Cleaner, RATES_HZ, clean, envelope};
 use super::rest::{Rest, levels};
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// How bursts are told from rest.
+/// How bursts are separated from rest.
 ///
 /// A double threshold: a burst begins where the envelope rises above the lower one, if it goes on to the
 /// upper one, and ends where it falls below the lower one for some time. Both are multiples of the
@@ -102,9 +102,9 @@ pub(super) fn bursts_of(
 
 /// Finds bursts in a signal that comes in sample by sample.
 ///
-/// A burst is told when it ended and its pause has passed. Nothing is found in the first 1.3 s, and rest is
-/// what it was so far: until there was some, activity is taken for it. Places are corrected for the
-/// [delay](Cleaner::delay_secs) of the envelope. The same for any chunking; no sample allocates.
+/// A burst is reported when it has ended and its pause has passed. Nothing is found in the first 1.3 s, and
+/// rest is estimated from the past: until there was some, activity is mistaken for it. Places are corrected
+/// for the [delay](Cleaner::delay_secs) of the envelope. The same for any chunking; no sample allocates.
 #[derive(Clone, Debug)]
 pub struct BurstDetector {
     cleaner: Cleaner,
@@ -122,7 +122,7 @@ impl BurstDetector {
         Ok(BurstDetector { cleaner, rest: Rest::new(rate_hz, settings.memory_secs)?, gate, delay })
     }
 
-    /// Takes in the next sample, and tells of a burst that ended.
+    /// Takes in the next sample, and returns a burst that ended.
     pub fn push(&mut self, sample: f64) -> Option<Burst> {
         let (_, envelope) = self.cleaner.push(sample);
         self.take(envelope, sample)

@@ -14,8 +14,8 @@ const CLIPPED_RUN: usize = 3;
 const LEAST_STEPS: f64 = 20.0;
 /// What power lines may swing at [Hz].
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
-/// What the line's swing is averaged over [s]: 1 s tells it from the muscle, which has a hundredth of its
-/// power in the same width.
+/// The time over which the line's amplitude is averaged [s]: 1 s separates it from the muscle, which has a
+/// hundredth of its power in the same width.
 const MAINS_SECS: f64 = 1.0;
 /// What is slower than this counts as the level [s].
 const LEVEL_SECS: f64 = 0.5;
@@ -94,8 +94,8 @@ fn share(part: f64, whole: f64) -> f64 {
 /// Signal quality from 0 (useless) to 1: the share of samples that are neither flat nor clipped, times
 /// √((1 − mains share) · (1 − share outside of the band)).
 ///
-/// Sinderby et al. (1995), doi:10.1152/jappl.1995.79.5.1803, judge by the same shares of power. It tells
-/// nothing of how loud the muscle is, nor of its neighbours. 0 without a usable sample.
+/// Sinderby et al. (1995), doi:10.1152/jappl.1995.79.5.1803, judge by the same shares of power. It says
+/// nothing about how loud the muscle is, nor about its neighbours. 0 without a usable sample.
 pub fn quality(faults: &Faults) -> f64 {
     if faults.usable <= 0.0 {
         return 0.0;
@@ -201,7 +201,7 @@ const SOUND_FOR: u32 = 256;
 
 impl Phases {
     pub(super) fn new(rate_hz: f64) -> Phases {
-        // A line above half the rate can't be told: it does not turn.
+        // A line above half the rate can't be measured: it does not rotate.
         let step = |at_hz: f64| {
             let (sine, cosine) = (TAU * at_hz / rate_hz).sin_cos();
             if at_hz < 0.45 * rate_hz { [cosine, sine] } else { [0.0; 2] }

@@ -38,7 +38,7 @@ pub struct Features {
 /// Features of frames of one length, each some time after the last.
 ///
 /// A frame has ⌊length · rate⌋ samples; its spectrum is SciPy's periodogram with a periodic Hann window,
-/// the mean taken off, planned once. No frame allocates. Frames shorter than 0.1 s tell frequencies
+/// the mean subtracted, planned once. No frame allocates. Frames shorter than 0.1 s resolve frequencies
 /// coarsely: bins lie 1 / length apart.
 ///
 /// ```

@@ -12,7 +12,7 @@ const BLOCK_SECS: f64 = 0.1;
 const REST_SHARE: f64 = 0.1;
 const LOUD_SHARE: f64 = 0.95;
 /// With an amplifier that is silent at rest, this share of the loud envelope stands for its noise: more
-/// than 40 dB tell nothing of a muscle.
+/// than 40 dB are not a property of the muscle.
 const LEAST_OF_LOUD: f64 = 0.01;
 /// What counting rounding errors as activity begins at, of the largest number that came in.
 const LEAST_OF_RAW: f64 = 1e-9;

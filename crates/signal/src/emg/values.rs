@@ -8,7 +8,7 @@ use super::store::Store;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value};
 use crate::slope::least_squares;
 
-/// With less [quality], what a channel's muscle did is not told: three quarters or more of its power
+/// With a lower [quality], a channel's muscle activity is not reported: three quarters or more of its power
 /// came from elsewhere, or most samples were cut off.
 const LEAST_QUALITY: f64 = 0.25;
 /// A trend of the median frequency takes this long at least [s].

@@ -1,4 +1,4 @@
-//! The analysis of intervals that a device tells, as heart rate straps do.
+//! The analysis of intervals reported by a device, such as a heart rate strap.
 
 use std::collections::VecDeque;
 
@@ -9,8 +9,8 @@ use crate::intervals::Edit;
 
 /// A longer interval [ms] is none, nor is one of zero or less.
 const LONGEST_MS: f64 = 60_000.0;
-/// How far the sum of intervals may be from the time of the host [s]: straps tell of two or three
-/// intervals at once, about once a second. Beyond, intervals were lost.
+/// How far the sum of intervals may be from the time of the host [s]: straps report two or three intervals
+/// at once, about once a second. Beyond, intervals were lost.
 const MOST_ASTRAY_SECS: f64 = 1.5;
 /// A hole where intervals were lost has this length at least [ns].
 const LEAST_HOLE_NS: i64 = 1_000_000;
@@ -25,9 +25,9 @@ pub struct Settings {
     /// What a person says about single beats, in seconds since the first interval's beginning: none. For whole
     /// recordings only.
     pub edits: Vec<Edit>,
-    /// How far the sum of intervals may be from the times that they are told with [s]: 1.5, as straps tell of
-    /// two or three intervals at once. Beyond, intervals were lost. Where the times are those of the beats
-    /// themselves, less than an interval finds every lost one.
+    /// How far the sum of intervals may be from the times at which they are reported [s]: 1.5, as straps
+    /// report two or three intervals at once. Beyond, intervals were lost. Where the times are those of the
+    /// beats themselves, less than an interval finds every lost one.
     pub most_astray_secs: f64,
 }
 
@@ -44,11 +44,11 @@ impl Default for Settings {
 
 /// Variability of intervals [ms] that come in one by one, in the first channel: see [`HeartWindows`].
 ///
-/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there: times
-/// of the host only tell where the first one lies, and when intervals were lost, because they are further
-/// from the sum of the intervals since than [`Settings::most_astray_secs`]. So does one that is NaN, zero or less or over a
-/// minute: there is a hole then. The rate does not matter, intervals have none; never an error.
-/// Limits: a single lost interval of which nobody tells is not noticed.
+/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there: times of
+/// the host only determine where the first one lies, and when intervals were lost, because they are further
+/// from the sum of the intervals since than [`Settings::most_astray_secs`]. An interval that is NaN, zero
+/// or less or over a minute also leaves a hole. The rate is ignored, as intervals have none; never an
+/// error. Limits: a single lost interval that is not reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Intervals {
         heart: HeartWindows::causal().only(&settings.domains).treated(settings.treatment),
@@ -58,10 +58,10 @@ pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Sen
     }))
 }
 
-/// The same of a recording. Where it has a second channel, that tells when each interval ended [s after the
-/// recording began], as the times of [`causal`] do; else, and where that is NaN, the first one begins where
-/// the recording does, and each other where the last ended, and one that is lost takes the time of the one
-/// before it, a second at first. The rate does not matter.
+/// The same for a recording. A second channel gives the time at which each interval ended [s after the
+/// recording began], as the times of [`causal`] do; without it, and where it is NaN, the first one begins
+/// where the recording does, and each other where the last ended, and a lost one takes the time of the one
+/// before it, a second at first. The rate is ignored.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let intervals_ms = recording.channels.first().map_or(&[][..], Vec::as_slice);
     let told_ns = |sample: usize| {
@@ -165,7 +165,7 @@ impl Chain {
         Chain { most_astray_ns, last_ns: None, is_broken: false }
     }
 
-    /// Puts the next interval [ns], told of at a time, behind the last; `None` where it is lost.
+    /// Appends the next interval [ns], reported at a time; `None` where it is lost.
     fn place(&mut self, at_ns: i64, interval_ns: Option<i64>) -> Option<Placed> {
         let Some(interval_ns) = interval_ns else {
             self.is_broken = true;

@@ -85,7 +85,7 @@ fn checked(intervals_ms: &[f64], tolerance_ms: f64) -> Option<Vec<f64>> {
     fits.then_some(nn)
 }
 
-/// Tells the places of each two alike pairs of successive intervals.
+/// Reports the places of each two similar pairs of successive intervals.
 ///
 /// Sorted by their first interval, only neighbours can be alike.
 fn each_alike(nn: &[f64], tolerance_ms: f64, mut tell: impl FnMut(usize, usize)) {

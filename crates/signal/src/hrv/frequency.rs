@@ -8,8 +8,8 @@ use crate::spectrum::{LombScargle, Mean, Normalisation, Rule, Spectrum, Transfor
 
 /// Very low, low and high frequency [Hz], each without its upper end. Task Force (1996).
 const BANDS_HZ: [(f64, f64); 3] = [(0.0033, 0.04), (0.04, 0.15), (0.15, 0.4)];
-/// Shortest recordings that each band can be told from [s]. Task Force (1996) for the first; ten waves
-/// of the lowest frequency are wanted, the others have five and nine.
+/// Shortest recordings from which each band can be estimated [s]. Task Force (1996) for the first; ten
+/// waves of the lowest frequency are wanted, the others have five and nine.
 const LEAST_SECS: [f64; 3] = [300.0, 120.0, 60.0];
 /// No band reaches higher [Hz].
 const HIGHEST_HZ: f64 = BANDS_HZ[2].1;

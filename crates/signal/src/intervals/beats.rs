@@ -55,8 +55,8 @@ impl Beats {
 
     /// The same beats with a person's edits over them, one after the other.
     ///
-    /// A beat is meant when it lies within `within_secs` [s] of the time named. Also tells which edits
-    /// (by place) mean no beat, or no time, and were left out.
+    /// An edit refers to a beat when it lies within `within_secs` [s] of the named time. Also returns the
+    /// edits (by index) that match no beat, or have no time, and were skipped.
     ///
     /// ```
     /// use teampulse_signal::intervals::{Beats, Edit};

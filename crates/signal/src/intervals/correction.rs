@@ -144,7 +144,7 @@ struct Judged {
 fn applied(beats: &Beats, artefacts: &[Artefact]) -> Beats {
     let mut judged: Vec<Judged> = beats.iter().map(|beat| Judged { beat, kind: None }).collect();
     for each in artefacts {
-        // An ectopic beat is told by the opposite jump after it: it is the one before that is astray.
+        // An ectopic beat is recognised by the opposite jump after it: it is the one before that is astray.
         let place =
             if each.kind == Kind::Ectopic { each.beat.saturating_sub(1) } else { each.beat };
         if !judged[place].beat.decided && judged[place].kind.is_none() {

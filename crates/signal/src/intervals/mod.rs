@@ -1,9 +1,9 @@
 //! Intervals between heart beats: which of them are wrong, and what they should have been.
 //!
-//! Times of beats are in seconds, ascending; an interval belongs to the beat that ends it. First what a
-//! person said about single beats ([`Beats::edited`]), then the [`Correction`] of Lipponen and
-//! Tarvainen, which leaves alone what a person decided, then the [`gate`](gated_ms) against what no
-//! heart does. What was done is counted and told; above [`MOST_PERCENT`] the rest is not to be trusted.
+//! Times of beats are in seconds, ascending; an interval belongs to the beat that ends it. First a person's
+//! edits of single beats ([`Beats::edited`]), then the [`Correction`] of Lipponen and Tarvainen, which
+//! keeps those edits, then the [`gate`](gated_ms) against implausible intervals. Corrections are counted
+//! and reported; above [`MOST_PERCENT`] the rest is not to be trusted.
 
 mod beats;
 mod artefacts;

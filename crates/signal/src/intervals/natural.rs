@@ -22,7 +22,7 @@ const ALIKE: f64 = 0.4;
 ///
 /// A missed beat and an extra one never are.
 pub(super) fn is_natural(series: &Series, Artefact { beat, kind }: Artefact) -> bool {
-    // An ectopic beat is told at the one after it.
+    // An ectopic beat is recognised at the one after it.
     let first = match kind {
         Kind::Missed | Kind::Extra => return false,
         Kind::Ectopic => -1,

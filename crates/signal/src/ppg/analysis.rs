@@ -3,8 +3,8 @@
 //! pulses ([`HeartWindows`](crate::hrv::HeartWindows) of the good ones, so that motion does not pass
 //! for it).
 //!
-//! The quality of a span, and which of its pulses are good, is judged with the minute before it.
-//! Where more than half of it is flagged, nothing is told of pulses.
+//! The quality of a span, and which of its pulses are good, is judged with the minute before it. Where more
+//! than half of it is flagged, nothing is reported of pulses.
 //!
 //! Pulses of the newest 0.4 s or so are not known yet when a span is asked for as soon as it is over.
 
@@ -25,9 +25,9 @@ use crate::hrv::Domain;
 pub struct Settings {
     /// What the signal is measured in; `1` when that is not known.
     pub unit: Cow<'static, str>,
-    /// With a second channel that tells how strongly the sensor moves (the magnitude of acceleration
-    /// less that of gravity [g], say), at the rate of the first: a cycle in which it is above this, in
-    /// the unit of that channel, is motion. `None` without such a channel.
+    /// With a second channel for the strength of the sensor's motion (the magnitude of acceleration less
+    /// that of gravity [g], say), at the rate of the first: a cycle in which it is above this, in the unit
+    /// of that channel, is motion. `None` without such a channel.
     pub motion_limit: Option<f64>,
     /// Which values of the variability of pulses: all of them.
     pub domains: Vec<Domain>,

@@ -15,7 +15,7 @@ use crate::history::History;
 
 /// How far before a peak its wave is looked at [s].
 const BEFORE_SECS: f64 = 1.0;
-/// How much of the beginning tells the level of the signal [s].
+/// The part of the beginning from which the level of the signal is estimated [s].
 const FIRST_SECS: f64 = 1.0;
 /// How long the newest samples are kept [s].
 const KEPT_SECS: f64 = 2.5;
@@ -69,13 +69,13 @@ impl PulseDetector {
         })
     }
 
-    /// Takes in the next sample, and tells of a pulse if one became known.
+    /// Takes in the next sample, and returns a pulse if one became known.
     pub fn push(&mut self, sample: f64) -> Option<Pulse> {
         let mean = self.grouping.push(sample)?;
         self.take(mean).map(|pulse| pulse.in_groups_of(self.grouping.group()))
     }
 
-    /// Takes in the next value at the working rate, and tells of a pulse there.
+    /// Takes in the next value at the working rate, and returns a pulse there.
     pub(super) fn take(&mut self, mean: f64) -> Option<Pulse> {
         let Some(value) = self.bridge.push(mean) else {
             self.skipped += 1;

@@ -9,7 +9,7 @@ pub const BAND_HZ: (f64, f64) = (0.5, 8.0);
 const ORDER: u32 = 2;
 /// The lower edge for the causal detector [Hz].
 const QUICK_LOW_HZ: f64 = 0.7;
-/// Rates at which a pulse wave is known well enough, and which cost no more than they tell [Hz].
+/// Rates at which a pulse wave is resolved well enough, without needless cost [Hz].
 const RATES_HZ: (f64, f64) = (20.0, 2000.0);
 
 /// The band-pass filter for a PPG at 20 to 2000 Hz: Butterworth of second order, 0.5 to 8 Hz.

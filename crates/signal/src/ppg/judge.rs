@@ -49,7 +49,7 @@ const SECOND_WAVE_SECS: f64 = 0.47;
 const SECOND_WAVE_EARLIER: f64 = 1.1;
 const SECOND_WAVE_SHARE: f64 = 0.93;
 
-/// Tells candidates that are high and low in turn, each low one soon after a high one: pulses with
+/// Recognises candidates that are high and low in turn, each low one soon after a high one: pulses with
 /// strong diastolic waves.
 #[derive(Clone, Debug)]
 pub(super) struct Turns {

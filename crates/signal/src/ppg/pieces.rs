@@ -9,7 +9,7 @@ use super::template::Line;
 /// How long pieces are [s].
 const PIECE_SECS: f64 = 5.0;
 
-/// What is told of a piece.
+/// The values of a piece.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) mean: f64,

@@ -21,7 +21,7 @@ const SHORTEST_CYCLES: f64 = 0.5;
 const AMPLITUDES: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 /// Steeper than so many usual pulses the signal does not rise or fall.
 const STEEPEST: f64 = 2.0;
-/// How many cycles before and after one tell whether it is good by luck only.
+/// How many cycles before and after one show whether it is good by chance only.
 const NEIGHBOURS: usize = 2;
 /// With fewer pulses nothing can be said.
 const LEAST_PULSES: usize = 3;

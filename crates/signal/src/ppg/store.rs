@@ -14,7 +14,7 @@ use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Wind
 use crate::hrv::{BEFORE_SECS, HeartWindows};
 use crate::respiration::derived::BreathingWindows;
 
-/// With more than this share flagged, what is left is not told.
+/// With more than this share flagged, the rest is not reported.
 const MOST_FLAGGED: f64 = 0.5;
 
 /// When the rate is less likely right than this, neither.

@@ -8,7 +8,7 @@ const BEFORE_CYCLES: f64 = 0.4;
 const AFTER_CYCLES: f64 = 0.6;
 /// How much of that must be there.
 const LEAST_SHARE: f64 = 0.6;
-/// So many pulses tell what is usual: of more, each second, third, … is taken.
+/// The number of pulses that define what is usual: of more, each second, third, … is taken.
 const ENOUGH: usize = 64;
 /// What lines leave of equal values is rounding [share of the squares].
 const ROUNDING: f64 = 1e-12;

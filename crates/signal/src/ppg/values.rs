@@ -1,4 +1,4 @@
-//! What is told of a span, besides the variability of its pulses.
+//! The values of a span, besides the variability of its pulses.
 
 use std::borrow::Cow;
 

@@ -9,7 +9,7 @@ use crate::analysis::{Reason, Span};
 use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median;
 
-/// With fewer intervals or pulses there is no mean worth telling.
+/// With fewer intervals or pulses no mean is reported.
 const LEAST_COUNT: usize = 3;
 /// Light that pulses more than this [%] has lost its constant part in the device.
 const MOST_PERFUSION_PERCENT: f64 = 20.0;
@@ -29,7 +29,7 @@ pub(super) struct View {
     pub(super) known: f64,
 }
 
-/// What is told of a span whatever its quality.
+/// The values of a span that are reported at any quality.
 pub(super) struct OfSignal {
     pub(super) quality: f64,
     pub(super) flagged: f64,

@@ -1,4 +1,4 @@
-//! From samples as they come to a signal near 100 Hz, which tells of pulse waves as much.
+//! Resamples the incoming signal to near 100 Hz, which is enough for pulse waves.
 
 use super::clean::checked_ppg_rate_hz;
 use crate::error::SignalError;

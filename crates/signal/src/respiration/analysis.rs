@@ -14,7 +14,7 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::spectrum::Transforms;
 
-/// Below this quality nothing is told.
+/// Below this quality nothing is reported.
 pub const LEAST_QUALITY: f64 = 0.3;
 /// Breaths may begin so long before a window [s]: longer ones are none.
 const KEPT_SECS: f64 = 30.0;
@@ -45,8 +45,8 @@ impl Default for Settings {
 
 /// An analysis of the first channel as it comes in, at a rate of 5 to 2000 Hz.
 ///
-/// Breaths are those of [`BreathDetector`], known some 2.5 s after their end; a window
-/// tells nothing of the breaths that are not known yet.
+/// Breaths are those of [`BreathDetector`], known some 2.5 s after their end; a window does not contain
+/// breaths that are not known yet.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Live {
         sign: settings.sign(),

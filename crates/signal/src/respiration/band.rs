@@ -3,7 +3,7 @@
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::filter::{Design, butterworth, zero_phase};
 
-/// Rates at which breaths are known well enough, and which cost no more than they tell [Hz].
+/// Rates at which breaths are resolved well enough, without needless cost [Hz].
 pub const RATES_HZ: (f64, f64) = (5.0, 2000.0);
 /// From 3 to 180 breaths a minute, as NeuroKit2 [Hz].
 const BAND_HZ: (f64, f64) = (0.05, 3.0);

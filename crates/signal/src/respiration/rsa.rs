@@ -35,12 +35,12 @@ pub struct PeakToTrough {
     pub mean_log: f64,
     /// Standard deviation of the breaths (n − 1) [ms]: `RSA_P2T_SD`; NaN of one.
     pub sd_ms: f64,
-    /// In how many breaths it was told.
+    /// The number of breaths in which it was measured.
     pub breaths: usize,
     /// In how many of these it was below zero, and counts as zero.
     pub without: usize,
-    /// In how many breaths it could not be told, for want of an interval in one of their halves:
-    /// `RSA_P2T_NoRSA`.
+    /// The number of breaths in which it could not be measured, for want of an interval in one of their
+    /// halves: `RSA_P2T_NoRSA`.
     pub untold: usize,
 }
 
@@ -57,7 +57,7 @@ const BEYOND_SECS: f64 = 0.75;
 /// its breath, so leave those out (NaN). As NeuroKit2's `hrv_rsa`; for what it measures against
 /// spectral ways see Lewis et al. (2012), doi:10.1016/j.biopsycho.2011.11.009.
 ///
-/// `None` when it could not be told in any breath.
+/// `None` when it could not be measured in any breath.
 pub fn peak_to_trough(
     breaths: &[Breath],
     rate_hz: f64,

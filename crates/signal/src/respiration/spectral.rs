@@ -1,4 +1,4 @@
-//! What the spectrum of a signal tells of breathing.
+//! Breathing rate from the spectrum of a signal.
 
 use super::band;
 use super::grouping::Grouping;
@@ -9,16 +9,16 @@ use crate::spectrum::{Detrend, Rule, Spectrum, Transforms, Welch};
 const BREATHING_HZ: (f64, f64) = (0.05, 1.0);
 /// Segments of the spectrum [s].
 const SEGMENT_SECS: f64 = 30.0;
-/// A shorter signal has no spectrum that tells breaths from drift [s].
+/// The spectrum of a shorter signal can't separate breaths from drift [s].
 const SHORTEST_SECS: f64 = 10.0;
 
 /// The breathing rate where the spectrum is highest [1/min].
 ///
-/// A check on the rate of [breaths](super::Breath), no replacement: it tells the commonest rate, and
+/// A check on the rate of [breaths](super::Breath), not a replacement: it gives the most frequent rate, and
 /// where breaths are irregular that of the most regular part. *Formula*: Welch's spectrum of the
 /// signal at 25 to 50 Hz (means of samples), segments of 30 s (of a shorter signal all of it), half
 /// overlapping, Hann, without their lines, filled up to a power of two; times the frequency, against
-/// drift; the vertex of the parabola through its highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two bins are told apart
+/// drift; the vertex of the parabola through its highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two bins are resolved
 /// from 4 a minute on; sharp breaths of uneven height may have a higher harmonic. `None` for a
 /// signal that is too short or does not vary, and for a rate outside of 5 to 2000 Hz.
 pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
@@ -34,7 +34,7 @@ const RHYTHM_WIDTH: f64 = 0.35;
 /// A smaller spread is that of rounding [share of the largest value].
 const LEAST_SPREAD: f64 = 1e-9;
 
-/// What a spectrum tells.
+/// The result of a spectrum.
 #[derive(Clone, Debug)]
 pub(super) struct Spectral {
     /// Where it is highest within breathing's band [1/min].

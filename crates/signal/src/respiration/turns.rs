@@ -15,7 +15,7 @@ pub(super) struct Turn {
     pub(super) height: f64,
 }
 
-/// Tells of the extremes from which a signal has gone back by a threshold, troughs and peaks by turns.
+/// Reports the extremes from which a signal has returned by a threshold, troughs and peaks in turn.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
     highest: Option<Extreme>,

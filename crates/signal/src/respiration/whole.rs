@@ -12,7 +12,7 @@ use crate::error::SignalError;
 use crate::filter::{butterworth, zero_phase};
 use crate::gaps::bridged;
 
-/// Shorter pieces between gaps tell of no breath [s].
+/// No breath is found in shorter pieces between gaps [s].
 const SHORTEST_PIECE_SECS: f64 = 5.0;
 /// A turn of the smooth signal is sought again so far around in the clean one [s].
 const REFINE_SECS: f64 = 0.25;

@@ -17,8 +17,8 @@ const MOST_LENGTH: f64 = 16_777_216.0;
 /// One-sided spectrum of an even series, averaged over segments.
 ///
 /// `scipy.signal.welch` with SciPy's options and defaults ([`Welch::new`]). Welch (1967),
-/// doi:10.1109/TAU.1967.1161901. Bins lie rate / transform length apart; what two bins tell apart
-/// takes a segment of about two periods of their difference. Segments with a sample that is not
+/// doi:10.1109/TAU.1967.1161901. Bins lie rate / transform length apart; to resolve two bins, a segment of
+/// about two periods of their difference is needed. Segments with a sample that is not
 /// [usable](crate::gaps::is_usable) are left out, which keeps gaps from leaking into all bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Welch {

@@ -100,7 +100,7 @@ fn one_participant(k: usize) -> Vec<f64> {
     counts.iter().map(|count| count / orders).collect()
 }
 
-/// Tells the L of each order in which the remaining ranks can be given to the remaining places.
+/// Reports the L of each order in which the remaining ranks can be given to the remaining places.
 fn count_orders(remaining: usize, given: &mut [bool], l: usize, tell: &mut impl FnMut(usize)) {
     if remaining == 0 {
         return tell(l);

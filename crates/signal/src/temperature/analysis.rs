@@ -13,7 +13,7 @@ use crate::trend::{smallest_step, trend};
 
 /// Slowest and fastest rate that is taken [Hz].
 const RATES_HZ: (f64, f64) = (0.001, 1000.0);
-/// With a smaller share of readings on the body, the skin's temperature is not told.
+/// With a smaller share of readings on the body, the skin's temperature is not reported.
 const LEAST_QUALITY: f64 = 0.5;
 /// A trend takes this long at least [s].
 const LEAST_TREND_SECS: f64 = 10.0;

@@ -159,7 +159,9 @@ mod tests {
         ];
         let notes = said("", Some(""), &topics);
         assert_eq!(notes.len(), 1, "{notes:?}");
-        assert!(notes[0].contains("/h10/hr") && notes[0].contains("it is std_msgs/msg/Float32"));
+        assert!(
+            notes[0].contains("/h10/hr") && notes[0].contains("its type is std_msgs/msg/Float32")
+        );
         let unwatched = said("", None, &topics);
         assert_eq!(unwatched.len(), 1, "{unwatched:?}");
         assert!(

@@ -100,7 +100,7 @@ fn samples_are_counted_through_gaps_short_and_long() {
         let (windows, events) = told(&mut live(&[4]), &samples);
         let back = f64::from(return_at);
         assert_eq!(events, [0.0, 10.0, 20.0, back, back + 10.0]);
-        // Nothing is told of the silence, and all windows end at whole seconds after the beginning.
+        // Nothing is reported for the silence, and all windows end at whole seconds after the beginning.
         let silence = 18.0..5.0 + back / 2.0;
         assert!(windows.iter().all(|(secs, _)| secs.fract() == 0.0 && !silence.contains(secs)));
     }
@@ -140,7 +140,7 @@ fn a_sample_that_is_not_after_the_last_one_is_left_out() {
     assert_eq!(live.push(3 * SEC, &[1.0], &mut |_| ()), Some(3));
 }
 
-/// Means that are dear to compute: where one was told shortly before it stays.
+/// Means that are expensive to compute: where one was reported shortly before it is reused.
 struct Dear(Means);
 
 impl Windows for Dear {

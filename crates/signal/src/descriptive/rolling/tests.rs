@@ -12,7 +12,7 @@ fn each_hop(lengths_ns: &[i64]) -> Vec<Pace> {
     lengths_ns.iter().map(|&length_ns| Pace { length_ns, hops: 1 }).collect()
 }
 
-/// What each window is told to be as it ends, hop by hop.
+/// The values of each window as it ends, hop by hop.
 fn told(samples: &[Sample], rate_hz: f64, lengths_ns: &[i64]) -> Vec<Vec<View>> {
     told_at_paces(samples, rate_hz, &each_hop(lengths_ns))
 }

@@ -2,7 +2,7 @@
 
 use super::model::{AVERAGE, LEVEL, Model, Unknowns};
 
-/// How one unknown is told by those that are eliminated after it.
+/// An unknown in terms of those that are eliminated after it.
 #[derive(Clone, Copy, Default)]
 struct Row {
     /// One over its pivot.

@@ -23,7 +23,7 @@ const DRIVER_PENALTY: f64 = 8e-4;
 const LEVEL_PENALTY: f64 = 1e-2;
 /// The equations are scaled by the signal's standard deviation, but by no less than this [µS].
 const LEAST_SCALE_US: f64 = 1e-3;
-/// Fewest samples that can be told apart into both.
+/// Fewest samples that can be separated into both.
 const LEAST_SAMPLES: usize = 16;
 
 /// The level and the responses of a whole recording [µS] by cvxEDA.

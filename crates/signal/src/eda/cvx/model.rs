@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{FAST_SECS, KNOT_SECS, SLOW_SECS};
 
-/// How many quantities tell the level at a sample: four splines and the two of a straight line.
+/// How many quantities determine the level at a sample: four splines and the two of a straight line.
 pub(super) const LEVEL: usize = 6;
 /// The moving average of the Bateman function's discrete form.
 pub(super) const AVERAGE: [f64; 3] = [1.0, 2.0, 1.0];

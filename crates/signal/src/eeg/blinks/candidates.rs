@@ -40,7 +40,7 @@ impl Candidates {
         Candidates { rate_hz, reach, apart, window, count: 0 }
     }
 
-    /// How many samples after its peak a candidate is told.
+    /// How many samples after its peak a candidate is reported.
     pub(super) fn reach(&self) -> usize {
         self.reach
     }

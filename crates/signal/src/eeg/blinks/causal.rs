@@ -19,10 +19,10 @@ use crate::gaps::is_usable;
 /// raises its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012),
 /// which looks for peaks of more than 0.05 s above robust deviations, too.
 ///
-/// A blink is told less than half a second after its peak; in the first two seconds none is. The
-/// output is the same bit for bit for any chunking, and no sample allocates. Samples that are no
-/// [usable numbers](crate::gaps::is_usable) count as the one before them. Voluntary blinks of some
-/// strength, jerks and a loose electrode can look the same in one channel.
+/// A blink is reported less than half a second after its peak, from the third second on. The output is the
+/// same bit for bit for any chunking, and no sample allocates. Samples that are not [usable
+/// numbers](crate::gaps::is_usable) count as the one before them. Voluntary blinks of some strength, jerks
+/// and a loose electrode can look the same in one channel.
 pub struct BlinkDetector {
     filter: Cascade,
     thinning: usize,
@@ -51,7 +51,7 @@ impl BlinkDetector {
         })
     }
 
-    /// Takes in the next sample, and tells of a blink if one became known.
+    /// Takes in the next sample, and returns a blink if one became known.
     pub fn push(&mut self, sample: f64) -> Option<Blink> {
         let value = self.filter.push(sample);
         if self.until_next > 0 {

@@ -18,8 +18,8 @@ pub(super) struct Polarity {
 }
 
 impl Polarity {
-    /// Whether a candidate goes the way that most do, it included; `reach` tells what is close
-    /// [samples].
+    /// Whether a candidate has the polarity of most, including itself; `reach` is the range that counts as
+    /// near [samples].
     pub(super) fn fits(&mut self, candidate: &Candidate, reach: usize) -> bool {
         if self.is_rebound(candidate, reach) {
             return false;

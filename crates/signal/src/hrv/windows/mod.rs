@@ -32,7 +32,7 @@ pub const BEFORE_SECS: f64 = 60.0;
 /// Tarvainen do, but for what hearts do by themselves ([`Correction`](crate::intervals::Correction)), and
 /// outside of 300 to 2000 ms left out. Mean, SDNN and RMSSD of the intervals as detected stand beside them.
 /// Nothing is computed across a [hole](HeartWindows::mark_gap), nor across more than 4 s without a
-/// beat. How many beats were corrected is told, too: above 5 % (`quality` below 0.5) the rest is
+/// beat. How many beats were corrected is reported, too: above 5 % (`quality` below 0.5) the rest is
 /// doubtful, but stays, as is the custom.
 ///
 /// [Causally](HeartWindows::causal) a span's beats are corrected with those from [`BEFORE_SECS`] before
@@ -141,8 +141,8 @@ impl HeartWindows {
 
     /// There are no data in this time [ns]: no interval lies across it.
     ///
-    /// To be told of what is long enough for a beat to hide in, or to shift one: 100 ms. Nothing where
-    /// the recording was whole.
+    /// Marks a gap that is long enough to hide a beat, or to shift one: 100 ms. Nothing where the recording
+    /// was complete.
     pub fn mark_gap(&mut self, from_ns: i64, to_ns: i64) {
         let Beats::Causal { holes, .. } = &mut self.beats else { return };
         holes.mark(from_ns, to_ns);

@@ -94,8 +94,8 @@ pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Resul
     rows.iter().zip(computed).map(told).collect()
 }
 
-/// The same values as they were told shortly before, where the span has what they need; `None` where one
-/// was not told for a reason that is over.
+/// The same values as reported shortly before, where the span has the data that they need; `None` where a
+/// value was missing for a reason that no longer holds.
 pub(super) fn held(
     domain: Domain,
     cut: &Cut,

@@ -12,20 +12,20 @@ pub(super) const STRETCH_NS: i64 = 30_000_000_000;
 const LOW_HZ: f64 = 4.0 / 60.0;
 const HIGH_HZ: f64 = 45.0 / 60.0;
 const STEP_HZ: f64 = 0.1 / 60.0;
-/// As fast as that can be told from beats [share of their rate]; half of it is the limit.
+/// The highest rate that can be derived from beats [share of their rate]; half of it is the limit.
 const HIGHEST_SHARE: f64 = 0.47;
 /// The peak is as wide as a steady breathing under Hann's window is.
 const PEAK_HZ: f64 = 1.5 / STRETCH_SECS;
 /// What each modulation grants to every frequency [mean share]: it may miss the rhythm.
 const FLOOR: f64 = 0.1;
-/// A stretch tells with this share of the product around its peak.
+/// A stretch counts if at least this share of the product lies around its peak.
 const LEAST_CLARITY: f64 = 0.8;
 /// … and with no greater uncertainty [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
-/// Fewer beats or intervals of a stretch tell nothing.
+/// A stretch with fewer beats or intervals has no rate.
 const FEWEST_VALUES: usize = 12;
 
-/// What a stretch tells.
+/// The result of a stretch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) rate_per_min: Estimate,
@@ -33,7 +33,7 @@ pub(super) struct Stretch {
     pub(super) clarity: f64,
 }
 
-/// What the beats of a stretch tell that begins at `begin_ns` [ns].
+/// The result of the stretch of beats that begins at `begin_ns` [ns].
 pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
     let intervals = Modulation::of_intervals(beats, begin_ns);
     let high_hz = (HIGHEST_SHARE / intervals.median()?).min(HIGH_HZ);

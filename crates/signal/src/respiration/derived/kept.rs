@@ -1,4 +1,4 @@
-//! What stretches told, kept for the windows to come.
+//! Results of stretches, kept for the windows to come.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher};
@@ -9,14 +9,14 @@ use super::modulation::Beat;
 /// So many are kept: those of windows of 600 s and more that end each second.
 const MOST: usize = 2048;
 
-/// What stretches told by when they begin [ns] and the print of their beats.
+/// Results of stretches, by their start [ns] and the fingerprint of their beats.
 #[derive(Default)]
 pub(super) struct Kept {
     told: BTreeMap<(i64, u64), Option<Stretch>>,
 }
 
 impl Kept {
-    /// What the stretch with these beats tells.
+    /// The result of the stretch with these beats.
     pub(super) fn stretch(&mut self, beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
         if self.told.len() >= MOST {
             self.told.pop_first();

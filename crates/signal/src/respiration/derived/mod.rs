@@ -39,8 +39,8 @@ use crate::estimate::Estimate;
 pub struct Derived {
     /// Breaths a minute [1/min].
     pub rate_per_min: Estimate,
-    /// How clearly the modulations agree on one rhythm [0..1]: the share of their common spectrum
-    /// around its peak, mean of the stretches, times the share of stretches that tell.
+    /// How clearly the modulations agree on one rhythm [0..1]: the share of their common spectrum around
+    /// its peak, mean of the stretches, times the share of stretches with a result.
     pub clarity: f64,
 }
 
@@ -55,13 +55,13 @@ pub struct Derived {
 ///   that all have); the product of the modulations' shares, each with a floor of a tenth of the mean;
 ///   the rate of the greatest product, and as its uncertainty the root mean square distance of the
 ///   squared product from it.
-///   A stretch tells when 80 % of the product lie within 1.5 / 30 s of the peak and its uncertainty
+///   A stretch counts when 80 % of the product lie within 1.5 / 30 s of the peak and its uncertainty
 ///   is below 2 a minute; a window when half of its stretches do, with their median.
 /// - *Window*: at least 30 s.
 /// - *Reference*: fusion of modulations after Karlen et al. (2013), doi:10.1109/TBME.2013.2246160;
 ///   stretches and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
 /// - *Limits*: breaths faster than about half the heart rate look slower; pauses count as breaths;
-///   a rate that changes within 30 s is told by its commonest value. Of 30 s without any rhythm, one
+///   a rate that changes within 30 s is represented by its most frequent value. Of 30 s without any rhythm, one
 ///   in six shows one by chance; of 60 s, one in a hundred. Premature beats are left out, but
 ///   bigeminy is not survived.
 ///

@@ -11,17 +11,17 @@ use crate::estimate::Estimate;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
-/// The largest standard uncertainty that is worth telling [1/min].
+/// The largest standard uncertainty that is reported [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
 /// Less of a window within intervals between beats is a gap.
 const LEAST_COVERED: f64 = 0.5;
 /// So much shorter than a stretch is a window by rounding [ns].
 const ROUNDING_NS: i64 = 1_000;
 
-/// Tells the breathing rate of one window after the other.
+/// Computes the breathing rate of successive windows.
 ///
-/// What a stretch told is kept: windows that end each second share theirs, and each second only a few
-/// are new. That changes no number: a stretch whose beats have changed is told anew.
+/// Results of stretches are kept: windows that end each second share theirs, and each second only a few are
+/// new. That changes no number: a stretch whose beats have changed is computed again.
 #[derive(Default)]
 pub(crate) struct BreathingWindows {
     kept: RefCell<Kept>,
@@ -78,7 +78,7 @@ fn stretches(span: Span) -> impl Iterator<Item = i64> {
     (0..=steps).map(move |step| span.begin_ns.saturating_add(share_ns(step) as i64))
 }
 
-/// The median of the stretches that tell, of all of them.
+/// The median of the stretches with a result, out of all of them.
 fn of_stretches(told: &[Stretch], all: usize) -> Result<Derived, Reason> {
     if told.is_empty() || 2 * told.len() < all {
         return Err(Reason::Quality);
@@ -91,7 +91,7 @@ fn of_stretches(told: &[Stretch], all: usize) -> Result<Derived, Reason> {
     Ok(Derived { rate_per_min, clarity: clarities / all as f64 })
 }
 
-/// The median rate; two stretches that overlap by half tell as much as one and a half.
+/// The median rate; two stretches that overlap by half count as one and a half.
 fn median_of(told: &[Stretch]) -> Estimate {
     let rates: Vec<f64> = told.iter().map(|stretch| stretch.rate_per_min.value).collect();
     let value = median(&rates).unwrap_or(f64::NAN);

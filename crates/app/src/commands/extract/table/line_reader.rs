@@ -100,7 +100,7 @@ impl LineReader {
         Ok((read > 0).then_some(TextLine { number: self.number, text }))
     }
 
-    /// Reads up to the end of the line. The first line tells what ends lines: old files of a Mac, and exports of
+    /// Reads up to the end of the line. The first line determines the line ending: old files of a Mac, and exports of
     /// some devices, have carriage returns alone.
     fn read_line(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
         let ends = self.ends.unwrap_or(b"\r\n");
