@@ -1,22 +1,32 @@
-//! Phases that are over: each is reported once, as far as its samples are kept.
+//! What is held of a stream for its windows and phases, and phases that are over: each is reported once, as far as
+//! its samples are kept.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::feature::Outputs;
 use teampulse_core::phases::Phase;
+use teampulse_core::stream::{Shape, Signal, Stream};
+use teampulse_core::time::Time;
 use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
 
 /// How a recipe says what is measured of a phase.
 pub(crate) const OVER_PHASES: &str = "each phase, of a longer one its last 600 s, or fewer where these have more than 8 million numbers";
 
-/// More numbers of a stream than these are not held for a phase that goes on: of 20 channels at 1 kHz, those
-/// of 400 s. One stream takes a few times eight bytes for each, whatever its rate.
+/// More numbers of a stream than these are not held, neither for windows nor for a phase that goes on: of 20
+/// channels at 1 kHz, those of 400 s. One stream takes a few times eight bytes for each, whatever its rate.
 const MOST_HELD: u64 = 8_000_000;
 
 /// From when on the numbers of a stream are held, so that they are never more than [`MOST_HELD`].
 ///
 /// Counted in whole seconds of the stream's own time, so that any chunking holds the same.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Held {
+    /// No more numbers than these.
+    most: u64,
+    /// What is older is needed by no window and no phase [s].
+    longest_secs: i64,
     /// Each second with its numbers, ascending; some have none.
     seconds: VecDeque<(i64, u64)>,
     numbers: u64,
@@ -25,6 +35,14 @@ pub(crate) struct Held {
 }
 
 impl Held {
+    /// Of a stream with windows of these lengths [s].
+    pub(crate) fn new(windows_secs: &[f64]) -> Held {
+        let longest_secs = windows_secs.iter().copied().fold(0.0, f64::max).ceil() as i64;
+        let longest_secs = longest_secs.max(LONGEST_HELD_NS / SECOND_NS);
+        let (seconds, from_sec) = (VecDeque::new(), None);
+        Held { most: MOST_HELD, longest_secs, seconds, numbers: 0, from_sec }
+    }
+
     /// So many numbers came for a time [ns]. What comes late counts with the newest.
     pub(crate) fn came(&mut self, at_ns: i64, numbers: u64) {
         let sec = at_ns.div_euclid(SECOND_NS);
@@ -33,12 +51,11 @@ impl Held {
             _ => self.seconds.push_back((sec, numbers)),
         }
         self.numbers += numbers;
-        let longest_secs = LONGEST_HELD_NS / SECOND_NS;
         while let Some(&(first, count)) = self.seconds.front()
             && self.seconds.len() > 1
-            && (self.numbers > MOST_HELD || sec.saturating_sub(first) > longest_secs)
+            && (self.numbers > self.most || sec.saturating_sub(first) > self.longest_secs)
         {
-            if self.numbers > MOST_HELD {
+            if self.numbers > self.most {
                 self.from_sec = Some(first.saturating_add(1));
             }
             self.numbers -= count;
@@ -50,6 +67,67 @@ impl Held {
     pub(crate) fn since_ns(&self) -> i64 {
         self.from_sec.map_or(i64::MIN, |sec| sec.saturating_mul(SECOND_NS))
     }
+
+    /// Whether a window of so many seconds that ends now is held.
+    fn holds(&self, secs: f64) -> bool {
+        let now_ns = self.seconds.back().map_or(i64::MAX, |(sec, _)| sec.saturating_mul(SECOND_NS));
+        now_ns.saturating_sub((secs * 1e9) as i64) >= self.since_ns()
+    }
+
+    /// How many numbers came in each second, over what is held.
+    fn per_sec(&self) -> f64 {
+        let ends = self.seconds.front().zip(self.seconds.back());
+        let secs = ends.map_or(1, |((first, _), (newest, _))| newest.saturating_sub(*first) + 1);
+        self.numbers as f64 / secs as f64
+    }
+}
+
+/// Which windows of a stream are left out, as they would hold too many numbers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LeftOut(usize);
+
+impl LeftOut {
+    /// Says, as a fault below the input, which windows of `lengths_secs` [s], ascending, are left out; once of
+    /// each, as a stream may come and go about its limit.
+    pub(crate) fn tell(
+        &mut self,
+        (input, leaf): (&Stream, &str),
+        (held, lengths_secs): (&Held, &[f64]),
+        at: Time,
+        out: &mut Outputs,
+    ) {
+        let fitting = lengths_secs.iter().take_while(|secs| held.holds(**secs)).count();
+        if lengths_secs.len() - fitting <= self.0 {
+            return;
+        }
+        self.0 = lengths_secs.len() - fitting;
+        let secs = lengths_secs[fitting];
+        let label = format!(
+            "{leaf}: windows of {secs} s and more are left out where they have more than {} numbers: {:.0} come \
+             each second",
+            held.most,
+            held.per_sec()
+        );
+        refuse((input, leaf), label, held.per_sec(), at, out);
+    }
+}
+
+/// Says, as a fault below a stream, what is not computed of it.
+pub(crate) fn refuse(
+    (input, leaf): (&Stream, &str),
+    label: String,
+    value: f64,
+    at: Time,
+    out: &mut Outputs,
+) {
+    let output = out.declare(Stream {
+        signal: Signal::Event,
+        device: input.device.clone(),
+        doc: format!("What is not computed of {}, and why.", input.name),
+        ..Stream::derived(input, &format!("{leaf}/refused"), Shape::Event)
+    });
+    let fault = Event { kind: EventKind::Fault, label, value, duration_secs: 0.0 };
+    out.emit(output, at, Data::Event(Arc::new(fault)));
 }
 
 const SECOND_NS: i64 = 1_000_000_000;
@@ -87,7 +165,7 @@ mod tests {
 
     /// From when on numbers are held after so many seconds of so many each [s].
     fn held_from_secs(secs: i64, numbers: u64) -> Option<i64> {
-        let mut held = Held::default();
+        let mut held = Held::new(&[]);
         for sec in 0..secs {
             for tenth in 0..10 {
                 held.came(sec * SECOND_NS + tenth * SECOND_NS / 10, numbers / 10);
@@ -112,8 +190,24 @@ mod tests {
     }
 
     #[test]
+    fn a_window_fits_while_it_has_no_more_numbers_than_are_held() {
+        // 3600 s of 1 kHz are 3.6 million numbers, of 20 kHz 72 million.
+        for (numbers, fits) in [
+            (1000, [true, true, true]),
+            (20_000, [true, true, false]),
+            (200_000, [true, false, false]),
+        ] {
+            let lengths_secs = [30.0, 300.0, 3600.0];
+            let mut held = Held::new(&lengths_secs);
+            (0..4000).for_each(|sec| held.came(sec * SECOND_NS, numbers));
+            assert_eq!(lengths_secs.map(|secs| held.holds(secs)), fits, "{numbers} a second");
+            assert!((held.per_sec() / numbers as f64 - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
     fn what_comes_late_or_after_a_gap_counts_too() {
-        let mut held = Held::default();
+        let mut held = Held::new(&[]);
         held.came(1000 * SECOND_NS, 6_000_000);
         held.came(500 * SECOND_NS, 1_000_000);
         assert_eq!(held.since_ns(), i64::MIN);

@@ -12,7 +12,7 @@ use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
 use teampulse_signal::analysis::{self, Live, LiveOutput, Make, Measured, Value};
 
-use crate::over::{Held, OVER_PHASES, PhasesTold, measured_span};
+use crate::over::{Held, LeftOut, OVER_PHASES, PhasesTold, measured_span, refuse};
 use crate::windows::window_name;
 
 /// Windows are reported once a second of the stream's own time.
@@ -61,6 +61,7 @@ pub(crate) struct Running {
 struct Work {
     live: Live,
     held: Held,
+    left_out: LeftOut,
     readout: Readout,
     /// To the unit that the analysis works in, a channel each.
     conversions: Vec<Conversion>,
@@ -125,7 +126,8 @@ impl Running {
         let events = self.naming.events.iter().map(event).collect();
         Some(Work {
             live,
-            held: Held::default(),
+            held: Held::new(&self.windows_secs),
+            left_out: LeftOut::default(),
             readout,
             conversions,
             numbers: Vec::new(),
@@ -189,7 +191,10 @@ impl Running {
                 // What is missing takes as much room as what came.
                 let taken = missing.map_or(0, |missing| 1 + missing as u64);
                 work.held.came(at_ns, taken * width as u64);
+                work.live.hold_since(work.held.since_ns());
             }
+            let input = (&self.stream, self.naming.leaf);
+            work.left_out.tell(input, (&work.held, &self.windows_secs), sample.measured, out);
             work.numbers = numbers;
         }
         self.work = Some(work);
@@ -199,17 +204,9 @@ impl Running {
     fn tell_refusal(&mut self, at: Time, out: &mut Outputs) {
         let Err((unit, to)) = conversions(&self.stream) else { return };
         if !std::mem::replace(&mut self.is_refusal_told, true) {
-            let stream = &self.stream;
-            let output = out.declare(Stream {
-                signal: Signal::Event,
-                device: stream.device.clone(),
-                doc: format!("Why nothing is computed of {}.", stream.name),
-                ..Stream::derived(stream, &format!("{}/refused", self.naming.leaf), Shape::Event)
-            });
-            let label = format!("{}: {unit} can't be told in {to}", self.naming.leaf);
-            let fault =
-                Event { kind: EventKind::Fault, label, value: f64::NAN, duration_secs: 0.0 };
-            out.emit(output, at, Data::Event(Arc::new(fault)));
+            let leaf = self.naming.leaf;
+            let label = format!("{leaf}: {unit} can't be told in {to}");
+            refuse((&self.stream, leaf), label, f64::NAN, at, out);
         }
     }
 

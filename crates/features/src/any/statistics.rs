@@ -42,7 +42,7 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 ///   human-multi-robot team"; merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115.
 /// - Limits: nothing is judged, so the quality is always 1; with less than half of the data of a channel its
 ///   values are short (before the stream is as old as the window) or have a gap; differences have
-///   no baseline until one is over. The mean of many raw signals (ECG, PPG, EEG, EMG, a belt) means nothing; the
+///   no baseline until one is over; a window of more than 8 million numbers is left out, as a fault says. The mean of many raw signals (ECG, PPG, EEG, EMG, a belt) means nothing; the
 ///   streams say where.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -36,6 +36,8 @@ pub struct Live {
     whole: Vec<Option<(i64, Measured)>>,
     /// What is needed for other spans than windows begins here.
     held_from_ns: Option<i64>,
+    /// Nothing from before is held, whoever needs it.
+    held_since_ns: i64,
     /// Samples before the analysis began anew.
     before: usize,
     pushed: usize,
@@ -90,6 +92,7 @@ impl Live {
             end_ns: 0,
             whole: vec![None; lengths_ns.len()],
             held_from_ns: None,
+            held_since_ns: i64::MIN,
             before: 0,
             pushed: 0,
             nothing,
@@ -131,6 +134,12 @@ impl Live {
     /// [`LONGEST_HELD_NS`]; with `None` only what windows need.
     pub fn hold_from(&mut self, begin_ns: Option<i64>) {
         self.held_from_ns = begin_ns;
+    }
+
+    /// Holds nothing from before a time [ns], and gives no windows that begin before it: there are more
+    /// samples than are to be held at once. It never goes back.
+    pub fn hold_since(&mut self, since_ns: i64) {
+        self.held_since_ns = self.held_since_ns.max(since_ns);
     }
 
     /// What the values of a window are.
@@ -250,6 +259,10 @@ impl Live {
         let mut earliest_ns = self.end_ns;
         for place in 0..self.lengths_ns.len() {
             let begin_ns = self.end_ns.saturating_sub(self.lengths_ns[place]);
+            if begin_ns < self.held_since_ns {
+                self.whole[place] = None;
+                continue;
+            }
             let span = Span { begin_ns, end_ns: self.end_ns };
             let measured = self.measure_window(place, span);
             tell(LiveOutput::Window(place, span, self.aged(span, measured)));
@@ -258,7 +271,8 @@ impl Live {
         let held_ns = self.held_from_ns.map_or(i64::MAX, |held_from_ns| {
             held_from_ns.max(self.end_ns.saturating_sub(LONGEST_HELD_NS + ASKED_LATER_NS))
         });
-        self.analysis.forget(earliest_ns.saturating_add(self.hop_ns).min(held_ns));
+        let needed_ns = earliest_ns.saturating_add(self.hop_ns).min(held_ns);
+        self.analysis.forget(needed_ns.max(self.held_since_ns));
         self.end_ns = self.end_ns.saturating_add(self.hop_ns);
     }
 }

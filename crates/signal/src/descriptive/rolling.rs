@@ -47,6 +47,8 @@ pub struct Rolling {
     /// When windows end next.
     end_ns: i64,
     keep_from_ns: i64,
+    /// Nothing from before is held, whoever needs it.
+    held_since_ns: i64,
     kept: Kept,
     hops: VecDeque<Hop>,
     windows: Vec<Window>,
@@ -118,6 +120,7 @@ impl Rolling {
             newest_ns: i64::MIN,
             end_ns: 0,
             keep_from_ns: i64::MAX,
+            held_since_ns: i64::MIN,
             kept: Kept::new(channels),
             hops: VecDeque::new(),
             windows: paces.iter().map(window).collect(),
@@ -132,6 +135,12 @@ impl Rolling {
     /// Samples from a time on [ns] are kept, for [`describe`](Self::describe), however long it takes.
     pub fn keep_from(&mut self, from_ns: i64) {
         self.keep_from_ns = from_ns;
+    }
+
+    /// Holds nothing from before a time [ns], and gives no windows that begin before it: there are more
+    /// samples than are to be held at once. It never goes back.
+    pub fn hold_since(&mut self, since_ns: i64) {
+        self.held_since_ns = self.held_since_ns.max(since_ns);
     }
 
     /// When the first sample was measured that was taken in [ns]; `None` before it.
@@ -226,10 +235,7 @@ impl Rolling {
         let next = end + ((at - end).div_euclid(hop) + 1) * hop;
         self.end_ns = i64::try_from(next).unwrap_or(i64::MAX);
         self.hops.clear();
-        for window in &mut self.windows {
-            window.span = NEVER;
-            window.middles.iter_mut().for_each(Middle::clear);
-        }
+        self.windows.iter_mut().for_each(Window::clear);
     }
 
     fn close(&mut self, end_ns: i64) {
@@ -237,16 +243,21 @@ impl Rolling {
         self.hops.push_back(Hop { span, courses: self.courses(span), is_stale: false });
         let number = self.hops_until(end_ns);
         for window in &mut self.windows {
-            if number % i128::from(window.pace.hops) == 0 {
+            if window.span.begin_ns < self.held_since_ns {
+                window.clear();
+            }
+            let is_held = end_ns.saturating_sub(window.pace.length_ns) >= self.held_since_ns;
+            if is_held && number % i128::from(window.pace.hops) == 0 {
                 window.slide(end_ns, &self.kept);
             }
         }
         let needed_ns = self.windows.iter().map(|window| window.needs_from_ns(end_ns));
         let before_ns = needed_ns.fold(end_ns.saturating_sub(self.longest_ns()), i64::min);
+        let before_ns = before_ns.max(self.held_since_ns);
         while self.hops.front().is_some_and(|hop| hop.span.begin_ns < before_ns) {
             self.hops.pop_front();
         }
-        self.kept.forget(before_ns.min(self.keep_from_ns));
+        self.kept.forget(before_ns.min(self.keep_from_ns).max(self.held_since_ns));
     }
 
     /// A late sample changes results reported before: they are computed again with the next report, once
@@ -320,6 +331,12 @@ impl Rolling {
 }
 
 impl Window {
+    /// Forgets where it was.
+    fn clear(&mut self) {
+        self.span = NEVER;
+        self.middles.iter_mut().for_each(Middle::clear);
+    }
+
     /// From when on samples are needed [ns], at the end of a hop: what is let go of is looked up again.
     fn needs_from_ns(&self, end_ns: i64) -> i64 {
         if self.span == NEVER {

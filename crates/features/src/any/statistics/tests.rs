@@ -305,3 +305,29 @@ proptest! {
         prop_assert_eq!(told(&lengths), told(&[1]));
     }
 }
+
+#[test]
+fn a_window_with_more_numbers_than_are_to_be_held_is_left_out_and_that_is_said() {
+    let channels: Vec<String> = (0..1000).map(|channel| format!("c{channel}")).collect();
+    let channels: Vec<(&str, &str)> = channels.iter().map(|name| (name.as_str(), "1")).collect();
+    let mut scene = Scene::in_windows(&input(&channels), &[10.0, 1000.0]);
+    // Ten thousand numbers a second: those of 800 s are held.
+    for secs in 0..1100 {
+        scene.wave(f64::from(secs), 1000, &vec![1.0; 10_000]);
+    }
+    let ends = |scene: &mut Scene, leaf| scene.told(leaf).len();
+    assert_eq!(ends(&mut scene, "w10"), 1099);
+    // Each 33 s, until more than 800 s were there.
+    assert_eq!(ends(&mut scene, "w1000"), 24);
+    let faults: Vec<Event> = scene
+        .out
+        .samples()
+        .filter_map(|(.., data)| match data {
+            Data::Event(event) => Some(Event::clone(event)),
+            _ => None,
+        })
+        .collect();
+    let [fault] = &faults[..] else { panic!("{faults:?}") };
+    assert_eq!((fault.kind, fault.value.round()), (EventKind::Fault, 10_000.0));
+    assert!(fault.label.contains("windows of 1000 s and more are left out"), "{}", fault.label);
+}

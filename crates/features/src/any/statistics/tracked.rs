@@ -12,7 +12,7 @@ use teampulse_signal::descriptive::{Pace, Rolling, View};
 
 use super::outputs::{over_phases, over_window, told_each_secs};
 use super::values::{coverage, statistics, with_differences};
-use crate::over::{Held, PhasesTold, measured_span};
+use crate::over::{Held, LeftOut, PhasesTold, measured_span};
 use crate::value::{Value, window_of};
 
 /// Windows end at whole seconds of the stream's own time [ns].
@@ -33,6 +33,7 @@ struct Work {
     readout: Readout,
     rolling: Rolling,
     held: Held,
+    left_out: LeftOut,
     windows: Vec<OutputId>,
     /// What the newest baseline that is over came to.
     baseline: Option<Vec<Value>>,
@@ -58,8 +59,9 @@ impl TrackedStream {
                 work.rolling.set_rate_hz(stream.rate_hz);
                 Work { readout, windows, ..work }
             } else {
-                let (rolling, held) = (self.rolling(), Held::default());
-                Work { readout, windows, rolling, held, baseline: None }
+                let (rolling, held) = (self.rolling(), Held::new(&self.windows_secs));
+                let left_out = LeftOut::default();
+                Work { readout, windows, rolling, held, left_out, baseline: None }
             }
         });
     }
@@ -88,7 +90,10 @@ impl TrackedStream {
             }
             work.rolling.push(at_ns, numbers);
             work.held.came(at_ns, numbers.len() as u64);
+            work.rolling.hold_since(work.held.since_ns());
         }
+        let input = (&self.stream, "statistics");
+        work.left_out.tell(input, (&work.held, &self.windows_secs), sample.measured, out);
         self.work = Some(work);
     }
 

@@ -226,3 +226,31 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_window_of_which_not_all_is_held_is_not_told_and_the_others_are() {
+    let samples: Vec<(f64, f64)> =
+        (0..80).map(|k| (f64::from(k) / 2.0, f64::from(k) + 0.5)).collect();
+    let mut live = live(&[5, 20]);
+    let (mut short, mut long) = (0, 0);
+    for (secs, value) in samples {
+        let at_ns = (secs * 1e9) as i64;
+        // From the 25th second on only ten seconds are held.
+        if secs >= 25.0 {
+            live.hold_since(at_ns - 10 * SEC);
+        }
+        live.push(at_ns, &[value], &mut |told| match told {
+            LiveOutput::Window(0, ..) => short += 1,
+            LiveOutput::Window(_, span, _) => {
+                long += 1;
+                assert!(span.end_ns < 25 * SEC, "{span:?}");
+            }
+            LiveOutput::Event(_) => {}
+        });
+    }
+    assert_eq!((short, long), (39, 24));
+    let held = Span { begin_ns: 35 * SEC, end_ns: 39 * SEC };
+    assert!(live.measure(held).coverage > 0.99);
+    let gone = Span { begin_ns: 0, end_ns: 20 * SEC };
+    assert_eq!(live.measure(gone).coverage, 0.0);
+}

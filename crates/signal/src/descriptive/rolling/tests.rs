@@ -162,6 +162,37 @@ fn what_is_to_be_kept_can_be_described_and_the_rest_is_let_go() {
     assert!(rolling.kept.places(Span { begin_ns: 0, end_ns: i64::MAX }).len() <= 20);
 }
 
+#[test]
+fn a_window_of_which_not_all_is_held_does_not_end_until_it_is_again() {
+    let lengths_ns = [2 * SECOND_NS, 8 * SECOND_NS];
+    let samples: Vec<Sample> =
+        (0..400).map(|k| (k * SECOND_NS / 10, vec![(k % 13) as f64])).collect();
+    let mut rolling = Rolling::new(10.0, 1, &each_hop(&lengths_ns), SECOND_NS);
+    let mut ends = [Vec::new(), Vec::new()];
+    for (at_ns, numbers) in &samples {
+        while let Some(end_ns) = rolling.advance(*at_ns) {
+            for (place, ends) in ends.iter_mut().enumerate() {
+                if rolling.ends(place, end_ns) {
+                    let view = rolling.window(place);
+                    assert_same(view.channels[0].summary, expected(&samples, 0, view.span), 1e-12);
+                    ends.push(end_ns / SECOND_NS);
+                }
+            }
+        }
+        rolling.push(*at_ns, numbers);
+        // Between the 15th and the 20th second no more than five are held.
+        if (15..20).contains(&(at_ns / SECOND_NS)) {
+            rolling.hold_since(at_ns - 5 * SECOND_NS);
+        }
+        if (16..20).contains(&(at_ns / SECOND_NS)) {
+            assert!(rolling.kept.places(Span { begin_ns: 0, end_ns: i64::MAX }).len() <= 80);
+        }
+    }
+    assert_eq!(ends[0], (1..40).collect::<Vec<i64>>());
+    let told: Vec<i64> = (1..=15).chain(23..40).collect();
+    assert_eq!(ends[1], told);
+}
+
 /// Would take hours if a second were looked at again for each sample of it that is late.
 #[test]
 fn samples_that_overlap_by_the_thousands_are_taken_in_at_once() {
