@@ -1,10 +1,10 @@
 //! Sets of messages with stamps near each other.
 
-use std::collections::VecDeque;
-
 use super::age_penalty::AgePenalty;
 use super::drops::Drops;
-use super::{DropReason, Listener, Message};
+use super::interval::Interval;
+use super::queue::Queue;
+use super::{DropReason, Listener, Message, Set};
 
 /// How [`ApproximateTime`] matches.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,25 +62,22 @@ pub struct ApproximateTime<T> {
     /// Of each topic, the stamp of the oldest message that is not passed over. Stale where there
     /// is none.
     heads: Vec<i64>,
+    /// Of each topic, the stamp of the message after that. Stale where there is none.
+    seconds: Vec<i64>,
     /// How many topics have such a message.
     ready: usize,
     /// Of each topic, whether a message was lost that might have been better than its head.
     lossy: Vec<bool>,
+    /// Whether there is such a topic.
+    is_lossy: bool,
     /// The best set so far: the oldest message of each queue.
     candidate: Option<Candidate>,
-    /// What the search ahead looks at, for each topic.
-    ahead: Vec<Ahead>,
+    /// The topics of the messages that are passed over in the search for a better set, in turn.
+    passed: Vec<usize>,
+    ahead: Ahead,
     /// The set that is given out.
-    set: Vec<Message<T>>,
+    set: Vec<Option<Message<T>>>,
     drops: Drops,
-}
-
-#[derive(Clone, Debug)]
-struct Queue<T> {
-    settings: TopicSettings,
-    messages: VecDeque<Message<T>>,
-    /// How many of the oldest are passed over in the search for a better set.
-    passed: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -91,22 +88,13 @@ struct Candidate {
     end: i64,
 }
 
-/// A message that is here, or the earliest that can come.
-#[derive(Clone, Copy, Debug)]
+/// What the search ahead looks at: of each topic a message that is here, or the earliest that can
+/// come.
+#[derive(Clone, Debug)]
 struct Ahead {
-    stamp: i64,
-    place: usize,
-}
-
-/// From the oldest to the newest stamp among one of each topic.
-#[derive(Clone, Copy, Debug)]
-struct Interval {
-    start: i64,
-    end: i64,
-    /// The first topic with the oldest.
-    first: usize,
-    /// The last topic with the newest.
-    last: usize,
+    stamps: Vec<i64>,
+    /// How far beyond the heads.
+    passed: Vec<usize>,
 }
 
 impl<T> ApproximateTime<T> {
@@ -116,13 +104,16 @@ impl<T> ApproximateTime<T> {
         ApproximateTime {
             age_penalty: AgePenalty::new(settings.age_penalty),
             max_interval_nanos: settings.max_interval_nanos.max(0),
-            queues: settings.topics.iter().copied().map(Queue::new).collect(),
+            queues: settings.topics.iter().map(Queue::new).collect(),
             heads: vec![0; topics],
+            seconds: vec![0; topics],
             ready: 0,
             lossy: vec![false; topics],
+            is_lossy: false,
             candidate: None,
-            ahead: Vec::with_capacity(topics),
-            set: Vec::with_capacity(topics),
+            passed: Vec::new(),
+            ahead: Ahead { stamps: vec![0; topics], passed: vec![0; topics] },
+            set: std::iter::repeat_with(|| None).take(topics).collect(),
             drops: Drops::of(topics),
         }
     }
@@ -134,22 +125,25 @@ impl<T> ApproximateTime<T> {
             self.drops.add(topic, DropReason::UnknownTopic);
             return listener.dropped(topic, message, DropReason::UnknownTopic);
         };
+        let had_head = queue.has_head();
         let stamp = message.stamp;
-        queue.messages.push_back(message);
-        if queue.messages.len() == queue.passed + 1 {
+        queue.push(message);
+        self.seconds[topic] = queue.second_stamp();
+        if !had_head {
             self.heads[topic] = stamp;
             self.ready += 1;
-            self.search(listener);
+            if self.is_ready() {
+                self.search(listener);
+            }
         }
-        let queue = &self.queues[topic];
-        if queue.messages.len() > queue.settings.queue_size {
+        if self.queues[topic].is_overfull() {
             self.shed(topic, listener);
         }
     }
 
     /// How many messages of a topic wait for a set; 0 for an unknown one.
     pub fn waiting(&self, topic: usize) -> usize {
-        self.queues.get(topic).map_or(0, |queue| queue.messages.len())
+        self.queues.get(topic).map_or(0, Queue::len)
     }
 
     /// How many messages of a topic were dropped for a reason; unknown topics are counted together.
@@ -157,98 +151,124 @@ impl<T> ApproximateTime<T> {
         self.drops.count(topic, reason)
     }
 
+    /// Whether there is a message of each topic that is not passed over.
+    #[inline]
+    fn is_ready(&self) -> bool {
+        self.ready == self.queues.len()
+    }
+
     /// Looks at interval after interval while there is a message of each topic.
+    #[inline]
     fn search(&mut self, listener: &mut impl Listener<T>) {
-        while self.ready == self.queues.len() {
-            let interval = Interval::of(self.heads.iter().copied());
-            self.trust_all_but(interval.last);
+        let mut interval = Interval::of(&self.heads);
+        loop {
+            if self.is_lossy {
+                self.trust_all_but(interval.last);
+            }
             let candidate = match self.candidate {
-                None => {
-                    if let Some(reason) = self.objection(&interval) {
+                Some(best) if !self.is_better(&interval, &best) => best,
+                Some(best) => {
+                    self.drop_passed(listener);
+                    self.adopt(&interval, best.pivot, best.pivot_stamp)
+                }
+                None => match self.objection(&interval) {
+                    None => self.adopt(&interval, interval.last, interval.end),
+                    Some(reason) => {
                         self.drop_oldest(interval.first, reason, listener);
+                        if !self.is_ready() {
+                            return;
+                        }
+                        interval = interval.without_its_first(&self.heads);
                         continue;
                     }
-                    self.adopt(&interval, interval.last, interval.end, listener)
-                }
-                Some(best) if self.is_better(&interval, &best) => {
-                    self.adopt(&interval, best.pivot, best.pivot_stamp, listener)
-                }
-                Some(best) => best,
+                },
             };
             self.pass_over(interval.first);
             if interval.first == candidate.pivot
                 || self.is_too_late(interval.end, &candidate)
-                || self.ready < self.queues.len() && self.is_best_to_come(&candidate)
+                || !self.is_ready() && self.is_best_to_come(interval, &candidate)
             {
                 self.publish(listener);
+                if !self.is_ready() {
+                    return;
+                }
+                interval = Interval::of(&self.heads);
+            } else if self.is_ready() {
+                interval = interval.without_its_first(&self.heads);
+            } else {
+                return;
             }
         }
     }
 
     /// Nothing lost from these topics could have been better than what they have now.
     fn trust_all_but(&mut self, last: usize) {
-        let lossy = self.lossy[last];
+        self.is_lossy = self.lossy[last];
         self.lossy.fill(false);
-        self.lossy[last] = lossy;
+        self.lossy[last] = self.is_lossy;
     }
 
     /// Why no search can begin with this interval.
+    #[inline]
     fn objection(&self, interval: &Interval) -> Option<DropReason> {
         if interval.end.saturating_sub(interval.start) > self.max_interval_nanos {
             return Some(DropReason::NoPartner);
         }
-        self.lossy[interval.last].then_some(DropReason::PartnerLost)
+        (self.is_lossy && self.lossy[interval.last]).then_some(DropReason::PartnerLost)
     }
 
+    #[inline]
     fn is_better(&self, interval: &Interval, best: &Candidate) -> bool {
         !self.costs(interval.end, best, interval.start.saturating_sub(best.start))
     }
 
     /// Whether no set that ends then or later can be better: it must contain the pivot.
+    #[inline]
     fn is_too_late(&self, end: i64, best: &Candidate) -> bool {
         self.costs(end, best, best.pivot_stamp.saturating_sub(best.start))
     }
 
     /// Whether a later start by `gain_nanos` does not make up for the end.
+    #[inline]
     fn costs(&self, end: i64, best: &Candidate, gain_nanos: i64) -> bool {
         self.age_penalty.outweighs(end.saturating_sub(best.end), gain_nanos)
     }
 
-    /// Makes the interval the best set, and drops what was passed over on the way to it.
-    fn adopt(
-        &mut self,
-        interval: &Interval,
-        pivot: usize,
-        pivot_stamp: i64,
-        listener: &mut impl Listener<T>,
-    ) -> Candidate {
-        for (topic, queue) in self.queues.iter_mut().enumerate() {
-            while queue.passed > 0
-                && let Some(message) = queue.messages.pop_front()
-            {
-                queue.passed -= 1;
-                self.drops.add(topic, DropReason::Overtaken);
-                listener.dropped(topic, message, DropReason::Overtaken);
-            }
-        }
+    /// Makes the interval the best set.
+    #[inline]
+    fn adopt(&mut self, interval: &Interval, pivot: usize, pivot_stamp: i64) -> Candidate {
         let candidate = Candidate { pivot, pivot_stamp, start: interval.start, end: interval.end };
         *self.candidate.insert(candidate)
     }
 
+    /// Drops what was passed over on the way to a better set.
+    #[inline]
+    fn drop_passed(&mut self, listener: &mut impl Listener<T>) {
+        for topic in self.passed.drain(..) {
+            if let Some(message) = self.queues[topic].take_oldest() {
+                self.drops.add(topic, DropReason::Overtaken);
+                listener.dropped(topic, message, DropReason::Overtaken);
+            }
+        }
+    }
+
+    #[inline]
     fn pass_over(&mut self, topic: usize) {
-        self.queues[topic].passed += 1;
-        self.refresh(topic);
+        self.passed.push(topic);
+        self.queues[topic].pass_over();
+        self.advance(topic);
     }
 
     /// Whether the candidate is best whatever comes, given that nothing comes before the pivot or
-    /// sooner after its predecessor than the lower bound.
-    fn is_best_to_come(&mut self, best: &Candidate) -> bool {
-        self.ahead.clear();
-        for queue in &self.queues {
-            self.ahead.push(queue.ahead(queue.passed, best.pivot_stamp));
-        }
+    /// sooner after its predecessor than the lower bound. The interval's first topic has no message
+    /// any more.
+    fn is_best_to_come(&mut self, mut interval: Interval, best: &Candidate) -> bool {
+        let stamps = &mut self.ahead.stamps;
+        stamps.copy_from_slice(&self.heads);
+        stamps[interval.first] = self.queues[interval.first].stamp_ahead(0, best.pivot_stamp);
+        self.ahead.passed.fill(0);
         loop {
-            let interval = Interval::of(self.ahead.iter().map(|ahead| ahead.stamp));
+            interval = interval.without_its_first(&self.ahead.stamps);
             if self.is_too_late(interval.end, best) {
                 return true;
             }
@@ -256,19 +276,22 @@ impl<T> ApproximateTime<T> {
                 return false;
             }
             // Neither holds, so the start is before the pivot: it is a message that is here.
-            let ahead = &mut self.ahead[interval.first];
-            *ahead = self.queues[interval.first].ahead(ahead.place + 1, best.pivot_stamp);
+            let first = interval.first;
+            let Ahead { stamps, passed } = &mut self.ahead;
+            passed[first] += 1;
+            stamps[first] = self.queues[first].stamp_ahead(passed[first], best.pivot_stamp);
         }
     }
 
     /// Gives the candidate out; all messages that were passed over count again.
+    #[inline]
     fn publish(&mut self, listener: &mut impl Listener<T>) {
         self.candidate = None;
-        for queue in &mut self.queues {
-            self.set.extend(queue.messages.pop_front());
+        for (queue, place) in self.queues.iter_mut().zip(&mut self.set) {
+            *place = queue.take_oldest();
         }
         self.rewind();
-        listener.set(self.set.drain(..));
+        listener.set(Set::of(&mut self.set));
     }
 
     /// Drops the oldest message of a full queue; a search begins anew without it.
@@ -279,81 +302,50 @@ impl<T> ApproximateTime<T> {
         }
         self.drop_oldest(topic, DropReason::QueueFull, listener);
         self.lossy[topic] = true;
-        if searching {
+        self.is_lossy = true;
+        if searching && self.is_ready() {
             self.search(listener);
         }
     }
 
     /// All messages that were passed over count again.
+    #[inline]
     fn rewind(&mut self) {
+        self.passed.clear();
         self.ready = 0;
-        for (queue, head) in self.queues.iter_mut().zip(&mut self.heads) {
-            queue.passed = 0;
-            if let Some(oldest) = queue.messages.front() {
-                *head = oldest.stamp;
-                self.ready += 1;
-            }
+        let stamps = self.heads.iter_mut().zip(&mut self.seconds);
+        for (queue, (head, second)) in self.queues.iter_mut().zip(stamps) {
+            queue.rewind();
+            (*head, *second) = (queue.head_stamp(), queue.second_stamp());
+            self.ready += usize::from(queue.has_head());
         }
     }
 
     /// Drops the oldest message of a topic of which none is passed over.
+    #[inline]
     fn drop_oldest(&mut self, topic: usize, reason: DropReason, listener: &mut impl Listener<T>) {
-        if let Some(message) = self.queues[topic].messages.pop_front() {
-            self.refresh(topic);
+        let queue = &mut self.queues[topic];
+        if let Some(message) = queue.take_oldest() {
+            queue.rewind();
+            self.advance(topic);
             self.drops.add(topic, reason);
             listener.dropped(topic, message, reason);
         }
     }
 
     /// The head of the topic has gone.
-    fn refresh(&mut self, topic: usize) {
+    #[inline]
+    fn advance(&mut self, topic: usize) {
+        self.heads[topic] = self.seconds[topic];
         let queue = &self.queues[topic];
-        match queue.messages.get(queue.passed) {
-            Some(message) => self.heads[topic] = message.stamp,
-            None => self.ready -= 1,
-        }
-    }
-}
-
-impl<T> Queue<T> {
-    fn new(settings: TopicSettings) -> Queue<T> {
-        let settings = TopicSettings {
-            queue_size: settings.queue_size.max(1),
-            lower_bound_nanos: settings.lower_bound_nanos.max(0),
-        };
-        Queue { settings, messages: VecDeque::new(), passed: 0 }
-    }
-
-    /// The message at that place, or the earliest that can come there.
-    fn ahead(&self, place: usize, pivot_stamp: i64) -> Ahead {
-        let to_come = || {
-            let newest = self.messages.back().map_or(pivot_stamp, |message| message.stamp);
-            newest.saturating_add(self.settings.lower_bound_nanos).max(pivot_stamp)
-        };
-        let stamp = self.messages.get(place).map_or_else(to_come, |message| message.stamp);
-        Ahead { stamp, place }
-    }
-}
-
-impl Interval {
-    fn of(stamps: impl Iterator<Item = i64>) -> Interval {
-        let mut interval = Interval { start: i64::MAX, end: i64::MIN, first: 0, last: 0 };
-        for (topic, stamp) in stamps.enumerate() {
-            if stamp < interval.start {
-                (interval.start, interval.first) = (stamp, topic);
-            }
-            if stamp >= interval.end {
-                (interval.end, interval.last) = (stamp, topic);
-            }
-        }
-        interval
+        self.seconds[topic] = queue.second_stamp();
+        self.ready -= usize::from(!queue.has_head());
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matching::Set;
 
     const SEC: i64 = 1_000_000_000;
 

@@ -67,6 +67,7 @@ impl Drops {
         self.counts[self.row(topic)][reason as usize]
     }
 
+    #[inline]
     fn row(&self, topic: usize) -> usize {
         topic.min(self.counts.len() - 1)
     }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::drops::Drops;
-use super::{DropReason, Listener, Message};
+use super::{DropReason, Listener, Message, Set};
 
 /// The sets of ROS's C++ `message_filters::sync_policies::ExactTime`, for any number of topics.
 ///
@@ -14,21 +14,38 @@ use super::{DropReason, Listener, Message};
 pub struct ExactTime<T> {
     topics: usize,
     queue_size: usize,
-    /// The sets that wait for messages, oldest stamp first.
-    incomplete: VecDeque<Incomplete>,
-    /// Their payloads: rows with a place for each topic.
-    payloads: Vec<Option<T>>,
+    /// The messages that wait: rows with a place for each topic.
+    messages: Vec<Option<Message<T>>>,
+    /// Whose messages each row holds.
+    rows: Vec<Row>,
     free_rows: Vec<usize>,
-    /// The set that is given out.
-    set: Vec<Message<T>>,
+    /// The rows that wait, oldest stamp first.
+    waiting: VecDeque<Waiting>,
+    /// Where a stamp was looked for last, by its [`shelf`].
+    recent: [usize; 1 << SHELF_BITS],
     drops: Drops,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Incomplete {
+struct Row {
+    stamp: i64,
+    /// How many topics have no message with the stamp; all of them in a free row.
+    missing: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
     stamp: i64,
     row: usize,
-    missing: usize,
+}
+
+const SHELF_BITS: u32 = 6;
+
+/// Where to look first for a stamp: stamps in regular steps are spread well.
+#[inline]
+fn shelf(stamp: i64) -> usize {
+    (stamp.wrapping_mul(0x9e37_79b9_7f4a_7c15_u64.cast_signed()).cast_unsigned()
+        >> (u64::BITS - SHELF_BITS)) as usize
 }
 
 impl<T> ExactTime<T> {
@@ -38,44 +55,42 @@ impl<T> ExactTime<T> {
         ExactTime {
             topics,
             queue_size: queue_size.max(1),
-            incomplete: VecDeque::new(),
-            payloads: Vec::new(),
+            messages: Vec::new(),
+            rows: Vec::new(),
             free_rows: Vec::new(),
-            set: Vec::with_capacity(topics),
+            waiting: VecDeque::new(),
+            recent: [0; 1 << SHELF_BITS],
             drops: Drops::of(topics),
         }
     }
 
     /// Takes the next message of a topic, in order of arrival, and reports the result to the listener.
+    #[inline]
     pub fn push(&mut self, topic: usize, message: Message<T>, listener: &mut impl Listener<T>) {
         if topic >= self.topics {
             self.drops.add(topic, DropReason::UnknownTopic);
             return listener.dropped(topic, message, DropReason::UnknownTopic);
         }
-        let Message { stamp, payload } = message;
-        let place = self.place_of(stamp);
-        let incomplete = &mut self.incomplete[place];
-        match self.payloads[incomplete.row * self.topics + topic].replace(payload) {
-            Some(payload) => {
-                self.drops.add(topic, DropReason::Replaced);
-                listener.dropped(topic, Message { stamp, payload }, DropReason::Replaced);
-            }
-            None => incomplete.missing -= 1,
+        let row = self.row_of(message.stamp);
+        let place = &mut self.messages[row * self.topics + topic];
+        if let Some(message) = place.replace(message) {
+            self.drops.add(topic, DropReason::Replaced);
+            return listener.dropped(topic, message, DropReason::Replaced);
         }
-        if incomplete.missing == 0 {
-            self.publish(place, listener);
-        }
-        if self.incomplete.len() > self.queue_size {
+        self.rows[row].missing -= 1;
+        if self.rows[row].missing == 0 {
+            self.publish(row, listener);
+        } else if self.waiting.len() > self.queue_size {
             self.drop_oldest(DropReason::QueueFull, listener);
         }
     }
 
     /// How many messages of a topic wait for a set; 0 for an unknown one.
     pub fn waiting(&self, topic: usize) -> usize {
-        let is_here = |set: &&Incomplete| {
-            topic < self.topics && self.payloads[set.row * self.topics + topic].is_some()
+        let is_here = |waiting: &&Waiting| {
+            topic < self.topics && self.messages[waiting.row * self.topics + topic].is_some()
         };
-        self.incomplete.iter().filter(is_here).count()
+        self.waiting.iter().filter(is_here).count()
     }
 
     /// How many messages of a topic were dropped for a reason; unknown topics are counted together.
@@ -83,47 +98,84 @@ impl<T> ExactTime<T> {
         self.drops.count(topic, reason)
     }
 
-    /// The place of the stamp's set, which begins if there is none.
-    fn place_of(&mut self, stamp: i64) -> usize {
-        match self.incomplete.binary_search_by_key(&stamp, |set| set.stamp) {
-            Ok(place) => place,
-            Err(place) => {
-                let row = self.free_row();
-                self.incomplete.insert(place, Incomplete { stamp, row, missing: self.topics });
-                place
+    /// The row of a stamp, a new one if none waits.
+    #[inline]
+    fn row_of(&mut self, stamp: i64) -> usize {
+        let shelf = shelf(stamp);
+        let row = self.recent[shelf];
+        match self.rows.get(row) {
+            Some(there) if there.stamp == stamp && there.missing < self.topics => row,
+            _ => {
+                let row = self.find_or_begin(stamp);
+                self.recent[shelf] = row;
+                row
             }
         }
     }
 
-    fn free_row(&mut self) -> usize {
-        self.free_rows.pop().unwrap_or_else(|| {
-            let row = self.payloads.len() / self.topics;
-            self.payloads.resize_with(self.payloads.len() + self.topics, || None);
-            row
-        })
+    #[inline]
+    fn find_or_begin(&mut self, stamp: i64) -> usize {
+        if self.waiting.back().is_none_or(|newest| newest.stamp < stamp) {
+            let row = self.begin(stamp);
+            self.waiting.push_back(Waiting { stamp, row });
+            return row;
+        }
+        match self.waiting.binary_search_by_key(&stamp, |waiting| waiting.stamp) {
+            Ok(place) => self.waiting[place].row,
+            Err(place) => {
+                let row = self.begin(stamp);
+                self.waiting.insert(place, Waiting { stamp, row });
+                row
+            }
+        }
+    }
+
+    /// A free row for a stamp.
+    #[inline]
+    fn begin(&mut self, stamp: i64) -> usize {
+        let row = self.free_rows.pop().unwrap_or_else(|| self.add_row());
+        self.rows[row].stamp = stamp;
+        row
+    }
+
+    #[cold]
+    fn add_row(&mut self) -> usize {
+        let row = self.rows.len();
+        self.rows.push(Row { stamp: 0, missing: self.topics });
+        self.messages.resize_with(self.messages.len() + self.topics, || None);
+        row
+    }
+
+    #[inline]
+    fn free(&mut self, row: usize) {
+        self.rows[row].missing = self.topics;
+        self.free_rows.push(row);
     }
 
     /// Gives a complete set out, and drops all older ones.
-    fn publish(&mut self, place: usize, listener: &mut impl Listener<T>) {
-        if let Some(Incomplete { stamp, row, .. }) = self.incomplete.remove(place) {
-            let payloads = &mut self.payloads[row * self.topics..][..self.topics];
-            let payloads = payloads.iter_mut().filter_map(Option::take);
-            self.set.extend(payloads.map(|payload| Message { stamp, payload }));
-            self.free_rows.push(row);
-            listener.set(self.set.drain(..));
-        }
-        for _ in 0..place {
-            self.drop_oldest(DropReason::Overtaken, listener);
+    #[inline]
+    fn publish(&mut self, row: usize, listener: &mut impl Listener<T>) {
+        self.free(row);
+        listener.set(Set::of(&mut self.messages[row * self.topics..][..self.topics]));
+        while let Some(oldest) = self.waiting.pop_front()
+            && oldest.row != row
+        {
+            self.drop_row(oldest.row, DropReason::Overtaken, listener);
         }
     }
 
     fn drop_oldest(&mut self, reason: DropReason, listener: &mut impl Listener<T>) {
-        let Some(Incomplete { stamp, row, .. }) = self.incomplete.pop_front() else { return };
-        self.free_rows.push(row);
+        if let Some(oldest) = self.waiting.pop_front() {
+            self.drop_row(oldest.row, reason, listener);
+        }
+    }
+
+    fn drop_row(&mut self, row: usize, reason: DropReason, listener: &mut impl Listener<T>) {
+        self.free(row);
         for topic in 0..self.topics {
-            if let Some(payload) = self.payloads[row * self.topics + topic].take() {
+            if let Some(message) = self.messages[row * self.topics + topic].take() {
                 self.drops.add(topic, reason);
-                listener.dropped(topic, Message { stamp, payload }, reason);
+                listener.dropped(topic, message, reason);
             }
         }
     }
@@ -132,7 +184,6 @@ impl<T> ExactTime<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matching::Set;
 
     /// The stamps of all sets that come of messages `(topic, stamp)`.
     fn sets(matching: &mut ExactTime<()>, messages: &[(usize, i64)]) -> Vec<i64> {

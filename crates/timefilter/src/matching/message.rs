@@ -11,8 +11,44 @@ pub struct Message<T> {
     pub payload: T,
 }
 
-/// One message of each topic, in the order of topics; what is not taken out of it is let go.
-pub type Set<'a, T> = std::vec::Drain<'a, Message<T>>;
+/// One message of each topic, in the order of topics; what is not taken out of it is dropped.
+#[derive(Debug)]
+pub struct Set<'a, T> {
+    places: std::slice::IterMut<'a, Option<Message<T>>>,
+}
+
+impl<'a, T> Set<'a, T> {
+    /// The messages of places that are all taken.
+    #[inline]
+    pub(super) fn of(places: &'a mut [Option<Message<T>>]) -> Set<'a, T> {
+        Set { places: places.iter_mut() }
+    }
+}
+
+impl<T> Iterator for Set<'_, T> {
+    type Item = Message<T>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Message<T>> {
+        self.places.next()?.take()
+    }
+
+    #[inline]
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.places.size_hint()
+    }
+}
+
+impl<T> ExactSizeIterator for Set<'_, T> {}
+
+impl<T> Drop for Set<'_, T> {
+    #[inline]
+    fn drop(&mut self) {
+        for place in &mut self.places {
+            *place = None;
+        }
+    }
+}
 
 /// Receives sets, and messages that do not get into one.
 ///

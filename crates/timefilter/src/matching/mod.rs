@@ -7,6 +7,8 @@
 mod message;
 mod drops;
 mod approximate;
+mod queue;
+mod interval;
 mod age_penalty;
 mod exact;
 
