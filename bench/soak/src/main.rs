@@ -19,6 +19,7 @@ use rustix::time::{ClockId, clock_gettime};
 use teampulse_bag::{BagSink, Growth, Options};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::feature::Feature;
 use teampulse_core::registry::Settings;
 use teampulse_core::session::{Pace, Session};
@@ -73,6 +74,7 @@ fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Er
         features,
         sinks,
         encode,
+        commands: Commands::default(),
     })
 }
 

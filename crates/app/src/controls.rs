@@ -4,10 +4,9 @@ use std::io::IsTerminal;
 
 use teampulse_bag::{Growth, Stage};
 use teampulse_core::clock::Clock;
+use teampulse_core::command::Command;
 use teampulse_sinks::{Scroll, View};
-use teampulse_sources::session::{Key, Keys, PhaseDesk, Turn, marker};
-
-use crate::stop::Stop;
+use teampulse_sources::session::{Key, Keys, PhaseDesk, marker};
 
 /// The question before a key ends a recording.
 const END: &str = "end the recording?  y ends it, any other key goes on";
@@ -32,19 +31,16 @@ impl Controls {
     }
 
     /// Starts reading the keys; `None` where there is no terminal to read from.
-    pub fn open(mut self, stop: Stop) -> Option<Keys> {
-        Keys::open(move |key| self.press(key, || stop.ask()))
+    pub fn open(mut self) -> Option<Keys> {
+        Keys::open(move |key| self.press(key))
     }
 
-    /// Performs the action of a key and returns the marker that it sets.
-    fn press(&mut self, key: Key, end: impl FnOnce()) -> Option<String> {
+    /// Performs the action of a key and returns the command that it sends.
+    fn press(&mut self, key: Key) -> Option<Command> {
         let now = self.clock.now();
         let stood = self.view.take_question(now);
         if std::mem::take(&mut self.asks) && stood {
-            if let Key::Char('y' | 'Y') = key {
-                end();
-            }
-            return None;
+            return matches!(key, Key::Char('y' | 'Y')).then_some(Command::Stop);
         }
         match key {
             Key::Char('q') if self.growth.on_disk().stage == Stage::Open => {
@@ -54,11 +50,11 @@ impl Controls {
                     crate::output::say(END);
                 }
             }
-            Key::Char('q') => end(),
+            Key::Char('q') => return Some(Command::Stop),
             Key::Control('n') if self.phases.next().is_none() => self.view.ask(NO_PHASE, now),
-            Key::Control('n') => self.phases.turn(Turn::Next),
-            Key::Control('r') => self.phases.turn(Turn::Repeat),
-            Key::Control('x') => self.phases.turn(Turn::Abort),
+            Key::Control('n') => return Some(Command::NextPhase),
+            Key::Control('r') => return Some(Command::RepeatPhase),
+            Key::Control('x') => return Some(Command::AbortPhase),
             Key::Control('a') => self.view.see(),
             Key::Up => self.view.scroll(Scroll::Up),
             Key::Down => self.view.scroll(Scroll::Down),
@@ -81,11 +77,15 @@ mod tests {
 
     /// Presses keys; returns the markers that were set, and whether the session was ended.
     fn press(controls: &mut Controls, keys: &str) -> (String, bool) {
-        let mut ended = false;
-        let markers =
-            keys.chars().filter_map(|key| controls.press(Key::Char(key), || ended = true));
-        let markers: Vec<String> = markers.collect();
-        (markers.join(""), ended)
+        let (mut markers, mut ended) = (String::new(), false);
+        for command in keys.chars().filter_map(|key| controls.press(Key::Char(key))) {
+            match command {
+                Command::Mark(label) => markers += &label,
+                Command::Stop => ended = true,
+                other => panic!("{other} of a letter"),
+            }
+        }
+        (markers, ended)
     }
 
     #[test]
@@ -112,6 +112,6 @@ mod tests {
     fn keys_that_are_no_letters_set_no_marker() {
         let mut controls = controls(&Growth::default());
         let keys = [Key::Up, Key::PageDown, Key::Home, Key::Escape, Key::Control('n')];
-        assert!(keys.into_iter().all(|key| controls.press(key, || ()).is_none()));
+        assert!(keys.into_iter().all(|key| controls.press(key).is_none()));
     }
 }

@@ -28,9 +28,7 @@ mod tests {
     use async_trait::async_trait;
     use teampulse_core::clocks::Clocks;
     use teampulse_core::outlet::Outlet;
-    use teampulse_core::session::Pace;
     use teampulse_core::source::{Source, SourceError};
-    use teampulse_core::streams::Streams;
     use teampulse_messages::convert::encode;
 
     use super::*;
@@ -53,16 +51,8 @@ mod tests {
     }
 
     async fn read(is_interrupted: bool) -> Exit {
-        let session = Session {
-            clock: Clock::told(),
-            pace: Pace::Recorded,
-            clocks: Clocks::default(),
-            streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(Recording { is_interrupted }))],
-            features: Vec::new(),
-            sinks: Vec::new(),
-            encode,
-        };
+        let session =
+            Session::of_recording(Recording { is_interrupted }, Clocks::default(), encode);
         read_through(session, Path::new("out")).await
     }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::panics::at;
 use teampulse_core::registry::Component;
 use teampulse_core::session::{NamedFeature, Outcome, Pace, Session};
@@ -25,7 +26,7 @@ use teampulse_sinks::{
 };
 use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
-    Computers, Overflows, PhaseDesk, Phases, RosEvents, SimulatedClock, follow_clock,
+    Computers, Overflows, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock, follow_clock,
 };
 use teampulse_sources::{SOURCES, SourceContext};
 
@@ -36,7 +37,6 @@ use crate::failure::Failure;
 use crate::folder::{Claimed, bag_folder};
 use crate::network::default_domain;
 use crate::notes;
-use crate::stop::Stop;
 use crate::study::{SessionClock, Study, StudyError};
 
 /// How long a session waits for simulated time to start.
@@ -67,6 +67,7 @@ impl Setup {
         // Errors in the environment are not errors in the study.
         default_domain(&buses)?;
         study.check_phases()?;
+        study.check_commands()?;
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
@@ -100,16 +101,17 @@ impl Setup {
         Ok(self.study.build("sources", SOURCES, &context)?)
     }
 
-    /// The sources of an attended session: phases, events from ROS, keys.
-    pub fn attended(&self, stop: &Stop) -> Result<Sources, Failure> {
+    /// The sources of a session that a person attends: phases, events and commands from ROS, keys.
+    pub fn attended(&self) -> Result<Sources, Failure> {
         let mut sources = Sources::new();
         let bus = self.buses.get(self.domain()?)?;
+        sources.push(("commands".into(), Box::new(RosCommands::new(Arc::clone(&bus)))));
         let events = RosEvents::new(bus).heard_at(self.phases.clone());
         sources.push(("events".into(), Box::new(events)));
         let phases = Phases::new(self.study.general.phases.clone(), self.phases.clone());
         sources.push(("phases".into(), Box::new(phases)));
         let controls = Controls::new(self.view.clone(), self.phases.clone(), self.growth.clone());
-        if let Some(keys) = controls.open(stop.clone()) {
+        if let Some(keys) = controls.open() {
             self.view.explain_keys();
             sources.push(("keys".into(), Box::new(keys)));
         }
@@ -230,6 +232,7 @@ impl Setup {
             features: parts.features,
             sinks: parts.sinks,
             encode,
+            commands: Commands::new(self.study.general.commands.clone()),
         }
     }
 }
@@ -273,6 +276,7 @@ fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Fai
 /// Fails where a study could not be run. Joins and creates nothing.
 pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_phases()?;
+    study.check_commands()?;
     team(study)?;
     let (clock, buses) = (Clock::told(), Arc::new(Buses::apart()));
     let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };

@@ -10,6 +10,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use miette::NamedSource;
+use teampulse_core::command::VERBS;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
 use teampulse_core::text::{LONGEST_LABEL, LONGEST_NAME, label, on_one_line};
 use teampulse_features::FEATURES;
@@ -197,6 +198,17 @@ impl Study {
             let path = format!("phases.{}", error.path);
             self.misplaced(error.at(path))
         })
+    }
+
+    /// Fails where a command is allowed that there is not.
+    pub fn check_commands(&self) -> Result<(), StudyError> {
+        let Some((setting, place, word)) = self.general.commands.unknown() else { return Ok(()) };
+        let verbs = VERBS.map(|(verb, _, _)| verb);
+        let near = nearest(word, &verbs).map(|near| format!("did you mean `{near}`?"));
+        let hint = near.unwrap_or_else(|| format!("the commands are {}, or *", verbs.join(", ")));
+        let message = format!("there is no command `{}`", label(word.to_owned(), LONGEST_NAME));
+        let error = SettingsError::new(message).with_hint(hint);
+        Err(self.misplaced(error.at(format!("commands.{setting}.{place}"))))
     }
 
     fn component<T: ?Sized, C>(

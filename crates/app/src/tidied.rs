@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use teampulse_bag::Selection;
 use teampulse_core::clock::Clock;
-use teampulse_core::session::{Pace, Session};
-use teampulse_core::streams::Streams;
+use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::open;
@@ -32,13 +31,13 @@ pub async fn write_tidy_files(folder: &Path) -> Result<Exit, Failure> {
     say(format!("writing the tidy files of {} (summary.md and the tables)", folder.display()));
     let session = Session {
         clock,
-        pace: Pace::Recorded,
-        clocks: clocks_of(&bag, Some(&study)),
-        streams: Streams::default(),
-        sources: vec![("bag".into(), Box::new(source_of(&bag, Selection::Raw)))],
         features: features(&study)?,
         sinks: vec![tidy],
-        encode,
+        ..Session::of_recording(
+            source_of(&bag, Selection::Raw),
+            clocks_of(&bag, Some(&study)),
+            encode,
+        )
     };
     Ok(conclude(Stop::default().run(session, Clock::host(), None).await))
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock::Clock;
+use teampulse_core::command::{Accepted, Command};
 use teampulse_core::data::Data;
 use teampulse_core::fault::lasting;
 use teampulse_core::latched::Latched;
@@ -52,6 +53,10 @@ impl Sink for BagSink {
 
     fn delivery(&self) -> Delivery {
         Delivery::Lossless
+    }
+
+    fn carries_out(&self) -> &'static [&'static str] {
+        &["split"]
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
@@ -236,6 +241,10 @@ impl Recording {
         self.last = record.sample.log_time;
         self.writer.write(record)?;
         self.unwritten -= 1;
+        let accepted = Accepted::of(&record.stream, &record.sample.data);
+        if accepted.is_some_and(|accepted| accepted.command == Command::Split) {
+            self.writer.split(self.last)?;
+        }
         Ok(())
     }
 

@@ -13,6 +13,7 @@ use session::{at, battery, ecg, text, wave};
 use teampulse_bag::{Bag, BagSink, BagSource, BagWriter, Options, Pace, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::qos::Qos;
@@ -131,6 +132,7 @@ async fn run(source: Box<dyn Source>, sink: Box<dyn Sink>) -> Outcome {
         features: Vec::new(),
         sinks: vec![sink],
         encode,
+        commands: Commands::default(),
     };
     session.run(std::future::pending()).await
 }
@@ -229,6 +231,7 @@ async fn a_held_playback_ends_with_its_session() {
         features: Vec::new(),
         sinks: Vec::new(),
         encode,
+        commands: Commands::default(),
     };
     let outcome = session.run(std::future::ready(())).await;
     assert!(outcome.sources.is_empty());

@@ -9,8 +9,10 @@ use std::time::Duration;
 
 use session::{at, record};
 use teampulse_bag::{Bag, BagSink, BagWriter, Broken, ENDED_NOTE, Options, STUDY_NAME, Stage};
+use teampulse_core::command::{Accepted, Command, Sender};
 use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::sink::{Batch, Delivery, Limits, Posted, Sink, SinkError, queue, queue_within};
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{Origin, Shape, Stream, Subject};
@@ -124,6 +126,29 @@ fn how_much_is_on_the_disk_is_what_the_files_hold() {
     let whole_bytes: u64 = bags.map(|file| file.metadata().unwrap().len()).sum();
     let ended = growth.on_disk();
     assert_eq!((ended.stage, ended.synced_bytes), (Stage::Finished, whole_bytes));
+}
+
+#[test]
+fn a_command_begins_the_next_file() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let stream = Arc::new(session_events());
+    let commands = [Command::NextPhase, Command::Split, Command::Mark("b".into())];
+    let records = commands.into_iter().zip(1..).map(|(command, second)| {
+        let event = Accepted { sender: Sender::Keys, command }.event();
+        let log_time = at(1_000_000_000 * second);
+        record(0, &stream, log_time, second as u64, Data::Event(Arc::new(event)))
+    });
+    run(&path, Options::default(), records.collect()).unwrap();
+    let files = std::fs::read_dir(&path).unwrap().map(|each| each.unwrap().path());
+    let bags = files.filter(|file| file.extension().is_some_and(|it| it == "mcap"));
+    assert_eq!(bags.count(), 2);
+    let bag = Bag::open(&path).unwrap();
+    let labels = labels(&bag);
+    for (label, sent) in labels.iter().zip(["keys next_phase", "keys split", "keys mark b"]) {
+        assert!(label.contains(sent), "{label:?}");
+    }
+    assert_eq!(labels.len(), 3);
 }
 
 #[test]

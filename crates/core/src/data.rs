@@ -173,6 +173,8 @@ words! {
         Blink = "blink",
         /// A person steps in and commands a robot.
         Intervention = "intervention",
+        /// Somebody asked something of the session; see [`Accepted`](crate::command::Accepted).
+        Command = "command",
         /// Something went wrong.
         Fault = "fault",
         /// A clock stepped or began anew, or the session ended.

@@ -35,6 +35,8 @@ pub mod latched;
 pub mod alerts;
 pub mod fault;
 pub mod panics;
+pub mod command;
+pub mod commands;
 pub mod reports;
 pub mod session;
 pub mod session_streams;

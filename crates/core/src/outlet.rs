@@ -5,11 +5,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use tokio::sync::Notify;
+use tokio::sync::{Notify, mpsc};
 
 use crate::clock::Clock;
+use crate::command::{Accepted, Command, Sender};
+use crate::commands::{Commands, Refused};
 use crate::computers::ClockReport;
-use crate::data::{Data, Event};
+use crate::data::{Data, Event, EventKind};
+use crate::fault::passing;
 use crate::loss::Loss;
 use crate::publishers::PublishedBy;
 use crate::session_streams::session_events;
@@ -38,6 +41,7 @@ struct Shared {
     closing: Notify,
     ended: AtomicBool,
     budgets: Mutex<Vec<Arc<Budget>>>,
+    commands: Commands,
 }
 
 #[derive(Debug, Default)]
@@ -71,6 +75,11 @@ pub(crate) struct Budget {
 impl Queue {
     /// An empty, open queue.
     pub fn new() -> Queue {
+        Queue::with_commands(Commands::default())
+    }
+
+    /// The same, of a session with these commands.
+    pub(crate) fn with_commands(commands: Commands) -> Queue {
         Queue(Arc::new(Shared {
             state: Mutex::default(),
             filled: Condvar::new(),
@@ -79,6 +88,7 @@ impl Queue {
             ended: AtomicBool::new(false),
             closing: Notify::new(),
             budgets: Mutex::default(),
+            commands,
         }))
     }
 
@@ -286,6 +296,36 @@ impl Outlet {
 
     fn tell(&self, told: &ClockReport) {
         self.hand_over(told.stream(), told.event());
+    }
+
+    /// Asks something of the session or of one of its components. What is accepted is an event of the
+    /// session, and so is what is refused.
+    pub fn command(&self, sender: &Sender, command: Command) -> Result<(), Refused> {
+        let commands = &self.queue.0.commands;
+        if let Err(refused) = commands.check(sender, &command) {
+            let label = format!("the command `{command}` of {sender} was refused: {refused}");
+            if commands.is_news(&label) {
+                self.happen(passing(label));
+            }
+            return Err(refused);
+        }
+        let accepted = Accepted { sender: sender.clone(), command };
+        self.happen(accepted.event());
+        let command = accepted.command;
+        if let Command::Mark(label) = &command {
+            let (kind, label) = (EventKind::Marker, label.clone());
+            self.happen(Event { kind, label, value: f64::NAN, duration_secs: 0.0 });
+        }
+        commands.dispatch(&command);
+        Ok(())
+    }
+
+    /// Carries out the commands that `accepts` says yes to, as long as what is returned is held.
+    pub fn commands(
+        &self,
+        accepts: impl Fn(&Command) -> bool + Send + 'static,
+    ) -> mpsc::Receiver<Command> {
+        self.queue.0.commands.receive(accepts)
     }
 
     fn hand_over(&self, stream: Stream, data: Data) {

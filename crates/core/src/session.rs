@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use crate::clock::{Clock, Stopwatch};
 use crate::clocks::Clocks;
+use crate::commands::{CommandSettings, Commands};
 use crate::data::{Event, EventKind};
 use crate::fault::lasting;
 use crate::outlet::{Outlet, Queue};
@@ -53,6 +54,8 @@ pub struct Session {
     pub sinks: Vec<Box<dyn Sink>>,
     /// How samples become ROS messages.
     pub encode: Encode,
+    /// Who may command it.
+    pub commands: Commands,
 }
 
 /// How time passes in a session.
@@ -84,6 +87,21 @@ pub struct Outcome {
 }
 
 impl Session {
+    /// A session over a recording, which nobody commands: without features and sinks as yet.
+    pub fn of_recording(source: impl Source + 'static, clocks: Clocks, encode: Encode) -> Session {
+        Session {
+            clock: Clock::told(),
+            pace: Pace::Recorded,
+            clocks,
+            streams: Streams::default(),
+            sources: vec![("bag".into(), Box::new(source))],
+            features: Vec::new(),
+            sinks: Vec::new(),
+            encode,
+            commands: Commands::new(CommandSettings { keys: Vec::new(), ros: Vec::new() }),
+        }
+    }
+
     /// Runs until all sources have ended, one of them says that there is no use in going on, or
     /// `stop` resolves.
     pub async fn run(self, stop: impl Future<Output = ()>) -> Outcome {
@@ -97,7 +115,7 @@ impl Session {
         stop: impl Future<Output = ()>,
         hurry: impl Future<Output = ()>,
     ) -> Outcome {
-        let queue = Queue::new();
+        let queue = Queue::with_commands(self.commands.clone());
         let outlet = || queue.outlet(self.clock.clone(), self.streams.clone());
         let mut sources = Sources::default();
         for (name, source) in self.sources {
@@ -105,6 +123,9 @@ impl Session {
         }
         let strays = strays_after(0).len();
         let watch = tokio::spawn(watch(outlet(), self.pace, strays));
+        for sink in &self.sinks {
+            self.commands.carried_out_by_events(sink.carries_out());
+        }
         let started = self.sinks.into_iter();
         let started = started.map(|sink| sinks::start(sink, &self.streams, &outlet(), self.pace));
         let (routes, mut running): (Vec<_>, Vec<_>) = started.unzip();
@@ -116,6 +137,7 @@ impl Session {
         let mut hurry = Once { future: pin!(hurry), is_done: false };
         tokio::select! {
             () = stop => {}
+            () = self.commands.stopped() => {}
             () = sources.all_ended(&mut outcome.sources) => {}
             () = pump.ended() => {}
         }

@@ -24,6 +24,11 @@ pub trait Sink: Send {
         Wants::Everything
     }
 
+    /// The verbs of the [commands](crate::command::Command) that it carries out, when their events come.
+    fn carries_out(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Takes what the inbox gives until it is closed, then finishes its work.
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError>;
 }

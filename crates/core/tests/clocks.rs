@@ -9,6 +9,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::{ClockSettings, Clocks, Hindsight};
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::qos::Qos;
@@ -140,6 +141,7 @@ async fn keep_with(clocks: Clocks, source: impl Source + 'static, pause_ms: u64)
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
         encode,
+        commands: Commands::default(),
     };
     session.run(std::future::pending()).await;
     let mut kept = kept.lock().expect("nobody panicked");

@@ -9,6 +9,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::qos::Qos;
@@ -93,6 +94,7 @@ async fn keep(clocks: Clocks, source: impl Source + 'static) -> Vec<Record> {
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
         encode,
+        commands: Commands::default(),
     };
     session.run(std::future::pending()).await;
     let mut kept = kept.lock().expect("nobody panicked");

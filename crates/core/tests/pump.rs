@@ -9,6 +9,7 @@ use async_trait::async_trait;
 use bytes::Bytes;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::outlet::Outlet;
@@ -136,6 +137,7 @@ async fn keep(
         features: vec![("counting", Arc::new(Counting))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
         encode,
+        commands: Commands::default(),
     };
     let outcome = session.run(std::future::pending()).await;
     let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
@@ -251,6 +253,7 @@ async fn a_recording_that_is_played_slowly_is_delivered_as_it_comes() {
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept, pause: Duration::ZERO })],
         encode,
+        commands: Commands::default(),
     };
     let ended = tokio::time::timeout(Duration::from_secs(30), session.run(std::future::pending()));
     assert!(ended.await.is_ok(), "readings are held back");
@@ -315,6 +318,7 @@ async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() 
         features: vec![("slow", Arc::new(Slow))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
         encode,
+        commands: Commands::default(),
     };
     let outcome = session.run(std::future::ready(())).await;
     let kept = kept.lock().expect("nobody panicked");
@@ -388,6 +392,7 @@ async fn what_comes_of_a_long_silence_is_handed_over_in_portions() {
         features: Vec::new(),
         sinks: vec![Box::new(Largest(Arc::clone(&noted)))],
         encode,
+        commands: Commands::default(),
     };
     session.run(std::future::pending()).await;
     let (largest, all) = *noted.lock().expect("nobody panicked");

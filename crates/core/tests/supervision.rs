@@ -11,6 +11,7 @@ use bytes::Bytes;
 use proptest::prelude::*;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::fault::{FAULTS, is_lasting};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
@@ -181,6 +182,7 @@ async fn keep(parts: Parts, is_over: fn(&[Record]) -> bool) -> (Vec<Record>, Out
             .collect(),
         sinks,
         encode: parts.encode.unwrap_or(encode),
+        commands: Commands::default(),
     };
     let seen = Arc::clone(&kept);
     let over = async move {
@@ -277,6 +279,7 @@ async fn a_replay_panics_where_its_run_did() {
         features: vec![("doubling", Arc::new(Doubling(At::Pushing(MIDWAY))))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
         encode,
+        commands: Commands::default(),
     };
     let outcome = session.run(std::future::pending()).await;
     let replay = std::mem::take(&mut *kept.lock().unwrap());
@@ -443,6 +446,7 @@ async fn in_a_hurry_a_sink_that_does_not_end_is_left_behind_and_named() {
         features: Vec::new(),
         sinks,
         encode,
+        commands: Commands::default(),
     };
     let outcome = session.run_until(std::future::pending(), std::future::ready(())).await;
     let [("stubborn", SinkError::Lost { message, hint })] = &outcome.sinks[..] else { panic!() };
@@ -477,6 +481,7 @@ async fn a_source_that_does_not_end_is_left_behind_and_named() {
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
         encode,
+        commands: Commands::default(),
     };
     let outcome = session.run_until(std::future::ready(()), std::future::ready(())).await;
     assert_eq!(outcome.undone, ["deaf: it did not stop"]);

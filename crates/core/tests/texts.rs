@@ -9,6 +9,7 @@ use async_trait::async_trait;
 use proptest::prelude::*;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::outlet::Outlet;
@@ -109,6 +110,7 @@ async fn records(source: Box<dyn Source>) -> Vec<Record> {
         features: vec![("read_out", Arc::new(ReadOut::default()))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
         encode,
+        commands: Commands::default(),
     };
     session.run(std::future::pending()).await;
     std::mem::take(&mut *kept.lock().expect("nobody panicked"))

@@ -8,6 +8,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::Settings;
@@ -106,6 +107,7 @@ async fn seen(source: Overlapping) -> (i64, String) {
         features: built.collect(),
         sinks: vec![Box::new(seen.clone())],
         encode,
+        commands: Commands::default(),
     };
     session.run(std::future::pending()).await;
     let seen = seen.0.lock().unwrap();

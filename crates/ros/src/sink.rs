@@ -111,7 +111,7 @@ struct Publishers<'a> {
     stamps: Option<&'a clock::Clock>,
     clock: Option<Box<dyn Publisher>>,
     /// `None` for what is not published.
-    publishers: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
+    by_stream: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
     /// How many streams were looked at.
     seen: usize,
     privacy: PrivacyFilter,
@@ -129,7 +129,7 @@ impl<'a> Publishers<'a> {
             publish: &sink.publish,
             stamps: sink.stamps.as_ref(),
             clock: sink.clock.then(clock).transpose()?,
-            publishers: BTreeMap::new(),
+            by_stream: BTreeMap::new(),
             seen: 0,
             privacy: PrivacyFilter::new(sink.publish.clone()),
             refused: BTreeMap::new(),
@@ -142,8 +142,8 @@ impl<'a> Publishers<'a> {
         self.privacy.learn(streams);
         for (id, stream) in streams.after(self.seen) {
             self.seen += 1;
-            if is_known(&stream.shape) && !self.publishers.contains_key(&id) {
-                self.publishers.insert(id, open(self.bus, self.publish, &stream)?);
+            if is_known(&stream.shape) && !self.by_stream.contains_key(&id) {
+                self.by_stream.insert(id, open(self.bus, self.publish, &stream)?);
             }
         }
         Ok(())
@@ -180,7 +180,7 @@ impl<'a> Publishers<'a> {
 
     /// The publisher of a record, opened if it is its stream's first; `None` if it has none.
     fn publisher(&mut self, record: &Record) -> Result<Option<&dyn Publisher>, BusError> {
-        let publisher = match self.publishers.entry(record.sample.stream) {
+        let publisher = match self.by_stream.entry(record.sample.stream) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => new.insert(open(self.bus, self.publish, &record.stream)?),
         };

@@ -14,6 +14,7 @@ use bytes::Bytes;
 use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::qos::Qos;
 use teampulse_core::registry::{Component, Settings};
@@ -162,6 +163,7 @@ async fn most_of(messages: Vec<Sent>) -> i64 {
         features: features.collect(),
         sinks,
         encode,
+        commands: Commands::default(),
     };
     let before = memory::begin();
     let work = async {

@@ -5,14 +5,18 @@ mod keeper;
 use std::sync::Arc;
 use std::time::Duration;
 
+use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::command::{Command, Sender};
+use teampulse_core::commands::{CommandSettings, Commands, Refused};
 use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::outlet::Outlet;
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::session_streams::END;
-use teampulse_core::source::Source;
+use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::StreamId;
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
@@ -21,7 +25,7 @@ use teampulse_messages::convert::encode;
 use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Bus, Publisher};
 use teampulse_ros::memory::MemoryBus;
-use teampulse_sources::session::{Phase, PhaseDesk, Phases, RosEvents, follow_clock};
+use teampulse_sources::session::{Phase, PhaseDesk, Phases, RosCommands, RosEvents, follow_clock};
 
 use keeper::Keeper;
 
@@ -31,16 +35,27 @@ async fn events(
     clock: Clock,
     meanwhile: impl Future<Output = ()>,
 ) -> Vec<Event> {
+    events_of(vec![Box::new(source)], Commands::default(), clock, meanwhile).await
+}
+
+/// The same with these sources and commands.
+async fn events_of(
+    sources: Vec<Box<dyn Source>>,
+    commands: Commands,
+    clock: Clock,
+    meanwhile: impl Future<Output = ()>,
+) -> Vec<Event> {
     let kept = Arc::default();
     let session = Session {
         clock,
         pace: Pace::Live,
         clocks: Clocks::default(),
         streams: Streams::default(),
-        sources: vec![("test".to_owned(), Box::new(source))],
+        sources: sources.into_iter().map(|source| ("test".to_owned(), source)).collect(),
         features: Vec::new(),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
         encode,
+        commands,
     };
     session.run(meanwhile).await;
     let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
@@ -112,6 +127,105 @@ async fn the_end_of_another_session_ends_nothing_here() {
         (EventKind::Clock, END),
     ];
     assert_eq!(labels, expected);
+}
+
+/// A `std_msgs/String`.
+fn text(words: &str) -> Vec<u8> {
+    let length = words.len() as u32 + 1;
+    [&[0, 1, 0, 0], &length.to_le_bytes()[..], words.as_bytes(), &[0]].concat()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_node_may_command_what_the_study_allows_and_nothing_else() {
+    let monitor = MemoryBus::new("/teampulse");
+    let panel = monitor.join("/panel");
+    let by_hand = |name: &str| Phase {
+        name: name.to_owned(),
+        from_secs: None,
+        to_secs: None,
+        lasts_secs: None,
+    };
+    let phases = Phases::new(vec![by_hand("baseline"), by_hand("task")], PhaseDesk::default());
+    let commands = RosCommands::new(monitor);
+    let sources: Vec<Box<dyn Source>> = vec![Box::new(phases), Box::new(commands)];
+    let allowed = ["next_phase", "mark", "split", "stop"].map(str::to_owned).to_vec();
+    let settings = CommandSettings { ros: allowed, ..CommandSettings::default() };
+    let sent = async {
+        let commands = publisher(&panel, "/session/commands", "std_msgs/msg/String");
+        subscribed(&*commands).await;
+        for words in ["mark tea", "abort_phase", "abort_phase", "split", "halt", "next_phase"] {
+            commands.publish(&text(words)).expect("published");
+        }
+        commands.publish(&text("stop")).expect("published");
+        // The command itself ends the session.
+        std::future::pending::<()>().await;
+    };
+    let events = events_of(sources, Commands::new(settings), Clock::host(), sent).await;
+    let labels = |kind| {
+        let of_kind = events.iter().filter(move |event| event.kind == kind);
+        of_kind.map(|event| event.label.as_str()).collect::<Vec<_>>()
+    };
+    let sent = ["ros:/panel mark tea", "ros:/panel next_phase", "ros:/panel stop"];
+    assert_eq!(labels(EventKind::Command), sent);
+    assert_eq!(labels(EventKind::Marker), ["tea"]);
+    let faults = labels(EventKind::Fault);
+    assert_eq!(faults.len(), 3, "each is reported once: {faults:?}");
+    for (place, what) in [
+        (0, "`abort_phase` of ros:/panel was refused: not allowed"),
+        (1, "`split`"),
+        (2, "no `halt`"),
+    ] {
+        assert!(faults[place].contains(what), "{faults:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_next_phase_begins_by_command() {
+    struct Asks;
+
+    #[async_trait]
+    impl Source for Asks {
+        async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+            // The phases carry it out as soon as they run.
+            while outlet.command(&Sender::Keys, Command::NextPhase) == Err(Refused::NoReceiver) {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+            Ok(())
+        }
+    }
+    let phase =
+        Phase { name: "task".into(), from_secs: None, to_secs: None, lasts_secs: Some(9.0) };
+    let desk = PhaseDesk::default();
+    let phases = Phases::new(vec![phase], desk.clone());
+    let begun = async {
+        while desk.next().is_none() {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        while desk.next().is_some() {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    };
+    let sources: Vec<Box<dyn Source>> = vec![Box::new(Asks), Box::new(phases)];
+    let events = events_of(sources, Commands::default(), Clock::host(), begun).await;
+    let begins = |event: &&Event| event.kind == EventKind::Phase && event.label == "task";
+    assert_eq!(events.iter().filter(begins).map(|event| event.duration_secs).sum::<f64>(), 9.0);
+    assert!(events.iter().any(|event| event.label == "keys next_phase"), "{events:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_event_of_somebody_else_commands_nothing() {
+    let monitor = MemoryBus::new("/teampulse");
+    let player = monitor.join("/teampulse_player");
+    let events = events(RosEvents::new(monitor), Clock::host(), async move {
+        let played = publisher(&player, "/session/events", "teampulse_msgs/msg/Event");
+        subscribed(&*played).await;
+        played.publish(&encode(&happened(EventKind::Command, "keys stop"))).expect("published");
+        played.publish(&encode(&phase("task"))).expect("published");
+    })
+    .await;
+    assert!(events.iter().all(|event| event.kind != EventKind::Command), "{events:?}");
+    let refused = "/session/events: failed to take `keys stop` as a command";
+    assert!(events.iter().any(|event| event.label.starts_with(refused)), "{events:?}");
 }
 
 /// As by somebody who misspelt the kind of an event.

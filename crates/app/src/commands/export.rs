@@ -5,12 +5,10 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use teampulse_bag::{Bag, Selection};
-use teampulse_core::clock::Clock;
 use teampulse_core::pattern::Pattern;
-use teampulse_core::session::{Pace, Session};
+use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
 use teampulse_core::stream::{Origin, Shape, Stream};
-use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_messages::{fields, readout};
 use teampulse_sinks::{Aligned, Csv};
@@ -97,14 +95,12 @@ impl Export {
         let source = source_of(&bag, Selection::RawAndDerived);
         let unread = source.unread();
         let session = Session {
-            clock: Clock::told(),
-            pace: Pace::Recorded,
-            clocks: clocks_of(&bag, study_of(&bag).ok().flatten().as_ref()),
-            streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(source))],
-            features: Vec::new(),
             sinks: vec![sink],
-            encode,
+            ..Session::of_recording(
+                source,
+                clocks_of(&bag, study_of(&bag).ok().flatten().as_ref()),
+                encode,
+            )
         };
         let exit = read_through(session, &written).await;
         let exit = after_reading(&bag, &unread, exit);

@@ -11,6 +11,7 @@ use clap::Args;
 use teampulse_bag::{BagSink, Options, Place};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
@@ -122,6 +123,7 @@ impl Import {
             features: features(&study)?,
             sinks,
             encode,
+            commands: Commands::default(),
         };
         let exit = read_through(session, &folder).await;
         output::lines(report.lines());

@@ -8,8 +8,7 @@ use clap::Args;
 use teampulse_bag::{BagSource, Pace as Playing, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
-use teampulse_core::session::{Pace, Session};
-use teampulse_core::streams::Streams;
+use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::session::pause_by_key;
@@ -83,14 +82,8 @@ impl Play {
         let _keys = pause_by_key(pause, move || quit.ask());
         say(format!("playing {} on ROS domain {domain}; Ctrl-C ends it", self.bag.display()));
         let session = Session {
-            clock: Clock::told(),
-            pace: Pace::Recorded,
-            clocks: Clocks::as_stamped(),
-            streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(source))],
-            features: Vec::new(),
             sinks: vec![Box::new(sink)],
-            encode,
+            ..Session::of_recording(source, Clocks::as_stamped(), encode)
         };
         let exit = conclude(stop.run(session, Clock::host(), None).await);
         Ok(after_reading(&bag, &unread, exit))

@@ -8,9 +8,8 @@ use clap::Args;
 use teampulse_bag::{Bag, BagSink, BagSource, DAMAGE_NOTE, Options, Place, STUDY_NAME, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
-use teampulse_core::session::{Pace, Session};
+use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
-use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_sinks::{Again, ContinuingBag};
 use teampulse_sources::robots::{Choice, Robots};
@@ -84,13 +83,9 @@ pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result
     let unread = source.unread();
     let session = Session {
         clock,
-        pace: Pace::Recorded,
-        clocks: clocks_of(&bag, Some(study)),
-        streams: Streams::default(),
-        sources: vec![("bag".into(), Box::new(source))],
         features: features(study)?,
         sinks,
-        encode,
+        ..Session::of_recording(source, clocks_of(&bag, Some(study)), encode)
     };
     let exit = read_through(session, &out).await;
     Ok(after_reading(&bag, &unread, exit))

@@ -5,10 +5,8 @@ use std::sync::Arc;
 
 use clap::Args;
 use teampulse_bag::{BagSink, BagSource, Options, Place, Selection};
-use teampulse_core::clock::Clock;
 use teampulse_core::clocks::{Clocks, Hindsight};
-use teampulse_core::session::{Pace, Session};
-use teampulse_core::streams::Streams;
+use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
@@ -61,16 +59,8 @@ impl Retime {
         let sink = BagSink { folder: folder.clone(), study: text, options };
 
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
-        let first = Session {
-            clock: Clock::told(),
-            pace: Pace::Recorded,
-            clocks: Clocks::collecting(settings.clone(), &hindsight),
-            streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(source))],
-            features: Vec::new(),
-            sinks: Vec::new(),
-            encode,
-        };
+        let first =
+            Session::of_recording(source, Clocks::collecting(settings.clone(), &hindsight), encode);
         let collected = read_through(first, &folder).await;
         if collected != Exit::Fine {
             return Ok(collected);
@@ -84,14 +74,9 @@ impl Retime {
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
         let unread = source.unread();
         let second = Session {
-            clock: Clock::told(),
-            pace: Pace::Recorded,
-            clocks: Clocks::with_hindsight(settings, hindsight),
-            streams: Streams::default(),
-            sources: vec![("bag".into(), Box::new(source))],
             features: features(&study)?,
             sinks: vec![Box::new(sink)],
-            encode,
+            ..Session::of_recording(source, Clocks::with_hindsight(settings, hindsight), encode)
         };
         let exit = read_through(second, &folder).await;
         let exit = after_reading(&bag, &unread, exit);

@@ -70,7 +70,7 @@ pub async fn watch(
     for note in setup.notes() {
         say(format!("note: {note}"));
     }
-    parts.sources.extend(setup.attended(&stop)?);
+    parts.sources.extend(setup.attended()?);
     parts.sources.extend(beside);
     parts.sinks.push(setup.terminal());
     parts.sinks.push(setup.publisher()?);

@@ -7,6 +7,7 @@ use clap::Args;
 use rustix::process::Signal;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::registry::Component;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
@@ -170,6 +171,7 @@ impl Simulate {
             features: Vec::new(),
             sinks,
             encode,
+            commands: Commands::default(),
         };
         Ok(conclude(Stop::default().run(session, clock, self.duration).await))
     }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clocks::ClockSettings;
+use teampulse_core::commands::CommandSettings;
 use teampulse_sources::session::Phase;
 
 /// The settings that all studies share; sources and sinks have tables of their own.
@@ -20,6 +21,8 @@ pub struct General {
     pub clocks: BTreeMap<String, ClockSettings>,
     /// The phases of the study, at set times or begun by hand; `baseline` is the reference.
     pub phases: Vec<Phase>,
+    /// Who may command the session while it runs; without it the keys of the terminal alone.
+    pub commands: CommandSettings,
     /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
     /// Nothing about a person is published unless it is named here.
     pub publish: Vec<teampulse_core::pattern::Pattern>,

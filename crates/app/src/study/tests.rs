@@ -15,6 +15,7 @@ use super::*;
 fn read(text: &str) -> Result<usize, StudyError> {
     let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
     study.check_phases()?;
+    study.check_commands()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
     let context = SourceContext { clock: Clock::told(), buses, claims: Claims::default() };
@@ -240,4 +241,18 @@ fn a_table_of_sources_that_is_misspelt_is_found() {
         let said = shown(&format!("{wrong}\ntype = \"robots\"\n"));
         assert!(said.contains(&format!("did you mean `{meant}`?")), "{said}");
     }
+}
+
+#[test]
+fn a_command_that_there_is_not_is_shown_at_its_place() {
+    insta::assert_snapshot!(shown("[commands]\nros = [\"mark\", \"nextphase\"]\n"), @r#"
+     × there is no command `nextphase`
+      ╭─[study.toml:2:16]
+    1 │ [commands]
+    2 │ ros = ["mark", "nextphase"]
+      ·                ───────────
+      ╰────
+     help: did you mean `next_phase`?
+    "#);
+    assert!(read("[commands]\nkeys = []\nros = [\"*\"]\n").is_ok());
 }

@@ -265,7 +265,7 @@ impl BagWriter {
     }
 
     /// Ends the current file and begins the next, with the descriptions of all streams.
-    fn split(&mut self, now: Time) -> Result<(), BagError> {
+    pub fn split(&mut self, now: Time) -> Result<(), BagError> {
         let number = self.finished.len() + 1;
         let path = self.folder.join(format!("{}_{number}.mcap", self.name));
         let (part, disk) = begin(&path, &self.spare, &self.options)?;

@@ -49,7 +49,7 @@ impl Pump {
         let Some(track) = self.track(reading.stream) else { return };
         match ClockReport::read(&track.stream, &reading.data) {
             Some(ClockReport::StampedBy { stream, computer }) => {
-                self.clocks.stamped_by(stream, computer)
+                self.clocks.stamped_by(stream, computer);
             }
             Some(ClockReport::Probed { computer, offset_secs, round_trip_secs }) => {
                 let probe = ClockReport::probe(offset_secs, round_trip_secs, log_time);

@@ -6,6 +6,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind, Wave};
 use teampulse_core::feature::Feature;
 use teampulse_core::outlet::Outlet;
@@ -92,6 +93,7 @@ pub fn heard(source: Box<dyn Source>, is_wanted: fn(&str) -> bool) -> Vec<Record
         features: features(is_wanted),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
         encode,
+        commands: Commands::default(),
     };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build();
     let outcome = runtime.expect("a runtime").block_on(session.run(std::future::pending()));

@@ -49,6 +49,10 @@ impl Sink for ContinuingBag {
         self.bag.delivery()
     }
 
+    fn carries_out(&self) -> &'static [&'static str] {
+        self.bag.carries_out()
+    }
+
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let ContinuingBag { bag, ended, again } = *self;
         let first =

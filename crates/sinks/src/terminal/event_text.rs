@@ -1,5 +1,6 @@
 //! Events as text for the terminal.
 
+use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::session_streams::{CLOCKS, END};
@@ -12,7 +13,10 @@ pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
     let is_counted = stream.name.starts_with("/teampulse/lost") || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
-    if is_note || is_counted || is_input || is_of_task(stream, event.kind) {
+    // The marker itself stands beside the command that set it.
+    let is_marked =
+        matches!(Accepted::read(event), Some(Accepted { command: Command::Mark(_), .. }));
+    if is_note || is_counted || is_input || is_marked || is_of_task(stream, event.kind) {
         return None;
     }
     let sentence = shown(&sentence(stream, event));
@@ -30,6 +34,9 @@ fn is_of_task(stream: &Stream, kind: EventKind) -> bool {
 
 fn sentence(stream: &Stream, event: &Event) -> String {
     let Event { kind, label, value, .. } = event;
+    if let Some(Accepted { sender, command }) = Accepted::read(event) {
+        return format!("command of {sender}: {command}");
+    }
     match kind {
         EventKind::Fault if is_silence(stream, *value) => format!("fault: {label} for {value} s"),
         EventKind::Fault => format!("fault: {label}"),

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use teampulse_core::alerts::{ALERTS, Alert, Stage};
+use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::name_of;
@@ -212,7 +213,9 @@ fn is_told(stream: &Stream, event: &Event) -> bool {
     let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);
     // A phase without a name only ends the one before, whose length shows that.
     let is_end = event.kind == EventKind::Phase && name_of(&event.label).is_none();
-    event.kind != EventKind::Beat && is_own && is_news && !is_end
+    // A marker that was set by command has a row of its own.
+    let is_mark = matches!(Accepted::read(event), Some(Accepted { command: Command::Mark(_), .. }));
+    event.kind != EventKind::Beat && is_own && is_news && !is_end && !is_mark
 }
 
 /// Whether an alert says of a robot what the robot's own events say: that it is offline, that a sensor is

@@ -126,6 +126,9 @@ fn meaning(kind: EventKind) -> &'static str {
         EventKind::Intervention => {
             "a person stepped in and commanded a robot; value: how many commands it took"
         }
+        EventKind::Command => {
+            "somebody asked something of the session; the label is who, and the command"
+        }
         EventKind::Fault => "something went wrong; the label says what",
         EventKind::Clock => "a clock stepped or began anew [s], or the session ended",
     }

@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use teampulse_core::command::Command;
+
 use super::phases::{Phase, in_order};
 
 /// The most phases of others that wait to be taken; no person begins more.
@@ -10,7 +12,7 @@ const MOST_HEARD: usize = 100;
 
 /// How the phases of a study go on, other than planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub(super) enum Turn {
     /// The next phase begins now; those after it move with it.
     Next,
     /// The phase that it is, or was last, begins anew.
@@ -19,24 +21,30 @@ pub enum Turn {
     Abort,
 }
 
-/// Where whoever leads the session turns its phases. Clones are one.
+impl Turn {
+    /// The turn that a command asks for, if it asks for one.
+    pub fn of(command: &Command) -> Option<Turn> {
+        match command {
+            Command::NextPhase => Some(Turn::Next),
+            Command::RepeatPhase => Some(Turn::Repeat),
+            Command::AbortPhase => Some(Turn::Abort),
+            _ => None,
+        }
+    }
+}
+
+/// Which phase comes next, and which phases others began. Clones are one.
 #[derive(Clone, Debug, Default)]
 pub struct PhaseDesk(Arc<Mutex<Asked>>);
 
 #[derive(Debug, Default)]
 struct Asked {
-    turns: VecDeque<Turn>,
     /// The names of phases that others began.
     heard: VecDeque<String>,
     next: Option<String>,
 }
 
 impl PhaseDesk {
-    /// Asks for a turn.
-    pub fn turn(&self, turn: Turn) {
-        self.lock().turns.push_back(turn);
-    }
-
     /// The phase that comes next, as it is shown; `None` after the last.
     pub fn next(&self) -> Option<String> {
         self.lock().next.clone()
@@ -52,10 +60,6 @@ impl PhaseDesk {
 
     pub(super) fn take_heard(&self) -> Option<String> {
         self.lock().heard.pop_front()
-    }
-
-    pub(super) fn take_turn(&self) -> Option<Turn> {
-        self.lock().turns.pop_front()
     }
 
     pub(super) fn show_next(&self, next: Option<String>) {

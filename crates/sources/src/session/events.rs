@@ -14,6 +14,7 @@ use teampulse_messages::convert::{self, DecodeError};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
 use tokio::sync::broadcast::error::RecvError;
 
+use super::commands::COMMANDS;
 use super::{PhaseDesk, happen};
 
 /// The topic on which any node may publish an event.
@@ -31,7 +32,8 @@ const DEPTH: u32 = 1000;
 /// whose text is the label of a marker.
 ///
 /// Events of the kind `clock` are not taken: they are a session's own words about its clock and its end,
-/// and those of another session, or of a recording that is played, are not true of this one.
+/// and those of another session, or of a recording that is played, are not true of this one. Nor are those of
+/// the kind `command`.
 pub struct RosEvents {
     bus: Arc<dyn Bus>,
     /// Where it is known which phase comes next.
@@ -57,12 +59,12 @@ impl RosEvents {
         type_name: &str,
         read: Read,
     ) -> Result<Subscription, BusError> {
-        let (outlet, told) = (outlet.clone(), Mutex::new(BTreeSet::new()));
+        let (outlet, refusals) = (outlet.clone(), Refusals::new(TOPIC, "the event is left out"));
         let desk = self.desk.clone();
         let deliver = Arc::new(move |arrival: Arrival| {
             let (stamp, event) = match read(&arrival.bytes) {
                 Ok(read) => read,
-                Err(reason) => return refuse(&outlet, &told, &reason),
+                Err(reason) => return refusals.report(&outlet, &reason),
             };
             if event.kind == EventKind::Phase {
                 desk.hear(&event.label);
@@ -104,14 +106,27 @@ impl Source for RosEvents {
     }
 }
 
-/// Reports why an event can't be read, each reason once: as a fault of the session, so that it is on the
-/// screen and in the bag.
-fn refuse(outlet: &Outlet, told: &Mutex<BTreeSet<String>>, reason: &str) {
-    let reason: String = reason.chars().take(LONGEST_REASON).collect();
-    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-    if told.len() < MOST_REASONS && told.insert(reason.clone()) {
-        let label = format!("{TOPIC}: failed to {reason}; the event is left out");
-        happen(outlet, EventKind::Fault, &label, 0.0);
+/// Reports why messages on a topic can't be read, each reason once: as a fault of the session, so that it is
+/// on the screen and in the bag.
+pub(super) struct Refusals {
+    topic: &'static str,
+    consequence: &'static str,
+    known: Mutex<BTreeSet<String>>,
+}
+
+impl Refusals {
+    pub(super) fn new(topic: &'static str, consequence: &'static str) -> Refusals {
+        Refusals { topic, consequence, known: Mutex::default() }
+    }
+
+    /// Reports a reason that fits after "failed to".
+    pub(super) fn report(&self, outlet: &Outlet, reason: &str) {
+        let reason: String = reason.chars().take(LONGEST_REASON).collect();
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() < MOST_REASONS && known.insert(reason.clone()) {
+            let label = format!("{}: failed to {reason}; {}", self.topic, self.consequence);
+            happen(outlet, EventKind::Fault, &label, 0.0);
+        }
     }
 }
 
@@ -125,6 +140,9 @@ fn event(cdr: &[u8]) -> Result<(Option<Time>, Event), String> {
     };
     if event.kind == EventKind::Clock {
         return Err(format!("take `{}` of another session's clock", event.label));
+    }
+    if event.kind == EventKind::Command {
+        return Err(format!("take `{}` as a command: those are sent to {COMMANDS}", event.label));
     }
     let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
     Ok((stamp, Event::clone(&event)))

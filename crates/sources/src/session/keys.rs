@@ -1,21 +1,20 @@
-//! Markers set from the keyboard of the terminal.
+//! Commands from the keyboard of the terminal.
 
 use std::io::Read;
 
 use async_trait::async_trait;
 use rustix::termios::{self, LocalModes, OptionalActions, SpecialCodeIndex, Termios};
-use teampulse_core::data::EventKind;
+use teampulse_core::command::{Command, Sender};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Source, SourceError};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
 
-use super::happen;
 use super::keyboard::{Decoder, Key};
 
-/// Keys of the terminal, each of which may set a marker.
+/// Keys of the terminal, each of which may send a command.
 pub struct Keys {
-    markers: mpsc::Receiver<String>,
+    commands: mpsc::Receiver<Command>,
     /// The terminal as it is while keys are read.
     raw: Termios,
     /// Puts the terminal back as it was.
@@ -24,8 +23,8 @@ pub struct Keys {
 
 impl Keys {
     /// Begins to read the keyboard, key by key; `None` when standard input is no terminal, or that of
-    /// somebody else at the moment. `pressed` is asked for each key which marker it sets.
-    pub fn open(pressed: impl FnMut(Key) -> Option<String> + Send + 'static) -> Option<Keys> {
+    /// somebody else at the moment. `pressed` returns the command of each key.
+    pub fn open(pressed: impl FnMut(Key) -> Option<Command> + Send + 'static) -> Option<Keys> {
         let stdin = std::io::stdin();
         let was = termios::tcgetattr(&stdin).ok()?;
         if !is_ours() {
@@ -36,9 +35,9 @@ impl Keys {
         // Ctrl-Z is beside Ctrl-X, and would stop a recording.
         raw.special_codes[SpecialCodeIndex::VSUSP] = 0;
         termios::tcsetattr(&stdin, OptionalActions::Now, &raw).ok()?;
-        let (sender, markers) = mpsc::channel(16);
+        let (sender, commands) = mpsc::channel(16);
         std::thread::spawn(move || read(std::io::stdin().lock(), &sender, pressed));
-        Some(Keys { markers, raw, _restore: Restore(was) })
+        Some(Keys { commands, raw, _restore: Restore(was) })
     }
 }
 
@@ -50,10 +49,10 @@ fn is_ours() -> bool {
 }
 
 /// The marker that a key sets by itself: a letter or a digit its own, the space bar one named `mark`.
-pub fn marker(key: Key) -> Option<String> {
+pub fn marker(key: Key) -> Option<Command> {
     match key {
-        Key::Char(' ') => Some("mark".to_owned()),
-        Key::Char(key) if key.is_ascii_alphanumeric() => Some(key.to_string()),
+        Key::Char(' ') => Some(Command::Mark("mark".to_owned())),
+        Key::Char(key) if key.is_ascii_alphanumeric() => Some(Command::Mark(key.to_string())),
         _ => None,
     }
 }
@@ -61,8 +60,8 @@ pub fn marker(key: Key) -> Option<String> {
 /// Reads keys until nobody wants them; blocked in a read, it ends with the process.
 fn read(
     mut from: impl Read,
-    sender: &mpsc::Sender<String>,
-    mut pressed: impl FnMut(Key) -> Option<String>,
+    sender: &mpsc::Sender<Command>,
+    mut pressed: impl FnMut(Key) -> Option<Command>,
 ) {
     let (mut decoder, mut bytes) = (Decoder::default(), [0; 256]);
     loop {
@@ -75,8 +74,8 @@ fn read(
         let mut keys: Vec<Key> = Vec::new();
         keys.extend(bytes[..count].iter().filter_map(|byte| decoder.take(*byte)));
         keys.extend(decoder.pause());
-        for marker in keys.into_iter().filter_map(&mut pressed) {
-            if sender.blocking_send(marker).is_err() {
+        for command in keys.into_iter().filter_map(&mut pressed) {
+            if sender.blocking_send(command).is_err() {
                 return;
             }
         }
@@ -96,8 +95,9 @@ impl Source for Keys {
                         termios::tcsetattr(std::io::stdin(), OptionalActions::Now, &self.raw).ok();
                     }
                 }
-                marker = self.markers.recv() => match marker {
-                    Some(marker) => happen(outlet, EventKind::Marker, &marker, 0.0),
+                command = self.commands.recv() => match command {
+                    // What is refused is an event, too.
+                    Some(command) => drop(outlet.command(&Sender::Keys, command)),
                     None => outlet.closed().await,
                 },
                 () = outlet.closed() => return Ok(()),
@@ -158,7 +158,7 @@ mod tests {
         let typed: &[u8] = b"a\x1b[A\x1b[6~9 \t\r-\x1bOB\x0eZ\xc3\xa9";
         read(typed, &sender, marker);
         drop(sender);
-        let set: Vec<String> = std::iter::from_fn(|| markers.blocking_recv()).collect();
-        assert_eq!(set, ["a", "9", "mark", "Z"]);
+        let set: Vec<Command> = std::iter::from_fn(|| markers.blocking_recv()).collect();
+        assert_eq!(set, ["a", "9", "mark", "Z"].map(|label| Command::Mark(label.to_owned())));
     }
 }

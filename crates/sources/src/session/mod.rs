@@ -3,6 +3,7 @@
 mod clock;
 mod computers;
 mod events;
+mod commands;
 mod keyboard;
 mod keys;
 mod overflows;
@@ -10,8 +11,9 @@ mod phases;
 mod course;
 
 pub use clock::{SimulatedClock, follow_clock};
+pub use commands::RosCommands;
 pub use computers::Computers;
-pub use course::{PhaseDesk, Turn};
+pub use course::PhaseDesk;
 pub use events::RosEvents;
 pub use keyboard::Key;
 pub use keys::{Keys, PauseKeys, marker, pause_by_key};

@@ -10,7 +10,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Source, SourceError};
 
-use super::course::{Course, Happens, PhaseDesk};
+use super::course::{Course, Happens, PhaseDesk, Turn};
 use super::happen;
 
 /// How often the session's clock is looked at; a phase begins this late at most.
@@ -155,15 +155,17 @@ impl Phases {
         Phases { course: Course::new(phases), desk, started: None }
     }
 
-    /// What happens now, so long after the start [s].
+    /// The course is turned, so long after the start [s].
+    fn turn(&mut self, outlet: &Outlet, turn: Turn, elapsed_secs: f64) {
+        if let Some(happens) = self.course.turn(turn, elapsed_secs) {
+            tell(outlet, &happens);
+        }
+    }
+
+    /// What happens by itself, so long after the start [s].
     fn happen(&mut self, outlet: &Outlet, elapsed_secs: f64) {
         while let Some(label) = self.desk.take_heard() {
             self.course.hear(&label, elapsed_secs);
-        }
-        while let Some(turn) = self.desk.take_turn() {
-            if let Some(happens) = self.course.turn(turn, elapsed_secs) {
-                tell(outlet, &happens);
-            }
         }
         if let Some(happens) = self.course.look(elapsed_secs) {
             tell(outlet, &happens);
@@ -176,9 +178,16 @@ impl Phases {
 impl Source for Phases {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let started = *self.started.get_or_insert_with(|| outlet.clock().now());
+        let mut commands = outlet.commands(|command| Turn::of(command).is_some());
         loop {
             self.happen(outlet, outlet.clock().now().secs_since(started));
             tokio::select! {
+                Some(command) = commands.recv() => {
+                    let elapsed_secs = outlet.clock().now().secs_since(started);
+                    if let Some(turn) = Turn::of(&command) {
+                        self.turn(outlet, turn, elapsed_secs);
+                    }
+                }
                 () = tokio::time::sleep(LOOK) => {}
                 () = outlet.closed() => return Ok(()),
             }

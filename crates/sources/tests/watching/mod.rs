@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::qos::Qos;
 use teampulse_core::registry::Component;
@@ -62,6 +63,7 @@ pub async fn watch_with(
         features: Vec::new(),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
         encode,
+        commands: Commands::default(),
     };
     session.run(robots(robot)).await;
     std::mem::take(&mut *kept.lock().expect("nobody panicked"))

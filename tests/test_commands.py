@@ -1,0 +1,117 @@
+"""Commands to a running session: from the keys of its terminal, and from nodes on ROS that are allowed to."""
+
+import os
+import pty
+import time
+
+import bags
+import harness
+
+STUDY = """
+[session]
+name = "test"
+[[sources]]
+type = "topics"
+names = ["/bench*"]
+[[phases]]
+name = "baseline"
+[[phases]]
+name = "task"
+[[sinks]]
+type = "bag"
+tidy = false
+"""
+
+
+def string(words: str) -> str:
+    """A `std_msgs/String` as CDR, in hex."""
+    text = words.encode() + b"\0"
+    return (b"\0\1\0\0" + len(text).to_bytes(4, "little") + text).hex()
+
+
+def events(bag, kind: str) -> list[tuple[float, str]]:
+    """When what of a kind happened in a session."""
+    happened = bags.messages(bag, "/session/events")
+    return [(each.log_secs, each.content.label) for each in happened if each.content.kind == kind]
+
+
+def test_a_node_commands_what_the_study_allows(stage):
+    out = stage.folder / "sessions"
+    allowed = '[commands]\nros = ["mark", "next_phase", "split", "stop"]\n'
+    monitor = stage.teampulse("run", stage.study(STUDY + allowed), "--out", out)
+    panel = stage.cyclone(
+        "send", "/session/commands", "--type", "std_msgs/msg/String", "--subscribers", 1
+    )
+    panel.answer("matched")
+    for words in ("next_phase", "mark robot 2 lost", "abort_phase", "split", "stop"):
+        panel.say(string(words))
+        wanted = f"`{words}` .*was refused" if words == "abort_phase" else f"command of ros:[^ ]+: {words}"
+        if words == "mark robot 2 lost":
+            wanted = "marker: robot 2 lost"
+        monitor.wait_for(wanted)
+    assert monitor.ended() == 0, monitor.report()
+
+    bag = harness.the_bag(out)
+    commands = events(bag, "command")
+    senders = {label.split(" ")[0] for _, label in commands}
+    assert len(senders) == 1 and senders.pop().startswith("ros:"), commands
+    asked = [label.split(" ", 1)[1] for _, label in commands]
+    assert asked == ["next_phase", "mark robot 2 lost", "split", "stop"]
+    assert [label for _, label in events(bag, "phase")] == ["baseline"]
+    assert [label for _, label in events(bag, "marker")] == ["robot 2 lost"]
+    [refused] = [label for _, label in events(bag, "fault") if "refused" in label]
+    assert "not allowed: list `abort_phase` below [commands] in `ros`" in refused
+    assert len(list(bag.glob("*.mcap"))) == 2
+    times = [time for time, _ in commands]
+    assert times == sorted(times) and times[0] <= events(bag, "phase")[0][0]
+
+
+def test_nobody_on_ros_commands_a_session_that_does_not_say_so(stage):
+    out = stage.folder / "sessions"
+    monitor = stage.teampulse("run", stage.study(STUDY), "--out", out)
+    panel = stage.cyclone(
+        "send", "/session/commands", "--type", "std_msgs/msg/String", "--subscribers", 1
+    )
+    panel.answer("matched")
+    for words in ("stop", "halt"):
+        panel.say(string(words))
+    monitor.wait_for("`stop` .*was refused: not allowed")
+    monitor.wait_for("there is no `halt`")
+    assert monitor.interrupt() == 0, monitor.report()
+    assert events(harness.the_bag(out), "command") == []
+
+
+def test_a_key_is_a_command_with_its_sender_and_time(stage):
+    out = stage.folder / "sessions"
+    study = stage.study(STUDY)
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.environ.update(ROS_DOMAIN_ID=str(stage.domain))
+        os.execv(harness.TEAMPULSE, ["teampulse", "run", str(study), "--out", str(out)])
+    shown = bytearray()
+
+    def show(words: bytes) -> None:
+        until = time.monotonic() + harness.PATIENCE_SECS
+        while words not in shown:
+            assert time.monotonic() < until, shown[-2000:]
+            shown.extend(os.read(terminal, 65536))
+
+    show(b"next baseline")
+    for keys, answer in ((b"\x0e", b"phase: baseline"), (b"a", b"marker: a"), (b"q", b"end the recording?")):
+        os.write(terminal, keys)
+        show(answer)
+    os.write(terminal, b"y")
+    try:
+        while os.read(terminal, 65536):
+            pass
+    except OSError:  # so Linux says that the other side is closed
+        pass
+    _, status = os.waitpid(pid, 0)
+    os.close(terminal)
+    assert os.waitstatus_to_exitcode(status) == 0
+
+    bag = harness.the_bag(out)
+    commands = events(bag, "command")
+    assert [label for _, label in commands] == ["keys next_phase", "keys mark a", "keys stop"]
+    assert [label for _, label in events(bag, "phase")] == ["baseline"]
+    assert [label for _, label in events(bag, "marker")] == ["a"]
