@@ -1,6 +1,7 @@
 //! The `teampulse` program: its commands, its studies, its exit codes.
 
 mod commands;
+mod components;
 mod computers;
 pub mod study;
 pub mod exit;
@@ -19,6 +20,7 @@ mod tidied;
 use std::process::ExitCode;
 
 use clap::Parser;
+pub use components::Components;
 use teampulse_core::panics::{at, install_hook, watched};
 use tracing_subscriber::EnvFilter;
 
@@ -35,6 +37,12 @@ struct Arguments {
 
 /// Runs the command given by the arguments of the process.
 pub fn main() -> ExitCode {
+    main_with(Components::default())
+}
+
+/// The same for a program with components of its own.
+pub fn main_with(components: Components) -> ExitCode {
+    components.use_in_this_program();
     let arguments = Arguments::parse();
     log_to_stderr();
     install_hook();

@@ -14,23 +14,22 @@ use teampulse_core::session::{NamedFeature, Outcome, Pace, Session};
 use teampulse_core::sink::{Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
-use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sinks::{
-    Bag, Colours, Ended, Estimates, Kept, SINKS, SinkContext, Terminal, TerminalSettings, Tidy,
-    View,
+    Bag, Colours, Ended, Estimates, Kept, SinkContext, Terminal, TerminalSettings, Tidy, View,
 };
+use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
     Computers, Overflows, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock, follow_clock,
 };
-use teampulse_sources::{SOURCES, SourceContext};
 
 use crate::commands::simulate::team;
+use crate::components::Components;
 use crate::controls::Controls;
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -98,7 +97,7 @@ impl Setup {
     pub fn sources(&self) -> Result<Sources, Failure> {
         let (clock, buses) = (self.clock.clone(), Arc::clone(&self.buses));
         let context = SourceContext { clock, buses, claims: Claims::default() };
-        Ok(self.study.build("sources", SOURCES, &context)?)
+        Ok(self.study.build("sources", Components::of_this_program().sources, &context)?)
     }
 
     /// The sources of a session that a person attends: phases, events and commands from ROS, keys.
@@ -253,7 +252,7 @@ pub struct Parts {
 
 /// The sinks of a study, with tidy files where it has a bag.
 fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Failure> {
-    let built = study.build("sinks", SINKS, context)?;
+    let built = study.build("sinks", Components::of_this_program().sinks, context)?;
     let has = |kind| built.iter().any(|(name, _)| name == kind);
     if built.iter().filter(|(name, _)| name == "bag").count() > 1 {
         let message = "it has two bags: a session is recorded into one bag";
@@ -280,7 +279,7 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     team(study)?;
     let (clock, buses) = (Clock::told(), Arc::new(Buses::apart()));
     let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
-    study.build("sources", SOURCES, &context)?;
+    study.build("sources", Components::of_this_program().sources, &context)?;
     features(study)?;
     sinks(study, &sink_context(study, Path::new("nowhere"), &clock))?;
     Ok(())
@@ -289,9 +288,10 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
 /// The features of a study, each with its settings, without those that it disables.
 pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     let settings = &study.general.features;
+    let entries = Components::of_this_program().features;
     for disabled in &settings.disable {
-        if !FEATURES.iter().any(|entry| entry.kind == disabled) {
-            let known: Vec<&str> = FEATURES.iter().map(|entry| entry.kind).collect();
+        if !entries.iter().any(|entry| entry.kind == disabled) {
+            let known: Vec<&str> = entries.iter().map(|entry| entry.kind).collect();
             let message = format!("there is no feature `{disabled}` to disable");
             let hint = format!("the features are {}", known.join(", "));
             return Err(study.error(("features", "disable"), message, hint).into());
@@ -300,7 +300,7 @@ pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     let (windows_secs, mains_hz) = (settings.windows_secs.clone(), settings.mains_hz);
     let context = FeatureContext { windows_secs, mains_hz };
     let mut enabled = Vec::new();
-    for entry in FEATURES {
+    for entry in entries {
         // Disabled features are built, too: a mistake in their settings is still a mistake.
         let built = (entry.build)(study.feature(entry.kind)?, &context);
         let feature = built.map_err(|error| study.wrong_feature(entry.kind, error))?;

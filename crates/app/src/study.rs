@@ -13,10 +13,11 @@ use miette::NamedSource;
 use teampulse_core::command::VERBS;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
 use teampulse_core::text::{LONGEST_LABEL, LONGEST_NAME, label, on_one_line};
-use teampulse_features::FEATURES;
 use teampulse_sources::session;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use crate::components::Components;
 
 use self::error::{nearest, suggestion};
 use self::excerpt::excerpt;
@@ -299,7 +300,7 @@ impl Study {
         for (key, value) in std::mem::take(table) {
             let word = key.get_ref().as_ref();
             let is_table = value.get_ref().is_table();
-            if !FEATURES.iter().any(|entry| entry.kind == word) {
+            if !Components::of_this_program().features.iter().any(|entry| entry.kind == word) {
                 if is_table {
                     return Err(self.no_feature(word, key.span()));
                 }
@@ -314,7 +315,8 @@ impl Study {
     }
 
     fn no_feature(&self, word: &str, span: Range<usize>) -> StudyError {
-        let kinds: Vec<&str> = FEATURES.iter().map(|entry| entry.kind).collect();
+        let entries = Components::of_this_program().features;
+        let kinds: Vec<&str> = entries.iter().map(|entry| entry.kind).collect();
         let hint = match nearest(word, &kinds) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("the features are {}", kinds.join(", ")),

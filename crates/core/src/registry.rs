@@ -29,6 +29,14 @@ pub trait Component<T: ?Sized, C>: DeserializeOwned + JsonSchema {
     fn build(self, context: &C) -> Result<Box<T>, SettingsError>;
 }
 
+impl<T: ?Sized, C> Clone for Entry<T, C> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: ?Sized, C> Copy for Entry<T, C> {}
+
 impl<T: ?Sized, C> Entry<T, C> {
     /// The row of the component with settings `S`.
     pub const fn new<S: Component<T, C>>(kind: &'static str) -> Entry<T, C> {

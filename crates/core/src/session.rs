@@ -9,6 +9,8 @@ mod sinks;
 
 use std::future::{Future, pending};
 use std::pin::{Pin, pin};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::clock::{Clock, Stopwatch};
@@ -122,7 +124,9 @@ impl Session {
             sources.start(name, source, outlet());
         }
         let strays = strays_after(0).len();
-        let watch = tokio::spawn(watch(outlet(), self.pace, strays));
+        let reported = Arc::new(AtomicUsize::new(strays));
+        let watch = tokio::spawn(watch(outlet(), self.pace, Arc::clone(&reported)));
+        let last_words = outlet();
         for sink in &self.sinks {
             self.commands.carried_out_by_events(sink.carries_out());
         }
@@ -155,8 +159,12 @@ impl Session {
                 break;
             }
         }
-        queue.end();
         watch.abort();
+        drop(watch.await);
+        if self.pace == Pace::Live {
+            report_strays(&last_words, &reported);
+        }
+        queue.end();
         pump.finish(&mut hurry, &running, &mut outcome).await;
         end_sinks(&mut running, &mut hurry, &mut outcome).await;
         outcome.strays = strays_after(strays);
@@ -223,19 +231,24 @@ async fn passed(duration: Duration) {
     }
 }
 
+/// Reports panics that nothing catches, each once.
+fn report_strays(outlet: &Outlet, reported: &AtomicUsize) {
+    for panic in strays_after(reported.load(Ordering::Acquire)) {
+        reported.fetch_add(1, Ordering::AcqRel);
+        outlet.happen(lasting(format!("a part of teampulse panicked: {panic}{}", at(&panic))));
+    }
+}
+
 /// Reports steps of the machine's wall clock, which the session's clock does not follow, and panics that
 /// nothing catches.
-async fn watch(outlet: Outlet, pace: Pace, mut strays: usize) {
+async fn watch(outlet: Outlet, pace: Pace, reported: Arc<AtomicUsize>) {
     if pace == Pace::Recorded {
         return;
     }
     let mut known_nanos = 0;
     loop {
         tokio::time::sleep(Duration::from_secs(1)).await;
-        for panic in strays_after(strays) {
-            strays += 1;
-            outlet.happen(lasting(format!("a part of teampulse panicked: {panic}{}", at(&panic))));
-        }
+        report_strays(&outlet, &reported);
         let offset_nanos = outlet.clock().wall_offset_nanos();
         let step_nanos = offset_nanos - known_nanos;
         if step_nanos.abs() > WALL_STEP_NANOS {

@@ -2,10 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use teampulse_core::registry::Entry;
-use teampulse_features::FEATURES;
-use teampulse_sinks::SINKS;
-use teampulse_sources::SOURCES;
 
+use crate::components::Components;
 use crate::exit::Exit;
 use crate::output;
 
@@ -26,15 +24,16 @@ enum What {
 impl List {
     /// Runs the command.
     pub fn run(self) -> Exit {
+        let all = Components::of_this_program();
         let wanted = |what| self.what.is_none_or(|only| only == what);
         if wanted(What::Sources) {
-            show("sources", SOURCES);
+            show("sources", all.sources);
         }
         if wanted(What::Features) {
-            show("features", FEATURES);
+            show("features", all.features);
         }
         if wanted(What::Sinks) {
-            show("sinks", SINKS);
+            show("sinks", all.sinks);
         }
         Exit::Fine
     }
@@ -89,6 +88,10 @@ fn default(schema: &serde_json::Value) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_features::FEATURES;
+    use teampulse_sinks::SINKS;
+    use teampulse_sources::SOURCES;
+
     use super::*;
 
     /// The description of a setting.

@@ -3,11 +3,9 @@
 use schemars::SchemaGenerator;
 use serde_json::{Value, json};
 use teampulse_core::registry::Entry;
-use teampulse_features::FEATURES;
-use teampulse_sinks::SINKS;
-use teampulse_sources::SOURCES;
 use teampulse_sources::simulated::SimulatedTeam;
 
+use crate::components::Components;
 use crate::exit::Exit;
 use crate::output;
 use crate::study::General;
@@ -20,15 +18,16 @@ pub fn run() -> Exit {
 
 /// The schema of a whole study.
 fn study() -> Value {
+    let all = Components::of_this_program();
     let mut schema = SchemaGenerator::default().into_root_schema_for::<General>().to_value();
     schema["title"] = json!("teampulse study");
-    for entry in FEATURES {
+    for entry in all.features {
         let settings = &mut schema["$defs"]["FeatureSettings"]["properties"][entry.kind];
         *settings = (entry.schema)().to_value();
     }
     let properties = &mut schema["properties"];
-    properties["sources"] = json!({ "type": "array", "items": { "oneOf": variants(SOURCES) } });
-    properties["sinks"] = json!({ "type": "array", "items": { "oneOf": variants(SINKS) } });
+    properties["sources"] = json!({ "type": "array", "items": { "oneOf": variants(all.sources) } });
+    properties["sinks"] = json!({ "type": "array", "items": { "oneOf": variants(all.sinks) } });
     properties["simulate"] = schemars::schema_for!(SimulatedTeam).to_value();
     schema
 }
@@ -58,6 +57,7 @@ mod tests {
         let features = &schema["$defs"]["FeatureSettings"]["properties"];
         assert_eq!(features["windows_secs"]["type"], "array");
         assert_eq!(features["state"]["properties"]["stale_secs"]["type"], "number");
-        assert!(FEATURES.iter().all(|entry| features[entry.kind]["type"] == "object"));
+        let entries = Components::default().features;
+        assert!(entries.iter().all(|entry| features[entry.kind]["type"] == "object"));
     }
 }

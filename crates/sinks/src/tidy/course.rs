@@ -74,6 +74,14 @@ impl Course {
         ));
     }
 
+    /// Nothing more comes, for a reason that fits after "failed to": the session was not over.
+    pub(super) fn end_early(&mut self, reason: &str) {
+        self.cut_off = Some(format!(
+            "The session ended early: it failed to {}; phases end there, too.",
+            on_one_line(reason)
+        ));
+    }
+
     /// The remark on a session without a recorded end.
     pub(super) fn cut_off(&self) -> Option<&str> {
         self.cut_off.as_deref()

@@ -125,6 +125,9 @@ impl Sink for Files {
                 }
                 Received::Silence => {}
                 Received::Closed => {
+                    if let Some(reason) = inbox.cut_off() {
+                        writing.course.end_early(&reason);
+                    }
                     return writing.finish(&folder, &session).map_err(|error| lost(&error));
                 }
             }

@@ -1,0 +1,45 @@
+//! The sources, features and sinks that stand in a study.
+
+use std::sync::OnceLock;
+
+use teampulse_core::feature::Feature;
+use teampulse_core::registry::Entry;
+use teampulse_core::sink::Sink;
+use teampulse_core::source::Source;
+use teampulse_features::FEATURES;
+use teampulse_features::context::FeatureContext;
+use teampulse_sinks::{SINKS, SinkContext};
+use teampulse_sources::{SOURCES, SourceContext};
+
+/// The tables of a program: those of `teampulse`, or of one that has components of its own beside them.
+#[derive(Clone, Copy)]
+pub struct Components {
+    /// The sources, by the name that a study uses.
+    pub sources: &'static [Entry<dyn Source, SourceContext>],
+    /// The features.
+    pub features: &'static [Entry<dyn Feature, FeatureContext>],
+    /// The sinks.
+    pub sinks: &'static [Entry<dyn Sink, SinkContext>],
+}
+
+/// Those of `teampulse`.
+impl Default for Components {
+    fn default() -> Components {
+        Components { sources: SOURCES, features: FEATURES, sinks: SINKS }
+    }
+}
+
+/// The tables of this process: set once, when it starts.
+static OF_THIS_PROGRAM: OnceLock<Components> = OnceLock::new();
+
+impl Components {
+    /// The tables of this process.
+    pub(crate) fn of_this_program() -> Components {
+        *OF_THIS_PROGRAM.get_or_init(Components::default)
+    }
+
+    /// Uses these tables from now on; only the first call counts.
+    pub(crate) fn use_in_this_program(self) {
+        OF_THIS_PROGRAM.get_or_init(|| self);
+    }
+}
