@@ -1,6 +1,7 @@
 //! The clocks of a session: one model for each device and computer, shared by its streams.
 
 mod owner;
+mod by_interval;
 mod hindsight;
 
 use std::collections::BTreeMap;
@@ -17,6 +18,7 @@ use crate::data::{Data, EventKind};
 use crate::qos::{Durability, Qos};
 use crate::stream::{About, Shape, Stream, StreamId};
 
+use by_interval::ByInterval;
 pub use hindsight::Hindsight;
 use owner::Owner;
 
@@ -45,7 +47,36 @@ pub struct ClockSettings {
     pub uncertainty_secs: Option<f64>,
     /// After how long the device's counter begins at zero again [s].
     pub wraps_secs: Option<f64>,
+    /// The same latency over links of which the connection interval is known: it is in force once the session
+    /// has recognised the interval from the arrivals.
+    pub intervals: Vec<IntervalLatency>,
 }
+
+/// The latency of a device over links with one connection interval.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IntervalLatency {
+    /// From one connection event to the next [s]: 0.0075 to 0.1 are recognised.
+    pub interval_secs: f64,
+    /// The shortest time from measuring to arrival [s].
+    pub latency_secs: f64,
+    /// Half the width of the interval that holds that time with a probability of 95 % [s].
+    pub uncertainty_secs: Option<f64>,
+}
+
+impl IntervalLatency {
+    /// Whether it is that of links with such an interval [s].
+    pub fn is_of(&self, interval_secs: f64) -> bool {
+        (self.interval_secs - interval_secs).abs() < SAME_INTERVAL_SECS
+    }
+
+    fn latency(&self) -> Latency {
+        Latency::new(self.latency_secs, self.uncertainty_secs.unwrap_or(CALIBRATED_SECS))
+    }
+}
+
+/// Intervals are whole multiples of 1.25 ms.
+const SAME_INTERVAL_SECS: f64 = 0.000_6;
 
 /// What a study calls the device of a stream (`[clocks.imu]`): the last word of its device, or of
 /// its topic where it names none.
@@ -62,6 +93,14 @@ fn last_word(name: &str) -> &str {
 const CALIBRATED_SECS: f64 = 0.005;
 
 impl ClockSettings {
+    /// The latency over links with that connection interval [s], or over those of which it is not known;
+    /// `None` where the study gives none.
+    pub fn latency_secs_at(&self, interval_secs: Option<f64>) -> Option<f64> {
+        let of_interval = interval_secs
+            .and_then(|secs| self.intervals.iter().find(|interval| interval.is_of(secs)));
+        of_interval.map(|interval| interval.latency_secs).or(self.latency_secs)
+    }
+
     fn latency(&self) -> Option<Latency> {
         let uncertainty_secs = self.uncertainty_secs.unwrap_or(CALIBRATED_SECS);
         Some(Latency::new(self.latency_secs?, uncertainty_secs))
@@ -119,6 +158,8 @@ struct Clock {
     model: Box<dyn ClockModel>,
     /// Whether its stamps are shifted.
     off_secs: Option<f64>,
+    /// What its latency is over links of which the connection interval is known.
+    by_interval: Option<ByInterval>,
 }
 
 impl Clocks {
@@ -167,7 +208,7 @@ impl Clocks {
             return stamped;
         }
         let Placed { clock, latency } = self.placed(id, stream, stamps);
-        let Clock { owner, model, .. } = &mut self.at_work[clock];
+        let Clock { owner, model, by_interval, .. } = &mut self.at_work[clock];
         let is_message = matches!(stream.shape, Shape::Message(_));
         if matches!((&self.timing, &owner), (Timing::Retimed, Owner::Computer(_))) && !is_message {
             return stamped;
@@ -181,7 +222,8 @@ impl Clocks {
         {
             return stamped;
         }
-        let latency_nanos = (latency.secs * 1e9) as i64;
+        let of_interval = by_interval.as_mut().map_or(0.0, |by| by.more_secs(stamps.arrival));
+        let latency_nanos = ((latency.secs + of_interval) * 1e9) as i64;
         Corrected { measured: corrected.measured.saturating_sub(latency_nanos), ..corrected }
     }
 
@@ -226,8 +268,11 @@ impl Clocks {
     /// What is known of the clock of a stream; `None` before its first sample.
     pub(crate) fn state(&self, id: StreamId) -> Option<ClockState> {
         let Placed { clock, latency } = (*self.of.get(id.0 as usize)?)?;
-        let Clock { owner, model, .. } = &self.at_work[clock];
+        let Clock { owner, model, by_interval, .. } = &self.at_work[clock];
         let mut state = model.state();
+        if let Some(by_interval) = by_interval {
+            state = by_interval.state(state);
+        }
         if *owner == Owner::Host {
             state.epoch += self.simulated_epoch;
         }
@@ -301,7 +346,8 @@ impl Clocks {
         }
         let model = self.begin(owner, rate_hz);
         let place = self.at_work.len();
-        self.at_work.push(Clock { owner: owner.clone(), model, off_secs: None });
+        let by_interval = self.by_interval(owner);
+        self.at_work.push(Clock { owner: owner.clone(), model, off_secs: None, by_interval });
         self.places.insert(owner.clone(), place);
         place
     }
@@ -326,6 +372,14 @@ impl Clocks {
             }
             Owner::Computer(_) => Box::new(Remote::default()),
         }
+    }
+
+    /// What the study says of the device's latency by connection interval; `None` where it says nothing.
+    fn by_interval(&self, owner: &Owner) -> Option<ByInterval> {
+        let (Owner::Device(_, device) | Owner::Counted(_, device)) = owner else { return None };
+        let intervals = &self.settings.get(last_word(device))?.intervals;
+        let base = self.settings_of(device).latency;
+        (!intervals.is_empty()).then(|| ByInterval::new(base, intervals.clone()))
     }
 
     /// What collects the stamps of a clock; `None` for those that are corrected as they come.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
-use teampulse_core::clocks::{ClockSettings, Clocks, Hindsight};
+use teampulse_core::clocks::{ClockSettings, Clocks, Hindsight, IntervalLatency};
 use teampulse_core::commands::Commands;
 use teampulse_core::data::{Data, Event, EventKind, Wave};
 use teampulse_core::outlet::Outlet;
@@ -312,4 +312,34 @@ async fn a_latency_that_the_study_gives_is_taken_off_a_drivers_messages() {
     assert!(
         last_status(&records, "/r1/imu").sigma_secs > last_status(&records, "/r1/odom").sigma_secs
     );
+}
+
+#[tokio::test]
+async fn over_a_link_whose_interval_the_study_knows_the_latency_is_that_of_the_interval() {
+    const INTERVAL_NANOS: i64 = 30_000_000;
+    let last_of = async |interval_secs: f64| {
+        let of_interval =
+            IntervalLatency { interval_secs, latency_secs: 0.07, uncertainty_secs: Some(0.002) };
+        let settings = ClockSettings {
+            latency_secs: Some(0.05),
+            uncertainty_secs: Some(0.02),
+            intervals: vec![of_interval],
+            ..ClockSettings::default()
+        };
+        let mut readings = strap(240, 1e9);
+        for reading in &mut readings {
+            let since = reading.arrival - BEGAN_NANOS;
+            let events = since.div_euclid(INTERVAL_NANOS) + 1;
+            reading.arrival = BEGAN_NANOS + events * INTERVAL_NANOS;
+        }
+        let clocks = Clocks::new([("polar_h10".to_owned(), settings)].into());
+        let records = keep_with(clocks, Script { readings, stamped_by: vec![] }, 0).await;
+        let waves = records.iter().filter(|record| record.stream.shape == Shape::Wave);
+        let measured = waves.map(|record| record.sample.measured.nanos()).next_back();
+        (measured.expect("there are waves"), last_status(&records, &ecg().name).sigma_secs)
+    };
+    let (of_another, sigma_of_another) = last_of(0.015).await;
+    let (of_this, sigma_of_this) = last_of(0.03).await;
+    assert!((of_another - of_this - 20_000_000).abs() < 2_000, "{}", of_another - of_this);
+    assert!(sigma_of_this < sigma_of_another / 2.0, "{sigma_of_this}, {sigma_of_another}");
 }

@@ -27,7 +27,9 @@ const WORST_SECS: f64 = 0.1;
 /// intervals of some seconds, so that a stream with correct times records it as well.
 ///
 /// The lag is how much later the stream shows the events than the reference, by their corrected
-/// times. The device's latency is the one that it was recorded with plus the lag.
+/// times. The device's latency is the one that it was recorded with plus the lag. It differs by up to
+/// 11 ms between connection intervals of Bluetooth: where arrivals show the interval, the latency is
+/// that of links with this interval, and the study has one for each.
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// The bag's folder, or one of its .mcap files
@@ -71,6 +73,8 @@ struct CalibrationReport {
     correlation: f64,
     next_correlation: f64,
     device: String,
+    /// The connection interval of the stream's link; null where arrivals show none.
+    interval_secs: Option<f64>,
     /// The latency assumed during the recording.
     recorded_latency_secs: f64,
     latency_secs: f64,
@@ -117,7 +121,10 @@ impl Calibrate {
     ) -> Result<CalibrationReport, Failure> {
         let [_, stream] = &recorded.seen;
         let recorded_as = stream.device();
-        let in_force = recorded.has_latency.then(|| latency_in_force(bag, &recorded_as));
+        // Only the session's own models of a device's clock go by the link.
+        let interval_secs = stream.interval_secs().filter(|_| recorded.has_latency);
+        let in_force =
+            recorded.has_latency.then(|| latency_in_force(bag, &recorded_as, interval_secs));
         let in_force = in_force.transpose()?;
         let device = self.device.clone().unwrap_or(recorded_as);
         let recorded_latency_secs = in_force.unwrap_or(0.0);
@@ -133,6 +140,7 @@ impl Calibrate {
             correlation: found.correlation,
             next_correlation: found.next_correlation,
             device,
+            interval_secs,
             recorded_latency_secs,
             latency_secs: if is_none { 0.0 } else { (latency_secs * 1e4).round() / 1e4 },
             doubt: doubt(found, if is_none { 0.0 } else { latency_secs }),
@@ -156,12 +164,13 @@ fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
 
 /// The latency that the session subtracted for a device: that of its study, else of the table of known
 /// devices, else that of Bluetooth.
-fn latency_in_force(bag: &Bag, device: &str) -> Result<f64, Failure> {
+fn latency_in_force(bag: &Bag, device: &str, interval_secs: Option<f64>) -> Result<f64, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
     let text = kept.map(|kept| String::from_utf8_lossy(&kept).into_owned()).unwrap_or_default();
     let study = Study::parse(Path::new(STUDY_NAME), text)?;
-    let settings = study.general.clocks.get(device).and_then(|clock| clock.latency_secs);
+    let settings =
+        study.general.clocks.get(device).and_then(|clock| clock.latency_secs_at(interval_secs));
     let known = || KnownDevice::find(device).map_or(Latency::BLUETOOTH, |known| known.latency);
     Ok(settings.unwrap_or_else(|| known().secs))
 }
@@ -183,12 +192,19 @@ fn show(report: &CalibrationReport) {
         let recorded_ms = 1e3 * report.recorded_latency_secs;
         output::line(format!("recorded with a latency of {recorded_ms:.1} ms"));
     }
+    if let Some(interval_secs) = report.interval_secs {
+        output::line(format!("over a connection interval of {} ms", 1e3 * interval_secs));
+    }
     output::line(format!("\n{}", edit::lines(&report.device, &report.clock())));
 }
 
 impl CalibrationReport {
     fn clock(&self) -> edit::Latency {
-        edit::Latency { secs: self.latency_secs, uncertainty_secs: self.uncertainty_secs }
+        edit::Latency {
+            secs: self.latency_secs,
+            uncertainty_secs: self.uncertainty_secs,
+            interval_secs: self.interval_secs,
+        }
     }
 }
 

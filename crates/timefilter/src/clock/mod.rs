@@ -5,6 +5,7 @@
 
 mod host;
 mod latency;
+mod interval;
 mod counter;
 mod fit;
 mod straight;
@@ -24,6 +25,7 @@ mod remote;
 
 pub use counter::Counter;
 pub use host::Host;
+pub use interval::ConnectionInterval;
 pub use latency::{DEVICES, KnownDevice, Latency};
 pub use news::News;
 pub use one_way::{OneWay, OneWaySettings};

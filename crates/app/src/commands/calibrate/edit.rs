@@ -1,6 +1,9 @@
 //! Writes the latency of a device into a study; all else stays as it is.
 
-use toml_edit::{DocumentMut, Item, Table, TableLike, value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
+
+/// Intervals that are written differently and are one: they are whole multiples of 1.25 ms [s].
+const SAME_INTERVAL_SECS: f64 = 0.000_6;
 
 /// A latency as written in a study.
 #[derive(Clone, Copy, Debug)]
@@ -8,6 +11,8 @@ pub(super) struct Latency {
     pub secs: f64,
     /// Half the width of the 95 % interval.
     pub uncertainty_secs: f64,
+    /// The connection interval of the links that have it; `None` where none was recognised.
+    pub interval_secs: Option<f64>,
 }
 
 impl Latency {
@@ -29,10 +34,53 @@ pub(super) fn with_latency(text: &str, device: &str, latency: &Latency) -> Resul
     let begins = if text.is_empty() { "" } else { "\n" };
     let clock = clocks.entry(device).or_insert_with(|| Item::Table(beginning(begins)));
     let clock = clock.as_table_like_mut().ok_or(format!("`clocks.{device}` is not a table"))?;
-    for (key, number) in latency.settings() {
-        set(clock, key, number);
+    if let Some(interval_secs) = latency.interval_secs {
+        let interval = interval_in(clock, interval_secs)
+            .ok_or(format!("`clocks.{device}.intervals` is not an array of tables"))?;
+        set(interval, "interval_secs", interval_secs);
+        for (key, number) in latency.settings() {
+            set(interval, key, number);
+        }
+    }
+    // That of one interval is the best that is known of others, too.
+    if latency.interval_secs.is_none() || !clock.contains_key("latency_secs") {
+        for (key, number) in latency.settings() {
+            set(clock, key, number);
+        }
     }
     Ok(document.to_string())
+}
+
+/// The table of a connection interval among a clock's `intervals`; a new one where there is none.
+fn interval_in(clock: &mut dyn TableLike, interval_secs: f64) -> Option<&mut dyn TableLike> {
+    if !clock.contains_key("intervals") {
+        clock.insert("intervals", value(Array::new()));
+    }
+    let is_it = |table: &dyn TableLike| {
+        let old = table.get("interval_secs").and_then(Item::as_float);
+        old.is_some_and(|old| (old - interval_secs).abs() < SAME_INTERVAL_SECS)
+    };
+    match clock.get_mut("intervals")? {
+        Item::ArrayOfTables(tables) => {
+            let place = tables.iter().position(|table| is_it(table));
+            let place = place.unwrap_or_else(|| {
+                tables.push(Table::new());
+                tables.len() - 1
+            });
+            tables.get_mut(place).map(|table| table as &mut dyn TableLike)
+        }
+        item => {
+            let tables = item.as_array_mut()?;
+            let known =
+                tables.iter().position(|old| old.as_inline_table().is_some_and(|old| is_it(old)));
+            let place = known.unwrap_or_else(|| {
+                tables.push(InlineTable::new());
+                tables.len() - 1
+            });
+            let table = tables.get_mut(place).and_then(Value::as_inline_table_mut)?;
+            Some(table as &mut dyn TableLike)
+        }
+    }
 }
 
 /// Sets a number and keeps the comments around the old one.
@@ -67,7 +115,8 @@ mod tests {
 
     use super::*;
 
-    const LATENCY: Latency = Latency { secs: 0.0613, uncertainty_secs: 0.004 };
+    const LATENCY: Latency = Latency { secs: 0.0613, uncertainty_secs: 0.004, interval_secs: None };
+    const OVER_30_MS: Latency = Latency { interval_secs: Some(0.03), ..LATENCY };
 
     fn edited(text: &str) -> String {
         with_latency(text, "polar_h10", &LATENCY).unwrap()
@@ -101,6 +150,38 @@ mod tests {
     }
 
     #[test]
+    fn the_latency_of_a_connection_interval_stands_beside_those_of_others() {
+        let text = "[clocks.myo]\nlatency_secs = 0.05\n";
+        let first = with_latency(text, "myo", &OVER_30_MS).unwrap();
+        let expected = "[clocks.myo]\nlatency_secs = 0.05\nintervals = [{ interval_secs = 0.03, \
+                        latency_secs = 0.0613, uncertainty_secs = 0.004 }]\n";
+        assert_eq!(first, expected);
+        let other = Latency { secs: 0.05, interval_secs: Some(0.015), ..LATENCY };
+        let both = with_latency(&first, "myo", &other).unwrap();
+        assert_eq!(both.matches("interval_secs").count(), 2);
+        let again = Latency { secs: 0.07, ..OVER_30_MS };
+        let again = with_latency(&both, "myo", &again).unwrap();
+        assert_eq!(again, both.replace("0.0613", "0.07"));
+    }
+
+    #[test]
+    fn tables_of_intervals_are_edited_too() {
+        let text = "[clocks.myo]\nlatency_secs = 0.05\n\n[[clocks.myo.intervals]]\n\
+                    interval_secs = 0.03 # phone\nlatency_secs = 0.04\nuncertainty_secs = 0.01\n";
+        let edited = with_latency(text, "myo", &OVER_30_MS).unwrap();
+        assert_eq!(edited, text.replace("0.04", "0.0613").replace("0.01", "0.004"));
+        assert!(with_latency("[clocks.myo]\nintervals = 3\n", "myo", &OVER_30_MS).is_err());
+    }
+
+    #[test]
+    fn without_any_latency_that_of_the_interval_is_the_devices() {
+        let text = lines("myo", &OVER_30_MS);
+        assert!(
+            text.contains("\nlatency_secs = 0.0613\n") && text.contains("interval_secs = 0.03")
+        );
+    }
+
+    #[test]
     fn what_is_no_table_is_refused() {
         assert!(with_latency("clocks = 3\n", "a", &LATENCY).is_err());
         assert!(with_latency("[clocks]\na = 3\n", "a", &LATENCY).is_err());
@@ -111,6 +192,7 @@ mod tests {
         #[test]
         fn no_text_and_no_name_make_it_panic(text in ".*", device in ".*") {
             drop(with_latency(&text, &device, &LATENCY));
+            drop(with_latency(&text, &device, &OVER_30_MS));
             drop(lines(&device, &LATENCY));
         }
     }

@@ -16,7 +16,7 @@ use teampulse_messages::readout;
 use teampulse_messages::standard::Message as _;
 use teampulse_messages::standard::teampulse_msgs as msgs;
 use teampulse_timefilter::calibrate::Seen;
-use teampulse_timefilter::clock::ClockKind;
+use teampulse_timefilter::clock::{ClockKind, ConnectionInterval};
 
 use crate::failure::Failure;
 use crate::output;
@@ -134,6 +134,7 @@ pub(super) struct SeenBy {
     values: Vec<f64>,
     width: Option<usize>,
     numbers: Vec<f64>,
+    link: ConnectionInterval,
 }
 
 /// How the numbers of a stream are read.
@@ -157,7 +158,13 @@ impl SeenBy {
         let stream = Arc::clone(&bag.streams()[place].stream);
         let mode = ReadMode::of(&stream, wanted)?;
         let (times, values, numbers) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(SeenBy { stream, place, mode, times, values, width: None, numbers })
+        let link = ConnectionInterval::default();
+        Ok(SeenBy { stream, place, mode, times, values, width: None, numbers, link })
+    }
+
+    /// The connection interval of the link over which its messages came [s], where arrivals show one.
+    pub(super) fn interval_secs(&self) -> Option<f64> {
+        self.link.secs()
     }
 
     pub(super) fn seen(&self) -> Seen<'_> {
@@ -174,6 +181,7 @@ impl SeenBy {
 
     /// Takes in a message; skips one that can't be read.
     fn take(&mut self, message: &Message) {
+        self.link.push(message.log_time.nanos());
         match &self.mode {
             ReadMode::Moments => self.times.push(message.publish_time.nanos()),
             ReadMode::Fields { fields, by_header } => {
