@@ -10,7 +10,7 @@ use teampulse_core::data::{Data, Wave};
 use teampulse_core::feature::{Feature, Outputs};
 use teampulse_core::registry::Component;
 use teampulse_core::sample::{Sample, Turn};
-use teampulse_core::stream::{About, Shape, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 use teampulse_features::any::statistics::Statistics;
 use teampulse_features::context::FeatureContext;
@@ -68,9 +68,8 @@ fn input(path: &Path) -> Result<Input, Box<dyn Error>> {
     let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
     let subject = Subject { about: About::Person, id: "p001".into() };
     let stream = Stream::raw(format!("/humans/persons/p001/bench/{name}"), subject, Shape::Wave);
-    let channels: Vec<String> = (0..width).map(|channel| format!("c{channel}")).collect();
-    let units = vec!["1".to_owned(); width];
-    let stream = Stream { rate_hz, channels, units, ..stream };
+    let channels = (0..width).map(|channel| Channel::new(format!("c{channel}"), "1")).collect();
+    let stream = Stream { rate_hz, channels, ..stream };
     let period_ns = 1e9 / rate_hz;
     let length = (WAVE_NS / period_ns).round().max(1.0) as usize;
     let wave = |(place, samples): (usize, &[f64])| Sample {

@@ -319,6 +319,6 @@ fn streams_of_others_can_be_described_by_their_types() {
         Some(Stream { signal: Signal::Battery, ..stream }.with_channels(&[("voltage", "V")]))
     });
     let stream = &bag.streams()[0].stream;
-    assert_eq!((stream.signal, &*stream.channels[0]), (Signal::Battery, "voltage"));
+    assert_eq!((stream.signal, &*stream.channels[0].name), (Signal::Battery, "voltage"));
     assert!(matches!(stream.shape, Shape::Message(_)));
 }

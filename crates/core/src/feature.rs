@@ -86,7 +86,7 @@ impl Outputs {
     /// Declares a stream that this extractor gives; the same name again keeps its id and replaces
     /// what was declared. Its units are spelt as all are that machines read.
     pub fn declare(&mut self, mut stream: Stream) -> OutputId {
-        stream.units.iter_mut().for_each(|unit| *unit = spelt(unit));
+        stream.channels.iter_mut().for_each(|channel| channel.unit = spelt(&channel.unit));
         let known = self.declared.iter().position(|known| known.name == stream.name);
         let id = OutputId(known.unwrap_or(self.declared.len()));
         match known {

@@ -27,14 +27,8 @@ pub struct Stream {
     pub origin: Origin,
     /// The shape of its samples.
     pub shape: Shape,
-    /// What the numbers of a sample are called. For a [`Shape::Message`] these are paths of fields
-    /// (`pose.pose.position.x`): the numbers that are read out of the message.
-    pub channels: Vec<String>,
-    /// The unit of each channel, in SI (`V`, `m/s`, `1` for a fraction), as [`units`](crate::units) spells
-    /// it; as many as `channels`.
-    pub units: Vec<String>,
-    /// Factor from the message's own numbers to `units`.
-    pub scale: f64,
+    /// The numbers of a sample, in their order.
+    pub channels: Vec<Channel>,
     /// The rate that is declared [Hz]; 0 where none is or it is irregular.
     pub rate_hz: f64,
     /// The streams it was computed from, by name.
@@ -62,8 +56,6 @@ impl Stream {
             origin: Origin::Raw,
             shape,
             channels: Vec::new(),
-            units: Vec::new(),
-            scale: 1.0,
             rate_hz: 0.0,
             inputs: Vec::new(),
             method: String::new(),
@@ -103,9 +95,13 @@ impl Stream {
     /// The same stream with these channels, each a name and a unit.
     #[must_use]
     pub fn with_channels(mut self, channels: &[(&str, &str)]) -> Stream {
-        self.channels = channels.iter().map(|(name, _)| (*name).to_owned()).collect();
-        self.units = channels.iter().map(|(_, unit)| (*unit).to_owned()).collect();
+        self.channels = channels.iter().map(|(name, unit)| Channel::new(*name, *unit)).collect();
         self
+    }
+
+    /// The place of the channel of a name.
+    pub fn place_of(&self, channel: &str) -> Option<usize> {
+        self.channels.iter().position(|each| each.name == channel)
     }
 
     /// The same stream with its texts [cut and cleaned](crate::text), and a rate that is one. What is derived
@@ -119,11 +115,12 @@ impl Stream {
         for text in [&mut self.name, &mut self.id, &mut self.device] {
             *text = text::name(std::mem::take(text), longest);
         }
-        for text in self.channels.iter_mut().chain(&mut self.inputs) {
-            *text = text::name(std::mem::take(text), longest);
+        for Channel { name, unit, .. } in &mut self.channels {
+            *name = text::name(std::mem::take(name), longest);
+            *unit = text::label(std::mem::take(unit), longest);
         }
-        for text in &mut self.units {
-            *text = text::label(std::mem::take(text), longest);
+        for text in &mut self.inputs {
+            *text = text::name(std::mem::take(text), longest);
         }
         let longest_method = text::longest_method(self.channels.len());
         self.method = text::label(std::mem::take(&mut self.method), longest_method);
@@ -145,6 +142,25 @@ const DERIVED: usize = 4;
 
 /// What stands between a topic and the number of another publisher.
 const BESIDE: &str = "/publisher_";
+
+/// One number of each sample of a stream.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// What it is called. In a [`Shape::Message`] it is the path of a field (`pose.pose.position.x`): the
+    /// number that is read out of the message.
+    pub name: String,
+    /// Its unit, in SI (`V`, `m/s`, `1` for a fraction), as [`units`](crate::units) spells it.
+    pub unit: String,
+    /// Factor from the message's own number to `unit`.
+    pub scale: f64,
+}
+
+impl Channel {
+    /// A channel whose numbers are in its unit.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Channel {
+        Channel { name: name.into(), unit: unit.into(), scale: 1.0 }
+    }
+}
 
 /// Whom a stream is about.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

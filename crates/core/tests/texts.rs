@@ -17,7 +17,7 @@ use teampulse_core::sample::{Record, Sample};
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::session_streams::session_events;
 use teampulse_core::source::{Reading, Source, SourceError};
-use teampulse_core::stream::{Origin, Schema, Shape, Stream, StreamId, Subject};
+use teampulse_core::stream::{Channel, Origin, Schema, Shape, Stream, StreamId, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::text::{LONGEST_LABEL, LONGEST_NAME, LONGEST_PROSE, is_clean, longest_method};
 use teampulse_core::time::Time;
@@ -34,8 +34,7 @@ impl Odd {
         let shape = Shape::Message(Arc::new(schema));
         Stream {
             device: text(),
-            channels: vec![text(), text() + "2"],
-            units: vec![text(), text()],
+            channels: vec![Channel::new(text(), text()), Channel::new(text() + "2", text())],
             inputs: vec![text()],
             method: text(),
             doc: text(),
@@ -120,7 +119,9 @@ async fn records(source: Box<dyn Source>) -> Vec<Record> {
 fn texts_of(stream: &Stream) -> Vec<(&str, usize)> {
     let longest = if stream.origin == Origin::Raw { LONGEST_NAME } else { 4 * LONGEST_NAME };
     let names = [&stream.name, &stream.id, &stream.device].into_iter();
-    let names = names.chain(&stream.channels).chain(&stream.units).chain(&stream.inputs);
+    let names = names
+        .chain(stream.channels.iter().flat_map(|each| [&each.name, &each.unit]))
+        .chain(&stream.inputs);
     let mut texts: Vec<(&str, usize)> = names.map(|text| (text.as_str(), longest)).collect();
     texts.push((stream.method.as_str(), longest_method(stream.channels.len())));
     texts.push((stream.doc.as_str(), LONGEST_PROSE));

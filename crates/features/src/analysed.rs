@@ -253,7 +253,7 @@ mod tests {
         }
         let phases = "/humans/persons/p1/strap/ecg/heart/phases";
         let known = heart.out.streams().iter().find(|stream| stream.name == phases).unwrap();
-        let place = known.channels.iter().position(|name| name == "HRV_N").unwrap();
+        let place = known.place_of("HRV_N").unwrap();
         heart.told_of(phases)[0].1.values[place]
     }
 

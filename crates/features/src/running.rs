@@ -6,7 +6,7 @@ use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::phases::Phase;
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Shape, Signal, Stream};
+use teampulse_core::stream::{Channel, Shape, Signal, Stream};
 use teampulse_core::time::Time;
 use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
@@ -101,9 +101,7 @@ impl Running {
 
     /// The stream is known better: at another rate, with other channels or units it begins anew.
     pub(crate) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
-        let of = |stream: &Stream| {
-            (stream.rate_hz.to_bits(), stream.channels.clone(), stream.units.clone())
-        };
+        let of = |stream: &Stream| (stream.rate_hz.to_bits(), stream.channels.clone());
         let is_same = of(&self.stream) == of(stream);
         self.stream = stream.clone();
         if self.work.is_none() || !is_same {
@@ -148,8 +146,7 @@ impl Running {
         Stream {
             signal: self.stream.signal,
             device: self.stream.device.clone(),
-            channels: values.iter().map(|value| value.name.clone().into_owned()).collect(),
-            units: values.iter().map(|value| value.unit.clone().into_owned()).collect(),
+            channels: values.iter().map(|value| Channel::new(&*value.name, &*value.unit)).collect(),
             method: format!("causal, {over}; {}", recipes.join("; ")),
             doc: self.naming.doc.to_owned(),
             ..Stream::derived(&self.stream, &format!("{}/{leaf}", self.naming.leaf), Shape::Feature)
@@ -241,12 +238,11 @@ impl Running {
 /// How the numbers of each channel become those of the unit that analyses of the signal work in; else the
 /// unit that can't, and that one.
 fn conversions(stream: &Stream) -> Result<Vec<Conversion>, (String, &'static str)> {
-    let conversion = |place: usize| {
-        let unit = stream.units.get(place).map_or("", String::as_str);
-        let refused = || (unit.to_owned(), worked_in(stream.signal).unwrap_or("1"));
+    let conversion = |Channel { unit, .. }: &Channel| {
+        let refused = || (unit.clone(), worked_in(stream.signal).unwrap_or("1"));
         Conversion::for_signal(stream.signal, unit).ok_or_else(refused)
     };
-    (0..stream.channels.len()).map(conversion).collect()
+    stream.channels.iter().map(conversion).collect()
 }
 
 fn events(input: &Stream, happening: &Happening) -> Stream {
@@ -285,7 +281,7 @@ fn reason(value: Result<f64, analysis::Reason>) -> Reason {
 }
 
 /// An event; one that was found in one of several channels is labelled with that.
-fn happened(happening: &Happening, event: &analysis::Event, channels: &[String]) -> Data {
+fn happened(happening: &Happening, event: &analysis::Event, channels: &[Channel]) -> Data {
     let detail = |name: &str| {
         let found = event.details.iter().find(|(each, _)| *each == name);
         found.map(|(_, value)| *value)
@@ -293,7 +289,7 @@ fn happened(happening: &Happening, event: &analysis::Event, channels: &[String])
     let channel = detail("channel").and_then(|index| channels.get(index as usize));
     Data::Event(Arc::new(Event {
         kind: happening.word,
-        label: channel.map_or(happening.kind, String::as_str).to_owned(),
+        label: channel.map_or(happening.kind, |channel| &channel.name).to_owned(),
         value: detail(happening.value).unwrap_or(f64::NAN),
         duration_secs: detail(happening.duration).unwrap_or(0.0),
     }))

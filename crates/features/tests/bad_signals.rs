@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use bytes::Bytes;
 use teampulse_core::data::{Data, FeatureValues, Reason};
 use teampulse_core::sample::Record;
-use teampulse_core::stream::Origin;
+use teampulse_core::stream::{Channel, Origin};
 use teampulse_emulators::body::{Fault, Scene, Sensor, Settings};
 
 /// The baseline is as long as z against it needs.
@@ -29,7 +29,7 @@ struct Lived {
 struct Window<'a> {
     end_secs: f64,
     values: &'a FeatureValues,
-    channels: &'a [String],
+    channels: &'a [Channel],
 }
 
 impl Lived {
@@ -82,7 +82,7 @@ impl Lived {
             Reason::Ok => Ok(*value),
             reason => Err(*reason),
         });
-        last.stream.channels.iter().map(String::as_str).zip(told).collect()
+        last.stream.channels.iter().map(|channel| &*channel.name).zip(told).collect()
     }
 
     /// The times of the sensor's events, such as beats [s].
@@ -103,9 +103,11 @@ impl Window<'_> {
     /// The results about the person, without those about the signal.
     fn of_person(&self) -> Vec<String> {
         let told = self.channels.iter().zip(&self.values.reasons);
-        let told = told.filter(|(_, reason)| **reason == Reason::Ok).map(|(name, _)| name);
+        let told = told
+            .filter(|(_, reason)| **reason == Reason::Ok)
+            .map(|(channel, _)| channel.name.clone());
         let of_signal = |name: &str| OF_SIGNAL.iter().any(|word| name.contains(word));
-        told.filter(|name| !of_signal(name)).cloned().collect()
+        told.filter(|name| !of_signal(name)).collect()
     }
 }
 

@@ -126,7 +126,7 @@ fn by_level(records: &[Record], (spans, channel): Which) -> Row {
         };
         let record = records.iter().find(is_it).unwrap();
         let Data::Feature(values) = &record.sample.data else { panic!("no feature") };
-        let place = record.stream.channels.iter().position(|each| each == channel).unwrap();
+        let place = record.stream.place_of(channel).unwrap();
         values.values[place]
     };
     let [one, two, three] = LEVELS.map(|level| at(ends()[level]));

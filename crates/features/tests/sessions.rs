@@ -208,7 +208,6 @@ proptest! {
                 kinds.push(kind);
                 prop_assert!(!output.inputs.is_empty(), "{}", output.name);
                 prop_assert!(output.inputs.iter().all(|input| names.contains(input)), "{output:?}");
-                prop_assert_eq!(output.units.len(), output.channels.len());
                 prop_assert!(!output.method.is_empty() && !output.doc.is_empty(), "{}", output.name);
                 prop_assert!(output.origin == Origin::Derived);
                 prop_assert!(!feature.accepts(output), "{kind} feeds on itself");

@@ -1,7 +1,7 @@
 //! The numbers of a sample, in the units of its stream.
 
 use teampulse_core::data::Data;
-use teampulse_core::stream::{Schema, Shape, Stream};
+use teampulse_core::stream::{Channel, Schema, Shape, Stream};
 
 use crate::catalogue::shipped;
 use crate::definition::Definition;
@@ -11,7 +11,8 @@ use crate::fields::Fields;
 #[derive(Debug)]
 pub struct Readout {
     layout: Layout,
-    scale: f64,
+    /// The factor of each channel.
+    scales: Vec<f64>,
     numbers: Vec<f64>,
 }
 
@@ -32,15 +33,17 @@ impl Readout {
     }
 
     /// Reads these channels, whatever the stream declares.
-    pub fn of_channels(stream: &Stream, channels: &[String]) -> Option<Readout> {
+    pub fn of_channels(stream: &Stream, channels: &[Channel]) -> Option<Readout> {
         let layout = match &stream.shape {
             Shape::Sample | Shape::Wave | Shape::Feature => Layout::Plain { width: channels.len() },
             Shape::Message(schema) => {
-                Layout::Fields(Fields::compile(&definition(schema)?, channels).ok()?)
+                let paths: Vec<&str> = channels.iter().map(|channel| &*channel.name).collect();
+                Layout::Fields(Fields::compile(&definition(schema)?, &paths).ok()?)
             }
             _ => return None,
         };
-        Some(Readout { layout, scale: stream.scale, numbers: Vec::new() })
+        let scales = channels.iter().map(|channel| channel.scale).collect();
+        Some(Readout { layout, scales, numbers: Vec::new() })
     }
 
     /// A number for each channel, NaN where the message has none, and of a wave those of all of its
@@ -64,7 +67,9 @@ impl Readout {
             }
             _ => return None,
         }
-        self.numbers.iter_mut().for_each(|number| *number *= self.scale);
+        for (number, scale) in self.numbers.iter_mut().zip(self.scales.iter().cycle()) {
+            *number *= scale;
+        }
         Some(&self.numbers)
     }
 }

@@ -54,7 +54,7 @@ proptest! {
         let cdr = description(&text, 2).encode();
         let Data::Description(stream) = decoded(msgs::StreamDescription::NAME, &cdr) else { panic!() };
         let names = [&stream.name, &stream.id, &stream.device].into_iter();
-        let names = names.chain(&stream.channels).chain(&stream.units).chain(&stream.inputs);
+        let names = names.chain(stream.channels.iter().flat_map(|each| [&each.name, &each.unit])).chain(&stream.inputs);
         for name in names {
             prop_assert!(is_clean(name, LONGEST_NAME), "{name:?}");
         }

@@ -9,7 +9,7 @@ use proptest::sample::select;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::status::{State, StreamStatus};
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Channel, Origin, Shape, Signal, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::{decode, encode, schema_of};
 use teampulse_messages::standard::teampulse_msgs as msgs;
@@ -130,8 +130,10 @@ fn streams() -> impl Strategy<Value = Stream> {
             stream.method = method;
             stream.doc = doc;
             stream.inputs = inputs;
-            (stream.channels, stream.units) = channels.into_iter().unzip();
-            (stream.scale, stream.rate_hz) = numbers;
+            let scale = if numbers.0 == 0.0 { 1.0 } else { numbers.0 };
+            let channel = |(name, unit)| Channel { name, unit, scale };
+            stream.channels = channels.into_iter().map(channel).collect();
+            stream.rate_hz = numbers.1;
             stream
         },
     )

@@ -314,10 +314,9 @@ fn columns(stream: &Stream) -> Vec<String> {
     if stream.shape == Shape::Event {
         return EventCells::COLUMNS.map(|word| quoted(&format!("{name}:{word}"))).to_vec();
     }
-    let values = stream.channels.iter().zip(&stream.units);
-    let values = values.map(|(channel, unit)| match unit.as_str() {
-        "" => format!("{name}:{channel}"),
-        unit => format!("{name}:{channel} [{unit}]"),
+    let values = stream.channels.iter().map(|channel| match (&channel.name, &*channel.unit) {
+        (channel, "") => format!("{name}:{channel}"),
+        (channel, unit) => format!("{name}:{channel} [{unit}]"),
     });
     let about = ["age_secs", "validity", "uncertainty_secs"].map(|word| format!("{name}:{word}"));
     values.chain(about).map(|column| quoted(&column)).collect()

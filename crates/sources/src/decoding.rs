@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use teampulse_core::data::Data;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::Reading;
-use teampulse_core::stream::{Shape, Stream, StreamId};
+use teampulse_core::stream::{Channel, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::{self, Decoded, type_name};
 use teampulse_ros::bus::{Arrival, Deliver};
@@ -37,11 +37,9 @@ impl ObservedChannels {
             return;
         }
         let name = stream.name.rsplit('/').next().unwrap_or_default();
-        stream.channels = match self.width {
-            1 => vec![name.to_owned()],
-            width => (1..=width).map(|channel| format!("{name}{channel}")).collect(),
-        };
-        stream.units = vec![String::new(); stream.channels.len()];
+        let name =
+            |channel| if self.width == 1 { name.to_owned() } else { format!("{name}{channel}") };
+        stream.channels = (1..=self.width).map(|channel| Channel::new(name(channel), "")).collect();
         stream.rate_hz = self.rate_hz;
     }
 

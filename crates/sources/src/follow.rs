@@ -317,16 +317,11 @@ impl<'a> Following<'a> {
     fn leave_out_wrong_fields(&self, stream: &mut Stream) {
         let Shape::Message(schema) = &stream.shape else { return };
         let Ok(definition) = Definition::of(schema) else { return };
-        let named = std::mem::take(&mut stream.channels).into_iter();
-        for (channel, unit) in named.zip(std::mem::take(&mut stream.units)) {
-            match Fields::compile(&definition, &[&channel]) {
-                Ok(_) => {
-                    stream.channels.push(channel);
-                    stream.units.push(unit);
-                }
-                Err(error) => self.fault(format!("{}: failed to {error}", stream.name)),
-            }
-        }
+        let name = &stream.name;
+        stream.channels.retain(|channel| {
+            let found = Fields::compile(&definition, &[&channel.name]);
+            found.map_err(|error| self.fault(format!("{name}: failed to {error}"))).is_ok()
+        });
     }
 
     /// Hands over what still waits, and reports the last losses.

@@ -9,7 +9,7 @@ use std::time::Duration;
 use teampulse_core::clock;
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{About, Channel, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::time::Time;
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::std_msgs::Header;
@@ -41,8 +41,8 @@ fn description() -> Vec<u8> {
         signal: Signal::Ecg,
         device: "polar_h10".into(),
         rate_hz: 128.0,
-        scale: 0.5,
-        ..Stream::raw(ECG, subject, Shape::Wave).with_channels(&[("lead1", "mV")])
+        channels: vec![Channel { scale: 0.5, ..Channel::new("lead1", "mV") }],
+        ..Stream::raw(ECG, subject, Shape::Wave)
     };
     let header = Header::at(Time::from_stamp(5, 0));
     msgs::StreamDescription::of(&stream, header).encode().to_vec()
@@ -76,11 +76,8 @@ async fn a_described_signal_is_declared_as_it_is_described_and_kept_raw() {
         (About::Person, "p001", Origin::Raw)
     );
     assert_eq!((heard.signal, heard.device.as_str()), (Signal::Ecg, "polar_h10"));
-    assert_eq!(
-        (heard.channels.as_slice(), heard.units.as_slice()),
-        (&["lead1".into()][..], &["mV".into()][..])
-    );
-    assert!((heard.rate_hz, heard.scale) == (128.0, 0.5), "{heard:?}");
+    assert_eq!(heard.channels, [Channel { scale: 0.5, ..Channel::new("lead1", "mV") }]);
+    assert!(heard.rate_hz == 128.0, "{heard:?}");
     let sample = &record.sample;
     assert_eq!((sample.source_time, sample.device_time), (Some(stamp), Some(77)));
     assert_eq!(sample.measured, stamp, "what another computer has stamped is believed");
@@ -120,7 +117,7 @@ async fn a_signal_that_nobody_describes_is_what_its_name_and_its_messages_say() 
     .await;
     let heard = stream(&records, ECG);
     assert_eq!((heard.signal, heard.device.as_str()), (Signal::Ecg, "strap"));
-    assert_eq!((heard.channels, heard.units), (vec!["ecg".into()], vec![String::new()]));
+    assert_eq!(heard.channels, [Channel::new("ecg", "")]);
     assert!((heard.rate_hz - 128.0).abs() < 1e-6);
 }
 

@@ -159,7 +159,7 @@ fn missing_fields(wanted: &[Robots], heard: &[(Arc<Stream>, StreamStatus)]) -> V
     for field in wanted.iter().flat_map(Robots::fields) {
         let Some(path) = &field.field else { continue };
         let lacks =
-            |stream: &&Arc<Stream>| stream.device == field.topic && !stream.channels.contains(path);
+            |stream: &&Arc<Stream>| stream.device == field.topic && stream.place_of(path).is_none();
         let lacking = heard.iter().map(|(stream, _)| stream).filter(lacks);
         missing.extend(lacking.map(|stream| format!("field `{path}` of {}", stream.name)));
     }

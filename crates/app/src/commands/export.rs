@@ -8,7 +8,7 @@ use teampulse_bag::{Bag, Selection};
 use teampulse_core::pattern::Pattern;
 use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
-use teampulse_core::stream::{Origin, Shape, Stream};
+use teampulse_core::stream::{Channel, Origin, Shape, Stream};
 use teampulse_messages::convert::encode;
 use teampulse_messages::{fields, readout};
 use teampulse_sinks::{Aligned, Csv};
@@ -195,9 +195,8 @@ fn with_numbers(stream: &Stream) -> Option<Stream> {
     let mut stream = stream.clone();
     if let (Shape::Message(schema), true) = (&stream.shape, stream.channels.is_empty()) {
         let paths = fields::numbers(&readout::definition(schema)?).into_iter();
-        stream.channels = paths.filter(|path| !path.starts_with("header.")).collect();
-        stream.channels.truncate(MOST_CHANNELS);
-        stream.units = vec![String::new(); stream.channels.len()];
+        let paths = paths.filter(|path| !path.starts_with("header.")).take(MOST_CHANNELS);
+        stream.channels = paths.map(|path| Channel::new(path, "")).collect();
     }
     let shaped =
         matches!(stream.shape, Shape::Sample | Shape::Wave | Shape::Feature | Shape::Message(_));

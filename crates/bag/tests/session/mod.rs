@@ -6,7 +6,7 @@ use bytes::Bytes;
 use teampulse_core::data::{Data, Wave};
 use teampulse_core::qos::Qos;
 use teampulse_core::sample::{Record, Sample, Turn};
-use teampulse_core::stream::{Origin, Schema, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{Channel, Origin, Schema, Shape, Signal, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::encode;
 
@@ -46,8 +46,7 @@ pub fn ecg() -> Stream {
 /// A stream that was computed here.
 pub fn rate() -> Stream {
     let mut stream = Stream::derived(&ecg(), "rate", Shape::Sample);
-    stream.channels = vec!["HR".into()];
-    stream.units = vec!["1/min".into()];
+    stream.channels = vec![Channel::new("HR", "1/min")];
     stream
 }
 

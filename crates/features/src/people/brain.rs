@@ -52,7 +52,7 @@ static NAMING: Naming = Naming {
 };
 
 fn make(stream: &Stream) -> Make {
-    let channels = stream.channels.clone();
+    let channels = stream.channels.iter().map(|channel| channel.name.clone()).collect();
     let settings = eeg::analysis::Settings { channels, ..eeg::analysis::Settings::default() };
     Box::new(move |rate_hz| eeg::analysis::causal(&settings, rate_hz))
 }

@@ -185,7 +185,7 @@ impl Activity {
     }
 
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
-        let is_timed = stream.units.first().is_some_and(|unit| unit == "s");
+        let is_timed = stream.channels.first().is_some_and(|channel| channel.unit == "s");
         let source = Source { id, name: stream.name.clone(), is_timed };
         match self.sources.iter_mut().find(|known| known.id == id) {
             Some(known) => *known = source,

@@ -52,8 +52,8 @@ static NAMING: Naming = Naming {
 
 fn make(stream: &Stream) -> Make {
     let settings = emg::analysis::Settings {
-        channels: stream.channels.iter().map(|name| channel(name)).collect(),
-        unit: stream.units.first().cloned().unwrap_or_default(),
+        channels: stream.channels.iter().map(|each| channel(&each.name)).collect(),
+        unit: stream.channels.first().map(|each| each.unit.clone()).unwrap_or_default(),
         ..emg::analysis::Settings::default()
     };
     Box::new(move |rate_hz| emg::analysis::causal(&settings, rate_hz))

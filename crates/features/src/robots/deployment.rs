@@ -193,7 +193,6 @@ impl DeploymentExtractor {
             signal: Signal::Event,
             shape: Shape::Event,
             channels: Vec::new(),
-            units: Vec::new(),
             rate_hz: 0.0,
             doc: format!("When {} goes offline (value: its age [s]) and comes back.", self.robot),
             ..state

@@ -9,7 +9,7 @@ use teampulse_core::data::{Data, Event, EventKind, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{Channel, Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 use teampulse_signal::estimate::Estimate;
@@ -155,13 +155,14 @@ impl fmt::Display for Level {
 
 /// Reads the declared channels; where one names the first entry of an array, all entries.
 fn readout(stream: &Stream) -> Option<Readout> {
-    let entries = |channel: &String| -> Vec<String> {
-        let entries = if channel.contains("[0]") { MOST_ENTRIES } else { 1 };
-        (0..entries).map(|k| channel.replace("[0]", &format!("[{k}]"))).collect()
+    let entries = |channel: &Channel| -> Vec<Channel> {
+        let entries = if channel.name.contains("[0]") { MOST_ENTRIES } else { 1 };
+        let name = |k| channel.name.replace("[0]", &format!("[{k}]"));
+        (0..entries).map(|k| Channel { name: name(k), ..channel.clone() }).collect()
     };
     match stream.shape {
         Shape::Message(_) => {
-            let channels: Vec<String> = stream.channels.iter().flat_map(entries).collect();
+            let channels: Vec<Channel> = stream.channels.iter().flat_map(entries).collect();
             Readout::of_channels(stream, &channels)
         }
         _ => Readout::of(stream),

@@ -133,11 +133,11 @@ impl Extractor for Link {
 
 impl Scale {
     fn of(stream: &Stream) -> Option<Scale> {
-        let units = || stream.units.iter().map(String::as_str).enumerate();
-        if stream.units.first()? == "dBm" {
+        let mut units = stream.channels.iter().map(|channel| channel.unit.as_str()).enumerate();
+        if stream.channels.first()?.unit == "dBm" {
             return Some(Scale::Level { channel: 0 });
         }
-        units().find_map(|(channel, unit)| match unit {
+        units.find_map(|(channel, unit)| match unit {
             "1" => Some(Scale::Share { channel, full: 1.0 }),
             "%" => Some(Scale::Share { channel, full: 100.0 }),
             _ => None,

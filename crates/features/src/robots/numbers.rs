@@ -8,7 +8,7 @@ use teampulse_core::data::Data;
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{Channel, Origin, Shape, Signal, Stream, StreamId};
 use teampulse_messages::readout::Readout;
 
 use crate::context::FeatureContext;
@@ -78,8 +78,11 @@ fn output(input: &Stream) -> Stream {
     Stream {
         signal: input.signal,
         device: input.device.clone(),
-        channels: input.channels.clone(),
-        units: input.units.clone(),
+        channels: input
+            .channels
+            .iter()
+            .map(|each| Channel::new(&*each.name, &*each.unit))
+            .collect(),
         rate_hz: input.rate_hz,
         method: "fields of the message times their scale".to_owned(),
         doc: format!("The numbers inside the messages of {}.", input.name),
@@ -97,8 +100,9 @@ mod tests {
 
     fn battery(scale: f64) -> Stream {
         let channels = [("voltage", "V"), ("percentage", "1")];
-        let stream = messages::<BatteryState>("/r1/battery_state", Signal::Battery, &channels);
-        Stream { scale, ..stream }
+        let mut stream = messages::<BatteryState>("/r1/battery_state", Signal::Battery, &channels);
+        stream.channels.iter_mut().for_each(|channel| channel.scale = scale);
+        stream
     }
 
     fn message(voltage: f32, percentage: f32) -> Data {

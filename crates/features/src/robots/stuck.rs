@@ -179,8 +179,8 @@ impl Persistence {
 impl Watched {
     fn of(stream: &Stream) -> Watched {
         let of_unit = |unit: &str| -> Vec<usize> {
-            let units = stream.units.iter().enumerate();
-            units.filter(|(_, each)| *each == unit).map(|(index, _)| index).collect()
+            let channels = stream.channels.iter().enumerate();
+            channels.filter(|(_, each)| each.unit == unit).map(|(index, _)| index).collect()
         };
         if stream.signal == Signal::Odometry {
             return Watched { channels: of_unit("m"), speeds: of_unit("m/s") };

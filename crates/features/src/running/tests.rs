@@ -18,7 +18,7 @@ fn an_event_of_one_channel_of_several_is_labelled_with_it() {
         value: "peak",
         duration: "",
     };
-    let channels = ["flexor".to_owned(), "extensor".to_owned()];
+    let channels = ["flexor", "extensor"].map(|name| Channel::new(name, "uV"));
     let label = |details: &[(&'static str, f64)]| {
         let details = details.to_vec();
         let event = analysis::Event { kind: "burst", sample: 0.0, at_ns: 0, details };
@@ -93,8 +93,8 @@ fn beats_and_windows_come_out_with_their_names_and_units() {
     let names: Vec<&str> = streams.iter().map(|stream| stream.name.as_str()).collect();
     let ecg = "/humans/persons/p1/polar_h10/ecg";
     assert_eq!(names, [format!("{ecg}/heart/w10"), format!("{ecg}/beats")]);
-    let place = streams[0].channels.iter().position(|name| name == "ECG_Rate_Mean").unwrap();
-    assert_eq!(streams[0].units[place], "1/min");
+    let place = streams[0].place_of("ECG_Rate_Mean").unwrap();
+    assert_eq!(streams[0].channels[place].unit, "1/min");
     let beats = samples.iter().filter(|(.., data)| data.contains("Beat")).count();
     assert!((75..=77).contains(&beats), "{beats} of 77");
     let windows = samples.iter().filter(|(.., data)| data.contains("window_secs: 10.0"));

@@ -152,7 +152,7 @@ enum Role {
 fn online_channel(stream: &Stream) -> Option<usize> {
     let of_robot = stream.about == About::Robot && stream.origin == Origin::Derived;
     let is_deployment = of_robot && stream.name.ends_with("/deployment");
-    stream.channels.iter().position(|channel| is_deployment && channel == "online")
+    stream.place_of("online").filter(|_| is_deployment)
 }
 
 struct AttentionExtractor {

@@ -1,4 +1,4 @@
-use teampulse_core::stream::{About, Origin, Signal, Stream};
+use teampulse_core::stream::{About, Channel, Origin, Signal, Stream};
 
 use super::DecodeError;
 use super::decode::{expect_length, unknown_word};
@@ -31,10 +31,10 @@ impl StreamDescription {
             origin: code(&ORIGINS, &stream.origin),
             inputs: stream.inputs.clone(),
             method: stream.method.clone(),
-            channels: stream.channels.clone(),
-            units: stream.units.clone(),
+            channels: stream.channels.iter().map(|channel| channel.name.clone()).collect(),
+            units: stream.channels.iter().map(|channel| channel.unit.clone()).collect(),
             rate_hz: stream.rate_hz,
-            scale: stream.scale,
+            scale: stream.channels.first().map_or(1.0, |channel| channel.scale),
             doc: stream.doc.clone(),
         }
     }
@@ -51,6 +51,14 @@ impl StreamDescription {
         expect_at_most("channels", self.channels.len(), most)?;
         expect_at_most("inputs", self.inputs.len(), MOST_DERIVED)?;
         let signal = Signal::from_word(&self.signal);
+        let channels = self.channels.iter().zip(&self.units);
+        // A publisher that sets no scale sends 0, which would make every number 0.
+        let scale = if self.scale == 0.0 { 1.0 } else { self.scale };
+        let channel = |name: &String, unit: &String| Channel {
+            name: name.clone(),
+            unit: unit.clone(),
+            scale,
+        };
         let stream = Stream {
             name: self.name.clone(),
             signal: signal.ok_or_else(|| unknown_word("signal", &self.signal, Signal::ALL))?,
@@ -59,9 +67,7 @@ impl StreamDescription {
             device: self.device.clone(),
             origin,
             shape: shape_of(&named(&self.r#type)),
-            channels: self.channels.clone(),
-            units: self.units.clone(),
-            scale: self.scale,
+            channels: channels.map(|(name, unit)| channel(name, unit)).collect(),
             rate_hz: self.rate_hz,
             inputs: self.inputs.clone(),
             method: self.method.clone(),

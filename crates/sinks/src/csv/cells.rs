@@ -5,7 +5,7 @@ use std::io;
 use teampulse_core::data::{Data, Event, FeatureValues, Wave};
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::stream::{Channel, Shape, Stream};
 use teampulse_core::time::Time;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::value::{Value, flatten};
@@ -44,9 +44,12 @@ impl Columns {
         record: &Record,
         mut row: impl FnMut(Time, Vec<String>) -> io::Result<()>,
     ) -> io::Result<()> {
-        let (sample, scale) = (&record.sample, record.stream.scale);
+        let sample = &record.sample;
+        let scale =
+            |place: usize| record.stream.channels.get(place).map_or(1.0, |channel| channel.scale);
         let cells = |values: &[f64]| -> Vec<String> {
-            let cells = values.iter().map(|value| number(value * scale));
+            let cells =
+                values.iter().enumerate().map(|(place, value)| number(value * scale(place)));
             cells.chain(std::iter::repeat(String::new())).take(self.names.len()).collect()
         };
         match &sample.data {
@@ -96,8 +99,7 @@ fn channels(stream: &Stream, width: usize) -> Vec<String> {
     if stream.channels.len() != width {
         return (1..=width).map(|number| format!("value{number}")).collect();
     }
-    let united = stream.channels.iter().zip(&stream.units);
-    united.map(|(name, unit)| with_unit(name, unit)).collect()
+    stream.channels.iter().map(|channel| with_unit(&channel.name, &channel.unit)).collect()
 }
 
 fn with_unit(name: &str, unit: &str) -> String {
@@ -109,7 +111,7 @@ fn of_shape(stream: &Stream) -> Vec<String> {
     match &stream.shape {
         Shape::Feature => {
             let mut columns: Vec<String> = own(&["window_secs", "coverage", "quality"]);
-            for (name, unit) in stream.channels.iter().zip(&stream.units) {
+            for Channel { name, unit, .. } in &stream.channels {
                 columns.push(with_unit(name, unit));
                 columns.push(with_unit(&format!("{name}_sigma"), unit));
                 columns.push(format!("{name}_reason"));

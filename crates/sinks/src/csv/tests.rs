@@ -4,7 +4,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use teampulse_core::data::{Event, EventKind, Wave};
 use teampulse_core::sample::{Sample, Turn};
-use teampulse_core::stream::{Schema, Subject};
+use teampulse_core::stream::{Channel, Schema, Subject};
 use teampulse_core::time::Time;
 use tempfile::{TempDir, tempdir};
 
@@ -76,7 +76,8 @@ fn messages(name: &str, schema: Option<Arc<Schema>>) -> Stream {
 fn a_wave_has_a_row_for_each_of_its_samples() {
     let mut session = Session::new();
     let stream = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
-    let stream = Stream { scale: 0.5, ..stream }.with_channels(&[("ecg", "mV"), ("lead2", "mV")]);
+    let channel = |name| Channel { scale: 0.5, ..Channel::new(name, "mV") };
+    let stream = Stream { channels: vec![channel("ecg"), channel("lead2")], ..stream };
     session.tell(0, &stream, wave(2, &[1.0, 2.0, -0.0, 4.0]));
     assert_eq!(
         session.text("p1__strap__ecg.csv"),

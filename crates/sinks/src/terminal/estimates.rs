@@ -32,7 +32,7 @@ impl Estimates {
     /// Takes the newest estimates of a stream.
     pub(super) fn take(&mut self, stream: &Stream, values: &FeatureValues) {
         let shown = SHOWN.map(|name| {
-            let place = stream.channels.iter().position(|channel| channel == name);
+            let place = stream.place_of(name);
             let number = |of: &[f64]| place.and_then(|place| of.get(place)).copied();
             let (value, sigma) = (number(&values.values), number(&values.sigmas));
             match value.filter(|value| value.is_finite()) {

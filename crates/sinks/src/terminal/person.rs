@@ -79,7 +79,7 @@ impl Person {
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         let Some((place, input, window)) = shown(stream) else { return };
         let figure = &FIGURES[place];
-        let of = |channel| stream.channels.iter().position(|each| each == channel);
+        let of = |channel| stream.place_of(channel);
         let number = |k: usize| values.values.get(k).copied().filter(|value| value.is_finite());
         let Some(k) = of(figure.channel) else { return };
         let reason = values.reasons.get(k).copied().unwrap_or(Reason::Missing);

@@ -37,7 +37,7 @@ impl Figures {
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         let names = || FIGURES.iter().map(|(name, _, _)| *name).chain([ONLINE, DEPLOYED]);
         for (channel, value) in stream.channels.iter().zip(&values.values) {
-            if let Some(name) = names().find(|name| name == channel) {
+            if let Some(name) = names().find(|name| *name == channel.name) {
                 self.0.entry(name).or_default().insert(stream.name.clone(), (*value, at));
             }
         }

@@ -33,7 +33,7 @@ impl Team {
     /// Takes the state of the team, if it is that.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues) {
         if stream.about == About::Team && stream.name == "/team/state" {
-            let named = stream.channels.iter().cloned();
+            let named = stream.channels.iter().map(|channel| channel.name.clone());
             self.state = named.zip(values.values.iter().copied()).collect();
         }
     }

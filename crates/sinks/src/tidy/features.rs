@@ -126,14 +126,14 @@ impl Features {
                 self.file.push(format_args!("{of_window},{measure},{share},1,,"))?;
             }
         }
-        for (k, (channel, unit)) in stream.channels.iter().zip(&stream.units).enumerate() {
+        for (k, channel) in stream.channels.iter().enumerate() {
             let at = |numbers: &[f64]| number(numbers.get(k).copied().unwrap_or(f64::NAN));
             let (value, sigma) = (at(&values.values), at(&values.sigmas));
             let reason = match values.reasons.get(k) {
                 None | Some(Reason::Ok) => String::new(),
                 Some(reason) => reason.to_string(),
             };
-            let (channel, unit) = (cell(channel), cell(unit));
+            let (channel, unit) = (cell(&channel.name), cell(&channel.unit));
             let of_value = format_args!("{channel},{value},{unit},{sigma},{reason}");
             self.file.push(format_args!("{of_window},{of_value}"))?;
         }

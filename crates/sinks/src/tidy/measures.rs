@@ -57,8 +57,8 @@ impl Measures {
             self.add(COVERAGE, "1", "", &source);
             self.add(QUALITY, "1", "", &source);
         }
-        for (place, method) in methods(stream).into_iter().enumerate() {
-            self.add(&stream.channels[place], &stream.units[place], method, &source);
+        for (channel, method) in stream.channels.iter().zip(methods(stream)) {
+            self.add(&channel.name, &channel.unit, method, &source);
         }
     }
 
@@ -150,7 +150,7 @@ pub(super) fn methods(stream: &Stream) -> Vec<&str> {
     let mut begins = Vec::new();
     let mut from = 0;
     for channel in &stream.channels {
-        let mark = format!("; {channel}: ");
+        let mark = format!("; {}: ", channel.name);
         let Some(place) = method[from..].find(&mark) else { break };
         begins.push((from + place, from + place + mark.len()));
         from += place + mark.len() - 1;

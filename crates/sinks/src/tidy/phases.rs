@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use teampulse_core::data::FeatureValues;
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{About, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Channel, Stream, StreamId, Subject};
 
 use self::rows::{Row, Rows};
 use super::course::{Course, word_of};
@@ -94,8 +94,8 @@ impl PhaseTable {
         let shares =
             [COVERAGE, QUALITY].map(|name| (name.to_owned(), "1", String::new(), is_signal));
         let recipes = methods(stream);
-        let values = stream.channels.iter().zip(&stream.units).zip(recipes);
-        let values = values.map(|((name, unit), method)| {
+        let values = stream.channels.iter().zip(recipes);
+        let values = values.map(|(Channel { name, unit, .. }, method)| {
             (name.clone(), unit.as_str(), method.to_owned(), is_listed(stream, name))
         });
         let all: Vec<_> = shares.into_iter().chain(values).collect();

@@ -74,22 +74,14 @@ impl Descriptions {
 fn describe(cdr: &[u8]) -> Result<Option<Arc<Stream>>, convert::DecodeError> {
     let decoded = convert::decode(StreamDescription::NAME, cdr)?;
     let Data::Description(stream) = decoded.data else { return Ok(None) };
-    let is_sound = stream.scale.is_finite() && stream.rate_hz.is_finite();
-    Ok(Some(with_scale(stream)).filter(|stream| stream.about == About::Person && is_sound))
-}
-
-/// A publisher that sets no scale sends 0, which would make every number 0.
-fn with_scale(stream: Arc<Stream>) -> Arc<Stream> {
-    if stream.scale == 0.0 {
-        Arc::new(Stream { scale: 1.0, ..Stream::clone(&stream) })
-    } else {
-        stream
-    }
+    let is_scaled = stream.channels.iter().all(|channel| channel.scale.is_finite());
+    let is_sound = is_scaled && stream.rate_hz.is_finite();
+    Ok(Some(stream).filter(|stream| stream.about == About::Person && is_sound))
 }
 
 #[cfg(test)]
 mod tests {
-    use teampulse_core::stream::{Shape, Subject};
+    use teampulse_core::stream::{Channel, Shape, Subject};
     use teampulse_core::time::Time;
     use teampulse_messages::standard::std_msgs::Header;
 
@@ -97,9 +89,10 @@ mod tests {
 
     fn described(scale: f64) -> Option<f64> {
         let subject = Subject { about: About::Person, id: "p001".into() };
-        let raw = Stream::raw("/humans/persons/p001/own/ecg", subject, Shape::Wave);
-        let told = StreamDescription::of(&Stream { scale, ..raw }, Header::at(Time::EPOCH));
-        describe(&told.encode()).expect("a description").map(|stream| stream.scale)
+        let mut raw = Stream::raw("/humans/persons/p001/own/ecg", subject, Shape::Wave);
+        raw.channels = vec![Channel { scale, ..Channel::new("ecg", "mV") }];
+        let told = StreamDescription::of(&raw, Header::at(Time::EPOCH));
+        describe(&told.encode()).expect("a description").map(|stream| stream.channels[0].scale)
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The choice of what to watch of a robot: which topic becomes which stream.
 
 use teampulse_core::registry::SettingsError;
-use teampulse_core::stream::{Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
 use teampulse_core::units::spelt;
 
 use super::{Field, Robots, norm, norm_of_type};
@@ -73,9 +73,9 @@ impl Choice {
         let mut numbers = self.numbers.iter().filter(|field| field.topic == relative).peekable();
         let wanted = numbers.peek().is_some().then(blank);
         let mut stream = self.in_itself(relative, type_name).or(wanted)?;
-        let standard = !stream.channels.is_empty();
+        let standard = stream.channels.first().map(|channel| channel.scale);
         for field in numbers {
-            if standard && (field.scale - stream.scale).abs() > 0.0 {
+            if standard.is_some_and(|scale| (field.scale - scale).abs() > 0.0) {
                 tracing::warn!(
                     "the number `{}` of {relative} is left out: beside the numbers of a standard \
                      type it can't have a scale of its own",
@@ -135,25 +135,21 @@ fn blank() -> Stream {
 fn mapped(parameter: &str, field: &Field) -> Stream {
     let norm = norm(parameter).expect("mapped parameters are those of the profile");
     let stream = Stream { signal: norm.signal, doc: norm.doc.into(), ..blank() };
-    match field.field {
-        Some(_) => {
-            let mut stream = stream;
-            add(&mut stream, field);
-            stream
-        }
-        None => Stream {
-            scale: field.scale,
-            rate_hz: field.rate_hz.unwrap_or(0.0),
-            ..stream.with_channels(norm.channels)
-        },
+    if field.field.is_some() {
+        let mut stream = stream;
+        add(&mut stream, field);
+        return stream;
     }
+    let mut stream = stream.with_channels(norm.channels);
+    stream.channels.iter_mut().for_each(|channel| channel.scale = field.scale);
+    Stream { rate_hz: field.rate_hz.unwrap_or(0.0), ..stream }
 }
 
 /// Reads one more number from a stream.
 fn add(stream: &mut Stream, field: &Field) {
-    stream.channels.push(field.field.clone().unwrap_or_else(|| "data".into()));
-    stream.units.push(field.unit.clone().unwrap_or_else(|| "1".into()));
-    stream.scale = field.scale;
+    let name = field.field.clone().unwrap_or_else(|| "data".into());
+    let unit = field.unit.clone().unwrap_or_else(|| "1".into());
+    stream.channels.push(Channel { name, unit, scale: field.scale });
     stream.rate_hz = field.rate_hz.unwrap_or(stream.rate_hz);
 }
 
@@ -291,7 +287,7 @@ mod tests {
         );
         let battery = choice.stream("/r1/battery_sensor/value", "webots_ros/msg/Float64Stamped");
         let battery = battery.expect("mapped");
-        assert_eq!((battery.signal, &battery.units[..]), (Signal::Battery, &["J".to_owned()][..]));
+        assert_eq!((battery.signal, battery.channels[0].unit.as_str()), (Signal::Battery, "J"));
         assert!(choice.stream("/r1/other", "sensor_msgs/msg/BatteryState").is_none());
         assert!(choice.stream("/r1/scan_raw", "sensor_msgs/msg/LaserScan").is_some());
     }
@@ -356,6 +352,7 @@ mod tests {
         let battery = battery.expect("watched");
         assert_eq!((battery.signal, battery.channels.len()), (Signal::Battery, 7));
         let arm = choice.stream("/r1/arm", "sensor_msgs/msg/JointState").expect("watched");
-        assert_eq!(arm.channels, ["effort[0]", "effort[1]"]);
+        let effort = |k| Channel::new(format!("effort[{k}]"), "N m");
+        assert_eq!(arm.channels, [effort(0), effort(1)]);
     }
 }

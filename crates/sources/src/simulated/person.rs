@@ -226,7 +226,7 @@ mod tests {
                 == (About::Person, Origin::Raw, "p001")
         }));
         let (_, ecg) = outlet.streams().find("/humans/persons/p001/simulated/ecg").unwrap();
-        assert_eq!((&ecg.shape, ecg.units[0].as_str()), (&Shape::Wave, "mV"));
+        assert_eq!((&ecg.shape, ecg.channels[0].unit.as_str()), (&Shape::Wave, "mV"));
     }
 
     #[test]

@@ -270,7 +270,7 @@ impl ReadMode {
                 let within: Vec<String> = within.cloned().collect();
                 if within.is_empty() { vec![channel.clone()] } else { within }
             }
-            None if !stream.channels.is_empty() => stream.channels.clone(),
+            None if !stream.channels.is_empty() => names(stream).map(str::to_owned).collect(),
             None => {
                 let mut all = all.iter().filter(|path| !path.starts_with("header."));
                 let first = all.next().cloned().unwrap_or_default();
@@ -284,14 +284,18 @@ impl ReadMode {
     }
 }
 
+fn names(stream: &Stream) -> impl Iterator<Item = &str> {
+    stream.channels.iter().map(|channel| channel.name.as_str())
+}
+
 /// The index of the requested channel, given by its name or its number from 0.
 fn own_channel(stream: &Stream, wanted: &Wanted) -> Result<Option<usize>, Failure> {
     let Some(channel) = &wanted.channel else { return Ok(None) };
-    let named = stream.channels.iter().position(|name| name == channel);
+    let named = stream.place_of(channel);
     let place = named.or_else(|| channel.parse().ok());
     place.map(Some).ok_or_else(|| {
         Failure::new(format!("{} has no channel `{channel}`", stream.name))
-            .hint(format!("it has {}", stream.channels.join(", ")))
+            .hint(format!("it has {}", names(stream).collect::<Vec<_>>().join(", ")))
     })
 }
 

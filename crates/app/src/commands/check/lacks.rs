@@ -34,8 +34,9 @@ fn undefined<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Ite
 /// Streams of people's numbers without a description.
 fn undescribed<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Item = String> {
     let has_numbers = |stream: &&Stream| matches!(stream.shape, Shape::Sample | Shape::Wave);
-    let is_blank =
-        |stream: &&Stream| stream.doc.is_empty() && stream.units.iter().all(String::is_empty);
+    let is_blank = |stream: &&Stream| {
+        stream.doc.is_empty() && stream.channels.iter().all(|channel| channel.unit.is_empty())
+    };
     let of_people = streams.filter(|stream| stream.about == About::Person).filter(has_numbers);
     of_people.filter(is_blank).map(|stream| {
         format!(

@@ -9,7 +9,7 @@ use clap::Args;
 use teampulse_core::data::{Data, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Reading, Source, SourceError};
-use teampulse_core::stream::{About, Shape, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::text::on_one_line;
 use teampulse_core::time::Time;
 use teampulse_core::units::spelt;
@@ -121,10 +121,11 @@ impl Tables {
     /// What is imported.
     pub fn report(&self) -> Report {
         let line = |reader: &Reader| {
-            let Stream { name, rate_hz, units, .. } = &reader.stream;
+            let Stream { name, rate_hz, channels, .. } = &reader.stream;
             let rate = if *rate_hz > 0.0 { format!("{rate_hz} Hz") } else { "as they come".into() };
-            let unit = units.first().filter(|unit| !unit.is_empty());
-            let unit = unit.map_or_else(|| "unit unknown".to_owned(), Clone::clone);
+            let unit =
+                channels.first().map(|channel| &*channel.unit).filter(|unit| !unit.is_empty());
+            let unit = unit.unwrap_or("unit unknown");
             format!("{}: {name}, {rate}, {unit}", reader.path.display())
         };
         Report(self.each.iter().map(line).collect())
@@ -212,9 +213,9 @@ fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
     let mut stream = Stream::raw(name, subject, shape);
     stream.signal = signal.kind();
     stream.rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
-    stream.channels = match table.names() {
-        [_] => vec![signal.word().to_owned()],
-        several => several.iter().map(|name| on_one_line(name).into_owned()).collect(),
+    let name = |place: usize| match table.names() {
+        [_] => signal.word().to_owned(),
+        several => on_one_line(&several[place]).into_owned(),
     };
     let told = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
     let unit = |place: usize| {
@@ -222,7 +223,8 @@ fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
             signal.unit().map(str::to_owned).or_else(|| asked.table.unit().map(str::to_owned));
         spelt(&own.unwrap_or_else(|| told(place)))
     };
-    stream.units = (0..stream.channels.len()).map(unit).collect();
+    let channel = |place: usize| Channel::new(name(place), unit(place));
+    stream.channels = (0..table.names().len()).map(channel).collect();
     "imported from a table".clone_into(&mut stream.doc);
     stream
 }

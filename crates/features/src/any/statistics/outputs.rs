@@ -1,6 +1,6 @@
 //! The streams of statistics: what they are called, and what they say of themselves.
 
-use teampulse_core::stream::{Shape, Stream};
+use teampulse_core::stream::{Channel, Shape, Stream};
 use teampulse_signal::analysis::Value;
 
 use super::meaning::caution;
@@ -44,8 +44,7 @@ fn output(input: &Stream, leaf: &str, method: String, mut doc: String) -> Stream
     Stream {
         signal: input.signal,
         device: input.device.clone(),
-        channels: values.iter().map(|value| value.name.clone().into_owned()).collect(),
-        units: values.iter().map(|value| value.unit.clone().into_owned()).collect(),
+        channels: values.iter().map(|value| Channel::new(&*value.name, &*value.unit)).collect(),
         method,
         doc,
         ..Stream::derived(input, &format!("statistics/{leaf}"), Shape::Feature)
@@ -56,10 +55,9 @@ fn output(input: &Stream, leaf: &str, method: String, mut doc: String) -> Stream
 fn values(input: &Stream) -> Vec<Value> {
     let is_alone = input.channels.len() == 1;
     let mut values = Vec::new();
-    for (index, channel) in input.channels.iter().enumerate() {
-        let channel = if is_alone { "" } else { channel };
-        let own =
-            input.units.get(index).filter(|unit| !unit.is_empty()).map_or("1", String::as_str);
+    for Channel { name, unit, .. } in &input.channels {
+        let channel = if is_alone { "" } else { name };
+        let own = if unit.is_empty() { "1" } else { unit };
         for suffix in ["", "_difference"] {
             values.extend(STATISTICS.iter().map(|(name, unit)| {
                 let unit = match unit {
@@ -88,8 +86,8 @@ mod tests {
     fn a_channel_among_others_stands_behind_each_name() {
         let stream = over_window(&input(&[("x", "m"), ("v", "m/s")]), 30.0);
         assert_eq!(stream.name, "/r1/imu/statistics/w30");
-        assert_eq!((stream.channels.len(), stream.units.len()), (28, 28));
-        let named = |place: usize| (stream.channels[place].as_str(), stream.units[place].as_str());
+        assert_eq!(stream.channels.len(), 28);
+        let named = |place: usize| (&*stream.channels[place].name, &*stream.channels[place].unit);
         assert_eq!([named(0), named(6)], [("mean/x", "m"), ("slope/x", "m/s")]);
         assert_eq!([named(8), named(20)], [("sd_difference/x", "m"), ("slope/v", "m/s/s")]);
     }
@@ -107,8 +105,8 @@ mod tests {
     fn a_channel_alone_needs_no_name() {
         let stream = over_phases(&input(&[("temperature", "degC")]));
         assert_eq!(stream.name, "/r1/imu/statistics/phases");
-        assert_eq!(stream.channels[..2], ["mean", "sd"]);
-        assert_eq!(stream.channels[7], "mean_difference");
+        let named = [0, 1, 7].map(|place| stream.channels[place].name.as_str());
+        assert_eq!(named, ["mean", "sd", "mean_difference"]);
     }
 
     #[test]

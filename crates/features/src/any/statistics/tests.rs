@@ -238,7 +238,7 @@ fn the_fields_of_a_message_are_numbers_too() {
     }
     let window = scene.told("w10").pop().unwrap().1;
     let stream = scene.out.streams()[0].clone();
-    assert_eq!((stream.channels[6].as_str(), stream.units[6].as_str()), ("slope", "V/s"));
+    assert_eq!((&*stream.channels[6].name, &*stream.channels[6].unit), ("slope", "V/s"));
     assert_eq!((window.values[0], window.values[6]), (10.5, -1.0));
 }
 

@@ -48,7 +48,10 @@ impl TrackedStream {
 
     /// The stream is known, or known better: only with other channels it begins anew.
     pub(super) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
-        let is_same = self.stream.channels == stream.channels;
+        let names = |of: &Stream| {
+            of.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>()
+        };
+        let is_same = names(&self.stream) == names(stream);
         self.stream = stream.clone();
         let known = self.work.take().filter(|_| is_same);
         self.work = Readout::of(stream).map(|readout| {

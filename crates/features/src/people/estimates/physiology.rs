@@ -63,7 +63,7 @@ struct Place {
 impl Reading {
     /// How this stream of states is read.
     pub(super) fn of(state: &Stream) -> Reading {
-        let channel = |name: String| state.channels.iter().position(|channel| *channel == name);
+        let channel = |name: String| state.place_of(&name);
         let place = |&(measure, sign): &Sign| {
             let robust = channel(format!("{measure}_robust_z"))?;
             Some(Place { channels: [robust, channel(format!("{measure}_z"))?], sign })

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use teampulse_core::data::{EventKind, FeatureValues, Reason};
 use teampulse_core::session_streams::{END, session_events};
+use teampulse_core::stream::Channel;
 
 use super::*;
 use crate::drive::{Drive, built};
@@ -32,10 +33,10 @@ fn reports(id: &str) -> Stream {
 fn states(spans: &str) -> Stream {
     let stream =
         Stream::raw(format!("/humans/persons/p1/state/{spans}"), person("p1"), Shape::Feature);
-    let kinds = |measure: &&str| ["z", "robust_z"].map(|kind| format!("{measure}_{kind}"));
-    let channels: Vec<String> = MEASURES.iter().flat_map(kinds).collect();
-    let units = vec!["1".to_owned(); channels.len()];
-    Stream { origin: Origin::Derived, channels, units, ..stream }
+    let channel = |name: String| Channel::new(name, "1");
+    let kinds = |measure: &&str| ["z", "robust_z"].map(|kind| channel(format!("{measure}_{kind}")));
+    let channels = MEASURES.iter().flat_map(kinds).collect();
+    Stream { origin: Origin::Derived, channels, ..stream }
 }
 
 /// A state in which each measure is as far from the baseline; NaN is a gap.

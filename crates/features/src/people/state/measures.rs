@@ -46,7 +46,7 @@ impl Measure {
     /// How good a family is for it, 0 the best, and the place of its value in a stream of that family.
     pub(super) fn place_in(&self, stream: &Stream, family: &str) -> Option<(usize, usize)> {
         let rank = self.families.iter().position(|each| *each == family)?;
-        let channel = stream.channels.iter().position(|channel| channel == self.value)?;
+        let channel = stream.place_of(self.value)?;
         Some((rank, channel))
     }
 }

@@ -1,7 +1,7 @@
 //! The streams of states.
 
 use teampulse_core::phases::Phase;
-use teampulse_core::stream::{Origin, Shape, Stream, Subject};
+use teampulse_core::stream::{Channel, Origin, Shape, Stream, Subject};
 
 use super::baseline::Baseline;
 use super::measures::{MEASURES, Measure};
@@ -50,19 +50,16 @@ fn state<'a>(
 ) -> Stream {
     let name = format!("/humans/persons/{}/state/{leaf}", person.id);
     let kinds = MEASURES.iter().flat_map(|measure| KINDS.map(|kind| (measure, kind)));
-    let (channels, units) = kinds
-        .map(|(measure, (kind, in_unit))| {
-            let unit = if in_unit { measure.unit } else { "1" };
-            (format!("{}_{kind}", measure.name), unit.to_owned())
-        })
-        .unzip();
+    let channels = kinds.map(|(measure, (kind, in_unit))| {
+        let unit = if in_unit { measure.unit } else { "1" };
+        Channel::new(format!("{}_{kind}", measure.name), unit)
+    });
     let mut inputs: Vec<String> = inputs.map(str::to_owned).collect();
     inputs.sort_unstable();
     inputs.dedup();
     Stream {
         origin: Origin::Derived,
-        channels,
-        units,
+        channels: channels.collect(),
         inputs,
         method,
         doc,

@@ -101,7 +101,7 @@ fn value(drive: &mut Drive, name: &str) -> Result<f64, Reason> {
 
 fn value_of(drive: &mut Drive, output: &str, name: &str) -> Result<f64, Reason> {
     let stream = drive.outputs().iter().find(|stream| stream.name == output).unwrap();
-    let place = stream.channels.iter().position(|channel| channel == name).unwrap();
+    let place = stream.place_of(name).unwrap();
     let last = drive.last(output);
     if last.reasons[place] == Reason::Ok {
         Ok(last.values[place])

@@ -46,7 +46,7 @@ struct Steps {
 impl Gauges {
     /// Gauges of which nothing was seen yet.
     pub(super) fn of(stream: &Stream) -> Gauges {
-        let in_percent = stream.units.iter().any(|unit| unit == "%");
+        let in_percent = stream.channels.iter().any(|channel| channel.unit == "%");
         let unseen = Steps { last: f64::NAN, smallest: f64::INFINITY };
         Gauges {
             percent_seen: if in_percent { READINGS_TO_BELIEVE } else { 0 },

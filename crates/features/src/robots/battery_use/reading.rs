@@ -83,8 +83,8 @@ impl Layout {
     /// The layout of a stream; the first channel of a quantity counts.
     pub(super) fn of(stream: &Stream) -> Layout {
         let mut layout = Layout::default();
-        for (index, (channel, unit)) in stream.channels.iter().zip(&stream.units).enumerate() {
-            if let Some(quantity) = Quantity::of(channel, unit) {
+        for (index, channel) in stream.channels.iter().enumerate() {
+            if let Some(quantity) = Quantity::of(&channel.name, &channel.unit) {
                 layout.channels[quantity as usize].get_or_insert(index);
             }
         }

@@ -125,10 +125,10 @@ fn by_events(stream: &Stream) -> Option<Sign> {
 }
 
 fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
-    let signs = stream.channels.iter().enumerate().filter_map(|(channel, name)| {
+    let signs = stream.channels.iter().enumerate().filter_map(|(channel, of)| {
         let Limits { low_battery, empty_in_secs, poor_link } = *limits;
         let below = |limit| Indication::Below { channel, limit };
-        let (why, indication) = match (stream.signal, name.as_str()) {
+        let (why, indication) = match (stream.signal, of.name.as_str()) {
             (Signal::Battery, "fraction_left") => {
                 (format!("battery below {:.0} %", 100.0 * low_battery), below(low_battery))
             }

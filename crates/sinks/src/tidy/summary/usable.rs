@@ -36,7 +36,7 @@ fn poor_share(values: &FeatureValues) -> f64 {
 }
 
 fn dead_share(stream: &Stream, values: &FeatureValues) -> f64 {
-    let names = stream.channels.iter().zip(&values.values);
+    let names = stream.channels.iter().map(|channel| &channel.name).zip(&values.values);
     let dead = names.filter(|(name, share)| DEAD.contains(&name.as_str()) && share.is_finite());
     dead.map(|(_, share)| *share).sum::<f64>().clamp(0.0, 1.0)
 }
@@ -52,12 +52,9 @@ mod tests {
     const RATE_HZ: f64 = 130.0;
 
     fn measured(stream: Signal, channels: &[&str], window: &FeatureValues) -> f64 {
-        let stream = Stream {
-            signal: stream,
-            channels: channels.iter().map(|name| (*name).to_owned()).collect(),
-            ..Stream::raw("/x", Subject::session(), Shape::Feature)
-        };
-        usable_share(&stream, window)
+        let channels: Vec<_> = channels.iter().map(|name| (*name, "1")).collect();
+        let of = Stream::raw("/x", Subject::session(), Shape::Feature).with_channels(&channels);
+        usable_share(&Stream { signal: stream, ..of }, window)
     }
 
     fn window(coverage: f32, quality: f32, reasons: Vec<Reason>) -> FeatureValues {
