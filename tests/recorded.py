@@ -51,6 +51,9 @@ class Signal:
             rate_hz=self.rate_hz,
             scale=1.0,
             doc="",
+            family="",
+            window_secs=0.0,
+            beside="",
         )
 
     def waves(self):

@@ -400,6 +400,7 @@ def description(channels: int) -> bytes:
         # Each an empty string, which some write without its closing zero.
         body.extend(bytes(4 * channels))
     number("d", 250.0), number("d", 1.0), text("")
+    text(""), number("d", 0.0), text("")
     return CDR_HEADER + bytes(body)
 
 

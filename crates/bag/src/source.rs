@@ -13,13 +13,13 @@ use teampulse_core::session_streams::CLOCKS;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Origin, Schema, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
-use teampulse_messages::convert::{DecodeError, Decoded, decode};
+use teampulse_messages::convert::{DecodeError, Decoded, decode, description};
 use teampulse_messages::fields::header_stamp;
 
 use crate::error::BagError;
 use crate::pace::{Pace, Pacer};
 use crate::read::messages::Message;
-use crate::read::{Bag, described, description};
+use crate::read::{Bag, described};
 use teampulse_messages::convert::type_name;
 
 /// After so many readings other tasks have their turn.
@@ -248,7 +248,7 @@ impl<'a> Playback<'a> {
 
     /// Declares the stream of a description, at its time.
     fn take_description(&mut self, message: &Message) {
-        let Some(description) = description(&message.cdr) else { return };
+        let Ok(description) = description(&message.schema, &message.cdr) else { return };
         if !self.selects(&description) {
             return;
         }

@@ -95,7 +95,7 @@ impl Extractors {
     /// A stream was declared: every feature that accepts it joins. None hears what a second publisher of
     /// a person's topic sent.
     pub(crate) fn join(&mut self, id: StreamId, stream: &Stream, given: &mut VecDeque<Given>) {
-        if stream.beside().is_some() {
+        if !stream.beside.is_empty() {
             return;
         }
         for feature in 0..self.features.len() {

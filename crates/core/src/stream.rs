@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::qos::Qos;
 use crate::text::{self, LONGEST_NAME, LONGEST_PROSE};
@@ -35,6 +36,14 @@ pub struct Stream {
     pub inputs: Vec<String>,
     /// How it was computed: the recipe, with its window and its reference.
     pub method: String,
+    /// What feature it is, whatever it was computed from: `heart`, `skin`, `deployment`; empty for what is
+    /// raw.
+    pub family: String,
+    /// Over what its values are computed; `None` where they are of a moment.
+    pub window: Option<Window>,
+    /// The topic of which this is what another publisher sent than the one that is heard: it is recorded,
+    /// and no feature hears it. Empty for any other stream.
+    pub beside: String,
     /// One sentence for people.
     pub doc: String,
     /// Who published it first, with the id of the publisher on its bus; empty where that is unknown or
@@ -59,32 +68,59 @@ impl Stream {
             rate_hz: 0.0,
             inputs: Vec::new(),
             method: String::new(),
+            family: String::new(),
+            window: None,
+            beside: String::new(),
             doc: String::new(),
             publisher: String::new(),
             qos: Vec::new(),
         }
     }
 
-    /// A stream derived from `input`, named below it (`<input>/<leaf>`), about the same subject.
-    pub fn derived(input: &Stream, leaf: &str, shape: Shape) -> Stream {
-        let mut stream = Stream::raw(format!("{}/{leaf}", input.name), input.subject(), shape);
-        stream.origin = Origin::Derived;
-        stream.inputs = vec![input.name.clone()];
-        stream
+    /// A feature's stream, derived from `input`, named below it (`<input>/<family>`), about the same subject.
+    pub fn derived(input: &Stream, family: &str, shape: Shape) -> Stream {
+        let inputs = vec![input.name.clone()];
+        let name = format!("{}/{family}", input.name);
+        Stream { inputs, ..Stream::concluded(name, input.subject(), family, shape) }
     }
 
-    /// What the stream of another publisher of a person's topic is called: the second, the third, …
-    pub fn name_beside(topic: &str, number: usize) -> String {
-        format!("{topic}{BESIDE}{number}")
+    /// A feature's stream of any name and subject.
+    pub fn concluded(
+        name: impl Into<String>,
+        subject: Subject,
+        family: &str,
+        shape: Shape,
+    ) -> Stream {
+        let stream = Stream::raw(name, subject, shape);
+        Stream { origin: Origin::Derived, family: family.to_owned(), ..stream }
     }
 
-    /// The topic of which this is what another publisher sent than the one that is heard; `None` for any
-    /// other stream. It is recorded, and no feature hears it.
-    pub fn beside(&self) -> Option<&str> {
-        let (topic, number) = self.name.rsplit_once(BESIDE)?;
-        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
-        let is_raw = self.about == About::Person && self.origin == Origin::Raw;
-        (is_number && is_raw).then_some(topic)
+    /// The same stream over windows or phases, named below it: `…/heart/w30`.
+    #[must_use]
+    pub fn over(mut self, window: Window) -> Stream {
+        self.name = format!("{}/{window}", self.name);
+        self.window = Some(window);
+        self
+    }
+
+    /// The same stream under another name below it: `…/deployment/events`.
+    #[must_use]
+    pub fn below(mut self, leaf: &str) -> Stream {
+        self.name = format!("{}/{leaf}", self.name);
+        self
+    }
+
+    /// Its name without its window: the same for all windows of a family on one input.
+    pub fn windowless_name(&self) -> &str {
+        let window = self.window.map(|window| format!("/{window}")).unwrap_or_default();
+        self.name.strip_suffix(&window).unwrap_or(&self.name)
+    }
+
+    /// The stream of another publisher of the same topic: the second, the third, …
+    #[must_use]
+    pub fn beside(&self, number: usize) -> Stream {
+        let name = format!("{}/publisher_{number}", self.name);
+        Stream { name, beside: self.name.clone(), ..self.clone() }
     }
 
     /// Whom the stream is about.
@@ -112,7 +148,9 @@ impl Stream {
             Origin::Raw => LONGEST_NAME,
             Origin::Derived => DERIVED * LONGEST_NAME,
         };
-        for text in [&mut self.name, &mut self.id, &mut self.device] {
+        for text in
+            [&mut self.name, &mut self.id, &mut self.device, &mut self.family, &mut self.beside]
+        {
             *text = text::name(std::mem::take(text), longest);
         }
         for Channel { name, unit, .. } in &mut self.channels {
@@ -140,9 +178,6 @@ impl Stream {
 /// So many times as long as the names of what comes from outside are those of what is derived, at most.
 const DERIVED: usize = 4;
 
-/// What stands between a topic and the number of another publisher.
-const BESIDE: &str = "/publisher_";
-
 /// One number of each sample of a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -159,6 +194,31 @@ impl Channel {
     /// A channel whose numbers are in its unit.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Channel {
         Channel { name: name.into(), unit: unit.into(), scale: 1.0 }
+    }
+}
+
+/// Over what the values of a feature are computed. In a name it is `w30`, `w2_5` or `phases`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Window {
+    /// Windows of this length.
+    Of(Duration),
+    /// Each phase, when it is over.
+    Phases,
+}
+
+impl Window {
+    /// Windows of a length [s].
+    pub fn of_secs(secs: f64) -> Window {
+        Window::Of(Duration::try_from_secs_f64(secs).unwrap_or_default())
+    }
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Window::Of(length) => f.pad(&format!("w{}", length.as_secs_f64()).replace('.', "_")),
+            Window::Phases => f.pad("phases"),
+        }
     }
 }
 
@@ -185,6 +245,15 @@ impl Subject {
     /// The session itself.
     pub fn session() -> Subject {
         Subject { about: About::Session, id: String::new() }
+    }
+
+    /// What a topic of the subject is called within its namespace, for people to read:
+    /// `polar_h10/ecg`, `battery_state`; any other has its whole name.
+    pub fn within<'a>(&self, topic: &'a str) -> &'a str {
+        match topic.split_once(&format!("/{}/", self.id)) {
+            Some((_, within)) if !self.id.is_empty() => within,
+            _ => topic,
+        }
     }
 }
 
@@ -336,15 +405,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stands_beside_a_person_s_topic_is_known_by_its_name() {
-        let person = Subject { about: About::Person, id: "p001".into() };
-        let ecg = "/humans/persons/p001/strap/ecg";
-        let name = Stream::name_beside(ecg, 2);
-        assert_eq!(Stream::raw(name, person.clone(), Shape::Wave).beside(), Some(ecg));
-        for other in [ecg.to_owned(), format!("{ecg}/publisher_"), format!("{ecg}/publisher_x")] {
-            assert_eq!(Stream::raw(other, person.clone(), Shape::Wave).beside(), None);
+    fn a_window_stands_in_a_field_and_in_the_name() {
+        let ecg = Stream::raw("/humans/persons/p001/strap/ecg", Subject::session(), Shape::Wave);
+        let over = |window| Stream::derived(&ecg, "heart", Shape::Feature).over(window);
+        for (window, leaf) in [
+            (Window::of_secs(30.0), "w30"),
+            (Window::of_secs(2.5), "w2_5"),
+            (Window::Phases, "phases"),
+        ] {
+            let heart = over(window);
+            assert_eq!(heart.name, format!("{}/heart/{leaf}", ecg.name));
+            assert_eq!((heart.window, heart.family.as_str()), (Some(window), "heart"));
+            assert_eq!(heart.windowless_name(), format!("{}/heart", ecg.name));
         }
-        let robot = Stream::raw("/r1/publisher_2", Subject::robot("r1"), Shape::Sample);
-        assert_eq!(robot.beside(), None);
+    }
+
+    #[test]
+    fn a_topic_is_shown_within_its_subject() {
+        let person = Subject { about: About::Person, id: "p001".into() };
+        assert_eq!(person.within("/humans/persons/p001/strap/ecg"), "strap/ecg");
+        assert_eq!(Subject::robot("r1").within("/r1/wifi"), "wifi");
+        assert_eq!(Subject::team().within("/team/state"), "/team/state");
     }
 }

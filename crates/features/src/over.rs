@@ -124,7 +124,7 @@ pub(crate) fn refuse(
         signal: Signal::Event,
         device: input.device.clone(),
         doc: format!("What is not computed of {}, and why.", input.name),
-        ..Stream::derived(input, &format!("{leaf}/refused"), Shape::Event)
+        ..Stream::derived(input, leaf, Shape::Event).below("refused")
     });
     let fault = Event { kind: EventKind::Fault, label, value, duration_secs: 0.0 };
     out.emit(output, at, Data::Event(Arc::new(fault)));

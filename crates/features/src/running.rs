@@ -6,14 +6,13 @@ use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::phases::Phase;
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Channel, Shape, Signal, Stream};
+use teampulse_core::stream::{Channel, Shape, Signal, Stream, Window};
 use teampulse_core::time::Time;
 use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
 use teampulse_signal::analysis::{self, Live, LiveOutput, Make, Measured, Value};
 
 use crate::over::{Held, LeftOut, OVER_PHASES, PhasesTold, measured_span, refuse};
-use crate::windows::window_name;
 
 /// Windows are reported once a second of the stream's own time.
 const HOP_NS: i64 = 1_000_000_000;
@@ -137,10 +136,10 @@ impl Running {
     fn window(&self, secs: f64, values: &[Value]) -> Stream {
         let over = format!("windows of {secs} s");
         let rate_hz = 1e9 / HOP_NS as f64;
-        Stream { rate_hz, ..self.output(&window_name(secs), &over, values) }
+        Stream { rate_hz, ..self.output(Window::of_secs(secs), &over, values) }
     }
 
-    fn output(&self, leaf: &str, over: &str, values: &[Value]) -> Stream {
+    fn output(&self, window: Window, over: &str, values: &[Value]) -> Stream {
         let recipe = |value: &Value| format!("{}: {}", value.name, value.method);
         let recipes: Vec<String> = values.iter().map(recipe).collect();
         Stream {
@@ -149,7 +148,7 @@ impl Running {
             channels: values.iter().map(|value| Channel::new(&*value.name, &*value.unit)).collect(),
             method: format!("causal, {over}; {}", recipes.join("; ")),
             doc: self.naming.doc.to_owned(),
-            ..Stream::derived(&self.stream, &format!("{}/{leaf}", self.naming.leaf), Shape::Feature)
+            ..Stream::derived(&self.stream, self.naming.leaf, Shape::Feature).over(window)
         }
     }
 
@@ -230,7 +229,7 @@ impl Running {
         else {
             return;
         };
-        let output = out.declare(self.output("phases", OVER_PHASES, live.values()));
+        let output = out.declare(self.output(Window::Phases, OVER_PHASES, live.values()));
         out.emit(output, Time::from_nanos(span.end_ns), feature(span.secs(), &live.measure(span)));
     }
 }

@@ -110,11 +110,6 @@ impl<T> View<'_, T> {
     }
 }
 
-/// The name of a window as it stands in the name of a stream: `w30`, `w2_5`.
-pub(crate) fn window_name(secs: f64) -> String {
-    format!("w{secs}").replace('.', "_")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,10 +164,5 @@ mod tests {
         assert_eq!(view.times_secs().first(), Some(&-9.5));
         assert_eq!(view.times_secs().last(), Some(&-0.5));
         assert_eq!(view.share(|&secs| secs >= 15.0), 0.5);
-    }
-
-    #[test]
-    fn a_window_s_name_is_a_token() {
-        assert_eq!([30.0, 2.5].map(window_name), ["w30", "w2_5"]);
     }
 }

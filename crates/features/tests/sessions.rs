@@ -10,7 +10,7 @@ use teampulse_core::feature::{Feature, OutputId, Outputs, Scope};
 use teampulse_core::registry::Settings;
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::session_streams::session_events;
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject, Window};
 use teampulse_core::time::Time;
 use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
@@ -45,21 +45,22 @@ fn of_person(name: &str, shape: Shape, channels: &[&str]) -> Stream {
 
 /// The streams of a session with one person and a robot.
 fn streams() -> Vec<Stream> {
-    let windows = |name: &str, channels: &[&str]| Stream {
-        origin: Origin::Derived,
-        ..of_person(name, Shape::Feature, channels)
+    let windows = |name: &str, family: &str, window: Window, channels: &[&str]| {
+        let stream = of_person(name, Shape::Feature, channels);
+        Stream { origin: Origin::Derived, family: family.into(), ..stream }.over(window)
     };
+    let w30 = Window::of_secs(30.0);
     let z = ["heart_rate_z", "heart_rate_robust_z", "skin_level_z", "skin_level_robust_z"];
     let input = of_person("task/presses", Shape::Event, &[]);
     vec![
         session_events(),
         of_person("task/events", Shape::Event, &[]),
         Stream { signal: Signal::Input, ..input }.with_channels(&[("reaction_time", "s")]),
-        windows("strap/ecg/heart/w30", &["HRV_MeanHR", "HRV_RMSSD"]),
-        windows("glove/eda/skin/w30", &["EDA_Tonic_Mean", "SCR_Peaks_Rate"]),
-        windows("strap/ecg/heart/phases", &["HRV_MeanHR", "HRV_RMSSD"]),
-        windows("state/w30", &z),
-        windows("state/phases", &z),
+        windows("strap/ecg/heart", "heart", w30, &["HRV_MeanHR", "HRV_RMSSD"]),
+        windows("glove/eda/skin", "skin", w30, &["EDA_Tonic_Mean", "SCR_Peaks_Rate"]),
+        windows("strap/ecg/heart", "heart", Window::Phases, &["HRV_MeanHR", "HRV_RMSSD"]),
+        windows("state", "state", w30, &z),
+        windows("state", "state", Window::Phases, &z),
         Stream::raw("/r1/load", Subject::robot("r1"), Shape::Sample).with_channels(&[("x", "1")]),
     ]
 }

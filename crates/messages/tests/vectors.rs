@@ -195,6 +195,9 @@ fn events_descriptions_and_statuses_are_read_and_written() {
         rate_hz: 130.0,
         scale: 1e-6,
         doc: "d.".into(),
+        family: "heart".into(),
+        window_secs: 30.0,
+        beside: "/b".into(),
     });
     check(&msgs::StreamStatus {
         header,

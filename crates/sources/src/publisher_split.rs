@@ -192,17 +192,13 @@ impl PublisherSplit {
             let receiver = StreamReceiver::of(&self.outlet, &self.graph, (id, &stream));
             self.beside.push(Beside { receiver, publisher });
         }
-        self.name_beside(place)
+        self.stream.beside(place + 2).name
     }
 
     fn stream_beside(&self, place: usize, publisher: String) -> Stream {
         let topic = &self.stream.name;
         let doc = format!("what another publisher than the one that is heard sent on {topic}");
-        Stream { name: self.name_beside(place), publisher, doc, ..self.stream.clone() }
-    }
-
-    fn name_beside(&self, place: usize) -> String {
-        Stream::name_beside(&self.stream.name, place + 2)
+        Stream { publisher, doc, ..self.stream.beside(place + 2) }
     }
 
     fn refuse(&mut self) {

@@ -69,3 +69,6 @@ class StreamDescription(IdlStruct, typename="teampulse_msgs::msg::dds_::StreamDe
     rate_hz: float64 = 0.0
     scale: float64 = 0.0
     doc: str = ""
+    family: str = ""
+    window_secs: float64 = 0.0
+    beside: str = ""

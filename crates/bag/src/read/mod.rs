@@ -20,10 +20,9 @@ use std::sync::Arc;
 
 use mcap::McapError;
 use mcap::records::op;
-use teampulse_core::data::Data;
 use teampulse_core::stream::{Origin, Schema, Shape, Stream};
 use teampulse_core::time::Time;
-use teampulse_messages::convert::decode;
+use teampulse_messages::convert::description;
 
 use crate::channel::Channel;
 use crate::error::{BagError, Found};
@@ -238,9 +237,12 @@ impl Bag {
             for place in &part.describing {
                 let Ok(contents) = part.blocks[*place].load(&part.file) else { continue };
                 let entries = contents.entries.iter();
-                described.extend(entries.filter(|entry| part.describes(entry.channel)).filter_map(
-                    |entry| description(contents.records.get(entry.start..entry.end)?),
-                ));
+                described.extend(entries.filter_map(|entry| {
+                    let channel = part.channels.get(&entry.channel)?;
+                    let record = contents.records.get(entry.start..entry.end)?;
+                    part.describes(entry.channel)
+                        .then(|| description(&channel.schema, record).ok())?
+                }));
             }
         }
         for description in described {
@@ -258,14 +260,6 @@ impl Bag {
     /// The place of the stream that a description is of.
     pub(crate) fn place(&self, description: &Stream) -> Option<usize> {
         self.places.get(&key(description)).copied()
-    }
-}
-
-/// The stream that a message on `/teampulse/streams` describes.
-pub(crate) fn description(cdr: &[u8]) -> Option<Arc<Stream>> {
-    match decode(type_name(&Shape::Description), cdr).ok()?.data {
-        Data::Description(stream) => Some(stream),
-        _ => None,
     }
 }
 

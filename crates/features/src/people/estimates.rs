@@ -17,20 +17,17 @@ use teampulse_core::phases::Phases;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::reports::named;
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId, Subject, Window};
 use teampulse_core::time::Time;
 
 use self::person::Person;
+use super::state;
 use crate::context::{FeatureContext, duration_setting};
 use crate::value::moment;
 use crate::whole_seconds::WholeSeconds;
-use crate::windows::window_name;
 
-/// What streams over phases are called, where those of windows have a length.
-const PHASES: &str = "phases";
-/// The families of streams that are computed, and those that are read.
-const ESTIMATES: &str = "estimates";
-const STATE: &str = "state";
+/// The family of estimates.
+const FAMILY: &str = "estimates";
 
 /// Estimates of a person's workload and arousal, from the own state and from self-reports.
 ///
@@ -81,15 +78,15 @@ impl Component<dyn Feature, FeatureContext> for Estimates {
     fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
         let doubled_secs = duration_setting("report_secs", self.report_secs)?;
         let windows = context.windows_or(None)?;
-        let windows = windows.into_iter().map(|secs| (window_name(secs), secs)).collect();
+        let windows = windows.into_iter().map(|secs| (Window::of_secs(secs), secs)).collect();
         Ok(Box::new(Estimating { doubled_secs, windows }))
     }
 }
 
 struct Estimating {
     doubled_secs: f64,
-    /// Windows of reports alone, by name, with their lengths [s].
-    windows: Vec<(String, f64)>,
+    /// Windows of reports alone, with their lengths [s].
+    windows: Vec<(Window, f64)>,
 }
 
 impl Feature for Estimating {
@@ -118,25 +115,25 @@ impl Feature for Estimating {
 
 /// Windows about a person, by which it is known who is there; among them the states.
 fn is_of_a_person(stream: &Stream) -> bool {
-    let family = stream.name.rsplit('/').nth(1);
     stream.about == About::Person
         && stream.origin == Origin::Derived
         && stream.shape == Shape::Feature
         && !stream.id.is_empty()
-        && family != Some(ESTIMATES)
+        && stream.window.is_some()
+        && stream.family != FAMILY
 }
 
 /// The estimates about everyone.
 struct EstimatesExtractor {
     doubled_secs: f64,
-    windows: Vec<(String, f64)>,
+    windows: Vec<(Window, f64)>,
     phases: Phases,
     /// The stream of the session's phases, as soon as there are any.
     of_session: Option<String>,
     /// The streams of events, by whom they are about and what they are called.
     events: BTreeMap<StreamId, (Subject, String)>,
     /// The streams of states, by whom they are about and over which spans.
-    states: BTreeMap<StreamId, (String, String)>,
+    states: BTreeMap<StreamId, (String, Window)>,
     people: BTreeMap<String, Person>,
     /// Whether a fault about a report for an unknown person was published.
     is_nobody_told: bool,
@@ -159,20 +156,19 @@ impl Extractor for EstimatesExtractor {
         };
         let person = self.people.entry(stream.id.clone()).or_insert_with(new);
         person.measure(stream);
-        let mut tokens = stream.name.rsplit('/');
-        if let (Some(spans), Some(STATE)) = (tokens.next(), tokens.next()) {
-            person.join(stream, spans);
-            self.states.insert(id, (stream.id.clone(), spans.to_owned()));
+        if let (Some(window), state::FAMILY) = (stream.window, stream.family.as_str()) {
+            person.join(stream, window);
+            self.states.insert(id, (stream.id.clone(), window));
         }
     }
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         match &sample.data {
             Data::Feature(values) => {
-                let Some((id, spans)) = self.states.get(&sample.stream) else { return };
+                let Some((id, window)) = self.states.get(&sample.stream) else { return };
                 let Some(person) = self.people.get_mut(id) else { return };
                 let phases = self.phases.of(person.subject());
-                person.take((spans, sample.measured), values, phases, out);
+                person.take((*window, sample.measured), values, phases, out);
             }
             Data::Event(event) => self.hear(sample, event, out),
             _ => return,

@@ -9,17 +9,16 @@ use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject, Window};
 use teampulse_core::time::Time;
 use teampulse_signal::analysis::LONGEST_HELD_NS;
 use teampulse_signal::estimate::Estimate;
-use teampulse_signal::window::Window;
+use teampulse_signal::window;
 
 use crate::context::FeatureContext;
 use crate::over::{OVER_PHASES, PhasesTold, measured_span};
 use crate::value::{Value, defined, window_of};
 use crate::whole_seconds::WholeSeconds;
-use crate::windows::window_name;
 
 /// The most moments of a window that are counted separately; events at one moment are added up.
 const MOST_MOMENTS: usize = 600;
@@ -142,7 +141,7 @@ fn is_input(stream: &Stream) -> bool {
 
 /// What a person did, in windows of several lengths and in the phase that goes on.
 struct Activity {
-    windows: Vec<(f64, Window<Deeds>)>,
+    windows: Vec<(f64, window::Window<Deeds>)>,
     outputs: Vec<OutputId>,
     sources: Vec<Source>,
     /// The stream that was declared last, and of which all outputs are made.
@@ -172,7 +171,7 @@ struct Deeds {
 
 impl Activity {
     fn new(windows_secs: &[f64]) -> Activity {
-        let window = |&secs: &f64| (secs, Window::new((secs * 1e9) as i64, MOST_MOMENTS));
+        let window = |&secs: &f64| (secs, window::Window::new((secs * 1e9) as i64, MOST_MOMENTS));
         Activity {
             windows: windows_secs.iter().map(window).collect(),
             outputs: Vec::new(),
@@ -243,7 +242,7 @@ impl Activity {
         let deeds = inside.map(|(_, deeds)| deeds);
         let unseen_ns = since.nanos().saturating_sub(span.begin_ns);
         let is_full = unseen_ns as f64 / 1e9 < span.secs() / 2.0;
-        let output = out.declare(self.output(stream, "phases", OVER_PHASES));
+        let output = out.declare(self.output(stream, Window::Phases, OVER_PHASES));
         let data = summary(deeds, span.secs(), is_full, self.unreacted());
         out.emit(output, Time::from_nanos(span.end_ns), data);
     }
@@ -256,15 +255,15 @@ impl Activity {
 
     fn window(&self, stream: &Stream, secs: f64) -> Stream {
         let over = format!("windows of {secs} s");
-        Stream { rate_hz: 1.0, ..self.output(stream, &window_name(secs), &over) }
+        Stream { rate_hz: 1.0, ..self.output(stream, Window::of_secs(secs), &over) }
     }
 
-    fn output(&self, stream: &Stream, leaf: &str, over: &str) -> Stream {
-        let name = format!("/humans/persons/{}/input/{leaf}", stream.id);
-        let output = Stream::raw(name, stream.subject(), Shape::Feature);
+    fn output(&self, stream: &Stream, window: Window, over: &str) -> Stream {
+        let name = format!("/humans/persons/{}/input", stream.id);
+        let output =
+            Stream::concluded(name, stream.subject(), "input", Shape::Feature).over(window);
         Stream {
             signal: Signal::Input,
-            origin: Origin::Derived,
             inputs: self.sources.iter().map(|source| source.name.clone()).collect(),
             method: format!(
                 "{over}; input_rate: events over length, 0 in silence; reaction_time: \

@@ -18,14 +18,17 @@ use teampulse_core::phases::Phases;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::session_streams::session_events;
-use teampulse_core::stream::{About, Stream, StreamId};
+use teampulse_core::stream::{About, Stream, StreamId, Window};
 use teampulse_core::time::Time;
 
-use self::measures::family_and_spans;
 pub(super) use self::measures::measures_of;
+use self::measures::read_window;
 use self::person::Person;
 use crate::context::{FeatureContext, duration_setting};
 use crate::whole_seconds::WholeSeconds;
+
+/// The family of states.
+pub(super) const FAMILY: &str = "state";
 
 /// How a person differs from the own baseline: heart, breath, skin and input.
 ///
@@ -74,7 +77,7 @@ impl Component<dyn Feature, FeatureContext> for State {
 
 impl Feature for State {
     fn accepts(&self, stream: &Stream) -> bool {
-        family_and_spans(stream).is_some() || Phases::hears(stream) && stream.about != About::Robot
+        read_window(stream).is_some() || Phases::hears(stream) && stream.about != About::Robot
     }
 
     fn scope(&self) -> Scope {
@@ -105,34 +108,34 @@ struct StateExtractor {
     session: String,
     /// The streams that may contain phases, by their subjects and names.
     events: BTreeMap<StreamId, (About, String, String)>,
-    /// The streams of windows and phases, by whom they are about and what they are called.
-    windows: BTreeMap<StreamId, (String, String)>,
+    /// The streams of windows and phases, by whom they are about.
+    windows: BTreeMap<StreamId, (String, Window)>,
     people: BTreeMap<String, Person>,
     seconds: WholeSeconds,
 }
 
 impl Extractor for StateExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, _: &mut Outputs) {
-        let Some((family, spans)) = family_and_spans(stream) else {
+        let Some(window) = read_window(stream) else {
             self.phases.join(id, stream);
             self.events.insert(id, (stream.about, stream.id.clone(), stream.name.clone()));
             return;
         };
-        self.windows.insert(id, (stream.id.clone(), spans.to_owned()));
+        self.windows.insert(id, (stream.id.clone(), window));
         let subject = stream.subject();
         let person = self.people.entry(stream.id.clone()).or_insert_with(|| {
             let mut person = Person::new(subject);
             person.heed(self.phases.of(&stream.subject()));
             person
         });
-        person.join(id, stream, (family, spans));
+        person.join(id, stream, window);
     }
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         match (self.windows.get(&sample.stream), &sample.data) {
-            (Some((id, spans)), Data::Feature(values)) => {
+            (Some((id, window)), Data::Feature(values)) => {
                 let Some(person) = self.people.get_mut(id) else { return };
-                person.take((sample.stream, sample.measured), spans, values);
+                person.take((sample.stream, sample.measured), *window, values);
             }
             _ => self.hear(sample),
         }

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId, Window};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 
@@ -22,7 +22,7 @@ use self::notes::{Note, Notes};
 use self::reading::{Layout, Quantity, Reading};
 use crate::context::FeatureContext;
 use crate::value::window_of;
-use crate::windows::{View, Windows, window_name};
+use crate::windows::{View, Windows};
 
 /// How fast a battery is used, and when it will be empty: the battery utilisation of a robot.
 ///
@@ -163,7 +163,8 @@ fn output(input: &Stream, secs: f64) -> Stream {
         rate_hz: 1.0,
         method: format!("median power and Theil-Sen slopes over {secs} s, Sen (1968)"),
         doc: format!("How fast {} was used in the last {secs} s.", input.name),
-        ..Stream::derived(input, &format!("use/{}", window_name(secs)), Shape::Feature)
+        ..Stream::derived(input, "use", Shape::Feature)
+            .over(Window::of_secs(secs))
             .with_channels(&channels)
     }
 }

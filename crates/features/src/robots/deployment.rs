@@ -16,6 +16,9 @@ use crate::context::{FeatureContext, duration_setting};
 use crate::value::{moment, window_of};
 use crate::whole_seconds::WholeSeconds;
 
+/// The family of its streams.
+pub(crate) const FAMILY: &str = "deployment";
+
 /// How long a robot has been at work: its time online since it was first seen, and its outages.
 ///
 /// - Measures: whether anything comes from the robot on any of its topics, for how long it has in
@@ -171,10 +174,9 @@ impl DeploymentExtractor {
     fn state_stream(&self, stream: &Stream) -> Stream {
         let channels =
             [("deployed_secs", "s"), ("online", "1"), ("age_secs", "s"), ("outages", "1")];
-        let state =
-            Stream::raw(format!("/{}/deployment", self.robot), stream.subject(), Shape::Feature);
+        let name = format!("/{}/{FAMILY}", self.robot);
+        let state = Stream::concluded(name, stream.subject(), FAMILY, Shape::Feature);
         Stream {
-            origin: Origin::Derived,
             inputs: self.inputs.clone(),
             rate_hz: 1.0,
             method: format!(
@@ -189,13 +191,12 @@ impl DeploymentExtractor {
     fn events_stream(&self, stream: &Stream) -> Stream {
         let state = self.state_stream(stream);
         Stream {
-            name: format!("{}/events", state.name),
             signal: Signal::Event,
             shape: Shape::Event,
             channels: Vec::new(),
             rate_hz: 0.0,
             doc: format!("When {} goes offline (value: its age [s]) and comes back.", self.robot),
-            ..state
+            ..state.below("events")
         }
     }
 }

@@ -9,14 +9,14 @@ use teampulse_core::data::{Data, Event, EventKind, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Channel, Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{Channel, Origin, Shape, Signal, Stream, StreamId, Window};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 use teampulse_signal::estimate::Estimate;
 
 use crate::context::{FeatureContext, duration_setting};
 use crate::value::{moment, window_of};
-use crate::windows::{Windows, window_name};
+use crate::windows::Windows;
 
 /// How many entries of an array are read.
 const MOST_ENTRIES: usize = 64;
@@ -170,14 +170,15 @@ fn readout(stream: &Stream) -> Option<Readout> {
 }
 
 fn state_stream(input: &Stream, secs: f64) -> Stream {
-    let leaf = format!("level/{}", window_name(secs));
     Stream {
         signal: Signal::Diagnostics,
         device: input.device.clone(),
         rate_hz: 1.0,
         method: format!("greatest level of all statuses in {secs} s"),
         doc: format!("The worst level of {}: 0 ok, 1 warning, 2 error, 3 stale.", input.name),
-        ..Stream::derived(input, &leaf, Shape::Feature).with_channels(&[("level", "1")])
+        ..Stream::derived(input, "level", Shape::Feature)
+            .over(Window::of_secs(secs))
+            .with_channels(&[("level", "1")])
     }
 }
 
@@ -187,7 +188,7 @@ fn events_stream(input: &Stream, secs: f64) -> Stream {
         device: input.device.clone(),
         method: format!("changes of the greatest level of all statuses in {secs} s"),
         doc: format!("When the worst level of {} changes.", input.name),
-        ..Stream::derived(input, "level/events", Shape::Event)
+        ..Stream::derived(input, "level", Shape::Event).below("events")
     }
 }
 

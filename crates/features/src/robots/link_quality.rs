@@ -6,7 +6,7 @@ use teampulse_core::data::{Data, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
-use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId};
+use teampulse_core::stream::{Origin, Shape, Signal, Stream, StreamId, Window};
 use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 use teampulse_signal::estimate::Estimate;
@@ -14,7 +14,7 @@ use teampulse_signal::robust::{mad, median_estimate};
 
 use crate::context::FeatureContext;
 use crate::value::{Value, defined, window_of};
-use crate::windows::{View, Windows, window_name};
+use crate::windows::{View, Windows};
 
 /// Signal levels that a radio can report; anything else is a driver's word for "none" [dBm].
 const PLAUSIBLE_DBM: std::ops::RangeInclusive<f64> = -150.0..=30.0;
@@ -201,7 +201,6 @@ fn output(input: &Stream, secs: f64, weak_dbm: f64) -> Stream {
         ("weak_share", "1"),
         ("quality", "1"),
     ];
-    let leaf = format!("quality/{}", window_name(secs));
     Stream {
         signal: Signal::Link,
         device: input.device.clone(),
@@ -211,7 +210,9 @@ fn output(input: &Stream, secs: f64, weak_dbm: f64) -> Stream {
              quality (median + 110) / 70"
         ),
         doc: format!("How good the link of {} was in the last {secs} s.", input.name),
-        ..Stream::derived(input, &leaf, Shape::Feature).with_channels(&channels)
+        ..Stream::derived(input, "quality", Shape::Feature)
+            .over(Window::of_secs(secs))
+            .with_channels(&channels)
     }
 }
 

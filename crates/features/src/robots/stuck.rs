@@ -15,6 +15,9 @@ use teampulse_messages::readout::Readout;
 use crate::context::{FeatureContext, duration_setting};
 use crate::value::moment;
 
+/// The family of its streams.
+pub(crate) const FAMILY: &str = "stuck";
+
 /// A speed below this is standing still [m/s].
 const STANDING_M_PER_SEC: f64 = 0.01;
 
@@ -212,7 +215,7 @@ fn output(input: &Stream, least_ns: i64) -> Stream {
         device: input.device.clone(),
         method: format!("numbers that stay the same for {} s", least_ns as f64 / 1e9),
         doc: format!("When the numbers of {} stop changing, and change again.", input.name),
-        ..Stream::derived(input, "stuck", Shape::Event)
+        ..Stream::derived(input, FAMILY, Shape::Event)
     }
 }
 

@@ -24,6 +24,7 @@ use self::signs::{Limits, Said, Sign};
 use super::interventions::is_command;
 use crate::context::{FeatureContext, duration_setting};
 use crate::inputs::Inputs;
+use crate::robots::deployment;
 use crate::value::{Value, window_of};
 use crate::whole_seconds::WholeSeconds;
 
@@ -151,7 +152,7 @@ enum Role {
 /// The channel in which `deployment` reports whether a robot is online.
 fn online_channel(stream: &Stream) -> Option<usize> {
     let of_robot = stream.about == About::Robot && stream.origin == Origin::Derived;
-    let is_deployment = of_robot && stream.name.ends_with("/deployment");
+    let is_deployment = of_robot && stream.family == deployment::FAMILY;
     stream.place_of("online").filter(|_| is_deployment)
 }
 
@@ -273,7 +274,6 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
         ("unanswered_secs", "s"),
     ];
     Stream {
-        origin: Origin::Derived,
         inputs: inputs.to_vec(),
         rate_hz: 1.0,
         method: format!(
@@ -283,13 +283,13 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
         ),
         doc: "How many people there are for how many robots, and how many of those need someone."
             .to_owned(),
-        ..Stream::raw(STATE, Subject::team(), Shape::Feature).with_channels(&channels)
+        ..Stream::concluded(STATE, Subject::team(), "state", Shape::Feature)
+            .with_channels(&channels)
     }
 }
 
 fn alerts_stream(inputs: &[String], settings: &Attention) -> Stream {
     Stream {
-        origin: Origin::Derived,
         signal: Signal::Event,
         inputs: inputs.to_vec(),
         method: settings.limits().to_string(),
@@ -297,6 +297,6 @@ fn alerts_stream(inputs: &[String], settings: &Attention) -> Stream {
               nobody any more."
             .to_owned(),
         qos: vec![Qos::latched(KEPT_ALERTS)],
-        ..Stream::raw(ALERTS, Subject::team(), Shape::Event)
+        ..Stream::concluded(ALERTS, Subject::team(), "alerts", Shape::Event)
     }
 }

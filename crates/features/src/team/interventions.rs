@@ -10,7 +10,7 @@ use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::session_streams::{END, session_events};
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Subject, Window};
 use teampulse_core::time::Time;
 use teampulse_signal::estimate::Estimate;
 
@@ -18,10 +18,11 @@ use crate::context::{FeatureContext, duration_setting};
 use crate::inputs::Inputs;
 use crate::value::{Value, window_of};
 use crate::whole_seconds::WholeSeconds;
-use crate::windows::window_name;
 
 /// The stream of interventions.
 const NAME: &str = "/team/interventions";
+/// Their family.
+const FAMILY: &str = "interventions";
 /// The share of a window that must have been watched before a rate is given.
 const LEAST_WATCHED: f64 = 0.5;
 
@@ -290,7 +291,6 @@ fn is_end(data: &Data) -> bool {
 
 fn events_stream(inputs: &[String], pause_ns: i64) -> Stream {
     Stream {
-        origin: Origin::Derived,
         signal: Signal::Event,
         inputs: inputs.to_vec(),
         method: format!(
@@ -298,23 +298,23 @@ fn events_stream(inputs: &[String], pause_ns: i64) -> Stream {
             pause_ns as f64 / 1e9
         ),
         doc: "When people commanded robots; the value is how many messages it took.".to_owned(),
-        ..Stream::raw(NAME, Subject::team(), Shape::Event)
+        ..Stream::concluded(NAME, Subject::team(), FAMILY, Shape::Event)
     }
 }
 
 fn window_stream(inputs: &[String], secs: f64) -> Stream {
     let channels =
         [("interventions_per_min", "1/min"), ("robots_commanded", "1"), ("since_last_secs", "s")];
-    let name = format!("{NAME}/{}", window_name(secs));
     Stream {
-        origin: Origin::Derived,
         inputs: inputs.to_vec(),
         rate_hz: 1.0,
         method: format!(
             "interventions that began in {secs} s over its length; robots commanded in it"
         ),
         doc: format!("How often people commanded robots in the last {secs} s."),
-        ..Stream::raw(name, Subject::team(), Shape::Feature).with_channels(&channels)
+        ..Stream::concluded(NAME, Subject::team(), FAMILY, Shape::Feature)
+            .over(Window::of_secs(secs))
+            .with_channels(&channels)
     }
 }
 

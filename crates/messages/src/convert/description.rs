@@ -1,4 +1,4 @@
-use teampulse_core::stream::{About, Channel, Origin, Signal, Stream};
+use teampulse_core::stream::{About, Channel, Origin, Signal, Stream, Window};
 
 use super::DecodeError;
 use super::decode::{expect_length, unknown_word};
@@ -36,6 +36,13 @@ impl StreamDescription {
             rate_hz: stream.rate_hz,
             scale: stream.channels.first().map_or(1.0, |channel| channel.scale),
             doc: stream.doc.clone(),
+            family: stream.family.clone(),
+            window_secs: match stream.window {
+                None => 0.0,
+                Some(Window::Of(length)) => length.as_secs_f64(),
+                Some(Window::Phases) => StreamDescription::PHASES,
+            },
+            beside: stream.beside.clone(),
         }
     }
 
@@ -72,6 +79,13 @@ impl StreamDescription {
             inputs: self.inputs.clone(),
             method: self.method.clone(),
             doc: self.doc.clone(),
+            family: self.family.clone(),
+            window: match self.window_secs {
+                StreamDescription::PHASES => Some(Window::Phases),
+                secs if secs > 0.0 => Some(Window::of_secs(secs)),
+                _ => None,
+            },
+            beside: self.beside.clone(),
             publisher: String::new(),
             qos: Vec::new(),
         };

@@ -3,6 +3,7 @@
 mod encode;
 mod decode;
 mod description;
+mod earlier;
 mod schema;
 
 use teampulse_core::data::Data;
@@ -13,6 +14,7 @@ use crate::cdr::CdrError;
 
 pub use decode::decode;
 pub use description::MOST_CHANNELS;
+pub use earlier::description;
 pub use encode::encode;
 pub use schema::{schema_of, shape_of, type_name};
 

@@ -123,6 +123,12 @@ pub struct StreamDescription {
     pub scale: f64,
     /// One sentence for people.
     pub doc: String,
+    /// What feature it is; empty for what is raw.
+    pub family: String,
+    /// Length of its windows [s]; 0 without any, [`PHASES`](Self::PHASES) for whole phases.
+    pub window_secs: f64,
+    /// The topic that another publisher is heard on; empty for any other stream.
+    pub beside: String,
 }
 
 message!(
@@ -142,8 +148,16 @@ message!(
         rate_hz,
         scale,
         doc,
+        family,
+        window_secs,
+        beside,
     } = "teampulse_msgs/msg/StreamDescription"
 );
+
+impl StreamDescription {
+    /// The `window_secs` of values that are each of a whole phase.
+    pub const PHASES: f64 = -1.0;
+}
 
 /// How a stream is doing, on `/teampulse/status`.
 #[derive(Clone, Debug, Default, PartialEq)]

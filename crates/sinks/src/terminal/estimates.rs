@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use teampulse_core::data::FeatureValues;
-use teampulse_core::stream::{About, Stream};
+use teampulse_core::stream::{About, Stream, Window};
 
 /// The estimates that are shown, in their order.
 const SHOWN: [&str; 2] = ["workload", "arousal"];
@@ -15,17 +15,13 @@ pub(super) struct Estimates(BTreeMap<u64, String>);
 
 /// Whether a stream compares a person with a baseline, or contains what is estimated from that.
 pub(super) fn unblinds(stream: &Stream) -> bool {
-    stream.about == About::Person && matches!(family(stream), Some("state" | "estimates"))
+    stream.about == About::Person && matches!(&*stream.family, "state" | "estimates")
 }
 
 /// Whether it contains estimates over windows.
 pub(super) fn is_estimate(stream: &Stream) -> bool {
-    let is_live = !stream.name.ends_with("/phases");
-    stream.about == About::Person && family(stream) == Some("estimates") && is_live
-}
-
-fn family(stream: &Stream) -> Option<&str> {
-    stream.name.rsplit('/').nth(1)
+    let is_live = stream.window.is_some_and(|window| window != Window::Phases);
+    stream.about == About::Person && stream.family == "estimates" && is_live
 }
 
 impl Estimates {
@@ -57,18 +53,20 @@ mod tests {
 
     use super::*;
 
-    fn stream(name: &str) -> Stream {
+    fn stream(family: &str, window: Window) -> Stream {
         let subject = Subject { about: About::Person, id: "p001".into() };
-        let stream = Stream::raw(format!("/humans/persons/p001/{name}"), subject, Shape::Feature);
-        stream.with_channels(&[("workload", "1"), ("arousal", "1")])
+        let stream = Stream::concluded("/humans/persons/p001/x", subject, family, Shape::Feature);
+        stream.over(window).with_channels(&[("workload", "1"), ("arousal", "1")])
     }
 
     #[test]
     fn states_and_estimates_unblind_and_features_do_not() {
-        assert!(unblinds(&stream("state/w30")) && unblinds(&stream("estimates/phases")));
-        assert!(!unblinds(&stream("strap/ecg/heart/w30")));
-        assert!(is_estimate(&stream("estimates/w30")) && !is_estimate(&stream("estimates/phases")));
-        assert!(!is_estimate(&stream("state/w30")));
+        let w30 = Window::of_secs(30.0);
+        let estimates = |window| stream("estimates", window);
+        assert!(unblinds(&stream("state", w30)) && unblinds(&estimates(Window::Phases)));
+        assert!(!unblinds(&stream("heart", w30)));
+        assert!(is_estimate(&estimates(w30)) && !is_estimate(&estimates(Window::Phases)));
+        assert!(!is_estimate(&stream("state", w30)));
     }
 
     #[test]
@@ -82,7 +80,7 @@ mod tests {
             sigmas: vec![0.214, f64::NAN],
             reasons: Vec::new(),
         };
-        estimates.take(&stream("estimates/w30"), &values);
+        estimates.take(&stream("estimates", Window::of_secs(30.0)), &values);
         let line = "p001  estimates of 30 s  workload 0.52 ±0.21  arousal ?  (± 1 sigma)";
         assert_eq!(estimates.line("p001"), line);
     }
@@ -99,7 +97,7 @@ mod tests {
                 sigmas: vec![0.21, 0.21],
                 reasons: Vec::new(),
             };
-            estimates.take(&stream(&format!("estimates/w{window_secs}")), &values);
+            estimates.take(&stream("estimates", Window::of_secs(window_secs)), &values);
         }
         let line = estimates.line("p001");
         assert!(line.contains("of 30 s  workload 0.40") && line.ends_with("(± 1 sigma)"), "{line}");

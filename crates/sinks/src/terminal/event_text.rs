@@ -3,6 +3,7 @@
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
+use teampulse_core::loss::Loss;
 use teampulse_core::session_streams::{CLOCKS, END};
 use teampulse_core::stream::{About, Origin, Stream};
 
@@ -10,8 +11,8 @@ use crate::text::shown;
 
 /// The text of an event; `None` for events that are too frequent or are shown elsewhere.
 pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
-    let is_note = stream.name.ends_with("/notes") && event.kind != EventKind::Fault;
-    let is_counted = stream.name.starts_with("/teampulse/lost") || is_of_body(event.kind);
+    let is_note = stream.family == "notes" && event.kind != EventKind::Fault;
+    let is_counted = Loss::told_on(stream).is_some() || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
     // The marker itself stands beside the command that set it.
     let is_marked =
@@ -60,7 +61,7 @@ fn is_of_body(kind: EventKind) -> bool {
 
 /// Whether the value of a fault is for how long a robot has been silent.
 fn is_silence(stream: &Stream, value: f64) -> bool {
-    stream.name.ends_with("/deployment/events") && value.is_finite()
+    stream.family == "deployment" && value.is_finite()
 }
 
 #[cfg(test)]
@@ -70,7 +71,8 @@ mod tests {
     use super::*;
 
     fn text_of(name: &str, origin: Origin, kind: EventKind, label: &str, value: f64) -> String {
-        let raw = Stream::raw(name, Subject::robot("robot2"), Shape::Event);
+        let family = if name.contains("deployment") { "deployment" } else { "" };
+        let raw = Stream::concluded(name, Subject::robot("robot2"), family, Shape::Event);
         let event = Event { kind, label: label.into(), value, duration_secs: f64::NAN };
         event_text(&Stream { origin, ..raw }, &event).unwrap_or_default()
     }

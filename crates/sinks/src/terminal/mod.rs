@@ -202,15 +202,18 @@ mod tests {
     #[test]
     fn what_unblinds_an_experimenter_is_not_on_the_screen_unless_asked_for() {
         let subject = Subject { about: About::Person, id: "p001".into() };
-        let wants = |estimates, name: &str| {
+        let wants = |estimates, family: &str| {
             let settings = Settings { estimates, ..Settings::default() };
             let Wants::Only(wants) = Terminal::new(settings).wants() else { panic!() };
-            let name = format!("/humans/persons/p001/{name}");
-            wants(&Stream::raw(name, subject.clone(), Shape::Feature))
+            let name = "/humans/persons/p001/any";
+            wants(&Stream::concluded(name, subject.clone(), family, Shape::Feature))
         };
-        for name in ["estimates/w30", "estimates/phases", "state/w30"] {
-            assert!(!wants(Estimates::Hidden, name) && wants(Estimates::Shown, name), "{name}");
+        for family in ["estimates", "state"] {
+            assert!(
+                !wants(Estimates::Hidden, family) && wants(Estimates::Shown, family),
+                "{family}"
+            );
         }
-        assert!(wants(Estimates::Hidden, "strap/ecg/heart/w30"));
+        assert!(wants(Estimates::Hidden, "heart"));
     }
 }

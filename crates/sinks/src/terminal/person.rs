@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use teampulse_core::data::{FeatureValues, Reason};
-use teampulse_core::stream::Stream;
+use teampulse_core::stream::{Stream, Window};
 use teampulse_core::time::Time;
 
 use super::format::for_so_long;
@@ -54,8 +54,10 @@ pub(super) struct Person(BTreeMap<(usize, String), Signal>);
 /// What is known of one signal.
 #[derive(Debug, Default)]
 struct Signal {
-    /// The newest value of each window, by the name of the window.
-    windows: BTreeMap<String, WindowValue>,
+    /// The name of its input within the person.
+    input: String,
+    /// The newest value of each window.
+    windows: BTreeMap<Window, WindowValue>,
     /// The last value that there was.
     last: Option<(f64, Time)>,
 }
@@ -93,7 +95,8 @@ impl Person {
         };
         let signal = self.0.entry((place, input.to_owned())).or_default();
         signal.last = told.value.ok().map(|value| (value, at)).or(signal.last);
-        signal.windows.insert(window.to_owned(), told);
+        signal.windows.insert(window, told);
+        stream.subject().within(input).clone_into(&mut signal.input);
     }
 
     /// A line for each signal: its figure, of which window and how good, how old that is and whence; or
@@ -107,7 +110,7 @@ impl Person {
             let figure = &FIGURES[*place];
             let silent_secs = silent(input);
             let is_fresh = told.value.is_ok() && silent_secs.is_none();
-            let (figures, input) = line(figure, signal, told, now, (input, silent_secs));
+            let (figures, input) = line(figure, signal, told, now, silent_secs);
             let whole = || figures.clone().up_to(INPUT_COLUMN).with_line(input);
             let line = if detail == Detail::Brief { figures.clone() } else { whole() };
             let same = lines.iter_mut().find(|(word, _, _)| *word == figure.word);
@@ -131,11 +134,11 @@ pub(super) enum Detail {
 }
 
 /// The figure, the signal and the window of a stream; `None` for any other stream.
-fn shown(stream: &Stream) -> Option<(usize, &str, &str)> {
+fn shown(stream: &Stream) -> Option<(usize, &str, Window)> {
     let [input] = stream.inputs.as_slice() else { return None };
-    let (family, window) = stream.name.strip_prefix(input)?.strip_prefix('/')?.split_once('/')?;
-    let place = FIGURES.iter().position(|figure| figure.family == family)?;
-    window.starts_with('w').then_some((place, input, window))
+    let place = FIGURES.iter().position(|figure| figure.family == stream.family)?;
+    let window = stream.window.filter(|window| *window != Window::Phases)?;
+    Some((place, input, window))
 }
 
 /// A figure, and behind it whence it is.
@@ -144,7 +147,7 @@ fn line(
     signal: &Signal,
     told: &WindowValue,
     now: Time,
-    (input, silent_secs): (&str, Option<f64>),
+    silent_secs: Option<f64>,
 ) -> (StyledLine, StyledLine) {
     let age_secs = now.secs_since(told.at);
     let is_old = silent_secs.is_some() || age_secs > OLD_SECS;
@@ -167,7 +170,7 @@ fn line(
     };
     let beside = told.beside.filter(|_| !is_old);
     let beside = beside.map(|per_min| format!("  {per_min:.0} responses/min"));
-    (line, StyledLine::of(style, last_two(input)).with(style, &beside.unwrap_or_default()))
+    (line, StyledLine::of(style, &signal.input).with(style, &beside.unwrap_or_default()))
 }
 
 /// The window of a figure, and how much of it had data where that is not all.
@@ -197,12 +200,6 @@ fn why(reason: Reason, told: &WindowValue) -> String {
     }
 }
 
-/// The device and the signal of a stream: `strap/ecg`.
-fn last_two(name: &str) -> &str {
-    let mut slashes = name.rmatch_indices('/').map(|(at, _)| at);
-    slashes.nth(1).map_or(name, |at| &name[at + 1..])
-}
-
 #[cfg(test)]
 mod tests {
     use teampulse_core::stream::{About, Shape, Subject};
@@ -211,9 +208,10 @@ mod tests {
 
     fn stream(name: &str, channels: &[(&str, &str)]) -> Stream {
         let subject = Subject { about: About::Person, id: "p001".into() };
-        let (input, leaf) = name.rsplit_once(':').unwrap();
+        let (input, family) = name.rsplit_once(':').unwrap();
         let input = Stream::raw(format!("/humans/persons/p001/{input}"), subject, Shape::Wave);
-        Stream::derived(&input, leaf, Shape::Feature).with_channels(channels)
+        let stream = Stream::derived(&input, family, Shape::Feature);
+        stream.over(Window::of_secs(30.0)).with_channels(channels)
     }
 
     fn values(values: &[f64], reason: Reason, quality: f32) -> FeatureValues {
@@ -249,12 +247,12 @@ mod tests {
         };
         let heart = [("ECG_Rate_Mean", "bpm")];
         let whole = |told| FeatureValues { coverage: 1.0, ..told };
-        take("strap/ecg:heart/w30", &heart, &whole(values(&[81.5], Reason::Ok, 0.9)));
-        take("e4/ppg:pulse/w30", &[("PPG_Rate_Mean", "1/min")], &values(&[79.9], Reason::Ok, 0.3));
+        take("strap/ecg:heart", &heart, &whole(values(&[81.5], Reason::Ok, 0.9)));
+        take("e4/ppg:pulse", &[("PPG_Rate_Mean", "1/min")], &values(&[79.9], Reason::Ok, 0.3));
         let breath = [("RSP_Rate_Mean", "1/min")];
-        take("belt/respiration:breath/w30", &breath, &values(&[f64::NAN], Reason::Quality, 0.1));
+        take("belt/respiration:breath", &breath, &values(&[f64::NAN], Reason::Quality, 0.1));
         let skin = [("EDA_Tonic_Mean", "µS"), ("SCR_Peaks_Rate", "1/min")];
-        take("e4/eda:skin/w30", &skin, &whole(values(&[3.84, 4.0], Reason::Ok, 1.0)));
+        take("e4/eda:skin", &skin, &whole(values(&[3.84, 4.0], Reason::Ok, 1.0)));
         insta::assert_snapshot!(lines(&person, 8.6), @r"
           heart       82 /min  30 s        quality 0.90  0.6 s ago  strap/ecg
           heart       80 /min  12 of 30 s  poor    0.30  0.6 s ago  e4/ppg
@@ -269,8 +267,8 @@ mod tests {
         let mut person = Person::default();
         let heart = [("ECG_Rate_Mean", "bpm")];
         let none = values(&[f64::NAN], Reason::Quality, 0.1);
-        person.take(&stream("strap/ecg:heart/w30", &heart), &none, secs(8.0));
-        let pulse = stream("e4/ppg:pulse/w30", &[("PPG_Rate_Mean", "1/min")]);
+        person.take(&stream("strap/ecg:heart", &heart), &none, secs(8.0));
+        let pulse = stream("e4/ppg:pulse", &[("PPG_Rate_Mean", "1/min")]);
         person.take(&pulse, &values(&[79.9], Reason::Ok, 0.9), secs(8.0));
         let lines = person.lines(secs(8.6), &|_| None, Detail::Brief);
         let [line] = lines.as_slice() else { panic!("{lines:?}") };
@@ -280,7 +278,7 @@ mod tests {
     #[test]
     fn a_window_that_is_not_full_says_how_much_it_has() {
         let mut person = Person::default();
-        let heart = stream("strap/ecg:heart/w30", &[("ECG_Rate_Mean", "bpm")]);
+        let heart = stream("strap/ecg:heart", &[("ECG_Rate_Mean", "bpm")]);
         person.take(&heart, &values(&[f64::NAN], Reason::Short, 0.9), secs(8.0));
         let line = lines(&person, 9.0);
         assert!(line.contains("–  12 of 30 s") && line.contains("fills its window"), "{line}");
@@ -289,7 +287,7 @@ mod tests {
     #[test]
     fn a_figure_of_long_ago_is_not_one_of_now() {
         let mut person = Person::default();
-        let heart = stream("strap/ecg:heart/w30", &[("ECG_Rate_Mean", "bpm")]);
+        let heart = stream("strap/ecg:heart", &[("ECG_Rate_Mean", "bpm")]);
         person.take(&heart, &values(&[81.5], Reason::Ok, 0.9), secs(8.0));
         assert!(lines(&person, 9.0).contains(" 82 /min"));
         let later = lines(&person, 30.0);
@@ -299,7 +297,7 @@ mod tests {
     #[test]
     fn of_a_silent_stream_it_is_said_for_how_long_instead_of_what_its_windows_lack() {
         let mut person = Person::default();
-        let heart = stream("strap/ecg:heart/w30", &[("ECG_Rate_Mean", "bpm")]);
+        let heart = stream("strap/ecg:heart", &[("ECG_Rate_Mean", "bpm")]);
         person.take(&heart, &values(&[71.0], Reason::Ok, 0.9), secs(8.0));
         person.take(&heart, &values(&[f64::NAN], Reason::Short, 0.9), secs(16.0));
         let silent = shown_lines(&person, 17.7, Some(9.7));
@@ -310,8 +308,9 @@ mod tests {
     #[test]
     fn a_figure_is_of_the_first_window_that_has_it() {
         let mut person = Person::default();
-        for (window, rate) in [("w30", f64::NAN), ("w60", 70.0)] {
-            let heart = stream(&format!("strap/ecg:heart/{window}"), &[("ECG_Rate_Mean", "bpm")]);
+        for (window_secs, rate) in [(30.0, f64::NAN), (60.0, 70.0)] {
+            let heart = stream("strap/ecg:heart", &[("ECG_Rate_Mean", "bpm")]);
+            let heart = Stream { window: Some(Window::of_secs(window_secs)), ..heart };
             person.take(&heart, &values(&[rate], Reason::Short, 0.9), secs(8.0));
         }
         assert!(lines(&person, 9.0).contains("70 /min"));
@@ -321,9 +320,11 @@ mod tests {
     fn what_is_estimated_of_a_person_is_not_shown() {
         let mut person = Person::default();
         let channels = [("ECG_Rate_Mean", "bpm"), ("workload", "1")];
-        for leaf in ["state/w30", "estimates/w30", "statistics/w30", "heart/phases"] {
-            let told = values(&[81.0, 0.7], Reason::Ok, 1.0);
-            person.take(&stream(&format!("strap/ecg:{leaf}"), &channels), &told, secs(8.0));
+        let told = values(&[81.0, 0.7], Reason::Ok, 1.0);
+        let heart = stream("strap/ecg:heart", &channels);
+        person.take(&Stream { window: Some(Window::Phases), ..heart }, &told, secs(8.0));
+        for family in ["state", "estimates", "statistics"] {
+            person.take(&stream(&format!("strap/ecg:{family}"), &channels), &told, secs(8.0));
         }
         assert_eq!(lines(&person, 8.0), "");
     }

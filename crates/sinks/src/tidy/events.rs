@@ -8,6 +8,7 @@ use teampulse_core::alerts::{ALERTS, Alert, Stage};
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
+use teampulse_core::loss::Loss;
 use teampulse_core::phases::name_of;
 use teampulse_core::sample::{Record, Turn};
 use teampulse_core::stream::{About, Origin, Stream, Subject};
@@ -209,7 +210,7 @@ fn is_notice(stream: &Stream, event: &Event) -> bool {
 /// on whether losses of a stream can be counted, mean nothing to people.
 fn is_told(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
-    let is_news = is_counted || !stream.name.starts_with("/teampulse/lost");
+    let is_news = is_counted || Loss::told_on(stream).is_none();
     let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);
     // A phase without a name only ends the one before, whose length shows that.
     let is_end = event.kind == EventKind::Phase && name_of(&event.label).is_none();

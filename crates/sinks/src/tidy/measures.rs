@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{About, Stream, StreamId};
+use teampulse_core::stream::{About, Stream, StreamId, Window};
 
 use super::meanings::meaning_of;
 
@@ -13,8 +13,6 @@ use super::meanings::meaning_of;
 pub(super) const COVERAGE: &str = "coverage";
 /// What the quality of a window's data is called among its values.
 pub(super) const QUALITY: &str = "quality";
-/// What the names of statistics have below the name of their stream.
-const STATISTICS: &str = "/statistics/";
 
 /// What is known of the measures that came so far.
 #[derive(Debug, Default)]
@@ -110,32 +108,19 @@ impl Serialize for Methods {
 pub(super) fn source_of(stream: &Stream) -> String {
     let name = match stream.inputs.as_slice() {
         [input] if stream.name.starts_with(input.as_str()) => input,
-        _ => without_window(&stream.name),
+        _ => stream.windowless_name(),
     };
-    let own = format!("/{}/", stream.id);
-    let within = name.split_once(&own).map_or(name, |(_, within)| within);
-    within.trim_start_matches('/').to_owned()
-}
-
-fn without_window(name: &str) -> &str {
-    let is_window = |leaf: &str| {
-        leaf == "phases" || leaf.strip_prefix('w').is_some_and(|secs| secs.starts_with(is_digit))
-    };
-    name.rsplit_once('/').filter(|(_, leaf)| is_window(leaf)).map_or(name, |(name, _)| name)
-}
-
-fn is_digit(each: char) -> bool {
-    each.is_ascii_digit()
+    stream.subject().within(name).trim_start_matches('/').to_owned()
 }
 
 /// Whether the windows of a stream are phases.
 pub(super) fn is_of_phases(stream: &Stream) -> bool {
-    stream.name.ends_with("/phases")
+    stream.window == Some(Window::Phases)
 }
 
 /// Whether a stream has the statistics of a raw signal.
 pub(super) fn is_of_statistics(stream: &Stream) -> bool {
-    stream.name.contains(STATISTICS)
+    stream.family == "statistics"
 }
 
 /// Whether the coverage and quality of a stream's windows are those of one signal.
@@ -171,7 +156,7 @@ mod tests {
     fn heart() -> Stream {
         let subject = Subject { about: About::Person, id: "p001".into() };
         let ecg = Stream::raw("/humans/persons/p001/polar_h10/ecg", subject, Shape::Wave);
-        let heart = Stream::derived(&ecg, "heart/w30", Shape::Feature);
+        let heart = Stream::derived(&ecg, "heart", Shape::Feature).over(Window::of_secs(30.0));
         let method = "causal, windows of 30 s; HRV_LF: Welch; Hann; HRV_HF: the same: 0.15 Hz";
         Stream { method: method.into(), ..heart }
             .with_channels(&[("HRV_LF", "ms^2"), ("HRV_HF", "ms^2")])
@@ -189,7 +174,8 @@ mod tests {
         assert_eq!(source_of(&heart()), "polar_h10/ecg");
         let name = "/humans/persons/p001/state/w30".to_owned();
         assert_eq!(source_of(&Stream { name, inputs: Vec::new(), ..heart() }), "state");
-        let team = Stream::raw("/team/interventions/w60", Subject::team(), Shape::Feature);
+        let team = Stream::raw("/team/interventions", Subject::team(), Shape::Feature);
+        let team = team.over(Window::of_secs(60.0));
         assert_eq!(source_of(&team), "team/interventions");
         let robot = Stream::raw("/robot1/deployment", Subject::robot("robot1"), Shape::Feature);
         assert_eq!(source_of(&robot), "deployment");

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use teampulse_core::alerts::ALERTS;
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
+use teampulse_core::loss::Loss;
 use teampulse_core::reports::{is_off_scale, named};
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
@@ -40,8 +41,8 @@ const MOST_FAULTS: usize = 1000;
 pub(super) struct Summary {
     /// The streams that have a health, by subject and name.
     watched: BTreeMap<(Subject, String), StreamSummary>,
-    /// The feature by whose windows each raw stream is judged, by their names.
-    judges: BTreeMap<String, String>,
+    /// The feature by whose windows each raw stream is judged, by the name of that.
+    judges: BTreeMap<String, Arc<Stream>>,
     /// When each fault occurred first, and how often.
     faults: BTreeMap<String, (Time, u64)>,
     counts: Counts,
@@ -74,7 +75,7 @@ impl Summary {
 
     #[cfg(test)]
     pub(super) fn is_judged_by(&self, stream: &str, feature: &str) -> bool {
-        self.judges.get(stream).is_some_and(|judge| judge == feature)
+        self.judges.get(stream).is_some_and(|judge| judge.name == feature)
     }
 
     /// Writes the page.
@@ -91,14 +92,14 @@ impl Summary {
 
     /// The first feature of a stream judges it; statistics, which know nothing of what a signal should
     /// look like, only where there is no other.
-    fn describe(&mut self, stream: &Stream) {
+    fn describe(&mut self, stream: &Arc<Stream>) {
         if let (Shape::Feature, [input]) = (&stream.shape, stream.inputs.as_slice())
             && stream.name.starts_with(input)
             && !is_of_phases(stream)
         {
-            let judge = self.judges.entry(input.clone()).or_insert_with(|| stream.name.clone());
-            if judge.contains("/statistics/") && !is_of_statistics(stream) {
-                judge.clone_from(&stream.name);
+            let judge = self.judges.entry(input.clone()).or_insert_with(|| Arc::clone(stream));
+            if is_of_statistics(judge) && !is_of_statistics(stream) {
+                judge.clone_from(stream);
             }
         }
     }
@@ -118,13 +119,14 @@ impl Summary {
         course: &Course,
         streams: &Streams,
     ) {
-        let name = &record.stream.name;
+        let of = &record.stream;
         let is_phase = is_of_phases(&record.stream);
         let judged = record.stream.inputs.first();
         let judged = judged.filter(|input| {
-            let judge = self.judges.get(*input);
-            judge
-                .is_some_and(|judge| judge == name || is_phase && analysis(judge) == analysis(name))
+            self.judges.get(*input).is_some_and(|judge| {
+                let is_alike = judge.windowless_name() == of.windowless_name();
+                judge.name == of.name || is_phase && is_alike
+            })
         });
         let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
@@ -191,15 +193,10 @@ fn is_too_short(values: &FeatureValues) -> bool {
     values.coverage >= ENOUGH && values.reasons.iter().all(|reason| *reason == Reason::Short)
 }
 
-/// What the windows of a stream come from: its name without their length.
-fn analysis(stream: &str) -> Option<&str> {
-    Some(stream.rsplit_once('/')?.0)
-}
-
 /// Whether the faults of a stream are counted elsewhere, or repeat those of others.
 fn is_told_elsewhere(stream: &Stream) -> bool {
     let name = stream.name.as_str();
-    name == ALERTS || UNTOLD.contains(&name) || name.starts_with("/teampulse/lost")
+    name == ALERTS || UNTOLD.contains(&name) || Loss::told_on(stream).is_some()
 }
 
 /// The raw stream of a name, with samples of a signal: what happens, and what people command, has no

@@ -6,7 +6,7 @@ use std::fs;
 use teampulse_core::data::EventKind;
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
-use teampulse_core::stream::{Signal, Subject};
+use teampulse_core::stream::{Signal, Subject, Window};
 use tempfile::tempdir;
 
 use super::*;
@@ -190,7 +190,7 @@ fn a_measure_from_several_sources_has_a_column_for_each() {
     session.phase(0.0, "baseline", 20.0);
     for device in ["e4", "shimmer"] {
         let eda = Stream::raw(format!("/humans/persons/p001/{device}/eda"), person(), Shape::Wave);
-        let skin = Stream::derived(&eda, "skin/phases", Shape::Feature);
+        let skin = Stream::derived(&eda, "skin", Shape::Feature).over(Window::Phases);
         let skin = skin.with_channels(&[("EDA_Tonic_Mean", "uS"), ("SCR_Peaks_N", "1")]);
         session.tell(20.0, &skin, window(20.0));
     }

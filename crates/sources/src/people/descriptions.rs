@@ -54,6 +54,7 @@ impl Descriptions {
                 about: stream.about,
                 id: stream.id,
                 origin: Origin::Raw,
+                beside: stream.beside,
                 qos: stream.qos,
                 ..Stream::clone(told)
             },

@@ -67,8 +67,8 @@ impl People {
 /// What keeps people's streams from being recorded well: a topic that two publish, such as a driver that
 /// was started twice.
 pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<String> {
-    let told = streams.filter_map(|stream| {
-        Some(format!("a single publisher of {}: {} is another", stream.beside()?, stream.publisher))
+    let told = streams.filter(|stream| !stream.beside.is_empty()).map(|stream| {
+        format!("a single publisher of {}: {} is another", stream.beside, stream.publisher)
     });
     told.collect()
 }

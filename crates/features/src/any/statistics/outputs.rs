@@ -1,12 +1,11 @@
 //! The streams of statistics: what they are called, and what they say of themselves.
 
-use teampulse_core::stream::{Channel, Shape, Stream};
+use teampulse_core::stream::{Channel, Shape, Stream, Window};
 use teampulse_signal::analysis::Value;
 
 use super::meaning::caution;
 use super::values::{STATISTICS, Unit};
 use crate::over::OVER_PHASES;
-use crate::windows::window_name;
 
 /// What a reader needs to compute the same.
 const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: median absolute deviation from the \
@@ -26,17 +25,17 @@ pub(super) fn over_window(input: &Stream, secs: f64) -> Stream {
     let each_secs = told_each_secs(secs);
     let method = format!("causal, windows of {secs} s, each {each_secs} s; {RECIPE}");
     let doc = format!("What {} came to in the last {secs} s.", input.name);
-    Stream { rate_hz: each_secs.recip(), ..output(input, &window_name(secs), method, doc) }
+    Stream { rate_hz: each_secs.recip(), ..output(input, Window::of_secs(secs), method, doc) }
 }
 
 /// The statistics over phases.
 pub(super) fn over_phases(input: &Stream) -> Stream {
     let method = format!("{OVER_PHASES}; {RECIPE}");
     let doc = format!("What {} came to in each phase, when it was over.", input.name);
-    output(input, "phases", method, doc)
+    output(input, Window::Phases, method, doc)
 }
 
-fn output(input: &Stream, leaf: &str, method: String, mut doc: String) -> Stream {
+fn output(input: &Stream, window: Window, method: String, mut doc: String) -> Stream {
     if let Some(caution) = caution(input) {
         doc = format!("{doc} {caution}");
     }
@@ -47,7 +46,7 @@ fn output(input: &Stream, leaf: &str, method: String, mut doc: String) -> Stream
         channels: values.iter().map(|value| Channel::new(&*value.name, &*value.unit)).collect(),
         method,
         doc,
-        ..Stream::derived(input, &format!("statistics/{leaf}"), Shape::Feature)
+        ..Stream::derived(input, "statistics", Shape::Feature).over(window)
     }
 }
 

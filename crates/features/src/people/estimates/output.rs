@@ -3,27 +3,24 @@
 use std::collections::BTreeSet;
 
 use teampulse_core::reports::SCALE;
-use teampulse_core::stream::{Origin, Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{Shape, Signal, Stream, Subject, Window};
 
+use super::FAMILY;
 use super::physiology::LEAST_SIGMA;
 
-/// Estimates about a person over windows or phases (`w30`, `phases`), from these inputs.
+/// Estimates about a person over windows or phases, from these inputs.
 pub(super) fn estimates(
     person: &Subject,
-    spans: &str,
+    window: Window,
     inputs: &BTreeSet<String>,
     doubled_secs: f64,
 ) -> Stream {
     let id = &person.id;
-    let stream = Stream::raw(
-        format!("/humans/persons/{id}/estimates/{spans}"),
-        person.clone(),
-        Shape::Feature,
-    );
+    let name = format!("/humans/persons/{id}/{FAMILY}");
+    let stream = Stream::concluded(name, person.clone(), FAMILY, Shape::Feature).over(window);
     Stream {
-        origin: Origin::Derived,
         inputs: inputs.iter().cloned().collect(),
-        rate_hz: if spans == super::PHASES { 0.0 } else { 1.0 },
+        rate_hz: if window == Window::Phases { 0.0 } else { 1.0 },
         method: format!(
             "estimates on [0..1], 0 as in the baseline or below; workload_physiology: mean of s = z/(|z| + 3) \
              of heart rate, -ln RMSSD and breathing rate, z the robust z; arousal: the same of skin level and \
@@ -57,12 +54,11 @@ pub(super) fn faults(subject: &Subject, input: &str) -> Stream {
         (format!("/humans/persons/{id}/reports/faults"), method, id.as_str())
     };
     Stream {
-        origin: Origin::Derived,
         signal: Signal::Event,
         inputs: vec![input.to_owned()],
         method: method.to_owned(),
         doc: format!("That a self-report of {whom} is not used."),
-        ..Stream::raw(name, subject.clone(), Shape::Event)
+        ..Stream::concluded(name, subject.clone(), "reports", Shape::Event)
     }
 }
 

@@ -8,10 +8,9 @@ use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::phases::Phase;
 use teampulse_core::reports::is_off_scale;
-use teampulse_core::stream::{Stream, Subject};
+use teampulse_core::stream::{Stream, Subject, Window};
 use teampulse_core::time::Time;
 
-use super::PHASES;
 use super::combined::combined;
 use super::output;
 use super::physiology::{Physiology, Reading, without_state};
@@ -39,9 +38,8 @@ pub(super) struct Person {
     told_on: BTreeSet<String>,
     /// What is measured of the body, whether there is a state of it or not.
     measured: BTreeSet<&'static str>,
-    /// States by what they are called: `w30`, `phases`.
-    states: BTreeMap<String, State>,
-    outputs: BTreeMap<String, Output>,
+    states: BTreeMap<Window, State>,
+    outputs: BTreeMap<Window, Output>,
     /// The phases before this one, by their number, are done with.
     next: usize,
 }
@@ -85,12 +83,12 @@ impl Person {
         self.measured.extend(measures_of(stream));
     }
 
-    /// A stream contains states over these spans.
-    pub(super) fn join(&mut self, stream: &Stream, spans: &str) {
-        let known = self.states.remove(spans);
+    /// A stream contains states over these windows.
+    pub(super) fn join(&mut self, stream: &Stream, window: Window) {
+        let known = self.states.remove(&window);
         let phases = known.map_or_else(VecDeque::new, |known| known.phases);
         let state = State { name: stream.name.clone(), reading: Reading::of(stream), phases };
-        self.states.insert(spans.to_owned(), state);
+        self.states.insert(window, state);
     }
 
     /// Takes in an event that may be a report; the first one off the scale is published as a fault.
@@ -112,13 +110,13 @@ impl Person {
     /// Takes in a state: for one of a window, the estimate follows at once.
     pub(super) fn take(
         &mut self,
-        (spans, end): (&str, Time),
+        (over, end): (Window, Time),
         values: &FeatureValues,
         phases: &[Phase],
         out: &mut Outputs,
     ) {
-        let Some(state) = self.states.get_mut(spans) else { return };
-        if spans == PHASES {
+        let Some(state) = self.states.get_mut(&over) else { return };
+        if over == Window::Phases {
             // A phase has no scatter of its own beside what its sigma says.
             state.phases.push_back((end, state.reading.read(values, 0.0)));
             if state.phases.len() > MOST_PHASES {
@@ -129,23 +127,23 @@ impl Person {
         let body = state.reading.read(values, 1.0);
         let window = before(end, values.window_secs);
         let report = self.reports.of_window(window, phases, self.doubled_secs);
-        self.emit(spans, window, (body, report), out);
+        self.emit(over, window, (body, report), out);
     }
 
     /// A whole second has passed: where only reports are known, they are the estimate.
     pub(super) fn tell(
         &mut self,
         second: Time,
-        windows: &[(String, f64)],
+        windows: &[(Window, f64)],
         phases: &[Phase],
         out: &mut Outputs,
     ) {
         if !self.reports.is_empty() {
-            for (spans, secs) in windows {
-                if !self.states.contains_key(spans) {
+            for (over, secs) in windows {
+                if !self.states.contains_key(over) {
                     let window = before(second, *secs);
                     let report = self.reports.of_window(window, phases, self.doubled_secs);
-                    self.emit(spans, window, (without_state(&self.measured), report), out);
+                    self.emit(*over, window, (without_state(&self.measured), report), out);
                 }
             }
         }
@@ -163,7 +161,8 @@ impl Person {
         while let Some(phase) = phases.get(self.next) {
             let Some(end) = phase.end.filter(|end| *end <= now) else { return };
             let stretch = Stretch { begin: phase.begin, end };
-            let mut told = self.states.get(PHASES).into_iter().flat_map(|state| &state.phases);
+            let mut told =
+                self.states.get(&Window::Phases).into_iter().flat_map(|state| &state.phases);
             let told = told.find(|(at, _)| *at == end).map(|(_, body)| *body);
             let report = self.reports.of_phase(stretch, phases, self.doubled_secs);
             let since_ns = now.nanos_since(end);
@@ -176,19 +175,19 @@ impl Person {
             self.next += 1;
             if told.is_some() || report.is_ok() {
                 let body = told.unwrap_or_else(|| without_state(&self.measured));
-                self.emit(PHASES, stretch, (body, report), out);
+                self.emit(Window::Phases, stretch, (body, report), out);
             }
         }
     }
 
     fn emit(
         &mut self,
-        spans: &str,
+        window: Window,
         over: Stretch,
         (body, report): (Physiology, Value),
         out: &mut Outputs,
     ) {
-        let output = self.declare(spans, out);
+        let output = self.declare(window, out);
         if over.end <= output.until {
             return;
         }
@@ -198,19 +197,19 @@ impl Person {
         out.emit(output.id, over.end, window_of(secs, body.coverage, body.quality, &values));
     }
 
-    /// The output over these spans, declared with all that has come in so far.
-    fn declare(&mut self, spans: &str, out: &mut Outputs) -> &mut Output {
-        let state = self.states.get(spans).map(|state| &state.name);
+    /// The output over these windows, declared with all that has come in so far.
+    fn declare(&mut self, window: Window, out: &mut Outputs) -> &mut Output {
+        let state = self.states.get(&window).map(|state| &state.name);
         let count = self.told_on.len() + usize::from(state.is_some());
-        let known = self.outputs.get(spans);
+        let known = self.outputs.get(&window);
         if known.is_none_or(|known| known.inputs.len() != count) {
             let until = known.map_or(Time::from_nanos(i64::MIN), |known| known.until);
             let inputs: BTreeSet<String> = self.told_on.iter().chain(state).cloned().collect();
             let id =
-                out.declare(output::estimates(&self.subject, spans, &inputs, self.doubled_secs));
-            self.outputs.insert(spans.to_owned(), Output { id, inputs, until });
+                out.declare(output::estimates(&self.subject, window, &inputs, self.doubled_secs));
+            self.outputs.insert(window, Output { id, inputs, until });
         }
-        self.outputs.get_mut(spans).expect("it has just been declared")
+        self.outputs.get_mut(&window).expect("it has just been declared")
     }
 }
 

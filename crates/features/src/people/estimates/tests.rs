@@ -5,7 +5,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use teampulse_core::data::{EventKind, FeatureValues, Reason};
 use teampulse_core::session_streams::{END, session_events};
-use teampulse_core::stream::Channel;
+use teampulse_core::stream::{Channel, Window};
 
 use super::*;
 use crate::drive::{Drive, built};
@@ -30,13 +30,13 @@ fn reports(id: &str) -> Stream {
     Stream::raw(format!("/humans/persons/{id}/task/reports"), person(id), Shape::Event)
 }
 
-fn states(spans: &str) -> Stream {
-    let stream =
-        Stream::raw(format!("/humans/persons/p1/state/{spans}"), person("p1"), Shape::Feature);
+fn states(window: Window) -> Stream {
+    let name = "/humans/persons/p1/state";
+    let stream = Stream::concluded(name, person("p1"), "state", Shape::Feature).over(window);
     let channel = |name: String| Channel::new(name, "1");
     let kinds = |measure: &&str| ["z", "robust_z"].map(|kind| channel(format!("{measure}_{kind}")));
     let channels = MEASURES.iter().flat_map(kinds).collect();
-    Stream { origin: Origin::Derived, channels, ..stream }
+    Stream { channels, ..stream }
 }
 
 /// A state in which each measure is as far from the baseline; NaN is a gap.
@@ -68,7 +68,7 @@ fn begun() -> Drive {
 
 fn with_body() -> Drive {
     let mut drive = begun();
-    drive.join(STATES, &states("w30"));
+    drive.join(STATES, &states(Window::of_secs(30.0)));
     drive
 }
 
@@ -172,10 +172,11 @@ fn a_report_alone_gives_an_estimate_and_says_its_age_in_its_uncertainty() {
 #[test]
 fn a_body_that_is_measured_lacks_a_baseline_until_there_is_a_state() {
     let mut drive = begun();
-    let windows = |name: &str, channel| {
-        let name = format!("/humans/persons/p1/{name}");
-        let stream = Stream::raw(name, person("p1"), Shape::Feature);
-        Stream { origin: Origin::Derived, ..stream.with_channels(&[(channel, "1/min")]) }
+    let windows = |name: (&str, &str), channel| {
+        let (input, family) = name;
+        let input = Stream::raw(format!("/humans/persons/p1/{input}"), person("p1"), Shape::Wave);
+        let stream = Stream::derived(&input, family, Shape::Feature).over(Window::of_secs(30.0));
+        stream.with_channels(&[(channel, "1/min")])
     };
     phase(&mut drive, 0.0, "baseline");
     report(&mut drive, 10.0, 2.0);
@@ -186,8 +187,8 @@ fn a_body_that_is_measured_lacks_a_baseline_until_there_is_a_state() {
         [WORKLOAD, OF_BODY, OF_REPORT, AROUSAL].map(|place| told.reasons[place])
     };
     let (is, lacks, not) = (Reason::Ok, Reason::NoBaseline, Reason::Missing);
-    assert_eq!(reasons(5, 12.0, "strap/ecg/heart/w30", "HRV_MeanHR"), [is, lacks, is, not]);
-    assert_eq!(reasons(6, 14.0, "wrist/eda/skin/w30", "EDA_Tonic_Mean"), [is, lacks, is, lacks]);
+    assert_eq!(reasons(5, 12.0, ("strap/ecg", "heart"), "HRV_MeanHR"), [is, lacks, is, not]);
+    assert_eq!(reasons(6, 14.0, ("wrist/eda", "skin"), "EDA_Tonic_Mean"), [is, lacks, is, lacks]);
     phase(&mut drive, 60.0, "task");
     drive.until(90.0);
     let whole = drive.last(WHOLE);
@@ -222,7 +223,7 @@ fn each_second_is_told_once_when_a_body_comes_to_reports() {
     let mut drive = begun();
     report(&mut drive, 10.0, 3.0);
     drive.until(20.0);
-    drive.join(STATES, &states("w30"));
+    drive.join(STATES, &states(Window::of_secs(30.0)));
     drive.take_on(STATES, 20.0, state(30.0, CALM));
     drive.take_on(STATES, 21.0, state(30.0, CALM));
     let secs: Vec<f64> = drive.features(W30).into_iter().map(|(secs, _)| secs).collect();
@@ -232,7 +233,7 @@ fn each_second_is_told_once_when_a_body_comes_to_reports() {
 #[test]
 fn a_phase_is_told_with_the_report_at_its_end() {
     let mut drive = with_body();
-    drive.join(StreamId(3), &states("phases"));
+    drive.join(StreamId(3), &states(Window::Phases));
     phase(&mut drive, 0.0, "baseline");
     phase(&mut drive, 60.0, "task");
     phase(&mut drive, 120.0, "rest");
@@ -251,7 +252,7 @@ fn a_phase_is_told_with_the_report_at_its_end() {
 fn a_phase_is_told_with_the_newest_report_that_counts_for_it() {
     let of_report = |secs: f64| {
         let mut drive = with_body();
-        drive.join(StreamId(3), &states("phases"));
+        drive.join(StreamId(3), &states(Window::Phases));
         phase(&mut drive, 60.0, "task");
         phase(&mut drive, 120.0, "rest");
         drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
@@ -267,7 +268,7 @@ fn a_phase_is_told_with_the_newest_report_that_counts_for_it() {
 #[test]
 fn a_phase_without_a_report_waits_for_it_and_is_told_without() {
     let mut drive = with_body();
-    drive.join(StreamId(3), &states("phases"));
+    drive.join(StreamId(3), &states(Window::Phases));
     phase(&mut drive, 60.0, "task");
     phase(&mut drive, 120.0, "rest");
     drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
@@ -280,7 +281,7 @@ fn a_phase_without_a_report_waits_for_it_and_is_told_without() {
 #[test]
 fn the_last_phase_is_told_as_the_session_ends() {
     let mut drive = with_body();
-    drive.join(StreamId(3), &states("phases"));
+    drive.join(StreamId(3), &states(Window::Phases));
     phase(&mut drive, 60.0, "task");
     drive.take_on(EVENTS, 120.0, event(EventKind::Clock, END, f64::NAN));
     drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
@@ -313,7 +314,10 @@ fn every_estimate_names_all_that_it_is_made_of() {
     report(&mut drive, 10.5, 3.0);
     drive.take_on(STATES, 11.0, state(30.0, CALM));
     let inputs = &drive.outputs()[0].inputs;
-    assert_eq!(*inputs, [states("w30").name, reports("p1").name, session_events().name]);
+    assert_eq!(
+        *inputs,
+        [states(Window::of_secs(30.0)).name, reports("p1").name, session_events().name]
+    );
     assert!(drive.outputs()[0].doc.contains("no measurement"));
 }
 

@@ -1,6 +1,6 @@
 //! THE table of measures: what of a person is compared with the baseline, and where it is read.
 
-use teampulse_core::stream::{About, Origin, Shape, Stream};
+use teampulse_core::stream::{About, Origin, Shape, Stream, Window};
 
 /// One measure of a person's state.
 pub(super) struct Measure {
@@ -43,33 +43,28 @@ impl Measure {
         Measure { name, unit, families, value, read: |value| value }
     }
 
-    /// How good a family is for it, 0 the best, and the place of its value in a stream of that family.
-    pub(super) fn place_in(&self, stream: &Stream, family: &str) -> Option<(usize, usize)> {
-        let rank = self.families.iter().position(|each| *each == family)?;
+    /// How good the family of a stream is for it, 0 the best, and the place of its value there.
+    pub(super) fn place_in(&self, stream: &Stream) -> Option<(usize, usize)> {
+        let rank = self.families.iter().position(|each| *each == stream.family)?;
         let channel = stream.place_of(self.value)?;
         Some((rank, channel))
     }
 }
 
-/// The family and the spans of a stream of windows about a person (`heart`, `w30`), if it is one that
-/// measures are read from.
-pub(super) fn family_and_spans(stream: &Stream) -> Option<(&str, &str)> {
-    let is_windows = stream.about == About::Person
+/// The window of a stream about a person that measures are read from.
+pub(super) fn read_window(stream: &Stream) -> Option<Window> {
+    let is_of_person = stream.about == About::Person
         && stream.origin == Origin::Derived
         && stream.shape == Shape::Feature
         && !stream.id.is_empty();
-    let mut tokens = stream.name.rsplit('/');
-    let (spans, family) = (tokens.next()?, tokens.next()?);
-    let is_read = MEASURES.iter().any(|measure| measure.families.contains(&family));
-    (is_windows && is_read).then_some((family, spans))
+    let is_read = || MEASURES.iter().any(|each| each.families.contains(&&*stream.family));
+    stream.window.filter(|_| is_of_person && is_read())
 }
 
 /// The measures in a stream, by their names.
 pub(in crate::people) fn measures_of(stream: &Stream) -> impl Iterator<Item = &'static str> {
-    let family = family_and_spans(stream).map(|(family, _)| family);
-    let is_told = move |measure: &&Measure| {
-        family.is_some_and(|family| measure.place_in(stream, family).is_some())
-    };
+    let is_read = read_window(stream).is_some();
+    let is_told = move |measure: &&Measure| is_read && measure.place_in(stream).is_some();
     MEASURES.iter().filter(is_told).map(|measure| measure.name)
 }
 
@@ -79,15 +74,16 @@ mod tests {
     use teampulse_core::stream::Subject;
 
     #[test]
-    fn windows_are_told_by_their_names() {
-        let windows = |name: &str| Stream {
-            origin: Origin::Derived,
-            ..Stream::raw(name, Subject { about: About::Person, id: "p1".into() }, Shape::Feature)
+    fn windows_are_known_by_their_family() {
+        let person = || Subject { about: About::Person, id: "p1".into() };
+        let windows = |family: &str| {
+            let stream = Stream::concluded("/p1/any", person(), family, Shape::Feature);
+            stream.over(Window::of_secs(30.0))
         };
-        let heart = windows("/humans/persons/p1/strap/ecg/heart/w30");
-        assert_eq!(family_and_spans(&heart), Some(("heart", "w30")));
-        assert_eq!(family_and_spans(&windows("/humans/persons/p1/state/w30")), None);
-        assert_eq!(family_and_spans(&Stream { origin: Origin::Raw, ..heart }), None);
+        let heart = windows("heart");
+        assert_eq!(read_window(&heart), Some(Window::of_secs(30.0)));
+        assert_eq!(read_window(&windows("state")), None);
+        assert_eq!(read_window(&Stream { origin: Origin::Raw, ..heart }), None);
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! The streams of states.
 
 use teampulse_core::phases::Phase;
-use teampulse_core::stream::{Channel, Origin, Shape, Stream, Subject};
+use teampulse_core::stream::{Channel, Shape, Stream, Subject, Window};
 
+use super::FAMILY;
 use super::baseline::Baseline;
 use super::measures::{MEASURES, Measure};
-use crate::windows::window_name;
 
 /// What the values of a state are: their suffixes, and whether they are in the unit of the measure.
 const KINDS: [(&str, bool); 3] = [("difference", true), ("z", false), ("robust_z", false)];
@@ -28,7 +28,7 @@ pub(super) fn windows<'a>(
     method: String,
 ) -> Stream {
     let doc = format!("How {} differs from the own baseline, each second.", person.id);
-    Stream { rate_hz: 1.0, ..state(person, &window_name(length_secs), inputs, method, doc) }
+    Stream { rate_hz: 1.0, ..state(person, Window::of_secs(length_secs), inputs, method, doc) }
 }
 
 /// The state of a person over whole phases.
@@ -38,17 +38,17 @@ pub(super) fn phases<'a>(
     method: String,
 ) -> Stream {
     let doc = format!("How {} differed from the own baseline in each phase.", person.id);
-    state(person, "phases", inputs, method, doc)
+    state(person, Window::Phases, inputs, method, doc)
 }
 
 fn state<'a>(
     person: &Subject,
-    leaf: &str,
+    window: Window,
     inputs: impl Iterator<Item = &'a str>,
     method: String,
     doc: String,
 ) -> Stream {
-    let name = format!("/humans/persons/{}/state/{leaf}", person.id);
+    let name = format!("/humans/persons/{}/{FAMILY}", person.id);
     let kinds = MEASURES.iter().flat_map(|measure| KINDS.map(|kind| (measure, kind)));
     let channels = kinds.map(|(measure, (kind, in_unit))| {
         let unit = if in_unit { measure.unit } else { "1" };
@@ -58,12 +58,11 @@ fn state<'a>(
     inputs.sort_unstable();
     inputs.dedup();
     Stream {
-        origin: Origin::Derived,
         channels: channels.collect(),
         inputs,
         method,
         doc,
-        ..Stream::raw(name, person.clone(), Shape::Feature)
+        ..Stream::concluded(name, person.clone(), FAMILY, Shape::Feature).over(window)
     }
 }
 

@@ -5,15 +5,12 @@ use std::collections::BTreeMap;
 use teampulse_core::data::FeatureValues;
 use teampulse_core::feature::Outputs;
 use teampulse_core::phases::{BASELINE, Phase};
-use teampulse_core::stream::{Stream, StreamId, Subject};
+use teampulse_core::stream::{Stream, StreamId, Subject, Window};
 use teampulse_core::time::Time;
 
 use super::track::Span;
 use super::whole::Whole;
 use super::windows::Windows;
-
-/// What the streams of phases are called, where those of windows have a length.
-const PHASES: &str = "phases";
 
 /// A baseline is evaluated this long after its end: its last windows arrive a little later [ns].
 const SETTLED_NS: i64 = 2_000_000_000;
@@ -23,8 +20,7 @@ pub(super) struct Person {
     subject: Subject,
     /// The baseline of which windows are held.
     held: Option<Held>,
-    /// By what they are called: `w30`.
-    windows: BTreeMap<String, Windows>,
+    windows: BTreeMap<Window, Windows>,
     whole: Whole,
 }
 
@@ -46,21 +42,19 @@ impl Person {
     }
 
     /// Adds a stream of windows or phases.
-    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, (family, spans): (&str, &str)) {
-        if spans == PHASES {
-            self.whole.join(id, stream, family);
-        } else {
-            let windows = self.windows.entry(spans.to_owned()).or_default();
-            windows.join(id, stream, family);
+    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, window: Window) {
+        match window {
+            Window::Phases => self.whole.join(id, stream),
+            Window::Of(_) => self.windows.entry(window).or_default().join(id, stream),
         }
     }
 
     /// A window of a stream, or a phase, has ended.
-    pub(super) fn take(&mut self, at: (StreamId, Time), spans: &str, values: &FeatureValues) {
+    pub(super) fn take(&mut self, at: (StreamId, Time), window: Window, values: &FeatureValues) {
         let baseline = self.held.as_ref().map(|held| held.span);
-        if spans == PHASES {
+        if window == Window::Phases {
             self.whole.take(at, values);
-        } else if let Some(windows) = self.windows.get_mut(spans) {
+        } else if let Some(windows) = self.windows.get_mut(&window) {
             windows.take(at, values, baseline);
         }
     }

@@ -1,11 +1,12 @@
 //! Laws of states, on windows as the families publish them.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use proptest::prelude::*;
 use teampulse_core::data::{Event, EventKind, FeatureValues, Reason};
 use teampulse_core::session_streams::END;
-use teampulse_core::stream::{Origin, Shape, Subject};
+use teampulse_core::stream::{Shape, Subject, Window};
 
 use super::*;
 use crate::drive::{Drive, built};
@@ -19,20 +20,21 @@ fn person() -> Subject {
     Subject { about: About::Person, id: "p1".into() }
 }
 
-fn windows(name: &str, channels: &[(&str, &str)]) -> Stream {
-    let name = format!("/humans/persons/p1/{name}");
-    let stream = Stream::raw(name, person(), Shape::Feature);
-    Stream { origin: Origin::Derived, ..stream }.with_channels(channels)
+const W15: Window = Window::Of(Duration::from_secs(15));
+
+fn windows(of: &str, family: &str, window: Window, channels: &[(&str, &str)]) -> Stream {
+    let input = Stream::raw(format!("/humans/persons/p1/{of}"), person(), Shape::Wave);
+    Stream::derived(&input, family, Shape::Feature).over(window).with_channels(channels)
 }
 
-fn heart(spans: &str) -> Stream {
+fn heart(window: Window) -> Stream {
     let channels = [("ECG_Quality", "1"), ("HRV_MeanHR", "bpm"), ("HRV_RMSSD", "ms")];
-    windows(&format!("strap/ecg/heart/{spans}"), &channels)
+    windows("strap/ecg", "heart", window, &channels)
 }
 
-fn skin(device: &str, spans: &str) -> Stream {
+fn skin(device: &str, window: Window) -> Stream {
     let channels = [("EDA_Tonic_Mean", "µS"), ("SCR_Peaks_Rate", "1/min")];
-    windows(&format!("{device}/eda/skin/{spans}"), &channels)
+    windows(&format!("{device}/eda"), "skin", window, &channels)
 }
 
 fn values(window_secs: f64, quality: f32, values: &[f64]) -> Data {
@@ -60,8 +62,8 @@ fn around(centre: f64, secs: u32) -> f64 {
 /// A strap and a glove, and the phases of the session.
 fn begun() -> Drive {
     let mut drive = Drive::new(built::<State>("").as_ref(), &session_events());
-    drive.join(HEART, &heart("w15"));
-    drive.join(SKIN, &skin("glove", "w15"));
+    drive.join(HEART, &heart(W15));
+    drive.join(SKIN, &skin("glove", W15));
     drive
 }
 
@@ -213,7 +215,7 @@ fn the_reason_of_a_window_is_that_of_the_state() {
 #[test]
 fn a_sensor_that_comes_after_the_baseline_has_nothing_to_be_compared_with() {
     let mut drive = after_baseline();
-    let breath = windows("belt/respiration/breath/w15", &[("RSP_Rate_Mean", "1/min")]);
+    let breath = windows("belt/respiration", "breath", W15, &[("RSP_Rate_Mean", "1/min")]);
     drive.join(StreamId(3), &breath);
     drive.take_on(StreamId(3), 103.0, values(15.0, 1.0, &[15.0]));
     drive.until(104.0);
@@ -226,7 +228,7 @@ fn of_two_devices_the_better_one_is_taken_and_named() {
         [([0.5, 0.9], "wrist"), ([0.9, 0.5], "glove"), ([0.7, 0.7], "glove")]
     {
         let mut drive = begun();
-        drive.join(StreamId(3), &skin("wrist", "w15"));
+        drive.join(StreamId(3), &skin("wrist", W15));
         phase(&mut drive, 0, "baseline");
         for secs in 30..100 {
             for (id, quality) in [SKIN, StreamId(3)].into_iter().zip(qualities) {
@@ -246,7 +248,7 @@ fn of_two_devices_the_better_one_is_taken_and_named() {
 #[test]
 fn a_pulse_stands_in_where_there_is_no_electrocardiogram() {
     let mut drive = begun();
-    let pulse = windows("watch/ppg/pulse/w15", &[("HRV_MeanHR", "bpm"), ("HRV_RMSSD", "ms")]);
+    let pulse = windows("watch/ppg", "pulse", W15, &[("HRV_MeanHR", "bpm"), ("HRV_RMSSD", "ms")]);
     drive.join(StreamId(3), &pulse);
     phase(&mut drive, 0, "baseline");
     for secs in 30..100 {
@@ -278,8 +280,8 @@ fn a_later_baseline_takes_the_place_of_the_first() {
 fn with_phases(told: &[(u32, f64)]) -> Drive {
     let (heart_phases, skin_phases) = (StreamId(3), StreamId(4));
     let mut drive = after_baseline();
-    drive.join(heart_phases, &heart("phases"));
-    drive.join(skin_phases, &skin("glove", "phases"));
+    drive.join(heart_phases, &heart(Window::Phases));
+    drive.join(skin_phases, &skin("glove", Window::Phases));
     for &(secs, rate) in told {
         let of_heart = values(60.0, 0.9, &[0.9, rate, 35.0]);
         drive.take_on(heart_phases, f64::from(secs), of_heart);

@@ -24,6 +24,8 @@ pub(super) struct Track {
     pub(super) id: StreamId,
     /// Its name.
     pub(super) stream: String,
+    /// Its name without its window: the same for windows and phases of one family on one input.
+    pub(super) family: String,
     channel: usize,
     values: VecDeque<WindowValue>,
     held: Vec<Held>,
@@ -44,12 +46,14 @@ pub(super) struct WindowValue {
 pub(super) type Span = (Time, Option<Time>);
 
 impl Track {
-    /// The tracks of a stream of a family: one for each measure that it holds.
-    pub(super) fn all(id: StreamId, stream: &Stream, family: &str) -> Vec<Track> {
+    /// The tracks of a stream: one for each measure that it holds.
+    pub(super) fn all(id: StreamId, stream: &Stream) -> Vec<Track> {
         let track = |measure: usize| {
-            let (rank, channel) = MEASURES[measure].place_in(stream, family)?;
+            let (rank, channel) = MEASURES[measure].place_in(stream)?;
             let (values, held) = (VecDeque::new(), Vec::new());
-            Some(Track { measure, rank, id, stream: stream.name.clone(), channel, values, held })
+            let family = stream.windowless_name().to_owned();
+            let stream = stream.name.clone();
+            Some(Track { measure, rank, id, stream, family, channel, values, held })
         };
         (0..MEASURES.len()).filter_map(track).collect()
     }

@@ -42,7 +42,7 @@ struct Against {
 
 struct Compared {
     baseline: Baseline,
-    /// The stream of windows, without their length: that of phases begins with it.
+    /// The name of its stream without its window.
     family: String,
     /// The baseline as one phase, as soon as it is needed.
     value: Option<Result<f64, Reason>>,
@@ -50,9 +50,9 @@ struct Compared {
 
 impl Whole {
     /// Adds a stream of phases.
-    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, family: &str) {
+    pub(super) fn join(&mut self, id: StreamId, stream: &Stream) {
         if self.tracks.iter().all(|track| track.id != id) {
-            self.tracks.extend(Track::all(id, stream, family));
+            self.tracks.extend(Track::all(id, stream));
         }
     }
 
@@ -67,15 +67,15 @@ impl Whole {
     pub(super) fn judge(&mut self, (number, phase): (usize, &Phase), windows: &Windows) {
         let Some(end) = phase.end else { return };
         let mut compared = [const { None }; COUNT];
-        for (measure, stream, baseline) in windows.chosen() {
-            let family = stream.rsplit_once('/').map_or(stream, |(family, _)| family).to_owned();
-            compared[measure] = Some(Compared { baseline: *baseline, family, value: None });
+        for (track, baseline) in windows.chosen() {
+            let family = track.family.clone();
+            compared[track.measure] = Some(Compared { baseline: *baseline, family, value: None });
         }
-        let recipes = windows.chosen().map(|(measure, stream, baseline)| {
-            output::recipe(&MEASURES[measure], stream, baseline)
+        let recipes = windows.chosen().map(|(track, baseline)| {
+            output::recipe(&MEASURES[track.measure], &track.stream, baseline)
         });
         let method = output::method_of_phases(windows.length_secs(), phase, recipes);
-        let inputs = windows.chosen().map(|(_, stream, _)| stream.to_owned()).collect();
+        let inputs = windows.chosen().map(|(track, _)| track.stream.clone()).collect();
         let length_secs = end.secs_since(phase.begin);
         let lacks = std::array::from_fn(|measure| windows.lack(measure));
         self.against = Some(Against { number, end, length_secs, compared, lacks, method, inputs });
@@ -152,7 +152,7 @@ impl Whole {
 
 impl Compared {
     fn is_of(&self, track: &Track) -> bool {
-        track.stream.rsplit_once('/').is_some_and(|(family, _)| family == self.family)
+        track.family == self.family
     }
 
     /// How a phase that ended then differs, and how good its data were; it is so many times as long as

@@ -26,9 +26,9 @@ pub(super) struct Windows {
 
 impl Windows {
     /// Adds a stream with windows of this length.
-    pub(super) fn join(&mut self, id: StreamId, stream: &Stream, family: &str) {
+    pub(super) fn join(&mut self, id: StreamId, stream: &Stream) {
         if self.tracks.iter().all(|track| track.id != id) {
-            self.tracks.extend(Track::all(id, stream, family));
+            self.tracks.extend(Track::all(id, stream));
         }
     }
 
@@ -81,22 +81,19 @@ impl Windows {
             }
         }
         if self.compared.iter().any(Option::is_some) {
-            let recipes = self.chosen().map(|(measure, stream, baseline)| {
-                output::recipe(&MEASURES[measure], stream, baseline)
+            let recipes = self.chosen().map(|(track, baseline)| {
+                output::recipe(&MEASURES[track.measure], &track.stream, baseline)
             });
             let recipe = output::method(self.length_secs, phase, recipes);
-            let inputs = self.chosen().map(|(_, stream, _)| stream);
+            let inputs = self.chosen().map(|(track, _)| track.stream.as_str());
             let stream = output::windows(person, self.length_secs, inputs.chain([told_by]), recipe);
             self.output = Some(out.declare(stream));
         }
     }
 
-    /// What is compared: the measure, the stream and the baseline.
-    pub(super) fn chosen(&self) -> impl Iterator<Item = (usize, &str, &Baseline)> {
-        self.compared.iter().flatten().map(|(place, baseline)| {
-            let track = &self.tracks[*place];
-            (track.measure, track.stream.as_str(), baseline)
-        })
+    /// What is compared: the measure of a stream, and its baseline.
+    pub(super) fn chosen(&self) -> impl Iterator<Item = (&Track, &Baseline)> {
+        self.compared.iter().flatten().map(|(place, baseline)| (&self.tracks[*place], baseline))
     }
 
     /// Why a measure can't be compared: its sensor is missing, its windows are too short, or it has no
@@ -153,19 +150,19 @@ impl Windows {
 
 #[cfg(test)]
 mod tests {
-    use teampulse_core::stream::{About, Origin, Shape};
+    use teampulse_core::stream::{About, Shape, Window};
 
     use super::*;
 
     #[test]
     fn windows_that_are_too_short_for_a_measure_do_not_blame_the_baseline() {
         let person = Subject { about: About::Person, id: "p1".into() };
-        let name = "/humans/persons/p1/belt/respiration/breath/w10";
-        let stream = Stream::raw(name, person, Shape::Feature);
-        let stream = Stream { origin: Origin::Derived, ..stream };
+        let name = "/humans/persons/p1/belt/respiration/breath";
+        let stream = Stream::concluded(name, person, "breath", Shape::Feature);
+        let stream = stream.over(Window::of_secs(10.0));
         let stream = stream.with_channels(&[("RSP_Quality", "1"), ("RSP_Rate_Mean", "1/min")]);
         let mut windows = Windows::default();
-        windows.join(StreamId(0), &stream, "breath");
+        windows.join(StreamId(0), &stream);
         let window = |reason| FeatureValues {
             window_secs: 10.0,
             coverage: 1.0,

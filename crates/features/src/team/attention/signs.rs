@@ -5,6 +5,8 @@ use std::fmt;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream};
 
+use crate::robots::{deployment, stuck};
+
 /// A limit is left behind only when a number is beyond it by this share of it.
 const CLEARLY: f64 = 0.1;
 /// The level of diagnostics from which on a part fails.
@@ -116,10 +118,10 @@ fn below(values: &FeatureValues, channel: usize, limit: f64) -> Option<Said> {
 }
 
 fn by_events(stream: &Stream) -> Option<Sign> {
-    let why = if stream.name.ends_with("/deployment/events") {
-        "offline".to_owned()
-    } else {
-        format!("{} is stuck", leaf(stream.name.strip_suffix("/stuck")?, &stream.id))
+    let why = match (stream.family.as_str(), stream.inputs.first()) {
+        (deployment::FAMILY, _) => "offline".to_owned(),
+        (stuck::FAMILY, Some(input)) => format!("{} is stuck", stream.subject().within(input)),
+        _ => return None,
     };
     Some(Sign { why, indication: Indication::ByEvents })
 }
@@ -145,9 +147,4 @@ fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
         Some(Sign { why, indication })
     });
     signs.collect()
-}
-
-/// What a topic is called within a robot.
-fn leaf<'a>(name: &'a str, robot: &str) -> &'a str {
-    name.split_once(&format!("/{robot}/")).map_or(name, |(_, leaf)| leaf)
 }

@@ -24,9 +24,14 @@ fn person() -> Stream {
     Stream::raw("/humans/persons/p001/strap/ecg", subject, Shape::Wave)
 }
 
-fn of_robot(name: &str, signal: Signal, shape: Shape, channels: &[(&str, &str)]) -> Stream {
-    let stream = Stream::raw(name, Subject::robot("r1"), shape).with_channels(channels);
-    Stream { signal, origin: Origin::Derived, ..stream }
+fn of_robot(
+    (input, family): (&str, &str),
+    signal: Signal,
+    shape: Shape,
+    channels: &[(&str, &str)],
+) -> Stream {
+    let input = Stream::raw(input, Subject::robot("r1"), Shape::Sample);
+    Stream { signal, ..Stream::derived(&input, family, shape).with_channels(channels) }
 }
 
 /// A team of a person and a robot, with everything that is reported about them.
@@ -37,13 +42,25 @@ fn drive() -> Drive {
     let (events, windows) = (Shape::Event, Shape::Feature);
     let commands = Stream::raw("/r1/goal_pose", Subject::robot("r1"), Shape::Sample);
     for (id, stream) in [
-        (ONLINE, of_robot("/r1/deployment", Signal::Other, windows.clone(), &[("online", "1")])),
-        (OFFLINE, of_robot("/r1/deployment/events", Signal::Event, events.clone(), &[])),
-        (BATTERY, of_robot("/r1/bat/use/w60", Signal::Battery, windows.clone(), &battery)),
-        (SHORT, of_robot("/r1/bat/use/w30", Signal::Battery, windows.clone(), &battery)),
-        (STUCK, of_robot("/r1/wifi/stuck", Signal::Event, events, &[])),
+        (
+            ONLINE,
+            of_robot(("/r1", "deployment"), Signal::Other, windows.clone(), &[("online", "1")]),
+        ),
+        (
+            OFFLINE,
+            of_robot(("/r1", "deployment"), Signal::Event, events.clone(), &[]).below("events"),
+        ),
+        (
+            BATTERY,
+            of_robot(("/r1/bat", "use"), Signal::Battery, windows.clone(), &battery).below("w60"),
+        ),
+        (
+            SHORT,
+            of_robot(("/r1/bat", "use"), Signal::Battery, windows.clone(), &battery).below("w30"),
+        ),
+        (STUCK, of_robot(("/r1/wifi", "stuck"), Signal::Event, events, &[])),
         (COMMANDS, Stream { signal: Signal::Input, ..commands }),
-        (LEVEL, of_robot("/r1/d/level/w10", Signal::Diagnostics, windows, &[("level", "1")])),
+        (LEVEL, of_robot(("/r1/d", "level"), Signal::Diagnostics, windows, &[("level", "1")])),
     ] {
         assert!(feature.accepts(&stream), "{}", stream.name);
         drive.join(id, &stream);

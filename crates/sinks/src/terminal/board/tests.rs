@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use teampulse_core::sample::Turn;
-use teampulse_core::stream::{Shape, StreamId};
+use teampulse_core::stream::{Shape, StreamId, Window};
 
 use super::*;
 
@@ -89,7 +89,7 @@ pub(in crate::terminal) fn person() -> Subject {
 
 pub(in crate::terminal) fn heart(second: i64, per_min: f64) -> Record {
     let ecg = Stream::raw("/humans/persons/p001/strap/ecg", person(), Shape::Wave);
-    let heart = Stream::derived(&ecg, "heart/w30", Shape::Feature);
+    let heart = Stream::derived(&ecg, "heart", Shape::Feature).over(Window::of_secs(30.0));
     figures(second, heart.with_channels(&[("ECG_Rate_Mean", "bpm")]), &[per_min])
 }
 

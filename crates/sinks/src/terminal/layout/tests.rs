@@ -5,7 +5,7 @@ use teampulse_core::alerts::{ALERTS, Alert, Stage};
 use teampulse_core::data::EventKind;
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
-use teampulse_core::stream::{Shape, Stream, Subject};
+use teampulse_core::stream::{Shape, Stream, Subject, Window};
 use teampulse_core::time::Time;
 
 use super::super::board::tests::{figures, happens, heart, person, robot, status};
@@ -56,7 +56,7 @@ fn board() -> Board {
     }
     take(heart(753, 81.7));
     let eda = Stream::raw("/humans/persons/p001/e4/eda", person(), Shape::Sample);
-    let skin = Stream::derived(&eda, "skin/w30", Shape::Feature);
+    let skin = Stream::derived(&eda, "skin", Shape::Feature).over(Window::of_secs(30.0));
     let channels = [("EDA_Tonic_Mean", "uS"), ("SCR_Peaks_Rate", "1/min")];
     take(figures(744, skin.with_channels(&channels), &[3.84, 4.0]));
     take(status(754, &eda.name, (State::Dead, "silent for 9.7 s"), 9.7));

@@ -11,7 +11,7 @@ use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session_streams::{END, session_events};
 use teampulse_core::sink::{SinkError, queue};
 use teampulse_core::status::{State, StreamStatus};
-use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject, Window};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use tempfile::{TempDir, tempdir};
@@ -107,7 +107,13 @@ impl Session {
             self.streams.declare(ecg.clone());
         }
         let channels = [("ECG_Rate_Mean", "bpm"), ("HRV_LF", "ms^2")];
-        let stream = Stream::derived(&ecg, leaf, Shape::Feature).with_channels(&channels);
+        let (family, window_name) = leaf.split_once('/').unwrap();
+        let over = match window_name.strip_prefix('w') {
+            Some(secs) => Window::of_secs(secs.parse().unwrap()),
+            None => Window::Phases,
+        };
+        let stream = Stream::derived(&ecg, family, Shape::Feature);
+        let stream = stream.over(over).with_channels(&channels);
         if self.streams.find(&stream.name).is_none() {
             self.tell(end_secs, &session_streams(), described(&stream));
         }

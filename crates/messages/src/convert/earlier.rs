@@ -1,0 +1,95 @@
+//! Descriptions that earlier versions recorded, without a stream's family and window: the one place where
+//! a stream's name is taken apart.
+
+use teampulse_core::stream::{About, Origin, Schema, Shape, Stream, Window};
+
+use super::DecodeError;
+use crate::definition::Definition;
+use crate::standard::Message;
+use crate::standard::teampulse_msgs::StreamDescription;
+
+/// The fields that were added stand at the end; all zero, which is not set, they take less [bytes].
+const ADDED: [u8; 32] = [0; 32];
+
+/// The stream that a recorded description is of, by the definition that the recording has of its type.
+pub fn description(schema: &Schema, cdr: &[u8]) -> Result<Stream, DecodeError> {
+    let has_family = |definition: Definition| {
+        definition.root().fields.iter().any(|field| field.name == "family")
+    };
+    if Definition::of(schema).is_ok_and(|definition| !has_family(definition)) {
+        let stream = StreamDescription::decode(&[cdr, &ADDED].concat())?.stream()?;
+        return Ok(with_fields(stream));
+    }
+    StreamDescription::decode(cdr)?.stream()
+}
+
+/// The stream with what its name says: `<input>/<family>/<window>`, `<family>/events`, and
+/// `<topic>/publisher_2` for what a second publisher sent.
+fn with_fields(mut stream: Stream) -> Stream {
+    let is_raw = stream.origin == Origin::Raw;
+    if let Some((topic, last)) = stream.name.rsplit_once('/') {
+        if is_raw && stream.about == About::Person && is_numbered(last, "publisher_") {
+            stream.beside = topic.to_owned();
+        }
+        let window = window(last).filter(|_| stream.shape == Shape::Feature);
+        let is_below = window.is_some() || ["events", "refused", "faults"].contains(&last);
+        let family = if is_below { topic.rsplit('/').next() } else { Some(last) };
+        if !is_raw || window.is_some() {
+            stream.family = family.unwrap_or_default().to_owned();
+        }
+        stream.window = window;
+    }
+    stream
+}
+
+/// The window of the last word of a name: `w30`, `w2_5`, `phases`.
+fn window(word: &str) -> Option<Window> {
+    if word == "phases" {
+        return Some(Window::Phases);
+    }
+    let secs = word.strip_prefix('w')?.replace('_', ".").parse().ok()?;
+    Some(Window::of_secs(secs)).filter(|window| window.to_string() == word)
+}
+
+fn is_numbered(word: &str, before: &str) -> bool {
+    let number = word.strip_prefix(before).unwrap_or_default();
+    !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::Subject;
+
+    use super::*;
+
+    fn named(name: &str, origin: Origin, shape: Shape) -> Stream {
+        let person = Subject { about: About::Person, id: "p001".into() };
+        with_fields(Stream { origin, ..Stream::raw(name, person, shape) })
+    }
+
+    #[test]
+    fn what_a_name_says_becomes_fields() {
+        for (name, shape, family, window) in [
+            ("/p/ecg/heart/w30", Shape::Feature, "heart", Some(Window::of_secs(30.0))),
+            ("/p/ecg/heart/w2_5", Shape::Feature, "heart", Some(Window::of_secs(2.5))),
+            ("/p/ecg/heart/phases", Shape::Feature, "heart", Some(Window::Phases)),
+            ("/p/ecg/beats", Shape::Event, "beats", None),
+            ("/r1/deployment/events", Shape::Event, "deployment", None),
+            ("/r1/deployment", Shape::Feature, "deployment", None),
+        ] {
+            let stream = named(name, Origin::Derived, shape);
+            assert_eq!((&*stream.family, stream.window), (family, window), "{name}");
+        }
+        let raw = named("/p/strap/ecg", Origin::Raw, Shape::Wave);
+        assert_eq!((&*raw.family, &*raw.beside), ("", ""));
+    }
+
+    #[test]
+    fn what_stands_beside_a_person_s_topic_is_known_by_its_name() {
+        let beside = |name: &str| named(name, Origin::Raw, Shape::Wave).beside;
+        assert_eq!(beside("/p/strap/ecg/publisher_2"), "/p/strap/ecg");
+        for other in ["/p/strap/ecg", "/p/strap/ecg/publisher_", "/p/strap/ecg/publisher_x"] {
+            assert_eq!(beside(other), "");
+        }
+    }
+}
