@@ -9,7 +9,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::data::Data;
 use teampulse_core::fault::lasting;
-use teampulse_core::latched::Latched;
+use teampulse_core::latched::{Latched, StandingEvent};
 use teampulse_core::panics::{self, caught};
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session_streams::{descriptions, session_events};
@@ -223,8 +223,15 @@ impl Recording {
                 self.writer.write(&record((id, &stream), at, data))?;
             }
         }
-        for (id, stream, event) in holds {
-            self.writer.write(&record((id, &stream), at, Data::Event(Arc::new(event))))?;
+        for StandingEvent { id, stream, event, device_time, source_time } in holds {
+            let event = Data::Event(Arc::new(event));
+            // They are of the first record's time, just after this one.
+            let early = Duration::from_nanos(log_time.nanos_since(at) as u64);
+            let device_time =
+                device_time.map(|ticks| ticks.saturating_sub(early.as_nanos() as i64));
+            let source_time = source_time.map(|stamp| stamp - early);
+            let sample = Sample { device_time, source_time, ..sample(id, at, event) };
+            self.writer.write(&encoded(&stream, sample))?;
             at = at + Duration::from_nanos(1);
         }
         Ok(())
@@ -280,7 +287,16 @@ impl Recording {
 
 /// A record of this recording's own.
 fn record((id, stream): (StreamId, &Arc<Stream>), log_time: Time, data: Data) -> Record {
-    let sample = Sample {
+    encoded(stream, sample(id, log_time, data))
+}
+
+fn encoded(stream: &Arc<Stream>, sample: Sample) -> Record {
+    let cdr = encode(&sample);
+    Record { stream: Arc::clone(stream), sample, cdr }
+}
+
+fn sample(id: StreamId, log_time: Time, data: Data) -> Sample {
+    Sample {
         stream: id,
         measured: log_time,
         log_time,
@@ -290,9 +306,7 @@ fn record((id, stream): (StreamId, &Arc<Stream>), log_time: Time, data: Data) ->
         index: 0,
         turn: Turn::OnTime,
         data,
-    };
-    let cdr = encode(&sample);
-    Record { stream: Arc::clone(stream), sample, cdr }
+    }
 }
 
 /// The same failure, of a bag that could not be ended either: it has no index, and its `metadata.yaml` is

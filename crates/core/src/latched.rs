@@ -19,6 +19,22 @@ const MOST: usize = 100_000;
 #[derive(Clone, Debug, Default)]
 pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 
+/// An event as it could be published at a later time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StandingEvent {
+    /// Its stream.
+    pub id: StreamId,
+    /// The same, described.
+    pub stream: Arc<Stream>,
+    /// What holds.
+    pub event: Event,
+    /// What the device's clock would say then [ns], if it stamped the event.
+    pub device_time: Option<i64>,
+    /// What its publisher's clock would say then, if that stamped the event: a replay corrects it as it did the
+    /// first stamp.
+    pub source_time: Option<Time>,
+}
+
 /// The order of publication. A person's own phases come before those of the session, which would otherwise
 /// apply to the person, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,15 +62,27 @@ impl Latched {
 
     /// The state at a time, as events that could be published then: of a phase that still holds, with its
     /// remaining length. In the order of publication.
-    pub fn at(&self, at: Time) -> Vec<(StreamId, Arc<Stream>, Event)> {
+    pub fn at(&self, at: Time) -> Vec<StandingEvent> {
         let told = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
         let told = told.filter_map(|((rank, id, _), record)| {
             let Data::Event(event) = &record.sample.data else { return None };
-            let event = match rank {
-                Rank::Origin => Event::clone(event),
-                Rank::OwnPhase | Rank::Phase => rest(event, at.secs_since(record.sample.measured)),
-            };
-            Some((*id, Arc::clone(&record.stream), event))
+            let (id, stream, sample) = (*id, Arc::clone(&record.stream), &record.sample);
+            if *rank == Rank::Origin {
+                let event = Event::clone(event);
+                return Some(StandingEvent {
+                    id,
+                    stream,
+                    event,
+                    device_time: None,
+                    source_time: None,
+                });
+            }
+            let since_ns = at.nanos_since(sample.measured);
+            let event = rest(event, at.secs_since(sample.measured));
+            let device_time = sample.device_time.map(|ticks| ticks.saturating_add(since_ns));
+            let later = |stamp: Time| Time::from_nanos(stamp.nanos().saturating_add(since_ns));
+            let source_time = sample.source_time.map(later);
+            Some(StandingEvent { id, stream, event, device_time, source_time })
         });
         told.collect()
     }
@@ -130,7 +158,7 @@ mod tests {
 
     fn at(latched: &Latched, secs: i32) -> Vec<(u32, String, f64)> {
         let told = latched.at(Time::from_stamp(secs, 0)).into_iter();
-        told.map(|(id, _, event)| (id.0, event.label, event.duration_secs)).collect()
+        told.map(|each| (each.id.0, each.event.label, each.event.duration_secs)).collect()
     }
 
     #[test]
@@ -143,6 +171,24 @@ mod tests {
         latched.take(&told(&session_events(), 0, 80, phase("task", f64::NAN)));
         let [(0, label, left_secs)] = &at(&latched, 90)[..] else { panic!() };
         assert!(label == "task" && left_secs.is_nan());
+    }
+
+    #[test]
+    fn a_phase_that_goes_on_is_stamped_by_the_clock_that_stamped_it() {
+        let mut latched = Latched::default();
+        let mut record = told(&person(), 7, 10, phase("1-back", 20.0));
+        // A device that has counted for 1000 s, behind a computer that is an hour ahead.
+        record.sample.device_time = Some(1_000_000_000_000);
+        record.sample.source_time = Some(Time::from_stamp(3610, 0));
+        latched.take(&record);
+        let [standing] = &latched.at(Time::from_stamp(14, 0))[..] else { panic!() };
+        assert_eq!(standing.device_time, Some(1_004_000_000_000));
+        assert_eq!(standing.source_time, Some(Time::from_stamp(3614, 0)));
+        assert_eq!(standing.event.duration_secs, 16.0);
+        let mut latched = Latched::default();
+        latched.take(&told(&person(), 7, 10, phase("1-back", 20.0)));
+        let [standing] = &latched.at(Time::from_stamp(14, 0))[..] else { panic!() };
+        assert_eq!((standing.device_time, standing.source_time), (None, None));
     }
 
     #[test]

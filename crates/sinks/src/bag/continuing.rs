@@ -171,10 +171,11 @@ mod tests {
     use teampulse_core::sample::{Record, Sample, Turn};
     use teampulse_core::session_streams::{descriptions, session_events};
     use teampulse_core::sink::{Batch, Limits, Post, Posted, queue_within};
-    use teampulse_core::stream::{Shape, Stream, Subject};
+    use teampulse_core::stream::{About, Shape, Stream, Subject};
     use teampulse_core::streams::Streams;
     use teampulse_core::time::Time;
     use teampulse_messages::convert::{decode, encode};
+    use tempfile::TempDir;
 
     use super::*;
 
@@ -259,37 +260,45 @@ mod tests {
         assert!(bag.attachment(teampulse_bag::STUDY_NAME).unwrap().is_some());
     }
 
+    /// The second bag of a recording whose first one was cut off after a phase of a stream, and perhaps before
+    /// another one.
+    fn second_bag(streams: &Streams, first: &Batch, skipped: Option<&Batch>) -> (TempDir, Bag) {
+        let folder = tempfile::tempdir().unwrap();
+        streams.declare(descriptions());
+        let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
+        let (post, inbox) = queue_within(Delivery::Lossless, streams.clone(), limits);
+        assert_eq!(post.deliver(first), Posted::Accepted);
+        assert!(matches!(post.deliver(&marker(streams, 1)), Posted::CutOff { .. }));
+        if let Some(skipped) = skipped {
+            assert_eq!(post.deliver(skipped), Posted::Skipped);
+        }
+        let bag = BagSink {
+            folder: folder.path().join("bag"),
+            study: String::new(),
+            options: Options { keep_free_bytes: 0, ..Options::default() },
+        };
+        let (ended, again) = (Ended::default(), Again::Beside { fallback: None });
+        let sink = Box::new(ContinuingBag { bag, ended: ended.clone(), again });
+        let recording = std::thread::spawn(move || sink.run(inbox));
+        while ended.folders().is_empty() {
+            assert!(!recording.is_finished());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(post.deliver(&marker(streams, 4)), Posted::Accepted);
+        drop(post);
+        assert!(recording.join().unwrap().is_err());
+        let bag = Bag::open(&folder.path().join("bag_2")).unwrap();
+        (folder, bag)
+    }
+
     #[test]
     fn a_recording_that_goes_on_begins_with_the_phase_that_it_is() {
         for (is_skipped, label, left_secs) in [(true, "task", 28.0), (false, "baseline", 57.0)] {
-            let folder = tempfile::tempdir().unwrap();
             let streams = Streams::default();
-            streams.declare(descriptions());
-            let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
-            let (post, inbox) = queue_within(Delivery::Lossless, streams.clone(), limits);
-            assert_eq!(post.deliver(&phase(&streams, 1, "baseline", 60.0)), Posted::Accepted);
-            assert!(matches!(post.deliver(&marker(&streams, 1)), Posted::CutOff { .. }));
-            if is_skipped {
-                // It is in neither bag, and yet it is the phase that goes on.
-                assert_eq!(post.deliver(&phase(&streams, 2, "task", 30.0)), Posted::Skipped);
-            }
-            let bag = BagSink {
-                folder: folder.path().join("bag"),
-                study: String::new(),
-                options: Options { keep_free_bytes: 0, ..Options::default() },
-            };
-            let (ended, again) = (Ended::default(), Again::Beside { fallback: None });
-            let sink = Box::new(ContinuingBag { bag, ended: ended.clone(), again });
-            let recording = std::thread::spawn(move || sink.run(inbox));
-            while ended.folders().is_empty() {
-                assert!(!recording.is_finished());
-                std::thread::sleep(Duration::from_millis(1));
-            }
-            assert_eq!(post.deliver(&marker(&streams, 4)), Posted::Accepted);
-            drop(post);
-            assert!(recording.join().unwrap().is_err());
-
-            let bag = Bag::open(&folder.path().join("bag_2")).unwrap();
+            let baseline = phase(&streams, 1, "baseline", 60.0);
+            // It is in neither bag, and yet it is the phase that goes on.
+            let task = phase(&streams, 2, "task", 30.0);
+            let (_folder, bag) = second_bag(&streams, &baseline, is_skipped.then_some(&task));
             let messages: Vec<_> = bag.messages(None).map(Result::unwrap).collect();
             let name = |stream: usize| bag.streams()[stream].stream.name.as_str();
             let is_event = |stream: usize| name(stream) == session_events().name;
@@ -305,6 +314,26 @@ mod tests {
             let last = messages.last().unwrap();
             assert_eq!((name(last.stream), told.log_time < last.log_time), ("/r1/marks", true));
         }
+    }
+
+    #[test]
+    fn a_phase_that_goes_on_is_stamped_by_the_clocks_that_it_came_with() {
+        let streams = Streams::default();
+        let subject = Subject { about: About::Person, id: "p001".into() };
+        let own = Stream::raw("/humans/persons/p001/task/phases", subject, Shape::Event);
+        let first = happens(&streams, own.clone(), 1, (EventKind::Phase, "1-back", 60.0));
+        let mut record = first[0].clone();
+        // Its device has counted for 1000 s, its computer is an hour ahead.
+        record.sample.device_time = Some(1_000_000_000_000);
+        record.sample.source_time = Some(record.sample.measured + Duration::from_secs(3600));
+        let (_folder, bag) = second_bag(&streams, &[record].into(), None);
+        let is_own = |stream: usize| bag.streams()[stream].stream.name == own.name;
+        let mut messages = bag.messages(None).map(Result::unwrap);
+        let told = messages.find(|message| is_own(message.stream)).unwrap();
+        assert_eq!(told.publish_time, told.log_time + Duration::from_secs(3600));
+        let decoded = decode("teampulse_msgs/msg/Event", &told.cdr).unwrap();
+        let since_ns = told.log_time.nanos() - 1_000_000_000;
+        assert_eq!(decoded.device_time, Some(1_000_000_000_000 + since_ns));
     }
 
     #[test]
