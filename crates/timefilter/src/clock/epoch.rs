@@ -32,14 +32,6 @@ const SILENT_SECS: f64 = 30.0;
 /// So many bins below the line by as much show that all before were held up.
 const FALLEN_BINS: usize = 3;
 
-/// How many steps of a saw-tooth are kept, and how long they are remembered [s].
-const STEPS: usize = 16;
-const STEPS_MEMORY_SECS: f64 = 150.0;
-/// The drift of skew that is stated between them, beside that of other lines [1/s].
-const STEPS_DRIFT: f64 = 1.5e-8;
-/// How near to each other intervals are that are one, as a part.
-const SAME_INTERVAL: f64 = 0.01;
-
 /// Every how many bins a line is laid, once an epoch is not young.
 const FIT_EVERY: i64 = 2;
 /// What is not known yet of a young epoch's line [s²]: divided by its age.
@@ -93,7 +85,7 @@ pub(super) struct Epoch {
 
 impl Epoch {
     /// What it allocates [B].
-    pub const BYTES: usize = Envelope::BYTES + Line::BYTES + (STEPS + 1) * size_of::<Point>();
+    pub const BYTES: usize = Envelope::BYTES + Line::BYTES + Teeth::LIVE_BYTES;
 
     /// Begins with its first packet; slopes of clocks of this kind spread by `usual_skew`.
     pub fn begin(first: Packet, usual_skew: f64) -> Epoch {
@@ -111,7 +103,7 @@ impl Epoch {
             last: 0.0,
             silent: 0.0,
             beat: Beat::default(),
-            teeth: Teeth::keeping(Some(STEPS)),
+            teeth: Teeth::live(),
             is_through_steps: false,
             taken: 1,
         }
@@ -285,7 +277,7 @@ impl Epoch {
     /// Follows the saw-tooth of delays that beat, as far as they do.
     fn follow(&mut self, bin: Point) {
         let interval = self.beat.interval();
-        if (interval - self.teeth.interval()).abs() <= SAME_INTERVAL * interval {
+        if self.teeth.are_of(interval) {
             self.teeth.push(bin);
             return;
         }
@@ -327,7 +319,7 @@ impl Epoch {
         if self.teeth.are_followed() {
             self.is_through_steps = true;
             if let Some(level) = self.teeth.level() {
-                self.fit = self.teeth.line(level, STEPS_MEMORY_SECS, STEPS_DRIFT);
+                self.fit = self.teeth.live_line(level);
             }
             return;
         }

@@ -24,10 +24,6 @@ const BETWEEN_DRIFT: f64 = 3e-8;
 const RISING_NODES: usize = 2;
 /// Over how long the slope is taken with which the map goes on behind its last node [s].
 const FAR_SECS: f64 = 120.0;
-/// How long the steps of a saw-tooth are remembered to both sides [s].
-const STEPS_MEMORY_SECS: f64 = 100.0;
-/// The drift of skew that is stated between them, beside that of the live model's lines [1/s].
-const STEPS_DRIFT: f64 = 0.7e-8;
 /// How many points are enough.
 const ENOUGH: usize = 16;
 /// The steepest that the map may be between nodes; it keeps it strictly increasing.
@@ -321,7 +317,7 @@ impl Node {
 
 /// Nodes by the steps of a saw-tooth that high [s]; `None` where there is none to be followed.
 fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
-    let mut teeth = Teeth::keeping(None);
+    let mut teeth = Teeth::whole();
     teeth.begin(interval);
     let mut levels: Vec<Point> = Vec::new();
     for bin in bins {
@@ -330,7 +326,7 @@ fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
         levels.extend(teeth.level().filter(|_| levels.last().is_none_or(is_next)));
     }
     let node = |level: Point| {
-        let fit = teeth.line(level, STEPS_MEMORY_SECS, STEPS_DRIFT);
+        let fit = teeth.line_with_hindsight(level);
         let (device, delay, slope) = (level.device, fit.delay, fit.slope);
         Node { device, delay, slope, error: fit.uncertainty_at(device, device) }
     };

@@ -39,6 +39,21 @@ const FLAT_SECS: f64 = 20.0;
 /// No device's clock is further off than this (as a slope).
 const MOST_SKEW: f64 = 200e-6;
 
+/// How many steps the live model keeps.
+const STEPS: usize = 16;
+/// How long steps are remembered [s], and the drift of skew that is stated between them, beside that of other
+/// lines [1/s].
+const LIVE: Memory = Memory { secs: 150.0, drift: 1.5e-8 };
+/// The same with steps to both sides.
+const HINDSIGHT: Memory = Memory { secs: 100.0, drift: 0.7e-8 };
+/// How near to each other intervals are that are one, as a part.
+const SAME_INTERVAL: f64 = 0.01;
+
+struct Memory {
+    secs: f64,
+    drift: f64,
+}
+
 /// A saw-tooth that is followed bin by bin.
 #[derive(Clone, Debug)]
 pub(in crate::clock) struct Teeth {
@@ -67,8 +82,20 @@ pub(in crate::clock) struct Teeth {
 }
 
 impl Teeth {
-    /// None so far; the last `most` steps will be kept, or all of them where it is not finite.
-    pub fn keeping(most: Option<usize>) -> Teeth {
+    /// What a live model keeps its steps in [B].
+    pub const LIVE_BYTES: usize = (STEPS + 1) * size_of::<Point>();
+
+    /// None so far, for a live model: the last steps will be kept.
+    pub fn live() -> Teeth {
+        Teeth::keeping(Some(STEPS))
+    }
+
+    /// None so far; all steps will be kept.
+    pub fn whole() -> Teeth {
+        Teeth::keeping(None)
+    }
+
+    fn keeping(most: Option<usize>) -> Teeth {
         let none = Point { device: 0.0, delay: 0.0 };
         Teeth {
             interval: 0.0,
@@ -87,9 +114,9 @@ impl Teeth {
         }
     }
 
-    /// How high teeth are [s]; 0 where there are none.
-    pub fn interval(&self) -> f64 {
-        self.interval
+    /// Whether teeth are so high [s].
+    pub fn are_of(&self, interval: f64) -> bool {
+        (interval - self.interval).abs() <= SAME_INTERVAL * interval
     }
 
     /// Forgets all; teeth are so high from now on [s].
@@ -171,9 +198,17 @@ impl Teeth {
         self.interval > 0.0 && self.off <= OFF && self.level.is_some()
     }
 
-    /// The line where a tooth is at `level`; steps are remembered for so long [s]. Knots are few and
-    /// far from each other: a drift of the skew that is stated beside that of other lines [1/s].
-    pub fn line(&self, level: Point, memory: f64, drift: f64) -> Fit {
+    /// The line where a tooth is at `level`, through the steps so far.
+    pub fn live_line(&self, level: Point) -> Fit {
+        self.line(level, &LIVE)
+    }
+
+    /// The line where a tooth is at `level`, through the steps to both sides.
+    pub fn line_with_hindsight(&self, level: Point) -> Fit {
+        self.line(level, &HINDSIGHT)
+    }
+
+    fn line(&self, level: Point, memory: &Memory) -> Fit {
         let Point { device, delay: high } = level;
         let low = high - self.interval;
         let wait = STATED * self.interval;
@@ -181,8 +216,12 @@ impl Teeth {
             [] => (high - self.interval / 2.0, 0.0, wait),
             [knot] => self.behind(knot, level),
             [..] => {
-                let fit = Fit::through(&self.knots, device, memory, FINE_SECS, BIN_SECS);
-                (fit.delay, fit.slope, fit.uncertainty_at(device, device) + fit.bend_secs(drift))
+                let fit = Fit::through(&self.knots, device, memory.secs, FINE_SECS, BIN_SECS);
+                (
+                    fit.delay,
+                    fit.slope,
+                    fit.uncertainty_at(device, device) + fit.bend_secs(memory.drift),
+                )
             }
         };
         let delay = delay.clamp(low, high);
