@@ -47,6 +47,7 @@ pub fn main_with(components: Components) -> ExitCode {
     log_to_stderr();
     install_hook();
     machine::allow_many_files();
+    machine::share_one_heap();
     let runtime =
         tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = match runtime {

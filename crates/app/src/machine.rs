@@ -1,12 +1,15 @@
 //! The machine that records: its network buffers, its disk and its clock.
 
 mod host_clock;
+mod memory;
 
 use std::path::Path;
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use teampulse_ros::receiving;
 use tokio::signal::unix::{SignalKind, signal};
+
+pub use memory::share_one_heap;
 
 /// The receive buffer that a best-effort image of 1 MiB at 30 Hz needs to arrive complete [bytes].
 const RECEIVE_BUFFER: u64 = 4 << 20;
