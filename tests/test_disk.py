@@ -48,18 +48,18 @@ def test_a_disk_that_stands_still_for_a_while_loses_nothing_and_is_said(stage, d
     recorder, _ = recording(stage, disk, "--size", 1024, "--rate", 200)
     disk.stall()
     began = time.monotonic()
-    recorder.wait_for("bag: takes nothing at the moment; .* wait in memory")
+    recorder.wait_for("bag: stalled; .* wait in memory")
     # The disk is what is slow here.
     time.sleep(max(0, STANDS_STILL_SECS - (time.monotonic() - began)))
     disk.work()
-    recorder.wait_for("bag: takes again what comes; nothing was lost")
+    recorder.wait_for("bag: no longer stalled; nothing was lost")
     assert recorder.interrupt() == 0, recorder.report()
 
     bag = harness.the_bag(disk.below)
     tally = bags.tallies(bag)["/bench"].summary()
     assert (tally["first"], tally["missing"], tally["corrupt"]) == (0, 0, 0)
-    assert "takes nothing at the moment" in faults(bag)
-    assert "takes nothing at the moment" in (bag / "summary.md").read_text()
+    assert "bag: stalled" in faults(bag)
+    assert "bag: stalled" in (bag / "summary.md").read_text()
 
 
 def test_a_disk_that_stands_still_for_too_long_is_counted_and_the_recording_goes_on(stage, disk):
@@ -82,19 +82,19 @@ def test_a_disk_that_refuses_for_a_while_is_counted_and_the_recording_goes_on(st
     disk.work()
     went_on(stage, disk, recorder)
     # A disk that refuses all has not taken the end of the bag either.
-    assert f"`teampulse recover {first(disk)}` makes it whole" in recorder.stderr, recorder.report()
+    assert f"`teampulse recover {first(disk)}` repairs it" in recorder.stderr, recorder.report()
 
 
 def test_a_second_ctrl_c_does_not_wait_for_a_disk_that_stands_still(stage, disk):
     recorder, _ = recording(stage, disk, "--size", 1024, "--rate", 200)
     disk.stall()
-    recorder.wait_for("bag: takes nothing at the moment")
+    recorder.wait_for("bag: stalled")
     recorder.signal(signal.SIGINT)
     # Two at once would be one.
     time.sleep(0.5)
     recorder.signal(signal.SIGINT)
     assert recorder.ended() == 3, recorder.report()
-    assert "still being written, and was left behind" in recorder.stderr, recorder.report()
+    assert "still writing, and was abandoned" in recorder.stderr, recorder.report()
     disk.work()
 
     bag = harness.the_bag(disk.below)

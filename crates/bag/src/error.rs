@@ -71,7 +71,7 @@ pub enum BagError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Found {
     /// An `SQLite` file of something else, or a broken one.
-    #[error("an SQLite file without a recording of rosbag2")]
+    #[error("an SQLite file that is not a recording of rosbag2")]
     Sqlite,
     /// A file of rosbag2 that can be read, but not mended.
     #[error("a recording in SQLite or a compressed file")]
@@ -97,8 +97,10 @@ impl BagError {
             BagError::Exists { .. } => "choose another folder, or move the recording away",
             BagError::DiskFull { .. } => "free some space, or record to another disk with --out",
             BagError::NotABag { found, .. } => found.hint(),
-            BagError::Damaged { .. } => "run `teampulse recover` to keep what is whole",
-            BagError::Deleted { .. } => "leave the folder of a recording alone until it has ended",
+            BagError::Damaged { .. } => "run `teampulse recover` to keep all readable messages",
+            BagError::Deleted { .. } => {
+                "keep the folder of a recording in place until it has ended"
+            }
             BagError::Io { doing: "open" | "read" | "unpack", error, .. } => hint_of_reading(error),
             BagError::Io { error, .. } => hint_of(error),
             BagError::Format { .. } => "",
@@ -115,7 +117,7 @@ fn hint_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, NotFound, PermissionDenied, ReadOnlyFilesystem};
     match error.kind() {
         FileTooLarge => {
-            "this account may write no larger files (`ulimit -f`): allow more, or set split_mib"
+            "this account may not write larger files (`ulimit -f`): raise the limit, or set split_mib"
         }
         NotFound => "its folder was deleted or moved",
         PermissionDenied => "record to a folder that you may write into, with --out",
@@ -123,7 +125,7 @@ fn hint_of(error: &io::Error) -> &'static str {
             "the disk can't be written: look at `dmesg`, or record to another with --out"
         }
         _ if matches!(error.raw_os_error(), Some(EMFILE | ENFILE)) => {
-            "too many files are open: allow more (`ulimit -n`), or end other programs"
+            "too many files are open: raise the limit (`ulimit -n`), or end other programs"
         }
         _ => "",
     }
@@ -147,7 +149,7 @@ const ENFILE: i32 = 23;
 impl Found {
     fn hint(self) -> &'static str {
         match self {
-            Found::Foreign => "`teampulse import` makes a bag of all that is whole of it",
+            Found::Foreign => "`teampulse import` makes a bag of all readable messages",
             Found::Ros1 => "convert it with `rosbags-convert` to a rosbag2 in MCAP",
             Found::Compressed => {
                 "convert it with `ros2 bag convert` to compression_mode none; \

@@ -159,7 +159,7 @@ impl Recording {
         let finished = caught(|| self.finish());
         let unfinished = |message: String| SinkError::Lost {
             message: format!("end the bag {}: {message}", folder.display()),
-            hint: "`teampulse recover` makes it whole".into(),
+            hint: "`teampulse recover` repairs it".into(),
         };
         let finished = match finished {
             Ok(finished) => finished.map_err(|error| self::lost(&error)),
@@ -317,9 +317,8 @@ fn unended(lost: SinkError, folder: &Path) -> SinkError {
         return SinkError::Lost { message, hint };
     }
     let at = folder.display();
-    let message = format!(
-        "{message}; its end can't be written either: `teampulse recover {at}` makes it whole"
-    );
+    let message =
+        format!("{message}; its end can't be written either: `teampulse recover {at}` repairs it");
     SinkError::Lost { message, hint }
 }
 

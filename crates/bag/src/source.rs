@@ -324,7 +324,7 @@ impl Unread {
         let BagError::Damaged { path, offset, reason } = error else { return Err(fatal(&error)) };
         let shown = path.display().to_string();
         if self.places().insert((path, offset)) {
-            tracing::warn!("damaged: {shown}: at byte {offset}: {reason}; passed over");
+            tracing::warn!("damaged: {shown}: at byte {offset}: {reason}; skipped");
         }
         Ok(())
     }

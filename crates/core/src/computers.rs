@@ -48,9 +48,10 @@ impl ClockReport {
             ClockReport::StampedBy { .. } => {
                 (STAMPED_BY, "whose clock stamps a stream: topic, computer")
             }
-            ClockReport::Probed { .. } => {
-                (PROBES, "how far another computer's clock is ahead, and how long it took to ask")
-            }
+            ClockReport::Probed { .. } => (
+                PROBES,
+                "how far another computer's clock is ahead, and the round trip of the probe",
+            ),
         };
         let mut stream = Stream::raw(topic, Subject::session(), Shape::Event);
         stream.signal = Signal::Event;

@@ -86,7 +86,7 @@ impl Density {
     pub(crate) fn complaint(&self) -> Option<String> {
         let Exceeded { rate_hz, stated_hz } = self.exceeded?;
         let [comes, stated] = [rate_hz, stated_hz].map(|hz| format!("{hz:.0}"));
-        Some(format!("its waves overlap: {comes} samples/s come, stated {stated}/s"))
+        Some(format!("its waves overlap: {comes} samples/s arrive, stated {stated}/s"))
     }
 }
 
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn waves_that_overlap_are_marked_with_both_rates() {
-        let expected = "its waves overlap: 2000 samples/s come, stated 1000/s";
+        let expected = "its waves overlap: 2000 samples/s arrive, stated 1000/s";
         assert_eq!(said(2.0, 15.0).as_deref(), Some(expected));
         for times in [1.25, 1.5, 3.9, 62.5] {
             assert!(said(times, 15.0).is_some(), "{times} times the rate");

@@ -44,7 +44,7 @@ impl fmt::Display for Broken {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Broken { feature, about, panic } = self;
         let of = if about.is_empty() { "" } else { " of " };
-        write!(f, "feature {feature}{of}{about} panicked and is left out from now on: {panic}")
+        write!(f, "feature {feature}{of}{about} panicked and is disabled from now on: {panic}")
     }
 }
 

@@ -34,6 +34,6 @@ pub(crate) fn faults() -> Stream {
     stream.origin = Origin::Derived;
     stream.signal = Signal::Event;
     stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "features that panicked and are left out from then on".into();
+    stream.doc = "features that panicked and are disabled from then on".into();
     stream
 }

@@ -181,8 +181,8 @@ async fn end_sinks(
     let mut deadline = None;
     for sink in running {
         let late = || SinkError::Lost {
-            message: "end in time: it is still being written, and was left behind".into(),
-            hint: "look at the disk; `teampulse recover` makes a bag whole".into(),
+            message: "end in time: it is still writing, and was abandoned".into(),
+            hint: "look at the disk; `teampulse recover` repairs a bag".into(),
         };
         let ended = loop {
             let Some(hurried) = &deadline else {

@@ -34,7 +34,7 @@ impl FeatureContext {
             return Err(SettingsError::new(message).with_hint(WINDOWS).at("windows_secs"));
         }
         if lengths_secs.is_empty() {
-            let message = "no windows: expected the length of one at least";
+            let message = "no windows: expected at least one length";
             return Err(SettingsError::new(message).with_hint(WINDOWS).at("windows_secs"));
         }
         lengths_secs.sort_by(f64::total_cmp);

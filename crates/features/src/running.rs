@@ -201,7 +201,7 @@ impl Running {
         let Err((unit, to)) = conversions(&self.stream) else { return };
         if !std::mem::replace(&mut self.is_refusal_told, true) {
             let leaf = self.naming.leaf;
-            let label = format!("{leaf}: {unit} can't be told in {to}");
+            let label = format!("{leaf}: {unit} can't be converted to {to}");
             refuse((&self.stream, leaf), label, f64::NAN, at, out);
         }
     }

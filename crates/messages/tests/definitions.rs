@@ -77,15 +77,15 @@ fn an_error_names_the_line_and_what_was_expected() {
         assert_eq!(error.replace(" of the definition of a_msgs/msg/A", ""), expected);
     };
     says("int8 a\n\nfloat", "line 3: expected a type and a name, got \"float\"");
-    says("int8 9a", "line 1: \"9a\" is no name of a field");
-    says("int8 a-b", "line 1: \"a-b\" is no name of a field");
+    says("int8 9a", "line 1: \"9a\" is not the name of a field");
+    says("int8 a-b", "line 1: \"a-b\" is not the name of a field");
     says("int8 a\nint16 a", "line 2: there are two fields named a");
-    says("int8[x] a", "line 1: \"int8[x]\" is no type");
-    says("int8[0] a", "line 1: \"int8[0]\" is no type");
-    says("int8[+1] a", "line 1: \"int8[+1]\" is no type");
-    says("int8<=3 a", "line 1: \"int8<=3\" is no type");
+    says("int8[x] a", "line 1: \"int8[x]\" is not a type");
+    says("int8[0] a", "line 1: \"int8[0]\" is not a type");
+    says("int8[+1] a", "line 1: \"int8[+1]\" is not a type");
+    says("int8<=3 a", "line 1: \"int8<=3\" is not a type");
     says("int8[] A=3", "line 1: A can't be the type of a constant");
-    says("b/c/D d", "line 1: \"b/c/D\" is no type");
+    says("b/c/D d", "line 1: \"b/c/D\" is not a type");
     says("b/D d", "line 1: b/msg/D is not defined");
     says(&with_types("B b", &[("a_msgs/B", "A a")]), "line 4: a_msgs/msg/A is part of itself");
     says(&format!("int8 a\n{}\nnothing", "=".repeat(80)), NO_TITLE);
@@ -142,14 +142,10 @@ fn a_path_that_leads_nowhere_is_answered_with_the_nearest() {
     says(
         &battery,
         "cell_voltage",
-        "read `cell_voltage` as a number: it holds many, the first of them `cell_voltage[0]`",
+        "read `cell_voltage` as a number: it has several values, the first one is `cell_voltage[0]`",
     );
-    says(&battery, "voltage[0]", "read `voltage`: it holds one value, which has no index");
-    says(
-        &odometry,
-        "pose.covariance[36]",
-        "read `pose.covariance[36]`: it never holds more than 36 values",
-    );
+    says(&battery, "voltage[0]", "read `voltage`: it has a single value, which has no index");
+    says(&odometry, "pose.covariance[36]", "read `pose.covariance[36]`: it has at most 36 values");
     says(
         &battery,
         "cell_voltage[one]",

@@ -98,7 +98,7 @@ impl Joining {
             Err(BusError::Join { bus, reason, hint })
         };
         if domain > HIGHEST_DOMAIN {
-            return refused(format!("ROS has no such domain: expected 0 to {HIGHEST_DOMAIN}"));
+            return refused(format!("it is not a ROS domain: expected 0 to {HIGHEST_DOMAIN}"));
         }
         let (environment, node_name, clock) = match self {
             Joining::Dds { environment, node_name, clock } => (environment, node_name, clock),
@@ -134,7 +134,7 @@ fn explained(error: BusError, environment: &Environment) -> BusError {
     let hint = if set.is_empty() {
         "`ip address` shows whether this machine has a network".to_owned()
     } else {
-        format!("{} may be why: unset it, and try again", set.join(" or "))
+        format!("{} may be the cause: unset it, and try again", set.join(" or "))
     };
     BusError::Join { bus, reason, hint }
 }

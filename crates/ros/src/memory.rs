@@ -123,7 +123,7 @@ impl Bus for MemoryBus {
         let found = self.network.definition(type_name, hash).or_else(shipped);
         found.ok_or_else(|| BusError::Definition {
             type_name: type_name.to_owned(),
-            reason: "no publisher on the memory bus tells it; none is shipped".into(),
+            reason: "no publisher on the memory bus provides it; none is shipped".into(),
         })
     }
 }

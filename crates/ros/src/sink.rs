@@ -192,7 +192,7 @@ impl<'a> Publishers<'a> {
         let count = self.refused.entry(topic.to_owned()).or_default();
         *count += 1;
         if *count == 1 {
-            tracing::error!("failed to {refused}; what is refused from now on is counted");
+            tracing::error!("failed to {refused}; further refused messages are counted");
         }
     }
 
@@ -204,7 +204,7 @@ impl<'a> Publishers<'a> {
         let topics: Vec<_> = self.refused.keys().map(String::as_str).collect();
         Err(SinkError::Lost {
             message: format!("publish {lost} messages on {}", topics.join(", ")),
-            hint: "a subscriber is too slow for what it asks to be sent again".into(),
+            hint: "a subscriber is too slow for the retransmissions that it requests".into(),
         })
     }
 }

@@ -47,7 +47,7 @@ pub struct SourceContext {
 /// The bus of a domain; without one that of `ROS_DOMAIN_ID`, else 0.
 fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
     if let Some(domain) = domain.filter(|domain| *domain > HIGHEST_DOMAIN) {
-        let message = format!("ROS has no domain {domain}: expected 0 to {HIGHEST_DOMAIN}");
+        let message = format!("{domain} is not a ROS domain: expected 0 to {HIGHEST_DOMAIN}");
         return Err(SettingsError::new(message));
     }
     let domain = domain.map_or_else(|| context.buses.default_domain(), Ok);

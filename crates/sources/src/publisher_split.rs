@@ -176,7 +176,9 @@ impl PublisherSplit {
                 )
             }
             News::TookOver => {
-                format!("{topic}: heard from {other} from now on; the publisher before was silent")
+                format!(
+                    "{topic}: received from {other} from now on; the previous publisher was silent"
+                )
             }
         };
         fault(&self.outlet, label);
@@ -197,7 +199,7 @@ impl PublisherSplit {
 
     fn stream_beside(&self, place: usize, publisher: String) -> Stream {
         let topic = &self.stream.name;
-        let doc = format!("what another publisher than the one that is heard sent on {topic}");
+        let doc = format!("messages of other publishers than the primary one on {topic}");
         Stream { publisher, doc, ..self.stream.beside(place + 2) }
     }
 

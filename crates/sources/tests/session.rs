@@ -100,7 +100,7 @@ async fn any_node_may_tell_an_event_or_set_a_marker() {
     let faults: Vec<&Event> = events.iter().filter(|it| it.kind == EventKind::Fault).collect();
     assert_eq!(faults.len(), 2, "each is told once: {faults:?}");
     let of_kind =
-        "/session/events: failed to read kind \"phrase\": it is none of phase, marker, report, ";
+        "/session/events: failed to read kind \"phrase\": expected one of phase, marker, report, ";
     assert!(faults.iter().any(|fault| fault.label.starts_with(of_kind)), "{faults:?}");
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn unpacked(message: &[u8]) -> io::Result<Cow<'_, [u8]>> {
     let mut plain = Vec::new();
     zstd::Decoder::new(message)?.take(LIMIT_BYTES + 1).read_to_end(&mut plain)?;
     if plain.len() as u64 > LIMIT_BYTES {
-        return Err(io::Error::other("it unpacks to more than any message has"));
+        return Err(io::Error::other("it unpacks to more than the largest message"));
     }
     Ok(Cow::Owned(plain))
 }

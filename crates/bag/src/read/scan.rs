@@ -55,7 +55,7 @@ impl Scan {
         match prefix_at(&self.index.file, self.at)? {
             None => self.resume("the file ends without an index", true),
             Some((opcode, _)) if !is_known(opcode) => {
-                self.resume(&format!("there is no kind of record 0x{opcode:02x}"), false)
+                self.resume(&format!("0x{opcode:02x} is not a kind of record"), false)
             }
             Some((_, length)) if length > self.left_bytes() => {
                 self.resume("the file ends inside a record", true)

@@ -59,7 +59,7 @@ pub(crate) fn into_mcap(path: &Path, database: &Path) -> Result<Opened, BagError
         error: error.into_error(),
     })?;
     file.rewind().map_err(BagError::io("unpack", path))?;
-    let damage = damage.map(|error| format!("the database can't be read on: {error}"));
+    let damage = damage.map(|error| format!("the rest of the database can't be read: {error}"));
     Ok(Opened { file, is_made: true, damage: damage.or(unreadable(unreadable_count)) })
 }
 

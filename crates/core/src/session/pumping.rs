@@ -123,9 +123,9 @@ impl Pumping {
                 progress = (Stopwatch::start(), taken);
             }
             if progress.0.elapsed() >= STUCK {
-                let reason = "go on: a feature did not come back";
+                let reason = "go on: a feature did not return";
                 break_off(sinks, reason);
-                outcome.undone.push("the pump: a feature did not come back".into());
+                outcome.undone.push("the pump: a feature did not return".into());
                 return;
             }
         }
@@ -257,7 +257,7 @@ impl Pipeline {
             return;
         }
         self.pump.leave_out_features();
-        let label = "the end was near: what came last is recorded, and nothing computed of it";
+        let label = "the session was ending: the last samples are recorded, but no features were computed from them";
         self.pump.happen(lasting(label), self.clock.now());
     }
 

@@ -100,7 +100,7 @@ impl Running {
 
     fn never_ran(&mut self) -> SinkError {
         let why = self.unstarted.take().map_or_else(String::new, |error| format!(": {error}"));
-        let hint = "end other programs, or allow more threads (`ulimit -u`)".to_owned();
+        let hint = "end other programs, or raise the limit of threads (`ulimit -u`)".to_owned();
         SinkError::Failed { message: format!("start a thread of its own{why}"), hint }
     }
 }
@@ -135,11 +135,9 @@ fn said(name: &str, posted: &Posted) -> Option<Event> {
     match posted {
         Posted::Stalled { waiting_bytes } => {
             let kib = waiting_bytes >> 10;
-            Some(passing(format!("{name}: takes nothing at the moment; {kib} KiB wait in memory")))
+            Some(passing(format!("{name}: stalled; {kib} KiB wait in memory")))
         }
-        Posted::Recovered => {
-            Some(passing(format!("{name}: takes again what comes; nothing was lost")))
-        }
+        Posted::Recovered => Some(passing(format!("{name}: no longer stalled; nothing was lost"))),
         Posted::CutOff { reason } => Some(lasting(format!("{name}: failed to {reason}"))),
         Posted::Accepted | Posted::Skipped | Posted::Ended => None,
     }

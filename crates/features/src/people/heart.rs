@@ -43,7 +43,7 @@ impl Component<dyn Feature, FeatureContext> for Heart {
             Some(60.0) => |_: &Stream| analysis(Some(60.0)),
             Some(wrong) => {
                 let message = format!("mains of {wrong} Hz: expected 50 or 60");
-                let hint = "leave it out, and the mains are heard in the signal";
+                let hint = "remove it to detect the mains in the signal";
                 return Err(SettingsError::new(message).with_hint(hint).at("mains_hz"));
             }
         };

@@ -182,7 +182,7 @@ fn what_can_not_be_converted_is_refused_and_said_once() {
     assert_eq!(names, ["/humans/persons/p1/polar_h10/rr/intervals/refused"]);
     let [(_, Data::Event(fault))] = &samples[..] else { panic!("{samples:?}") };
     assert_eq!(fault.kind, EventKind::Fault);
-    assert_eq!(fault.label, "intervals: 1/min can't be told in ms");
+    assert_eq!(fault.label, "intervals: 1/min can't be converted to ms");
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub enum DecodeError {
     #[error("read a {0}: it is not a type of teampulse_msgs")]
     Type(String),
     /// A field holds a word that is not in its list.
-    #[error("read {field} {word:?}: it is none of {expected}")]
+    #[error("read {field} {word:?}: expected one of {expected}")]
     Word {
         /// The field.
         field: &'static str,
@@ -51,7 +51,7 @@ pub enum DecodeError {
         expected: String,
     },
     /// A field holds a code that is not in its list.
-    #[error("read {field} {code}: there is no such code")]
+    #[error("read {field} {code}: it is not a known code")]
     Code {
         /// The field.
         field: &'static str,

@@ -38,13 +38,13 @@ pub enum Problem {
     #[error("expected a type and a name, got {0:?}")]
     Incomplete(String),
     /// Something else stands where the name of a field should.
-    #[error("{0:?} is no name of a field")]
+    #[error("{0:?} is not the name of a field")]
     FieldName(String),
     /// Two fields have the same name.
     #[error("there are two fields named {0}")]
     Twice(String),
     /// The type can't be read.
-    #[error("{0:?} is no type")]
+    #[error("{0:?} is not a type")]
     Type(String),
     /// The type is not defined in the text.
     #[error("{0} is not defined")]

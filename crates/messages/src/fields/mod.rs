@@ -87,13 +87,13 @@ pub enum FieldError {
         type_name: String,
     },
     /// The path names many values.
-    #[error("read `{0}` as a number: it holds many, the first of them `{0}[0]`")]
+    #[error("read `{0}` as a number: it has several values, the first one is `{0}[0]`")]
     Many(String),
     /// The path counts where there is one value.
-    #[error("read `{0}`: it holds one value, which has no index")]
+    #[error("read `{0}`: it has a single value, which has no index")]
     One(String),
     /// The path counts beyond what there can ever be.
-    #[error("read `{path}`: it never holds more than {most} values")]
+    #[error("read `{path}`: it has at most {most} values")]
     Beyond {
         /// The path.
         path: String,

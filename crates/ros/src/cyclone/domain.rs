@@ -87,11 +87,13 @@ impl Joined {
         std::thread::spawn(move || {
             drop(self);
             if done.send(()).is_err() {
-                tracing::info!("a ROS domain was left after all");
+                tracing::info!("leaving a ROS domain succeeded after a delay");
             }
         });
         if left.recv_timeout(PATIENCE).is_err() {
-            tracing::warn!("a ROS domain can't be left: does a firewall stop UDP to this machine?");
+            tracing::warn!(
+                "failed to leave a ROS domain: does a firewall block UDP to this machine?"
+            );
         }
     }
 

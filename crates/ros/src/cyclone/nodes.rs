@@ -64,7 +64,7 @@ impl Nodes {
         let (ours, width) = news.as_ref().expect("it was just made");
         match self.writer.write(&ours.encode(*width), None) {
             Ok(()) => self.told = news,
-            Err(reason) => tracing::warn!("failed to tell others of our node: {reason}"),
+            Err(reason) => tracing::warn!("failed to announce our node: {reason}"),
         }
     }
 }

@@ -36,12 +36,12 @@ struct Known {
 const PARAMETERS: [Known; 2] = [
     Known {
         name: "start_type_description_service",
-        description: "Whether the service ~/get_type_description answers",
+        description: "Whether the service ~/get_type_description is available",
         value: |_| true,
     },
     Known {
         name: "use_sim_time",
-        description: "Whether the time is that of /clock",
+        description: "Whether time is taken from /clock",
         value: |follows_clock| follows_clock(),
     },
 ];
@@ -148,7 +148,7 @@ fn set_all(request: &SetParametersAtomicallyRequest) -> SetParametersAtomicallyR
 fn refuse(parameter: &Parameter) -> SetParametersResult {
     let Parameter { name, .. } = parameter;
     let reason = match find(name) {
-        Some(_) => format!("parameter '{name}' is read-only: it stands in the study"),
+        Some(_) => format!("parameter '{name}' is read-only: it is set in the study"),
         None => format!("parameter '{name}' has not been declared"),
     };
     SetParametersResult { successful: false, reason }

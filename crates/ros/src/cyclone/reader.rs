@@ -94,7 +94,7 @@ impl Callbacks {
     /// Calls the callback, and stops a panic where it would otherwise enter the library.
     fn tell(&self, told: ReaderEvent) {
         if catch_unwind(AssertUnwindSafe(|| (self.tell)(told))).is_err() {
-            tracing::error!("what a subscription calls for its messages panicked");
+            tracing::error!("the callback of a subscription panicked");
         }
     }
 

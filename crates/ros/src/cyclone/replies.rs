@@ -51,7 +51,7 @@ impl Replies {
         if !writer.reaches_participant_of(asker) {
             if waiting.len() == WAITING {
                 waiting.pop_front();
-                tracing::warn!("a client of {} that never listened gets no answer", self.topic);
+                tracing::warn!("a client of {} without a reply reader gets no reply", self.topic);
             }
             waiting.push_back((asker, reply));
             return;
@@ -75,7 +75,7 @@ impl Replies {
 
     fn write(&self, writer: &Writer, reply: &[u8]) {
         if let Err(reason) = writer.write(reply, None) {
-            tracing::warn!("failed to answer on {}: {reason}", self.topic);
+            tracing::warn!("failed to reply on {}: {reason}", self.topic);
         }
     }
 }

@@ -154,7 +154,9 @@ impl Watcher {
         let now = self.site.clock.now();
         for subscription in self.site.subscriptions() {
             if let Err(reason) = subscription.adapt(graph, now) {
-                tracing::warn!("failed to adapt a subscription to what is offered: {reason}");
+                tracing::warn!(
+                    "failed to adapt a subscription to the offered quality of service: {reason}"
+                );
             }
         }
     }

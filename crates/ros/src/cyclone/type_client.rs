@@ -40,7 +40,7 @@ pub(super) async fn ask(
     let (name, hash_text) = (type_name.to_owned(), hash.to_owned());
     let request = Request { type_name: name, type_hash: hash_text, include_type_sources: true };
     let Ok(answered) = timeout(PATIENCE, asker.call(&request.encode())).await else {
-        return Err(format!("it gave no answer within {} s", PATIENCE.as_secs()));
+        return Err(format!("it did not reply within {} s", PATIENCE.as_secs()));
     };
     let response = answered?;
     if !response.successful {

@@ -39,7 +39,7 @@ fn answer(request: &Request) -> Response {
         return refuse(format!("{} is not known here", request.type_name));
     };
     if !request.type_hash.is_empty() && request.type_hash != schema.hash {
-        return refuse(format!("{} has another hash here: {}", schema.name, schema.hash));
+        return refuse(format!("{} has a different hash here: {}", schema.name, schema.hash));
     }
     let definition = match Definition::of(&schema) {
         Ok(definition) => definition,

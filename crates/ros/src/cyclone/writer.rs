@@ -74,7 +74,7 @@ impl Writer {
     /// subscribers for at most a second.
     pub(super) fn write(&self, cdr: &[u8], stamp: Option<Time>) -> Result<(), String> {
         if cdr.len() < message::HEADER_BYTES {
-            return Err(format!("it has {} bytes, and CDR begins with four", cdr.len()));
+            return Err(format!("it has {} bytes, but CDR has a header of four", cdr.len()));
         }
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: the type lives as long as the writer, and the call takes over the reference to
@@ -159,6 +159,6 @@ unsafe fn call(meet: *mut c_void, met: Met) {
     // SAFETY: the caller promises it.
     let meet = unsafe { &*meet.cast::<Meet>() };
     if catch_unwind(AssertUnwindSafe(|| meet(met))).is_err() {
-        tracing::error!("what a publisher calls for its readers panicked");
+        tracing::error!("the callback of a publisher panicked");
     }
 }

@@ -85,7 +85,7 @@ fn goes_on(
         missed += skipped;
         if bags >= most_bags {
             if bags == most_bags {
-                let given_up = format!("the recording is given up after {most_bags} bags");
+                let given_up = format!("the recording ends after {most_bags} bags");
                 inbox.tell(format!("bag: {given_up}"));
                 failed = and(failed, &given_up);
                 bags += 1;

@@ -234,7 +234,7 @@ impl Board {
             since: Some(need.since),
         }));
         if self.streams.is_empty() && self.elapsed_secs() >= NOTHING_SECS {
-            let what = "no stream has appeared: nothing that the study names is there".to_owned();
+            let what = "no stream has appeared: nothing named in the study is present".to_owned();
             let subject = "nothing".to_owned();
             troubles.push(Trouble { urgency: Urgency::Never, subject, what, since: None });
         }
@@ -362,7 +362,7 @@ impl Board {
             total(|each| each.duplicates),
         )];
         if self.streams.is_empty() {
-            lines.push("no stream ever appeared: nothing that the study names was there".into());
+            lines.push("no stream ever appeared: nothing named in the study was present".into());
         }
         let faults = self.faults.all().iter();
         lines.extend(faults.map(|fault| format!("fault: {}", fault.words())));

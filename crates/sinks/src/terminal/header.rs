@@ -9,7 +9,7 @@ use super::styled_line::{Style, StyledLine};
 /// What a session keeps.
 #[derive(Clone, Debug, Default)]
 pub enum Kept {
-    /// Nothing: no sink keeps anything.
+    /// Nothing: no sink stores data.
     #[default]
     Nothing,
     /// Files, but no bag.
@@ -65,7 +65,7 @@ impl Recording {
         let still_secs = self.now.secs_since(self.grown);
         match (&self.kept, &self.on_disk.stage) {
             (Kept::Nothing, _) => StyledLine::of(Style::Warning, "○ NOT RECORDED")
-                .with(Style::Plain, &format!("  {elapsed}  no sink keeps anything")),
+                .with(Style::Plain, &format!("  {elapsed}  no sink stores data")),
             (Kept::Tables, _) => StyledLine::of(Style::Strong, "○ NO BAG")
                 .with(Style::Plain, &format!("  {elapsed}  tables only")),
             (_, Stage::EndedEarly(why)) => StyledLine::of(Style::Alarm, "■ NOT RECORDING")
@@ -165,6 +165,6 @@ mod tests {
     #[test]
     fn that_nothing_is_kept_is_said_all_the_time() {
         let line = Recording::of(Kept::Nothing).line(3.0).text();
-        assert_eq!(line, "○ NOT RECORDED  0:03  no sink keeps anything");
+        assert_eq!(line, "○ NOT RECORDED  0:03  no sink stores data");
     }
 }

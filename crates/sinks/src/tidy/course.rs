@@ -16,7 +16,7 @@ pub(super) const SHORTEST_SECS: f64 = 1.0;
 
 /// Why a session may have no recorded end.
 const CUT_OFF: &str =
-    "The session was cut off: its end was never told; phases end with the last that is known.";
+    "The session was cut off: its end was not recorded; phases end with the last record.";
 
 /// A phase that ended so long ago [ns] is what a report is about, not the one that began: as for the
 /// feature `estimates`.

@@ -27,29 +27,23 @@ pub(super) const SIDECAR: &str = "events.json";
 pub(super) const NOTICE: &str = "notice";
 /// Its columns; the first three are those of BIDS, as is the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
-    ("onset", Column::united("When it began, since the session did.", "s")),
-    ("duration", Column::united("How long it lasted; 0 for a moment.", "s")),
-    ("trial_type", Column::of("What kind of thing happened.")),
-    ("value", Column::of("The number that belongs to it: what it is stands with the kinds.")),
+    ("onset", Column::united("Onset, since the start of the session.", "s")),
+    ("duration", Column::united("Duration; 0 for a moment.", "s")),
+    ("trial_type", Column::of("The kind of event.")),
+    ("value", Column::of("The value of the event; its meaning is given with the kinds.")),
     (
         "label",
         Column::of(
-            "Which one: the phase, the mark, the report, what is wrong. One that begins like a formula \
-             (= + - @) stands behind an apostrophe, so that no spreadsheet runs it.",
+            "The name of the phase, the text of the mark, the report, the fault. A label that begins like a formula (= + - @) is preceded by an apostrophe, so that no spreadsheet evaluates it.",
         ),
     ),
-    (
-        "subject",
-        Column::of("Whom it is about: a person's pseudonym, a robot, the team or the session."),
-    ),
-    ("stream", Column::of("The stream of the bag that told it.")),
+    ("subject", Column::of("The subject: a person's pseudonym, a robot, the team or the session.")),
+    ("stream", Column::of("The stream of the bag that contains it.")),
     (
         "phase",
-        Column::of(
-            "The phase that went on for the subject; of a report, the one that it is about.",
-        ),
+        Column::of("The current phase of the subject; for a report, the phase that it is about."),
     ),
-    ("time", Column::of("When it began, as a time of day in UTC (ISO 8601).")),
+    ("time", Column::of("Onset, as a time of day in UTC (ISO 8601).")),
     ("channel", Column::of("The channel in which it was found, where a signal has several.")),
 ];
 /// Two phases of one name that begin and end within so much of each other are the same [s].

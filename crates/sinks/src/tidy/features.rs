@@ -20,15 +20,12 @@ pub(super) const NAME: &str = "features.csv";
 pub(super) const SIDECAR: &str = "features.json";
 /// Its columns.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
-    ("start_secs", Column::united("When the window began, since the session did.", "s")),
-    ("window_secs", Column::united("How long the window is.", "s")),
-    (
-        "subject",
-        Column::of("Whom it is about: a person's pseudonym, a robot, the team or the session."),
-    ),
+    ("start_secs", Column::united("Start of the window, since the start of the session.", "s")),
+    ("window_secs", Column::united("Length of the window.", "s")),
+    ("subject", Column::of("The subject: a person's pseudonym, a robot, the team or the session.")),
     ("phase", Column::of("The phase in which the window lies; empty between phases.")),
     ("source", Column::of("The device and signal that it was computed from, within the subject.")),
-    ("measure", Column::of("What the value is called; heart, breath and skin as in NeuroKit2.")),
+    ("measure", Column::of("The name of the value; for heart, breath and skin as in NeuroKit2.")),
     ("value", Column::of("The value, in its unit; empty exactly where there is a reason.")),
     ("unit", Column::of("The unit of the value and of its sigma; 1 for none.")),
     ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),

@@ -22,20 +22,23 @@ pub(super) const SIDECAR: &str = "intervals.json";
 pub(super) const COLUMNS: [(&str, Column); 4] = [
     (
         "time_secs",
-        Column::united("When the beat was that ends the interval, since the session began.", "s"),
+        Column::united(
+            "Time of the beat that ends the interval, since the start of the session.",
+            "s",
+        ),
     ),
     (
         "rr_ms",
         Column::united("The interval since the beat before, as detected and not corrected.", "ms"),
     ),
-    ("phase", Column::of("The phase that went on at that beat; empty between phases.")),
+    ("phase", Column::of("The phase at that beat; empty between phases.")),
     (
         "corrected",
         Column::of(
             "1 where the features do not use this interval as it is: a beat at one of its ends is ectopic, \
              extra, or missed between, or it is too long or too short, as Lipponen and Tarvainen (2019, \
              doi:10.1080/03091902.2019.1640306) find over the whole recording, or it lies outside of 300 to \
-             2000 ms; else 0. Where data are missing there is no interval, and none reaches over a gap.",
+             2000 ms; else 0. No interval spans missing data.",
         ),
     ),
 ];

@@ -24,7 +24,8 @@ const COMPARED: [(&str, &str); 3] = [
 pub(super) fn meaning_of(name: &str) -> String {
     let (base, channel) = name.split_once('/').map_or((name, None), |(base, of)| (base, Some(of)));
     let meaning = known(base).unwrap_or_else(|| {
-        "A measure of this study's own; the method is what its stream says of itself.".to_owned()
+        "A measure specific to this study; the method is the one that its stream declares."
+            .to_owned()
     });
     match channel {
         Some(channel) => format!("{} Of channel {channel}.", meaning.trim_end()),

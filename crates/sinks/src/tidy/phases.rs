@@ -26,13 +26,19 @@ pub(super) const NAME: &str = "phases.csv";
 pub(super) const SIDECAR: &str = "phases.json";
 /// The columns that every table has; those of measures follow.
 pub(super) const COLUMNS: [(&str, Column); 5] = [
-    ("subject", Column::of("Whom it is about: a person's pseudonym, or a robot.")),
-    ("phase", Column::of("What the phase is called.")),
-    ("occurrence", Column::of("The how manieth phase of this name it is for the subject, from 1.")),
-    ("start_secs", Column::united("When the phase began, since the session did.", "s")),
+    ("subject", Column::of("The subject: a person's pseudonym, or a robot.")),
+    ("phase", Column::of("The name of the phase.")),
+    (
+        "occurrence",
+        Column::of("The number of the phase among those of this name for the subject, from 1."),
+    ),
+    ("start_secs", Column::united("Start of the phase, since the start of the session.", "s")),
     (
         "duration_secs",
-        Column::united("How long it lasted; of more than 600 s, the last 600 s are told of.", "s"),
+        Column::united(
+            "Duration; the values of a phase longer than 600 s are those of its last 600 s.",
+            "s",
+        ),
     ),
 ];
 /// Of the statistics of robots' raw signals the table has these; the others are in `features.csv`.

@@ -101,17 +101,15 @@ pub(super) fn put(
 }
 
 /// What a notice is.
-const NOTICE: &str = "teampulse concluded something of a robot, a sensor or the team that is no fault: it is \
-     back, an alert is over or answered, how a number is read; the label says what; value, of what is over: how \
-     long it had lasted until this onset [s]";
+const NOTICE: &str = "a conclusion of teampulse about a robot, a sensor or the team that is not a fault: it is back, an alert is over or answered, how a number is interpreted; the label states which; value, where something is over: how long it had lasted at this onset [s]";
 
 /// What an event of a kind is, with what its value is.
 fn meaning(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Phase => "a phase of the study began; the label is its name",
         EventKind::Marker => {
-            "somebody, or a program of theirs, set a mark: a key, a stimulus, a press; the label is its text; \
-             value: the number that came with it, of a press the reaction time [s]"
+            "a person or a program set a mark: a key, a stimulus, a press; the label is its text; \
+             value: the number sent with it, for a press the reaction time [s]"
         }
         EventKind::Report => {
             "a person reported; isa: value is the workload from 1 (idle) to 5 (too much)"
@@ -126,11 +124,9 @@ fn meaning(kind: EventKind) -> &'static str {
         EventKind::Intervention => {
             "a person stepped in and commanded a robot; value: how many commands it took"
         }
-        EventKind::Command => {
-            "somebody asked something of the session; the label is who, and the command"
-        }
-        EventKind::Fault => "something went wrong; the label says what",
-        EventKind::Clock => "a clock stepped or began anew [s], or the session ended",
+        EventKind::Command => "a command to the session; the label is its sender and the command",
+        EventKind::Fault => "a fault; the label states which",
+        EventKind::Clock => "a clock stepped or restarted [s], or the session ended",
     }
 }
 
@@ -144,7 +140,7 @@ fn why(reason: Reason) -> &'static str {
         Reason::Missing => "no sensor here gives this quantity",
         Reason::Undefined => "the formula has no answer for these data",
         Reason::NoBaseline => "no phase named baseline is over, or nothing was measured in it",
-        Reason::Nothing => "what this would tell of has not happened, or is no more",
+        Reason::Nothing => "what this would describe has not happened, or is over",
         Reason::BriefBaseline => {
             "too little of the baseline is known: a difference needs nearly two windows, z five"
         }

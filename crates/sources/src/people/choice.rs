@@ -19,8 +19,8 @@ impl Choice {
         if namespace.text().contains('*') && !namespace.text().contains("**") {
             return Ok(Choice { namespace });
         }
-        let message = format!("the namespace {} tells no person's id", namespace.text());
-        let hint = "put a `*` where the id stands: `/humans/persons/*`";
+        let message = format!("the namespace {} contains no person's id", namespace.text());
+        let hint = "put a `*` in place of the id: `/humans/persons/*`";
         Err(SettingsError::new(message).with_hint(hint))
     }
 

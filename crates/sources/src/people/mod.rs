@@ -68,7 +68,7 @@ impl People {
 /// was started twice.
 pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<String> {
     let told = streams.filter(|stream| !stream.beside.is_empty()).map(|stream| {
-        format!("a single publisher of {}: {} is another", stream.beside, stream.publisher)
+        format!("a single publisher of {}: {} publishes it, too", stream.beside, stream.publisher)
     });
     told.collect()
 }

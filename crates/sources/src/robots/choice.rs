@@ -77,8 +77,7 @@ impl Choice {
         for field in numbers {
             if standard.is_some_and(|scale| (field.scale - scale).abs() > 0.0) {
                 tracing::warn!(
-                    "the number `{}` of {relative} is left out: beside the numbers of a standard \
-                     type it can't have a scale of its own",
+                    "the number `{}` of {relative} is ignored: beside the numbers of a standard type it can't have a scale of its own",
                     field.field.as_deref().unwrap_or("data")
                 );
             } else {
@@ -97,7 +96,7 @@ impl Choice {
                 return Some(commands());
             }
             tracing::warn!(
-                "{relative} is not counted as commands: its type {type_name} tells the robot's state"
+                "{relative} is not counted as commands: its type {type_name} is the robot's state"
             );
         }
         if self.images.iter().any(|image| image == relative) {
@@ -123,7 +122,7 @@ impl Choice {
 
 /// The stream of a topic on which people command a robot.
 fn commands() -> Stream {
-    let doc = "what people tell the robot to do".into();
+    let doc = "commands of people to the robot".into();
     Stream { signal: Signal::Input, doc, ..blank() }
 }
 
@@ -161,18 +160,15 @@ fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
         };
         if !is_relative_name(topic) {
             let message = format!("`{topic}` is not the name of a topic relative to the robot");
-            return wrong(
-                message,
-                "name it in full and without a slash before it, like `goal_pose`",
-            );
+            return wrong(message, "name it in full and without a leading slash, like `goal_pose`");
         }
         if let Some((parameter, _)) = settings.mapped().iter().find(|(_, it)| it.topic == *topic) {
             let message = format!("`{topic}` can't be a command: it is mapped as `{parameter}`");
-            return wrong(message, "what a robot tells of itself is not what people tell it");
+            return wrong(message, "a topic is either the robot's state or a command");
         }
         if settings.images.contains(topic) {
             let message = format!("`{topic}` can't be a command: it is among the `images`");
-            return wrong(message, "what a robot tells of itself is not what people tell it");
+            return wrong(message, "a topic is either the robot's state or a command");
         }
     }
     Ok(())

@@ -47,7 +47,7 @@ pub const PROFILE: &[Norm] = &[
         ],
         units: &["V", "A", "Ah", "W", "J", "1", "%"],
         essential: true,
-        doc: "how long the robot can go on; current is negative when discharging, percentage 0 to 1",
+        doc: "charge of the battery; current is negative when discharging, percentage 0 to 1",
     },
     Norm {
         parameter: "link",
@@ -58,7 +58,7 @@ pub const PROFILE: &[Norm] = &[
         channels: &[("signal_level", "dBm"), ("link_quality", "1"), ("bitrate", "Mb/s")],
         units: &["dBm", "1", "%"],
         essential: true,
-        doc: "whether the robot can still be reached",
+        doc: "quality of the radio link",
     },
     Norm {
         parameter: "odometry",
@@ -74,7 +74,7 @@ pub const PROFILE: &[Norm] = &[
         ],
         units: &[],
         essential: true,
-        doc: "where the robot is and how it moves",
+        doc: "pose and velocity of the robot",
     },
     Norm {
         parameter: "diagnostics",
@@ -85,7 +85,7 @@ pub const PROFILE: &[Norm] = &[
         channels: &[("status[0].level", "1")],
         units: &[],
         essential: false,
-        doc: "what the robot says of its own parts",
+        doc: "diagnostics of the robot's parts",
     },
     Norm {
         parameter: "temperature",
@@ -96,7 +96,7 @@ pub const PROFILE: &[Norm] = &[
         channels: &[("temperature", "degC")],
         units: &[],
         essential: false,
-        doc: "whether a part of the robot overheats",
+        doc: "temperatures of the robot's parts",
     },
 ];
 

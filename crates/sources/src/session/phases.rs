@@ -54,7 +54,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
             Err(error.at(format!("{place}.{key}")))
         };
         if phase.name.trim().is_empty() {
-            return wrong("name", "a phase has no name", "call it what you look for later");
+            return wrong("name", "a phase has no name", "give it the name to look for later");
         }
         if let Some(from_secs) = phase.from_secs.filter(|secs| !is_after_start(*secs)) {
             return wrong("from_secs", &no_time(from_secs), TIMES);
@@ -97,7 +97,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
 }
 
 /// What is said of times that can't be.
-const TIMES: &str = "it counts from the start of the session: 0 or more";
+const TIMES: &str = "times count from the start of the session: 0 or more";
 
 /// The latest that a phase may begin or end [s]: far beyond any session, and still a time.
 const LATEST_SECS: f64 = 1e9;

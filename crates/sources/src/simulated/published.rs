@@ -111,15 +111,15 @@ impl Published {
 
     fn doc(&self) -> &'static str {
         match self.topic {
-            Topic::Odom => "where a simulated robot believes to be",
+            Topic::Odom => "estimated pose of a simulated robot",
             Topic::BatteryState => "the battery of a simulated robot",
-            Topic::Wifi => "how well a simulated robot hears the router",
-            Topic::Diagnostics => "how a simulated robot is",
+            Topic::Wifi => "signal level of a simulated robot's radio link",
+            Topic::Diagnostics => "diagnostics of a simulated robot",
             Topic::Temperature => "the temperature of a simulated robot's computer",
             Topic::Camera => "a simulated robot in its arena, from above",
-            Topic::GoalPose => "where simulated people tell a simulated robot to drive to",
-            Topic::TruePose => "where a simulated robot truly is",
-            Topic::TruePower => "what the battery of a simulated robot truly gives",
+            Topic::GoalPose => "goals that simulated people send to a simulated robot",
+            Topic::TruePose => "true pose of a simulated robot",
+            Topic::TruePower => "true power of a simulated robot's battery",
         }
     }
 }

@@ -170,7 +170,7 @@ impl SimulatedTeam {
 
     fn check_scene(&self, scene: &Scene) -> Result<(), SettingsError> {
         if !self.names().contains(&scene.robot) {
-            let message = format!("the script has a robot {:?} that isn't there", scene.robot);
+            let message = format!("the script names a robot {:?} that does not exist", scene.robot);
             let hint = format!("the robots are {0}1 to {0}{1}", self.prefix, self.robots);
             return Err(SettingsError::new(message).with_hint(hint).at("robot"));
         }

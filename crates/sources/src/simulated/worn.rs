@@ -118,14 +118,14 @@ impl Worn {
                 ("simulated", name, doc)
             }
             Worn::Phases => ("task", "phases", "phases of a simulated task as they begin"),
-            Worn::Stimuli => ("task", "stimuli", "letters that a simulated person is shown"),
-            Worn::Presses => ("task", "presses", "keys that a simulated person presses"),
+            Worn::Stimuli => ("task", "stimuli", "letters shown to a simulated person"),
+            Worn::Presses => ("task", "presses", "key presses of a simulated person"),
             Worn::Commands => ("task", "commands", "commands of a simulated person to robots"),
-            Worn::Reports => ("task", "reports", "how much work it is, as a simulated person says"),
-            Worn::TrueState => ("truth", "state", "how a simulated person truly is"),
-            Worn::TrueBeats => ("truth", "beats", "when a simulated heart truly beats"),
-            Worn::TrueResponses => ("truth", "responses", "when a simulated skin truly responds"),
-            Worn::TrueBreaths => ("truth", "breaths", "when a simulated person truly exhales"),
+            Worn::Reports => ("task", "reports", "workload reported by a simulated person"),
+            Worn::TrueState => ("truth", "state", "true state of a simulated person"),
+            Worn::TrueBeats => ("truth", "beats", "true beats of a simulated heart"),
+            Worn::TrueResponses => ("truth", "responses", "true responses of a simulated skin"),
+            Worn::TrueBreaths => ("truth", "breaths", "true breaths of a simulated person"),
         }
     }
 }
@@ -159,6 +159,6 @@ fn sensor_named(sensor: Sensor) -> (&'static str, &'static str) {
         Sensor::Eeg => ("eeg", "the electroencephalogram of a simulated person"),
         Sensor::Respiration => ("respiration", "a belt around a simulated chest"),
         Sensor::Temperature => ("temperature", "the temperature of a simulated skin"),
-        Sensor::Acceleration => ("acceleration", "how a simulated wrist moves"),
+        Sensor::Acceleration => ("acceleration", "acceleration of a simulated wrist"),
     }
 }

@@ -65,10 +65,8 @@ impl fmt::Display for AlignError {
             AlignError::Crowded { most } => {
                 write!(f, "expected at most {most} sources at once, got one more")
             }
-            AlignError::Begun => {
-                f.write_str("expected the time at which the source joins, got none")
-            }
-            AlignError::Unknown => f.write_str("expected a source of this aligner, got none"),
+            AlignError::Begun => f.write_str("expected the time at which the source joins"),
+            AlignError::Unknown => f.write_str("expected a source of this aligner"),
             AlignError::Channels { expected, got } => {
                 write!(f, "expected samples of {expected} channels, got {got} values")
             }

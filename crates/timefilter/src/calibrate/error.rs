@@ -40,7 +40,7 @@ impl CalibrationError {
                  recording with the taps"
             }
             CalibrationError::Apart { .. } => {
-                "allow a longer lag, and see that both streams saw the same event"
+                "allow a longer lag, and make sure that both streams recorded the same event"
             }
             CalibrationError::Ambiguous { .. } => {
                 "tap a few times at uneven intervals, or allow only a shorter lag"
@@ -63,7 +63,7 @@ impl fmt::Display for CalibrationError {
             }
             CalibrationError::Ambiguous { lag_secs, next_lag_secs } => write!(
                 f,
-                "tell the lag: {lag_secs:.3} s and {next_lag_secs:.3} s fit about equally well"
+                "determine the lag: {lag_secs:.3} s and {next_lag_secs:.3} s fit about equally well"
             ),
         }
     }

@@ -47,7 +47,7 @@ pub(super) fn estimates(
 pub(super) fn faults(subject: &Subject, input: &str) -> Stream {
     let id = &subject.id;
     let (name, method, whom) = if id.is_empty() {
-        let method = "the first report labelled isa that is about nobody known";
+        let method = "the first report labelled isa that is about an unknown person";
         ("/session/reports/faults".to_owned(), method, "nobody known")
     } else {
         let method = "the first report labelled isa that is not from 1 to 5";
@@ -68,7 +68,7 @@ pub(super) fn off_scale(value: f64) -> String {
         if value.is_nan() { "ISA that is not a number".to_owned() } else { format!("ISA {value}") };
     let (least, most) = (SCALE.start(), SCALE.end());
     format!(
-        "{told} is not used: tell the workload as a value from {least} (idle) to {most} (too much)"
+        "{told} is not used: report the workload as a value from {least} (idle) to {most} (too much)"
     )
 }
 

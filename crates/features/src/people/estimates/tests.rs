@@ -118,7 +118,7 @@ fn a_report_off_the_scale_is_a_fault_that_is_told_once() {
     assert_eq!((*secs, fault.kind), (20.0, EventKind::Fault));
     assert_eq!(
         fault.label,
-        "ISA 7 is not used: tell the workload as a value from 1 (idle) to 5 (too much)"
+        "ISA 7 is not used: report the workload as a value from 1 (idle) to 5 (too much)"
     );
     drive.take_on(EVENTS, 50.0, event(EventKind::Report, "isa p1", 80.0));
     assert_eq!(drive.events("/humans/persons/p1/reports/faults").len(), 1);

@@ -35,7 +35,7 @@ impl Notes {
             signal: Signal::Event,
             device: input.device.clone(),
             method: "conventions of the driver, recognised from its numbers".to_owned(),
-            doc: format!("What was found out about {}.", input.name),
+            doc: format!("Conventions of {}.", input.name),
             ..Stream::derived(input, "notes", Shape::Event)
         }));
     }

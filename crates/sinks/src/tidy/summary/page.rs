@@ -68,7 +68,7 @@ impl Page<'_> {
         let unused = [
             (counts.off_scale, off_scale.as_str()),
             (counts.no_number, "not a number"),
-            (counts.about_nobody, "about nobody known"),
+            (counts.about_nobody, "about an unknown person"),
         ];
         let told = unused.iter().filter(|(count, _)| *count > 0);
         let told: Vec<String> = told.map(|(count, why)| format!("{count} {why}")).collect();
@@ -88,7 +88,7 @@ impl Page<'_> {
             }
         }
         if table.is_empty() {
-            return writeln!(f, "None was told.\n");
+            return writeln!(f, "None was recorded.\n");
         }
         writeln!(f, "{table}")
     }
@@ -113,10 +113,9 @@ impl Page<'_> {
         writeln!(
             f,
             "usable: the share of each phase that has data good enough for values, or else of the \
-             windows that lie in it,\non average; with a *, where there are none, the share of time in \
-             which a stream came as it should. lost:\non the way here and in our own queue; ? = nobody can tell. ± : how \
+             windows that lie in it,\non average; with a *, where there are none, the share of time in which a stream arrived as it should. lost:\non the way here and in our own queue; ? = unknown. ± : how \
              far a time may be off (95 %);\n- = not known: the computer that measures stamps such a \
-             stream, and does not tell how well.\n"
+             stream, and does not report its uncertainty.\n"
         )
     }
 
@@ -171,7 +170,7 @@ impl Page<'_> {
         }
         lines.extend(bad);
         if lines.is_empty() {
-            lines.push("Nothing that was noticed.".into());
+            lines.push("Nothing was noticed.".into());
         }
         writeln!(f, "{}\n", lines.join("\n"))
     }
@@ -183,7 +182,7 @@ impl Page<'_> {
             "## Where the rest is\n\n\
              - {events}: phases, markers, reports, faults and all else that happened, as BIDS writes \
              it; beats are in\n  the intervals' files.\n\
-             - {phases}: a row for each phase of somebody, a column for each measure; begin here.\n\
+             - {phases}: a row for each phase of each subject, a column for each measure; begin here.\n\
              - {features}: each value with its unit, or the reason why there is none; of windows that \
              do not overlap,\n  and of each phase as a whole.\n\
              - The .json beside a table says what its columns and measures are, and how they are \
@@ -208,8 +207,7 @@ impl Page<'_> {
         writeln!(
             f,
             "- Everything, every sample and the windows of each second: in the bag, which is this \
-             folder.\n  `teampulse info` tells what is in it, `teampulse export` hands it out as tables, \
-             `teampulse replay`\n  writes these files again. It is {bag}."
+             folder.\n  `teampulse info` shows what is in it, `teampulse export` exports it as tables, `teampulse replay`\n  writes these files again. It is {bag}."
         )
     }
 

@@ -44,7 +44,7 @@ impl fmt::Display for Break {
             Break::Back(secs) => write!(f, "jumped back by {secs:.3} s"),
             Break::Ahead(secs) => write!(f, "jumped ahead by {secs:.3} s"),
             Break::Stopped(_) => {
-                f.write_str("stopped; the session's time goes on by this host's clock")
+                f.write_str("stopped; the session's time continues by this host's clock")
             }
             Break::GoesOn(_) => f.write_str("goes on"),
             Break::Several => f.write_str("has two publishers; only the first is followed"),
