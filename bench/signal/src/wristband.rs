@@ -42,7 +42,7 @@ fn axes(path: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
 }
 
 /// Values of a whole recording by their names.
-fn told(all: &Whole, recording: &Recording<'_>) -> impl Fn(&str) -> f64 {
+fn reported(all: &Whole, recording: &Recording<'_>) -> impl Fn(&str) -> f64 {
     let names: Vec<String> = all.windows.values().iter().map(|v| v.name.to_string()).collect();
     let values = all.windows.measure(recording.span()).values;
     move |name: &str| {
@@ -62,7 +62,7 @@ fn wrist(
     let settings = acceleration::Settings { unit, ..acceleration::Settings::default() };
     let all = acceleration::whole(&settings, &recording)?;
     let quality = all.windows.measure(recording.span()).quality;
-    let value = told(&all, &recording);
+    let value = reported(&all, &recording);
     let [gravity, spread, enmo, deviation, counts] =
         ["ACC_VM_Mean", "ACC_VM_SD", "ACC_ENMO", "ACC_MAD", "ACC_Counts"].map(&value);
     println!(
@@ -86,7 +86,7 @@ fn skin_temperature(readings_c: &[f64]) -> Result<bool, Box<dyn Error>> {
     let channels = [readings_c.to_vec()];
     let recording = Recording { rate_hz: 4.0, begin_ns: 0, channels: &channels };
     let all = temperature::whole(&temperature::Settings::default(), &recording)?;
-    let value = told(&all, &recording);
+    let value = reported(&all, &recording);
     let (first, last) = (readings_c[0], readings_c[readings_c.len() - 1]);
     let minutes = (readings_c.len() - 1) as f64 / 240.0;
     let ends = (last - first) / minutes;

@@ -46,7 +46,7 @@ impl Source for Continued {
                 let at = message.log_time + shift;
                 let Some(known) = &known[message.stream] else { continue };
                 let Some(reading) = known.reading(&message, shift)? else { continue };
-                outlet.clock().tell(at);
+                outlet.clock().set(at);
                 if outlet.send(reading, at).await.is_err() {
                     return Ok(());
                 }

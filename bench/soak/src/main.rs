@@ -44,7 +44,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
 
 /// A session from a recording, with all features, into a bag with its tidy files.
 fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Error>> {
-    let clock = Clock::told();
+    let clock = Clock::settable();
     let mut features: Vec<(&'static str, Arc<dyn Feature>)> = Vec::new();
     for entry in FEATURES {
         let feature = (entry.build)(Settings::empty(), &FeatureContext::default())?;

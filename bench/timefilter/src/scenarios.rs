@@ -68,7 +68,7 @@ struct Figures {
     /// News of what did not happen.
     false_news: usize,
     /// Incidents that were not reported.
-    untold: usize,
+    unreported: usize,
     /// The longest delay of a report [s of data].
     told_secs: f64,
 }
@@ -95,7 +95,7 @@ impl Kind {
             }
             session.timed(&mut smoother.finish(), &mut Vec::new())
         });
-        let (false_news, untold, told_secs) = session.news(&told);
+        let (false_news, unreported, told_secs) = session.news(&told);
         if shown.verbose {
             println!("  seed {seed}, {:?}: {:?}", session.stamped, session.happened);
             for (at, news) in &told {
@@ -104,7 +104,7 @@ impl Kind {
         }
         let lsl_ms = session.peer(&peers::lsl(&session));
         let pyxdf_ms = session.peer(&peers::pyxdf(&session));
-        Figures { live, afterwards, lsl_ms, pyxdf_ms, false_news, untold, told_secs }
+        Figures { live, afterwards, lsl_ms, pyxdf_ms, false_news, unreported, told_secs }
     }
 }
 
@@ -231,7 +231,7 @@ impl Session {
             |news: &News| !matches!(news, News::Off { .. } | News::Trusted | News::Wrapped);
         let false_news =
             told.iter().filter(|(at, news)| is_claim(news) && !ours(*at, news)).count();
-        let (mut untold, mut latest) = (0, 0.0_f64);
+        let (mut unreported, mut latest) = (0, 0.0_f64);
         for happened in self.happened.iter().filter(|happened| happened.what != What::MayBeTold) {
             let first = self.packets.iter().find(|packet| packet.first >= happened.at);
             let Some(first) = first else { continue };
@@ -240,10 +240,10 @@ impl Session {
                 after.filter(|(at, news)| is_of(*at, news, happened.what)).min_by_key(|t| t.0);
             match found.filter(|(at, _)| at - happened.at < OF_IT_NANOS + 1_200_000_000_000) {
                 Some((at, _)) => latest = latest.max((at - first.stamps.arrival) as f64 / 1e9),
-                None => untold += 1,
+                None => unreported += 1,
             }
         }
-        (false_news, untold, latest)
+        (false_news, unreported, latest)
     }
 }
 
@@ -257,7 +257,7 @@ struct Worst {
     lsl_ms: f64,
     pyxdf_ms: f64,
     false_news: usize,
-    untold: usize,
+    unreported: usize,
     told_secs: f64,
     sessions: usize,
 }
@@ -300,7 +300,7 @@ impl Worst {
         self.lsl_ms = worse(self.lsl_ms, figures.lsl_ms);
         self.pyxdf_ms = worse(self.pyxdf_ms, figures.pyxdf_ms);
         self.false_news += figures.false_news;
-        self.untold += figures.untold;
+        self.unreported += figures.unreported;
         self.told_secs = self.told_secs.max(figures.told_secs);
         self.sessions += 1;
     }
@@ -346,14 +346,14 @@ impl Worst {
 
     fn news(&self, kind: &Kind) -> bool {
         let good =
-            self.false_news == 0 && self.untold == 0 && self.told_secs <= kind.bars.told_secs;
+            self.false_news == 0 && self.unreported == 0 && self.told_secs <= kind.bars.told_secs;
         println!(
             "{}  {}, news: {} false, {} not told, the rest within {:.2} s of data (bar {} s) in {} \
              sessions",
             mark(good),
             kind.name,
             self.false_news,
-            self.untold,
+            self.unreported,
             self.told_secs,
             kind.bars.told_secs,
             self.sessions

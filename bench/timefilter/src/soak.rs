@@ -67,7 +67,7 @@ fn judge(filter: &Filter, hours: &[i64], most: i64, bound: usize) -> Result<(), 
     let bound = i64::try_from(bound)?;
     let kib = |bytes: i64| bytes as f64 / 1024.0;
     let growth = last as f64 / first as f64;
-    let flat = told(
+    let flat = reported(
         growth <= FLAT_BAR,
         &format!(
             "memory of {SOURCES} sources after hour 1: {:.1} KiB, after hour {}: {:.1} KiB, \
@@ -77,12 +77,12 @@ fn judge(filter: &Filter, hours: &[i64], most: i64, bound: usize) -> Result<(), 
             kib(last)
         ),
     );
-    let bounded = told(
+    let bounded = reported(
         most <= bound,
         &format!("memory at its most: {:.1} KiB (bar, as computed: {:.1})", kib(most), kib(bound)),
     );
     let (rows, expected) = (filter.aligner.rows(), ((END - START) / PERIOD) as u64);
-    let whole = told(
+    let whole = reported(
         rows.abs_diff(expected) <= ROWS_APART && filter.crowded() == 0,
         &format!(
             "{} messages with {} samples, of clocks that began anew {} times, make {rows} rows \
@@ -96,7 +96,7 @@ fn judge(filter: &Filter, hours: &[i64], most: i64, bound: usize) -> Result<(), 
     if flat && bounded && whole { Ok(()) } else { Err("a bar of the soak was missed".into()) }
 }
 
-fn told(passed: bool, figure: &str) -> bool {
+fn reported(passed: bool, figure: &str) -> bool {
     println!("{}  {figure}", if passed { "pass" } else { "FAIL" });
     passed
 }

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stamps_alone_cannot_tell_is_not_told() {
+    fn what_stamps_alone_cannot_give_is_not_reported() {
         let behind = line("camera", &status(-0.201, ClockKind::Remote));
         assert_eq!(
             behind,
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn long_times_are_told_in_seconds() {
+    fn long_times_are_reported_in_seconds() {
         let hour = line("laptop2", &status(-3600.0, ClockKind::Remote));
         assert!(hour.starts_with("clock    off   laptop2  -3600.0 s ± 1.0 ms"), "{hour}");
     }

@@ -16,9 +16,9 @@ pub fn buses(node_name: &str) -> Arc<Buses> {
 }
 
 /// The buses selected by the environment, whose probes report another clock than the machine's.
-pub fn buses_telling(node_name: &str, clock: Clock) -> Arc<Buses> {
+pub fn buses_with_clock(node_name: &str, clock: Clock) -> Arc<Buses> {
     let read = Arc::new(move || clock.now());
-    Arc::new(Buses::telling(environment(), node_name, read))
+    Arc::new(Buses::with_clock(environment(), node_name, read))
 }
 
 /// The same, with definitions of messages also looked for in a folder.

@@ -73,7 +73,7 @@ impl Setup {
         let mut setup = Setup { clock, buses, bag_ended, study, growth, view, phases, follows };
         let bus = setup.buses.get(setup.domain()?)?;
         if setup.study.general.session.clock == SessionClock::Simulated {
-            setup.clock = Clock::told();
+            setup.clock = Clock::settable();
             let follows = follow_clock(&*bus, &setup.clock, CLOCK_PATIENCE);
             let follows = follows.await?;
             setup.follows = Some(follows.ok_or_else(|| {
@@ -277,7 +277,7 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_phases()?;
     study.check_commands()?;
     team(study)?;
-    let (clock, buses) = (Clock::told(), Arc::new(Buses::apart()));
+    let (clock, buses) = (Clock::settable(), Arc::new(Buses::apart()));
     let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
     study.build("sources", Components::of_this_program().sources, &context)?;
     features(study)?;

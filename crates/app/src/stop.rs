@@ -140,7 +140,7 @@ mod tests {
         let stop = Stop::default();
         stop.ask();
         stop.ask();
-        stop.clone().asked(Clock::told(), None).await;
+        stop.clone().asked(Clock::settable(), None).await;
         let hurried = tokio::time::timeout(Duration::from_millis(1), stop.hurried()).await;
         assert!(hurried.is_err());
     }

@@ -24,7 +24,7 @@ pub async fn write_tidy_files(folder: &Path) -> Result<Exit, Failure> {
     let bag = Arc::new(open(folder)?);
     // Bags of other recorders do not name the wanted streams.
     let Some(study) = study_of(&bag)? else { return Ok(Exit::Fine) };
-    let clock = Clock::told();
+    let clock = Clock::settable();
     let mut context = sink_context(&study, folder, &clock);
     context.damage = bag.lost_to_damage();
     let Some(tidy) = tidy(&study, &context)? else { return Ok(Exit::Fine) };

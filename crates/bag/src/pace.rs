@@ -115,7 +115,7 @@ mod tests {
     const START: Time = Time::from_stamp(100, 0);
 
     fn pacer(pace: &Pace) -> (Clock, Pacer) {
-        let clock = Clock::told();
+        let clock = Clock::settable();
         (clock.clone(), pace.keep(clock, START))
     }
 
@@ -127,7 +127,7 @@ mod tests {
     fn at_rate_two_it_takes_half_the_time() {
         let (clock, pacer) = pacer(&Pace::new(2.0));
         assert_eq!(pacer.left(after(10)), Some(Duration::from_secs(5)));
-        clock.tell(Time::from_stamp(6, 0));
+        clock.set(Time::from_stamp(6, 0));
         assert_eq!(pacer.left(after(10)), Some(Duration::ZERO));
     }
 
@@ -135,11 +135,11 @@ mod tests {
     fn a_pause_holds_the_position_and_a_new_rate_goes_on_from_it() {
         let pace = Pace::new(1.0);
         let (clock, mut pacer) = pacer(&pace);
-        clock.tell(Time::from_stamp(4, 0));
+        clock.set(Time::from_stamp(4, 0));
         pace.set_paused(true);
         pacer.follow();
         assert_eq!(pacer.left(after(10)), None);
-        clock.tell(Time::from_stamp(50, 0));
+        clock.set(Time::from_stamp(50, 0));
         pace.set_rate(3.0);
         pace.set_paused(false);
         pacer.follow();

@@ -117,7 +117,7 @@ fn a_cut_bag_that_was_recovered_is_whole() {
 }
 
 #[test]
-fn a_chunk_with_a_wrong_checksum_is_left_out_and_told() {
+fn a_chunk_with_a_wrong_checksum_is_left_out_and_reported() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("bag");
     write(&path, Compression::None, &session(120));
@@ -133,7 +133,7 @@ fn a_chunk_with_a_wrong_checksum_is_left_out_and_told() {
 }
 
 #[test]
-fn what_was_lost_to_damage_is_told_before_and_after_a_bag_was_made_whole() {
+fn what_was_lost_to_damage_is_reported_before_and_after_a_bag_was_made_whole() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("bag");
     write(&path, Compression::None, &session(120));
@@ -238,7 +238,7 @@ fn a_recovered_bag_is_found_whole_and_left_as_it_is() {
 }
 
 #[test]
-fn what_metadata_tells_of_and_is_not_there_is_lost() {
+fn what_metadata_reports_and_is_not_there_is_lost() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("bag");
     spoil(&path, Compression::Zstd, |file, _| file.clear());

@@ -244,7 +244,7 @@ proptest! {
 }
 
 #[test]
-fn raw_and_derived_are_told_apart() {
+fn raw_and_derived_are_distinguished() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("bag");
     let described = Arc::new(descriptions());

@@ -124,7 +124,7 @@ impl Sink for Kept {
 
 async fn run(source: Box<dyn Source>, sink: Box<dyn Sink>) -> Outcome {
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: core_session::Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),
@@ -148,7 +148,7 @@ fn source(bag: &Path, selection: Selection) -> BagSource {
 }
 
 /// Each message of a bag as text, without those that repeat descriptions in each file.
-fn told(path: &Path) -> Vec<String> {
+fn reported(path: &Path) -> Vec<String> {
     let bag = Bag::open(path).unwrap();
     let messages = bag.messages(None).map(|message| {
         let message = message.unwrap();
@@ -174,7 +174,7 @@ async fn a_replay_equals_the_run_it_came_from() {
     record(first.clone(), Box::new(Script), split).await;
     let replayed = source(&first, Selection::Raw);
     record(second.clone(), Box::new(replayed), Options::default()).await;
-    let (run, replay) = (told(&first), told(&second));
+    let (run, replay) = (reported(&first), reported(&second));
     assert!(run.len() > 3000);
     for (run, replay) in run.iter().zip(&replay) {
         assert_eq!(run, replay);
@@ -193,7 +193,7 @@ async fn a_replay_goes_on_through_the_silence_before_a_kill() {
     record(second.clone(), Box::new(replayed), Options::default()).await;
     let last = Bag::open(&first).unwrap().bounds().unwrap().1;
     assert!(at(SILENT_UNTIL_NANOS).secs_since(last) < 1.0, "a silent session tells its health");
-    assert_eq!(told(&first), told(&second));
+    assert_eq!(reported(&first), reported(&second));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -223,7 +223,7 @@ async fn a_held_playback_ends_with_its_session() {
     pace.set_paused(true);
     let source = source(&bag, Selection::Raw).paced(pace);
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: core_session::Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),
@@ -243,7 +243,7 @@ async fn a_bad_chunk_is_passed_over_and_noted() {
     let bag = folder.path().join("bag");
     let split = Options { split_secs: Some(4.0), ..Options::default() };
     record(bag.clone(), Box::new(Script), split).await;
-    let told = told(&bag).len();
+    let told = reported(&bag).len();
     let file = bag.join("bag_1.mcap");
     let mut bytes = std::fs::read(&file).unwrap();
     let inside = bytes.len() / 4;
@@ -354,7 +354,7 @@ proptest! {
             let replayed = source(&first, Selection::Raw);
             record(second.clone(), Box::new(replayed), Options::default()).await;
         });
-        let (run, replay) = (told(&first), told(&second));
+        let (run, replay) = (reported(&first), reported(&second));
         for (run, replay) in run.iter().zip(&replay) {
             prop_assert_eq!(run, replay);
         }
@@ -368,7 +368,7 @@ async fn a_silence_of_half_an_hour_that_was_watched_is_the_same_in_a_replay() {
     let (first, again) = (folder.path().join("first"), folder.path().join("again"));
     record(first.clone(), Box::new(Resumed), Options::default()).await;
     record(again.clone(), Box::new(source(&first, Selection::Raw)), Options::default()).await;
-    let (first, again) = (told(&first), told(&again));
+    let (first, again) = (reported(&first), reported(&again));
     assert!(first.iter().filter(|line| line.starts_with("/teampulse/status")).count() > 3600);
     assert!(first == again, "{} and {} messages", first.len(), again.len());
 }
@@ -388,7 +388,7 @@ async fn replayed_with(change_nanos: i64) -> usize {
     }
     writer.finish().unwrap();
     record(again.clone(), Box::new(source(&first, Selection::Raw)), Options::default()).await;
-    told(&again).len()
+    reported(&again).len()
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

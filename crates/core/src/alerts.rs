@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_alert_reads_as_it_was_told() {
+    fn an_alert_reads_as_it_was_reported() {
         for stage in Stage::ALL {
             let (robot, why) = ("robot2".to_owned(), "battery below 20 %".to_owned());
             let alert = Alert { robot, why, stage };

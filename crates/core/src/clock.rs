@@ -41,7 +41,7 @@ impl Clock {
 
     /// A clock that shows the time it was last set to: simulated time, a recording's, or a test's. Until
     /// then it shows [`Time::EPOCH`].
-    pub fn told() -> Clock {
+    pub fn settable() -> Clock {
         Clock(Arc::new(Kind::Set { nanos: AtomicI64::new(0), ahead_nanos: AtomicI64::new(0) }))
     }
 
@@ -60,7 +60,7 @@ impl Clock {
 
     /// Sets the time of a settable clock; returns whether it moved. It never goes back, and a host's clock
     /// can't be set.
-    pub fn tell(&self, now: Time) -> bool {
+    pub fn set(&self, now: Time) -> bool {
         match &*self.0 {
             Kind::Host { .. } => false,
             Kind::Set { nanos, .. } => nanos.fetch_max(now.nanos(), Ordering::AcqRel) < now.nanos(),
@@ -87,7 +87,7 @@ impl Clock {
     }
 
     /// Whether the time is set from outside (simulated) rather than the host's.
-    pub fn is_told(&self) -> bool {
+    pub fn is_settable(&self) -> bool {
         matches!(*self.0, Kind::Set { .. })
     }
 
@@ -147,10 +147,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_told_clock_never_goes_back() {
-        let clock = Clock::told();
-        assert!(clock.tell(Time::from_nanos(5)));
-        assert!(!clock.tell(Time::from_nanos(3)));
+    fn a_reported_clock_never_goes_back() {
+        let clock = Clock::settable();
+        assert!(clock.set(Time::from_nanos(5)));
+        assert!(!clock.set(Time::from_nanos(3)));
         assert_eq!(clock.now(), Time::from_nanos(5));
     }
 

@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_told_is_read_as_it_was() {
+    fn what_is_reported_is_read_as_it_was() {
         for told in [
             ClockReport::StampedBy {
                 stream: "/r1/odom".into(),

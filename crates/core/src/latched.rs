@@ -132,7 +132,7 @@ mod tests {
         Stream::raw(STAMPED_BY, Subject::session(), Shape::Event)
     }
 
-    fn told(stream: &Stream, id: u32, secs: i32, event: Event) -> Record {
+    fn reported(stream: &Stream, id: u32, secs: i32, event: Event) -> Record {
         let at = Time::from_stamp(secs, 0);
         let sample = Sample {
             stream: StreamId(id),
@@ -162,13 +162,13 @@ mod tests {
     }
 
     #[test]
-    fn of_a_phase_that_goes_on_the_rest_is_told() {
+    fn of_a_phase_that_goes_on_the_rest_is_reported() {
         let mut latched = Latched::default();
-        latched.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
         assert_eq!(at(&latched, 5), [], "it has not begun");
         assert_eq!(at(&latched, 30), [(0, "baseline".into(), 40.0)]);
         assert_eq!(at(&latched, 70), [(0, String::new(), 0.0)]);
-        latched.take(&told(&session_events(), 0, 80, phase("task", f64::NAN)));
+        latched.take(&reported(&session_events(), 0, 80, phase("task", f64::NAN)));
         let [(0, label, left_secs)] = &at(&latched, 90)[..] else { panic!() };
         assert!(label == "task" && left_secs.is_nan());
     }
@@ -194,21 +194,21 @@ mod tests {
     #[test]
     fn the_newest_word_stands_in_whichever_order_it_is_taken() {
         let mut latched = Latched::default();
-        latched.take(&told(&session_events(), 0, 20, phase("task", 60.0)));
-        latched.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
+        latched.take(&reported(&session_events(), 0, 20, phase("task", 60.0)));
+        latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
         assert_eq!(at(&latched, 30), [(0, "task".into(), 50.0)]);
     }
 
     #[test]
     fn one_s_own_phases_stand_before_those_of_the_session_and_clocks_before_both() {
         let mut latched = Latched::default();
-        latched.take(&told(&session_events(), 0, 10, phase("baseline", 60.0)));
-        latched.take(&told(&person(), 7, 10, phase("1-back", 20.0)));
+        latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
+        latched.take(&reported(&person(), 7, 10, phase("1-back", 20.0)));
         for (secs, label) in [(10, "/r1/odom a"), (11, "/r1/odom b"), (12, "/r2/odom a")] {
-            let told_of = event(EventKind::Clock, label, 0.0);
-            latched.take(&told(&stamped_by(), 9, secs, told_of));
+            let values_of = event(EventKind::Clock, label, 0.0);
+            latched.take(&reported(&stamped_by(), 9, secs, values_of));
         }
-        latched.take(&told(&session_events(), 0, 12, event(EventKind::Marker, "x", 0.0)));
+        latched.take(&reported(&session_events(), 0, 12, event(EventKind::Marker, "x", 0.0)));
         let expected = [
             (9, "/r1/odom b".to_owned(), 0.0),
             (9, "/r2/odom a".to_owned(), 0.0),

@@ -378,9 +378,9 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_that_never_came_is_told_of_now_and_then() {
+    fn a_stream_that_never_came_is_reported_now_and_then() {
         let mut life = Life::new(0.0);
-        let told = |life: &mut Life, from_secs: i64, secs: i64| {
+        let reported = |life: &mut Life, from_secs: i64, secs: i64| {
             let seconds = from_secs..from_secs + secs;
             let due = seconds.filter(|second| {
                 life.second(Time::from_stamp(*second as i32 + 1, 0));
@@ -388,10 +388,10 @@ mod tests {
             });
             due.count()
         };
-        assert_eq!(told(&mut life, 0, 10), 1);
-        assert_eq!(told(&mut life, 10, 290), 9);
+        assert_eq!(reported(&mut life, 0, 10), 1);
+        assert_eq!(reported(&mut life, 10, 290), 9);
         live(&mut life, 300, 1, 5);
-        assert_eq!(told(&mut life, 301, 60), 60, "what came once is told of every second");
+        assert_eq!(reported(&mut life, 301, 60), 60, "what came once is told of every second");
     }
 
     #[test]
@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn losses_are_unknown_until_told() {
+    fn losses_are_unknown_until_reported() {
         let mut life = Life::new(0.0);
         let now = live(&mut life, 0, 1, 5);
         assert_eq!(status(&life, now).lost_source, None);

@@ -37,7 +37,7 @@ impl Loss {
     }
 
     /// The kind of losses on a stream; `None` for any other stream.
-    pub fn told_on(stream: &Stream) -> Option<Loss> {
+    pub fn of_stream(stream: &Stream) -> Option<Loss> {
         [Loss::OnTheWay, Loss::InOurQueue].into_iter().find(|loss| loss.topic() == stream.name)
     }
 

@@ -266,13 +266,13 @@ impl Outlet {
     /// same for all streams that it stamps.
     pub fn stamped_by(&self, stream: StreamId, computer: &str) {
         let stream = self.streams.get(stream).name.clone();
-        self.tell(&ClockReport::StampedBy { stream, computer: computer.to_owned() });
+        self.report(&ClockReport::StampedBy { stream, computer: computer.to_owned() });
     }
 
     /// Reports a probe of the clock of another computer: how far it is ahead of the session's clock [s],
     /// and how long the exchange took without the time spent over there [s].
     pub fn probed(&self, computer: &str, offset_secs: f64, round_trip_secs: f64) {
-        self.tell(&ClockReport::Probed {
+        self.report(&ClockReport::Probed {
             computer: computer.to_owned(),
             offset_secs,
             round_trip_secs,
@@ -294,7 +294,7 @@ impl Outlet {
         self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
     }
 
-    fn tell(&self, told: &ClockReport) {
+    fn report(&self, told: &ClockReport) {
         self.hand_over(told.stream(), told.event());
     }
 
@@ -395,7 +395,7 @@ mod tests {
     }
 
     fn outlet(queue: &Queue) -> (Outlet, StreamId) {
-        let outlet = queue.outlet(Clock::told(), Streams::default());
+        let outlet = queue.outlet(Clock::settable(), Streams::default());
         let id = outlet.declare(Stream::raw("/r1/x", Subject::robot("r1"), Shape::Sample));
         (outlet, id)
     }
@@ -425,7 +425,7 @@ mod tests {
             let (queue, streams) = (Queue::new(), Streams::default());
             std::thread::scope(|scope| {
                 for _ in 0..4 {
-                    let outlet = queue.outlet(Clock::told(), streams.clone());
+                    let outlet = queue.outlet(Clock::settable(), streams.clone());
                     scope.spawn(move || {
                         let subject = Subject::robot("r1");
                         let id = outlet.declare(Stream::raw("/r1/x", subject, Shape::Sample));

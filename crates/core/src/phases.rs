@@ -37,7 +37,7 @@ pub struct Phase {
 pub struct Phases {
     session: Vec<Phase>,
     own: BTreeMap<Subject, Vec<Phase>>,
-    told_on: BTreeMap<StreamId, Subject>,
+    of_stream: BTreeMap<StreamId, Subject>,
     is_over: bool,
 }
 
@@ -53,13 +53,14 @@ impl Phases {
     /// Reads a stream from now on, if it may contain phases.
     pub fn join(&mut self, id: StreamId, stream: &Stream) {
         if Phases::hears(stream) {
-            self.told_on.insert(id, stream.subject());
+            self.of_stream.insert(id, stream.subject());
         }
     }
 
     /// Takes in what came on any stream; whether phases are other than before.
     pub fn push(&mut self, sample: &Sample) -> bool {
-        let (Some(subject), Data::Event(event)) = (self.told_on.get(&sample.stream), &sample.data)
+        let (Some(subject), Data::Event(event)) =
+            (self.of_stream.get(&sample.stream), &sample.data)
         else {
             return false;
         };
@@ -155,7 +156,13 @@ mod tests {
         phases
     }
 
-    fn tell(phases: &mut Phases, on: StreamId, secs: i32, label: &str, duration_secs: f64) -> bool {
+    fn report(
+        phases: &mut Phases,
+        on: StreamId,
+        secs: i32,
+        label: &str,
+        duration_secs: f64,
+    ) -> bool {
         happen(phases, on, secs, Event { duration_secs, ..event(EventKind::Phase, label) })
     }
 
@@ -178,7 +185,7 @@ mod tests {
         })
     }
 
-    fn told(phases: &Phases, subject: &Subject) -> Vec<(String, f64, Option<f64>)> {
+    fn reported(phases: &Phases, subject: &Subject) -> Vec<(String, f64, Option<f64>)> {
         let of = phases.of(subject).iter();
         of.map(|each| (each.label.clone(), each.begin.secs(), each.end.map(Time::secs))).collect()
     }
@@ -186,39 +193,39 @@ mod tests {
     #[test]
     fn a_phase_ends_after_its_length_or_with_the_next_or_with_the_session() {
         let mut phases = phases();
-        tell(&mut phases, SESSION, 0, "baseline", 60.0);
-        tell(&mut phases, SESSION, 90, "task", f64::NAN);
-        tell(&mut phases, SESSION, 150, "rest", 60.0);
+        report(&mut phases, SESSION, 0, "baseline", 60.0);
+        report(&mut phases, SESSION, 90, "task", f64::NAN);
+        report(&mut phases, SESSION, 150, "rest", 60.0);
         let until = |rest_secs| {
             [("baseline", 0.0, 60.0), ("task", 90.0, 150.0), ("rest", 150.0, rest_secs)]
                 .map(|(label, begin, end)| (label.to_owned(), begin, Some(end)))
         };
-        assert_eq!(told(&phases, &person()), until(210.0));
+        assert_eq!(reported(&phases, &person()), until(210.0));
         assert!(!phases.is_over());
         happen(&mut phases, SESSION, 200, event(EventKind::Clock, END));
-        assert_eq!(told(&phases, &person()), until(200.0));
+        assert_eq!(reported(&phases, &person()), until(200.0));
         assert!(phases.is_over());
     }
 
     #[test]
     fn who_has_phases_of_its_own_has_those_from_then_on() {
         let mut phases = phases();
-        tell(&mut phases, SESSION, 0, "baseline", 60.0);
-        tell(&mut phases, OWN, 10, "1-back", f64::NAN);
-        tell(&mut phases, SESSION, 60, "faults", f64::NAN);
+        report(&mut phases, SESSION, 0, "baseline", 60.0);
+        report(&mut phases, OWN, 10, "1-back", f64::NAN);
+        report(&mut phases, SESSION, 60, "faults", f64::NAN);
         let [baseline, own] = [("baseline", 0.0, Some(10.0)), ("1-back", 10.0, None)]
             .map(|(label, begin, end)| (label.to_owned(), begin, end));
-        assert_eq!(told(&phases, &person()), [baseline, own]);
-        assert_eq!(told(&phases, &Subject::robot("robot1"))[1].0, "faults");
+        assert_eq!(reported(&phases, &person()), [baseline, own]);
+        assert_eq!(reported(&phases, &Subject::robot("robot1"))[1].0, "faults");
     }
 
     #[test]
     fn own_phases_replace_the_session_s_even_when_that_began_a_moment_later() {
         let mut phases = phases();
-        tell(&mut phases, SESSION, 3, "baseline", 60.0);
-        assert!(tell(&mut phases, OWN, 2, "1-back", f64::NAN));
-        assert!(!tell(&mut phases, OWN, 1, "2-back", f64::NAN));
-        let told = told(&phases, &person());
+        report(&mut phases, SESSION, 3, "baseline", 60.0);
+        assert!(report(&mut phases, OWN, 2, "1-back", f64::NAN));
+        assert!(!report(&mut phases, OWN, 1, "2-back", f64::NAN));
+        let told = reported(&phases, &person());
         assert_eq!(told[0], ("baseline".to_owned(), 3.0, Some(3.0)));
         assert_eq!(told[1], ("1-back".to_owned(), 3.0, None));
     }
@@ -226,26 +233,26 @@ mod tests {
     #[test]
     fn what_is_no_phase_or_began_before_the_last_one_changes_nothing() {
         let mut phases = phases();
-        assert!(tell(&mut phases, SESSION, 10, "baseline", f64::NAN));
-        assert!(!tell(&mut phases, SESSION, 5, "task", f64::NAN));
+        assert!(report(&mut phases, SESSION, 10, "baseline", f64::NAN));
+        assert!(!report(&mut phases, SESSION, 5, "task", f64::NAN));
         assert!(!happen(&mut phases, SESSION, 20, event(EventKind::Marker, "task")));
         assert!(!happen(&mut phases, OWN, 20, event(EventKind::Clock, END)));
-        assert!(!tell(&mut phases, StreamId(7), 20, "task", f64::NAN));
-        assert_eq!(told(&phases, &person()), [("baseline".to_owned(), 10.0, None)]);
+        assert!(!report(&mut phases, StreamId(7), 20, "task", f64::NAN));
+        assert_eq!(reported(&phases, &person()), [("baseline".to_owned(), 10.0, None)]);
     }
 
     #[test]
     fn a_phase_without_a_name_only_ends_the_one_before() {
         let mut phases = phases();
-        tell(&mut phases, SESSION, 10, "task", 60.0);
-        assert!(tell(&mut phases, SESSION, 30, "", 0.0));
-        assert_eq!(told(&phases, &person()), [("task".to_owned(), 10.0, Some(30.0))]);
+        report(&mut phases, SESSION, 10, "task", 60.0);
+        assert!(report(&mut phases, SESSION, 30, "", 0.0));
+        assert_eq!(reported(&phases, &person()), [("task".to_owned(), 10.0, Some(30.0))]);
     }
 
     #[test]
     fn endless_phases_are_taken_up_to_a_bound() {
         let mut phases = phases();
-        let taken = (0..20_000).filter(|&secs| tell(&mut phases, SESSION, secs, "x", f64::NAN));
+        let taken = (0..20_000).filter(|&secs| report(&mut phases, SESSION, secs, "x", f64::NAN));
         assert_eq!(taken.count(), MOST_PHASES);
     }
 }

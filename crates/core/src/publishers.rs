@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_is_read_as_it_was() {
+    fn what_is_reported_is_read_as_it_was() {
         for names in [&["laptop1 (driver, 01)", "laptop2 (driver, 02)"][..], &["one"], &[]] {
             let told = published_by(names);
             assert_eq!(PublishedBy::read(&PublishedBy::stream(), &told.event()), Some(told));

@@ -147,11 +147,11 @@ impl Pump {
 
     fn tick(&mut self, tick: Time) {
         self.last = self.last.max(tick);
-        self.tell_clocks(tick);
+        self.report_clocks(tick);
         self.extractors.tick(tick, &mut self.given);
         self.settle(tick);
         if tick.nanos() / TICK.as_nanos() as i64 % TICKS_PER_SECOND == 0 {
-            self.tell_health(tick, Life::is_due);
+            self.publish_health(tick, Life::is_due);
         }
     }
 
@@ -222,7 +222,7 @@ impl Pump {
         self.record(sample);
         self.settle(log_time);
         if is_end {
-            self.tell_health(log_time, |_| true);
+            self.publish_health(log_time, |_| true);
         }
     }
 
@@ -246,7 +246,7 @@ impl Pump {
     }
 
     /// Reports what happened to clocks.
-    fn tell_clocks(&mut self, tick: Time) {
+    fn report_clocks(&mut self, tick: Time) {
         for (owner, news) in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
             let label = match news {
@@ -268,7 +268,7 @@ impl Pump {
                 break;
             }
             for each in &broken {
-                self.tell_broken(each, log_time);
+                self.report_broken(each, log_time);
             }
             self.broken.extend(broken);
             self.settle_given(log_time);
@@ -276,7 +276,7 @@ impl Pump {
     }
 
     /// Reports a feature that panicked. A replay does the same.
-    fn tell_broken(&mut self, broken: &Broken, log_time: Time) {
+    fn report_broken(&mut self, broken: &Broken, log_time: Time) {
         let stream = self.declare_derived(faults(), log_time);
         let event = Data::Event(Arc::new(lasting(broken.to_string())));
         self.take_derived(stream, log_time, log_time, event);
@@ -331,7 +331,7 @@ impl Pump {
     }
 
     /// A second has passed: publishes the health of the raw streams for which it is due.
-    fn tell_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
+    fn publish_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
         let mut told = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
             if track.has_health() {

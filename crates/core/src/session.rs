@@ -92,7 +92,7 @@ impl Session {
     /// A session over a recording, which nobody commands: without features and sinks as yet.
     pub fn of_recording(source: impl Source + 'static, clocks: Clocks, encode: Encode) -> Session {
         Session {
-            clock: Clock::told(),
+            clock: Clock::settable(),
             pace: Pace::Recorded,
             clocks,
             streams: Streams::default(),

@@ -43,7 +43,7 @@ pub(crate) struct Track {
     /// The name in reports of its health.
     pub(crate) told_as: String,
     /// The losses on this stream, if it is one of those.
-    pub(crate) tells: Option<Loss>,
+    pub(crate) gives: Option<Loss>,
     /// What its readings say to the pump itself, if anything.
     pub(crate) word: Option<Word>,
     /// What is wrong with its publishers.
@@ -106,7 +106,7 @@ impl Track {
             told_as: stream.name.clone(),
             intake: Intake::default(),
             density: Density::default(),
-            tells: Loss::told_on(&stream),
+            gives: Loss::of_stream(&stream),
             word: Word::of(&stream),
             published_by: None,
             joining: None,

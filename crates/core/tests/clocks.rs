@@ -133,7 +133,7 @@ async fn keep_with(clocks: Clocks, source: impl Source + 'static, pause_ms: u64)
     let kept = Arc::default();
     let pause = Duration::from_millis(pause_ms);
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks,
         streams: Streams::default(),
@@ -156,7 +156,7 @@ fn last_status<'a>(records: &'a [Record], name: &str) -> &'a StreamStatus {
     statuses.find(|status| status.name == name).expect("its health is told")
 }
 
-fn told_of_clocks(records: &[Record]) -> Vec<&Event> {
+fn clock_events(records: &[Record]) -> Vec<&Event> {
     let told = records.iter().filter(|record| record.stream.name == "/teampulse/clocks");
     told.filter_map(|record| match &record.sample.data {
         Data::Event(event) => Some(&**event),
@@ -194,9 +194,9 @@ async fn a_strap_is_placed_by_its_own_clock_and_not_by_its_arrivals() {
 }
 
 #[tokio::test]
-async fn a_device_clock_that_jumps_begins_an_epoch_and_is_told() {
+async fn a_device_clock_that_jumps_begins_an_epoch_and_is_reported() {
     let records = keep(Script { readings: strap(180, 100.0), stamped_by: vec![] }, 0).await;
-    let told = told_of_clocks(&records);
+    let told = clock_events(&records);
     let jump = told.iter().find(|event| event.label.starts_with("polar_h10 of p001 jumped by +"));
     assert!(jump.is_some_and(|event| (event.value - 3600.0).abs() < 0.2), "{told:?}");
     assert_eq!(last_status(&records, &ecg().name).epoch, 1);
@@ -212,7 +212,7 @@ async fn a_computer_whose_clock_is_off_is_named_and_its_stamps_are_shifted() {
     readings.extend(robot("/r2/odom", 60, 0.0));
     let stamped_by = vec![("/r1/odom", "laptop2 (driver)"), ("/r2/odom", "laptop3 (driver)")];
     let records = keep(Script { readings, stamped_by }, 0).await;
-    let told = told_of_clocks(&records);
+    let told = clock_events(&records);
     assert_eq!(told.len(), 1, "{told:?}");
     assert!(told[0].label.starts_with("laptop2 (driver) is +1."), "{}", told[0].label);
     assert!((told[0].value - 1.5).abs() < 0.02, "{told:?}");

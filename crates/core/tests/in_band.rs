@@ -56,7 +56,7 @@ impl Source for Script {
                     (id, Some(at(stamp_secs)), Data::Message(bytes.into()))
                 }
                 Coming::Publishers(names) => {
-                    outlet.clock().tell(at(secs));
+                    outlet.clock().set(at(secs));
                     outlet.published_by(id, &names);
                     continue;
                 }
@@ -86,7 +86,7 @@ impl Source for Script {
 async fn keep(clocks: Clocks, source: impl Source + 'static) -> Vec<Record> {
     let kept = Arc::default();
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks,
         streams: Streams::default(),

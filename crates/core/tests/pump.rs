@@ -127,7 +127,7 @@ async fn keep(
     pause: Duration,
 ) -> (Vec<Record>, Outcome) {
     let kept = Arc::default();
-    let clock = if pace == Pace::Live { Clock::host() } else { Clock::told() };
+    let clock = if pace == Pace::Live { Clock::host() } else { Clock::settable() };
     let session = Session {
         clock,
         pace,
@@ -193,7 +193,7 @@ async fn late_and_repeated_samples_are_kept_and_counted() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_source_that_fails_is_run_again_and_its_failures_are_told() {
+async fn a_source_that_fails_is_run_again_and_its_failures_are_reported() {
     let robot = Robot { id: "r1", messages: 3, failures: 2 };
     let (records, outcome) = keep(vec![Box::new(robot)], Pace::Live, Duration::ZERO).await;
     let faults = records.iter().filter(|record| {
@@ -245,7 +245,7 @@ impl Source for Paced {
 async fn a_recording_that_is_played_slowly_is_delivered_as_it_comes() {
     let kept = Arc::default();
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),
@@ -384,7 +384,7 @@ impl Sink for Largest {
 async fn what_comes_of_a_long_silence_is_handed_over_in_portions() {
     let noted = Arc::default();
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),

@@ -271,7 +271,7 @@ async fn a_replay_panics_where_its_run_did() {
     let (run, _) = keep(parts, has_all).await;
     let kept = Arc::<Mutex<Vec<Record>>>::default();
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),

@@ -101,7 +101,7 @@ impl Extractor for ReadOut {
 async fn records(source: Box<dyn Source>) -> Vec<Record> {
     let kept = Arc::default();
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),

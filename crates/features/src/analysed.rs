@@ -190,11 +190,11 @@ mod tests {
         }
 
         /// The end [s] and the values of each window, or of each phase.
-        fn told(&mut self, leaf: &str) -> Vec<(f64, FeatureValues)> {
-            self.told_of(&format!("/humans/persons/p1/e4/temp/skin_temperature/{leaf}"))
+        fn reported(&mut self, leaf: &str) -> Vec<(f64, FeatureValues)> {
+            self.values_of(&format!("/humans/persons/p1/e4/temp/skin_temperature/{leaf}"))
         }
 
-        fn told_of(&mut self, name: &str) -> Vec<(f64, FeatureValues)> {
+        fn values_of(&mut self, name: &str) -> Vec<(f64, FeatureValues)> {
             let known = self.out.streams().iter().find(|stream| stream.name == name).cloned();
             let Some(id) = known.map(|stream| self.out.declare(stream)) else { return Vec::new() };
             let of = self.out.samples().filter(|(stream, ..)| *stream == id);
@@ -207,12 +207,12 @@ mod tests {
     }
 
     fn phases(warming: &mut Warming) -> Vec<(f64, f64, f64)> {
-        let told = warming.told("phases").into_iter();
+        let told = warming.reported("phases").into_iter();
         told.map(|(end, values)| (end, values.window_secs, f64::from(values.coverage))).collect()
     }
 
     #[test]
-    fn each_phase_is_told_of_when_it_is_over_and_the_last_with_the_session() {
+    fn each_phase_is_reported_when_it_is_over_and_the_last_with_the_session() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.warm(90.0, 3);
@@ -254,7 +254,7 @@ mod tests {
         let phases = "/humans/persons/p1/strap/ecg/heart/phases";
         let known = heart.out.streams().iter().find(|stream| stream.name == phases).unwrap();
         let place = known.place_of("HRV_N").unwrap();
-        heart.told_of(phases)[0].1.values[place]
+        heart.values_of(phases)[0].1.values[place]
     }
 
     #[test]
@@ -267,36 +267,36 @@ mod tests {
 
     #[test]
     fn a_phase_is_the_same_for_any_chunking_and_whenever_its_end_becomes_known() {
-        let told = |length, lag_secs| {
+        let reported = |length, lag_secs| {
             let mut warming = Warming::new();
             warming.happen(0.0, EventKind::Phase, "baseline", f64::NAN);
             warming.warm(60.0 + lag_secs, length);
             warming.happen(60.0, EventKind::Phase, "task", f64::NAN);
             warming.warm(80.0, length);
-            warming.told("phases")
+            warming.reported("phases")
         };
-        let usual = told(1, 0.0);
+        let usual = reported(1, 0.0);
         assert_eq!(usual.len(), 1);
         for (length, lag_secs) in [(1, 5.0), (7, 0.0), (16, 3.0), (240, 0.0)] {
-            assert_eq!(format!("{:?}", told(length, lag_secs)), format!("{usual:?}"));
+            assert_eq!(format!("{:?}", reported(length, lag_secs)), format!("{usual:?}"));
         }
     }
 
     #[test]
     fn phases_change_no_window() {
-        let told = |has_phases: bool| {
+        let reported = |has_phases: bool| {
             let mut warming = Warming::new();
             if has_phases {
                 warming.happen(3.0, EventKind::Phase, "baseline", f64::NAN);
             }
             warming.warm(100.0, 5);
-            format!("{:?}", warming.told("w10"))
+            format!("{:?}", warming.reported("w10"))
         };
-        assert_eq!(told(true), told(false));
+        assert_eq!(reported(true), reported(false));
     }
 
     #[test]
-    fn a_stream_that_fell_silent_tells_what_it_had_of_the_phase() {
+    fn a_stream_that_fell_silent_gives_what_it_had_of_the_phase() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.warm(45.0, 4);
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_phase_before_the_stream_or_without_length_nothing_is_told() {
+    fn of_a_phase_before_the_stream_or_without_length_nothing_is_reported() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.happen(100.0, EventKind::Phase, "task", f64::NAN);
@@ -330,12 +330,12 @@ mod tests {
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.now_secs = 50.0;
         warming.warm(70.0, 4);
-        let told = warming.told("phases");
+        let told = warming.reported("phases");
         assert!(told[0].1.reasons.iter().all(|reason| *reason == Reason::Short));
     }
 
     #[test]
-    fn of_a_phase_longer_than_is_held_its_last_ten_minutes_are_told() {
+    fn of_a_phase_longer_than_is_held_its_last_ten_minutes_are_reported() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", f64::NAN);
         warming.warm(1000.0, 40);

@@ -89,7 +89,7 @@ pub(crate) struct LeftOut(usize);
 impl LeftOut {
     /// Says, as a fault below the input, which windows of `lengths_secs` [s], ascending, are left out; once of
     /// each, as a stream may come and go about its limit.
-    pub(crate) fn tell(
+    pub(crate) fn report(
         &mut self,
         (input, leaf): (&Stream, &str),
         (held, lengths_secs): (&Held, &[f64]),
@@ -134,9 +134,9 @@ const SECOND_NS: i64 = 1_000_000_000;
 
 /// The phases that were reported already.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PhasesTold(usize);
+pub(crate) struct ReportedPhases(usize);
 
-impl PhasesTold {
+impl ReportedPhases {
     /// The next phase that has ended at a time [ns]; each once.
     pub(crate) fn next_over<'a>(&mut self, phases: &'a [Phase], at_ns: i64) -> Option<&'a Phase> {
         let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end.nanos() <= at_ns);

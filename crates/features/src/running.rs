@@ -12,7 +12,7 @@ use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
 use teampulse_signal::analysis::{self, Live, LiveOutput, Make, Measured, Value};
 
-use crate::over::{Held, LeftOut, OVER_PHASES, PhasesTold, measured_span, refuse};
+use crate::over::{Held, LeftOut, OVER_PHASES, ReportedPhases, measured_span, refuse};
 
 /// Windows are reported once a second of the stream's own time.
 const HOP_NS: i64 = 1_000_000_000;
@@ -52,7 +52,7 @@ pub(crate) struct Running {
     windows_secs: Vec<f64>,
     stream: Stream,
     work: Option<Work>,
-    phases_told: PhasesTold,
+    reported_phases: ReportedPhases,
     is_refusal_told: bool,
 }
 
@@ -86,7 +86,7 @@ impl Running {
             windows_secs,
             stream,
             work,
-            phases_told: PhasesTold::default(),
+            reported_phases: ReportedPhases::default(),
             is_refusal_told: false,
         };
         running.work = running.start(out);
@@ -155,7 +155,7 @@ impl Running {
     /// Takes in what came on the stream; `phases` are those of its subject.
     pub(crate) fn push(&mut self, sample: &Sample, phases: &[Phase], out: &mut Outputs) {
         let Some(mut work) = self.work.take() else {
-            self.tell_refusal(sample.measured, out);
+            self.report_refusal(sample.measured, out);
             return;
         };
         let width = self.stream.channels.len();
@@ -168,7 +168,7 @@ impl Running {
                 let after_ns = (sample.period_ns * place as f64).round() as i64;
                 let at_ns = sample.measured.nanos().saturating_add(after_ns);
                 let known_ns = at_ns.saturating_sub(KNOWN_AFTER_NS);
-                self.tell_phases(&mut work, phases, known_ns, out);
+                self.report_phases(&mut work, phases, known_ns, out);
                 let (windows, events) = (&work.windows, &work.events);
                 let missing = work.live.push(at_ns, channels, &mut |told| match told {
                     LiveOutput::Window(place, span, measured) => {
@@ -190,14 +190,14 @@ impl Running {
                 work.live.hold_since(work.held.since_ns());
             }
             let input = (&self.stream, self.naming.leaf);
-            work.left_out.tell(input, (&work.held, &self.windows_secs), sample.measured, out);
+            work.left_out.report(input, (&work.held, &self.windows_secs), sample.measured, out);
             work.numbers = numbers;
         }
         self.work = Some(work);
     }
 
     /// Reports once, as a fault, that a stream's unit can't be converted to that of the analysis.
-    fn tell_refusal(&mut self, at: Time, out: &mut Outputs) {
+    fn report_refusal(&mut self, at: Time, out: &mut Outputs) {
         let Err((unit, to)) = conversions(&self.stream) else { return };
         if !std::mem::replace(&mut self.is_refusal_told, true) {
             let leaf = self.naming.leaf;
@@ -209,20 +209,20 @@ impl Running {
     /// Reports the phases that are over at `now`, whether or not samples have arrived since.
     pub(crate) fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
-        self.tell_phases(&mut work, phases, now.nanos(), out);
+        self.report_phases(&mut work, phases, now.nanos(), out);
         self.work = Some(work);
     }
 
     /// Reports phases that ended at or before a time [ns], and keeps what the next one needs.
-    fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
-        while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
-            self.tell_phase(work, phase, out);
+    fn report_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
+        while let Some(phase) = self.reported_phases.next_over(phases, at_ns) {
+            self.report_phase(work, phase, out);
         }
-        let begin_ns = self.phases_told.next_begin_ns(phases);
+        let begin_ns = self.reported_phases.next_begin_ns(phases);
         work.live.hold_from(begin_ns.map(|begin_ns| begin_ns.max(work.held.since_ns())));
     }
 
-    fn tell_phase(&self, work: &Work, phase: &Phase, out: &mut Outputs) {
+    fn report_phase(&self, work: &Work, phase: &Phase, out: &mut Outputs) {
         let (live, held_ns) = (&work.live, work.held.since_ns());
         let since_ns = live.begin_ns();
         let Some(span) = since_ns.and_then(|since_ns| measured_span(phase, since_ns, held_ns))

@@ -58,7 +58,7 @@ impl Lived {
     }
 
     /// The results of the sensor's own features: windows (`w30`), or phases.
-    fn told(&self, leaf: &str) -> Vec<Window<'_>> {
+    fn reported(&self, leaf: &str) -> Vec<Window<'_>> {
         let (name, statistics) = (living::name(self.sensor), "/statistics/");
         let of_sensor = self.records.iter().filter(|Record { stream, .. }| {
             let stream = &stream.name;
@@ -132,7 +132,7 @@ const OF_SIGNAL: [&str; 14] = [
 /// What the signal alone can't show: a thermometer in the air of a warm room from a cold hand, a wrist at
 /// rest from a table, a resting muscle from an electrode in a quiet place, white noise from the muscles of
 /// a clenched jaw (which shows only in the quality).
-fn can_be_told(sensor: Sensor, what: Fault) -> bool {
+fn is_detectable(sensor: Sensor, what: Fault) -> bool {
     match what {
         Fault::Stuck => sensor != Sensor::Temperature,
         _ => !OF_WHICH_THE_AIR_IS_LIKE_THE_BODY.contains(&sensor),
@@ -153,11 +153,11 @@ fn assert_others_are_untouched(good: &Lived, bad: &Lived, fault: &str) {
 
 /// A sensor that dies reports nothing more, and too little of the phase.
 fn assert_dies(dead: &Lived) {
-    let windows = dead.told("w30");
+    let windows = dead.reported("w30");
     assert!(windows.iter().all(|told| told.end_secs <= BAD_FROM_SECS));
     assert!(windows.last().is_some_and(|told| told.end_secs > BAD_FROM_SECS - 2.0));
     assert!(dead.events_secs().iter().all(|secs| *secs <= BAD_FROM_SECS));
-    let phases = dead.told("phases");
+    let phases = dead.reported("phases");
     let [baseline, task] = &phases[..] else { panic!("{} phases", phases.len()) };
     assert!(baseline.values.coverage > 0.9 && !baseline.of_person().is_empty());
     assert!(task.values.coverage < 0.2);
@@ -166,7 +166,7 @@ fn assert_dies(dead: &Lived) {
 
 /// A sensor that comes back reports which part of each window it was present, and then works as before.
 fn assert_comes_back(back: &Lived) {
-    let windows = back.told("w30");
+    let windows = back.reported("w30");
     assert!(windows.last().is_some_and(|told| told.end_secs > SECS - 2.0));
     for Window { end_secs, values, .. } in &windows {
         let begin_secs = (end_secs - values.window_secs).max(0.0);
@@ -181,7 +181,7 @@ fn assert_comes_back(back: &Lived) {
             assert!(values.reasons.iter().all(|reason| *reason != Reason::Ok), "at {end_secs}");
         }
     }
-    assert!(!back.told("phases")[1].of_person().is_empty());
+    assert!(!back.reported("phases")[1].of_person().is_empty());
 }
 
 /// The state says what it no longer knows, and the rest of it stays as it is.
@@ -209,7 +209,7 @@ fn assert_state_knows(good: &Lived, dead: &Lived) {
 
 /// Nothing is reported about a person once the sensor delivers nothing.
 fn assert_nothing_is_made_up(bad: &Lived) {
-    let windows = bad.told("w30");
+    let windows = bad.reported("w30");
     let inside = |told: &&Window<'_>| told.begins_after(BAD_FROM_SECS + SETTLING_SECS);
     assert!(windows.iter().any(|told| inside(&told)));
     for told in windows.iter().filter(inside) {
@@ -220,7 +220,7 @@ fn assert_nothing_is_made_up(bad: &Lived) {
 
 fn goes_bad(sensor: Sensor) {
     let good = Lived::with(sensor, Vec::new());
-    assert!(good.told("w30").last().is_some_and(|told| !told.of_person().is_empty()));
+    assert!(good.reported("w30").last().is_some_and(|told| !told.of_person().is_empty()));
     let bad = |what, to_secs| {
         let bad = Lived::bad(sensor, what, to_secs);
         assert_others_are_untouched(&good, &bad, &format!("{sensor:?} {what:?}"));
@@ -232,7 +232,7 @@ fn goes_bad(sensor: Sensor) {
     assert_comes_back(&bad(Fault::Dead, Some(BACK_SECS)));
     for what in [Fault::Stuck, Fault::OffBody] {
         let bad = bad(what, None);
-        if can_be_told(sensor, what) {
+        if is_detectable(sensor, what) {
             assert_nothing_is_made_up(&bad);
         }
     }

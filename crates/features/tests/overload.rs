@@ -99,7 +99,7 @@ async fn seen(source: Overlapping) -> (i64, String) {
     });
     let seen = Seen::default();
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),

@@ -65,7 +65,7 @@ fn streams() -> Vec<Stream> {
     ]
 }
 
-fn told(stream: &Stream, numbers: [f64; 6]) -> Data {
+fn reported(stream: &Stream, numbers: [f64; 6]) -> Data {
     match stream.shape {
         Shape::Event => event(numbers),
         Shape::Feature => {
@@ -104,9 +104,9 @@ fn number() -> impl Strategy<Value = f64> {
 /// A baseline with readings on every stream, and then anything.
 fn steps() -> impl Strategy<Value = Vec<Step>> {
     let count = streams().len();
-    let tells = (0..count, prop::array::uniform6(number()));
-    let tells = tells.prop_map(|(place, numbers)| Step::Tells(place, numbers));
-    let step = prop_oneof![3 => tells, 1 => (1_u16..200).prop_map(Step::Ticks)];
+    let gives = (0..count, prop::array::uniform6(number()));
+    let gives = gives.prop_map(|(place, numbers)| Step::Tells(place, numbers));
+    let step = prop_oneof![3 => gives, 1 => (1_u16..200).prop_map(Step::Ticks)];
     prop::collection::vec(step, 0..60).prop_map(|anything| {
         let mut steps = vec![Step::Tells(0, [0.0, f64::NAN, 90.0, 0.0, 0.0, 0.0])];
         for secs in 0..95 {
@@ -132,7 +132,8 @@ fn run(feature: &dyn Feature, steps: &[Step]) -> Option<Outputs> {
     for step in steps {
         match step {
             Step::Tells(place, numbers) if heard(place) => {
-                extractor.push(&sample(*place, now, told(&streams[*place], *numbers)), &mut out);
+                extractor
+                    .push(&sample(*place, now, reported(&streams[*place], *numbers)), &mut out);
             }
             Step::Tells(..) => {}
             Step::Ticks(count) => (0..*count).for_each(|_| {
@@ -177,7 +178,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
     #[test]
-    fn whatever_is_told_a_window_is_sound(steps in steps()) {
+    fn whatever_is_reported_a_window_is_sound(steps in steps()) {
         for (kind, feature) in features() {
             for (_, _, data) in run(feature.as_ref(), &steps).iter().flat_map(emitted) {
                 if let Data::Feature(values) = data {

@@ -260,7 +260,7 @@ fn a_field_may_be_asked_for_twice() {
 }
 
 #[test]
-fn a_header_tells_the_stamp() {
+fn a_header_gives_the_stamp() {
     for cdr in vectors(Odometry::NAME) {
         assert_eq!(header_stamp(&cdr), Some(STAMP));
     }

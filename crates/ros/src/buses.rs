@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use teampulse_core::clock;
 
 use crate::bus::{Bus, BusError, Subscription};
-use crate::clocks::{ReadClock, tell_clock};
+use crate::clocks::{ReadClock, serve_clock};
 use crate::cyclone::configuration::configuration;
 use crate::cyclone::{CycloneBus, Participation};
 use crate::environment::{Environment, HIGHEST_DOMAIN};
@@ -42,11 +42,11 @@ impl Buses {
     /// The ROS domains in reach, joined at first use as a node of this name: `teampulse`. Others who probe
     /// its clock receive the machine's clock.
     pub fn new(environment: Environment, node_name: &str) -> Buses {
-        Buses::telling(environment, node_name, Arc::new(clock::wall))
+        Buses::with_clock(environment, node_name, Arc::new(clock::wall))
     }
 
     /// The same, with another clock for those who ask.
-    pub fn telling(environment: Environment, node_name: &str, clock: ReadClock) -> Buses {
+    pub fn with_clock(environment: Environment, node_name: &str, clock: ReadClock) -> Buses {
         let (environment, node_name) = (Box::new(environment), node_name.to_owned());
         let joining = Joining::Dds { environment, node_name, clock };
         Buses(Arc::new(Pool { joining, joined: Mutex::default() }))
@@ -116,7 +116,7 @@ impl Joining {
             prefixes: environment.prefixes(),
         });
         let bus = joined.map_err(|error| explained(error, environment))?;
-        let told = tell_clock(&*bus, Arc::clone(clock));
+        let told = serve_clock(&*bus, Arc::clone(clock));
         let told = told.map_err(|error| tracing::warn!("failed to {error}"));
         Ok(Joined { _clock: told.ok(), bus })
     }
@@ -147,7 +147,7 @@ mod tests {
     fn a_domain_that_ros_does_not_have_is_refused() {
         let buses = Buses::new(Environment::default(), "teampulse");
         let error = buses.get(233).err().unwrap().to_string();
-        assert_eq!(error, "join ROS domain 233: ROS has no such domain: expected 0 to 232");
+        assert_eq!(error, "join ROS domain 233: it is not a ROS domain: expected 0 to 232");
     }
 
     #[test]
@@ -163,7 +163,10 @@ mod tests {
             hint: String::new(),
         };
         let hint = explained(failed(), &environment).hint();
-        assert_eq!(hint, "CYCLONEDDS_URI or ROS_STATIC_PEERS may be why: unset it, and try again");
+        assert_eq!(
+            hint,
+            "CYCLONEDDS_URI or ROS_STATIC_PEERS may be the cause: unset it, and try again"
+        );
         assert!(explained(failed(), &Environment::default()).hint().contains("ip address"));
     }
 

@@ -44,7 +44,7 @@ pub struct Exchange {
 }
 
 /// Offers the service `probe_clock` of our node: others ask it how far our clock is ahead.
-pub fn tell_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusError> {
+pub fn serve_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusError> {
     let answer = move |request: &[u8]| {
         let received = clock();
         let sent = Request::decode(request).ok()?.sent;
@@ -53,9 +53,13 @@ pub fn tell_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusEr
     bus.serve(&format!("{}/probe_clock", bus.node()), PROBE_CLOCK, Arc::new(answer))
 }
 
-/// Probes the clocks of all other computers, in bursts, until it is dropped; `told` is called with the
+/// Probes the clocks of all other computers, in bursts, until it is dropped; `on_exchange` is called with the
 /// result of each exchange and the name of the computer. A lost reply is simply missing.
-pub async fn probe_clocks(bus: &dyn Bus, clock: &Clock, mut told: impl FnMut(&str, Exchange)) {
+pub async fn probe_clocks(
+    bus: &dyn Bus,
+    clock: &Clock,
+    mut on_exchange: impl FnMut(&str, Exchange),
+) {
     let mut graph = bus.graph();
     let (sender, mut replies) = mpsc::channel(WAITING);
     let mut clients = Clients::new();
@@ -66,7 +70,7 @@ pub async fn probe_clocks(bus: &dyn Bus, clock: &Clock, mut told: impl FnMut(&st
             ask(clock, &clients, number);
             sleep(WITHIN_BURST).await;
             while let Ok((server, exchange)) = replies.try_recv() {
-                told(&seen.computer(server), exchange);
+                on_exchange(&seen.computer(server), exchange);
             }
         }
         let unknown = |graph: &Arc<Graph>| services(graph).any(|name| !clients.contains_key(name));
@@ -167,14 +171,14 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn every_other_computer_tells_how_far_it_is_ahead_and_we_do_not_ask_ourselves() {
+    async fn every_other_computer_gives_how_far_it_is_ahead_and_we_do_not_ask_ourselves() {
         let ours = MemoryBus::new("/teampulse");
         let (robot, namesake) = (ours.join("/teampulse_simulator"), ours.join("/teampulse"));
         let clock = Clock::host();
         let _services = [
-            tell_clock(&*ours, ahead(&clock, Duration::from_secs(9))).unwrap(),
-            tell_clock(&*robot, ahead(&clock, Duration::from_millis(1500))).unwrap(),
-            tell_clock(&*namesake, ahead(&clock, Duration::ZERO)).unwrap(),
+            serve_clock(&*ours, ahead(&clock, Duration::from_secs(9))).unwrap(),
+            serve_clock(&*robot, ahead(&clock, Duration::from_millis(1500))).unwrap(),
+            serve_clock(&*namesake, ahead(&clock, Duration::ZERO)).unwrap(),
         ];
         let told = probed(&*ours, &clock, 3).await;
         assert_eq!(told.len(), 2 * BURST as usize);
@@ -191,7 +195,7 @@ mod tests {
         let robot = ours.join("/teampulse_simulator");
         let clock = Clock::host();
         assert_eq!(probed(&*ours, &clock, 5).await.len(), 0);
-        let service = tell_clock(&*robot, ahead(&clock, Duration::ZERO)).unwrap();
+        let service = serve_clock(&*robot, ahead(&clock, Duration::ZERO)).unwrap();
         assert!(!probed(&*ours, &clock, 5).await.is_empty());
         drop(service);
         assert_eq!(probed(&*ours, &clock, 5).await.len(), 0);

@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_that_nobody_tells_is_named() {
+    fn a_part_that_nobody_gives_is_named() {
         let text_of = |name: &str| (name == "a/msg/X").then(|| "b/Y y".to_owned());
         assert_eq!(linked("a/msg/X", "", text_of).unwrap_err(), "b/msg/Y is missing");
         assert_eq!(linked("a/msg/Z", "", text_of).unwrap_err(), "a/msg/Z is missing");

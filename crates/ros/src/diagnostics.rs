@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unknown_is_never_told_as_a_number() {
+    fn what_is_unknown_is_never_reported_as_a_number() {
         let told = diagnostic(&status(State::Degraded, "its clock is off"));
         assert_eq!((told.level, &*told.message), (DiagnosticStatus::WARN, "its clock is off"));
         assert_eq!((&*told.name, &*told.hardware_id), ("teampulse: /robot1/odom", "robot1"));

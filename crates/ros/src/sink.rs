@@ -151,12 +151,12 @@ impl<'a> Publishers<'a> {
 
     fn publish(&mut self, batch: &Batch) -> Result<(), BusError> {
         if let Some(first) = batch.first() {
-            self.tell_time(first.sample.log_time);
+            self.publish_time(first.sample.log_time);
         }
         batch.iter().try_for_each(|record| self.publish_record(record))
     }
 
-    fn tell_time(&mut self, now: Time) {
+    fn publish_time(&mut self, now: Time) {
         let Some(publisher) = &self.clock else { return };
         if let Err(refused) = publisher.publish(&Clock { clock: now }.encode()) {
             self.refuse("/clock", &refused);
@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_stream_about_a_person_is_is_told_only_where_it_is_published() {
+    fn what_a_stream_about_a_person_is_is_reported_only_where_it_is_published() {
         let ours = MemoryBus::new("/teampulse");
         let theirs = ours.join("/other");
         let described_type = "teampulse_msgs/msg/StreamDescription";

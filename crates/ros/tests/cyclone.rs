@@ -228,7 +228,7 @@ fn large_messages_arrive_whole() {
 }
 
 #[test]
-fn incompatible_qos_is_told_on_both_sides() {
+fn incompatible_qos_is_reported_on_both_sides() {
     let (robot, monitor) = pair(106);
     let (mut at_robot, mut at_monitor) = (robot.incidents(), monitor.incidents());
     let _publisher = speak(&robot, "/r1/x", &Qos::best_effort(1));
@@ -252,7 +252,7 @@ fn next(incidents: &mut broadcast::Receiver<Incident>) -> Incident {
 }
 
 #[test]
-fn a_missed_deadline_and_a_second_type_are_told() {
+fn a_missed_deadline_and_a_second_type_are_reported() {
     let (robot, monitor) = pair(107);
     let mut incidents = monitor.incidents();
     let (_subscription, _heard) = listen(&monitor, "/r1/x", ADAPTIVE);
@@ -364,7 +364,7 @@ fn a_message_may_be_stamped_by_another_clock() {
 }
 
 #[test]
-fn a_service_answers_whoever_asks_and_tells_who_answered() {
+fn a_service_answers_whoever_asks_and_gives_who_answered() {
     let (robot, monitor) = pair(118);
     let type_name = "teampulse_msgs/srv/ProbeClock";
     let answer = |request: &[u8]| Some(Bytes::from([request, &[7]].concat()));
@@ -411,7 +411,7 @@ fn asked<Request: Message>(
 }
 
 #[test]
-fn the_parameters_of_a_node_are_told_as_by_any_other() {
+fn the_parameters_of_a_node_are_reported_as_by_any_other() {
     let (robot, monitor) = pair(119);
     let ask = |service: &str| format!("/robot/{service}");
     let kind = |service: &str| format!("rcl_interfaces/srv/{service}");
@@ -423,14 +423,14 @@ fn the_parameters_of_a_node_are_told_as_by_any_other() {
     assert_eq!(listed, ["start_type_description_service", "use_sim_time"]);
 
     let get = GetParametersRequest { names: names.clone() };
-    let told = || {
+    let reported = || {
         let told = asked(&monitor, &ask("get_parameters"), &kind("GetParameters"), &get);
         GetParametersResponse::decode(&told).unwrap().values
     };
-    assert_eq!(told(), [ParameterValue::bool(false)]);
+    assert_eq!(reported(), [ParameterValue::bool(false)]);
     let deliver: Deliver = Arc::new(|_| {});
     let _clock = robot.subscribe("/clock", "rosgraph_msgs/msg/Clock", ADAPTIVE, deliver).unwrap();
-    until("the clock is followed", || told() == [ParameterValue::bool(true)]);
+    until("the clock is followed", || reported() == [ParameterValue::bool(true)]);
 
     let types = GetParameterTypesRequest { names: names.clone() };
     let types = asked(&monitor, &ask("get_parameter_types"), &kind("GetParameterTypes"), &types);
@@ -453,7 +453,7 @@ fn the_parameters_of_a_node_are_told_as_by_any_other() {
 }
 
 #[test]
-fn a_reader_tells_the_hash_of_its_type_before_anything_is_published() {
+fn a_reader_gives_the_hash_of_its_type_before_anything_is_published() {
     let (robot, monitor) = pair(120);
     let deliver: Deliver = Arc::new(|_| {});
     let events = [

@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn three_steps_tell_the_slope_closely() {
+    fn three_steps_give_the_slope_closely() {
         let x = seconds(60);
         let y: Vec<f64> = x.iter().map(|x| (-0.06 * x).round()).collect();
         assert!((trend(&x, &y, 1.0).unwrap().slope.value + 0.06).abs() < 0.005);

@@ -121,12 +121,12 @@ fn waves_of_blood_pressure_are_no_breathing() {
 #[test]
 fn without_a_common_rhythm_there_is_no_rate() {
     let body = Body { arrhythmia: 0.0, pressure_waves: 0.0, amplitude: 0.0, noise: 0.1, ..BODY };
-    let told = |length_secs| {
+    let found = |length_secs| {
         (1..=100).filter(|&seed| of_beats(Body { seed, ..body }, length_secs).is_ok()).count()
     };
     // Chance has its share: noise may have one rhythm for 30 s, rarely for longer.
-    let told = [30.0, 60.0, 120.0].map(told);
-    assert!(told[0] <= 20 && told[1] <= 4 && told[2] <= 1, "{told:?}");
+    let found = [30.0, 60.0, 120.0].map(found);
+    assert!(found[0] <= 20 && found[1] <= 4 && found[2] <= 1, "{found:?}");
 }
 
 #[test]
@@ -139,20 +139,20 @@ fn a_premature_beat_does_not_matter() {
 }
 
 #[test]
-fn what_cannot_be_told_has_its_reason() {
+fn what_cannot_be_reported_has_its_reason() {
     let Beats { times_secs, amplitudes, .. } = beats(BODY, 60.0);
-    let told =
+    let reported =
         |times: &[f64], amplitudes: &[f64], length| rate_from_beats(times, amplitudes, 0.0..length);
-    assert_eq!(told(&times_secs, &amplitudes, 20.0), Err(Reason::Short));
-    assert_eq!(told(&times_secs, &amplitudes, f64::NAN), Err(Reason::Short));
-    assert_eq!(told(&times_secs, &amplitudes, f64::INFINITY), Err(Reason::Short));
-    assert_eq!(told(&times_secs, &amplitudes, 1e12), Err(Reason::Gap));
-    assert_eq!(told(&times_secs, &[], 60.0), Err(Reason::Missing));
-    assert_eq!(told(&times_secs, &[f64::NAN; 70], 60.0), Err(Reason::Missing));
-    assert_eq!(told(&[], &[], 60.0), Err(Reason::Gap));
-    assert_eq!(told(&times_secs[..20], &amplitudes, 60.0), Err(Reason::Gap));
+    assert_eq!(reported(&times_secs, &amplitudes, 20.0), Err(Reason::Short));
+    assert_eq!(reported(&times_secs, &amplitudes, f64::NAN), Err(Reason::Short));
+    assert_eq!(reported(&times_secs, &amplitudes, f64::INFINITY), Err(Reason::Short));
+    assert_eq!(reported(&times_secs, &amplitudes, 1e12), Err(Reason::Gap));
+    assert_eq!(reported(&times_secs, &[], 60.0), Err(Reason::Missing));
+    assert_eq!(reported(&times_secs, &[f64::NAN; 70], 60.0), Err(Reason::Missing));
+    assert_eq!(reported(&[], &[], 60.0), Err(Reason::Gap));
+    assert_eq!(reported(&times_secs[..20], &amplitudes, 60.0), Err(Reason::Gap));
     let even: Vec<f64> = (0..70).map(|k| f64::from(k) * 0.8).collect();
-    assert_eq!(told(&even, &[1.0; 70], 56.0), Err(Reason::Quality));
+    assert_eq!(reported(&even, &[1.0; 70], 56.0), Err(Reason::Quality));
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn of_two_equal_deflections_the_same_is_marked_from_the_first_seconds_on() {
 }
 
 #[test]
-fn a_beat_is_told_of_within_a_quarter_of_a_second() {
+fn a_beat_is_reported_within_a_quarter_of_a_second() {
     let signal = ecg(&beat_secs(60), 50.0, 130.0);
     let mut detector = BeatDetector::new(130.0).expect("a usual rate");
     for (place, &sample) in signal.iter().enumerate() {

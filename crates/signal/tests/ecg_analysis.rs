@@ -100,7 +100,7 @@ fn a_clean_signal_has_a_quality_near_one_and_noise_a_low_one() {
 }
 
 #[test]
-fn of_a_poor_signal_no_rate_is_told() {
+fn of_a_poor_signal_no_rate_is_reported() {
     for windows in both(&noise(24_000)) {
         assert!(windows.measure(secs(60, 120)).quality < 0.4);
         assert_eq!(of(&*windows, secs(60, 120), "ECG_Rate_Mean"), Err(Reason::Quality));
@@ -110,7 +110,7 @@ fn of_a_poor_signal_no_rate_is_told() {
 }
 
 #[test]
-fn flat_and_saturated_parts_are_told_of() {
+fn flat_and_saturated_parts_are_reported() {
     let mut flat = signal();
     flat[14_000..16_000].fill(0.123);
     for windows in both(&flat) {
@@ -132,7 +132,7 @@ fn flat_and_saturated_parts_are_told_of() {
 }
 
 #[test]
-fn a_loose_electrode_is_told_of() {
+fn a_loose_electrode_is_reported() {
     let mut signal = signal();
     for (sample, noise) in signal[14_000..18_000].iter_mut().zip(noise(4_000)) {
         *sample = 0.01 * noise;
@@ -144,7 +144,7 @@ fn a_loose_electrode_is_told_of() {
 }
 
 #[test]
-fn motion_is_told_of() {
+fn motion_is_reported() {
     let mut moved = signal();
     for (k, sample) in moved[14_000..15_000].iter_mut().enumerate() {
         *sample += 4.0 * (k as f64 / 1000.0 * 20.0).sin();
@@ -172,7 +172,7 @@ fn missing_data_lower_the_coverage_and_hide_values() {
 }
 
 #[test]
-fn short_spans_tell_what_they_can() {
+fn short_spans_give_what_they_can() {
     for windows in both(&signal()) {
         assert_eq!(of(&*windows, secs(60, 61), "ECG_kSQI"), Err(Reason::Short));
         assert_eq!(of(&*windows, secs(60, 61), "ECG_Rate_SD"), Err(Reason::Short));

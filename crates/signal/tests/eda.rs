@@ -144,7 +144,7 @@ fn each_response_is_found_with_its_amplitude() {
 }
 
 #[test]
-fn a_response_is_told_of_half_a_second_after_its_peak() {
+fn a_response_is_reported_half_a_second_after_its_peak() {
     for rate_hz in [4.0, 32.0, 128.0, 1000.0] {
         let (events, _) = live(&with_truth(rate_hz), rate_hz, 1);
         for (event, known) in &events {
@@ -163,7 +163,7 @@ fn a_response_is_told_of_half_a_second_after_its_peak() {
 }
 
 #[test]
-fn windows_tell_level_and_responses() {
+fn windows_give_level_and_responses() {
     let rate_hz = 32.0;
     let analysed = recorded(&signal(rate_hz, 120.0), rate_hz, &Settings::default());
     let measured = analysed.windows.measure(Span { begin_ns: 0, end_ns: 120_000_000_000 });
@@ -245,10 +245,10 @@ fn chunks_of_any_length_give_the_same_bits() {
     };
     for chunk in [2, 7, 64, 1000, 4096] {
         let (events, other) = live(&signal, 64.0, chunk);
-        let told = |events: &[(Event, usize)]| {
+        let reported = |events: &[(Event, usize)]| {
             format!("{:?}", events.iter().map(|(event, _)| event).collect::<Vec<_>>())
         };
-        assert!(told(&events) == told(&expected), "{chunk}");
+        assert!(reported(&events) == reported(&expected), "{chunk}");
         assert_eq!(bits(other.measure(span)), bits(analysis.measure(span)));
     }
 }

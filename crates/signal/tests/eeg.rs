@@ -208,27 +208,27 @@ fn segments_with_blinks_can_be_left_out() {
 }
 
 #[test]
-fn indices_are_of_the_channels_that_their_names_tell() {
+fn indices_are_of_the_channels_that_their_names_give() {
     let channels = muse(20);
     let after = whole(&settings(&MUSE), &recording(&channels)).unwrap();
     let measured = after.windows.measure(span(0, 20));
-    let told = |name: &str| named(&*after.windows, &measured, name);
-    let (left, right) = (told("EEG_Alpha/AF7").unwrap(), told("EEG_Alpha/AF8").unwrap());
-    assert_eq!(told("EEG_Asymmetry/AF8-AF7"), Ok((right / left).ln()));
+    let reported = |name: &str| named(&*after.windows, &measured, name);
+    let (left, right) = (reported("EEG_Alpha/AF7").unwrap(), reported("EEG_Alpha/AF8").unwrap());
+    assert_eq!(reported("EEG_Asymmetry/AF8-AF7"), Ok((right / left).ln()));
     assert!(right > left);
-    assert_eq!(told("EEG_Workload"), Err(Reason::Missing));
+    assert_eq!(reported("EEG_Workload"), Err(Reason::Missing));
     let mean =
-        MUSE.map(|name| told(&format!("EEG_Alpha/{name}")).unwrap()).iter().sum::<f64>() / 4.0;
-    assert!((told("EEG_Alpha").unwrap() / mean - 1.0).abs() < 1e-12);
-    assert_eq!(told("EEG_AlphaPeak"), Ok(10.0));
+        MUSE.map(|name| reported(&format!("EEG_Alpha/{name}")).unwrap()).iter().sum::<f64>() / 4.0;
+    assert!((reported("EEG_Alpha").unwrap() / mean - 1.0).abs() < 1e-12);
+    assert_eq!(reported("EEG_AlphaPeak"), Ok(10.0));
 
     let names = ["Fz", "Pz", "O1", "O2"];
     let after = whole(&settings(&names), &recording(&channels)).unwrap();
     let measured = after.windows.measure(span(0, 20));
-    let told = |name: &str| named(&*after.windows, &measured, name);
-    let ratio = told("EEG_Theta/Fz").unwrap() / told("EEG_Alpha/Pz").unwrap();
-    assert_eq!(told("EEG_Workload"), Ok(ratio));
-    assert_eq!(told("EEG_Asymmetry"), Err(Reason::Missing));
+    let reported = |name: &str| named(&*after.windows, &measured, name);
+    let ratio = reported("EEG_Theta/Fz").unwrap() / reported("EEG_Alpha/Pz").unwrap();
+    assert_eq!(reported("EEG_Workload"), Ok(ratio));
+    assert_eq!(reported("EEG_Asymmetry"), Err(Reason::Missing));
 
     let after = whole(&settings(&["O1", "O2"]), &recording(&channels[..2])).unwrap();
     let measured = after.windows.measure(span(0, 20));
@@ -242,15 +242,16 @@ fn what_is_short_missing_or_poor_has_its_reason() {
     channels[3].iter_mut().for_each(|value| *value *= 100.0);
     channels[2][20 * 256..].fill(f64::NAN);
     let after = whole(&settings(&MUSE), &recording(&channels)).unwrap();
-    let told = |span: Span, name: &str| named(&*after.windows, &after.windows.measure(span), name);
-    assert_eq!(told(span(0, 30), "EEG_Alpha/TP9"), Err(Reason::Gap));
-    assert_eq!(told(span(0, 30), "EEG_Alpha/TP10"), Err(Reason::Quality));
-    assert!(told(span(0, 30), "EEG_Quality/TP10").unwrap() < 0.1);
-    assert!(told(span(0, 30), "EEG_Alpha/AF8").is_ok());
-    assert_eq!(told(span(15, 45), "EEG_Alpha/AF8"), Err(Reason::Gap));
-    assert!(told(span(15, 45), "EEG_Alpha").is_ok());
-    assert_eq!(told(span(0, 3), "EEG_Alpha/AF7"), Err(Reason::Short));
-    assert_eq!(told(span(70, 100), "EEG_Alpha/AF7"), Err(Reason::Gap));
+    let reported =
+        |span: Span, name: &str| named(&*after.windows, &after.windows.measure(span), name);
+    assert_eq!(reported(span(0, 30), "EEG_Alpha/TP9"), Err(Reason::Gap));
+    assert_eq!(reported(span(0, 30), "EEG_Alpha/TP10"), Err(Reason::Quality));
+    assert!(reported(span(0, 30), "EEG_Quality/TP10").unwrap() < 0.1);
+    assert!(reported(span(0, 30), "EEG_Alpha/AF8").is_ok());
+    assert_eq!(reported(span(15, 45), "EEG_Alpha/AF8"), Err(Reason::Gap));
+    assert!(reported(span(15, 45), "EEG_Alpha").is_ok());
+    assert_eq!(reported(span(0, 3), "EEG_Alpha/AF7"), Err(Reason::Short));
+    assert_eq!(reported(span(70, 100), "EEG_Alpha/AF7"), Err(Reason::Gap));
     assert_eq!(after.windows.measure(span(70, 100)).coverage, 0.0);
 }
 

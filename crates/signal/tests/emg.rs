@@ -173,7 +173,7 @@ fn a_window_shorter_than_a_frame_is_too_short() {
 }
 
 #[test]
-fn half_a_window_of_gap_is_told() {
+fn half_a_window_of_gap_is_reported() {
     let mut channels = [signal(8000)];
     channels[0][2000..5000].fill(f64::NAN);
     let mut running = causal(&settings(1), 1000.0).unwrap();

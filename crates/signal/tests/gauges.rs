@@ -47,7 +47,7 @@ fn coarse_steps_do_not_hide_a_slope() {
 }
 
 #[test]
-fn a_band_that_is_taken_off_tells_no_skin() {
+fn a_band_that_is_taken_off_gives_no_skin() {
     let mut readings_c = skin(480, 0.0);
     readings_c[240..].fill(18.0);
     let running = worn(readings_c);

@@ -51,7 +51,7 @@ fn text(measured: &Measured) -> String {
 }
 
 #[test]
-fn a_window_tells_what_its_intervals_tell() {
+fn a_window_gives_what_its_intervals_give() {
     let beats = beats(800);
     let span = secs(100, 400);
     let inside: Vec<i64> = beats.iter().copied().filter(|&beat| span.holds(beat)).collect();
@@ -227,7 +227,7 @@ fn a_persons_edits_lie_over_the_beats_of_a_whole_recording() {
 }
 
 #[test]
-fn a_domain_alone_tells_the_same() {
+fn a_domain_alone_gives_the_same() {
     let heart = causal(&beats(500));
     let span = secs(60, 360);
     let all = heart.measure(span);

@@ -19,13 +19,13 @@ fn of(windows: &dyn Windows, span: Span, name: &str) -> Result<f64, Reason> {
 }
 
 /// As reported by a strap: at the first full second after each interval's end.
-fn told(intervals_ms: &[f64]) -> Vec<(i64, f64)> {
+fn reported(intervals_ms: &[f64]) -> Vec<(i64, f64)> {
     let mut end_ns = 0;
-    let tell = |&interval_ms: &f64| {
+    let report = |&interval_ms: &f64| {
         end_ns += (interval_ms * 1e6) as i64;
         ((end_ns / SEC + 1) * SEC, interval_ms)
     };
-    intervals_ms.iter().map(tell).collect()
+    intervals_ms.iter().map(report).collect()
 }
 
 fn analysed(told: &[(i64, f64)]) -> (Box<dyn Causal + Send>, Vec<Event>) {
@@ -40,7 +40,7 @@ fn analysed(told: &[(i64, f64)]) -> (Box<dyn Causal + Send>, Vec<Event>) {
 #[test]
 fn variability_is_that_of_the_intervals_and_not_of_the_times_of_the_host() {
     let nn = intervals_ms(200);
-    let (analysis, events) = analysed(&told(&nn));
+    let (analysis, events) = analysed(&reported(&nn));
     assert_eq!(events.len(), 200);
     assert_eq!(events[3].details, [("interval_ms", nn[3])]);
     let apart = (events[3].at_ns - events[2].at_ns) as f64 / 1e6;
@@ -61,7 +61,7 @@ fn variability_is_that_of_the_intervals_and_not_of_the_times_of_the_host() {
 #[test]
 fn lost_intervals_are_a_hole() {
     let nn = intervals_ms(200);
-    let all = told(&nn);
+    let all = reported(&nn);
     let (complete, _) = analysed(&all);
     let before = of(complete.as_ref(), MIN_SPAN, "HRV_N").expect("a count");
     // Five were lost and nobody says so; then one of which the strap says that it is none.

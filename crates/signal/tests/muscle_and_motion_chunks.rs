@@ -6,7 +6,7 @@ use teampulse_signal::{acceleration, descriptive, emg, temperature};
 
 /// Handed over in chunks, between which the analysis is asked for a window and for its events, and lets
 /// go of what is older than ten seconds; the last ten seconds.
-fn told(
+fn reported(
     mut analysis: Box<dyn Causal + Send>,
     rate_hz: f64,
     chunk: usize,
@@ -33,14 +33,14 @@ fn told(
 }
 
 fn assert_same(make: impl Fn() -> Box<dyn Causal + Send>, rate_hz: f64) -> usize {
-    let (events, measured) = told(make(), rate_hz, 1);
+    let (events, measured) = reported(make(), rate_hz, 1);
     let bits = |of: &Measured| {
         let bits = |value: &Result<f64, _>| value.map(f64::to_bits);
         of.values.iter().map(bits).collect::<Vec<_>>()
     };
     assert!(measured.values.iter().any(Result::is_ok));
     for chunk in [2, 7, 64, 1000, 4096] {
-        let (same_events, same) = told(make(), rate_hz, chunk);
+        let (same_events, same) = reported(make(), rate_hz, chunk);
         assert!(events == same_events && bits(&measured) == bits(&same), "chunks of {chunk}");
     }
     events.len()

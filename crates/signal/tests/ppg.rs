@@ -193,7 +193,7 @@ fn the_more_noise_the_less_quality() {
 }
 
 #[test]
-fn a_window_tells_of_its_pulses() {
+fn a_window_reports_its_pulses() {
     let signal = wave(&times_secs(66.0), RATE_HZ);
     let value = measured_whole(signal, secs(0.0, 60.0));
     assert!((value("PPG_Rate_Mean").unwrap() - 66.0).abs() < 0.1);
@@ -227,7 +227,7 @@ fn without_its_constant_part_light_has_no_perfusion() {
 }
 
 #[test]
-fn what_is_missing_or_poor_is_not_told() {
+fn what_is_missing_or_poor_is_not_reported() {
     let mut signal = wave(&times_secs(66.0), RATE_HZ);
     signal[1920..].fill(f64::NAN);
     let gap = measured_whole(signal.clone(), secs(32.0, 60.0));
@@ -283,7 +283,7 @@ fn letting_go_changes_nothing() {
 }
 
 #[test]
-fn causal_windows_tell_what_whole_ones_tell() {
+fn causal_windows_give_what_whole_ones_give() {
     let signal: Vec<f64> =
         std::iter::repeat_n(wave(&times_secs(63.0), RATE_HZ), 3).flatten().collect();
     let whole = whole(&Settings::default(), &recording(std::slice::from_ref(&signal))).unwrap();

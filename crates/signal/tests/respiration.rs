@@ -62,7 +62,7 @@ fn breaths_are_found_at_any_rate() {
 }
 
 #[test]
-fn a_breath_is_told_of_soon_after_the_next_inhalation() {
+fn a_breath_is_reported_soon_after_the_next_inhalation() {
     let signal = belt(120.0, 50.0);
     let mut detector = BreathDetector::new(50.0).unwrap();
     for (place, &sample) in signal.iter().enumerate() {
@@ -126,7 +126,7 @@ fn a_lost_second_is_bridged_and_a_long_gap_parts_breaths() {
 }
 
 #[test]
-fn a_spectrum_tells_the_same_rate() {
+fn a_spectrum_gives_the_same_rate() {
     for rate_hz in [5.0, 50.0, 1000.0] {
         let rate = spectral_rate_per_min(&belt(60.0, rate_hz), rate_hz).unwrap();
         assert!((rate - 15.0).abs() < 0.3, "{rate}");
@@ -202,11 +202,11 @@ fn variability_is_that_of_neurokit2() {
 fn sinus_arrhythmia_from_peak_to_trough_is_that_of_neurokit2() {
     let beats_secs: Vec<f64> = golden::BEATS.iter().map(|&beat| f64::from(beat) / 100.0).collect();
     let told = peak_to_trough(&golden_breaths(), 100.0, &RrInterval::between(&beats_secs)).unwrap();
-    let [mean, log, sd, untold] = golden::PEAK_TO_TROUGH;
+    let [mean, log, sd, unreported] = golden::PEAK_TO_TROUGH;
     assert!((told.mean_ms - mean).abs() < 1e-6 && (told.sd_ms - sd).abs() < 1e-6, "{told:?}");
     assert!((told.mean_log - log).abs() < 1e-9, "{told:?}");
-    assert!((told.untold as f64 - untold).abs() < 1e-9);
-    assert_eq!(told.breaths + told.untold, golden::PEAKS.len());
+    assert!((told.unreported as f64 - unreported).abs() < 1e-9);
+    assert_eq!(told.breaths + told.unreported, golden::PEAKS.len());
     assert_eq!(peak_to_trough(&golden_breaths(), 100.0, &[]), None);
 }
 
@@ -240,7 +240,7 @@ fn run_live(signal: &[f64], rate_hz: f64) -> (Vec<Event>, Vec<Measured>) {
 }
 
 #[test]
-fn causal_and_whole_tell_the_same_of_a_steady_belt() {
+fn causal_and_whole_give_the_same_of_a_steady_belt() {
     let signal = belt(180.0, 50.0);
     let (events, told) = run_live(&signal, 50.0);
     let channels = [signal];
@@ -291,19 +291,19 @@ fn a_thermistor_falls_with_inhalation() {
 }
 
 #[test]
-fn what_cannot_be_told_has_its_reason() {
+fn what_cannot_be_reported_has_its_reason() {
     let mut channels = [belt(120.0, 50.0)];
     channels[0][3000..].fill(f64::NAN);
     let recording = Recording { rate_hz: 50.0, begin_ns: 0, channels: &channels };
     let analysis = whole(&Settings::default(), &recording).unwrap();
-    let told = |begin: i64, end: i64| {
+    let reported = |begin: i64, end: i64| {
         let span = Span { begin_ns: begin * SECOND_NS, end_ns: end * SECOND_NS };
         analysis.windows.measure(span).values
     };
-    assert!(told(60, 120).iter().all(|value| *value == Err(Reason::Gap)));
-    assert!(told(20, 22).iter().all(|value| *value == Err(Reason::Short)));
-    assert!(told(20, 20).iter().all(Result::is_err));
-    assert!(told(0, 60).iter().all(Result::is_ok));
+    assert!(reported(60, 120).iter().all(|value| *value == Err(Reason::Gap)));
+    assert!(reported(20, 22).iter().all(|value| *value == Err(Reason::Short)));
+    assert!(reported(20, 20).iter().all(Result::is_err));
+    assert!(reported(0, 60).iter().all(Result::is_ok));
     let noise = (0..6000).map(|k| (f64::from(k * k) * 0.7).sin()).collect::<Vec<_>>();
     let channels = [noise];
     let recording = Recording { channels: &channels, ..recording };

@@ -29,7 +29,7 @@ fn causal(signal: &[f64]) -> usize {
     signal.iter().filter(|&&sample| detector.push(sample).is_some()).count()
 }
 
-fn told(whole: &Whole, secs: f64, name: &str) -> (f64, Option<f64>) {
+fn reported(whole: &Whole, secs: f64, name: &str) -> (f64, Option<f64>) {
     let measured = whole.windows.measure(Span { begin_ns: 0, end_ns: (secs * 1e9) as i64 });
     let place = whole.windows.values().iter().position(|value| value.name == name).expect(name);
     (measured.quality, measured.values[place].ok())
@@ -41,7 +41,7 @@ fn pulse_rate(signal: Vec<f64>, rate_hz: f64) -> (f64, Option<f64>) {
     let recording = Recording { rate_hz, begin_ns: 0, channels: &channels };
     let whole =
         ppg::analysis::whole(&ppg::analysis::Settings::default(), &recording).expect("a recording");
-    told(&whole, secs, "PPG_Rate_Mean")
+    reported(&whole, secs, "PPG_Rate_Mean")
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn beats_that_are_missing_do_not_lower_the_rate() {
     let recording = Recording { rate_hz: RATE_HZ, begin_ns: 0, channels: &channels };
     let whole =
         ecg::analysis::whole(&ecg::analysis::Settings::default(), &recording).expect("a recording");
-    let (_, rate) = told(&whole, SECS, "ECG_Rate_Mean");
+    let (_, rate) = reported(&whole, SECS, "ECG_Rate_Mean");
     assert!((rate.unwrap() - 92.5).abs() < 2.0, "{rate:?}");
 }
 
@@ -117,6 +117,6 @@ fn a_random_walk_does_not_breathe() {
     let recording = Recording { rate_hz: 50.0, begin_ns: 0, channels: &channels };
     let settings = respiration::analysis::Settings::default();
     let whole = respiration::analysis::whole(&settings, &recording).expect("a recording");
-    let (quality, _) = told(&whole, SECS, "RSP_Rate_Mean");
+    let (quality, _) = reported(&whole, SECS, "RSP_Rate_Mean");
     assert!(quality < 0.4, "{quality}");
 }

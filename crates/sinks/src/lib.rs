@@ -62,7 +62,7 @@ struct Ending {
 
 impl Ended {
     /// It has ended, for a reason that is a sentence about what failed.
-    pub fn tell(&self, why: impl Into<String>) {
+    pub fn report(&self, why: impl Into<String>) {
         self.lock().why.get_or_insert_with(|| why.into());
     }
 

@@ -127,7 +127,7 @@ impl<'a> Following<'a> {
     ) -> Result<(), SourceError> {
         let mut graph = self.bus.graph();
         let mut incidents = self.bus.incidents();
-        let mut tell_losses = tokio::time::interval(TELL_LOSSES);
+        let mut report_losses = tokio::time::interval(TELL_LOSSES);
         // There may be thousands of topics: all are gone through only when the graph, or what is
         // wanted of it, has changed.
         let (mut seen, mut anew, mut looks) = (Arc::<Graph>::default(), true, 0);
@@ -144,19 +144,19 @@ impl<'a> Following<'a> {
                     return Err(gone("follow the bus: it was closed"));
                 },
                 incident = incidents.recv() => match incident {
-                    Ok(incident) => self.tell(&incident),
+                    Ok(incident) => self.report(&incident),
                     Err(RecvError::Lagged(_)) => {}
                     Err(RecvError::Closed) => return Err(gone("follow the bus: it was closed")),
                 },
                 Some(Ok((key, found))) = self.definitions.join_next() => self.learn(&key, found),
                 () = news.notified() => anew = true,
-                _ = tell_losses.tick() => {
-                    self.tell_losses();
+                _ = report_losses.tick() => {
+                    self.report_losses();
                     self.look_at_publishers(&seen);
                     if looks > 0 {
                         looks -= 1;
-                        self.tell_several(&seen);
-                        self.tell_publishers(&seen);
+                        self.report_several(&seen);
+                        self.report_publishers(&seen);
                     }
                 }
                 () = self.outlet.closed() => {
@@ -262,7 +262,7 @@ impl<'a> Following<'a> {
         losses: &Arc<Mutex<LossCounter>>,
     ) -> Deliver {
         let (outlet, losses, stamped) = (self.outlet.clone(), Arc::clone(losses), stamped.clone());
-        let by_host = !outlet.clock().is_told();
+        let by_host = !outlet.clock().is_settable();
         Arc::new(move |arrival: Arrival| {
             lock(&losses).count(&arrival, &outlet);
             let source_time = if stamped.is_by_header() {
@@ -332,18 +332,18 @@ impl<'a> Following<'a> {
                 lock(split).close(&gids(key, &graph).collect());
             }
         }
-        self.tell_losses();
+        self.report_losses();
         if let Some(trouble) = self.places.report() {
             self.fault(trouble);
         }
     }
 
-    fn tell_losses(&mut self) {
+    fn report_losses(&mut self) {
         let mut of_reliable = BTreeMap::new();
         for ((topic, _), followed) in &self.followed {
             let lost = match &followed.receivers {
-                Receivers::Unsplit(losses) => lock(losses).tell(self.outlet),
-                Receivers::Split(split) => lock(split).tell_losses(),
+                Receivers::Unsplit(losses) => lock(losses).report(self.outlet),
+                Receivers::Split(split) => lock(split).report_losses(),
             };
             let reliable = |qos: &Qos| qos.reliability == Reliability::Reliable;
             if lost > 0 && followed.stream.qos.iter().all(reliable) {
@@ -359,7 +359,7 @@ impl<'a> Following<'a> {
     }
 
     /// Reports an incident on a followed topic, once.
-    fn tell(&mut self, incident: &Incident) {
+    fn report(&mut self, incident: &Incident) {
         let (topic, trouble) = match incident {
             Incident::IncompatibleQos { topic, policy, ours: true } => {
                 (topic, format!("{topic}: a publisher offers less {policy} than is asked for"))

@@ -19,7 +19,7 @@ pub(crate) struct LossCounter {
     stamping: Stamping,
     losses: Losses,
     known: Option<bool>,
-    untold: u64,
+    unreported: u64,
     numbers: Numbers,
     /// What the bus lost and what could not be read since the last sample, which its number shows, too.
     unnumbered: u64,
@@ -33,7 +33,7 @@ impl LossCounter {
             stamping: Stamping::new(stream, graph),
             losses: Losses::default(),
             known: None,
-            untold: 0,
+            unreported: 0,
             numbers: Numbers::default(),
             unnumbered: 0,
         }
@@ -50,14 +50,14 @@ impl LossCounter {
         }
         if let Some(sequence) = arrival.sequence {
             let lost = self.losses.observe(arrival.publisher, sequence);
-            self.untold = self.untold.saturating_add(lost);
+            self.unreported = self.unreported.saturating_add(lost);
             self.unnumbered = self.unnumbered.saturating_add(lost);
         }
     }
 
     /// A message could not be read: it is as good as lost.
     pub(crate) fn refuse(&mut self) {
-        self.untold = self.untold.saturating_add(1);
+        self.unreported = self.unreported.saturating_add(1);
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
@@ -69,17 +69,17 @@ impl LossCounter {
         let missing = self.numbers.missing_before(arrival.publisher, index);
         let lost_before = missing.saturating_sub(lost_here);
         if lost_before > 0 {
-            self.untold = self.untold.saturating_add(lost_before);
-            self.tell(outlet);
+            self.unreported = self.unreported.saturating_add(lost_before);
+            self.report(outlet);
         }
     }
 
     /// Reports the losses counted since the previous call, and returns their number.
-    pub(crate) fn tell(&mut self, outlet: &Outlet) -> u64 {
-        let untold = std::mem::take(&mut self.untold);
-        if untold > 0 {
-            outlet.lost(self.stream, untold as f64);
+    pub(crate) fn report(&mut self, outlet: &Outlet) -> u64 {
+        let unreported = std::mem::take(&mut self.unreported);
+        if unreported > 0 {
+            outlet.lost(self.stream, unreported as f64);
         }
-        untold
+        unreported
     }
 }

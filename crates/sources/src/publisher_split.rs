@@ -114,7 +114,7 @@ impl PublisherSplit {
         let now = self.host.now();
         self.publishers.show(present, now);
         self.hand_over(now);
-        self.tell_publishers();
+        self.report_publishers();
     }
 
     /// Nothing more comes: what waits is handed over.
@@ -125,13 +125,13 @@ impl PublisherSplit {
     }
 
     /// Reports the losses since the previous call, and returns their number.
-    pub(crate) fn tell_losses(&self) -> u64 {
+    pub(crate) fn report_losses(&self) -> u64 {
         let receivers =
             std::iter::once(&self.primary).chain(self.beside.iter().map(|each| &each.receiver));
-        let tell = |receiver: &StreamReceiver| {
-            receiver.losses.lock().unwrap_or_else(PoisonError::into_inner).tell(&self.outlet)
+        let report = |receiver: &StreamReceiver| {
+            receiver.losses.lock().unwrap_or_else(PoisonError::into_inner).report(&self.outlet)
         };
-        receivers.map(tell).sum()
+        receivers.map(report).sum()
     }
 
     /// Hands over what waits, as far as it is known whose it is.
@@ -140,7 +140,7 @@ impl PublisherSplit {
         while let Some(arrival) = waiting.pop_front() {
             let place = self.publishers.place(arrival.publisher, now);
             for news in self.publishers.take_news() {
-                self.tell(news, arrival.publisher);
+                self.report(news, arrival.publisher);
             }
             match place {
                 Place::Heard => (self.primary.deliver)(arrival),
@@ -153,7 +153,7 @@ impl PublisherSplit {
         }
     }
 
-    fn tell_publishers(&mut self) {
+    fn report_publishers(&mut self) {
         let names = names_of(&self.graph.borrow(), &self.publishers.speaking().collect::<Vec<_>>());
         if names != self.told && (names.len() > 1 || self.told.len() > 1) {
             self.outlet.published_by(self.id, &names);
@@ -161,7 +161,7 @@ impl PublisherSplit {
         }
     }
 
-    fn tell(&mut self, news: News, publisher: Gid) {
+    fn report(&mut self, news: News, publisher: Gid) {
         let mut both: Vec<Gid> = self.publishers.speaking().take(1).collect();
         both.push(publisher);
         let names = names_of(&self.graph.borrow(), &both);
@@ -182,7 +182,7 @@ impl PublisherSplit {
             }
         };
         fault(&self.outlet, label);
-        self.tell_publishers();
+        self.report_publishers();
     }
 
     /// Opens the stream of a publisher beside, if it was not yet; gives its name.

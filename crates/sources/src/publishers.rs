@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_publisher_is_kept_apart_and_told_once() {
+    fn a_second_publisher_is_kept_apart_and_reported_once() {
         let mut publishers = Publishers::default();
         publishers.show(&[A, B].into(), at(0));
         talk(&mut publishers, A, 0, 2000);

@@ -64,11 +64,14 @@ mod tests {
 
     #[test]
     fn processes_of_one_host_are_one_computer() {
-        let told = |names: [&str; 2]| several(&names.map(str::to_owned).into());
+        let reported = |names: [&str; 2]| several(&names.map(str::to_owned).into());
         let two = "two computers: laptop1 (driver, 01), laptop2 (driver, 02)";
-        assert_eq!(told(["laptop1 (driver, 01)", "laptop2 (driver, 02)"]).as_deref(), Some(two));
-        assert_eq!(told(["laptop1 (driver, 01)", "laptop1 (driver, 02)"]), None);
+        assert_eq!(
+            reported(["laptop1 (driver, 01)", "laptop2 (driver, 02)"]).as_deref(),
+            Some(two)
+        );
+        assert_eq!(reported(["laptop1 (driver, 01)", "laptop1 (driver, 02)"]), None);
         let two = "two processes: /r1/driver (01), /r2/driver (02)";
-        assert_eq!(told(["/r1/driver (01)", "/r2/driver (02)"]).as_deref(), Some(two));
+        assert_eq!(reported(["/r1/driver (01)", "/r2/driver (02)"]).as_deref(), Some(two));
     }
 }

@@ -31,7 +31,7 @@ impl Stamping {
             return;
         }
         self.publisher = Some(publisher);
-        let computer = if outlet.clock().is_told() {
+        let computer = if outlet.clock().is_settable() {
             SIMULATED_TIME.to_owned()
         } else {
             self.graph.borrow_and_update().computer(publisher)

@@ -139,7 +139,7 @@ async fn what_never_reached_its_publisher_is_a_gap_and_counted() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_can_not_be_decoded_is_told_once_and_counted() {
+async fn what_can_not_be_decoded_is_reported_once_and_counted() {
     let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;

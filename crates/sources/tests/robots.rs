@@ -32,7 +32,7 @@ fn temperature(secs: i32, temperature: f64) -> Vec<u8> {
 const ROBOTS: &str = r#"namespace = "/robot*""#;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn whose_clock_stamps_a_topic_is_told_before_its_first_message() {
+async fn whose_clock_stamps_a_topic_is_reported_before_its_first_message() {
     let topic = "/robot1/motor/temperature";
     let records = watch::<Robots>(ROBOTS, async move |bus: Arc<MemoryBus>| {
         let publisher = publisher(&bus, topic, "sensor_msgs/msg/Temperature");
@@ -157,7 +157,7 @@ async fn a_type_that_nobody_can_explain_is_recorded_and_said_once() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn two_types_on_one_topic_are_both_recorded_and_told() {
+async fn two_types_on_one_topic_are_both_recorded_and_reported() {
     let records = watch::<Topics>(r#"names = ["/both"]"#, async |bus: Arc<MemoryBus>| {
         let first = publisher(&bus, "/both", "std_msgs/msg/String");
         let second = publisher(&bus, "/both", "std_msgs/msg/Int32");
@@ -174,7 +174,7 @@ async fn two_types_on_one_topic_are_both_recorded_and_told() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn two_publishers_of_one_topic_are_told_once_by_name() {
+async fn two_publishers_of_one_topic_are_reported_once_by_name() {
     let topic = "/robot1/temperature";
     let records = watch::<Robots>(ROBOTS, async move |bus: Arc<MemoryBus>| {
         let other = bus.join("/robot1/second_driver");

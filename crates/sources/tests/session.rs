@@ -78,7 +78,7 @@ async fn subscribed(publisher: &dyn Publisher) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn any_node_may_tell_an_event_or_set_a_marker() {
+async fn any_node_may_give_an_event_or_set_a_marker() {
     let monitor = MemoryBus::new("/teampulse");
     let node = monitor.join("/task");
     let events = events(RosEvents::new(monitor), Clock::host(), async move {
@@ -94,9 +94,9 @@ async fn any_node_may_tell_an_event_or_set_a_marker() {
         }
     })
     .await;
-    let told = |kind, label: &str| events.iter().any(|it| it.kind == kind && it.label == label);
-    assert!(told(EventKind::Phase, "two_back"), "{events:?}");
-    assert!(told(EventKind::Marker, "tea!"), "{events:?}");
+    let reported = |kind, label: &str| events.iter().any(|it| it.kind == kind && it.label == label);
+    assert!(reported(EventKind::Phase, "two_back"), "{events:?}");
+    assert!(reported(EventKind::Marker, "tea!"), "{events:?}");
     let faults: Vec<&Event> = events.iter().filter(|it| it.kind == EventKind::Fault).collect();
     assert_eq!(faults.len(), 2, "each is told once: {faults:?}");
     let of_kind =
@@ -119,7 +119,7 @@ async fn the_end_of_another_session_ends_nothing_here() {
     let labels: Vec<(EventKind, &str)> =
         events.iter().map(|event| (event.kind, event.label.as_str())).collect();
     let refused =
-        "/session/events: failed to take `end` of another session's clock; the event is left out";
+        "/session/events: failed to take `end` of another session's clock; the event is ignored";
     let expected = [
         (EventKind::Phase, "baseline"),
         (EventKind::Fault, refused),
@@ -262,7 +262,7 @@ fn happened(kind: EventKind, label: &str) -> Sample {
 async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
     let monitor = MemoryBus::new("/teampulse");
     let simulator = publisher(&monitor.join("/sim"), "/clock", "rosgraph_msgs/msg/Clock");
-    let clock = Clock::told();
+    let clock = Clock::settable();
     let told_at = |secs: i32| {
         let mut cdr = vec![0, 1, 0, 0];
         cdr.extend(secs.to_le_bytes());
@@ -302,22 +302,22 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
 async fn a_clock_that_jumps_back_is_an_event_and_the_session_goes_on() {
     let monitor = MemoryBus::new("/teampulse");
     let simulator = publisher(&monitor.join("/sim"), "/clock", "rosgraph_msgs/msg/Clock");
-    let clock = Clock::told();
-    let tell = |secs: i32| {
+    let clock = Clock::settable();
+    let report = |secs: i32| {
         let now = rosgraph_msgs::Clock { clock: Time::from_stamp(secs, 0) };
         simulator.publish(&now.encode()).expect("published");
     };
     let follow = follow_clock(&*monitor, &clock, Duration::from_secs(5));
     let (follows, ()) = tokio::join!(follow, async {
         while clock.now() == Time::EPOCH {
-            tell(100);
+            report(100);
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     });
     let follows = follows.expect("a bus").expect("a clock");
     let events = events(follows, clock.clone(), async {
         for secs in [101, 10, 11, 12] {
-            tell(secs);
+            report(secs);
         }
         tokio::time::sleep(Duration::from_millis(60)).await;
     })

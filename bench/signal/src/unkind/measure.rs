@@ -56,7 +56,7 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
             let (windows, found_secs) = windows(&made, how)?;
             let outcome: &mut Outcome = kinds.entry(made.kind).or_default();
             for window in &windows {
-                let is_fair = others.can_tell(&made, number, window).unwrap_or(made.is_fair);
+                let is_fair = others.can_measure(&made, number, window).unwrap_or(made.is_fair);
                 outcome.add(window, is_fair);
                 if made.is_ppg {
                     ppg.add(window);

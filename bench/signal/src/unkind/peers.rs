@@ -53,7 +53,7 @@ impl Peers {
     }
 
     /// Whether peers find the rate of a window; `None` without peers.
-    pub fn can_tell(&mut self, made: &Unkind, number: usize, window: &Window) -> Option<bool> {
+    pub fn can_measure(&mut self, made: &Unkind, number: usize, window: &Window) -> Option<bool> {
         let mut agreeing = 0;
         for (name, beats) in self.beats.get(&number)? {
             let end_secs = window.begin_secs + 30.0;

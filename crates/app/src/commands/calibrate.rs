@@ -92,7 +92,7 @@ impl Calibrate {
         let [reference, stream] = &recorded.seen;
         let found = calibrate(reference.seen(), stream.seen(), self.max_lag);
         let found = found.map_err(|error| Failure::to(error).hint(error.hint()))?;
-        let report = self.tell(&bag, &recorded, &found)?;
+        let report = self.report(&bag, &recorded, &found)?;
         if self.json {
             output::json(&report);
         } else {
@@ -113,7 +113,7 @@ impl Calibrate {
         Ok(after_reading(&bag, &Unread::default(), exit))
     }
 
-    fn tell(
+    fn report(
         &self,
         bag: &Bag,
         recorded: &Recorded,

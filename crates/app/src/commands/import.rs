@@ -104,7 +104,7 @@ impl Import {
         let study = self.study(&self.files[0])?;
         let claimed = Claimed::new(&self.out, &study.general.session.name)?;
         let folder = claimed.path().to_owned();
-        let clock = Clock::told();
+        let clock = Clock::settable();
         let context = sink_context(&study, &folder, &clock);
         let session = study.general.session.name.clone();
         let options = Options { session, place: Place::Claimed, ..Options::default() };

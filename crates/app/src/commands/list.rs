@@ -95,20 +95,20 @@ mod tests {
     use super::*;
 
     /// The description of a setting.
-    fn told<T: ?Sized, C>(entries: &[Entry<T, C>], kind: &str, name: &str) -> String {
+    fn reported<T: ?Sized, C>(entries: &[Entry<T, C>], kind: &str, name: &str) -> String {
         let entry = entries.iter().find(|entry| entry.kind == kind).unwrap();
         let settings = settings(&(entry.schema)());
         settings.into_iter().find(|(each, _)| each == name).unwrap().1
     }
 
     #[test]
-    fn what_a_setting_is_where_it_is_left_out_is_told() {
+    fn what_a_setting_is_where_it_is_left_out_is_reported() {
         for (kind, name, end) in [
             ("stuck", "stuck_secs", "[s] (default 30)"),
             ("link_quality", "weak_dbm", "[dBm] (default -75)"),
             ("heart", "windows_secs", "without it those of the study."),
         ] {
-            assert!(told(FEATURES, kind, name).ends_with(end), "{kind}: {name}");
+            assert!(reported(FEATURES, kind, name).ends_with(end), "{kind}: {name}");
         }
         for (kind, name, end) in [
             ("bag", "compression", "(default \"zstd\")"),
@@ -117,8 +117,8 @@ mod tests {
             ("bag", "keep_free_mib", "(default 64)"),
             ("bag", "fallback", "in its own."),
         ] {
-            assert!(told(SINKS, kind, name).ends_with(end), "{kind}: {name}");
+            assert!(reported(SINKS, kind, name).ends_with(end), "{kind}: {name}");
         }
-        assert!(told(SOURCES, "topics", "names").ends_with("everything (required)"));
+        assert!(reported(SOURCES, "topics", "names").ends_with("everything (required)"));
     }
 }

@@ -24,7 +24,7 @@ impl Recover {
         // A link is kept, and its target is repaired.
         let path = self.bag.canonicalize().unwrap_or_else(|_| self.bag.clone());
         let report = teampulse_bag::recover(&path).map_err(|error| self.refused(&error))?;
-        report.files.iter().for_each(tell);
+        report.files.iter().for_each(print_file);
         let is_mended = report.files.iter().any(|file| !file.damage.is_empty());
         let mut exit = Exit::Fine;
         if path.is_dir() && (is_mended || !path.join(SUMMARY).exists()) {
@@ -61,7 +61,7 @@ async fn tidied(folder: &Path) -> Exit {
     }
 }
 
-fn tell(file: &RecoveredFile) {
+fn print_file(file: &RecoveredFile) {
     let path = file.path.display();
     let lost = match file.lost_messages {
         Some(0) => ", none lost".to_owned(),

@@ -69,7 +69,7 @@ pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result
         ..Options::default()
     };
     let (text, out) = (study.text().to_owned(), folder.clone());
-    let clock = Clock::told();
+    let clock = Clock::settable();
     let mut context = sink_context(study, &folder, &clock);
     context.damage = bag.lost_to_damage();
     let bag_sink = BagSink { folder, study: text, options };

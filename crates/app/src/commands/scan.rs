@@ -158,8 +158,8 @@ fn has_people(found: &Domain) -> bool {
 /// The robot whose condition a topic reports, by the first token of its name.
 pub fn robot<'a>(topic: &'a str, type_name: &str) -> Option<&'a str> {
     let (robot, below) = topic.strip_prefix('/')?.split_once('/')?;
-    let tells = norm_of_type(type_name).is_some() && !below.is_empty() && robot != "sim";
-    tells.then_some(robot)
+    let gives = norm_of_type(type_name).is_some() && !below.is_empty() && robot != "sim";
+    gives.then_some(robot)
 }
 
 /// The namespaces in which robots were found; those that differ only in a number share one pattern.

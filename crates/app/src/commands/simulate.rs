@@ -141,14 +141,14 @@ impl Simulate {
         domain: Option<u32>,
     ) -> Result<Exit, Failure> {
         let host = Clock::host_off(self.clock_offset, self.clock_skew_ppm);
-        let buses = network::buses_telling("teampulse_simulator", host.clone());
+        let buses = network::buses_with_clock("teampulse_simulator", host.clone());
         let domain = domain.map_or_else(|| network::default_domain(&buses), Ok)?;
         let bus = buses.get(domain)?;
         let (robots, people) = (team.robots, team.people);
         let is_simulated = time == SessionClock::Simulated;
         // Deadlines come sooner by a clock that runs fast.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
-        let clock = if is_simulated { Clock::told() } else { host.clone() };
+        let clock = if is_simulated { Clock::settable() } else { host.clone() };
         let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
         let mut sources = SimulatedPerson::of(&team);
         let robotic = team.build(&context).map_err(|error| Failure::new(error.message))?;

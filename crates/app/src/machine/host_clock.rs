@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_that_nothing_keeps_in_step_is_told_with_a_remedy() {
+    fn a_clock_that_nothing_keeps_in_step_is_reported_with_a_remedy() {
         assert!(describe(Clock::Free).contains("start chrony"));
         let kept = describe(Clock::Synchronised { within_secs: 0.012_3 });
         assert_eq!(kept, "clock    ok    synchronised to within 12 ms");

@@ -18,7 +18,7 @@ fn read(text: &str) -> Result<usize, StudyError> {
     study.check_commands()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
-    let context = SourceContext { clock: Clock::told(), buses, claims: Claims::default() };
+    let context = SourceContext { clock: Clock::settable(), buses, claims: Claims::default() };
     study.build("sources", SOURCES, &context).map(|sources| sources.len())
 }
 
@@ -125,7 +125,7 @@ fn a_feature_has_a_table_of_its_own() {
 }
 
 #[test]
-fn every_other_mistake_is_told_with_its_place() {
+fn every_other_mistake_is_reported_with_its_place() {
     for (text, told) in [
         ("[session\nname = 1", "unclosed table"),
         ("[session]\nname = 1", "invalid type: integer"),

@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn free_space_is_told() {
+    fn free_space_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         assert!(free_bytes(folder.path()).unwrap() > 0);
     }

@@ -53,7 +53,7 @@ fn a_hundred_thousand_computers_have_a_clock_each() {
 }
 
 #[test]
-fn a_stream_keeps_its_clock_when_another_is_told_whose_it_is() {
+fn a_stream_keeps_its_clock_when_another_is_reported_whose_it_is() {
     let (mut clocks, schema) = (Clocks::default(), schema());
     let stamps = Stamps { source: Some(NOW), ..Stamps::arrived(NOW) };
     for number in 0..2 {

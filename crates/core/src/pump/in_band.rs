@@ -19,7 +19,7 @@ const MOST_LOST: f64 = u32::MAX as f64;
 impl Pump {
     /// Counts the losses in a reading on the stream that lost.
     pub(super) fn count_losses(&mut self, reading: &Reading) {
-        let Some(loss) = self.track(reading.stream).and_then(|track| track.tells) else { return };
+        let Some(loss) = self.track(reading.stream).and_then(|track| track.gives) else { return };
         let Data::Event(event) = &reading.data else { return };
         if let Some(track) = self.raw_track(&event.label) {
             track.lost(loss, event.value.clamp(0.0, MOST_LOST));
@@ -29,7 +29,7 @@ impl Pump {
     /// What a reading says to the pump itself.
     pub(super) fn take_word(&mut self, reading: &Reading, log_time: Time) {
         match self.track(reading.stream).and_then(|track| track.word) {
-            Some(Word::Computers) => self.take_told(reading, log_time),
+            Some(Word::Computers) => self.take_clock_report(reading, log_time),
             Some(Word::Publishers) => self.take_publishers(reading),
             Some(Word::Happenings) if breaks_simulated_time(&reading.data) => {
                 // What is stamped by simulated time begins a new epoch.
@@ -45,7 +45,7 @@ impl Pump {
     }
 
     /// Applies a reading's report on another computer's clock.
-    fn take_told(&mut self, reading: &Reading, log_time: Time) {
+    fn take_clock_report(&mut self, reading: &Reading, log_time: Time) {
         let Some(track) = self.track(reading.stream) else { return };
         match ClockReport::read(&track.stream, &reading.data) {
             Some(ClockReport::StampedBy { stream, computer }) => {

@@ -45,7 +45,7 @@ pub(super) fn start(
         limits.patience = None;
     }
     let (post, inbox) = queue_within(delivery, streams.clone(), limits);
-    let (inbox, outlet, gate) = (inbox.telling(outlet.clone()), outlet.clone(), post.gate());
+    let (inbox, outlet, gate) = (inbox.reporting_to(outlet.clone()), outlet.clone(), post.gate());
     let (tell_end, ended) = oneshot::channel();
     let work = move || {
         let ended = watched(|| sink.run(inbox));

@@ -306,14 +306,14 @@ impl Inbox {
     }
 
     /// Reports a fault of this sink that lasts, in the session's own events.
-    pub fn tell(&self, label: impl Into<String>) {
+    pub fn report(&self, label: impl Into<String>) {
         if let Some(outlet) = &self.outlet {
             outlet.happen(lasting(label));
         }
     }
 
     /// The same inbox, through which a fault can be reported.
-    pub(crate) fn telling(mut self, outlet: Outlet) -> Inbox {
+    pub(crate) fn reporting_to(mut self, outlet: Outlet) -> Inbox {
         self.outlet = Some(outlet);
         self
     }

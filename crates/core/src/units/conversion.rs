@@ -157,12 +157,12 @@ fn found(unit: &str) -> Option<(usize, usize)> {
 mod tests {
     use super::*;
 
-    fn told(number: f64, from: &str, to: &str) -> Option<f64> {
+    fn reported(number: f64, from: &str, to: &str) -> Option<f64> {
         Conversion::between(from, to).map(|conversion| conversion.of(number))
     }
 
     #[test]
-    fn numbers_are_told_in_another_unit_without_losing_a_bit() {
+    fn numbers_are_reported_in_another_unit_without_losing_a_bit() {
         let alike = [
             (0.8, "s", "ms", 800.0),
             (853.0, "s/1024", "ms", 853.0 * 1000.0 / 1024.0),
@@ -178,7 +178,7 @@ mod tests {
             (9.806_65, "m/(s^2)", "g", 1.0),
         ];
         for (number, from, to, expected) in alike {
-            let number = told(number, from, to).unwrap();
+            let number = reported(number, from, to).unwrap();
             assert!((number - expected).abs() < 1e-12 * expected, "{from} to {to}: {number}");
         }
     }
@@ -186,12 +186,12 @@ mod tests {
     #[test]
     fn what_is_not_declared_or_the_same_stays_bit_for_bit() {
         for unit in ["", " ", "ms", "milliseconds"] {
-            assert_eq!(told(0.1 + 0.2, unit, "ms"), Some(0.1 + 0.2), "{unit}");
+            assert_eq!(reported(0.1 + 0.2, unit, "ms"), Some(0.1 + 0.2), "{unit}");
         }
     }
 
     #[test]
-    fn what_can_not_be_told_in_a_unit_is_refused() {
+    fn what_can_not_be_reported_in_a_unit_is_refused() {
         for (from, to) in [("1", "uS"), ("counts", "uS"), ("mV", "uS"), ("1/min", "ms"), ("S", "s")]
         {
             assert_eq!(Conversion::between(from, to), None, "{from} to {to}");

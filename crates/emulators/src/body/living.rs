@@ -8,7 +8,7 @@ use super::organs::Organs;
 use super::probe::Probe;
 use super::rates::{RateError, Rates};
 use super::record::{Record, Truth};
-use super::script::{Scene, told_g};
+use super::script::{Scene, movement_g};
 use super::sensor::Sensor;
 use super::state::State;
 use super::step::{STEPS_HZ, Step};
@@ -154,7 +154,7 @@ impl Body {
 
     fn live_through(&mut self, step: Step) {
         let Record { waves, truth } = &mut self.record;
-        self.organs.advance(step, told_g(&self.script, step.from_secs), truth);
+        self.organs.advance(step, movement_g(&self.script, step.from_secs), truth);
         for (probe, wave) in self.probes.iter_mut().zip(waves) {
             while let Some(secs) = probe.due_before(step.to_secs) {
                 let sensor = probe.sensor();

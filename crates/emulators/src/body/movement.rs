@@ -68,7 +68,7 @@ impl Movement {
 
     /// Advances by one step while the body moves with this strength [g], and returns the movements that
     /// begin in it.
-    pub fn advance(&mut self, step: Step, told_g: f64) -> impl Iterator<Item = Swing> {
+    pub fn advance(&mut self, step: Step, movement_g: f64) -> impl Iterator<Item = Swing> {
         let [pitch, roll] = self.tilts.each_mut().map(|tilt| TILT_RAD * tilt.after(STEP_SECS));
         self.gravity = [pitch.sin(), -roll.sin() * pitch.cos(), roll.cos() * pitch.cos()];
         self.swings.retain(|swing| swing.to_secs > step.from_secs);
@@ -76,9 +76,9 @@ impl Movement {
             let strength_g = self.by_itself.noise.uniform(USUAL_G);
             self.swings.push(self.by_itself.swing(at_secs, strength_g));
         }
-        let told_per_min = if told_g > 0.0 { TOLD_PER_MIN } else { 0.0 };
+        let told_per_min = if movement_g > 0.0 { TOLD_PER_MIN } else { 0.0 };
         if let Some(at_secs) = self.told.chance.within(step, told_per_min) {
-            let strength_g = told_g * self.told.noise.uniform(0.6..1.0);
+            let strength_g = movement_g * self.told.noise.uniform(0.6..1.0);
             self.swings.push(self.told.swing(at_secs, strength_g));
         }
         self.swings.iter().filter(move |swing| swing.from_secs >= step.from_secs).copied()

@@ -65,7 +65,7 @@ impl Organs {
     }
 
     /// Advances by one step, while the body moves with this strength [g].
-    pub fn advance(&mut self, step: Step, told_g: f64, truth: &mut Truth) {
+    pub fn advance(&mut self, step: Step, movement_g: f64, truth: &mut Truth) {
         self.course.advance();
         let state = self.course.now();
         truth.breaths.extend(self.lungs.advance(step, state));
@@ -79,13 +79,13 @@ impl Organs {
         truth.blinks.extend(self.eyes.advance(step, state));
         self.brain.advance(state, self.eyes.are_closed());
         self.warmth.advance(state);
-        self.move_on(step, told_g, state, truth);
+        self.move_on(step, movement_g, state, truth);
         truth.contractions.extend(self.muscles.advance(step, state));
     }
 
     /// Moves the arm; who moves it contracts its muscles.
-    fn move_on(&mut self, step: Step, told_g: f64, state: State, truth: &mut Truth) {
-        for swing in self.movement.advance(step, told_g) {
+    fn move_on(&mut self, step: Step, movement_g: f64, state: State, truth: &mut Truth) {
+        for swing in self.movement.advance(step, movement_g) {
             truth.swings.push(swing);
             self.muscles.contract(Contraction {
                 from_secs: swing.from_secs,

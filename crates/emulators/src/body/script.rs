@@ -56,7 +56,7 @@ impl Scene {
 }
 
 /// The strength of the body's movement at a time, from the script [g].
-pub fn told_g(scenes: &[Scene], secs: f64) -> f64 {
+pub fn movement_g(scenes: &[Scene], secs: f64) -> f64 {
     let playing = scenes.iter().filter(|scene| scene.is_playing(secs));
     let told = playing.filter_map(|scene| match scene.what {
         Fault::MovementG(strength_g) if strength_g.is_finite() => Some(strength_g),

@@ -176,7 +176,7 @@ impl Extractor for EstimatesExtractor {
         if self.phases.is_over() {
             for person in self.people.values_mut() {
                 let phases = self.phases.of(person.subject());
-                person.tell_phases(sample.log_time, true, phases, out);
+                person.report_phases(sample.log_time, true, phases, out);
             }
         }
     }
@@ -189,7 +189,7 @@ impl Extractor for EstimatesExtractor {
         let Some(second) = self.seconds.passed(now) else { return };
         for person in self.people.values_mut() {
             let phases = self.phases.of(person.subject());
-            person.tell(second, &self.windows, phases, out);
+            person.report(second, &self.windows, phases, out);
         }
     }
 }

@@ -16,7 +16,7 @@ use teampulse_signal::estimate::Estimate;
 use teampulse_signal::window;
 
 use crate::context::FeatureContext;
-use crate::over::{OVER_PHASES, PhasesTold, measured_span};
+use crate::over::{OVER_PHASES, ReportedPhases, measured_span};
 use crate::value::{Value, defined, window_of};
 use crate::whole_seconds::WholeSeconds;
 
@@ -150,7 +150,7 @@ struct Activity {
     begin: Option<Time>,
     /// Input since the start of the next phase to be reported, in the order of arrival.
     of_phase: VecDeque<(Time, Deeds)>,
-    phases_told: PhasesTold,
+    reported_phases: ReportedPhases,
 }
 
 /// A stream of events.
@@ -179,7 +179,7 @@ impl Activity {
             stream: None,
             begin: None,
             of_phase: VecDeque::new(),
-            phases_told: PhasesTold::default(),
+            reported_phases: ReportedPhases::default(),
         }
     }
 
@@ -225,17 +225,18 @@ impl Activity {
 
     /// Reports the phases that are over at `now`, and keeps what the next one needs.
     fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
-        while let Some(phase) = self.phases_told.next_over(phases, now.nanos()) {
-            self.tell_phase(phase, out);
+        while let Some(phase) = self.reported_phases.next_over(phases, now.nanos()) {
+            self.report_phase(phase, out);
         }
         let held_ns = now.nanos().saturating_sub(LONGEST_HELD_NS);
-        let next_ns = self.phases_told.next_begin_ns(phases).unwrap_or(now.nanos()).max(held_ns);
+        let next_ns =
+            self.reported_phases.next_begin_ns(phases).unwrap_or(now.nanos()).max(held_ns);
         while self.of_phase.front().is_some_and(|(at, _)| at.nanos() < next_ns) {
             self.of_phase.pop_front();
         }
     }
 
-    fn tell_phase(&self, phase: &Phase, out: &mut Outputs) {
+    fn report_phase(&self, phase: &Phase, out: &mut Outputs) {
         let (Some(stream), Some(since)) = (&self.stream, self.begin) else { return };
         let Some(span) = measured_span(phase, since.nanos(), i64::MIN) else { return };
         let inside = self.of_phase.iter().filter(|(at, _)| span.holds(at.nanos()));
@@ -393,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_is_told_of_when_it_is_over_and_the_last_with_the_session() {
+    fn a_phase_is_reported_when_it_is_over_and_the_last_with_the_session() {
         let mut drive = drive(&presses());
         let events = StreamId(1);
         drive.join(events, &session_events());

@@ -345,7 +345,7 @@ mod tests {
         }
 
         /// When [s], what, and how long it had lasted [s].
-        fn told(&self) -> Vec<(f64, String, f64)> {
+        fn reported(&self) -> Vec<(f64, String, f64)> {
             let told = self.out.samples().map(|(_, at, data)| {
                 let Data::Event(event) = data else { panic!("no event") };
                 (at.secs(), format!("{} {}", event.kind, event.label), event.duration_secs)
@@ -359,17 +359,17 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_dies_and_returns_is_told_with_its_times() {
+    fn a_sensor_that_dies_and_returns_is_reported_with_its_times() {
         let mut ecg = Ecg::new();
         ecg.come(0..40, beat);
         ecg.pass(15);
-        assert!(ecg.told().is_empty(), "silent for less than five seconds");
+        assert!(ecg.reported().is_empty(), "silent for less than five seconds");
         ecg.pass(16);
-        let told = ecg.told();
+        let told = ecg.reported();
         assert_eq!(told.len(), 1);
         assert_eq!((told[0].0, told[0].1.as_str()), (9.99, "fault p1/strap/ecg silent"));
         ecg.come(80..120, beat);
-        let told = ecg.told();
+        let told = ecg.reported();
         assert_eq!(told.len(), 2);
         assert_eq!((told[1].0, told[1].1.as_str()), (20.0, "marker p1/strap/ecg is back"));
         assert!((told[1].2 - 10.01).abs() < 1e-9, "{told:?}");
@@ -383,18 +383,18 @@ mod tests {
         ecg.pass(64);
         ecg.come(256..280, beat);
         ecg.pass(75);
-        assert!(ecg.told().is_empty(), "{:?}", ecg.told());
+        assert!(ecg.reported().is_empty(), "{:?}", ecg.reported());
         ecg.pass(76);
-        assert_eq!(ecg.told().len(), 1, "a silence after that is one, by its usual interval");
+        assert_eq!(ecg.reported().len(), 1, "a silence after that is one, by its usual interval");
     }
 
     #[test]
-    fn a_sensor_that_stalls_and_goes_on_is_told_with_its_times() {
+    fn a_sensor_that_stalls_and_goes_on_is_reported_with_its_times() {
         let mut ecg = Ecg::new();
         ecg.come(0..40, beat);
         ecg.come(40..240, |_| 0.25);
         ecg.come(240..280, beat);
-        let told = ecg.told();
+        let told = ecg.reported();
         let [(stalled, fault, _), (moves, marker, secs)] = told.as_slice() else {
             panic!("{told:?}")
         };
@@ -412,9 +412,9 @@ mod tests {
             ecg.come(k * 16..k * 16 + 1, beat);
         }
         ecg.pass(83);
-        assert!(ecg.told().is_empty(), "{:?}", ecg.told());
+        assert!(ecg.reported().is_empty(), "{:?}", ecg.reported());
         ecg.pass(95);
-        assert_eq!(ecg.told().len(), 1);
+        assert_eq!(ecg.reported().len(), 1);
     }
 
     #[test]

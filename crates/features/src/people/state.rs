@@ -153,7 +153,7 @@ impl Extractor for StateExtractor {
         for person in self.people.values_mut() {
             let phases = self.phases.of(person.subject());
             let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
-            person.tell(phases, told_by, (second, self.stale_secs), out);
+            person.report(phases, told_by, (second, self.stale_secs), out);
         }
     }
 }
@@ -178,7 +178,7 @@ impl StateExtractor {
             let phases = self.phases.of(person.subject());
             let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
             person.judge(phases, told_by, at, out);
-            person.tell_phases(phases, told_by, at, out);
+            person.report_phases(phases, told_by, at, out);
         }
     }
 }

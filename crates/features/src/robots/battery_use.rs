@@ -65,7 +65,7 @@ impl Feature for Batteries {
     fn accepts(&self, stream: &Stream) -> bool {
         stream.signal == Signal::Battery
             && stream.origin == Origin::Raw
-            && Layout::of(stream).tells_use()
+            && Layout::of(stream).shows_use()
     }
 
     fn start(&self, stream: &Stream) -> Box<dyn Extractor> {
@@ -127,7 +127,7 @@ impl Extractor for Battery {
         }
         for ((trends, view), output) in windows.iter().zip(&self.outputs) {
             let found = estimate(view, &self.gauges, trends, self.direction);
-            let quality = view.share(|reading| self.gauges.tells_use(reading));
+            let quality = view.share(|reading| self.gauges.shows_use(reading));
             out.emit(*output, end, window_of(view.secs, view.coverage, quality, &found.values()));
             if let Some(method) = found.power_method {
                 self.notes.say(Note::Power(method), end, out);

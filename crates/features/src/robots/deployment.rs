@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_tell_a_robot_is_no_sign_of_its_life() {
+    fn what_people_give_a_robot_is_no_sign_of_its_life() {
         let commands = plain("/r1/goal_pose", Signal::Input, &[]);
         assert!(!built::<Deployment>("").accepts(&commands));
     }

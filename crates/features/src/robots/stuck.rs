@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_sensor_is_told_once_and_again_when_it_moves() {
+    fn a_constant_sensor_is_reported_once_and_again_when_it_moves() {
         let mut drive = thermometer();
         (0..100).for_each(|secs| drive.at(f64::from(secs), &[21.5]));
         drive.late(50.5, &[21.6]);
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coarse_gauge_is_told_twice_and_then_known() {
+    fn a_coarse_gauge_is_reported_twice_and_then_known() {
         let mut drive = thermometer();
         (0..1200).for_each(|secs| drive.at(f64::from(secs), &[f64::from(secs / 60)]));
         assert_eq!(drive.events("/r1/temp/stuck").len(), 4);

@@ -50,7 +50,7 @@ fn voltages() -> Vec<f64> {
 }
 
 /// What comes out when samples come in waves of these many, some of them lost.
-fn told(lengths: &[usize]) -> (Vec<Stream>, Vec<(OutputId, Time, String)>) {
+fn reported(lengths: &[usize]) -> (Vec<Stream>, Vec<(OutputId, Time, String)>) {
     let feature = Heart { windows_secs: Some(vec![10.0]) };
     let feature = feature.build(&FeatureContext::default()).unwrap();
     let stream = ecg();
@@ -89,7 +89,7 @@ fn wave(at_ns: i64, samples: &[f64]) -> Sample {
 
 #[test]
 fn beats_and_windows_come_out_with_their_names_and_units() {
-    let (streams, samples) = told(&[73]);
+    let (streams, samples) = reported(&[73]);
     let names: Vec<&str> = streams.iter().map(|stream| stream.name.as_str()).collect();
     let ecg = "/humans/persons/p1/polar_h10/ecg";
     assert_eq!(names, [format!("{ecg}/heart/w10"), format!("{ecg}/beats")]);
@@ -104,17 +104,17 @@ fn beats_and_windows_come_out_with_their_names_and_units() {
 
 #[test]
 fn the_recipe_of_every_value_is_kept() {
-    let streams = told(&[73]).0;
+    let streams = reported(&[73]).0;
     assert!(streams[0].method.contains("HRV_DFA_alpha2: "));
     assert_eq!(streams[0].clone().cleaned().method, streams[0].method);
 }
 
 #[test]
 fn waves_of_any_length_give_the_same() {
-    let whole = told(&[73]).1;
+    let whole = reported(&[73]).1;
     // Where a wave begins, its time is rounded: no more than that may differ.
     for lengths in [&[7800][..], &[1], &[5, 200, 33]] {
-        let other = told(lengths).1;
+        let other = reported(lengths).1;
         assert_eq!(whole.len(), other.len());
         for (one, other) in whole.iter().zip(&other) {
             assert_eq!(one.0, other.0);
@@ -124,7 +124,7 @@ fn waves_of_any_length_give_the_same() {
 }
 
 #[test]
-fn live_is_what_the_analysis_tells_afterwards() {
+fn live_is_what_the_analysis_gives_afterwards() {
     let make: Make =
         Box::new(|rate_hz| ecg::analysis::causal(&ecg::analysis::Settings::default(), rate_hz));
     let mut live = Live::new(make, RATE_HZ, 1, &[10_000_000_000], HOP_NS).unwrap();
@@ -139,14 +139,14 @@ fn live_is_what_the_analysis_tells_afterwards() {
             }
         });
     }
-    let windows = told(&[73]).1.into_iter().map(|(.., data)| data);
+    let windows = reported(&[73]).1.into_iter().map(|(.., data)| data);
     let windows: Vec<String> = windows.filter(|data| data.contains("window_secs")).collect();
     assert!(windows == expected);
 }
 
 /// The values for half a minute of intervals of 800 ms in a unit, with the number of units in a
 /// millisecond.
-fn told_of_intervals(unit: &str, of_ms: f64) -> (Vec<Stream>, Vec<(Time, Data)>) {
+fn windows_of_intervals(unit: &str, of_ms: f64) -> (Vec<Stream>, Vec<(Time, Data)>) {
     let feature = Intervals { windows_secs: Some(vec![10.0]) };
     let feature = feature.build(&FeatureContext::default()).unwrap();
     let subject = Subject { about: About::Person, id: "p1".into() };
@@ -163,21 +163,21 @@ fn told_of_intervals(unit: &str, of_ms: f64) -> (Vec<Stream>, Vec<(Time, Data)>)
 }
 
 #[test]
-fn intervals_in_any_unit_of_time_are_told_in_milliseconds() {
-    let milliseconds = told_of_intervals("ms", 1.0);
+fn intervals_in_any_unit_of_time_are_reported_in_milliseconds() {
+    let milliseconds = windows_of_intervals("ms", 1.0);
     assert!(milliseconds.1.iter().any(|(_, data)| {
         matches!(data, Data::Event(event) if (event.value - 800.0).abs() < 1e-9)
     }));
     // Undeclared, they are what the feature works in.
     for (unit, of_ms) in [("s", 1e-3), ("us", 1e3), ("s/1024", 1.024), ("", 1.0)] {
-        let told = told_of_intervals(unit, of_ms);
+        let told = windows_of_intervals(unit, of_ms);
         assert_eq!(format!("{:?}", told.1), format!("{:?}", milliseconds.1), "{unit}");
     }
 }
 
 #[test]
 fn what_can_not_be_converted_is_refused_and_said_once() {
-    let (streams, samples) = told_of_intervals("1/min", 1.0);
+    let (streams, samples) = windows_of_intervals("1/min", 1.0);
     let names: Vec<&str> = streams.iter().map(|stream| stream.name.as_str()).collect();
     assert_eq!(names, ["/humans/persons/p1/polar_h10/rr/intervals/refused"]);
     let [(_, Data::Event(fault))] = &samples[..] else { panic!("{samples:?}") };
@@ -195,7 +195,7 @@ fn a_robot_s_or_a_derived_signal_is_left_alone() {
 }
 
 #[test]
-fn a_rate_at_which_nothing_can_be_told_gives_no_stream() {
+fn a_rate_at_which_nothing_can_be_reported_gives_no_stream() {
     let feature = Heart::default().build(&FeatureContext::default()).unwrap();
     let stream = Stream { rate_hz: 1.0, ..ecg() };
     let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());

@@ -212,7 +212,7 @@ impl Extractor for AttentionExtractor {
             }
             None => {}
         }
-        self.alerts.tell(events, out);
+        self.alerts.report(events, out);
     }
 
     fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {

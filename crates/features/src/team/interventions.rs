@@ -82,7 +82,7 @@ struct Steps {
 
 impl Feature for Steps {
     fn accepts(&self, stream: &Stream) -> bool {
-        is_command(stream) || tells_end(stream)
+        is_command(stream) || contains_end(stream)
     }
 
     fn scope(&self) -> Scope {
@@ -107,7 +107,7 @@ impl Feature for Steps {
 }
 
 /// Whether the end of the session is published on this stream.
-fn tells_end(stream: &Stream) -> bool {
+fn contains_end(stream: &Stream) -> bool {
     stream.name == session_events().name && stream.origin == Origin::Raw
 }
 
@@ -176,7 +176,7 @@ impl Extractor for InterventionsExtractor {
         self.finish(out, |run| now.nanos_since(run.last_arrival) > pause_ns);
         if let Some(second) = self.seconds.passed(now) {
             self.declare(out);
-            self.tell_windows(second, out);
+            self.report_windows(second, out);
         }
     }
 }
@@ -192,7 +192,7 @@ impl InterventionsExtractor {
         let over = topic.run.replace(Run::begun(sample));
         self.begun.push(sample.measured);
         if let (Some(run), Some((events, _))) = (over, &self.outputs) {
-            out.emit(*events, run.begin, topic.told(run));
+            out.emit(*events, run.begin, topic.reported(run));
         }
     }
 
@@ -201,12 +201,12 @@ impl InterventionsExtractor {
         let Some((events, _)) = &self.outputs else { return };
         for topic in self.topics.values_mut() {
             if let Some(run) = topic.run.take_if(|run| is_over(run)) {
-                out.emit(*events, run.begin, topic.told(run));
+                out.emit(*events, run.begin, topic.reported(run));
             }
         }
     }
 
-    fn tell_windows(&mut self, end: Time, out: &mut Outputs) {
+    fn report_windows(&mut self, end: Time, out: &mut Outputs) {
         let (Some((_, windows)), Some(since)) = (&self.outputs, self.since) else { return };
         self.begun.retain(|begin| end.nanos_since(*begin) < self.longest_ns);
         let watched_secs = end.secs_since(since);
@@ -254,7 +254,7 @@ impl Topic {
         Topic { robot: stream.id.clone(), label: format!("{} {leaf}", stream.id), run: None }
     }
 
-    fn told(&self, run: Run) -> Data {
+    fn reported(&self, run: Run) -> Data {
         Data::Event(Arc::new(Event {
             kind: EventKind::Intervention,
             label: self.label.clone(),

@@ -85,7 +85,7 @@ pub fn kept(chunks: Vec<Chunk>, phases: &[(&str, f64)]) -> Vec<Record> {
 pub fn heard(source: Box<dyn Source>, is_wanted: fn(&str) -> bool) -> Vec<Record> {
     let kept = Arc::new(Mutex::new(Vec::new()));
     let session = Session {
-        clock: Clock::told(),
+        clock: Clock::settable(),
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),

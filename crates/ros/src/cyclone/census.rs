@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_computer_is_called_by_what_its_participant_tells_else_by_its_node() {
+    fn a_computer_is_called_by_what_its_participant_gives_else_by_its_node() {
         let mut census = census();
         let robot = |census: &Census| census.graph().computer(Gid([2; 16]));
         assert_eq!(robot(&census), "laptop2 (driver, 020202020202)");
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nodes_that_can_tell_a_type_are_those_that_publish_it() {
+    fn the_nodes_that_can_give_a_type_are_those_that_publish_it() {
         let census = census();
         assert_eq!(census.nodes_that_publish("a/msg/X").len(), 1);
         assert_eq!(census.nodes_that_publish("a/msg/Y").len(), 0);

@@ -112,7 +112,7 @@ mod tests {
 
     /// Receives for a second with so much time between messages [ns]; the pauses.
     fn pauses(gap_nanos: i64) -> Vec<Duration> {
-        let mut receiving = Receiving::new(Clock::told());
+        let mut receiving = Receiving::new(Clock::settable());
         let moments = (1..1_000_000_000 / gap_nanos).map(|k| Time::from_nanos(k * gap_nanos));
         let paused = moments.filter_map(|moment| {
             let pauses = receiving.pauses(moment, 1);
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn a_burst_after_silence_is_not_paused_for() {
-        let mut receiving = Receiving::new(Clock::told());
+        let mut receiving = Receiving::new(Clock::settable());
         assert_eq!(receiving.pauses(Time::from_stamp(5, 0), 99), None);
         assert_eq!(receiving.pauses(Time::from_stamp(9, 0), 99), None);
     }

@@ -33,7 +33,7 @@ impl Nodes {
         let user_data = shipped_hash(ParticipantEntitiesInfo::NAME);
         let heard = Arc::<Mutex<Vec<Bytes>>>::default();
         let waiting = Arc::clone(&heard);
-        let tell = Box::new(move |told| {
+        let report = Box::new(move |told| {
             let ReaderEvent::Arrived(arrival) = told else { return };
             let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
             if waiting.len() < WAITING {
@@ -42,7 +42,7 @@ impl Nodes {
             drop(waiting);
             wake.wake();
         });
-        let reader = Reader::open(participant, names, &Qos::latched(100), &user_data, tell)?;
+        let reader = Reader::open(participant, names, &Qos::latched(100), &user_data, report)?;
         let meet = Box::new(|_| {});
         let writer = Writer::open(participant, names, &Qos::latched(1), &user_data, meet)?;
         Ok(Nodes { writer, _reader: reader, heard, told: None })
@@ -56,7 +56,7 @@ impl Nodes {
     }
 
     /// Announces our node, unless the announcement is unchanged.
-    pub(super) fn tell(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) {
+    pub(super) fn report(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) {
         let news = Some((ours, width));
         if self.told == news {
             return;

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_every_node_has_is_listed_and_told() {
+    fn what_every_node_has_is_listed_and_reported() {
         let follows_clock: FollowsClock = Arc::new(|| true);
         let listed = list(&ListParametersRequest::default()).result.names;
         assert_eq!(listed, ["start_type_description_service", "use_sim_time"]);

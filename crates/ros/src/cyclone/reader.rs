@@ -48,7 +48,7 @@ pub(super) enum ReaderEvent {
 pub(super) type OnEvent = Box<dyn Fn(ReaderEvent) + Send + Sync>;
 
 struct Callbacks {
-    tell: OnEvent,
+    report: OnEvent,
     /// The ids of the publishers heard so far, by the library's handle.
     publishers: Mutex<BTreeMap<u64, Gid>>,
 }
@@ -66,13 +66,13 @@ impl Reader {
         (topic, type_name): (&str, &str),
         qos: &Qos,
         user_data: &str,
-        tell: OnEvent,
+        report: OnEvent,
     ) -> Result<Reader, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
         // The topic may end here: the reader keeps what it needs of it.
         let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
-        let callbacks = Box::new(Callbacks { tell, publishers: Mutex::default() });
+        let callbacks = Box::new(Callbacks { report, publishers: Mutex::default() });
         let policies = Policies::new(qos, user_data);
         // SAFETY: the listener is copied by the call, and its argument lives as long as the reader.
         let handle = unsafe {
@@ -92,8 +92,8 @@ impl Reader {
 
 impl Callbacks {
     /// Calls the callback, and stops a panic where it would otherwise enter the library.
-    fn tell(&self, told: ReaderEvent) {
-        if catch_unwind(AssertUnwindSafe(|| (self.tell)(told))).is_err() {
+    fn report(&self, told: ReaderEvent) {
+        if catch_unwind(AssertUnwindSafe(|| (self.report)(told))).is_err() {
             tracing::error!("the callback of a subscription panicked");
         }
     }
@@ -153,7 +153,7 @@ unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_v
             let (content, info) = unsafe { (message::take(*message), info.assume_init_ref()) };
             if info.valid_data {
                 let at = info.source_timestamp;
-                callbacks.tell(ReaderEvent::Arrived(Arrival {
+                callbacks.report(ReaderEvent::Arrived(Arrival {
                     bytes: content.cdr,
                     source_time: (at > 0).then_some(Time::from_nanos(at)),
                     publisher: callbacks.publisher(reader, info.publication_handle),
@@ -174,7 +174,7 @@ unsafe extern "C" fn incompatible(
 ) {
     // SAFETY: the argument is the reader's `Callbacks`, which outlive it.
     let callbacks = unsafe { &*callbacks.cast::<Callbacks>() };
-    callbacks.tell(ReaderEvent::Incompatible(qos::policy_name(status.last_policy_id)));
+    callbacks.report(ReaderEvent::Incompatible(qos::policy_name(status.last_policy_id)));
 }
 
 unsafe extern "C" fn deadline_missed(
@@ -184,6 +184,7 @@ unsafe extern "C" fn deadline_missed(
 ) {
     // SAFETY: the argument is the reader's `Callbacks`, which outlive it.
     let callbacks = unsafe { &*callbacks.cast::<Callbacks>() };
-    callbacks
-        .tell(ReaderEvent::DeadlinesMissed(status.total_count_change.max(0).unsigned_abs().into()));
+    callbacks.report(ReaderEvent::DeadlinesMissed(
+        status.total_count_change.max(0).unsigned_abs().into(),
+    ));
 }

@@ -112,7 +112,7 @@ impl Watcher {
     pub(super) fn run(mut self) {
         while self.site.wake.wait(PATIENCE) {
             self.look();
-            self.tell_overflow();
+            self.report_overflow();
             self.site.wake.pause(COALESCED);
         }
     }
@@ -138,8 +138,8 @@ impl Watcher {
         census.hear(ours.clone());
         let graph = Arc::new(census.graph());
         drop(census);
-        self.nodes.tell(ours, self.width.unwrap_or(GidWidth::Iron));
-        self.tell_ambiguity(&graph);
+        self.nodes.report(ours, self.width.unwrap_or(GidWidth::Iron));
+        self.report_ambiguity(&graph);
         self.adapt_subscriptions(&graph);
         self.site.graph.send_if_modified(|told| {
             let changed = *told != graph;
@@ -162,7 +162,7 @@ impl Watcher {
     }
 
     /// Reports how many packets were dropped because our receive buffers were full.
-    fn tell_overflow(&mut self) {
+    fn report_overflow(&mut self) {
         let packets = self.overflow.look(self.site.clock.now());
         if packets > 0 {
             // Without a listener the event is dropped.
@@ -171,7 +171,7 @@ impl Watcher {
     }
 
     /// Reports each topic that is published with two types, once for each set of types.
-    fn tell_ambiguity(&mut self, graph: &Graph) {
+    fn report_ambiguity(&mut self, graph: &Graph) {
         let now: BTreeMap<String, Vec<String>> = census::ambiguous_topics(graph)
             .into_iter()
             .map(|(topic, types)| (topic, types.into_iter().collect()))

@@ -122,8 +122,8 @@ impl Listening {
         let shipped = || shipped_hash(&self.type_name);
         let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
         let ear = Arc::clone(&self.ear);
-        let tell = Box::new(move |told| ear.hear(told));
-        Reader::open(&self.participant, (&topic, &type_name), qos, &user_data, tell)
+        let report = Box::new(move |told| ear.hear(told));
+        Reader::open(&self.participant, (&topic, &type_name), qos, &user_data, report)
     }
 
     fn lock(&self) -> MutexGuard<'_, Readers> {
@@ -146,16 +146,16 @@ impl Ear {
             ReaderEvent::Incompatible(_) if self.adaptive => {}
             ReaderEvent::Incompatible(policy) => {
                 let topic = self.topic.clone();
-                self.tell(Incident::IncompatibleQos { topic, policy, ours: true });
+                self.report(Incident::IncompatibleQos { topic, policy, ours: true });
             }
             ReaderEvent::DeadlinesMissed(missed) => {
                 let total = self.deadlines_missed.fetch_add(missed, Ordering::Relaxed) + missed;
-                self.tell(Incident::DeadlineMissed { topic: self.topic.clone(), total });
+                self.report(Incident::DeadlineMissed { topic: self.topic.clone(), total });
             }
         }
     }
 
-    fn tell(&self, incident: Incident) {
+    fn report(&self, incident: Incident) {
         // Without a listener the event is dropped.
         self.incidents.send(incident).ok();
     }

@@ -97,7 +97,7 @@ mod tests {
     use crate::cyclone::{CycloneBus, Participation};
 
     #[tokio::test]
-    async fn a_node_tells_the_types_that_it_knows() {
+    async fn a_node_gives_the_types_that_it_knows() {
         let join = |node_name: &str| {
             let participation = Participation {
                 domain: 110,

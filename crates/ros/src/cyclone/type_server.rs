@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shipped_type_is_told_with_all_that_it_is_made_of() {
+    fn a_shipped_type_is_reported_with_all_that_it_is_made_of() {
         let hash = catalogue::shipped("nav_msgs/msg/Odometry").unwrap().hash.clone();
         let response = ask("nav_msgs/msg/Odometry", &hash);
         assert!(response.successful, "{}", response.failure_reason);
@@ -77,6 +77,8 @@ mod tests {
     #[test]
     fn what_is_not_known_is_refused_with_a_reason() {
         assert_eq!(ask("a/msg/X", "").failure_reason, "a/msg/X is not known here");
-        assert!(ask("nav_msgs/msg/Odometry", "RIHS01_00").failure_reason.contains("another hash"));
+        assert!(
+            ask("nav_msgs/msg/Odometry", "RIHS01_00").failure_reason.contains("a different hash")
+        );
     }
 }

@@ -75,14 +75,14 @@ impl Network {
             incidents: broadcast::Sender::new(INCIDENTS),
         });
         state.members.push(Arc::clone(&member));
-        state.tell_graph();
+        state.publish_graph();
         member
     }
 
     pub(super) fn leave(&self, member: &Arc<Member>) {
         let mut state = self.lock();
         state.members.retain(|each| !Arc::ptr_eq(each, member));
-        state.tell_graph();
+        state.publish_graph();
     }
 
     pub(super) fn read(&self, reader: Reader) -> Gid {
@@ -97,7 +97,7 @@ impl Network {
         }
         let gid = state.next_gid(&reader.member);
         state.readers.insert(gid, reader);
-        state.tell_graph();
+        state.publish_graph();
         gid
     }
 
@@ -105,7 +105,7 @@ impl Network {
         let mut state = self.lock();
         let gid = state.next_gid(&server.member);
         state.servers.insert(gid, server);
-        state.tell_graph();
+        state.publish_graph();
         gid
     }
 
@@ -124,7 +124,7 @@ impl Network {
         state.writer_differs(&writer);
         let gid = state.next_gid(&writer.member);
         state.writers.insert(gid, writer);
-        state.tell_graph();
+        state.publish_graph();
         gid
     }
 
@@ -133,7 +133,7 @@ impl Network {
         let reader = state.readers.remove(&gid);
         let writer = state.writers.remove(&gid);
         let server = state.servers.remove(&gid);
-        state.tell_graph();
+        state.publish_graph();
         drop(state);
         // What a subscription holds may itself own an endpoint, so it is let go without the lock.
         drop((reader, writer, server));
@@ -205,7 +205,7 @@ impl State {
     /// Notifies both sides when a new subscription does not match a publisher.
     fn readers_differ(&self, reader: &Reader) {
         for writer in self.writers.values().filter(|writer| writer.reaches(reader)) {
-            tell_difference(writer, reader);
+            report_difference(writer, reader);
         }
     }
 
@@ -213,7 +213,7 @@ impl State {
     /// its topic a second type.
     fn writer_differs(&self, writer: &Writer) {
         for reader in self.readers.values().filter(|reader| writer.reaches(reader)) {
-            tell_difference(writer, reader);
+            report_difference(writer, reader);
         }
         let others = self.writers.values().filter(|other| other.topic == writer.topic);
         let mut types: BTreeSet<_> = others.map(|other| other.schema.name.clone()).collect();
@@ -221,12 +221,12 @@ impl State {
             let types: Vec<String> = types.into_iter().collect();
             for member in &self.members {
                 let topic = writer.topic.clone();
-                member.tell(Incident::TwoTypes { topic, types: types.clone() });
+                member.report(Incident::TwoTypes { topic, types: types.clone() });
             }
         }
     }
 
-    fn tell_graph(&mut self) {
+    fn publish_graph(&mut self) {
         let mut nodes: Vec<String> = self.members.iter().map(|each| each.node.clone()).collect();
         nodes.sort();
         for member in &self.members {
@@ -283,7 +283,7 @@ impl State {
 }
 
 impl Member {
-    fn tell(&self, incident: Incident) {
+    fn report(&self, incident: Incident) {
         // Without a listener the event is dropped.
         self.incidents.send(incident).ok();
     }
@@ -322,7 +322,7 @@ impl Writer {
     }
 }
 
-fn tell_difference(writer: &Writer, reader: &Reader) {
+fn report_difference(writer: &Writer, reader: &Reader) {
     let Asked::Exactly(requested) = &reader.asked else { return };
     let Some(policy) = offer::incompatible(&writer.qos, requested) else { return };
     let incident = |ours| Incident::IncompatibleQos {
@@ -330,6 +330,6 @@ fn tell_difference(writer: &Writer, reader: &Reader) {
         policy: policy.to_owned(),
         ours,
     };
-    reader.member.tell(incident(true));
-    writer.member.tell(incident(false));
+    reader.member.report(incident(true));
+    writer.member.report(incident(false));
 }

@@ -68,7 +68,7 @@ fn a_late_joiner_is_given_what_is_transient_local_and_no_more() {
 }
 
 #[test]
-fn what_is_incompatible_does_not_flow_and_both_sides_are_told() {
+fn what_is_incompatible_does_not_flow_and_both_sides_are_reported() {
     let robot = MemoryBus::new("/r1/driver");
     let monitor = robot.join("/teampulse");
     let (mut at_robot, mut at_monitor) = (robot.incidents(), monitor.incidents());
@@ -125,7 +125,7 @@ fn the_graph_is_always_the_newest_and_knows_what_is_ours() {
 }
 
 #[test]
-fn a_second_type_on_a_topic_is_told() {
+fn a_second_type_on_a_topic_is_reported() {
     let robot = MemoryBus::new("/r1/driver");
     let monitor = robot.join("/teampulse");
     let mut incidents = monitor.incidents();
@@ -139,7 +139,7 @@ fn a_second_type_on_a_topic_is_told() {
 }
 
 #[tokio::test]
-async fn a_definition_is_told_by_a_publisher() {
+async fn a_definition_is_reported_by_a_publisher() {
     let robot = MemoryBus::new("/r1/driver");
     let monitor = robot.join("/teampulse");
     let _publisher = speak(&robot, "a/msg/X", &Qos::reliable(1));

@@ -133,14 +133,14 @@ impl Running {
         let limit_g = self.settings.artefact_g;
         let moved = |level_g: f64| f64::from(u8::from(level_g > limit_g));
         [
-            told(mean),
+            reported(mean),
             sd.filter(|_| count > 1.0).ok_or(Reason::Short).and_then(Reason::unless_finite),
-            told(enmo_g(&magnitudes)),
-            told(self.mad_g(&magnitudes)),
-            told(counts),
+            reported(enmo_g(&magnitudes)),
+            reported(self.mad_g(&magnitudes)),
+            reported(counts),
             tilt_deg([of_axis(x), of_axis(y), of_axis(z)]).ok_or(Reason::Undefined),
-            told(self::mean(usable(&self.levels, span))),
-            told(self::mean(usable(&self.levels, span).map(moved))),
+            reported(self::mean(usable(&self.levels, span))),
+            reported(self::mean(usable(&self.levels, span).map(moved))),
         ]
     }
 
@@ -203,7 +203,7 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-fn told(value: Option<f64>) -> Result<f64, Reason> {
+fn reported(value: Option<f64>) -> Result<f64, Reason> {
     value.ok_or(Reason::Short).and_then(Reason::unless_finite)
 }
 

@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_three_ways_to_lie_are_told() {
+    fn the_three_ways_to_lie_are_reported() {
         let cases = [([0.0, 0.0, 1.0], 0.0), ([0.0, -1.1, 0.0], 90.0), ([0.0, 0.0, -0.9], 180.0)];
         for (mean_g, angle_deg) in cases {
             assert!((tilt_deg(mean_g).unwrap() - angle_deg).abs() < 1e-9);

@@ -166,7 +166,7 @@ impl Live {
         &mut self,
         at_ns: i64,
         channels: &[f64],
-        tell: &mut dyn FnMut(LiveOutput),
+        report: &mut dyn FnMut(LiveOutput),
     ) -> Option<usize> {
         let last_ns = self.cadence.last_ns();
         let missing = self.cadence.missing_before(at_ns)?;
@@ -176,7 +176,7 @@ impl Live {
                 self.end_ns = at_ns.saturating_add(self.first_ns);
             }
             self.end_ns = self.end_ns.max(self.end_after_ns(at_ns.saturating_sub(self.hop_ns)));
-            self.take(at_ns, channels, tell);
+            self.take(at_ns, channels, report);
             return Some(0);
         };
         let gap_ns = at_ns.saturating_sub(last_ns);
@@ -192,11 +192,11 @@ impl Live {
             for number in 1..=missing {
                 let missing_ns = Cadence::missing_ns(last_ns, at_ns, number, missing);
                 let nothing = std::mem::take(&mut self.nothing);
-                self.take(missing_ns, &nothing, tell);
+                self.take(missing_ns, &nothing, report);
                 self.nothing = nothing;
             }
         }
-        self.take(at_ns, channels, tell);
+        self.take(at_ns, channels, report);
         Some(missing)
     }
 
@@ -221,16 +221,16 @@ impl Live {
         self.pushed = 0;
     }
 
-    fn take(&mut self, at_ns: i64, channels: &[f64], tell: &mut dyn FnMut(LiveOutput)) {
+    fn take(&mut self, at_ns: i64, channels: &[f64], report: &mut dyn FnMut(LiveOutput)) {
         // At the end of all time no other window ends.
         while at_ns >= self.end_ns && self.end_ns < i64::MAX && !self.lengths_ns.is_empty() {
-            self.tell_windows(tell);
+            self.report_windows(report);
         }
         self.analysis.push(at_ns, channels);
         self.pushed += 1;
         while let Some(mut event) = self.analysis.next_event() {
             event.sample += self.before as f64;
-            tell(LiveOutput::Event(event));
+            report(LiveOutput::Event(event));
         }
     }
 
@@ -255,7 +255,7 @@ impl Live {
         since_ns.saturating_sub(turn_ns).div_euclid(ANEW_NS)
     }
 
-    fn tell_windows(&mut self, tell: &mut dyn FnMut(LiveOutput)) {
+    fn report_windows(&mut self, report: &mut dyn FnMut(LiveOutput)) {
         let mut earliest_ns = self.end_ns;
         for place in 0..self.lengths_ns.len() {
             let begin_ns = self.end_ns.saturating_sub(self.lengths_ns[place]);
@@ -265,7 +265,7 @@ impl Live {
             }
             let span = Span { begin_ns, end_ns: self.end_ns };
             let measured = self.measure_window(place, span);
-            tell(LiveOutput::Window(place, span, self.aged(span, measured)));
+            report(LiveOutput::Window(place, span, self.aged(span, measured)));
             earliest_ns = earliest_ns.min(begin_ns);
         }
         let held_ns = self.held_from_ns.map_or(i64::MAX, |held_from_ns| {

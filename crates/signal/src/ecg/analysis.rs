@@ -90,7 +90,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         windows.pieces.extend(piece);
     }
     let mut teller = Teller::new(rate_hz);
-    let events = found.iter().map(|beat| teller.tell(beat, &clean, 0, &mut windows)).collect();
+    let events = found.iter().map(|beat| teller.report(beat, &clean, 0, &mut windows)).collect();
     Ok(Whole { events, windows: Box::new(windows) })
 }
 
@@ -164,7 +164,7 @@ impl Causal for CausalEcg {
         if let Some(beat) = self.detector.push(sample) {
             let (all, count) = (self.clean.at(0..self.clean.count), self.clean.count);
             let begin = count - all.len() as i64;
-            self.events.push_back(self.teller.tell(&beat, all, begin, &mut self.windows));
+            self.events.push_back(self.teller.report(&beat, all, begin, &mut self.windows));
         }
     }
 
@@ -199,7 +199,13 @@ impl Teller {
     }
 
     /// The event of a beat, which goes into the windows, too; `clean` begins at sample `begin`.
-    fn tell(&mut self, beat: &Beat, clean: &[f64], begin: i64, windows: &mut EcgWindows) -> Event {
+    fn report(
+        &mut self,
+        beat: &Beat,
+        clean: &[f64],
+        begin: i64,
+        windows: &mut EcgWindows,
+    ) -> Event {
         let looks = self.likeness.push(clean, beat.sample - begin as f64);
         let rr_ms = self.before.and_then(|before| windows.interval_ms(before, beat.sample));
         let between = self.before.and_then(|before| {

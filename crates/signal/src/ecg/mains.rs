@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hum_that_is_heard_is_taken_out_as_if_it_were_told() {
+    fn the_hum_that_is_heard_is_taken_out_as_if_it_were_reported() {
         for hz in [50.0, 60.0] {
             let mut told = Cleaner::new(RATE_HZ, Some(hz)).unwrap();
             let mut found = Cleaner::new(RATE_HZ, None).unwrap();

@@ -44,7 +44,7 @@ impl Quality {
         }
         let segments = signal.windows(length).step_by(examiner.step());
         let qualities: Vec<Quality> = segments.map(|segment| examiner.examine(segment)).collect();
-        let mean = |part: fn(&Quality) -> f64| mean_of_told(qualities.iter().map(part));
+        let mean = |part: fn(&Quality) -> f64| mean_of_known(qualities.iter().map(part));
         Ok(Quality {
             rms_uv: mean(|quality| quality.rms_uv),
             mains_ratio: mean(|quality| quality.mains_ratio),
@@ -85,7 +85,7 @@ fn falls(ratio: f64, most: f64) -> f64 {
     (1.0 - ratio.max(1.0).ln() / most.ln()).max(0.0)
 }
 
-fn mean_of_told(values: impl Iterator<Item = f64>) -> f64 {
+fn mean_of_known(values: impl Iterator<Item = f64>) -> f64 {
     let told = values.filter(|value| value.is_finite());
     let (sum, count) = told.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     ratio(sum, count).unwrap_or(f64::NAN)

@@ -211,7 +211,7 @@ impl Windows for Running {
 }
 
 impl Running {
-    fn tell(&mut self, index: usize, burst: &Burst) {
+    fn report(&mut self, index: usize, burst: &Burst) {
         let rate_hz = self.answers.store.rate_hz();
         let delay_ns = (self.detectors[index].delay() / rate_hz * 1e9) as i64;
         let at_ns = self.opened_ns[index].saturating_sub(delay_ns);
@@ -231,7 +231,7 @@ impl Causal for Running {
             let (band, envelope, burst) = self.detectors[index].follow(raw);
             self.taken[index] = Taken { raw, band, envelope };
             if let Some(burst) = burst {
-                self.tell(index, &burst);
+                self.report(index, &burst);
             }
             if !was_open && self.detectors[index].is_open() {
                 self.opened_ns[index] = at_ns;

@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_of_the_power_line_is_told() {
+    fn the_share_of_the_power_line_is_reported() {
         for at_hz in MAINS_HZ {
             let line = |k: u32| (TAU * at_hz * f64::from(k) / RATE_HZ).sin();
             // As much power as uniform noise between −½ and ½ has.
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_off_is_told() {
+    fn what_is_cut_off_is_reported() {
         let clipped =
             |k: u32| twice((20.0 * (f64::from(k) / 20.0).sin()).round().clamp(-15.0, 15.0));
         let share = watched((0..5000).map(clipped)).clipped_share();

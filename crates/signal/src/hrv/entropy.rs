@@ -88,7 +88,7 @@ fn checked(intervals_ms: &[f64], tolerance_ms: f64) -> Option<Vec<f64>> {
 /// Reports the places of each two similar pairs of successive intervals.
 ///
 /// Sorted by their first interval, only neighbours can be alike.
-fn each_alike(nn: &[f64], tolerance_ms: f64, mut tell: impl FnMut(usize, usize)) {
+fn each_alike(nn: &[f64], tolerance_ms: f64, mut report: impl FnMut(usize, usize)) {
     let mut order: Vec<usize> = (0..nn.len() - 1).collect();
     order.sort_unstable_by(|&a, &b| nn[a].total_cmp(&nn[b]));
     for (rank, &a) in order.iter().enumerate() {
@@ -97,7 +97,7 @@ fn each_alike(nn: &[f64], tolerance_ms: f64, mut tell: impl FnMut(usize, usize))
                 break;
             }
             if (nn[a + 1] - nn[b + 1]).abs() <= tolerance_ms {
-                tell(a, b);
+                report(a, b);
             }
         }
     }

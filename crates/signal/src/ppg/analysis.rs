@@ -72,8 +72,8 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         }
     }
     let pulses = pulses_of(&working, intake.rate_hz());
-    let tell = |pulse: Pulse| event(&mut windows, pulse, intake.signal.group());
-    let events = pulses.into_iter().map(tell).collect();
+    let report = |pulse: Pulse| event(&mut windows, pulse, intake.signal.group());
+    let events = pulses.into_iter().map(report).collect();
     Ok(Whole { events, windows: Box::new(windows) })
 }
 

@@ -61,14 +61,14 @@ impl Runs {
         let end = self.newest.samples.end;
         if !self.newest.goes_on_with(value) {
             let newest = std::mem::replace(&mut self.newest, Run { samples: end..end, value });
-            if self.tells(&newest) {
+            if self.gives(&newest) {
                 self.kept.push_back(newest);
             }
         }
         self.newest.samples.end = end + 1;
     }
 
-    fn tells(&self, run: &Run) -> bool {
+    fn gives(&self, run: &Run) -> bool {
         !is_usable(run.value) || run.samples.len() > self.longest_saturated
     }
 
@@ -86,7 +86,7 @@ impl Runs {
         values: impl Iterator<Item = f64>,
     ) -> Living {
         let begin = self.kept.partition_point(|run| run.samples.end <= samples.start);
-        let inside = self.kept.range(begin..).chain([&self.newest]).filter(|run| self.tells(run));
+        let inside = self.kept.range(begin..).chain([&self.newest]).filter(|run| self.gives(run));
         let inside = inside.map(|run| (run.value, run.within(&samples)));
         let inside: Vec<_> = inside.filter(|(_, part)| !part.is_empty()).collect();
         let is_dead =

@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_look_at_a_pulse_tells_its_likeness() {
+    fn one_look_at_a_pulse_gives_its_likeness() {
         let wave = |k: usize| (k as f64 / 5.0).sin() + (k * k % 13) as f64 / 20.0;
         let values: Vec<f64> = (0..83).map(wave).collect();
         let line = Line::through(&values);

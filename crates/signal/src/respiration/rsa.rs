@@ -41,7 +41,7 @@ pub struct PeakToTrough {
     pub without: usize,
     /// The number of breaths in which it could not be measured, for want of an interval in one of their
     /// halves: `RSA_P2T_NoRSA`.
-    pub untold: usize,
+    pub unreported: usize,
 }
 
 /// An interval may reach so far beyond its half of the breath [s].
@@ -73,7 +73,7 @@ pub fn peak_to_trough(
         sd_ms: sample_sd(&heights),
         breaths: told.len(),
         without: told.iter().filter(|each| **each < 0.0).count(),
-        untold: breaths.len() - told.len(),
+        unreported: breaths.len() - told.len(),
     })
 }
 

@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn even_frequencies_tell_what_each_tells_alone() {
+    fn even_frequencies_give_what_each_gives_alone() {
         let times: Vec<f64> = (0..300).map(|k| f64::from(k) + f64::from(k * k % 7) / 9.0).collect();
         let values: Vec<f64> = times.iter().map(|t| (TAU * 0.11 * t).sin() + 800.0).collect();
         let frequencies: Vec<f64> = (1..=120).map(|k| f64::from(k) / 300.0).collect();

@@ -101,14 +101,14 @@ fn one_participant(k: usize) -> Vec<f64> {
 }
 
 /// Reports the L of each order in which the remaining ranks can be given to the remaining places.
-fn count_orders(remaining: usize, given: &mut [bool], l: usize, tell: &mut impl FnMut(usize)) {
+fn count_orders(remaining: usize, given: &mut [bool], l: usize, report: &mut impl FnMut(usize)) {
     if remaining == 0 {
-        return tell(l);
+        return report(l);
     }
     for rank in 0..given.len() {
         if !given[rank] {
             given[rank] = true;
-            count_orders(remaining - 1, given, l + remaining * (rank + 1), tell);
+            count_orders(remaining - 1, given, l + remaining * (rank + 1), report);
             given[rank] = false;
         }
     }

@@ -56,9 +56,9 @@ impl Sink for ContinuingBag {
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let ContinuingBag { bag, ended, again } = *self;
         let first =
-            bag.clone().begin().inspect_err(|error| ended.tell(format!("failed to {error}")))?;
+            bag.clone().begin().inspect_err(|error| ended.report(format!("failed to {error}")))?;
         let Err(broken) = first.record(&inbox) else { return Ok(()) };
-        ended.tell(format!("failed to {}", broken.error));
+        ended.report(format!("failed to {}", broken.error));
         match again {
             Again::Never => Err(in_no_bag(broken.error, broken.unwritten)),
             Again::Beside { fallback } => {
@@ -78,7 +78,7 @@ fn goes_on(
     most_bags: usize,
 ) -> SinkError {
     let Broken { error: mut failed, unwritten: mut missed } = broken;
-    inbox.tell(format!("bag: failed to {failed}"));
+    inbox.report(format!("bag: failed to {failed}"));
     let mut before = first.folder.clone();
     let mut bags = 1;
     while let Some(skipped) = inbox.resume() {
@@ -86,7 +86,7 @@ fn goes_on(
         if bags >= most_bags {
             if bags == most_bags {
                 let given_up = format!("the recording ends after {most_bags} bags");
-                inbox.tell(format!("bag: {given_up}"));
+                inbox.report(format!("bag: {given_up}"));
                 failed = and(failed, &given_up);
                 bags += 1;
             }
@@ -99,14 +99,14 @@ fn goes_on(
         };
         let told =
             format!("recording goes on in {}; {missed} messages are in no bag", folder.display());
-        inbox.tell(format!("bag: {told}"));
+        inbox.report(format!("bag: {told}"));
         ended.goes_on_in(folder.clone());
         failed = and(failed, &told);
         bags += 1;
         match recording.continuing(&before).record(inbox) {
             Ok(()) => return failed,
             Err(Broken { error: next, unwritten }) => {
-                inbox.tell(format!("bag: failed to {next}"));
+                inbox.report(format!("bag: failed to {next}"));
                 failed = and(failed, &format!("failed to {next}"));
                 missed = unwritten;
             }
@@ -357,7 +357,7 @@ mod tests {
         }
         drop(post);
         let SinkError::Lost { message, .. } = going.join().unwrap() else { panic!() };
-        assert!(message.contains("given up after 1 bags"), "{message}");
+        assert!(message.contains("ends after 1 bags"), "{message}");
         let (_, lost) = message.rsplit_once("; ").unwrap();
         let count: u64 = lost.split(' ').next().unwrap().parse().unwrap();
         assert!(count >= 3 && lost.ends_with("messages are in no bag"), "{message}");

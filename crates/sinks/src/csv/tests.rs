@@ -22,7 +22,7 @@ impl Session {
         Session { folder, tables }
     }
 
-    fn tell(&mut self, id: u32, stream: &Stream, data: Data) {
+    fn report(&mut self, id: u32, stream: &Stream, data: Data) {
         let cdr = match &data {
             Data::Message(cdr) => cdr.clone(),
             _ => Bytes::new(),
@@ -78,7 +78,7 @@ fn a_wave_has_a_row_for_each_of_its_samples() {
     let stream = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
     let channel = |name| Channel { scale: 0.5, ..Channel::new(name, "mV") };
     let stream = Stream { channels: vec![channel("ecg"), channel("lead2")], ..stream };
-    session.tell(0, &stream, wave(2, &[1.0, 2.0, -0.0, 4.0]));
+    session.report(0, &stream, wave(2, &[1.0, 2.0, -0.0, 4.0]));
     assert_eq!(
         session.text("p1__strap__ecg.csv"),
         "measured_secs,log_time_secs,index,ecg [mV],lead2 [mV]\n\
@@ -91,8 +91,8 @@ fn a_wave_has_a_row_for_each_of_its_samples() {
 fn what_comes_before_its_channels_are_known_waits_for_them() {
     let mut session = Session::new();
     let unknown = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
-    session.tell(0, &unknown, wave(1, &[1.0]));
-    session.tell(0, &unknown.clone().with_channels(&[("ecg", "mV")]), wave(1, &[2.0]));
+    session.report(0, &unknown, wave(1, &[1.0]));
+    session.report(0, &unknown.clone().with_channels(&[("ecg", "mV")]), wave(1, &[2.0]));
     let text = session.text("p1__strap__ecg.csv");
     assert_eq!(text.lines().next(), Some("measured_secs,log_time_secs,index,ecg [mV]"));
     assert_eq!(text.lines().count(), 3);
@@ -102,7 +102,7 @@ fn what_comes_before_its_channels_are_known_waits_for_them() {
 fn what_nobody_described_is_numbered() {
     let mut session = Session::new();
     let unknown = Stream::raw("/p1/strap/ecg", Subject::robot("r1"), Shape::Wave);
-    session.tell(0, &unknown, wave(2, &[1.0, 2.0]));
+    session.report(0, &unknown, wave(2, &[1.0, 2.0]));
     let text = session.text("p1__strap__ecg.csv");
     assert_eq!(text.lines().next(), Some("measured_secs,log_time_secs,index,value1,value2"));
 }
@@ -120,9 +120,9 @@ fn two_types_on_one_topic_have_a_table_each() {
         Some(Arc::new(schema))
     };
     let cdr = || Data::Message(Bytes::from_static(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]));
-    session.tell(0, &messages("/r1/x", schema("a_msgs/msg/A")), cdr());
-    session.tell(1, &messages("/r1/x", schema("b_msgs/msg/B")), cdr());
-    session.tell(2, &messages("/r1/X", schema("a_msgs/msg/A")), cdr());
+    session.report(0, &messages("/r1/x", schema("a_msgs/msg/A")), cdr());
+    session.report(1, &messages("/r1/x", schema("b_msgs/msg/B")), cdr());
+    session.report(2, &messages("/r1/X", schema("a_msgs/msg/A")), cdr());
     assert_eq!(
         session.names(),
         ["r1__X__a_msgs_msg_A.csv", "r1__x.csv", "r1__x__b_msgs_msg_B.csv"]
@@ -142,8 +142,8 @@ fn messages_wait_for_their_definition() {
         messages("/r1/own", Some(Arc::new(schema)))
     };
     let cdr = Bytes::from_static(&[0, 1, 0, 0, 5, 0, 0, 0]);
-    session.tell(0, &unknown(""), Data::Message(cdr.clone()));
-    session.tell(0, &unknown("uint32 count"), Data::Message(cdr));
+    session.report(0, &unknown(""), Data::Message(cdr.clone()));
+    session.report(0, &unknown("uint32 count"), Data::Message(cdr));
     assert_eq!(
         session.text("r1__own.csv"),
         "measured_secs,log_time_secs,index,count\n\
@@ -159,7 +159,7 @@ fn a_thousand_tables_need_few_open_files() {
         for number in 0..1000 {
             let stream = Stream::raw(name(number), Subject::robot("r1"), Shape::Sample);
             let stream = stream.with_channels(&[("x", "m")]);
-            session.tell(number, &stream, Data::Sample(Arc::new([1.0])));
+            session.report(number, &stream, Data::Sample(Arc::new([1.0])));
             let open = session.tables.open.len();
             assert!(open <= MOST_OPEN, "{open}");
         }
@@ -174,7 +174,7 @@ fn no_name_leads_out_of_the_folder_and_no_label_is_a_formula() {
     let stream = Stream::raw("/../\u{1b}[2J\n=x", Subject::session(), Shape::Event);
     let label = "=cmd|' /C calc'!A0, and".to_owned();
     let event = Event { kind: EventKind::Marker, label, value: f64::NAN, duration_secs: 0.0 };
-    session.tell(0, &stream, Data::Event(Arc::new(event)));
+    session.report(0, &stream, Data::Event(Arc::new(event)));
     let names = session.names();
     let is_plain = |each: char| each.is_alphanumeric() || "_-.".contains(each);
     assert!(names[0].starts_with("_..____2J__x") && names[0].chars().all(is_plain), "{names:?}");

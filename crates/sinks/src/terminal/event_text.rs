@@ -12,7 +12,7 @@ use crate::text::shown;
 /// The text of an event; `None` for events that are too frequent or are shown elsewhere.
 pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.family == "notes" && event.kind != EventKind::Fault;
-    let is_counted = Loss::told_on(stream).is_some() || is_of_body(event.kind);
+    let is_counted = Loss::of_stream(stream).is_some() || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
     // The marker itself stands beside the command that set it.
     let is_marked =

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn who_needs_someone_is_told_with_why_and_since_when() {
+    fn who_needs_someone_is_reported_with_why_and_since_when() {
         let mut team = Team::default();
         assert_eq!(team.line(5), None);
         alert(&mut team, 1, ("robot2", "offline"), Stage::Raised);

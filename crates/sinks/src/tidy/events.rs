@@ -204,7 +204,7 @@ fn is_notice(stream: &Stream, event: &Event) -> bool {
 /// on whether losses of a stream can be counted, mean nothing to people.
 fn is_told(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
-    let is_news = is_counted || Loss::told_on(stream).is_none();
+    let is_news = is_counted || Loss::of_stream(stream).is_none();
     let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);
     // A phase without a name only ends the one before, whose length shows that.
     let is_end = event.kind == EventKind::Phase && name_of(&event.label).is_none();

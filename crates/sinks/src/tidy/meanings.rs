@@ -66,11 +66,11 @@ mod tests {
             meaning_of("EMG_RMS/flexor"),
             format!("{} Of channel flexor.", meaning_of("EMG_RMS"))
         );
-        assert!(meaning_of("pupil").starts_with("A measure of this study's own"));
+        assert!(meaning_of("pupil").starts_with("A measure specific to this study"));
     }
 
     /// Every value that an analysis of a person's signal computes.
-    fn told_by_analyses() -> Vec<Value> {
+    fn values_of_analyses() -> Vec<Value> {
         let channels = ["F3", "F4", "Fz", "Pz", "Fp1"].map(str::to_owned).to_vec();
         let eeg_settings = eeg::analysis::Settings { channels, ..Default::default() };
         let muscle = |name: &str| emg::analysis::Channel { name: name.to_owned(), mvc: None };
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn every_value_of_an_analysis_has_its_meaning() {
-        let values = told_by_analyses();
+        let values = values_of_analyses();
         assert!(values.len() > 300);
         for Value { name, .. } in values {
             let base = name.split('/').next().unwrap();

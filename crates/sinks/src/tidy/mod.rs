@@ -208,12 +208,12 @@ impl Writing {
         self.flushed = self.course.now();
         self.events.flush()?;
         self.features.flush()?;
-        self.tell_measures()?;
+        self.describe_measures()?;
         self.intervals.flush()
     }
 
     /// Writes what is newly known of measures.
-    fn tell_measures(&mut self) -> Result<(), Unwritten> {
+    fn describe_measures(&mut self) -> Result<(), Unwritten> {
         if std::mem::take(&mut self.measures.is_news) {
             sidecar::write_features(&self.folder, &self.measures)?;
         }
@@ -222,7 +222,7 @@ impl Writing {
 
     fn finish(mut self, folder: &Path, session: &str) -> Result<(), Unwritten> {
         self.course.finish();
-        self.tell_measures()?;
+        self.describe_measures()?;
         self.events.finish(&self.course)?;
         self.features.flush()?;
         self.phases.finish(folder, &self.course, &self.measures)?;

@@ -217,9 +217,9 @@ impl PhaseTable {
         let mut told = sidecar::columns(&COLUMNS);
         for (name, Known { measure, unit, method, .. }) in names.iter().zip(&self.columns) {
             if let Some(name) = name {
-                let told_of =
+                let values_of =
                     ColumnDescription::measure(measures.meaning_of(measure), unit, method);
-                told.entry(name.clone()).or_insert(told_of);
+                told.entry(name.clone()).or_insert(values_of);
             }
         }
         sidecar::put(folder, SIDECAR, &told)

@@ -55,7 +55,7 @@ pub(super) struct Summary {
 struct Counts {
     markers: u64,
     reports: u64,
-    /// Reports that aren't used: what is about nobody known, is no number, or stands nowhere on its scale.
+    /// Reports that aren't used: what is about an unknown person, is no number, or stands nowhere on its scale.
     about_nobody: u64,
     no_number: u64,
     off_scale: u64,
@@ -156,7 +156,7 @@ impl Summary {
                 self.counts.reports += 1;
                 self.counts.take_unused(event, is_about_nobody(stream, event, course));
             }
-            EventKind::Fault if !is_told_elsewhere(stream) => {
+            EventKind::Fault if !is_reported_elsewhere(stream) => {
                 self.take_fault(&event.label, record.sample.measured);
             }
             _ => {}
@@ -183,7 +183,7 @@ impl Counts {
     }
 }
 
-/// Whether a report that should be about a person is about nobody known.
+/// Whether a report that should be about a person is about an unknown person.
 fn is_about_nobody(stream: &Stream, report: &Event, course: &Course) -> bool {
     named(report).is_some() && course.whom(stream, report).about == About::Session
 }
@@ -194,9 +194,9 @@ fn is_too_short(values: &FeatureValues) -> bool {
 }
 
 /// Whether the faults of a stream are counted elsewhere, or repeat those of others.
-fn is_told_elsewhere(stream: &Stream) -> bool {
+fn is_reported_elsewhere(stream: &Stream) -> bool {
     let name = stream.name.as_str();
-    name == ALERTS || UNTOLD.contains(&name) || Loss::told_on(stream).is_some()
+    name == ALERTS || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
 }
 
 /// The raw stream of a name, with samples of a signal: what happens, and what people command, has no

@@ -20,9 +20,9 @@ fn what_happens_is_a_row_as_bids_writes_it() {
     session.phase(0.5, "baseline", 60.0);
     session.phase(70.0, "2-back", f64::NAN);
     let reports = Stream::raw("/humans/persons/p001/task/reports", person(), Shape::Event);
-    session.tell(71.25, &reports, event(EventKind::Report, "isa", 4.0, 0.0));
+    session.report(71.25, &reports, event(EventKind::Report, "isa", 4.0, 0.0));
     let mark = event(EventKind::Marker, "coffee\tand\nbiscuits", f64::NAN, 0.0);
-    session.tell(72.0, &session_events(), mark);
+    session.report(72.0, &session_events(), mark);
     insta::assert_snapshot!(session.run().text("events.tsv").replace('\t', " | "), @r"
     onset | duration | trial_type | value | label | subject | stream | phase | time | channel
     0.500 | 60 | phase | n/a | baseline | session | /session/events | baseline | 2026-11-18T11:06:40.500Z | n/a
@@ -38,7 +38,7 @@ fn what_comes_late_stands_at_its_place() {
     let mut session = Session::new();
     for (measured_secs, log_secs, label) in [(1.0, 1.0, "a"), (3.0, 3.0, "c"), (2.0, 9.0, "b")] {
         let mark = event(EventKind::Marker, label, f64::NAN, 0.0);
-        session.tell_at(measured_secs, log_secs, &session_events(), mark);
+        session.take_at(measured_secs, log_secs, &session_events(), mark);
     }
     let text = session.run().text("events.tsv");
     let labels: Vec<&str> = text.lines().map(|line| line.split('\t').nth(4).unwrap()).collect();
@@ -51,7 +51,7 @@ fn what_comes_minutes_late_stands_at_its_place_in_the_end() {
     for (measured_secs, log_secs, label) in [(1.0, 1.0, "a"), (90.0, 90.0, "c"), (2.0, 120.0, "b")]
     {
         let mark = event(EventKind::Marker, label, f64::NAN, 0.0);
-        session.tell_at(measured_secs, log_secs, &session_events(), mark);
+        session.take_at(measured_secs, log_secs, &session_events(), mark);
     }
     let text = session.run().text("events.tsv");
     let labels: Vec<&str> = text.lines().map(|line| line.split('\t').nth(4).unwrap()).collect();
@@ -66,7 +66,7 @@ fn no_label_is_run_by_a_spreadsheet() {
     for (secs, label) in
         [(1.0, "=cmd|' /C calc'!A0"), (2.0, "+1"), (3.0, "@SUM(A1)"), (4.0, "1-back")]
     {
-        session.tell(secs, &session_events(), mark(label));
+        session.report(secs, &session_events(), mark(label));
     }
     session.windows("heart/w30", 30..=30, 30.0);
     let files = session.run();
@@ -80,15 +80,15 @@ fn no_label_is_run_by_a_spreadsheet() {
 }
 
 #[test]
-fn what_happened_is_told_once() {
+fn what_happened_is_reported_once() {
     let mut session = Session::new();
     let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
     let phase = |label| event(EventKind::Phase, label, f64::NAN, f64::NAN);
     for (secs, label) in [(0.0, "baseline"), (60.0, "1-back")] {
         session.phase(secs, label, f64::NAN);
-        session.tell(secs + 0.01, &own, phase(label));
+        session.report(secs + 0.01, &own, phase(label));
     }
-    session.tell(90.0, &own, phase("break"));
+    session.report(90.0, &own, phase("break"));
     let alerts = Stream::raw("/team/alerts", Subject::team(), Shape::Event);
     let alert = |kind, label| event(kind, label, f64::NAN, 0.0);
     for (kind, label) in [
@@ -96,7 +96,7 @@ fn what_happened_is_told_once() {
         (EventKind::Fault, "robot2 needs someone: battery below 20 %"),
         (EventKind::Marker, "robot2 was answered: offline"),
     ] {
-        session.tell(100.0, &alerts, alert(kind, label));
+        session.report(100.0, &alerts, alert(kind, label));
     }
     let text = session.run().text("events.tsv");
     let told = text.lines().skip(1).map(|line| {
@@ -192,7 +192,7 @@ fn a_measure_from_several_sources_has_a_column_for_each() {
         let eda = Stream::raw(format!("/humans/persons/p001/{device}/eda"), person(), Shape::Wave);
         let skin = Stream::derived(&eda, "skin", Shape::Feature).over(Window::Phases);
         let skin = skin.with_channels(&[("EDA_Tonic_Mean", "uS"), ("SCR_Peaks_N", "1")]);
-        session.tell(20.0, &skin, window(20.0));
+        session.report(20.0, &skin, window(20.0));
     }
     let text = session.run().text("phases.csv");
     let head = text.lines().next().unwrap();
@@ -316,13 +316,13 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     session.windows("heart/w30", 31..=60, 30.0);
     for secs in 0..60 {
         let odometry_state = if secs < 45 { State::Ok } else { State::Dead };
-        session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+        session.report(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
         let of_odometry = status("/robot1/odom", odometry_state, Some(3));
-        session.tell(f64::from(secs), &status_stream(), of_odometry);
+        session.report(f64::from(secs), &status_stream(), of_odometry);
     }
     let fault = || event(EventKind::Fault, "robot1 offline", 5.0, 0.0);
-    session.tell(50.0, &session_events(), fault());
-    session.tell(58.0, &session_events(), fault());
+    session.report(50.0, &session_events(), fault());
+    session.report(58.0, &session_events(), fault());
     session.beats(ECG, Signal::Ecg, 58.0, 3);
     insta::assert_snapshot!(session.run().text("summary.md").split("## Where").next().unwrap(), @r"
     # trial
@@ -352,9 +352,9 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
     usable: the share of each phase that has data good enough for values, or else of the windows that lie in it,
-    on average; with a *, where there are none, the share of time in which a stream came as it should. lost:
-    on the way here and in our own queue; ? = nobody can tell. ± : how far a time may be off (95 %);
-    - = not known: the computer that measures stamps such a stream, and does not tell how well.
+    on average; with a *, where there are none, the share of time in which a stream arrived as it should. lost:
+    on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %);
+    - = not known: the computer that measures stamps such a stream, and does not report its uncertainty.
 
     ## What was lost or wrong
 
@@ -367,7 +367,7 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
 fn a_signal_is_not_judged_by_its_statistics() {
     let mut session = Session::new();
     session.streams.declare(Stream::raw(ECG, person(), Shape::Wave));
-    session.tell(0.0, &status_stream(), status(ECG, State::Ok, None));
+    session.report(0.0, &status_stream(), status(ECG, State::Ok, None));
     session.windows("statistics/w30", 30..=60, 30.0);
     session.windows("heart/w30", 61..=61, 30.0);
     session.windows("statistics/w60", 62..=62, 60.0);
@@ -398,7 +398,7 @@ fn a_file_that_can_t_be_written_is_an_error_that_says_what_to_do() {
     fs::create_dir(session.folder.path().join("events.tsv")).unwrap();
     let Err(SinkError::Lost { message, hint }) = write(&session) else { panic!("no error") };
     assert!(message.starts_with("write ") && message.contains("events.tsv"), "{message}");
-    assert!(hint.contains("the bag goes on"), "{hint}");
+    assert!(hint.contains("the bag continues"), "{hint}");
 }
 
 #[test]
@@ -439,7 +439,7 @@ fn files_of_intervals_have_at_every_moment_the_names_that_they_have_in_the_end()
 fn files_end_with_the_bag_that_ended() {
     let mut session = Session::new();
     session.phase(5.0, "baseline", 60.0);
-    session.bag_ended.tell("failed to record to x: the disk is full");
+    session.bag_ended.report("failed to record to x: the disk is full");
     let files = session.run();
     let text = files.text("summary.md");
     assert!(text.contains("- The bag ended before the session did"), "{text}");
@@ -448,7 +448,7 @@ fn files_end_with_the_bag_that_ended() {
 }
 
 #[test]
-fn each_column_of_a_table_is_told_in_the_file_beside_it() {
+fn each_column_of_a_table_is_reported_in_the_file_beside_it() {
     let files = Session::new().run();
     for (table, beside, separator) in
         [("events.tsv", "events.json", '\t'), ("features.csv", "features.json", ',')]
@@ -472,10 +472,10 @@ fn each_column_of_a_table_is_told_in_the_file_beside_it() {
 }
 
 #[test]
-fn a_burst_tells_its_channel() {
+fn a_burst_gives_its_channel() {
     let mut session = Session::new();
     let bursts = Stream::raw("/humans/persons/p001/myo/emg/bursts", person(), Shape::Event);
-    session.tell(5.0, &bursts, event(EventKind::Burst, "flexor", 12.0, 0.4));
+    session.report(5.0, &bursts, event(EventKind::Burst, "flexor", 12.0, 0.4));
     let text = session.run().text("events.tsv");
     let burst = text.lines().find(|line| line.contains("burst\t")).unwrap();
     assert_eq!(burst.rsplit('\t').next(), Some("flexor"));

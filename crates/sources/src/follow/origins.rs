@@ -17,7 +17,7 @@ impl Following<'_> {
 
     /// Reports the publishers of an unsplit topic where there are several. Reported at the second look: a
     /// restarted publisher is present twice for a moment, and names arrive with a delay.
-    pub(super) fn tell_publishers(&mut self, graph: &Graph) {
+    pub(super) fn report_publishers(&mut self, graph: &Graph) {
         let mut faults = Vec::new();
         for (key, followed) in &mut self.followed {
             if matches!(followed.receivers, Receivers::Split(_)) {
@@ -52,7 +52,7 @@ impl Following<'_> {
 
     /// Reports the topics that are published from several places, each once. Reported at the second look,
     /// as names arrive with a delay.
-    pub(super) fn tell_several(&mut self, graph: &Graph) {
+    pub(super) fn report_several(&mut self, graph: &Graph) {
         let is_shared = |(key, followed): &(&Key, &Followed)| {
             matches!(followed.receivers, Receivers::Unsplit(_)) && gids(key, graph).nth(1).is_some()
         };

@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_namespace_that_tells_nobody_apart_is_refused() {
+    fn a_namespace_that_gives_nobody_apart_is_refused() {
         for text in ["/humans", "/humans/**"] {
             assert!(Choice::new(Pattern::parse(text).unwrap()).is_err(), "{text}");
         }

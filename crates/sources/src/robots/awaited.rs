@@ -41,7 +41,7 @@ impl Awaited {
 
     /// Says what is missing some time after the first robot was found, and waits on. Without a robot nothing
     /// is said of its topics.
-    pub(super) async fn tell(&self, outlet: &Outlet) -> Infallible {
+    pub(super) async fn report(&self, outlet: &Outlet) -> Infallible {
         for absent in self.absent().await {
             fault(outlet, absent);
         }

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_that_is_no_topic_of_its_own_is_told_in_its_place() {
+    fn a_command_that_is_no_topic_of_its_own_is_reported_in_its_place() {
         for wrong in [
             "",
             "*",

@@ -200,7 +200,7 @@ impl Source for RobotsSource {
         });
         tokio::select! {
             ended = following => ended,
-            never = awaited.tell(outlet) => match never {},
+            never = awaited.report(outlet) => match never {},
         }
     }
 }

@@ -42,7 +42,7 @@ struct Following {
 impl Following {
     fn take(&mut self, (session, news): (Time, Option<Break>)) {
         self.clock.run_ahead(self.course.ahead_nanos());
-        self.clock.tell(session);
+        self.clock.set(session);
         if self.breaks.len() < MOST_BREAKS {
             self.breaks.extend(news);
         }
@@ -91,7 +91,7 @@ impl Source for SimulatedClock {
                 std::mem::take(&mut following.breaks)
             };
             for each in &breaks {
-                tell(outlet, each);
+                report(outlet, each);
             }
             tokio::select! {
                 () = tokio::time::sleep(LOOK) => {}
@@ -101,7 +101,7 @@ impl Source for SimulatedClock {
     }
 }
 
-fn tell(outlet: &Outlet, what: &Break) {
+fn report(outlet: &Outlet, what: &Break) {
     let label = format!("{SIMULATED_CLOCK} {what}");
     tracing::warn!("{label}");
     let stream = outlet.declare(session_events());

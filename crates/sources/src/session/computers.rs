@@ -24,7 +24,7 @@ impl Computers {
 #[async_trait]
 impl Source for Computers {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        if outlet.clock().is_told() {
+        if outlet.clock().is_settable() {
             outlet.closed().await;
             return Ok(());
         }

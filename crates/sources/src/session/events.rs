@@ -59,7 +59,7 @@ impl RosEvents {
         type_name: &str,
         read: Read,
     ) -> Result<Subscription, BusError> {
-        let (outlet, refusals) = (outlet.clone(), Refusals::new(TOPIC, "the event is left out"));
+        let (outlet, refusals) = (outlet.clone(), Refusals::new(TOPIC, "the event is ignored"));
         let desk = self.desk.clone();
         let deliver = Arc::new(move |arrival: Arrival| {
             let (stamp, event) = match read(&arrival.bytes) {

@@ -27,7 +27,7 @@ impl Overflows {
         Overflows { bus }
     }
 
-    fn tell(&self, outlet: &Outlet, packets: &mut u64) {
+    fn report(&self, outlet: &Outlet, packets: &mut u64) {
         if *packets > 0 {
             let label = label(&self.bus.name(), std::mem::take(packets));
             happen(outlet, EventKind::Fault, &label, 0.0);
@@ -40,19 +40,19 @@ impl Source for Overflows {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let mut incidents = self.bus.incidents();
         let mut due = tokio::time::interval(EVERY);
-        let mut untold = 0;
+        let mut unreported = 0;
         loop {
             tokio::select! {
                 incident = incidents.recv() => match incident {
-                    Ok(Incident::Overflow { packets }) => untold += packets,
+                    Ok(Incident::Overflow { packets }) => unreported += packets,
                     Err(RecvError::Closed) => break outlet.closed().await,
                     Ok(_) | Err(RecvError::Lagged(_)) => {}
                 },
-                _ = due.tick() => self.tell(outlet, &mut untold),
+                _ = due.tick() => self.report(outlet, &mut unreported),
                 () = outlet.closed() => break,
             }
         }
-        self.tell(outlet, &mut untold);
+        self.report(outlet, &mut unreported);
         Ok(())
     }
 }

@@ -158,7 +158,7 @@ impl Phases {
     /// The course is turned, so long after the start [s].
     fn turn(&mut self, outlet: &Outlet, turn: Turn, elapsed_secs: f64) {
         if let Some(happens) = self.course.turn(turn, elapsed_secs) {
-            tell(outlet, &happens);
+            report(outlet, &happens);
         }
     }
 
@@ -168,7 +168,7 @@ impl Phases {
             self.course.hear(&label, elapsed_secs);
         }
         if let Some(happens) = self.course.look(elapsed_secs) {
-            tell(outlet, &happens);
+            report(outlet, &happens);
         }
         self.desk.show_next(self.course.next().map(str::to_owned));
     }
@@ -195,7 +195,7 @@ impl Source for Phases {
     }
 }
 
-fn tell(outlet: &Outlet, happens: &Happens) {
+fn report(outlet: &Outlet, happens: &Happens) {
     match happens {
         Happens::Begins(name, lasts_secs) => happen(outlet, EventKind::Phase, name, *lasts_secs),
         Happens::Aborted(name) => {
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_without_a_name_or_with_impossible_times_is_told_in_its_place() {
+    fn a_phase_without_a_name_or_with_impossible_times_is_reported_in_its_place() {
         for (wrong, path) in [
             (phase(" ", 0.0, None), "1.name"),
             (phase("a", -1.0, None), "1.from_secs"),
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn two_phases_at_a_time_are_told_by_name() {
+    fn two_phases_at_a_time_are_reported_by_name() {
         for to_secs in [60.0, 50.5] {
             let phases = [phase("later", 50.0, None), phase("first", 0.0, Some(to_secs))];
             let error = check_phases(&phases).unwrap_err();

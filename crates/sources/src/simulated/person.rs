@@ -73,10 +73,10 @@ impl SimulatedPerson {
             until(outlet.clock(), after(start, secs)).await;
             let OperatorOutput { happened, record } = self.operator.until(secs);
             let outlet = PersonOutlet { start, streams, outlet };
-            outlet.tell_signals(record);
-            outlet.tell_truth(&record.truth);
+            outlet.offer_signals(record);
+            outlet.offer_truth(&record.truth);
             for happening in happened {
-                outlet.tell_happening(happening);
+                outlet.offer_happening(happening);
             }
             if self.until_secs.is_some_and(|until_secs| secs >= until_secs) {
                 return;
@@ -117,7 +117,7 @@ struct PersonOutlet<'a> {
 }
 
 impl PersonOutlet<'_> {
-    fn tell_signals(&self, record: &Record) {
+    fn offer_signals(&self, record: &Record) {
         // Of a sensor that is dead nothing comes, as of one whose battery is empty.
         let is_there = |samples: &[f64]| samples.iter().any(|sample| !sample.is_nan());
         for wave in record.waves().filter(|wave| is_there(&wave.samples)) {
@@ -130,7 +130,7 @@ impl PersonOutlet<'_> {
         }
     }
 
-    fn tell_truth(&self, truth: &Truth) {
+    fn offer_truth(&self, truth: &Truth) {
         for moment in &truth.moments {
             self.offer(Worn::TrueState, moment.secs, Data::Sample(Arc::new(numbers(moment))));
         }
@@ -145,7 +145,7 @@ impl PersonOutlet<'_> {
         }
     }
 
-    fn tell_happening(&self, Happening { at_secs, what }: &Happening) {
+    fn offer_happening(&self, Happening { at_secs, what }: &Happening) {
         let moment = |value| (value, 0.0);
         let happen = |worn, label: &str, told| self.happen(worn, *at_secs, label, told);
         match *what {
@@ -209,11 +209,11 @@ mod tests {
         team.check().unwrap();
         let [(name, person)] = &mut SimulatedPerson::of(&team)[..] else { panic!("not one") };
         assert_eq!(name, "person p001");
-        let outlet = Queue::new().outlet(Clock::told(), streams::Streams::default());
+        let outlet = Queue::new().outlet(Clock::settable(), streams::Streams::default());
         let clock = outlet.clock().clone();
         let passing = async {
             for tenth in 0..=30 {
-                clock.tell(after(Time::EPOCH, f64::from(tenth) / 10.0));
+                clock.set(after(Time::EPOCH, f64::from(tenth) / 10.0));
                 tokio::time::sleep(Duration::from_millis(100)).await;
             }
         };
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sensor_that_is_worn_is_told() {
+    fn every_sensor_that_is_worn_is_reported() {
         assert!(Worn::Sensor(Sensor::Ecg).stream("p001", &Rates::NONE).is_none());
         for sensor in Sensor::ALL {
             assert!(Worn::ALL.contains(&Worn::Sensor(sensor)), "{sensor:?}");

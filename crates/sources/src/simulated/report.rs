@@ -44,7 +44,7 @@ impl Report {
     }
 
     /// Publishes the current measurement as the faults of the script have it: not at all, once or twice.
-    pub fn tell(&mut self, measured: Body, now: Time, script: &Script, out: &mut Vec<Telegram>) {
+    pub fn report(&mut self, measured: Body, now: Time, script: &Script, out: &mut Vec<Telegram>) {
         let has = |change| script.has(change, self.topic, now);
         self.count += 1;
         let held_back = has(Change::OutOfOrder) && self.count.is_multiple_of(2);

@@ -121,7 +121,7 @@ impl Robot {
             if self.reports[index].falls_due(now, self.script.slow_factor(topic, now)) {
                 let body = self.measured(topic, arena);
                 if topic.is_truth() || !self.pack.is_cut_off() {
-                    self.reports[index].tell(body, now, &self.script, out);
+                    self.reports[index].report(body, now, &self.script, out);
                 }
             }
         }

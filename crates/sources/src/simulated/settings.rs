@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_not_be_simulated_is_told() {
+    fn what_can_not_be_simulated_is_reported() {
         let wrong = |study: &str| {
             let settings: SimulatedTeam = toml::from_str(study).unwrap();
             settings.check().unwrap_err().message
@@ -247,12 +247,12 @@ mod tests {
         assert_eq!(wrong("robots = 100"), "103 bodies don't fit in an arena of 10 m");
         assert_eq!(
             wrong(r#"script = [{ robot = "robot9", what = "dead" }]"#),
-            r#"the script has a robot "robot9" that isn't there"#
+            r#"the script names a robot "robot9" that does not exist"#
         );
     }
 
     #[test]
-    fn a_number_that_can_not_be_simulated_is_told_by_its_key() {
+    fn a_number_that_can_not_be_simulated_is_reported_by_its_key() {
         for (study, path) in [
             ("robots = 0", "robots"),
             ("people = 100000", "people"),
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_change_is_told_with_those_that_there_are() {
+    fn an_unknown_change_is_reported_with_those_that_there_are() {
         let study = r#"script = [{ robot = "robot1", what = "deed" }]"#;
         let error = toml::from_str::<SimulatedTeam>(study).unwrap_err();
         assert!(error.message().contains("`dead`"), "{error}");

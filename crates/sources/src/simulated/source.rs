@@ -44,7 +44,7 @@ impl Source for Simulation {
         let mut team = Team::new(&self.0, start);
         let declared = declare(&team, outlet);
         tokio::select! {
-            () = self.tell(&mut team, start, &declared, outlet) => {}
+            () = self.report(&mut team, start, &declared, outlet) => {}
             () = outlet.closed() => {}
         }
         Ok(())
@@ -53,7 +53,7 @@ impl Source for Simulation {
 
 impl Simulation {
     /// Hands over every telegram when it is due; returns after the last step.
-    async fn tell(&self, team: &mut Team, start: Time, streams: &[StreamId], outlet: &Outlet) {
+    async fn report(&self, team: &mut Team, start: Time, streams: &[StreamId], outlet: &Outlet) {
         let end = self.0.steps.map(|steps| start + Duration::from_secs(steps.into()));
         let began = Instant::now();
         let mut due = Vec::new();
@@ -62,7 +62,7 @@ impl Simulation {
             let real_secs = now.secs_since(start) / self.0.speed;
             let grains = (real_secs / GRAIN.as_secs_f64()).ceil();
             sleep_until(began + GRAIN.mul_f64(grains)).await;
-            outlet.clock().tell(now);
+            outlet.clock().set(now);
             team.advance(now, &mut due);
             for telegram in due.drain(..) {
                 let cdr = encode(&telegram, &team.published()[telegram.stream]);
@@ -93,14 +93,14 @@ mod tests {
 
     use super::*;
 
-    fn told_outlet(queue: &Queue) -> Outlet {
-        queue.outlet(Clock::told(), Streams::default())
+    fn settable_outlet(queue: &Queue) -> Outlet {
+        queue.outlet(Clock::settable(), Streams::default())
     }
 
     #[tokio::test(start_paused = true)]
     async fn simulated_time_runs_faster_by_the_speed_and_ends_with_the_last_step() {
         let settings = SimulatedTeam { speed: 10.0, steps: Some(30), ..SimulatedTeam::default() };
-        let outlet = told_outlet(&Queue::new());
+        let outlet = settable_outlet(&Queue::new());
         let began = Instant::now();
         Simulation(settings).run(&outlet).await.unwrap();
         assert_eq!(outlet.clock().now(), Time::EPOCH + Duration::from_secs(30));
@@ -111,7 +111,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn an_endless_simulation_ends_when_the_session_does() {
         let queue = Queue::new();
-        let outlet = told_outlet(&queue);
+        let outlet = settable_outlet(&queue);
         let mut simulation = Simulation(SimulatedTeam::default());
         let close = async {
             tokio::time::sleep(Duration::from_secs(5)).await;
@@ -124,7 +124,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn every_robot_declares_its_topics_with_their_standard_types() {
         let settings = SimulatedTeam { robots: 2, steps: Some(1), ..SimulatedTeam::default() };
-        let outlet = told_outlet(&Queue::new());
+        let outlet = settable_outlet(&Queue::new());
         Simulation(settings).run(&outlet).await.unwrap();
         let types = |(_, stream): (_, std::sync::Arc<teampulse_core::stream::Stream>)| {
             let Shape::Message(schema) = &stream.shape else { panic!("{stream:?}") };

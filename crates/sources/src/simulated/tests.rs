@@ -440,7 +440,7 @@ fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
 }
 
 #[test]
-fn a_robot_drives_where_it_is_told_to() {
+fn a_robot_drives_where_it_is_reported_to() {
     let settings = commanded(1, Vec::new());
     let seldom = Plan { commands_per_min: 1.0, ..settings.task.clone() };
     let run = TeamRun::new(&SimulatedTeam { robots: 1, task: seldom, ..settings }, 900.0);
@@ -458,7 +458,7 @@ fn a_robot_drives_where_it_is_told_to() {
 }
 
 #[test]
-fn what_a_robot_out_of_reach_is_told_has_no_effect() {
+fn what_a_robot_out_of_reach_is_reported_has_no_effect() {
     let out_of_reach = ["robot1", "robot2"].map(|robot| scene(robot, 0.0..300.0, Change::Outage));
     let course = |people| {
         let run = TeamRun::new(&commanded(people, out_of_reach.to_vec()), 120.0);

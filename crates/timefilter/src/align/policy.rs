@@ -167,7 +167,7 @@ mod tests {
     const WORDS: [&str; 8] = ["nearest", "hold", "linear", "mean", "min", "max", "last", "count"];
 
     #[test]
-    fn a_policy_that_is_none_is_told_with_what_was_expected() {
+    fn a_policy_that_is_none_is_reported_with_what_was_expected() {
         for text in ["", "exact:1s", "linear", "linear:", "linear:1", "linear:xs", "hold:infs"] {
             let error = text.parse::<Policy>().expect_err(text).to_string();
             assert!(error.contains("expected") && error.contains(text), "{error}");

@@ -52,7 +52,7 @@ fn the_lag_changes_its_sign_with_the_roles() {
 }
 
 #[test]
-fn the_part_of_a_step_within_an_exposure_tells_its_time() {
+fn the_part_of_a_step_within_an_exposure_gives_its_time() {
     let on_secs = 4.0 / 30.0 * 30.0 + 0.011;
     let frames: Vec<f64> = (0..200).map(|k| f64::from(k) / 30.0).collect();
     let lit = |middle: &f64| ((middle + 0.5 / 30.0 - on_secs) * 30.0).clamp(0.0, 1.0);
@@ -88,7 +88,7 @@ fn events_at_even_intervals_are_ambiguous() {
 }
 
 #[test]
-fn what_cannot_be_told_is_said() {
+fn what_cannot_be_reported_is_said() {
     let presses = stamps(TAPS);
     let (times, values) = ringing(&later(0.08), 100.0);
     let still = vec![9.8; times.len()];

@@ -136,7 +136,7 @@ impl OneWay {
         if let Some((said_nanos, nanos)) = self.trains.take_wrong(train) {
             // Batches ended elsewhere than was thought: what was learned is void.
             self.end_epoch();
-            self.tell(News::WrongRate { declared_hz: 1e9 / said_nanos, hz: 1e9 / nanos });
+            self.report(News::WrongRate { declared_hz: 1e9 / said_nanos, hz: 1e9 / nanos });
             return self.place(stamps);
         }
         let (vouched, period) = self.trains.vouches(train, stamps);
@@ -144,7 +144,7 @@ impl OneWay {
             return None;
         }
         if wrapped {
-            self.tell(News::Wrapped);
+            self.report(News::Wrapped);
         }
         self.span_secs = span as f64 / 1e9;
         let epoch = self.epoch.as_mut()?;
@@ -158,7 +158,7 @@ impl OneWay {
     pub(super) fn begin_anew(&mut self, declared_hz: f64, hz: f64) {
         self.end_epoch();
         self.trains = Trains::default();
-        self.tell(News::WrongRate { declared_hz, hz });
+        self.report(News::WrongRate { declared_hz, hz });
     }
 
     fn end_epoch(&mut self) {
@@ -249,13 +249,17 @@ impl OneWay {
         self.epochs += 1;
         self.trains.begin();
         let secs = nanos as f64 / 1e9;
-        self.tell_set(secs, (0..NEAR_ZERO_NANOS).contains(&raw) && secs < 0.0);
+        self.report_set(secs, (0..NEAR_ZERO_NANOS).contains(&raw) && secs < 0.0);
     }
 
-    fn tell_set(&mut self, secs: f64, near_zero: bool) {
+    fn report_set(&mut self, secs: f64, near_zero: bool) {
         let epoch = self.epochs;
         let restarted = near_zero || secs < -FAR_BACK_SECS;
-        self.tell(if restarted { News::Restarted { epoch } } else { News::Jumped { epoch, secs } });
+        self.report(if restarted {
+            News::Restarted { epoch }
+        } else {
+            News::Jumped { epoch, secs }
+        });
     }
 
     /// Gives a packet to the epoch, or begins a new one; whether it is believed.
@@ -270,13 +274,13 @@ impl OneWay {
                 if fast {
                     let ppm = epoch.skew_ppm();
                     self.told_fast = true;
-                    self.tell(News::Fast { ppm });
+                    self.report(News::Fast { ppm });
                 }
             }
             Verdict::Set(secs) => {
                 let packets = epoch.raised().to_vec();
                 self.begin(&packets);
-                self.tell(News::Jumped { epoch: self.epochs, secs });
+                self.report(News::Jumped { epoch: self.epochs, secs });
                 return self.take(packet, raw, vouched, period);
             }
             Verdict::Astray(secs) => {
@@ -287,7 +291,7 @@ impl OneWay {
                 let near_zero = silence.saturating_add(NEAR_ZERO_NANOS);
                 let packets = self.astray.packets;
                 self.begin(&packets);
-                self.tell_set(secs, (0..near_zero).contains(&raw));
+                self.report_set(secs, (0..near_zero).contains(&raw));
             }
         }
         self.astray = Astray::default();
@@ -309,7 +313,7 @@ impl OneWay {
         self.epoch = Some(epoch);
     }
 
-    fn tell(&mut self, news: News) {
+    fn report(&mut self, news: News) {
         if self.news.len() < NEWS {
             self.news.push_back(news);
         }

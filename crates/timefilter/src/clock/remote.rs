@@ -251,14 +251,14 @@ impl Remote {
         self.begin_epoch(secs);
         self.judge();
         if was_off && self.trusted == Some(true) {
-            self.tell(News::Trusted);
+            self.report(News::Trusted);
         }
     }
 
     fn begin_epoch(&mut self, secs: f64) {
         self.epoch = self.epoch.saturating_add(1);
         self.shift = Shift::default();
-        self.tell(News::Jumped { epoch: self.epoch, secs });
+        self.report(News::Jumped { epoch: self.epoch, secs });
     }
 
     /// Decides whether the clock is trusted, and steers the shift accordingly.
@@ -267,10 +267,10 @@ impl Remote {
         let nanos = offset.at(self.now);
         let trusted = self.is_near(nanos);
         if !trusted && self.trusted != Some(false) {
-            self.tell(News::Off { secs: nanos as f64 * 1e-9 });
+            self.report(News::Off { secs: nanos as f64 * 1e-9 });
         }
         if trusted && self.trusted == Some(false) {
-            self.tell(News::Trusted);
+            self.report(News::Trusted);
         }
         self.trusted = Some(trusted);
         let target = if trusted { Line::default() } else { offset };
@@ -345,7 +345,7 @@ impl Remote {
         way.is_none_or(|way| (-SOONER_NANOS..=LATER_NANOS).contains(&way)).then_some(probed)
     }
 
-    fn tell(&mut self, news: News) {
+    fn report(&mut self, news: News) {
         if self.news.len() == NEWS {
             self.news.pop_front();
         }

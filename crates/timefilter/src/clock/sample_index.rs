@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_is_declared_wrong_is_told_and_corrected() {
+    fn a_rate_that_is_declared_wrong_is_reported_and_corrected() {
         for declared in [13.0, 30.0, 80.0, 135.0, 210.0] {
             let (mut clock, mut device) = (SampleIndex::new(declared, LATENCY), Device::new(55.0));
             run(&mut clock, &mut device, 10);

@@ -110,7 +110,7 @@ fn a_million_sources_are_refused() {
 }
 
 #[test]
-fn what_is_out_of_range_is_told() {
+fn what_is_out_of_range_is_reported() {
     let mut aligner = Aligner::new(Onto::Pivot, Mode::Reproducible).unwrap();
     let fine = SourceSettings::new(Policy::Exact);
     for settings in [

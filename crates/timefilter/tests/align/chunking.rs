@@ -12,7 +12,7 @@ type Batch = (usize, i64, i64, usize);
 const POLICIES: [&str; 4] = ["linear:200ms", "hold:300ms", "nearest:20ms", "mean:100ms"];
 const PERIOD: i64 = 7 * MS;
 
-fn tell(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i64]) -> Vec<Kept> {
+fn report(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i64]) -> Vec<Kept> {
     let mut told = Told::new(onto, mode);
     let settings = |policy: &str| {
         let (lateness_nanos, idle_nanos) = (40 * MS, 250 * MS);
@@ -67,8 +67,8 @@ proptest! {
     ) {
         let onto = if on_pivot { Onto::Pivot } else { Onto::Grid { period_nanos: 15_625_000 } };
         let mode = if available { Mode::Available } else { Mode::Reproducible };
-        let whole = tell(onto, mode, &batches, &[usize::MAX >> 1], &[0]);
-        let parts = tell(onto, mode, &batches, &cuts, &ticks);
+        let whole = report(onto, mode, &batches, &[usize::MAX >> 1], &[0]);
+        let parts = report(onto, mode, &batches, &cuts, &ticks);
         prop_assert!(whole == parts);
         prop_assert!(on_pivot || whole.iter().any(|kept| matches!(kept, Kept::Row(_))));
     }
@@ -79,7 +79,7 @@ proptest! {
         batches in prop::collection::vec((0..4_usize, 0..400 * MS, 0..500 * MS, 1..12_usize), 1..60),
     ) {
         let onto = Onto::Grid { period_nanos: 15_625_000 };
-        let kept = tell(onto, Mode::Reproducible, &batches, &[1], &[0]);
+        let kept = report(onto, Mode::Reproducible, &batches, &[1], &[0]);
         let times: Vec<i64> = kept
             .iter()
             .filter_map(|kept| if let Kept::Row(row) = kept { Some(row.at) } else { None })

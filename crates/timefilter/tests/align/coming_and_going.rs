@@ -74,7 +74,7 @@ fn the_end_of_a_recording_gives_all_rows_to_its_newest_sample() {
     for time in (0..=1_050).step_by(50) {
         told.at(ecg, time * MS, time as f64);
     }
-    assert_eq!(told.times(), [0]); // the battery may still tell something
+    assert_eq!(told.times(), [0]); // the battery may still report something
     told.finish();
     assert_eq!(told.times(), (0..=10).map(|row| row * 100 * MS).collect::<Vec<_>>());
     let last = told.row(SECOND);

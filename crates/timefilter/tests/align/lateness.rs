@@ -21,7 +21,7 @@ fn a_sample_within_the_lateness_takes_its_place() {
 }
 
 #[test]
-fn a_late_sample_is_told_counted_and_still_used() {
+fn a_late_sample_is_reported_counted_and_still_used() {
     let mut told = Told::grid(10 * MS);
     let id = told.add("hold:1s");
     for (time, value) in [(0, 0.0), (10, 1.0), (20, 2.0), (15, 1.5), (22, 2.2), (40, 4.0)] {
@@ -80,7 +80,7 @@ fn a_stamp_from_the_future_is_set_aside_and_holds_nothing_up() {
 }
 
 #[test]
-fn what_there_is_no_room_for_is_told_and_counted() {
+fn what_there_is_no_room_for_is_reported_and_counted() {
     let mut told = Told::grid(100 * MS);
     let policy = "linear:1s".parse().unwrap();
     let fast =

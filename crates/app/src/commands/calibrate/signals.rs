@@ -109,14 +109,14 @@ pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Reco
             }
         }
         if bag.streams()[message.stream].stream.shape == Shape::Status {
-            has_latency |= tells_latency(&message, &seen[1].stream.name);
+            has_latency |= states_latency(&message, &seen[1].stream.name);
         }
     }
     Ok(Recorded { seen, has_latency, is_whole })
 }
 
 /// Whether a message is the status of the stream and reports that its clock subtracts a latency.
-fn tells_latency(message: &Message, stream: &str) -> bool {
+fn states_latency(message: &Message, stream: &str) -> bool {
     let with_latency = [ClockKind::OneWay as u8, ClockKind::SampleIndex as u8];
     match decode(msgs::StreamStatus::NAME, &message.cdr).map(|decoded| decoded.data) {
         Ok(Data::Status(status)) => status.name == stream && with_latency.contains(&status.clock),

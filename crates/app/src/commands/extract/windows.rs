@@ -85,30 +85,30 @@ mod tests {
 
     const SEC: i64 = 1_000_000_000;
 
-    fn told(window: Option<f64>, hop: Option<f64>, end_secs: i64) -> Vec<(i64, i64)> {
+    fn reported(window: Option<f64>, hop: Option<f64>, end_secs: i64) -> Vec<(i64, i64)> {
         let rest = Windows::new(3 * SEC, Lengths::new(window, hop)).rest((3 + end_secs) * SEC);
         rest.iter().map(|span| (span.begin_ns / SEC - 3, span.end_ns / SEC - 3)).collect()
     }
 
     #[test]
     fn without_a_length_one_window_holds_all() {
-        assert_eq!(told(None, None, 5), [(0, 5)]);
+        assert_eq!(reported(None, None, 5), [(0, 5)]);
     }
 
     #[test]
     fn what_is_left_over_is_a_shorter_window() {
-        assert_eq!(told(Some(2.0), None, 5), [(0, 2), (2, 4), (4, 5)]);
-        assert_eq!(told(Some(2.0), None, 4), [(0, 2), (2, 4)]);
-        assert_eq!(told(Some(9.0), None, 4), [(0, 4)]);
+        assert_eq!(reported(Some(2.0), None, 5), [(0, 2), (2, 4), (4, 5)]);
+        assert_eq!(reported(Some(2.0), None, 4), [(0, 2), (2, 4)]);
+        assert_eq!(reported(Some(9.0), None, 4), [(0, 4)]);
     }
 
     #[test]
     fn windows_may_overlap() {
-        assert_eq!(told(Some(3.0), Some(1.0), 5), [(0, 3), (1, 4), (2, 5)]);
+        assert_eq!(reported(Some(3.0), Some(1.0), 5), [(0, 3), (1, 4), (2, 5)]);
     }
 
     #[test]
-    fn a_window_that_was_told_of_is_not_left() {
+    fn a_window_that_was_reported_is_not_left() {
         let mut windows = Windows::new(0, Lengths::new(Some(2.0), Some(1.0)));
         let span = |begin: i64| Span { begin_ns: begin * SEC, end_ns: (begin + 2) * SEC };
         assert!(!windows.take(span(-1)));

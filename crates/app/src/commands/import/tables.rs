@@ -217,11 +217,11 @@ fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
         [_] => signal.word().to_owned(),
         several => on_one_line(&several[place]).into_owned(),
     };
-    let told = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
+    let reported = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
     let unit = |place: usize| {
         let own =
             signal.unit().map(str::to_owned).or_else(|| asked.table.unit().map(str::to_owned));
-        spelt(&own.unwrap_or_else(|| told(place)))
+        spelt(&own.unwrap_or_else(|| reported(place)))
     };
     let channel = |place: usize| Channel::new(name(place), unit(place));
     stream.channels = (0..table.names().len()).map(channel).collect();
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_of_devices_tell_by_their_names_what_they_measure() {
+    fn files_of_devices_give_by_their_names_what_they_measure() {
         let of = |name: &str| signal_of(Path::new(name));
         assert_eq!(of("E4/EDA.csv"), Some(Signal::Eda));
         assert_eq!(of("E4/IBI.csv"), Some(Signal::Interval));

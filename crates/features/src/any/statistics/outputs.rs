@@ -16,13 +16,13 @@ const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: me
 const TOLD_IN_LENGTH: f64 = 30.0;
 
 /// The interval between the reports of a window of `secs` [s], in whole seconds.
-pub(super) fn told_each_secs(secs: f64) -> f64 {
+pub(super) fn hop_secs_of(secs: f64) -> f64 {
     (secs / TOLD_IN_LENGTH).round().max(1.0)
 }
 
 /// The statistics over windows of `secs` [s].
 pub(super) fn over_window(input: &Stream, secs: f64) -> Stream {
-    let each_secs = told_each_secs(secs);
+    let each_secs = hop_secs_of(secs);
     let method = format!("causal, windows of {secs} s, each {each_secs} s; {RECIPE}");
     let doc = format!("What {} came to in the last {secs} s.", input.name);
     Stream { rate_hz: each_secs.recip(), ..output(input, Window::of_secs(secs), method, doc) }
@@ -92,8 +92,8 @@ mod tests {
     }
 
     #[test]
-    fn a_window_is_told_thirty_times_in_its_length_and_once_a_second_at_most() {
-        let told = [1.0, 30.0, 44.0, 60.0, 300.0, 3600.0].map(told_each_secs);
+    fn a_window_is_reported_thirty_times_in_its_length_and_once_a_second_at_most() {
+        let told = [1.0, 30.0, 44.0, 60.0, 300.0, 3600.0].map(hop_secs_of);
         assert_eq!(told, [1.0, 1.0, 1.0, 2.0, 10.0, 120.0]);
         let stream = over_window(&input(&[("x", "m")]), 300.0);
         assert_eq!(stream.rate_hz, 0.1);

@@ -87,7 +87,7 @@ impl Scene {
     }
 
     /// The end [s] and the values of each window, or of each phase.
-    fn told(&mut self, leaf: &str) -> Vec<(f64, FeatureValues)> {
+    fn reported(&mut self, leaf: &str) -> Vec<(f64, FeatureValues)> {
         let is_it = |stream: &&Stream| stream.name.ends_with(&format!("/statistics/{leaf}"));
         let Some(stream) = self.out.streams().iter().find(is_it).cloned() else {
             return Vec::new();
@@ -108,10 +108,10 @@ fn saw(height: f64) -> impl Fn(i32) -> f64 {
 }
 
 #[test]
-fn a_window_is_told_each_second_as_what_its_samples_come_to() {
+fn a_window_is_reported_each_second_as_what_its_samples_come_to() {
     let mut scene = Scene::new(&input(&[("x", "uS")]));
     scene.run(0..300, saw(0.25));
-    let windows = scene.told("w10");
+    let windows = scene.reported("w10");
     assert_eq!(windows.len(), 29);
     for (end_secs, window) in windows {
         let end = (end_secs * 10.0).round() as i32;
@@ -132,10 +132,10 @@ fn a_window_is_told_each_second_as_what_its_samples_come_to() {
 }
 
 #[test]
-fn a_long_window_is_told_more_seldom_as_what_its_samples_come_to() {
+fn a_long_window_is_reported_more_seldom_as_what_its_samples_come_to() {
     let mut scene = Scene::in_windows(&input(&[("x", "uS")]), &[60.0, 10.0]);
     scene.run(0..1000, saw(0.25));
-    let windows = scene.told("w60");
+    let windows = scene.reported("w60");
     let ends: Vec<f64> = windows.iter().map(|(end, _)| *end).collect();
     assert_eq!(ends, (1..50).map(|k| 2.0 * f64::from(k)).collect::<Vec<_>>());
     let (end_secs, window) = windows.last().unwrap();
@@ -143,7 +143,7 @@ fn a_long_window_is_told_more_seldom_as_what_its_samples_come_to() {
     let numbers: Vec<f64> = (end - 600..end).map(saw(0.25)).collect();
     let exact = describe(&vec![0.0; numbers.len()], &numbers).unwrap();
     assert_eq!(window.values[2..6], [exact.median, exact.mad, exact.least, exact.greatest]);
-    assert_eq!(scene.told("w10").len(), 99);
+    assert_eq!(scene.reported("w10").len(), 99);
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn a_phase_differs_from_the_newest_baseline_that_is_over() {
     scene.happen(72.0, EventKind::Phase, "task", f64::NAN);
     scene.run(720..900, saw(2.0));
     scene.happen(90.0, EventKind::Clock, END, f64::NAN);
-    let phases = scene.told("phases");
+    let phases = scene.reported("phases");
     let ends: Vec<f64> = phases.iter().map(|(end, _)| *end).collect();
     assert_eq!(ends, [20.0, 50.0, 70.0, 90.0]);
     let lengths = phases.iter().map(|(_, phase)| phase.window_secs).collect::<Vec<_>>();
@@ -172,7 +172,7 @@ fn a_phase_differs_from_the_newest_baseline_that_is_over() {
     }
     // The standard deviation of the task less that of the baseline.
     assert!(of(1, 8) > 5.0 && of(1, 1) > 2.9 * of(0, 1));
-    let windows = scene.told("w10");
+    let windows = scene.reported("w10");
     let window = |end_secs: f64| &windows.iter().find(|(end, _)| *end == end_secs).unwrap().1;
     assert_eq!(window(19.0).reasons[7], Reason::NoBaseline);
     assert_eq!(window(20.0).reasons[7], Reason::Ok);
@@ -185,21 +185,21 @@ fn a_baseline_that_the_stream_had_little_of_gives_no_differences() {
     let mut scene = Scene::new(&input(&[("x", "uS")]));
     scene.happen(0.0, EventKind::Phase, "baseline", 20.0);
     scene.run(0..300, |tenth| if tenth < 150 { f64::NAN } else { 1.0 });
-    let window = scene.told("w10").pop().unwrap().1;
+    let window = scene.reported("w10").pop().unwrap().1;
     assert_eq!((window.reasons[0], window.reasons[7]), (Reason::Ok, Reason::NoBaseline));
 }
 
 #[test]
-fn a_phase_that_is_told_late_is_the_same() {
-    let told = |lag: i32| {
+fn a_phase_that_is_reported_late_is_the_same() {
+    let reported = |lag: i32| {
         let mut scene = Scene::new(&input(&[("x", "uS")]));
         scene.happen(0.0, EventKind::Phase, "baseline", f64::NAN);
         scene.run(0..600 + lag, saw(1.0));
         scene.happen(60.0, EventKind::Phase, "task", f64::NAN);
         scene.run(600 + lag..700, saw(1.0));
-        format!("{:?}", scene.told("phases"))
+        format!("{:?}", scene.reported("phases"))
     };
-    assert_eq!(told(0), told(70));
+    assert_eq!(reported(0), reported(70));
 }
 
 #[test]
@@ -210,17 +210,17 @@ fn a_late_sample_counts_from_then_on() {
     scene.extractor.push_late(&Scene::sample(7.55, INPUT, late), &mut scene.out);
     scene.run(100..190, |_| 1.0);
     let maxima: Vec<f64> =
-        scene.told("w10").iter().skip(8).map(|(_, window)| window.values[5]).collect();
+        scene.reported("w10").iter().skip(8).map(|(_, window)| window.values[5]).collect();
     assert_eq!(maxima, [1.0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0, 99.0, 1.0]);
 }
 
 #[test]
-fn numbers_that_come_when_they_like_are_told_when_the_next_one_comes() {
+fn numbers_that_come_when_they_like_are_reported_when_the_next_one_comes() {
     let mut scene = Scene::new(&Stream { rate_hz: 0.0, ..input(&[("x", "uS")]) });
     for secs in [0.0, 2.0, 4.5, 6.5, 9.0, 14.0] {
         scene.wave(secs, 1, &[secs]);
     }
-    let windows = scene.told("w10");
+    let windows = scene.reported("w10");
     let ends: Vec<f64> = windows.iter().map(|(end, _)| *end).collect();
     assert_eq!(ends, (1..=14).map(f64::from).collect::<Vec<_>>());
     assert_eq!(windows[9].1.values[4..6], [0.0, 9.0]);
@@ -236,7 +236,7 @@ fn the_fields_of_a_message_are_numbers_too() {
         let message = BatteryState { voltage, ..BatteryState::default() }.encode();
         scene.take(f64::from(secs), Data::Message(message));
     }
-    let window = scene.told("w10").pop().unwrap().1;
+    let window = scene.reported("w10").pop().unwrap().1;
     let stream = scene.out.streams()[0].clone();
     assert_eq!((&*stream.channels[6].name, &*stream.channels[6].unit), ("slope", "V/s"));
     assert_eq!((window.values[0], window.values[6]), (10.5, -1.0));
@@ -249,11 +249,11 @@ fn another_rate_goes_on_and_other_channels_begin_anew() {
     let faster = Stream { rate_hz: 2.0 * RATE_HZ, ..input(&[("x", "uS")]) };
     scene.extractor.join(INPUT, &faster, &mut scene.out);
     scene.run(100..112, |_| 1.0);
-    assert_eq!(scene.told("w10").pop().unwrap().1.coverage, 0.5);
+    assert_eq!(scene.reported("w10").pop().unwrap().1.coverage, 0.5);
     scene.extractor.join(INPUT, &input(&[("x", "uS"), ("y", "uS")]), &mut scene.out);
     scene.wave(12.0, 2, &[1.0, 2.0]);
     scene.wave(13.0, 2, &[1.0, 2.0]);
-    let window = scene.told("w10").pop().unwrap().1;
+    let window = scene.reported("w10").pop().unwrap().1;
     assert_eq!((window.values.len(), window.reasons[0]), (28, Reason::Short));
 }
 
@@ -261,7 +261,7 @@ fn another_rate_goes_on_and_other_channels_begin_anew() {
 fn what_has_another_number_of_channels_is_missing() {
     let mut scene = Scene::new(&input(&[("x", "uS"), ("y", "uS")]));
     (0..30).for_each(|secs| scene.wave(f64::from(secs), 1, &[1.0; 10]));
-    let window = scene.told("w10").pop().unwrap().1;
+    let window = scene.reported("w10").pop().unwrap().1;
     assert_eq!((window.values.len(), window.reasons[0]), (28, Reason::Gap));
 }
 
@@ -288,7 +288,7 @@ proptest! {
         lengths in prop::collection::vec(1usize..60, 1..8),
         numbers in prop::collection::vec(prop_oneof![9 => -1.0..1.0f64, 1 => Just(f64::NAN)], 300),
     ) {
-        let told = |lengths: &[usize]| {
+        let reported = |lengths: &[usize]| {
             let mut scene = Scene::new(&input(&[("x", "uS"), ("y", "uS")]));
             scene.happen(0.0, EventKind::Phase, "baseline", 6.0);
             let mut begin = 0;
@@ -300,9 +300,9 @@ proptest! {
                 scene.wave(begin as f64 / RATE_HZ, 2, &numbers[2 * begin..2 * end]);
                 begin = end;
             }
-            format!("{:?} {:?}", scene.told("w10"), scene.told("phases"))
+            format!("{:?} {:?}", scene.reported("w10"), scene.reported("phases"))
         };
-        prop_assert_eq!(told(&lengths), told(&[1]));
+        prop_assert_eq!(reported(&lengths), reported(&[1]));
     }
 }
 
@@ -315,7 +315,7 @@ fn a_window_with_more_numbers_than_are_to_be_held_is_left_out_and_that_is_said()
     for secs in 0..1100 {
         scene.wave(f64::from(secs), 1000, &vec![1.0; 10_000]);
     }
-    let ends = |scene: &mut Scene, leaf| scene.told(leaf).len();
+    let ends = |scene: &mut Scene, leaf| scene.reported(leaf).len();
     assert_eq!(ends(&mut scene, "w10"), 1099);
     // Each 33 s, until more than 800 s were there.
     assert_eq!(ends(&mut scene, "w1000"), 24);

@@ -10,9 +10,9 @@ use teampulse_messages::readout::Readout;
 use teampulse_signal::analysis::LONGEST_HELD_NS;
 use teampulse_signal::descriptive::{Pace, Rolling, View};
 
-use super::outputs::{over_phases, over_window, told_each_secs};
+use super::outputs::{hop_secs_of, over_phases, over_window};
 use super::values::{coverage, statistics, with_differences};
-use crate::over::{Held, LeftOut, PhasesTold, measured_span};
+use crate::over::{Held, LeftOut, ReportedPhases, measured_span};
 use crate::value::{Value, window_of};
 
 /// Windows end at whole seconds of the stream's own time [ns].
@@ -26,7 +26,7 @@ pub(super) struct TrackedStream {
     windows_secs: Vec<f64>,
     /// `None` while its numbers can't be read.
     work: Option<Work>,
-    phases_told: PhasesTold,
+    reported_phases: ReportedPhases,
 }
 
 struct Work {
@@ -42,8 +42,8 @@ struct Work {
 impl TrackedStream {
     pub(super) fn new(stream: &Stream, windows_secs: &[f64]) -> TrackedStream {
         let (stream, subject) = (stream.clone(), stream.subject());
-        let (windows_secs, phases_told) = (windows_secs.to_vec(), PhasesTold::default());
-        TrackedStream { stream, subject, windows_secs, work: None, phases_told }
+        let (windows_secs, reported_phases) = (windows_secs.to_vec(), ReportedPhases::default());
+        TrackedStream { stream, subject, windows_secs, work: None, reported_phases }
     }
 
     /// The stream is known, or known better: only with other channels it begins anew.
@@ -70,10 +70,8 @@ impl TrackedStream {
     }
 
     fn rolling(&self) -> Rolling {
-        let pace = |secs: &f64| Pace {
-            length_ns: (secs * 1e9) as i64,
-            hops: told_each_secs(*secs) as i64,
-        };
+        let pace =
+            |secs: &f64| Pace { length_ns: (secs * 1e9) as i64, hops: hop_secs_of(*secs) as i64 };
         let paces: Vec<Pace> = self.windows_secs.iter().map(pace).collect();
         Rolling::new(self.stream.rate_hz, self.stream.channels.len(), &paces, HOP_NS)
     }
@@ -87,27 +85,27 @@ impl TrackedStream {
         for (place, numbers) in numbers.chunks_exact(self.stream.channels.len()).enumerate() {
             let after_ns = (sample.period_ns * place as f64).round() as i64;
             let at_ns = sample.measured.nanos().saturating_add(after_ns);
-            self.tell_phases(&mut work, phases.of(&self.subject), at_ns, out);
+            self.report_phases(&mut work, phases.of(&self.subject), at_ns, out);
             while let Some(end_ns) = work.rolling.advance(at_ns) {
-                self.tell_windows(&mut work, end_ns, out);
+                self.report_windows(&mut work, end_ns, out);
             }
             work.rolling.push(at_ns, numbers);
             work.held.came(at_ns, numbers.len() as u64);
             work.rolling.hold_since(work.held.since_ns());
         }
         let input = (&self.stream, "statistics");
-        work.left_out.tell(input, (&work.held, &self.windows_secs), sample.measured, out);
+        work.left_out.report(input, (&work.held, &self.windows_secs), sample.measured, out);
         self.work = Some(work);
     }
 
     /// Reports the phases that are over at `now`, whether or not samples have arrived since.
     pub(super) fn end_phases(&mut self, phases: &Phases, now: Time, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
-        self.tell_phases(&mut work, phases.of(&self.subject), now.nanos(), out);
+        self.report_phases(&mut work, phases.of(&self.subject), now.nanos(), out);
         self.work = Some(work);
     }
 
-    fn tell_windows(&self, work: &mut Work, end_ns: i64, out: &mut Outputs) {
+    fn report_windows(&self, work: &mut Work, end_ns: i64, out: &mut Outputs) {
         for (place, secs) in self.windows_secs.iter().enumerate() {
             if !work.rolling.ends(place, end_ns) {
                 continue;
@@ -119,17 +117,17 @@ impl TrackedStream {
     }
 
     /// Reports phases that ended at or before a time [ns], and keeps what the next one needs.
-    fn tell_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
-        while let Some(phase) = self.phases_told.next_over(phases, at_ns) {
-            self.tell_phase(work, phase, out);
+    fn report_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
+        while let Some(phase) = self.reported_phases.next_over(phases, at_ns) {
+            self.report_phase(work, phase, out);
         }
         let longest_ns = work.rolling.newest_ns().map_or(at_ns, |newest_ns| newest_ns.max(at_ns));
         let longest_ns = longest_ns.saturating_sub(LONGEST_HELD_NS).max(work.held.since_ns());
-        let next_ns = self.phases_told.next_begin_ns(phases);
+        let next_ns = self.reported_phases.next_begin_ns(phases);
         work.rolling.keep_from(next_ns.map_or(i64::MAX, |next_ns| next_ns.max(longest_ns)));
     }
 
-    fn tell_phase(&self, work: &mut Work, phase: &Phase, out: &mut Outputs) {
+    fn report_phase(&self, work: &mut Work, phase: &Phase, out: &mut Outputs) {
         let since_ns = work.rolling.begin_ns();
         let held_ns = work.held.since_ns();
         let Some(span) = since_ns.and_then(|since_ns| measured_span(phase, since_ns, held_ns))

@@ -35,7 +35,7 @@ pub(super) struct Person {
     /// Whether a fault about a report off the scale was published.
     is_off_scale_told: bool,
     /// The streams of the reports and phases so far.
-    told_on: BTreeSet<String>,
+    of_stream: BTreeSet<String>,
     /// What is measured of the body, whether there is a state of it or not.
     measured: BTreeSet<&'static str>,
     states: BTreeMap<Window, State>,
@@ -66,7 +66,7 @@ impl Person {
             doubled_secs,
             reports: Reports::default(),
             is_off_scale_told: false,
-            told_on: BTreeSet::new(),
+            of_stream: BTreeSet::new(),
             measured: BTreeSet::new(),
             states: BTreeMap::new(),
             outputs: BTreeMap::new(),
@@ -94,7 +94,7 @@ impl Person {
     /// Takes in an event that may be a report; the first one off the scale is published as a fault.
     pub(super) fn hear(&mut self, at: Time, event: &Event, stream: &str, out: &mut Outputs) {
         if self.reports.take(at, event) {
-            self.told_on.insert(stream.to_owned());
+            self.of_stream.insert(stream.to_owned());
         } else if is_off_scale(event) && !std::mem::replace(&mut self.is_off_scale_told, true) {
             let output = out.declare(output::faults(&self.subject, stream));
             let label = output::off_scale(event.value);
@@ -104,7 +104,7 @@ impl Person {
 
     /// Phases were published on a stream.
     pub(super) fn heed(&mut self, stream: &str) {
-        self.told_on.insert(stream.to_owned());
+        self.of_stream.insert(stream.to_owned());
     }
 
     /// Takes in a state: for one of a window, the estimate follows at once.
@@ -131,7 +131,7 @@ impl Person {
     }
 
     /// A whole second has passed: where only reports are known, they are the estimate.
-    pub(super) fn tell(
+    pub(super) fn report(
         &mut self,
         second: Time,
         windows: &[(Window, f64)],
@@ -147,11 +147,11 @@ impl Person {
                 }
             }
         }
-        self.tell_phases(second, false, phases, out);
+        self.report_phases(second, false, phases, out);
     }
 
     /// Reports the phases that are over at `now`, as soon as all their inputs are known.
-    pub(super) fn tell_phases(
+    pub(super) fn report_phases(
         &mut self,
         now: Time,
         is_last: bool,
@@ -200,11 +200,11 @@ impl Person {
     /// The output over these windows, declared with all that has come in so far.
     fn declare(&mut self, window: Window, out: &mut Outputs) -> &mut Output {
         let state = self.states.get(&window).map(|state| &state.name);
-        let count = self.told_on.len() + usize::from(state.is_some());
+        let count = self.of_stream.len() + usize::from(state.is_some());
         let known = self.outputs.get(&window);
         if known.is_none_or(|known| known.inputs.len() != count) {
             let until = known.map_or(Time::from_nanos(i64::MIN), |known| known.until);
-            let inputs: BTreeSet<String> = self.told_on.iter().chain(state).cloned().collect();
+            let inputs: BTreeSet<String> = self.of_stream.iter().chain(state).cloned().collect();
             let id =
                 out.declare(output::estimates(&self.subject, window, &inputs, self.doubled_secs));
             self.outputs.insert(window, Output { id, inputs, until });

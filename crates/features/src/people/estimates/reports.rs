@@ -74,14 +74,14 @@ impl Reports {
         let Some((report, share)) = held.into_iter().find(|(_, share)| *share > 0.0) else {
             return Err(Reason::Nothing);
         };
-        Ok(report.told(window.end, share, doubled_secs))
+        Ok(report.reported(window.end, share, doubled_secs))
     }
 
     /// The estimate from the newest report about a phase.
     pub(super) fn of_phase(&self, phase: Stretch, phases: &[Phase], doubled_secs: f64) -> Value {
         let is_about = |report: &&Report| report.about(phases).begin == phase.begin;
         let report = self.newest.iter().rev().find(is_about).ok_or(Reason::Nothing)?;
-        Ok(report.told(phase.end, 1.0, doubled_secs))
+        Ok(report.reported(phase.end, 1.0, doubled_secs))
     }
 }
 
@@ -105,7 +105,7 @@ impl Report {
         Stretch { begin: phase.begin, end }
     }
 
-    fn told(&self, at: Time, share: f64, doubled_secs: f64) -> Estimate {
+    fn reported(&self, at: Time, share: f64, doubled_secs: f64) -> Estimate {
         let age_secs = at.secs_since(self.at).max(0.0);
         let sigma = LEAST_SIGMA * ((1.0 + age_secs / doubled_secs) / share).sqrt();
         Estimate { value: self.workload, sigma }

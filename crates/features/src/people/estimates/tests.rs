@@ -108,7 +108,7 @@ fn a_body_alone_gives_an_estimate() {
 }
 
 #[test]
-fn a_report_off_the_scale_is_a_fault_that_is_told_once() {
+fn a_report_off_the_scale_is_a_fault_that_is_reported_once() {
     let mut drive = begun();
     for (secs, isa) in [(10.0, 3.0), (20.0, 7.0), (30.0, 0.0), (40.0, f64::NAN)] {
         report(&mut drive, secs, isa);
@@ -125,7 +125,7 @@ fn a_report_off_the_scale_is_a_fault_that_is_told_once() {
 }
 
 #[test]
-fn a_report_about_nobody_is_a_fault_that_is_told_once() {
+fn a_report_about_nobody_is_a_fault_that_is_reported_once() {
     let first = |people: &[&str], label: &str| {
         let mut drive = Drive::new(built::<Estimates>("").as_ref(), &session_events());
         for (place, id) in (1..).zip(people) {
@@ -219,7 +219,7 @@ fn a_body_that_is_no_longer_known_leaves_the_report() {
 }
 
 #[test]
-fn each_second_is_told_once_when_a_body_comes_to_reports() {
+fn each_second_is_reported_once_when_a_body_comes_to_reports() {
     let mut drive = begun();
     report(&mut drive, 10.0, 3.0);
     drive.until(20.0);
@@ -231,7 +231,7 @@ fn each_second_is_told_once_when_a_body_comes_to_reports() {
 }
 
 #[test]
-fn a_phase_is_told_with_the_report_at_its_end() {
+fn a_phase_is_reported_with_the_report_at_its_end() {
     let mut drive = with_body();
     drive.join(StreamId(3), &states(Window::Phases));
     phase(&mut drive, 0.0, "baseline");
@@ -249,7 +249,7 @@ fn a_phase_is_told_with_the_report_at_its_end() {
 }
 
 #[test]
-fn a_phase_is_told_with_the_newest_report_that_counts_for_it() {
+fn a_phase_is_reported_with_the_newest_report_that_counts_for_it() {
     let of_report = |secs: f64| {
         let mut drive = with_body();
         drive.join(StreamId(3), &states(Window::Phases));
@@ -266,7 +266,7 @@ fn a_phase_is_told_with_the_newest_report_that_counts_for_it() {
 }
 
 #[test]
-fn a_phase_without_a_report_waits_for_it_and_is_told_without() {
+fn a_phase_without_a_report_waits_for_it_and_is_reported_without() {
     let mut drive = with_body();
     drive.join(StreamId(3), &states(Window::Phases));
     phase(&mut drive, 60.0, "task");
@@ -279,7 +279,7 @@ fn a_phase_without_a_report_waits_for_it_and_is_told_without() {
 }
 
 #[test]
-fn the_last_phase_is_told_as_the_session_ends() {
+fn the_last_phase_is_reported_as_the_session_ends() {
     let mut drive = with_body();
     drive.join(StreamId(3), &states(Window::Phases));
     phase(&mut drive, 60.0, "task");

@@ -95,7 +95,7 @@ impl Person {
     }
 
     /// A whole second has passed.
-    pub(super) fn tell(
+    pub(super) fn report(
         &mut self,
         phases: &[Phase],
         told_by: &str,
@@ -104,18 +104,18 @@ impl Person {
     ) {
         let settled_by = Time::from_nanos(second.nanos().saturating_sub(SETTLED_NS));
         self.judge(phases, told_by, settled_by, out);
-        self.windows.values().for_each(|windows| windows.tell(second, stale_secs, out));
-        self.tell_phases(phases, told_by, second, out);
+        self.windows.values().for_each(|windows| windows.report(second, stale_secs, out));
+        self.report_phases(phases, told_by, second, out);
     }
 
     /// Reports the phases that are over at `now`.
-    pub(super) fn tell_phases(
+    pub(super) fn report_phases(
         &mut self,
         phases: &[Phase],
         told_by: &str,
         now: Time,
         out: &mut Outputs,
     ) {
-        self.whole.tell((&self.subject, told_by), phases, now, out);
+        self.whole.report((&self.subject, told_by), phases, now, out);
     }
 }

@@ -170,7 +170,7 @@ fn against_a_baseline_too_short_there_are_differences_and_no_z() {
 }
 
 #[test]
-fn a_sensor_that_told_too_little_of_the_baseline_has_not_even_differences() {
+fn a_sensor_that_reported_too_little_of_the_baseline_has_not_even_differences() {
     let mut drive = begun();
     phase(&mut drive, 0, "baseline");
     (15..60).for_each(|secs| heart_window(&mut drive, secs, around(70.0, secs)));
@@ -309,7 +309,7 @@ fn a_phase_is_compared_with_the_baseline_as_one_phase() {
 }
 
 #[test]
-fn a_phase_is_told_without_the_stream_that_stopped() {
+fn a_phase_is_reported_without_the_stream_that_stopped() {
     let mut drive = with_phases(&[(100, 71.0)]);
     phase(&mut drive, 160, "rest");
     drive.take_on(StreamId(4), 160.0, values(60.0, 0.9, &[5.5, 7.0]));
@@ -321,7 +321,7 @@ fn a_phase_is_told_without_the_stream_that_stopped() {
 }
 
 #[test]
-fn the_last_phase_is_told_as_the_session_ends() {
+fn the_last_phase_is_reported_as_the_session_ends() {
     let mut drive = with_phases(&[(100, 71.0)]);
     drive.take_on(EVENTS, 160.0, event(EventKind::Clock, END));
     drive.take_on(StreamId(3), 160.0, values(60.0, 0.9, &[0.9, 78.0, 30.0]));
@@ -333,7 +333,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn whatever_windows_tell_a_state_is_sound(
+    fn whatever_windows_give_a_state_is_sound(
         told in prop::collection::vec(prop::num::f64::ANY, 150),
         end in 31_u32..150,
     ) {

@@ -82,7 +82,7 @@ impl Whole {
     }
 
     /// Reports the phases that are over at `now`, as soon as all streams have reported them.
-    pub(super) fn tell(
+    pub(super) fn report(
         &mut self,
         (person, told_by): (&Subject, &str),
         phases: &[Phase],
@@ -100,7 +100,7 @@ impl Whole {
                     return;
                 }
                 if is_judged {
-                    self.tell_phase((person, told_by), phase, out);
+                    self.report_phase((person, told_by), phase, out);
                 }
             }
             self.next += 1;
@@ -117,7 +117,7 @@ impl Whole {
         })
     }
 
-    fn tell_phase(
+    fn report_phase(
         &mut self,
         (person, told_by): (&Subject, &str),
         phase: &Phase,

@@ -111,7 +111,7 @@ impl Windows {
     }
 
     /// Reports the state at a whole second, from windows that ended less than `stale_secs` [s] before.
-    pub(super) fn tell(&self, second: Time, stale_secs: f64, out: &mut Outputs) {
+    pub(super) fn report(&self, second: Time, stale_secs: f64, out: &mut Outputs) {
         let Some(output) = self.output else { return };
         out.emit(output, second, self.state(second, stale_secs));
     }

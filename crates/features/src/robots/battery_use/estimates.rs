@@ -91,7 +91,7 @@ pub(super) fn estimate(
         power_w,
         power_method,
         percent_per_min: trends.fraction.map_or(Err(Reason::Missing), loss),
-        empty_in_secs: stock.map_or(Err(nothing_left_to_tell(view)), time_left),
+        empty_in_secs: stock.map_or(Err(reason_without_power(view)), time_left),
         fraction_left: fraction_left(view, gauges),
     }
 }
@@ -120,12 +120,12 @@ fn power(
     let found = methods.into_iter().find_map(|(method, power)| Some((method, power()?)));
     match found {
         Some((method, power_w)) => (defined(Some(power_w)), Some(method)),
-        None => (Err(nothing_left_to_tell(view)), None),
+        None => (Err(reason_without_power(view)), None),
     }
 }
 
 /// Why there is no line: an energy or a charge that has never moved, or none at all.
-fn nothing_left_to_tell(view: &View<'_, Reading>) -> Reason {
+fn reason_without_power(view: &View<'_, Reading>) -> Reason {
     let given = |quantity| view.share(|reading: &Reading| reading.get(quantity).is_finite()) > 0.0;
     if given(Quantity::Energy) || given(Quantity::Charge) {
         return Reason::Undefined;

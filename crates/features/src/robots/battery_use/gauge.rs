@@ -85,7 +85,7 @@ impl Gauges {
     }
 
     /// Whether a reading contains any quantity that shows the battery's use.
-    pub(super) fn tells_use(&self, reading: &Reading) -> bool {
+    pub(super) fn shows_use(&self, reading: &Reading) -> bool {
         let power = reading.get(Quantity::Voltage) * reading.get(Quantity::Current);
         let alone = [Quantity::Charge, Quantity::Energy, Quantity::Power].map(|q| reading.get(q));
         self.fraction_left(reading).is_finite()

@@ -92,7 +92,7 @@ impl Layout {
     }
 
     /// Whether anything about the use of the battery can come of it.
-    pub(super) fn tells_use(&self) -> bool {
+    pub(super) fn shows_use(&self) -> bool {
         let has = |quantity: Quantity| self.channels[quantity as usize].is_some();
         let alone = [Quantity::Fraction, Quantity::Charge, Quantity::Energy, Quantity::Power];
         alone.into_iter().any(has) || (has(Quantity::Voltage) && has(Quantity::Current))

@@ -53,7 +53,7 @@ fn is_ok(window: &FeatureValues) -> bool {
 const NAN: f64 = f64::NAN;
 
 #[test]
-fn a_standard_battery_tells_power_loss_and_time_left() {
+fn a_standard_battery_gives_power_loss_and_time_left() {
     let mut drive = fed(&battery_state(), 60, |t| [12.0, -2.0, 0.5 - t / 6000.0, NAN, NAN, 2.0]);
     let window = drive.last(USE);
     assert!(is_ok(&window), "{window:?}");
@@ -121,7 +121,7 @@ fn a_current_that_is_seldom_given_does_not_stand_for_the_window() {
 }
 
 #[test]
-fn a_loss_within_its_uncertainty_does_not_tell_when_the_battery_is_empty() {
+fn a_loss_within_its_uncertainty_does_not_give_when_the_battery_is_empty() {
     let mut drive = fed(&battery_state(), 60, |t| {
         let noise = 0.01 * ((t * 7.3).sin() + (t * 12.9).sin());
         [12.0, -2.0, 0.5 - t * 2.5e-4 + noise, NAN, NAN, 2.0]
@@ -155,7 +155,7 @@ fn a_charging_battery_gives_negative_use_and_is_never_empty() {
 }
 
 #[test]
-fn joules_tell_power_and_time_left_and_no_percent() {
+fn joules_give_power_and_time_left_and_no_percent() {
     let mut drive = fed(&one_number("J"), 60, |t| [1000.0 - 10.0 * t]);
     let window = drive.last(USE);
     close(window.values[0], 10.0, 1e-9);
@@ -165,7 +165,7 @@ fn joules_tell_power_and_time_left_and_no_percent() {
 }
 
 #[test]
-fn an_energy_that_never_moved_tells_nothing() {
+fn an_energy_that_never_moved_says_nothing() {
     let window = fed(&one_number("J"), 60, |_| [1000.0]).last(USE);
     assert_eq!(
         window.reasons,
@@ -207,7 +207,7 @@ fn watts_are_taken_as_given() {
 }
 
 #[test]
-fn a_voltage_alone_tells_nothing_about_use() {
+fn a_voltage_alone_says_nothing_about_use() {
     assert!(!built::<BatteryUse>("").accepts(&one_number("V")));
 }
 

@@ -15,7 +15,7 @@ use crate::value::moment;
 #[derive(Debug, Default)]
 pub(super) struct Alerts {
     open: BTreeMap<(String, String), Need>,
-    untold: Vec<(Time, Event)>,
+    unreported: Vec<(Time, Event)>,
 }
 
 /// A robot needs someone.
@@ -37,8 +37,8 @@ impl Alerts {
         }
         let causes = BTreeSet::from([says]);
         self.open.insert(key, Need { begun: at, is_answered: false, causes });
-        let raised = told(EventKind::Fault, robot, why, Stage::Raised);
-        self.untold.push((at, Event { duration_secs: f64::NAN, ..raised }));
+        let raised = reported(EventKind::Fault, robot, why, Stage::Raised);
+        self.unreported.push((at, Event { duration_secs: f64::NAN, ..raised }));
     }
 
     /// A stream says that a robot does not need someone, any more.
@@ -49,10 +49,10 @@ impl Alerts {
         if !alert.causes.is_empty() {
             return;
         }
-        let over = told(EventKind::Marker, robot, why, Stage::Over);
+        let over = reported(EventKind::Marker, robot, why, Stage::Over);
         let duration_secs = at.secs_since(alert.begun).max(0.0);
         self.open.remove(&key);
-        self.untold.push((at, Event { duration_secs, ..over }));
+        self.unreported.push((at, Event { duration_secs, ..over }));
     }
 
     /// Somebody commands a robot: that answers all its alerts that began before.
@@ -60,15 +60,15 @@ impl Alerts {
         for ((_, why), alert) in self.open.iter_mut().filter(|((id, _), _)| id == robot) {
             if !alert.is_answered && alert.begun <= at {
                 alert.is_answered = true;
-                let answered = told(EventKind::Marker, robot, why, Stage::Answered);
-                self.untold.push((at, Event { value: at.secs_since(alert.begun), ..answered }));
+                let answered = reported(EventKind::Marker, robot, why, Stage::Answered);
+                self.unreported.push((at, Event { value: at.secs_since(alert.begun), ..answered }));
             }
         }
     }
 
     /// Reports changes.
-    pub(super) fn tell(&mut self, events: OutputId, out: &mut Outputs) {
-        for (at, event) in self.untold.drain(..) {
+    pub(super) fn report(&mut self, events: OutputId, out: &mut Outputs) {
+        for (at, event) in self.unreported.drain(..) {
             out.emit(events, at, Data::Event(Arc::new(event)));
         }
     }
@@ -90,7 +90,7 @@ impl Alerts {
     }
 }
 
-fn told(kind: EventKind, robot: &str, why: &str, stage: Stage) -> Event {
+fn reported(kind: EventKind, robot: &str, why: &str, stage: Stage) -> Event {
     let alert = Alert { robot: robot.to_owned(), why: why.to_owned(), stage };
     moment(kind, alert.label())
 }

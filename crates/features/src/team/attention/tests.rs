@@ -88,7 +88,7 @@ fn command(drive: &mut Drive, secs: f64) {
     drive.take_on(COMMANDS, secs, Data::Sample([].into()));
 }
 
-fn told(drive: &mut Drive) -> Vec<(f64, String)> {
+fn reported(drive: &mut Drive) -> Vec<(f64, String)> {
     drive.events(ALERTS).into_iter().map(|(at, event)| (at, event.label)).collect()
 }
 
@@ -101,7 +101,7 @@ const ANSWERED: &str = "r1 was answered: offline";
 const OVER: &str = "r1 no longer needs someone: offline";
 
 #[test]
-fn an_alert_is_raised_answered_and_over_each_told_once() {
+fn an_alert_is_raised_answered_and_over_each_reported_once() {
     let mut drive = drive();
     drive.take_on(OFFLINE, 10.0, event(EventKind::Fault));
     drive.take_on(OFFLINE, 11.0, event(EventKind::Fault));
@@ -109,7 +109,7 @@ fn an_alert_is_raised_answered_and_over_each_told_once() {
     command(&mut drive, 15.0);
     drive.take_on(OFFLINE, 30.0, event(EventKind::Marker));
     drive.take_on(OFFLINE, 31.0, event(EventKind::Marker));
-    assert_eq!(told(&mut drive), said(&[(10.0, NEEDS), (14.5, ANSWERED), (30.0, OVER)]));
+    assert_eq!(reported(&mut drive), said(&[(10.0, NEEDS), (14.5, ANSWERED), (30.0, OVER)]));
     let events: Vec<Event> = drive.events(ALERTS).into_iter().map(|(_, event)| event).collect();
     assert_eq!(events[0].kind, EventKind::Fault);
     assert_eq!((events[1].kind, events[1].value), (EventKind::Marker, 4.5));
@@ -152,7 +152,7 @@ fn a_command_before_an_alert_is_no_answer_to_it() {
     let mut drive = drive();
     command(&mut drive, 5.0);
     drive.take_on(OFFLINE, 10.0, event(EventKind::Fault));
-    assert_eq!(told(&mut drive), said(&[(10.0, NEEDS)]));
+    assert_eq!(reported(&mut drive), said(&[(10.0, NEEDS)]));
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn a_limit_is_left_behind_only_clearly_and_in_every_window() {
     charge(&mut drive, BATTERY, 20.0, 0.25);
     let [raised, over] = ["needs someone", "no longer needs someone"]
         .map(|word| format!("r1 {word}: battery below 20 %"));
-    assert_eq!(told(&mut drive), said(&[(10.0, &raised), (20.0, &over)]));
+    assert_eq!(reported(&mut drive), said(&[(10.0, &raised), (20.0, &over)]));
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn a_battery_of_which_it_is_not_known_when_it_is_empty_needs_nobody() {
     for (secs, empty_in_secs) in [(10.0, 250.0), (20.0, f64::NAN)] {
         drive.take_on(BATTERY, secs, feature(&[empty_in_secs, 0.5]));
     }
-    let labels: Vec<String> = told(&mut drive).into_iter().map(|(_, label)| label).collect();
+    let labels: Vec<String> = reported(&mut drive).into_iter().map(|(_, label)| label).collect();
     assert_eq!(labels[0], "r1 needs someone: battery empty within 5 min");
     assert_eq!(labels.len(), 2);
 }
@@ -203,7 +203,7 @@ fn diagnostics_need_someone_from_an_error_on() {
     for (secs, level) in [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 0.0)] {
         drive.take_on(LEVEL, secs, feature(&[level]));
     }
-    let at: Vec<f64> = told(&mut drive).into_iter().map(|(at, _)| at).collect();
+    let at: Vec<f64> = reported(&mut drive).into_iter().map(|(at, _)| at).collect();
     assert_eq!(at, [2.0, 4.0]);
 }
 
@@ -224,7 +224,7 @@ fn robots_per_person_need_a_person() {
 }
 
 #[test]
-fn the_state_of_a_second_is_that_which_all_features_told_for_it() {
+fn the_state_of_a_second_is_that_which_all_features_reported_for_it() {
     let mut drive = drive();
     drive.until(10.0);
     drive.take_on(ONLINE, 10.0, feature(&[1.0]));
@@ -234,7 +234,7 @@ fn the_state_of_a_second_is_that_which_all_features_told_for_it() {
 }
 
 #[test]
-fn nothing_of_what_a_person_wears_is_in_what_is_told_of_the_team() {
+fn nothing_of_what_a_person_wears_is_in_what_is_reported_the_team() {
     let drive = drive();
     assert!(drive.streams().iter().all(|stream| stream.about == About::Team));
 }

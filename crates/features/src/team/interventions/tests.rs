@@ -11,7 +11,7 @@ fn drive() -> Drive {
 }
 
 /// The outputs, with their start times [s].
-fn told(drive: &mut Drive) -> Vec<(f64, String, f64, f64)> {
+fn reported(drive: &mut Drive) -> Vec<(f64, String, f64, f64)> {
     let events = drive.events(NAME).into_iter();
     events.map(|(at, event)| (at, event.label, event.value, event.duration_secs)).collect()
 }
@@ -21,7 +21,7 @@ fn driving_by_hand_is_one_intervention_however_many_messages_it_takes() {
     let mut drive = drive();
     (0..200).for_each(|k| drive.at(5.0 + f64::from(k) / 20.0, &[]));
     drive.until(30.0);
-    assert_eq!(told(&mut drive), [(5.0, "r1 cmd_vel".to_owned(), 200.0, 9.95)]);
+    assert_eq!(reported(&mut drive), [(5.0, "r1 cmd_vel".to_owned(), 200.0, 9.95)]);
     let (_, event) = drive.events(NAME).remove(0);
     assert_eq!(event.kind, EventKind::Intervention);
 }
@@ -33,7 +33,7 @@ fn a_pause_ends_an_intervention_and_a_shorter_one_does_not() {
         drive.at(secs, &[]);
     }
     drive.until(20.0);
-    let begun: Vec<_> = told(&mut drive).into_iter().map(|each| (each.0, each.2)).collect();
+    let begun: Vec<_> = reported(&mut drive).into_iter().map(|each| (each.0, each.2)).collect();
     assert_eq!(begun, [(1.0, 2.0), (5.1, 1.0), (9.0, 1.0)]);
 }
 
@@ -45,11 +45,11 @@ fn a_late_message_belongs_where_it_was_sent() {
     drive.until(10.0);
     drive.late(5.5, &[]);
     drive.until(20.0);
-    assert_eq!(told(&mut drive), [(4.0, "r1 cmd_vel".to_owned(), 2.0, 1.0)]);
+    assert_eq!(reported(&mut drive), [(4.0, "r1 cmd_vel".to_owned(), 2.0, 1.0)]);
 }
 
 #[test]
-fn windows_tell_how_often_and_how_long_ago() {
+fn windows_give_how_often_and_how_long_ago() {
     let mut drive = drive();
     for secs in [1.0, 20.0, 25.0, 28.0] {
         drive.at(secs, &[]);
@@ -70,7 +70,7 @@ fn before_half_a_window_there_is_no_rate_and_before_a_command_no_time_since() {
 }
 
 #[test]
-fn what_goes_on_when_the_session_ends_is_told() {
+fn what_goes_on_when_the_session_ends_is_reported() {
     let feature = built::<Interventions>("");
     let (command, events) = (plain("/r1/goal_pose", Signal::Input, &[]), session_events());
     assert!(feature.accepts(&events));
@@ -80,7 +80,7 @@ fn what_goes_on_when_the_session_ends_is_told() {
     let label = END.to_owned();
     let end = Event { kind: EventKind::Clock, label, value: f64::NAN, duration_secs: 0.0 };
     drive.take_on(StreamId(1), 6.0, Data::Event(Arc::new(end)));
-    assert_eq!(told(&mut drive), [(5.0, "r1 goal_pose".to_owned(), 1.0, 0.0)]);
+    assert_eq!(reported(&mut drive), [(5.0, "r1 goal_pose".to_owned(), 1.0, 0.0)]);
 }
 
 #[test]

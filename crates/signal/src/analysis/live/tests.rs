@@ -57,7 +57,7 @@ fn live(lengths_secs: &[i64]) -> Live {
 /// Each window as (end [s], value); each event as its sample.
 type Heard = (Vec<(f64, Result<f64, Reason>)>, Vec<f64>);
 
-fn told(live: &mut Live, samples: &[(f64, f64)]) -> Heard {
+fn reported(live: &mut Live, samples: &[(f64, f64)]) -> Heard {
     let (mut windows, mut events) = (Vec::new(), Vec::new());
     for (secs, value) in samples {
         live.push((secs * 1e9) as i64, &[*value], &mut |told| match told {
@@ -76,15 +76,15 @@ fn halves(range: std::ops::Range<u32>) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn a_window_is_told_of_when_the_first_sample_after_it_has_come() {
-    let (windows, _) = told(&mut live(&[2]), &halves(0..9));
+fn a_window_is_reported_when_the_first_sample_after_it_has_come() {
+    let (windows, _) = reported(&mut live(&[2]), &halves(0..9));
     assert_eq!(windows, [(6.0, Ok(0.5)), (7.0, Ok(1.5)), (8.0, Ok(3.5)), (9.0, Ok(5.5))]);
 }
 
 #[test]
 fn a_window_that_is_not_full_yet_is_short_and_one_with_a_hole_has_a_gap() {
     let samples = [halves(0..10), halves(16..30)].concat();
-    let (windows, _) = told(&mut live(&[4]), &samples);
+    let (windows, _) = reported(&mut live(&[4]), &samples);
     let of = |secs: f64| windows.iter().find(|window| window.0 == secs).unwrap().1;
     assert_eq!(of(6.0), Err(Reason::Short));
     assert_eq!(of(9.0), Ok(3.5));
@@ -97,7 +97,7 @@ fn samples_are_counted_through_gaps_short_and_long() {
     // The first silence is longer than the window, the second longer than anything is held.
     for return_at in [1000, 3000] {
         let samples = [halves(0..11), halves(14..25), halves(return_at..return_at + 15)].concat();
-        let (windows, events) = told(&mut live(&[4]), &samples);
+        let (windows, events) = reported(&mut live(&[4]), &samples);
         let back = f64::from(return_at);
         assert_eq!(events, [0.0, 10.0, 20.0, back, back + 10.0]);
         // Nothing is reported for the silence, and all windows end at whole seconds after the beginning.
@@ -111,13 +111,13 @@ fn what_is_held_can_be_asked_and_changes_no_window() {
     let samples = [halves(0..20), halves(40..60)].concat();
     let (mut usual, mut holding) = (live(&[2]), live(&[2]));
     holding.hold_from(Some(5 * SEC));
-    assert_eq!(told(&mut usual, &samples), told(&mut holding, &samples));
+    assert_eq!(reported(&mut usual, &samples), reported(&mut holding, &samples));
     let span = |from, to| Span { begin_ns: from * SEC, end_ns: to * SEC };
     assert_eq!(holding.measure(span(5, 10)).values, [Ok(4.5)]);
     assert_eq!(usual.measure(span(5, 10)).values, [Err(Reason::Gap)]);
     assert_eq!(holding.measure(span(5, 35)).coverage, 40.0 / 60.0);
     holding.hold_from(None);
-    told(&mut holding, &halves(60..64));
+    reported(&mut holding, &halves(60..64));
     assert_eq!(holding.measure(span(5, 10)).values, [Err(Reason::Gap)]);
 }
 
@@ -125,7 +125,7 @@ fn what_is_held_can_be_asked_and_changes_no_window() {
 fn no_more_is_held_than_is_said() {
     let mut live = live(&[2]);
     live.hold_from(Some(0));
-    told(&mut live, &halves(0..3000));
+    reported(&mut live, &halves(0..3000));
     let span = |from_secs| Span { begin_ns: from_secs * SEC, end_ns: (from_secs + 10) * SEC };
     assert_eq!(live.measure(span(1000)).coverage, 1.0);
     // 600 s, and 5 s for who asks a moment later.
@@ -182,8 +182,8 @@ fn dear(lengths_secs: &[i64]) -> Live {
 #[test]
 fn what_is_held_was_computed_less_than_ten_seconds_before() {
     let samples = halves(0..100);
-    let (fresh, _) = told(&mut live(&[1]), &samples);
-    let (held, _) = told(&mut dear(&[1]), &samples);
+    let (fresh, _) = reported(&mut live(&[1]), &samples);
+    let (held, _) = reported(&mut dear(&[1]), &samples);
     assert_eq!(held.len(), fresh.len());
     for (place, window) in held.iter().enumerate() {
         assert_eq!(*window, (fresh[place].0, fresh[place - place % 10].1));
@@ -210,8 +210,8 @@ fn windows_of_different_lengths_take_their_turns_in_different_seconds() {
 #[test]
 fn nothing_is_held_through_a_silence_that_empties_the_windows() {
     let samples = [halves(0..10), halves(16..30)].concat();
-    let (fresh, _) = told(&mut live(&[2]), &samples);
-    let (held, _) = told(&mut dear(&[2]), &samples);
+    let (fresh, _) = reported(&mut live(&[2]), &samples);
+    let (held, _) = reported(&mut dear(&[2]), &samples);
     let first = fresh.iter().position(|window| window.0 > 13.0).unwrap();
     assert_eq!((held.len(), held[first]), (fresh.len(), fresh[first]));
     assert_ne!(held[first], held[first - 1]);
@@ -228,7 +228,7 @@ proptest! {
 }
 
 #[test]
-fn a_window_of_which_not_all_is_held_is_not_told_and_the_others_are() {
+fn a_window_of_which_not_all_is_held_is_not_reported_and_the_others_are() {
     let samples: Vec<(f64, f64)> =
         (0..80).map(|k| (f64::from(k) / 2.0, f64::from(k) + 0.5)).collect();
     let mut live = live(&[5, 20]);

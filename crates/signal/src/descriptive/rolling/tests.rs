@@ -13,11 +13,11 @@ fn each_hop(lengths_ns: &[i64]) -> Vec<Pace> {
 }
 
 /// The values of each window as it ends, hop by hop.
-fn told(samples: &[Sample], rate_hz: f64, lengths_ns: &[i64]) -> Vec<Vec<View>> {
-    told_at_paces(samples, rate_hz, &each_hop(lengths_ns))
+fn reported(samples: &[Sample], rate_hz: f64, lengths_ns: &[i64]) -> Vec<Vec<View>> {
+    views_at_paces(samples, rate_hz, &each_hop(lengths_ns))
 }
 
-fn told_at_paces(samples: &[Sample], rate_hz: f64, paces: &[Pace]) -> Vec<Vec<View>> {
+fn views_at_paces(samples: &[Sample], rate_hz: f64, paces: &[Pace]) -> Vec<Vec<View>> {
     let width = samples.first().map_or(1, |sample| sample.1.len());
     let mut rolling = Rolling::new(rate_hz, width, paces, SECOND_NS);
     let mut told = Vec::new();
@@ -96,7 +96,7 @@ fn samples() -> impl Strategy<Value = Vec<Sample>> {
 #[test]
 fn a_constant_has_neither_spread_nor_slope() {
     let samples: Vec<Sample> = (0..200).map(|k| (k * SECOND_NS / 20, vec![0.1])).collect();
-    for views in told(&samples, 20.0, &[3 * SECOND_NS]) {
+    for views in reported(&samples, 20.0, &[3 * SECOND_NS]) {
         let summary = views[0].channels[0].summary.unwrap();
         assert_eq!((summary.mean, summary.median, summary.mad), (0.1, 0.1, 0.0));
         assert_eq!((summary.sd, summary.slope_per_sec), (Some(0.0), Some(0.0)));
@@ -108,7 +108,7 @@ fn small_noise_on_a_huge_offset_keeps_its_spread() {
     let noise = |k: i64| (k * 7919 % 1000) as f64 / 1000.0;
     let samples: Vec<Sample> =
         (0..6000).map(|k| (k * SECOND_NS / 100, vec![1e9 + noise(k)])).collect();
-    let all = told(&samples, 100.0, &[30 * SECOND_NS]);
+    let all = reported(&samples, 100.0, &[30 * SECOND_NS]);
     assert_eq!(all.len(), 59);
     for view in all.iter().map(|views| &views[0]) {
         let small = samples.iter().filter(|sample| view.span.holds(sample.0));
@@ -122,7 +122,7 @@ fn small_noise_on_a_huge_offset_keeps_its_spread() {
 #[test]
 fn a_window_is_young_until_it_lies_after_the_first_sample() {
     let samples: Vec<Sample> = (0..100).map(|k| (k * SECOND_NS / 10, vec![0.0])).collect();
-    let all = told(&samples, 10.0, &[4 * SECOND_NS]);
+    let all = reported(&samples, 10.0, &[4 * SECOND_NS]);
     let of = |views: &Vec<View>| (views[0].is_young, views[0].channels[0].coverage);
     let expected = [(true, 0.25), (true, 0.5), (true, 0.75), (false, 1.0), (false, 1.0)];
     assert_eq!(all.iter().take(5).map(of).collect::<Vec<_>>(), expected);
@@ -134,7 +134,7 @@ fn a_gap_longer_than_the_longest_window_is_passed_over() {
     let early = (0..50).map(|k| k * SECOND_NS / 10);
     let samples: Vec<Sample> =
         early.clone().chain(early.map(|at_ns| hour_ns + at_ns)).map(|at| (at, vec![1.0])).collect();
-    let all = told(&samples, 10.0, &[3 * SECOND_NS]);
+    let all = reported(&samples, 10.0, &[3 * SECOND_NS]);
     assert_eq!(all.len(), 8);
     let after = &all[4][0];
     assert_eq!((after.span.end_ns, after.is_young), (hour_ns + SECOND_NS, false));
@@ -223,7 +223,7 @@ fn times_at_both_ends_of_all_time_do_no_harm() {
         let samples: Vec<Sample> = times_ns.iter().map(|at_ns| (*at_ns, vec![1.0])).collect();
         let paces = [(1, 1), (86_400, i64::MAX), (30, 7)]
             .map(|(secs, hops)| Pace { length_ns: secs * SECOND_NS, hops });
-        told_at_paces(&samples, 0.0, &paces);
+        views_at_paces(&samples, 0.0, &paces);
     }
 }
 
@@ -234,7 +234,7 @@ proptest! {
     fn every_window_is_what_its_samples_come_to(samples in samples(), is_even in any::<bool>()) {
         let rate_hz = if is_even { 10.0 } else { 0.0 };
         let lengths_ns = [SECOND_NS, 2 * SECOND_NS + SECOND_NS / 2, 10 * SECOND_NS];
-        for view in told(&samples, rate_hz, &lengths_ns).iter().flatten() {
+        for view in reported(&samples, rate_hz, &lengths_ns).iter().flatten() {
             for (channel, described) in view.channels.iter().enumerate() {
                 let exact = expected(&samples, channel, view.span);
                 assert_same(described.summary, exact, 1e-9);
@@ -255,7 +255,7 @@ proptest! {
             .map(|&(secs, hops)| Pace { length_ns: secs * SECOND_NS, hops })
             .collect();
         let begin_ns = samples[0].0;
-        for view in told_at_paces(&samples, 0.0, &paces).iter().flatten() {
+        for view in views_at_paces(&samples, 0.0, &paces).iter().flatten() {
             let Span { begin_ns: from_ns, end_ns } = view.span;
             let ends = |pace: &Pace| {
                 pace.length_ns == end_ns - from_ns && (end_ns - begin_ns) % (pace.hops * SECOND_NS) == 0

@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_blink_is_told_within_half_a_second() {
+    fn a_blink_is_reported_within_half_a_second() {
         let mut detector = BlinkDetector::new(RATE_HZ).unwrap();
         for (k, sample) in signal(1.0).into_iter().enumerate() {
             if let Some(blink) = detector.push(sample) {

@@ -47,8 +47,8 @@ pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> 
     let grid = Grid { low_hz: LOW_HZ, step_hz: STEP_HZ, count };
     let common = product(all.iter().map(|each| each.shares(grid)), all.len(), count);
     let told = peak_of(&common, grid)?;
-    let tells = told.clarity >= LEAST_CLARITY && told.rate_per_min.sigma <= LARGEST_SIGMA;
-    tells.then_some(told)
+    let gives = told.clarity >= LEAST_CLARITY && told.rate_per_min.sigma <= LARGEST_SIGMA;
+    gives.then_some(told)
 }
 
 /// The rate of the greatest product, and how narrowly the rest lies around it.

@@ -21,8 +21,8 @@ impl Kept {
         if self.told.len() >= MOST {
             self.told.pop_first();
         }
-        let tell = || rate_of_stretch(beats, begin_ns);
-        *self.told.entry((begin_ns, print(beats))).or_insert_with(tell)
+        let report = || rate_of_stretch(beats, begin_ns);
+        *self.told.entry((begin_ns, print(beats))).or_insert_with(report)
     }
 }
 

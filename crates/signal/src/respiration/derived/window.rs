@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_what_would_be_told_anew() {
+    fn what_is_kept_is_what_would_be_reported_anew() {
         let kept = BreathingWindows::default();
         for end_secs in 300..420 {
             let end_ns = end_secs * 1_000_000_000;

@@ -176,7 +176,7 @@ fn a_session_without_any_stream_lasted_as_long_as_it_was_watched() {
 }
 
 #[test]
-fn a_stream_that_is_advertised_and_never_comes_is_told() {
+fn a_stream_that_is_advertised_and_never_comes_is_reported() {
     let mut board = Board::default();
     let never = |second| status(second, "/robot1/wifi", (State::Never, "no sample yet"), f64::NAN);
     let told: Vec<String> = (0..12).flat_map(|second| board.take(&never(second))).collect();
@@ -213,7 +213,7 @@ fn the_phase_is_that_of_the_participant_with_what_is_left_of_it() {
 }
 
 #[test]
-fn only_changes_are_told_line_by_line() {
+fn only_changes_are_reported_line_by_line() {
     let mut board = Board::default();
     let mut take = |state| board.take(&status(1, "/robot1/odom", (state, ""), 0.1)).len();
     let states = [State::Never, State::Ok, State::Ok, State::Ok, State::Ok];

@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_come_back_as_they_were_told_however_many_there_are() {
+    fn rows_come_back_as_they_were_reported_however_many_there_are() {
         let folder = tempfile::tempdir().unwrap();
         let mut rows = Rows::new(folder.path());
         let of = |robot: u32, phase: i64| {

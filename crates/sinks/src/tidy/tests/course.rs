@@ -33,7 +33,7 @@ fn what_was_half_silent_is_half_usable() {
     for secs in 30..=90 {
         let silent_secs = f32::from(u8::try_from(secs).unwrap() - 30).clamp(30.0, 45.0) - 30.0;
         session.window("heart/w30", f64::from(secs), covered(30.0, 1.0 - silent_secs / 30.0));
-        session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+        session.report(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
     }
     // Quality is three quarters throughout; windows at the start of a phase still cover the one before.
     assert_eq!(usable(&session.run(), ECG)[1..], ["75 %", "38 %"]);
@@ -57,7 +57,7 @@ fn a_phase_in_which_no_window_lies_is_judged_by_the_state_of_the_stream() {
     session.phase(40.0, "task", 20.0);
     for secs in 0..60 {
         let state = if secs < 50 { State::Ok } else { State::Dead };
-        session.tell(f64::from(secs), &status_stream(), status(ECG, state, None));
+        session.report(f64::from(secs), &status_stream(), status(ECG, state, None));
         if secs >= 30 {
             session.window("heart/w30", f64::from(secs), window(30.0));
         }
@@ -70,14 +70,14 @@ fn windows_too_short_for_any_value_do_not_judge_their_data() {
     let mut session = Session::new();
     session.phase(0.0, "baseline", 60.0);
     for secs in 0..60 {
-        session.tell(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+        session.report(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
         session.window("breath/w10", f64::from(secs), empty(10.0));
     }
     assert_eq!(usable(&session.run(), ECG), ["100 %*", "100 %*"]);
 }
 
 #[test]
-fn the_end_of_something_is_a_moment_that_tells_how_long_it_lasted() {
+fn the_end_of_something_is_a_moment_that_gives_how_long_it_lasted() {
     let mut session = Session::new();
     let of = |name: &str, subject| {
         let stream = Stream::raw(name, subject, Shape::Event);
@@ -88,10 +88,10 @@ fn the_end_of_something_is_a_moment_that_tells_how_long_it_lasted() {
     let marker = |label, duration_secs| event(EventKind::Marker, label, f64::NAN, duration_secs);
     session.phase(50.0, "before", 20.0);
     session.phase(70.0, "after", 20.0);
-    session.tell(75.0, &deployment, marker("robot2 online", 15.0));
-    session.tell(76.5, &alerts, marker("robot2 no longer needs someone: poor link", 11.5));
+    session.report(75.0, &deployment, marker("robot2 online", 15.0));
+    session.report(76.5, &alerts, marker("robot2 no longer needs someone: poor link", 11.5));
     let person_s = Stream::raw("/humans/persons/p001/task/notes", person(), Shape::Event);
-    session.tell(80.0, &person_s, marker("lasts", 9.0));
+    session.report(80.0, &person_s, marker("lasts", 9.0));
     let files = session.run();
     // What nobody set is no marker.
     let online = row(&files, "robot2 online", &[0, 1, 2, 3, 7, 8]);
@@ -108,7 +108,7 @@ fn a_phase_lasted_as_long_as_it_was_and_not_as_announced() {
     session.phase(40.0, "1-back", f64::NAN);
     session.phase(50.0, "rest", 60.0);
     let mark = event(EventKind::Marker, "last", f64::NAN, 0.0);
-    session.tell(70.25, &session_events(), mark);
+    session.report(70.25, &session_events(), mark);
     let files = session.run();
     let of = |label| row(&files, label, &[0, 1]);
     assert_eq!(of("baseline"), "0.500 39.5");
@@ -121,8 +121,8 @@ fn own_phases_that_began_before_the_session_s_have_their_length() {
     let mut session = Session::new();
     session.phase(2.0, "baseline", 60.0);
     let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
-    session.tell_at(1.0, 2.5, &own, event(EventKind::Phase, "baseline", f64::NAN, 60.0));
-    session.tell(50.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
+    session.take_at(1.0, 2.5, &own, event(EventKind::Phase, "baseline", f64::NAN, 60.0));
+    session.report(50.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
     assert_eq!(row(&session.run(), "baseline", &[0, 1, 5]), "1.000 49 p001");
 }
 
@@ -136,7 +136,7 @@ fn a_report_belongs_to_the_phase_that_has_just_ended() {
     for (kind, secs) in
         kinds.into_iter().chain([(EventKind::Marker, 32.0), (EventKind::Report, 69.0)])
     {
-        session.tell(secs, &reports, event(kind, &format!("at {secs}"), 3.0, 0.0));
+        session.report(secs, &reports, event(kind, &format!("at {secs}"), 3.0, 0.0));
     }
     let files = session.run();
     let of = |secs: u32| row(&files, &format!("at {secs}"), &[7]);
@@ -148,11 +148,11 @@ fn a_report_on_the_session_s_events_is_about_whom_it_names() {
     let mut session = Session::new();
     session.phase(0.0, "session's", 300.0);
     let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
-    session.tell(10.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
+    session.report(10.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
     let report = |label| event(EventKind::Report, label, 3.0, 0.0);
-    session.tell(20.0, &session_events(), report("isa p001"));
-    session.tell(30.0, &session_events(), report("isa"));
-    session.tell(40.0, &session_events(), report("isa p007"));
+    session.report(20.0, &session_events(), report("isa p001"));
+    session.report(30.0, &session_events(), report("isa"));
+    session.report(40.0, &session_events(), report("isa p007"));
     let files = session.run();
     assert_eq!(row(&files, "isa p001", &[5, 7]), "p001 1-back");
     assert_eq!(row(&files, "isa", &[5, 7]), "p001 1-back");
@@ -167,18 +167,18 @@ fn reports_that_are_not_used_are_counted_as_such() {
             let name = format!("/humans/persons/{id}/task/presses");
             let about = Subject { id: (*id).to_owned(), ..person() };
             let stream = Stream::raw(name, about, Shape::Event);
-            session.tell(10.0, &stream, event(EventKind::Marker, "match", f64::NAN, 0.0));
+            session.report(10.0, &stream, event(EventKind::Marker, "match", f64::NAN, 0.0));
         }
         let told = [("isa p001", 3.0), ("isa P001", 3.0), ("isa p009", 9.0), ("isa", 2.0)];
         for (label, isa) in told.into_iter().chain([("isa p001", 7.0), ("isa p001", f64::NAN)]) {
-            session.tell(20.0, &session_events(), event(EventKind::Report, label, isa, 0.0));
+            session.report(20.0, &session_events(), event(EventKind::Report, label, isa, 0.0));
         }
         session.run().text("summary.md")
     };
     for (people, about_nobody) in [(&["p001"][..], 2), (&["p001", "p002"], 3)] {
         let unused = format!(
             "Self-reports: 6 (not used: 1 off the scale from 1 to 5, 1 not a number, \
-             {about_nobody} about nobody known)."
+             {about_nobody} about an unknown person)."
         );
         let text = summary(people);
         assert!(text.contains(&unused), "{text}");
@@ -215,11 +215,11 @@ fn a_session_that_ended_was_not_cut_off() {
 fn what_is_computed_from_a_damaged_bag_says_so_and_counts_no_losses() {
     let mut session = Session::new();
     session.window("heart/w30", 30.0, window(30.0));
-    session.tell(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
+    session.report(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
     let whole = session.run().text("summary.md");
     let mut session = Session::new();
     session.window("heart/w30", 30.0, window(30.0));
-    session.tell(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
+    session.report(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
     session.damage = Some("12 messages are missing".into());
     let damaged = session.run().text("summary.md");
     let told = "- The bag that was replayed is damaged: 12 messages are missing.";
@@ -232,7 +232,7 @@ fn labels_with_line_breaks_break_no_file() {
     let mut session = Session::new();
     session.phase(0.0, "base\r\nline\u{2028}one", 60.0);
     session.windows("heart/w30", 30..=31, 30.0);
-    session.tell(31.0, &session_events(), event(EventKind::Fault, "a\nb", f64::NAN, 0.0));
+    session.report(31.0, &session_events(), event(EventKind::Fault, "a\nb", f64::NAN, 0.0));
     let files = session.run();
     assert_eq!(files.columns(&[3]), ["base  line one"]);
     let text = files.text("summary.md");

@@ -42,16 +42,16 @@ impl Session {
         };
         let of_session = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
         let first = Arc::new(of_session.clone());
-        session.tell(0.0, &of_session, Data::Description(first));
+        session.report(0.0, &of_session, Data::Description(first));
         session
     }
 
-    pub fn tell(&mut self, secs: f64, stream: &Stream, data: Data) {
-        self.tell_at(secs, secs, stream, data);
+    pub fn report(&mut self, secs: f64, stream: &Stream, data: Data) {
+        self.take_at(secs, secs, stream, data);
     }
 
     /// Hands over a sample that was measured before it arrived.
-    pub fn tell_at(&mut self, measured_secs: f64, log_secs: f64, stream: &Stream, data: Data) {
+    pub fn take_at(&mut self, measured_secs: f64, log_secs: f64, stream: &Stream, data: Data) {
         let id = self.streams.declare(stream.clone()).id;
         let sample = Sample {
             stream: id,
@@ -69,7 +69,7 @@ impl Session {
 
     pub fn phase(&mut self, secs: f64, label: &str, duration_secs: f64) {
         let event = event(EventKind::Phase, label, f64::NAN, duration_secs);
-        self.tell(secs, &session_events(), event);
+        self.report(secs, &session_events(), event);
     }
 
     /// A beat each 0.8 s from `begin` on, the first without an interval.
@@ -84,7 +84,7 @@ impl Session {
         for k in 0..count {
             let interval_ms = if k == 0 { f64::NAN } else { 800.0 + f64::from(k) };
             let beat = event(EventKind::Beat, "beat", interval_ms, 0.0);
-            self.tell(begin_secs + 0.8 * f64::from(k), &stream, beat);
+            self.report(begin_secs + 0.8 * f64::from(k), &stream, beat);
         }
     }
 
@@ -115,15 +115,15 @@ impl Session {
         let stream = Stream::derived(&ecg, family, Shape::Feature);
         let stream = stream.over(over).with_channels(&channels);
         if self.streams.find(&stream.name).is_none() {
-            self.tell(end_secs, &session_streams(), described(&stream));
+            self.report(end_secs, &session_streams(), described(&stream));
         }
-        self.tell(end_secs, &stream, window);
+        self.report(end_secs, &stream, window);
     }
 
     pub fn run(mut self) -> Files {
         let end = event(EventKind::Clock, END, f64::NAN, 0.0);
         let last = self.records.last().map_or(time(0.0), |last| last.sample.log_time);
-        self.tell(last.secs_since(time(0.0)) + 1.0, &session_events(), end);
+        self.report(last.secs_since(time(0.0)) + 1.0, &session_events(), end);
         self.run_cut_off()
     }
 
@@ -149,7 +149,7 @@ pub fn write(session: &Session) -> Result<(), SinkError> {
         bag: session.folder.path().to_owned(),
         session: "trial".into(),
         study: String::new(),
-        clock: Clock::told(),
+        clock: Clock::settable(),
         bag_ended: session.bag_ended.clone(),
         growth: teampulse_bag::Growth::default(),
         damage: session.damage.clone(),

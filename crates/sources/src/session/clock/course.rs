@@ -219,7 +219,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_told_time_never_goes_back_and_never_stands_still(
+        fn whatever_is_reported_time_never_goes_back_and_never_stands_still(
             told in prop::collection::vec((any::<i64>(), 0_u8..2), 0..40),
         ) {
             let mut course = Course::default();

@@ -23,7 +23,7 @@ fn run(clock: &mut OneWay, device: &mut Device, secs: i64) -> f64 {
 }
 
 #[test]
-fn a_steady_clock_is_found_and_nothing_is_told() {
+fn a_steady_clock_is_found_and_nothing_is_reported() {
     let (mut clock, mut device) = (model(), Device::new(10.0));
     device.rate = 1.0 + 40e-6;
     let error = run(&mut clock, &mut device, 300) - device.least_delay;
@@ -35,7 +35,7 @@ fn a_steady_clock_is_found_and_nothing_is_told() {
 }
 
 #[test]
-fn a_clock_that_runs_two_percent_fast_is_followed_and_told() {
+fn a_clock_that_runs_two_percent_fast_is_followed_and_reported() {
     for rate in [0.98, 1.02] {
         let (mut clock, mut device) = (model(), Device::new(10.0));
         device.rate = rate;
@@ -82,7 +82,7 @@ fn a_device_that_is_switched_on_again_begins_a_new_epoch() {
 }
 
 #[test]
-fn a_counter_that_wraps_goes_on_and_is_told() {
+fn a_counter_that_wraps_goes_on_and_is_reported() {
     let settings =
         OneWaySettings { wraps_nanos: Some(64 * SECOND), ..OneWaySettings::new(LATENCY) };
     let (mut clock, mut device) = (OneWay::new(settings), Device::new(10.0));
@@ -234,7 +234,7 @@ fn packets_that_are_sent_once_more_in_a_row_are_no_clock_that_was_set_back() {
 }
 
 #[test]
-fn a_period_that_is_declared_wrong_is_told_and_corrected() {
+fn a_period_that_is_declared_wrong_is_reported_and_corrected() {
     for wrong in [0.25, 0.7, 1.5, 4.0] {
         let (mut clock, mut device) = (model(), Device::new(130.0));
         device.batch = 73;

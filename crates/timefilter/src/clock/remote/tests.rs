@@ -110,7 +110,7 @@ fn a_clock_that_is_off_is_shifted_to_within_its_fastest_message() {
 }
 
 #[test]
-fn stamps_alone_do_not_tell_a_late_publisher_from_a_clock_that_is_behind() {
+fn stamps_alone_do_not_give_a_late_publisher_from_a_clock_that_is_behind() {
     for held_nanos in [20_000_000, 200_000_000, 800_000_000] {
         let mut computer = Computer::new(0, 0);
         for k in 0..1_000 {
@@ -136,7 +136,7 @@ fn stamps_after_their_arrival_are_a_clock_that_is_ahead() {
 }
 
 #[test]
-fn probes_tell_a_late_publisher_from_a_clock_that_is_behind() {
+fn probes_give_a_late_publisher_from_a_clock_that_is_behind() {
     let mut computer = Computer::new(0, 0);
     for k in 0..3_000 {
         let measured = START + k * SECOND / 50;
@@ -152,7 +152,7 @@ fn probes_tell_a_late_publisher_from_a_clock_that_is_behind() {
 }
 
 #[test]
-fn probes_tell_the_offset_to_half_their_round_trip() {
+fn probes_give_the_offset_to_half_their_round_trip() {
     for (ahead_nanos, fast_ppm) in [(1_500_000_000, 40), (-20_000_000, -200), (0, 0)] {
         let mut computer = Computer::new(ahead_nanos, fast_ppm);
         computer.run_with_probes(0, 300);
@@ -167,7 +167,7 @@ fn probes_tell_the_offset_to_half_their_round_trip() {
 }
 
 #[test]
-fn without_probes_for_a_minute_the_stamps_tell_again() {
+fn without_probes_for_a_minute_the_stamps_give_again() {
     let mut computer = Computer::new(1_500_000_000, 40);
     computer.run_with_probes(0, 60);
     computer.run(60, 180);
@@ -464,7 +464,7 @@ fn waves_that_a_network_held_up_keep_their_stamps_though_nothing_is_known_of_the
 }
 
 #[test]
-fn what_was_kept_is_placed_by_what_is_known_of_the_clock_and_tells_nothing_of_it() {
+fn what_was_kept_is_placed_by_what_is_known_of_the_clock_and_says_nothing_of_it() {
     let mut computer = Computer::new(1_500_000_000, 0);
     computer.run(0, 60);
     let before = computer.remote.state();

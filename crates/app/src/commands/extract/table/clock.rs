@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn times_since_1970_tell_their_unit_by_their_size() {
+    fn times_since_1970_give_their_unit_by_their_size() {
         for cells in [
             ["1595933810.034", "1595933810.057"],
             ["1595933810034", "1595933810057"],
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn times_since_the_start_tell_their_unit_by_the_rate_that_they_make() {
+    fn times_since_the_start_give_their_unit_by_the_rate_that_they_make() {
         let clock = |cells: &[&str]| Clock::recognised("t", cells, 50.0).unwrap();
         assert_eq!(clock(&["0", "0,004", "0,008"]), Clock::of_unit(SEC));
         for (cells, ns) in [

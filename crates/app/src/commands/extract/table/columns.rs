@@ -260,7 +260,7 @@ impl Time {
 fn rank(head: &Head, place: usize) -> u8 {
     match head.name(place).to_ascii_lowercase() {
         name if name.contains("sensor timestamp") => 0,
-        _ if told_unit_ns(head, place).is_some() => 1,
+        _ if stated_unit_ns(head, place).is_some() => 1,
         _ if is_date(head, place) => 2,
         _ => 3,
     }
@@ -304,14 +304,14 @@ fn named_time(
 }
 
 fn clock(head: &Head, place: usize, wanted: &Wanted) -> Option<Clock> {
-    match told_unit_ns(head, place) {
+    match stated_unit_ns(head, place) {
         Some(ns) => Some(Clock::of_unit(ns)),
         None => Clock::recognised(&head.name(place), &head.cells(place), wanted.least_hz),
     }
 }
 
 /// The unit of a column of times in numbers [ns], if the table states it.
-fn told_unit_ns(head: &Head, place: usize) -> Option<i64> {
+fn stated_unit_ns(head: &Head, place: usize) -> Option<i64> {
     let below = head.units.get(place).and_then(|unit| unit_ns(unit));
     let told = below.or_else(|| unit_of_name_ns(&head.name(place)));
     told.filter(|_| !head.is_text(place))

@@ -182,7 +182,7 @@ fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> 
         let is_for_excel = line.text.trim_matches('"').starts_with("sep=");
         let is_drawn = is_comment(&line.text) || is_rule(&line.text);
         if line.text.trim().is_empty() || is_drawn || is_for_excel {
-            rate_hz = rate_hz.or_else(|| told_rate_hz(&line.text));
+            rate_hz = rate_hz.or_else(|| stated_rate_hz(&line.text));
         } else {
             return Ok((rate_hz, line));
         }
@@ -207,7 +207,7 @@ pub fn is_count_like(name: &str) -> bool {
 }
 
 /// The sampling rate in a comment [Hz].
-fn told_rate_hz(comment: &str) -> Option<f64> {
+fn stated_rate_hz(comment: &str) -> Option<f64> {
     let lower = comment.to_ascii_lowercase();
     let after = lower.find("sampling").or_else(|| lower.find("sample rate"))?;
     let after = &lower[after..];
@@ -233,12 +233,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_comment_may_tell_the_rate() {
-        assert_eq!(told_rate_hz("# Sampling Rate (Hz):= 1000.00"), Some(1000.0));
-        assert_eq!(told_rate_hz("# sampling_rate_hz=1000; plux, 16 bit"), Some(1000.0));
-        assert_eq!(told_rate_hz("%Sample Rate = 250 Hz"), Some(250.0));
-        assert_eq!(told_rate_hz("# Resolution:= 12"), None);
-        assert_eq!(told_rate_hz("# sampling rate: unknown"), None);
+    fn a_comment_may_give_the_rate() {
+        assert_eq!(stated_rate_hz("# Sampling Rate (Hz):= 1000.00"), Some(1000.0));
+        assert_eq!(stated_rate_hz("# sampling_rate_hz=1000; plux, 16 bit"), Some(1000.0));
+        assert_eq!(stated_rate_hz("%Sample Rate = 250 Hz"), Some(250.0));
+        assert_eq!(stated_rate_hz("# Resolution:= 12"), None);
+        assert_eq!(stated_rate_hz("# sampling rate: unknown"), None);
     }
 
     #[test]

@@ -38,7 +38,7 @@ fn of(signal: Signal) -> Wanted {
 }
 
 /// What is read of a file with this text: the table, its times [ns] and its numbers.
-fn told(name: &str, wanted: &Wanted, text: &str) -> (Table, Vec<i64>, Vec<Vec<f64>>) {
+fn reported(name: &str, wanted: &Wanted, text: &str) -> (Table, Vec<i64>, Vec<Vec<f64>>) {
     let file = File::new(name, text);
     let mut table = Table::open(&file.0, wanted, None).unwrap();
     let (mut times, mut numbers) = (Vec::new(), Vec::new());
@@ -75,7 +75,7 @@ fn rows(table: &mut Table) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn an_e4_tells_when_it_began_and_its_rate() {
+fn an_e4_gives_when_it_began_and_its_rate() {
     let file = File::new("e4.csv", "1551453301.0, 1551453301.0\n32.0, 32.0\n-1,65\n-2,64\n");
     let mut table = Table::open(&file.0, &wanted("acceleration", true), None).unwrap();
     assert!((table.rate_hz() - 32.0).abs() < 1e-12);
@@ -83,7 +83,7 @@ fn an_e4_tells_when_it_began_and_its_rate() {
 }
 
 #[test]
-fn a_column_may_tell_the_times_and_with_them_the_rate() {
+fn a_column_may_give_the_times_and_with_them_the_rate() {
     let file = File::new("times.csv", "time_ms,ecg\n0,1\n10,2\n20.5,3\n50,4\n");
     let chosen = Wanted { time: Some("time_ms".into()), ..wanted("ecg", false) };
     let mut table = Table::open(&file.0, &chosen, None).unwrap();

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn times_of_bursts_and_times_that_rows_share_tell_no_rate() {
+    fn times_of_bursts_and_times_that_rows_share_give_no_rate() {
         let times =
             |at_ms: fn(i64) -> i64| (0..200).map(|k| at_ms(k) * 1_000_000).collect::<Vec<_>>();
         let bursts = Uneven::of(&times(|k| k / 12 * 47 + k % 12));

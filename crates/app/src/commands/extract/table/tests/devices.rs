@@ -21,7 +21,7 @@ fn polar_sensor_logger_s_ecg_has_the_sensor_s_rate_and_the_phone_s_time() {
     };
     let head = "Phone timestamp;sensor timestamp [ns];timestamp [ms];ecg [uV]";
     let text = lines(head, (0..40).map(row));
-    let (table, times, numbers) = told("psl_ecg.txt", &of(Signal::Ecg), &text);
+    let (table, times, numbers) = reported("psl_ecg.txt", &of(Signal::Ecg), &text);
     assert_eq!((table.rate_hz(), table.names()), (130.0, &["ecg [uV]".to_owned()][..]));
     assert_eq!(table.units(), [Some("uV".to_owned())]);
     assert_eq!(times[0], 1_777_039_815_270 * MS);
@@ -38,13 +38,13 @@ fn polar_sensor_logger_s_acceleration_and_pulse_are_known() {
     };
     let text =
         lines("Phone timestamp;sensor timestamp [ns];X [mg];Y [mg];Z [mg]", (0..20).map(row));
-    let (table, _, numbers) = told("psl_acc.txt", &of(Signal::Acceleration), &text);
+    let (table, _, numbers) = reported("psl_acc.txt", &of(Signal::Acceleration), &text);
     assert_eq!((table.rate_hz(), table.names().len()), (50.0, 3));
     assert_eq!(table.units()[2].as_deref(), Some("mg"));
     assert_eq!(numbers[1], [-953.0, 63.0, 426.0]);
 
     let head = "Phone timestamp;sensor timestamp [ns];channel 0;channel 1;channel 2;ambient";
-    let (table, ..) = told(
+    let (table, ..) = reported(
         "psl_ppg.txt",
         &of(Signal::Ppg),
         &text.replacen(text.lines().next().unwrap(), head, 1),
@@ -56,7 +56,7 @@ fn polar_sensor_logger_s_acceleration_and_pulse_are_known() {
 fn polar_sensor_logger_s_intervals_have_their_times() {
     let text = "Phone timestamp;RR-interval [ms]\n\
                 2026-04-24T14:10:15.270;812\n2026-04-24T14:10:16.100;830\n";
-    let (table, times, numbers) = told("psl_rr.txt", &of(Signal::Interval), text);
+    let (table, times, numbers) = reported("psl_rr.txt", &of(Signal::Interval), text);
     assert_eq!(
         (table.names(), table.units()),
         (&["RR-interval [ms]".to_owned()][..], &[Some("ms".to_owned())][..])
@@ -67,7 +67,7 @@ fn polar_sensor_logger_s_intervals_have_their_times() {
     // The error of a pulse-to-pulse interval is none.
     let text = "Phone timestamp;PP-interval [ms];error estimate [ms];blocker;contact;contact supported\n\
                 2026-04-24T14:10:15.270;812;10;0;1;1\n";
-    let (table, ..) = told("psl_ppi.txt", &of(Signal::Interval), text);
+    let (table, ..) = reported("psl_ppi.txt", &of(Signal::Interval), text);
     assert_eq!(table.names(), ["PP-interval [ms]"]);
 }
 
@@ -75,7 +75,7 @@ fn polar_sensor_logger_s_intervals_have_their_times() {
 fn an_e4_s_acceleration_is_in_sixty_fourths_of_g() {
     let text = "1551453301.000000, 1551453301.000000, 1551453301.000000\n\
                 32.000000, 32.000000, 32.000000\n-1,65,5\n-1,64,5\n";
-    let (table, _, numbers) = told("e4_acc.csv", &of(Signal::Acceleration), text);
+    let (table, _, numbers) = reported("e4_acc.csv", &of(Signal::Acceleration), text);
     assert_eq!((table.rate_hz(), table.begin_ns()), (32.0, Some(1_551_453_301_000 * MS)));
     assert!(table.units().iter().all(|unit| unit.as_deref() == Some("g/64")));
     assert_eq!(numbers, [[-1.0, 65.0, 5.0], [-1.0, 64.0, 5.0]]);
@@ -84,7 +84,7 @@ fn an_e4_s_acceleration_is_in_sixty_fourths_of_g() {
 #[test]
 fn an_e4_s_intervals_have_their_times_since_1970() {
     let text = "1551453301.000000, IBI\n145.631666,0.62509\n146.522332,0.890666\n";
-    let (table, times, numbers) = told("e4_ibi.csv", &of(Signal::Interval), text);
+    let (table, times, numbers) = reported("e4_ibi.csv", &of(Signal::Interval), text);
     assert_eq!(table.units(), [Some("s".to_owned())]);
     assert_eq!(times, [1_551_453_446_631_666_000, 1_551_453_447_522_332_000]);
     assert_eq!(numbers, [[0.62509], [0.890_666]]);
@@ -95,12 +95,12 @@ fn an_embrace_plus_counts_microseconds() {
     let row =
         |k: i64| format!("{},{:.3}", 1_700_000_000_250_000 + k * 250_000, 0.5 + k as f64 / 100.0);
     let (table, times, _) =
-        told("ep_eda.csv", &of(Signal::Eda), &lines("unix_timestamp,eda", (0..20).map(row)));
+        reported("ep_eda.csv", &of(Signal::Eda), &lines("unix_timestamp,eda", (0..20).map(row)));
     assert_eq!((table.rate_hz(), times[0]), (4.0, 1_700_000_000_250 * MS));
 
     let row =
         |k: i64| format!("{},{},{},{}", 1_700_000_000_250_000 + k * 15_625, 12 + k, -2040, 31);
-    let (table, ..) = told(
+    let (table, ..) = reported(
         "ep_acc.csv",
         &of(Signal::Acceleration),
         &lines("unix_timestamp,x,y,z", (0..20).map(row)),
@@ -116,7 +116,7 @@ fn an_embrace_plus_minute_by_minute_says_its_units() {
         format!("{},2023-11-14T22:{:02}:00Z,1-1-P1,33.{k:02},", 1_699_999_200_000 + k * 60_000, k)
     };
     let (table, times, numbers) =
-        told("ep_temp.csv", &of(Signal::Temperature), &lines(head, (13..30).map(row)));
+        reported("ep_temp.csv", &of(Signal::Temperature), &lines(head, (13..30).map(row)));
     assert_eq!(
         (table.names(), table.units()),
         (&["temperature_celsius".to_owned()][..], &[Some("celsius".to_owned())][..])
@@ -126,7 +126,7 @@ fn an_embrace_plus_minute_by_minute_says_its_units() {
 }
 
 #[test]
-fn shimmer_s_consensys_tells_units_below_the_names() {
+fn shimmer_s_consensys_gives_units_below_the_names() {
     let names = [
         "Timestamp_Unix_CAL",
         "Accel_LN_X_CAL",
@@ -150,13 +150,13 @@ fn shimmer_s_consensys_tells_units_below_the_names() {
         )
     };
     let text = lines(&head, (1..20).map(row));
-    let (table, times, numbers) = told("shimmer_eda.csv", &of(Signal::Eda), &text);
+    let (table, times, numbers) = reported("shimmer_eda.csv", &of(Signal::Eda), &text);
     assert_eq!(table.names(), ["Shimmer_40AC_GSR_Skin_Conductance_CAL"]);
     assert_eq!((table.rate_hz().round(), table.units()[0].as_deref()), (125.0, Some("uS")));
     assert!((times[0] - 1_595_933_810_042 * MS).abs() < MS);
     assert_eq!(numbers[0], [2.1]);
 
-    let (table, _, numbers) = told("shimmer_acc.csv", &of(Signal::Acceleration), &text);
+    let (table, _, numbers) = reported("shimmer_acc.csv", &of(Signal::Acceleration), &text);
     assert!(table.names().iter().all(|name| name.contains("Accel_LN")));
     assert_eq!(
         (&numbers[1][..], table.units()[0].as_deref()),
@@ -176,11 +176,11 @@ fn dates_are_times_in_any_form_of_them() {
         ("english", "05/04/2021 ", "."),
     ] {
         let text = lines("TimeStamp;eda", (0..30).map(|k| row(date, mark, k)));
-        let (table, times, _) = told(&format!("{name}.csv"), &of(Signal::Eda), &text);
+        let (table, times, _) = reported(&format!("{name}.csv"), &of(Signal::Eda), &text);
         assert_eq!((table.rate_hz(), times[0]), (4.0, 1_617_637_680_000 * MS), "{name}");
     }
     let text = lines("time,eda", (0..30).map(|k| row("", ".", k).replace(';', ",")));
-    let (table, times, _) = told("clock.csv", &of(Signal::Eda), &text);
+    let (table, times, _) = reported("clock.csv", &of(Signal::Eda), &text);
     assert_eq!((table.rate_hz(), times[1] - times[0]), (4.0, 250 * MS));
 }
 
@@ -190,19 +190,19 @@ fn decimal_commas_stand_in_any_column() {
     for (name, mark) in [("semicolons", ";"), ("tabs", "\t"), ("spaces", "  ")] {
         let text = lines("time;temp;x", (0..20).map(row)).replace(';', mark);
         let chosen = Wanted { time: Some("time".into()), ..of(Signal::Temperature) };
-        let (table, times, numbers) = told(&format!("{name}.csv"), &chosen, &text);
+        let (table, times, numbers) = reported(&format!("{name}.csv"), &chosen, &text);
         assert_eq!((table.rate_hz(), times[1]), (4.0, 250 * MS), "{name}");
         assert_eq!(numbers[..2], [[33.5], [34.5]], "{name}");
     }
     let text =
         lines("time,temp", (0..20).map(|k| format!("{},{:03},33,{k:02}", k / 4, k % 4 * 250)));
-    let (table, _, numbers) = told("both.csv", &of(Signal::Temperature), &text);
+    let (table, _, numbers) = reported("both.csv", &of(Signal::Temperature), &text);
     assert_eq!((table.rate_hz(), numbers[7][0]), (4.0, 33.07));
     let text = lines(
         "time,temp",
         (0..20).map(|k| format!("\"{},{:03}\",\"33,{k:02}\"", k / 4, k % 4 * 250)),
     );
-    let (table, _, numbers) = told("quoted.csv", &of(Signal::Temperature), &text);
+    let (table, _, numbers) = reported("quoted.csv", &of(Signal::Temperature), &text);
     assert_eq!((table.rate_hz(), numbers[7][0]), (4.0, 33.07));
 }
 
@@ -231,7 +231,7 @@ fn one_column_with_commas_is_one() {
 fn milliseconds_microseconds_and_nanoseconds_are_recognised() {
     for (name, ns) in [("ms", MS), ("us", 1000), ("ns", 1)] {
         let text = lines("timestamp,ecg", (0..30).map(|k| format!("{},{k}", k * 4 * MS / ns)));
-        let (table, times, _) = told(&format!("{name}.csv"), &of(Signal::Ecg), &text);
+        let (table, times, _) = reported(&format!("{name}.csv"), &of(Signal::Ecg), &text);
         assert_eq!((table.rate_hz(), times[1]), (250.0, 4 * MS), "{name}");
         assert!(
             table.notes().iter().any(|note| note.contains(&format!("read as {name}"))),

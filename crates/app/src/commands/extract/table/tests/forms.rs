@@ -31,11 +31,11 @@ fn bars_separate_cells_also_in_a_drawn_table() {
                 + "+---------+-----+\n",
         ),
     ] {
-        let (table, times, numbers) = told(&format!("bars_{name}"), &of(Signal::Ecg), &text);
+        let (table, times, numbers) = reported(&format!("bars_{name}"), &of(Signal::Ecg), &text);
         assert_eq!((table.rate_hz(), table.names()), (250.0, &["ecg".to_owned()][..]), "{name}");
         assert_eq!((times[3], &numbers[3][..], numbers.len()), (12 * MS, &[3.0][..], 30), "{name}");
         assert_eq!(table.oddities().count(), 0, "{name}");
-        let (all, ..) = told(&format!("all_{name}"), &wanted("other", true), &text);
+        let (all, ..) = reported(&format!("all_{name}"), &wanted("other", true), &text);
         assert_eq!(all.names(), ["ecg"], "{name}: nothing stands outside of the outer bars");
     }
 }
@@ -44,7 +44,7 @@ fn bars_separate_cells_also_in_a_drawn_table() {
 fn lines_may_end_with_carriage_returns() {
     let text = "time_ms,ecg\n".to_owned() + &rows_of(30, |k| format!("{},{k}\n", k * 4));
     let read = |name: &str, text: &str| {
-        let (table, times, numbers) = told(name, &of(Signal::Ecg), text);
+        let (table, times, numbers) = reported(name, &of(Signal::Ecg), text);
         assert_eq!(table.read_share(), Some(1.0), "{name}");
         (times, numbers)
     };
@@ -68,17 +68,17 @@ fn a_stopwatch_s_times_are_minutes_and_seconds() {
             let (minutes, secs, ms) = (59 + (k + 220) / 240, (k / 4 + 55) % 60, k % 4 * 250);
             format!("{minutes:02}:{secs:02}.{ms:03};{k}\n")
         });
-    let (table, times, _) = told("stopwatch.csv", &of(Signal::Eda), &text);
+    let (table, times, _) = reported("stopwatch.csv", &of(Signal::Eda), &text);
     assert_eq!((table.rate_hz(), times[0]), (4.0, (59 * 60 + 55) * 1000 * MS));
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 250 * MS), "{times:?}");
     assert!(table.notes().iter().any(|note| note.contains("minutes and seconds")));
     // What may be either is a time of day, with a word about it, unless it is named.
     let text = "time;temp\n08:15;33.1\n08:16;33.2\n08:17;33.3\n";
-    let (table, times, _) = told("of_day.csv", &of(Signal::Temperature), text);
+    let (table, times, _) = reported("of_day.csv", &of(Signal::Temperature), text);
     assert_eq!(times[1] - times[0], 60_000 * MS);
     assert!(table.notes().iter().any(|note| note.contains("--time \"time:mm:ss\"")));
     let named = Wanted { time: Some("time:mm:ss".into()), ..of(Signal::Temperature) };
-    let (_, times, _) = told("named.csv", &named, text);
+    let (_, times, _) = reported("named.csv", &named, text);
     assert_eq!(times[1] - times[0], 1_000 * MS);
 }
 
@@ -87,13 +87,13 @@ fn days_of_a_spreadsheet_are_its_dates() {
     let day = |k: u32| 44_291.5 + f64::from(k) / 86_400.0 / 4.0;
     let text = "date;eda\n".to_owned()
         + &rows_of(40, |k| format!("{:.10};{k}\n", day(k)).replace('.', ","));
-    let (table, times, _) = told("excel.csv", &of(Signal::Eda), &text);
+    let (table, times, _) = reported("excel.csv", &of(Signal::Eda), &text);
     assert!((table.rate_hz() - 4.0).abs() < 1e-3, "{}", table.rate_hz());
     assert_eq!(times[0], 1_617_624_000_000 * MS, "5 April 2021, noon");
     assert!(table.notes().iter().any(|note| note.contains("days since 1900")));
     // So slow that they may be seconds as well: they are named.
     let text = "at;temp\n44291.50;33.1\n44291.75;33.2\n44292.00;33.3\n";
     let named = Wanted { time: Some("at:excel".into()), ..of(Signal::Temperature) };
-    let (_, times, _) = told("named_excel.csv", &named, text);
+    let (_, times, _) = reported("named_excel.csv", &named, text);
     assert_eq!(times[1] - times[0], 6 * 3_600_000 * MS);
 }

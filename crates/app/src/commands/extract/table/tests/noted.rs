@@ -35,7 +35,7 @@ fn a_rate_that_counts_more_than_times_is_said() {
 }
 
 #[test]
-fn a_rate_that_the_table_tells_otherwise_is_said() {
+fn a_rate_that_the_table_gives_otherwise_is_said() {
     let text = "%Sample Rate = 250 Hz\nStamp,ecg,Timestamp\n1,2,0.000\n2,3,0.010\n3,4,0.020\n";
     assert!(
         notes(Signal::Ecg, text, Some(200.0))
@@ -88,13 +88,13 @@ fn a_row_of_which_no_one_knows_what_is_what_holds_no_number() {
 #[test]
 fn a_separator_at_the_end_of_the_names_begins_no_column() {
     let text = "Phone timestamp;HR [bpm];HRV [ms];\n2026-04-24T14:10:15.270;72;;\n2026-04-24T14:10:16.270;73;;\n";
-    let (table, ..) = told("psl_hr.txt", &of(Signal::Other), text);
+    let (table, ..) = reported("psl_hr.txt", &of(Signal::Other), text);
     assert_eq!(table.names(), ["HR [bpm]", "HRV [ms]"]);
     assert!(table.oddities().all(|note| note.contains("2 cells hold no number")));
 }
 
 #[test]
-fn times_that_are_not_those_of_samples_tell_no_rate() {
+fn times_that_are_not_those_of_samples_give_no_rate() {
     let coarse = |k: usize| format!("05.04.2021 15:48:{:02},{k}\n", k / 4);
     let burst = |k: usize| format!("2021-04-05 15:48:04.{:03},{k}\n", k / 12 * 47 + k % 12);
     for (name, row) in [("coarse.csv", &coarse as &dyn Fn(usize) -> String), ("burst.csv", &burst)]
@@ -114,7 +114,7 @@ fn times_that_are_not_those_of_samples_tell_no_rate() {
 }
 
 #[test]
-fn decimal_commas_that_can_not_be_told_from_others_are_refused() {
+fn decimal_commas_that_can_not_be_reported_from_others_are_refused() {
     let text = "time,temp\n0,33,40\n0,25,33,41\n0,5,33,42\n0,75,33\n1,33,43\n";
     let file = File::new("ragged.csv", text);
     let opened = Table::open(&file.0, &of(Signal::Temperature), None);
@@ -138,7 +138,7 @@ fn a_table_in_utf_16_is_read_as_any_other() {
 #[test]
 fn intervals_with_the_times_of_their_beats_need_no_names() {
     let text = "1.443999\t0.754700\n2.172049\t0.728051\n2.899486\t0.727436\n3.629486\t0.730000\n";
-    let (table, times, numbers) = told("intervals.txt", &of(Signal::Interval), text);
+    let (table, times, numbers) = reported("intervals.txt", &of(Signal::Interval), text);
     assert_eq!(
         (table.names(), table.units()),
         (&["rr".to_owned()][..], &[Some("s".to_owned())][..])
