@@ -330,7 +330,7 @@ async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() 
         Data::Event(event) => Some(event.label.as_str()),
         _ => None,
     });
-    assert_eq!(labels.filter(|label| label.contains("nothing computed of it")).count(), 1);
+    assert_eq!(labels.filter(|label| label.contains("no features were computed")).count(), 1);
     assert!(matches!(
         &kept.last().expect("the end is told").sample.data,
         Data::Event(_) | Data::Status(_)
