@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn a_phase_that_goes_on_is_stamped_by_the_clock_that_stamped_it() {
         let mut latched = Latched::default();
-        let mut record = told(&person(), 7, 10, phase("1-back", 20.0));
+        let mut record = reported(&person(), 7, 10, phase("1-back", 20.0));
         // A device that has counted for 1000 s, behind a computer that is an hour ahead.
         record.sample.device_time = Some(1_000_000_000_000);
         record.sample.source_time = Some(Time::from_stamp(3610, 0));
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(standing.source_time, Some(Time::from_stamp(3614, 0)));
         assert_eq!(standing.event.duration_secs, 16.0);
         let mut latched = Latched::default();
-        latched.take(&told(&person(), 7, 10, phase("1-back", 20.0)));
+        latched.take(&reported(&person(), 7, 10, phase("1-back", 20.0)));
         let [standing] = &latched.at(Time::from_stamp(14, 0))[..] else { panic!() };
         assert_eq!((standing.device_time, standing.source_time), (None, None));
     }
