@@ -7,6 +7,7 @@ use std::path::Path;
 use super::breath::walks;
 use super::peers::Peers;
 use super::reliability::Reliability;
+use super::skin::skins;
 use super::windows::{How, Window, windows};
 use super::{Seeds, Unkind};
 
@@ -77,7 +78,7 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
         met &= diagram(how, "ECG", &ecg) & diagram(how, "PPG", &ppg);
         others.report(how);
     }
-    Ok(met & walks(seeds, 100)?)
+    Ok(met & walks(seeds, 100)? & skins(seeds, 100)?)
 }
 
 fn report(how: How, kinds: &BTreeMap<&str, Outcome>) -> bool {

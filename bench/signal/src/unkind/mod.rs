@@ -6,6 +6,7 @@ mod heart;
 mod ecg;
 mod ppg;
 mod breath;
+mod skin;
 mod windows;
 mod reliability;
 mod measure;

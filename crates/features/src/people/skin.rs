@@ -21,7 +21,7 @@ use crate::running::{Happening, Naming};
 /// - Unit: as declared for each value.
 /// - Window: `windows_secs`, each second of the stream's own time; and each phase when it is over.
 /// - Reference: Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x.
-/// - Limits: a response is known half a second after its peak; split causally, while `extract` offers cvxEDA.
+/// - Limits: a response is known 1.1 s after its peak; split causally, while `extract` offers cvxEDA.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Skin {

@@ -5,8 +5,12 @@
 //! with `amplitude_us`, `rise_secs`, `half_recovery_secs` and `onset_sample`.
 
 use super::causal::CausalEda;
+use super::contact::glitches;
 use super::store::{Placed, Store};
-use super::{Split, Threshold, clean, cvx_eda, find_responses, high_pass_split, thinned, values};
+use super::{
+    Split, Threshold, checked_rate, clean, cvx_eda, find_responses, high_pass_split, thinned,
+    values,
+};
 use crate::analysis::{Causal, Recording, Track, Whole};
 use crate::error::SignalError;
 use crate::gaps::is_usable;
@@ -43,24 +47,26 @@ pub enum Phasic {
 /// is taken away (Butterworth of order 4, 0.14 s late, which is taken off the times of events). The
 /// phasic part is what a causal Butterworth high-pass of order 2 at 0.01 Hz leaves, the tonic part
 /// the rest: it follows a steady drift without delay and a jump within 18 s, overshoots that by a
-/// fifth, and has settled after a minute and a half. A response is reported half a second after its
-/// peak, and counts in windows from then on; it loses about 5 % of its amplitude. After a gap of
+/// fifth, and has settled after a minute and a half. From 4 Hz on, samples are taken 0.6 s later, without
+/// moments of another contact; so a response is reported 1.1 s after its peak, and counts in windows
+/// from then on. It loses about 5 % of its amplitude. After a gap of
 /// more than a second all begins anew. An error for a relative threshold.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(CausalEda::new(settings, rate_hz)?))
 }
 
-/// The analysis of a whole recording at 1 to 2000 Hz.
+/// The analysis of a whole recording at 1 to 2000 Hz, without moments of another contact.
 ///
 /// An error when it is too short (below 16 samples), has no usable sample or cannot be split.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let signal = recording.channels.first().map_or(&[][..], |signal| &signal[..recording.len()]);
-    let clean = clean(signal, recording.rate_hz)?;
+    let touched = without_glitches(signal, recording.rate_hz)?;
+    let clean = clean(&touched, recording.rate_hz)?;
     let mut store = Store::new(recording.rate_hz, values::of_whole(settings))?;
     store.take_recording(recording, &clean);
     let (split, every) = match settings.phasic {
         Phasic::HighPass => (high_pass_split(&clean, recording.rate_hz)?, 1),
-        Phasic::CvxEda => cvx_split(signal, recording.rate_hz)?,
+        Phasic::CvxEda => cvx_split(&touched, recording.rate_hz)?,
     };
     let rate_hz = recording.rate_hz / every as f64;
     let responses = find_responses(&split.phasic, rate_hz, settings.threshold)?;
@@ -72,6 +78,14 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     store.phasic = split.phasic.into();
     let events = store.responses.iter().map(Placed::event).collect();
     Ok(Whole { events, windows: Box::new(store) })
+}
+
+/// The signal with what comes of a contact that is another for half a second left out.
+fn without_glitches(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
+    checked_rate(rate_hz)?;
+    let glitches = glitches(signal, rate_hz);
+    let each = signal.iter().zip(glitches);
+    Ok(each.map(|(&value, is_glitch)| if is_glitch { f64::NAN } else { value }).collect())
 }
 
 /// Where cvxEDA parts a signal, and of every which sample.

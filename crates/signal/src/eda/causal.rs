@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use super::analysis::{LONGEST_GAP_SECS, Settings};
 use super::clean::{FASTEST_HZ, LEAST_FILTERED_HZ, ORDER};
+use super::contact::SteadyContact;
 use super::detector::{ResponseDetector, WAIT_SECS};
 use super::store::{Placed, Store};
 use super::{Threshold, checked_rate, values};
@@ -24,6 +25,7 @@ const MOST_EVENTS: usize = 1024;
 pub(super) struct CausalEda {
     store: Store,
     group: Group,
+    contact: SteadyContact,
     /// The last usable sample.
     held: f64,
     /// Without what is too fast; `None` where there is no room for that.
@@ -71,6 +73,7 @@ impl CausalEda {
         Ok(CausalEda {
             store: Store::new(working_hz, values::of_causal(threshold_us))?,
             group: Group::new(size),
+            contact: SteadyContact::new(working_hz),
             held: f64::NAN,
             low: low.map(|design| Cascade::settled(&design)),
             delay: delay_secs * working_hz,
@@ -88,6 +91,12 @@ impl CausalEda {
         if let Some(celsius) = temperature {
             self.store.temperature.push_back(celsius);
         }
+        if let Some((at_ns, conductance)) = self.contact.push(at_ns, conductance) {
+            self.take_steady(at_ns, conductance);
+        }
+    }
+
+    fn take_steady(&mut self, at_ns: i64, conductance: f64) {
         self.hold(conductance);
         let held = self.held;
         let clean = self.low.as_mut().map_or(held, |low| low.push(held));

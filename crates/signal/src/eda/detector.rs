@@ -1,7 +1,9 @@
 //! Responses while the skin conductance comes in.
 
+use super::fall::Fall;
 use super::onset::{LONGEST_RISE_SECS, onset};
 use super::response::{Response, Threshold};
+use super::sharpened::{LATER_SECS, SHARPER, Sharpener};
 use super::{checked_rate, checked_threshold};
 use crate::error::{SignalError, checked};
 use crate::gaps::is_usable;
@@ -11,9 +13,10 @@ pub(super) const WAIT_SECS: f64 = 0.5;
 
 /// Finds responses in a phasic signal that comes in sample by sample.
 ///
-/// A response is reported half a second after its peak (at the first sample then), if nothing higher has
-/// come: a rise that halts for longer counts as two. Its recovery is not yet known then. The output is the
-/// same bit for bit for any chunking, and no sample allocates. After a value that is not a [usable
+/// Those of [`find_responses`](super::find_responses) with an absolute threshold. A response is reported
+/// half a second after it is highest (at the first sample then), or when the next one begins before
+/// that: a rise that halts for longer counts as two. Its recovery is not yet known then. The output is
+/// the same bit for bit for any chunking, and no sample allocates. After a value that is not a [usable
 /// number](crate::gaps::is_usable) it starts anew.
 #[derive(Clone, Debug)]
 pub struct ResponseDetector {
@@ -21,15 +24,28 @@ pub struct ResponseDetector {
     threshold_us: f64,
     wait: usize,
     reach: usize,
-    /// The newest values, at least as many as a rise and the wait take.
+    /// The newest values, as many as two rises and the wait take at least, and the same sharpened.
     newest: Vec<f64>,
+    sharp: Vec<f64>,
+    sharpener: Sharpener,
     /// How many samples came in.
     count: u64,
-    /// The highest value since the last response or trough, if it may still become a peak.
+    /// The highest sharpened value since the last rise or trough, if it may still become a peak.
     highest: Option<(u64, f64)>,
     lowest: f64,
-    /// Where the last response had its peak: no other one begins before that.
+    /// Where the last rise had its peak: no other one begins before that.
     last_peak: u64,
+    rising: Option<Rising>,
+}
+
+/// A response that may still rise.
+#[derive(Clone, Copy, Debug)]
+struct Rising {
+    onset: u64,
+    fall: Fall,
+    latest: u64,
+    peak: u64,
+    amplitude_us: f64,
 }
 
 impl ResponseDetector {
@@ -49,17 +65,20 @@ impl ResponseDetector {
         checked("wait", wait_secs, (0.0, 10.0))?;
         let wait = (wait_secs * rate_hz).ceil().max(1.0) as usize;
         let reach = (LONGEST_RISE_SECS * rate_hz) as usize;
-        let newest = Vec::with_capacity(2 * (reach + wait + 2));
+        let most = most_kept(reach, wait);
         Ok(ResponseDetector {
             rate_hz,
             threshold_us,
             wait,
             reach,
-            newest,
+            newest: Vec::with_capacity(2 * most),
+            sharp: Vec::with_capacity(2 * most),
+            sharpener: Sharpener::new(rate_hz),
             count: 0,
             highest: None,
             lowest: f64::INFINITY,
             last_peak: 0,
+            rising: None,
         })
     }
 
@@ -71,55 +90,108 @@ impl ResponseDetector {
             self.begin_anew();
             return None;
         }
-        self.keep(phasic);
-        if phasic < self.lowest {
-            (self.lowest, self.highest) = (phasic, None);
-        } else if self.highest.is_none_or(|(_, highest)| phasic > highest) {
-            self.highest = Some((place, phasic));
+        let sharp = self.sharpener.push(phasic);
+        self.keep(phasic, sharp);
+        self.climb(place, phasic);
+        let next = self.rise(place, sharp);
+        if let Some((onset, peak)) = next {
+            let known = self.rising.take().and_then(|rising| self.cut(rising, onset));
+            self.rising = Some(self.begun(onset, peak));
+            return known;
         }
-        let (peak, height) = self.highest?;
-        if place - peak < self.wait as u64 {
-            return None;
-        }
-        let back = (place - peak) as usize;
-        (self.highest, self.lowest) = (None, self.newest_lowest(back));
-        let response = self.response(peak, height, back)?;
-        self.last_peak = peak;
-        Some(response)
+        let rising = self.rising.take_if(|rising| place - rising.peak >= self.wait as u64)?;
+        self.response(rising)
     }
 
     /// Forgets what was before.
     pub fn begin_anew(&mut self) {
         self.newest.clear();
-        (self.highest, self.lowest) = (None, f64::INFINITY);
+        self.sharp.clear();
+        self.sharpener.begin_anew();
+        (self.highest, self.lowest, self.rising) = (None, f64::INFINITY, None);
     }
 
-    fn keep(&mut self, phasic: f64) {
-        let most = self.reach + self.wait + 2;
-        if self.newest.len() == 2 * most {
-            self.newest.copy_within(most.., 0);
-            self.newest.truncate(most);
+    fn keep(&mut self, phasic: f64, sharp: f64) {
+        let most = most_kept(self.reach, self.wait);
+        for (kept, value) in [(&mut self.newest, phasic), (&mut self.sharp, sharp)] {
+            if kept.len() == 2 * most {
+                kept.copy_within(most.., 0);
+                kept.truncate(most);
+            }
+            kept.push(value);
         }
-        self.newest.push(phasic);
     }
 
-    fn newest_lowest(&self, count: usize) -> f64 {
-        let begin = self.newest.len().saturating_sub(count);
-        self.newest[begin..].iter().copied().fold(f64::INFINITY, f64::min)
+    /// The response that rises may be higher here.
+    fn climb(&mut self, place: u64, phasic: f64) {
+        let Some(rising) = &mut self.rising else { return };
+        let samples = (place - rising.onset) as usize;
+        let amplitude_us = phasic - rising.fall.level_us(samples);
+        if place <= rising.latest && amplitude_us > rising.amplitude_us {
+            (rising.peak, rising.amplitude_us) = (place, amplitude_us);
+        }
     }
 
-    fn response(&self, peak: u64, height: f64, back: usize) -> Option<Response> {
-        let last = self.newest.len().checked_sub(back + 1)?;
+    /// Onset and peak of a rise of the sharpened signal that became known.
+    fn rise(&mut self, place: u64, sharp: f64) -> Option<(u64, u64)> {
+        if sharp < self.lowest {
+            (self.lowest, self.highest) = (sharp, None);
+        } else if self.highest.is_none_or(|(_, highest)| sharp > highest) {
+            self.highest = Some((place, sharp));
+        }
+        let (peak, _) = self.highest?;
+        if place - peak < self.wait as u64 {
+            return None;
+        }
+        let back = (place - peak) as usize;
+        let lowest = self.sharp[self.sharp.len().saturating_sub(back)..].iter().copied();
+        (self.highest, self.lowest) = (None, lowest.fold(f64::INFINITY, f64::min));
+        let last = self.sharp.len().checked_sub(back + 1)?;
         let since_last = usize::try_from(peak - self.last_peak).unwrap_or(usize::MAX);
         let begin = last.saturating_sub(self.reach.min(since_last));
-        let onset = begin
-            + onset(&self.newest[begin..=last], last - begin, self.rate_hz, self.threshold_us)?;
-        Some(Response {
-            onset: peak as f64 - (last - onset) as f64,
+        let least = SHARPER * self.threshold_us;
+        let onset = onset(&self.sharp[begin..=last], last - begin, self.rate_hz, least)?;
+        self.last_peak = peak;
+        Some((peak - (last - begin - onset) as u64, peak))
+    }
+
+    /// Where a place is among the newest values; the first one for what is older.
+    fn kept(&self, place: u64) -> usize {
+        self.newest.len().saturating_sub((self.count - place) as usize)
+    }
+
+    fn begun(&self, onset: u64, peak: u64) -> Rising {
+        let at = self.kept(onset);
+        let fall = Fall::before(&self.newest[..=at], self.rate_hz, self.threshold_us);
+        let latest = peak + (LATER_SECS * self.rate_hz) as u64;
+        let (samples, amplitude_us) =
+            fall.highest(&self.newest[at..=self.kept(latest.min(self.count - 1))]);
+        Rising { onset, fall, latest, peak: onset + samples as u64, amplitude_us }
+    }
+
+    /// A response that ends where the next one begins.
+    fn cut(&self, mut rising: Rising, end: u64) -> Option<Response> {
+        if rising.peak > end {
+            let risen = &self.newest[self.kept(rising.onset)..=self.kept(end)];
+            let (samples, amplitude_us) = rising.fall.highest(risen);
+            (rising.peak, rising.amplitude_us) = (rising.onset + samples as u64, amplitude_us);
+        }
+        self.response(rising)
+    }
+
+    fn response(&self, rising: Rising) -> Option<Response> {
+        let Rising { onset, peak, amplitude_us, .. } = rising;
+        (amplitude_us >= self.threshold_us).then(|| Response {
+            onset: onset as f64,
             peak: peak as f64,
-            amplitude_us: height - self.newest[onset],
-            rise_secs: (last - onset) as f64 / self.rate_hz,
+            amplitude_us,
+            rise_secs: (peak - onset) as f64 / self.rate_hz,
             half_recovery_secs: None,
         })
     }
+}
+
+/// Two rises, one of them known late.
+fn most_kept(reach: usize, wait: usize) -> usize {
+    2 * (reach + wait + 1)
 }

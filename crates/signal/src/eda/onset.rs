@@ -1,7 +1,7 @@
 //! Where a response begins.
 
-/// No response rises for longer [s]; most do for one to three.
-pub(super) const LONGEST_RISE_SECS: f64 = 5.0;
+/// No sharpened response rises for longer [s]; most do for one.
+pub(super) const LONGEST_RISE_SECS: f64 = 3.0;
 /// A bend is no longer than this [s].
 const BEND_SECS: f64 = 0.25;
 /// A rise has begun where it has this share of its mean steepness.

@@ -1,10 +1,13 @@
 //! Whether a skin conductance can be one.
 
 use super::checked_rate;
+use super::contact::glitches;
 use crate::gaps::is_usable;
 
 /// What skin conductance can be [µS]; less means that an electrode is off.
 const RANGE_US: std::ops::RangeInclusive<f64> = 0.05..=60.0;
+/// With this and more an electrode touches for certain [µS].
+const FIRM_US: f64 = 0.2;
 /// Skin does not change faster [µS/s].
 const STEEPEST_US_PER_SEC: f64 = 10.0;
 /// Slopes are taken over so long at least [s]: over less, the last digit of a converter is steep.
@@ -20,9 +23,9 @@ const FLAT_SECS: f64 = 20.0;
 /// doi:10.1109/TBME.2017.2758643, and that it moves at all.
 ///
 /// Invalid are samples that are missing, outside of 0.05 to 60 µS, where the slope over a quarter
-/// of a second surpasses 10 µS/s, where the skin `temperature` [°C] of the same sample (empty
-/// without any) is outside of 30 to 40 °C, that have not changed for 20 s (or ever); and all within
-/// 5 s of one of these. None is valid at a rate outside of 1 to 2000 Hz.
+/// of a second surpasses 10 µS/s, where the contact is another for half a second, where the skin
+/// `temperature` [°C] of the same sample (empty without any) is outside of 30 to 40 °C, that have not
+/// changed for 20 s (or ever); and all within 5 s of one of these. None is valid at a rate outside of 1 to 2000 Hz.
 pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<bool> {
     if checked_rate(rate_hz).is_err() {
         return vec![false; signal.len()];
@@ -33,18 +36,29 @@ pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<b
     }
     refuse_steep(signal, rate_hz, &mut valid);
     refuse_flat(signal, rate_hz, &mut valid);
+    for (valid, is_glitch) in valid.iter_mut().zip(glitches(signal, rate_hz)) {
+        *valid &= !is_glitch;
+    }
     spread(&mut valid, (SPREAD_SECS * rate_hz) as usize);
     valid
 }
 
-/// The share of [valid samples](valid_samples) [0..1]. `None` without samples.
+/// The share of [valid samples](valid_samples) [0..1], times how firmly the electrode touches: 0 at a
+/// mean of 0.05 µS, 1 from 0.2 µS on. `None` without samples.
 pub fn quality(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Option<f64> {
-    share(&valid_samples(signal, temperature, rate_hz))
+    let valid = valid_samples(signal, temperature, rate_hz);
+    let share = valid.iter().filter(|&&each| each).count() as f64 / valid.len() as f64;
+    (!valid.is_empty()).then(|| share * firmness(signal))
 }
 
-pub(super) fn share(valid: &[bool]) -> Option<f64> {
-    let count = valid.iter().filter(|&&each| each).count();
-    (!valid.is_empty()).then(|| count as f64 / valid.len() as f64)
+/// How likely it is that skin is touched, by the mean of what can be.
+pub(super) fn firmness(signal: &[f64]) -> f64 {
+    let touching = || signal.iter().filter(|value| RANGE_US.contains(value));
+    let level_us = touching().sum::<f64>() / touching().count() as f64;
+    let least_us = *RANGE_US.start();
+    let firmness = (level_us - least_us) / (FIRM_US - least_us);
+    // Of nothing that touches.
+    if firmness.is_finite() { firmness.clamp(0.0, 1.0) } else { 0.0 }
 }
 
 fn refuse_steep(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
@@ -126,6 +140,22 @@ mod tests {
         assert_eq!(quality(&signal, &[], 4.0), Some(1.0));
         signal[60..150].fill(1.0);
         assert!(quality(&signal, &[], 4.0) < Some(0.6));
+    }
+
+    #[test]
+    fn an_electrode_that_hardly_touches_is_not_believed() {
+        let dry: Vec<f64> = skin().iter().map(|value| 0.08 * value).collect();
+        assert!(quality(&dry, &[], 4.0).is_some_and(|quality| (0.1..0.4).contains(&quality)));
+        let quiet: Vec<f64> = skin().iter().map(|value| 0.3 * value).collect();
+        assert_eq!(quality(&quiet, &[], 4.0), Some(1.0));
+    }
+
+    #[test]
+    fn half_a_second_of_other_contact_is_refused() {
+        let mut signal = skin();
+        signal[100] += 0.6;
+        signal[101] += 0.6;
+        assert_eq!(refused(&signal, &[]), 42);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The responses of a whole recording.
 
+use super::fall::Fall;
 use super::onset::{LONGEST_RISE_SECS, nearest_trough, onset};
 use super::response::{Response, Threshold};
+use super::sharpened::{LATER_SECS, SHARPER, Sharpener};
 use super::{checked_rate, checked_threshold};
 use crate::error::SignalError;
 use crate::peaks::{Peak, Rules, find_peaks};
@@ -12,9 +14,11 @@ use crate::peaks::{Peak, Rules, find_peaks};
 ///
 /// - Relative threshold: onsets, peaks and recoveries are those of NeuroKit2's `eda_peaks`, sample
 ///   for sample. The onset is the nearest trough.
-/// - Absolute threshold: so must the amplitude. The onset is where the rise bends upwards, at most
-///   five seconds before the peak; ripples smaller than the threshold do not part a rise, and a
-///   level that creeps upwards before it does not belong to it.
+/// - Absolute threshold: so must the amplitude, which is taken above where the fall of an earlier
+///   response leads. A response that rides on such a fall, or on another's rise, counts: the prominence
+///   is that in the signal with a lead (1.5 s over 0.5 s), and 1.2 times the threshold. The onset is
+///   where the rise bends upwards, at most four and a half seconds before the peak; ripples smaller than the
+///   threshold do not part a rise, and a level that creeps upwards before it does not belong to it.
 ///
 /// The recovery is sought up to the next peak. A response that has begun before the recording is
 /// left out, as its amplitude is not known. Boucsein et al. (2012),
@@ -30,13 +34,7 @@ pub fn find_responses(
     checked_rate(rate_hz)?;
     checked_threshold(threshold)?;
     let found = match threshold {
-        Threshold::Absolute(least_us) => {
-            let reach = (LONGEST_RISE_SECS * rate_hz) as usize;
-            found(phasic, &peaks(phasic, least_us), |peak| {
-                let begin = peak.saturating_sub(reach);
-                Some(begin + onset(&phasic[begin..=peak], peak - begin, rate_hz, least_us)?)
-            })
-        }
+        Threshold::Absolute(least_us) => return Ok(absolute(phasic, rate_hz, least_us)),
         Threshold::Relative(share) => {
             let all = peaks(phasic, f64::NEG_INFINITY);
             let greatest = all.iter().map(|peak| peak.prominence).fold(0.0, f64::max);
@@ -47,8 +45,35 @@ pub fn find_responses(
         }
     };
     let ends = found.iter().skip(1).map(|&(_, peak)| peak).chain([phasic.len()]);
-    let all = found.iter().zip(ends);
-    Ok(all.map(|(&(onset, peak), end)| response(phasic, rate_hz, [onset, peak, end])).collect())
+    let response = |(&(onset, peak), end): (&(usize, usize), usize)| {
+        response(phasic, rate_hz, [onset, peak, end], phasic[peak] - phasic[onset])
+    };
+    Ok(found.iter().zip(ends).map(response).collect())
+}
+
+/// Each that rises in the sharpened signal and is as high as the threshold in the phasic one.
+fn absolute(phasic: &[f64], rate_hz: f64, least_us: f64) -> Vec<Response> {
+    let mut sharpener = Sharpener::new(rate_hz);
+    let sharp: Vec<f64> = phasic.iter().map(|&value| sharpener.push(value)).collect();
+    let (reach, least) = ((LONGEST_RISE_SECS * rate_hz) as usize, SHARPER * least_us);
+    let rises = found(&sharp, &peaks(&sharp, least), |peak| {
+        let begin = peak.saturating_sub(reach);
+        Some(begin + onset(&sharp[begin..=peak], peak - begin, rate_hz, least)?)
+    });
+    let ends = rises.iter().skip(1).map(|&(onset, _)| onset).chain([phasic.len()]);
+    let later = (LATER_SECS * rate_hz) as usize;
+    let highest = |(&(onset, peak), end): (&(usize, usize), usize)| {
+        let fall = Fall::before(&phasic[..=onset], rate_hz, least_us);
+        let end = (end.max(onset).min(peak + later) + 1).min(phasic.len());
+        let (samples, amplitude_us) = fall.highest(&phasic[onset..end]);
+        (amplitude_us >= least_us).then_some((onset, onset + samples, amplitude_us))
+    };
+    let found: Vec<(usize, usize, f64)> = rises.iter().zip(ends).filter_map(highest).collect();
+    let ends = found.iter().skip(1).map(|&(_, peak, _)| peak).chain([phasic.len()]);
+    let response = |(&(onset, peak, amplitude_us), end): (&(usize, usize, f64), usize)| {
+        response(phasic, rate_hz, [onset, peak, end], amplitude_us)
+    };
+    found.iter().zip(ends).map(response).collect()
 }
 
 fn peaks(phasic: &[f64], least_us: f64) -> Vec<Peak> {
@@ -67,9 +92,13 @@ fn found(
     with_onset.filter(|&(onset, _)| is_usable(onset)).collect()
 }
 
-fn response(phasic: &[f64], rate_hz: f64, [onset, peak, end]: [usize; 3]) -> Response {
-    let amplitude_us = phasic[peak] - phasic[onset];
-    let recovery = recovery(&phasic[peak..end], phasic[onset] + amplitude_us * 0.5);
+fn response(
+    phasic: &[f64],
+    rate_hz: f64,
+    [onset, peak, end]: [usize; 3],
+    amplitude_us: f64,
+) -> Response {
+    let recovery = recovery(&phasic[peak..end], phasic[peak] - amplitude_us * 0.5);
     Response {
         onset: onset as f64,
         peak: peak as f64,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::Response;
-use super::quality::{SPREAD_SECS, valid_samples};
+use super::quality::{SPREAD_SECS, firmness, valid_samples};
 use super::sympathetic::{SEGMENT_SECS, SlowDown, of_slow};
 use super::values::COUNT;
 use crate::analysis::{
@@ -143,10 +143,11 @@ impl Store {
         };
         let signal = self.raw.values(samples);
         let valid = valid_samples(&signal, &temperature, self.raw.rate_hz());
+        let firmness = firmness(&signal[signal.len() - inside..]);
         // What is missing counts once, as coverage.
         let there = self.raw.usable_in(span);
         let valid = valid[valid.len() - inside..].iter().filter(|&&each| each).count();
-        if there > 0 { (valid as f64 / there as f64).min(1.0) } else { 0.0 }
+        if there > 0 { firmness * (valid as f64 / there as f64).min(1.0) } else { 0.0 }
     }
 
     fn level(&self, span: Span) -> [Result<f64, Reason>; 3] {

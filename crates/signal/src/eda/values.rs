@@ -54,7 +54,7 @@ pub(super) fn of_whole(settings: &Settings) -> Vec<Value> {
 pub(super) fn of_causal(threshold_us: f64) -> Vec<Value> {
     let split =
         "causal Butterworth high-pass of order 2 at 0.01 Hz, tonic the rest, after low-pass 3 Hz";
-    values(split, &format!("of at least {threshold_us} µS, told of 0.5 s after their peaks"))
+    values(split, &format!("of at least {threshold_us} µS, reported 1.1 s after their peaks"))
 }
 
 fn values(split: &str, threshold: &str) -> Vec<Value> {

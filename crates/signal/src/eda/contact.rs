@@ -1,0 +1,216 @@
+//! Moments in which an electrode touches more or less than before and after.
+
+use std::collections::VecDeque;
+
+use crate::gaps::is_usable;
+use crate::robust::{SIGMA_FROM_MAD, median_in_place};
+
+/// Samples are averaged down to this rate [Hz], or a little more.
+const WORKING_HZ: f64 = 32.0;
+/// Half a second of other contact stands out of what is so long before and after [s].
+const REACH_SECS: f64 = 0.625;
+/// An edge is no longer than this [s].
+const EDGE_SECS: f64 = 0.15;
+/// So much of the change lies in either edge. Around a smooth peak it is three quarters where an edge
+/// is half of the reach, as at 4 Hz, and less elsewhere.
+const SUDDEN: f64 = 0.8;
+/// So much of all that changes from 0.6 s before does so in the edge: a trough between a fall and a rise
+/// is no glitch.
+const LEAST_OF_ALL: f64 = 0.5;
+/// What stands out by less makes no response, nor what is within so many standard deviations of noise [µS].
+const LEAST_US: f64 = 0.04;
+const LEAST_DEVIATIONS: f64 = 5.0;
+
+/// Noise is judged by so much of a signal that comes in [s].
+const NOISE_SECS: f64 = 10.0;
+
+/// Which samples of a skin conductance [µS] come of a contact that is another for half a second: they
+/// lie off the line from 0.6 s before to 0.6 s after, with a jump to them and one back.
+///
+/// No gland does that: what it rises by in a second takes seconds to go. None is found at less than
+/// 4 Hz, nor in the first and the last 0.6 s.
+pub(super) fn glitches(signal: &[f64], rate_hz: f64) -> Vec<bool> {
+    let size = (rate_hz / WORKING_HZ).floor().max(1.0) as usize;
+    let means: Vec<f64> = signal.chunks(size).map(mean).collect();
+    let Some(stretch) = Stretch::at(rate_hz / size as f64) else {
+        return vec![false; signal.len()];
+    };
+    let mut differences: Vec<f64> = differences(means.iter().copied()).collect();
+    let least_us = least_us(&mut differences);
+    let mut found = vec![false; means.len()];
+    for (begin, around) in means.windows(stretch.length()).enumerate() {
+        if stretch.is_glitch(around, |off_us| off_us > least_us) {
+            // An edge within a group hides in its mean.
+            let margin = usize::from(size > 1);
+            let place = begin + stretch.reach;
+            found[place - margin..=place + margin].fill(true);
+        }
+    }
+    (0..signal.len()).map(|sample| found[sample / size]).collect()
+}
+
+/// A skin conductance that comes in, 0.6 s later and without such moments.
+#[derive(Clone, Debug)]
+pub(super) struct SteadyContact {
+    stretch: Option<Stretch>,
+    times_ns: VecDeque<i64>,
+    /// The newest values, oldest first: enough to know noise by.
+    newest: Vec<f64>,
+    kept: usize,
+    scratch: Vec<f64>,
+    /// What was returned last.
+    last: f64,
+}
+
+impl SteadyContact {
+    /// For a signal at a rate of 1 to 65 Hz.
+    pub(super) fn new(rate_hz: f64) -> SteadyContact {
+        let stretch = Stretch::at(rate_hz);
+        let length = stretch.map_or(1, Stretch::length);
+        let kept = ((NOISE_SECS * rate_hz) as usize).max(length);
+        let times_ns = VecDeque::with_capacity(length);
+        let (newest, scratch) = (Vec::with_capacity(2 * kept), Vec::with_capacity(2 * kept));
+        SteadyContact { stretch, times_ns, newest, kept, scratch, last: f64::NAN }
+    }
+
+    /// Takes in the next value [µS], and returns one from before with its time, on the line for one that
+    /// the contact made. Nothing before 0.6 s have come in.
+    pub(super) fn push(&mut self, at_ns: i64, value: f64) -> Option<(i64, f64)> {
+        let Some(stretch) = self.stretch else { return Some((at_ns, value)) };
+        if self.newest.len() == 2 * self.kept {
+            self.newest.copy_within(self.kept.., 0);
+            self.newest.truncate(self.kept);
+        }
+        self.newest.push(value);
+        self.times_ns.push_back(at_ns);
+        if self.times_ns.len() <= stretch.reach {
+            return None;
+        }
+        let at_ns = self.times_ns.pop_front()?;
+        let value = self.newest[self.newest.len() - 1 - stretch.reach];
+        self.last = self.steady(stretch).unwrap_or(value);
+        Some((at_ns, self.last))
+    }
+
+    /// What stands instead of a glitch: on the line from the last value to what is after it.
+    fn steady(&mut self, stretch: Stretch) -> Option<f64> {
+        let begin = self.newest.len().checked_sub(stretch.length())?;
+        let (newest, scratch) = (&self.newest, &mut self.scratch);
+        let around = &newest[begin..];
+        let is_glitch = stretch.is_glitch(around, |off_us| {
+            scratch.clear();
+            scratch.extend(differences(newest.iter().copied()));
+            off_us > least_us(scratch)
+        });
+        is_glitch.then(|| {
+            let after = stretch.end(around);
+            self.last + (around[stretch.reach + after] - self.last) / (after + 1) as f64
+        })
+    }
+}
+
+/// What is looked at to judge the value in its middle.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    reach: usize,
+    edge: usize,
+}
+
+impl Stretch {
+    /// `None` at a rate [Hz] that has no room for a glitch.
+    fn at(rate_hz: f64) -> Option<Stretch> {
+        let reach = (REACH_SECS * rate_hz) as usize;
+        let edge = ((EDGE_SECS * rate_hz) as usize).max(1);
+        (reach > edge).then_some(Stretch { reach, edge })
+    }
+
+    fn length(self) -> usize {
+        2 * self.reach + 1
+    }
+
+    /// In the middle of the line from the first to the last value.
+    fn line_us(self, around: &[f64]) -> f64 {
+        around[0].midpoint(around[2 * self.reach])
+    }
+
+    /// How many values after its middle a glitch is over.
+    fn end(self, around: &[f64]) -> usize {
+        let Stretch { reach, edge } = self;
+        let off_us = around[reach] - self.line_us(around);
+        jump(&around[reach..], edge, -off_us).map_or(reach, |end| (end + edge).min(reach))
+    }
+
+    fn is_glitch(self, around: &[f64], is_beyond_noise: impl FnOnce(f64) -> bool) -> bool {
+        let Stretch { reach, edge } = self;
+        let off_us = around[reach] - self.line_us(around);
+        off_us.abs() > LEAST_US
+            && jump(&around[..=reach], edge, off_us).is_some()
+            && jump(&around[reach..], edge, -off_us).is_some()
+            && is_beyond_noise(off_us.abs())
+    }
+}
+
+/// The first value after a change by most of so much, at once and by no more than that otherwise.
+fn jump(values: &[f64], edge: usize, change_us: f64) -> Option<usize> {
+    let all = (values[values.len() - 1] - values[0]) / change_us;
+    let least = SUDDEN.max(LEAST_OF_ALL * all.abs());
+    let is_sudden = |(from, to): (&f64, &f64)| (to - from) / change_us >= least;
+    Some(values.iter().zip(&values[edge..]).position(is_sudden)? + edge)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    let usable = || values.iter().filter(|value| is_usable(**value));
+    usable().sum::<f64>() / usable().count() as f64
+}
+
+fn differences(values: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = f64> {
+    let pairs = values.clone().zip(values.skip(1));
+    pairs.map(|(from, to)| (to - from).abs()).filter(|each| is_usable(*each))
+}
+
+/// What noise does not reach; its deviation is that of white noise with these differences.
+fn least_us(differences: &mut [f64]) -> f64 {
+    let deviation = |middle: f64| SIGMA_FROM_MAD * middle / std::f64::consts::SQRT_2;
+    LEAST_DEVIATIONS * median_in_place(differences).map_or(0.0, deviation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half a minute with two responses of 1 µS, as steep as they come.
+    fn skin(rate_hz: f64) -> Vec<f64> {
+        let form = |secs: f64| {
+            if secs > 0.0 { ((-secs / 1.5).exp() - (-secs / 0.5).exp()) / 0.385 } else { 0.0 }
+        };
+        let sample = |k: u32| f64::from(k) / rate_hz;
+        let secs = (0..(30.0 * rate_hz) as u32).map(sample);
+        secs.map(|secs| 3.0 + form(secs - 5.0) + form(secs - 7.0)).collect()
+    }
+
+    #[test]
+    fn half_a_second_of_other_contact_is_found_and_responses_are_not() {
+        for rate_hz in [4.0, 15.0, 32.0, 128.0, 1000.0] {
+            let mut signal = skin(rate_hz);
+            assert!(!glitches(&signal, rate_hz).contains(&true), "{rate_hz}");
+            let (begin, end) = ((20.0 * rate_hz) as usize, (20.5 * rate_hz) as usize);
+            for change in [-0.2, 0.2, 4.0] {
+                signal[begin..end].iter_mut().for_each(|value| *value += change);
+                let found = glitches(&signal, rate_hz);
+                let count = found.iter().filter(|each| **each).count();
+                assert!(found[begin..end].iter().all(|each| *each), "{rate_hz} {change}");
+                assert!(count <= end - begin + 100, "{rate_hz} {change}: {count}");
+                signal[begin..end].iter_mut().for_each(|value| *value -= change);
+            }
+        }
+    }
+
+    #[test]
+    fn noise_and_gaps_are_no_contact() {
+        let noisy = |k: u32| 2.0 + 0.03 * f64::from(k * 7919 % 1009) / 1009.0;
+        let mut signal: Vec<f64> = (0..400).map(noisy).collect();
+        signal[100] = f64::NAN;
+        assert!(!glitches(&signal, 4.0).contains(&true));
+        assert!(glitches(&[], 4.0).is_empty() && !glitches(&[1.0; 9], 1.0).contains(&true));
+    }
+}
