@@ -46,8 +46,9 @@ test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
 check: lint ## format, lints and unit tests: before every commit
 	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)
 
-lint: $(ready)-build ## format and lints
+lint: $(ready)-build ## format, words and lints
 	cargo fmt --all --check
+	.ci/words
 	cargo clippy --workspace --all-targets --locked -- --deny warnings
 	$(if $(shell command -v cargo-deny),cargo deny --log-level error check,@echo "cargo-deny is not installed: licences are not checked")
 

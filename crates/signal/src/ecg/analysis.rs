@@ -15,7 +15,7 @@ use super::likeness::Likeness;
 use super::mains::{Cleaner, mains_hz};
 use super::pieces::Pieces;
 use super::whole::find_beats;
-use super::windows::{EcgWindows, HIDING_SECS, Told};
+use super::windows::{EcgWindows, HIDING_SECS, WindowBeat};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::SignalError;
 use crate::gaps::is_usable;
@@ -213,7 +213,7 @@ impl Teller {
         });
         self.before = Some(beat.sample);
         let at_ns = windows.track.time_ns(beat.sample).unwrap_or_default();
-        windows.push(Told { at_ns, rr_ms, looks, between });
+        windows.push(WindowBeat { at_ns, rr_ms, looks, between });
         let quality = looks.and_then(|looks| looks.likeness);
         let details = vec![
             ("rr_ms", rr_ms.unwrap_or(f64::NAN)),

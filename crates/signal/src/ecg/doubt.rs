@@ -1,6 +1,6 @@
 //! What speaks against a heart rate although beats look well.
 
-use super::windows::Told;
+use super::windows::WindowBeat;
 use crate::robust::{interpolated, median_in_place};
 
 /// An interval is odd that is this share longer or shorter than the median.
@@ -39,18 +39,20 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    pub(super) fn of(beats: &[Told], saturated: f64) -> Doubt {
+    pub(super) fn of(beats: &[WindowBeat], saturated: f64) -> Doubt {
         let intervals = || beats.iter().filter_map(|beat| beat.rr_ms);
         let usual_ms = median_in_place(&mut intervals().collect::<Vec<_>>()).unwrap_or(f64::NAN);
         let heights = beats.iter().filter_map(|beat| Some(beat.looks?.height));
         let height = median_in_place(&mut heights.collect::<Vec<_>>()).unwrap_or(f64::NAN);
-        let likeness = |beat: &Told| beat.looks.and_then(|looks| looks.likeness);
+        let likeness = |beat: &WindowBeat| beat.looks.and_then(|looks| looks.likeness);
         let likenesses: Vec<f64> = beats.iter().filter_map(likeness).collect();
-        let is_odd =
-            |beat: &&Told| beat.rr_ms.is_some_and(|rr_ms| (rr_ms / usual_ms - 1.0).abs() > ODD);
-        let is_unlike = |beat: &&Told| likeness(beat).is_none_or(|likeness| likeness < UNLIKE);
+        let is_odd = |beat: &&WindowBeat| {
+            beat.rr_ms.is_some_and(|rr_ms| (rr_ms / usual_ms - 1.0).abs() > ODD)
+        };
+        let is_unlike =
+            |beat: &&WindowBeat| likeness(beat).is_none_or(|likeness| likeness < UNLIKE);
         let is_unexplained =
-            |beat: &&Told| beat.between.is_some_and(|between| between > UNEXPLAINED * height);
+            |beat: &&WindowBeat| beat.between.is_some_and(|between| between > UNEXPLAINED * height);
         let share = |count: usize| count as f64 / beats.len().max(1) as f64;
         Doubt {
             doubled: doubled(intervals().collect()),

@@ -31,7 +31,7 @@ const LEAST_QUALITY: f64 = 0.4;
 
 /// A beat, as far as spans need it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Told {
+pub(super) struct WindowBeat {
     pub(super) at_ns: i64,
     /// Time since the beat before it [ms]; `None` when there is none, or one may be hidden between.
     pub(super) rr_ms: Option<f64>,
@@ -47,7 +47,7 @@ pub(super) struct EcgWindows {
     heart: HeartWindows,
     breathing: BreathingWindows,
     pub(super) track: Track,
-    pub(super) beats: VecDeque<Told>,
+    pub(super) beats: VecDeque<WindowBeat>,
     pub(super) pieces: VecDeque<Piece>,
 }
 
@@ -92,7 +92,7 @@ impl EcgWindows {
     }
 
     /// Takes in a beat.
-    pub(super) fn push(&mut self, beat: Told) {
+    pub(super) fn push(&mut self, beat: WindowBeat) {
         self.beats.push_back(beat);
         self.heart.push(beat.at_ns);
     }
@@ -115,7 +115,7 @@ impl EcgWindows {
         }
     }
 
-    fn beats_in(&self, span: Span) -> Vec<Told> {
+    fn beats_in(&self, span: Span) -> Vec<WindowBeat> {
         self.beats.iter().copied().filter(|beat| span.holds(beat.at_ns)).collect()
     }
 
@@ -171,8 +171,8 @@ impl EcgWindows {
     }
 
     /// Breaths a minute, from the times of beats and their heights.
-    fn breathing_rate(&self, beats: &[Told], span: Span) -> Result<f64, Reason> {
-        let beat = |beat: &Told| {
+    fn breathing_rate(&self, beats: &[WindowBeat], span: Span) -> Result<f64, Reason> {
+        let beat = |beat: &WindowBeat| {
             let height = beat.looks.map_or(f64::NAN, |looks| looks.height);
             Beat { at_ns: beat.at_ns, heights: [height, f64::NAN] }
         };
@@ -181,8 +181,8 @@ impl EcgWindows {
 }
 
 /// Mean, lowest, highest rate and its standard deviation [1/min].
-fn rates(beats: &[Told], span: Span) -> [Result<f64, Reason>; 4] {
-    let inside = |beat: &&Told| {
+fn rates(beats: &[WindowBeat], span: Span) -> [Result<f64, Reason>; 4] {
+    let inside = |beat: &&WindowBeat| {
         beat.rr_ms
             .is_some_and(|rr_ms| beat.at_ns as f64 - rr_ms * 1e6 >= span.begin_ns as f64 - 1.0)
     };
@@ -204,7 +204,7 @@ fn rates(beats: &[Told], span: Span) -> [Result<f64, Reason>; 4] {
 }
 
 /// Quality, as [`super::quality()`] has it; of spans shorter than a piece, by beats alone.
-fn quality(beats: &[Told], pieces: &[Piece], living: f64) -> f64 {
+fn quality(beats: &[WindowBeat], pieces: &[Piece], living: f64) -> f64 {
     let looks = beats.iter().filter_map(|beat| beat.looks);
     let mut heights: Vec<f64> = looks.clone().map(|looks| looks.height).collect();
     let likenesses: Vec<f64> = looks.filter_map(|looks| looks.likeness).collect();
@@ -216,7 +216,7 @@ fn quality(beats: &[Told], pieces: &[Piece], living: f64) -> f64 {
 }
 
 /// The share of a span that lies in stretches of more than 3 s without a beat.
-fn silent_share(beats: &[Told], span: Span) -> f64 {
+fn silent_share(beats: &[WindowBeat], span: Span) -> f64 {
     let ends_ns = std::iter::once(span.begin_ns)
         .chain(beats.iter().map(|beat| beat.at_ns))
         .chain([span.end_ns]);

@@ -1,6 +1,6 @@
 //! One channel on its way into rows.
 
-use super::faults::{Faults, Phases, Watch};
+use super::faults::{FaultDetector, Faults, Phases};
 use super::frames::{Features, Frames};
 use crate::error::SignalError;
 
@@ -26,7 +26,7 @@ pub(super) struct Cell {
 /// Watches one channel and keeps what the next frame needs.
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
-    watch: Watch,
+    watch: FaultDetector,
     /// The newest samples in the band, as many as a frame has at least.
     band: Vec<f64>,
     length: usize,
@@ -38,7 +38,7 @@ impl Channel {
     pub(super) fn new(rate_hz: f64, length: usize) -> Result<Channel, SignalError> {
         let (cell, before) = (Cell::default(), Cell::default());
         let band = Vec::with_capacity(2 * length);
-        Ok(Channel { watch: Watch::new(rate_hz)?, band, length, cell, before })
+        Ok(Channel { watch: FaultDetector::new(rate_hz)?, band, length, cell, before })
     }
 
     pub(super) fn push(&mut self, taken: Taken, phases: &Phases) {

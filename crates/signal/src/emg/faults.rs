@@ -106,7 +106,7 @@ pub fn quality(faults: &Faults) -> f64 {
 
 /// Watches one channel.
 #[derive(Clone, Debug)]
-pub(super) struct Watch {
+pub(super) struct FaultDetector {
     flat_run: usize,
     decay: f64,
     level: Option<f64>,
@@ -119,10 +119,10 @@ pub(super) struct Watch {
     lines: [[f64; 2]; 2],
 }
 
-impl Watch {
-    pub(super) fn new(rate_hz: f64) -> Result<Watch, SignalError> {
+impl FaultDetector {
+    pub(super) fn new(rate_hz: f64) -> Result<FaultDetector, SignalError> {
         let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
-        Ok(Watch {
+        Ok(FaultDetector {
             flat_run: (FLAT_SECS * rate_hz) as usize,
             decay: 1.0 / (LEVEL_SECS * rate_hz),
             level: None,
@@ -239,7 +239,7 @@ mod tests {
     const RATE_HZ: f64 = 500.0;
 
     fn watched(signal: impl Iterator<Item = (f64, f64)>) -> Faults {
-        let (mut watch, mut phases) = (Watch::new(RATE_HZ).unwrap(), Phases::new(RATE_HZ));
+        let (mut watch, mut phases) = (FaultDetector::new(RATE_HZ).unwrap(), Phases::new(RATE_HZ));
         let mut faults = Faults::default();
         for (raw, band) in signal {
             phases.advance();

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::smoothed::Smoothed;
-use super::template::Line;
+use super::template::FittedLine;
 
 /// How long pieces are [s].
 const PIECE_SECS: f64 = 5.0;
@@ -59,7 +59,7 @@ impl Pieces {
 
 impl Piece {
     fn of(values: &[f64]) -> Piece {
-        let line = Line::through(values);
+        let line = FittedLine::through(values);
         let (mut squares, mut cubes) = (0.0, 0.0);
         for (place, &value) in values.iter().enumerate() {
             let away = line.above(place, value);

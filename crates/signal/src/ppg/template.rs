@@ -31,10 +31,10 @@ impl Template {
         let whole = |shaped: &Shaped| {
             let begin = (shaped.pulse.sample.round() as usize).checked_sub(before)?;
             let part = signal.values(begin..begin.saturating_add(length));
-            (part.len() == length).then(|| (part, Line::through(part)))
+            (part.len() == length).then(|| (part, FittedLine::through(part)))
         };
         let some = pulses.iter().filter(|shaped| shaped.number.is_multiple_of(step));
-        let parts: Vec<(&[f64], Line)> = some.filter_map(whole).collect();
+        let parts: Vec<(&[f64], FittedLine)> = some.filter_map(whole).collect();
         let mut column = Vec::with_capacity(parts.len());
         let mut median = |place: usize| {
             column.clear();
@@ -44,7 +44,7 @@ impl Template {
         };
         let length = if parts.is_empty() { 0 } else { length };
         let values: Vec<f64> = (0..length).map(&mut median).collect();
-        let line = Line::through(&values);
+        let line = FittedLine::through(&values);
         let bare = values.iter().enumerate().map(|(place, &value)| line.above(place, value));
         let bare: Vec<f64> = bare.collect();
         Template { before, squares: bare.iter().map(|each| each * each).sum(), bare, values }
@@ -95,21 +95,21 @@ impl Template {
 const LANES: usize = 8;
 
 /// The straight line nearest to values.
-pub(super) struct Line {
+pub(super) struct FittedLine {
     middle: f64,
     mean: f64,
     slope: f64,
 }
 
-impl Line {
-    pub(super) fn through(values: &[f64]) -> Line {
+impl FittedLine {
+    pub(super) fn through(values: &[f64]) -> FittedLine {
         let count = values.len() as f64;
         let middle = (count - 1.0) / 2.0;
         let mean = values.iter().sum::<f64>() / count;
         let weighted = values.iter().enumerate().map(|(k, value)| (k as f64 - middle) * value);
         let squares = spread(count);
         let slope = if squares > 0.0 { weighted.sum::<f64>() / squares } else { 0.0 };
-        Line { middle, mean, slope }
+        FittedLine { middle, mean, slope }
     }
 
     pub(super) fn above(&self, place: usize, value: f64) -> f64 {
@@ -118,7 +118,7 @@ impl Line {
 }
 
 fn correlation(left: &[f64], right: &[f64]) -> f64 {
-    let (left_line, right_line) = (Line::through(left), Line::through(right));
+    let (left_line, right_line) = (FittedLine::through(left), FittedLine::through(right));
     let (mut both, mut left_square, mut right_square) = (0.0, 0.0, 0.0);
     for (place, (&left, &right)) in left.iter().zip(right).enumerate() {
         let (left, right) = (left_line.above(place, left), right_line.above(place, right));
@@ -147,7 +147,7 @@ mod tests {
     fn one_look_at_a_pulse_gives_its_likeness() {
         let wave = |k: usize| (k as f64 / 5.0).sin() + (k * k % 13) as f64 / 20.0;
         let values: Vec<f64> = (0..83).map(wave).collect();
-        let line = Line::through(&values);
+        let line = FittedLine::through(&values);
         let bare: Vec<f64> = (0..83).map(|k| line.above(k, values[k])).collect();
         let squares = bare.iter().map(|each| each * each).sum();
         let template = Template { before: 0, bare, values: values.clone(), squares };

@@ -6,7 +6,7 @@ use self::raised::{RAISED_BINS, Raised};
 use super::beat::{Beat, Teeth};
 use super::envelope::{BIN_NANOS, Envelope};
 use super::fit::{Fit, Point};
-use super::line::Line;
+use super::line::OffsetMap;
 
 pub(super) use self::raised::RAISED_LONG;
 
@@ -65,7 +65,7 @@ pub(super) struct Epoch {
     origin: Packet,
     envelope: Envelope,
     fit: Fit,
-    line: Line,
+    line: OffsetMap,
     /// The number of the bin that is open, and its lowest point.
     bin: i64,
     lowest: Option<(Point, Packet)>,
@@ -85,7 +85,7 @@ pub(super) struct Epoch {
 
 impl Epoch {
     /// What it allocates [B].
-    pub const BYTES: usize = Envelope::BYTES + Line::BYTES + Teeth::LIVE_BYTES;
+    pub const BYTES: usize = Envelope::BYTES + OffsetMap::BYTES + Teeth::LIVE_BYTES;
 
     /// Begins with its first packet; slopes of clocks of this kind spread by `usual_skew`.
     pub fn begin(first: Packet, usual_skew: f64) -> Epoch {
@@ -94,7 +94,7 @@ impl Epoch {
             origin: first,
             envelope: Envelope::new(usual_skew),
             fit: Fit::level(point),
-            line: Line::level(0.0),
+            line: OffsetMap::level(0.0),
             bin: 0,
             lowest: Some((point, first)),
             delays: Delays::default(),

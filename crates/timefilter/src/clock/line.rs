@@ -13,7 +13,7 @@ const STEEPEST: f64 = 0.5;
 /// an older one is mapped by the same function later. Device times at least 4 ns apart keep their
 /// order.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
+pub(super) struct OffsetMap {
     /// In order of device time, at least one.
     knots: VecDeque<Knot>,
     frontier: i64,
@@ -30,15 +30,15 @@ struct Knot {
     slope: f64,
 }
 
-impl Line {
+impl OffsetMap {
     /// What it allocates [B].
     pub const BYTES: usize = (KNOTS + 2) * size_of::<Knot>();
 
     /// A level line at `offset` [ns].
-    pub fn level(offset: f64) -> Line {
+    pub fn level(offset: f64) -> OffsetMap {
         let mut knots = VecDeque::with_capacity(KNOTS + 2);
         knots.push_back(Knot { device: 0, offset, slope: 0.0 });
-        Line { knots, frontier: 0 }
+        OffsetMap { knots, frontier: 0 }
     }
 
     /// The offset at a device time [ns], without settling it.

@@ -14,7 +14,7 @@ use self::backlog::Backlogs;
 use self::bursts::Bursts;
 use self::doubt::Doubt;
 use self::envelope::{Envelope, Found};
-use self::line::Line;
+use self::line::LinearFit;
 use self::shift::Shift;
 use self::strangers::Strangers;
 use super::{ClockKind, ClockModel, ClockState, Corrected, News, Probe, Says, Stamps};
@@ -139,7 +139,7 @@ impl ClockModel for Remote {
     fn state(&self) -> ClockState {
         let (kind, known) = match self.probed() {
             Some(probed) => (ClockKind::TwoWay, Some(probed)),
-            None => (ClockKind::Remote, self.envelope.line().map(Line::reversed)),
+            None => (ClockKind::Remote, self.envelope.line().map(LinearFit::reversed)),
         };
         let nanos = known.map_or(f64::NAN, |line| line.at(self.now) as f64);
         let steady = match kind {
@@ -171,7 +171,7 @@ impl Remote {
     fn pass(&mut self, now: i64) {
         self.now = self.now.max(now);
         match self.envelope.pass(self.now) {
-            Found::Line => self.judge(),
+            Found::LinearFit => self.judge(),
             // Where probes say that the clock is the same, it is the way that has become long.
             Found::Elsewhere(delay) if self.probed().is_none() => self.jump(delay),
             Found::Elsewhere(_) | Found::Nothing => {}
@@ -232,7 +232,7 @@ impl Remote {
     }
 
     /// Holds a delay against what is known.
-    fn compare(&mut self, delay: i64, offset: Line) {
+    fn compare(&mut self, delay: i64, offset: LinearFit) {
         let fastest = self.envelope.line().map_or(delay, |line| line.at(self.now));
         let late = delay.saturating_sub(fastest) as f64;
         let ahead = delay.saturating_add(offset.at(self.now)).saturating_neg() as f64;
@@ -273,7 +273,7 @@ impl Remote {
             self.report(News::Trusted);
         }
         self.trusted = Some(trusted);
-        let target = if trusted { Line::default() } else { offset };
+        let target = if trusted { LinearFit::default() } else { offset };
         let step = target.at(self.now).saturating_sub(self.shift.newest());
         if self.shift.is_used() && step.saturating_abs() > LATER_NANOS {
             self.begin_epoch(step as f64 * 1e-9);
@@ -333,12 +333,12 @@ impl Remote {
     }
 
     /// How far the clock is ahead [ns]: by probes where there are any, else by stamps.
-    fn offset(&self) -> Option<Line> {
-        self.probed().or_else(|| self.envelope.line().map(Line::reversed))
+    fn offset(&self) -> Option<LinearFit> {
+        self.probed().or_else(|| self.envelope.line().map(LinearFit::reversed))
     }
 
     /// The same by probes, unless what stamps the messages is another clock than what answers.
-    fn probed(&self) -> Option<Line> {
+    fn probed(&self) -> Option<LinearFit> {
         let probed = self.bursts.line()?;
         let fastest = self.envelope.line().map(|line| line.at(self.now));
         let way = fastest.map(|delay| delay.saturating_add(probed.at(self.now)));

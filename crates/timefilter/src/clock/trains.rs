@@ -63,7 +63,7 @@ impl Trains {
     pub fn take_wrong(&mut self, place: usize) -> Option<(f64, f64)> {
         let train = self.at(place)?;
         let Wrong::Found(said_nanos) = train.wrong else { return None };
-        train.wrong = Wrong::Told;
+        train.wrong = Wrong::Reported;
         Some((said_nanos, train.period_nanos))
     }
 

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use teampulse_timefilter::align::{Mode, Onto, Output, Run, SourceSettings};
 
-use crate::story::{Kept, MS, SECOND, Told, keep};
+use crate::story::{Kept, MS, Outcome, SECOND, keep};
 
 /// A batch: its source, how long after the one before it arrives, how long before that it was
 /// measured, and how many samples it has.
@@ -13,7 +13,7 @@ const POLICIES: [&str; 4] = ["linear:200ms", "hold:300ms", "nearest:20ms", "mean
 const PERIOD: i64 = 7 * MS;
 
 fn report(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i64]) -> Vec<Kept> {
-    let mut told = Told::new(onto, mode);
+    let mut told = Outcome::new(onto, mode);
     let settings = |policy: &str| {
         let (lateness_nanos, idle_nanos) = (40 * MS, 250 * MS);
         SourceSettings {

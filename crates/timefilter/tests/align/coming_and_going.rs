@@ -2,11 +2,11 @@
 
 use teampulse_timefilter::align::{AlignError, Policy, Sample, SourceSettings, Validity};
 
-use crate::story::{MS, SECOND, Told};
+use crate::story::{MS, Outcome, SECOND};
 
 #[test]
 fn a_source_that_joins_has_cells_from_then_on_and_disturbs_no_other() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let old = told.add("linear:1s");
     for time in (0..5 * SECOND).step_by(50 * MS as usize) {
         told.at(old, time, time as f64);
@@ -28,7 +28,7 @@ fn a_source_that_joins_has_cells_from_then_on_and_disturbs_no_other() {
 
 #[test]
 fn a_source_that_leaves_is_used_to_its_last_sample() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let (stays, leaves, slow) = (told.add("hold:1s"), told.add("hold:1s"), told.add("hold:1s"));
     for time in (0..10 * SECOND).step_by(100 * MS as usize) {
         told.at(stays, time, 1.0);
@@ -53,7 +53,7 @@ fn a_source_that_leaves_is_used_to_its_last_sample() {
 
 #[test]
 fn a_place_that_was_left_is_taken_again_by_a_source_of_its_own() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let (first, stays) = (told.add("hold:1s"), told.add("hold:1s"));
     for round in 0..10_000 {
         let passing = told.join("hold:1s", round * 100 * MS);
@@ -68,7 +68,7 @@ fn a_place_that_was_left_is_taken_again_by_a_source_of_its_own() {
 
 #[test]
 fn the_end_of_a_recording_gives_all_rows_to_its_newest_sample() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let (ecg, battery) = (told.add("linear:1s"), told.add("hold:5s"));
     told.at(battery, 0, 0.5);
     for time in (0..=1_050).step_by(50) {

@@ -3,11 +3,11 @@
 use proptest::prelude::*;
 use teampulse_timefilter::align::{AHEAD_NANOS, News, SourceSettings, Validity, Why};
 
-use crate::story::{MS, SECOND, Told};
+use crate::story::{MS, Outcome, SECOND};
 
 #[test]
 fn a_sample_within_the_lateness_takes_its_place() {
-    let mut told = Told::grid(10 * MS);
+    let mut told = Outcome::grid(10 * MS);
     let policy = "linear:1s".parse().unwrap();
     let settings = SourceSettings { lateness_nanos: 25 * MS, ..SourceSettings::new(policy) };
     let id = told.aligner.add(settings).unwrap();
@@ -22,7 +22,7 @@ fn a_sample_within_the_lateness_takes_its_place() {
 
 #[test]
 fn a_late_sample_is_reported_counted_and_still_used() {
-    let mut told = Told::grid(10 * MS);
+    let mut told = Outcome::grid(10 * MS);
     let id = told.add("hold:1s");
     for (time, value) in [(0, 0.0), (10, 1.0), (20, 2.0), (15, 1.5), (22, 2.2), (40, 4.0)] {
         told.push(id, time * MS, SECOND, value);
@@ -31,7 +31,7 @@ fn a_late_sample_is_reported_counted_and_still_used() {
     assert_eq!(told.aligner.counts(id).unwrap().late, 1);
     assert_eq!(told.row(30 * MS).cell(id).value(), 2.2);
 
-    let mut told = Told::grid(10 * MS);
+    let mut told = Outcome::grid(10 * MS);
     let id = told.add("count:100ms");
     for time in [0, 10, 20, 15, 30] {
         told.push(id, time * MS, SECOND, 1.0);
@@ -41,7 +41,7 @@ fn a_late_sample_is_reported_counted_and_still_used() {
 
 #[test]
 fn a_source_that_delivers_but_behind_is_late_until_it_catches_up() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let prompt = told.add("hold:1s");
     let behind = told.add("hold:1s");
     for time in (0..60 * SECOND).step_by(100 * MS as usize) {
@@ -65,7 +65,7 @@ fn a_source_that_delivers_but_behind_is_late_until_it_catches_up() {
 
 #[test]
 fn a_stamp_from_the_future_is_set_aside_and_holds_nothing_up() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let (sane, mad) = (told.add("hold:1s"), told.add("hold:1s"));
     for time in (0..10 * SECOND).step_by(100 * MS as usize) {
         told.at(sane, time, 1.0);
@@ -81,7 +81,7 @@ fn a_stamp_from_the_future_is_set_aside_and_holds_nothing_up() {
 
 #[test]
 fn what_there_is_no_room_for_is_reported_and_counted() {
-    let mut told = Told::grid(100 * MS);
+    let mut told = Outcome::grid(100 * MS);
     let policy = "linear:1s".parse().unwrap();
     let fast =
         told.aligner.add(SourceSettings { capacity: 50, ..SourceSettings::new(policy) }).unwrap();
@@ -104,7 +104,7 @@ proptest! {
         arrivals in prop::collection::vec((0..100 * MS, 0..3 * SECOND), 1..100),
         lateness in 0..500 * MS,
     ) {
-        let mut told = Told::grid(10 * MS);
+        let mut told = Outcome::grid(10 * MS);
         let all_time = "count:86400s".parse().unwrap();
         let settings = SourceSettings { lateness_nanos: lateness, ..SourceSettings::new(all_time) };
         let id = told.aligner.add(settings).unwrap();

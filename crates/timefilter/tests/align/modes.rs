@@ -2,11 +2,11 @@
 
 use teampulse_timefilter::align::{Mode, Onto, Validity};
 
-use crate::story::{MS, SECOND, Told};
+use crate::story::{MS, Outcome, SECOND};
 
 #[test]
 fn a_row_for_a_screen_is_out_at_its_time() {
-    let mut told = Told::new(Onto::Grid { period_nanos: 100 * MS }, Mode::Available);
+    let mut told = Outcome::new(Onto::Grid { period_nanos: 100 * MS }, Mode::Available);
     let (moving, slow, dying) =
         (told.add("linear:500ms"), told.add("hold:2s"), told.add("hold:1s"));
     for time in (0..10 * SECOND).step_by(10 * MS as usize) {
@@ -37,7 +37,7 @@ fn a_row_for_a_screen_is_out_at_its_time() {
 
 #[test]
 fn onto_a_pivot_for_a_screen_a_row_comes_with_its_sample() {
-    let mut told = Told::new(Onto::Pivot, Mode::Available);
+    let mut told = Outcome::new(Onto::Pivot, Mode::Available);
     let (pivot, other) = (told.add("exact"), told.add("hold:1s"));
     told.at(other, 5 * MS, 3.0);
     told.push(pivot, 10 * MS, 40 * MS, 1.0);

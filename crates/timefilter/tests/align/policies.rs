@@ -5,7 +5,7 @@ use teampulse_timefilter::align::{
     Aggregate, Mode, Onto, Output, Policy, Sample, SourceSettings, Validity,
 };
 
-use crate::story::{KeptCell, MS, SECOND, Told};
+use crate::story::{KeptCell, MS, Outcome, SECOND};
 
 /// A stream whose samples are all known, and its cell at `row` by the definition of its policy.
 fn defined(policy: Policy, samples: &[(i64, f64)], row: i64) -> (f64, i64, Validity) {
@@ -100,7 +100,7 @@ proptest! {
         streams in prop::collection::vec((policies(), streams()), 1..5),
         period in 1..40_i64,
     ) {
-        let mut told = Told::grid(period * MS);
+        let mut told = Outcome::grid(period * MS);
         let ids: Vec<_> = streams
             .iter()
             .map(|(policy, _)| told.aligner.add(with_equal_stamps(*policy)).unwrap())
@@ -131,7 +131,7 @@ proptest! {
 
     #[test]
     fn rows_onto_a_pivot_are_at_its_samples(pivot in streams(), other in streams(), policy in policies()) {
-        let mut told = Told::new(Onto::Pivot, Mode::Reproducible);
+        let mut told = Outcome::new(Onto::Pivot, Mode::Reproducible);
         let pivot_id = told.aligner.add(with_equal_stamps(Policy::Exact)).unwrap();
         let other_id = told.aligner.add(with_equal_stamps(policy)).unwrap();
         let mut samples: Vec<_> = pivot.iter().map(|sample| (sample.0, pivot_id, sample.1)).collect();
@@ -152,7 +152,7 @@ proptest! {
     #[test]
     fn a_line_is_met_exactly(times in streams(), slope in -5_i32..5, period in 1..20_i64) {
         let line = |time: i64| f64::from(slope) * (time - SECOND) as f64 / MS as f64;
-        let mut told = Told::grid(period * MS);
+        let mut told = Outcome::grid(period * MS);
         let id = told.add("linear:1s");
         for (time, _) in &times {
             told.at(id, *time, line(*time));
@@ -167,7 +167,7 @@ proptest! {
 
 #[test]
 fn a_row_of_a_grid_is_at_a_multiple_of_the_period() {
-    let mut told = Told::grid(15 * MS);
+    let mut told = Outcome::grid(15 * MS);
     let id = told.add("hold:1s");
     for time in [-100, -90, -20, 0, 44, 45] {
         told.at(id, time * MS, 1.0);
@@ -177,7 +177,7 @@ fn a_row_of_a_grid_is_at_a_multiple_of_the_period() {
 
 #[test]
 fn a_sample_without_a_number_is_no_value_but_shows_that_its_source_is_there() {
-    let mut told = Told::grid(10 * MS);
+    let mut told = Outcome::grid(10 * MS);
     let id = told.add("linear:30ms");
     for (time, value) in [(0, 0.0), (20, 2.0), (40, f64::NAN), (60, 6.0), (80, 8.0)] {
         told.at(id, time * MS, value);
@@ -191,7 +191,7 @@ fn a_sample_without_a_number_is_no_value_but_shows_that_its_source_is_there() {
 
 #[test]
 fn a_channel_without_a_number_stays_without_one() {
-    let mut told = Told::grid(10 * MS);
+    let mut told = Outcome::grid(10 * MS);
     let policy = "linear:1s".parse().unwrap();
     let id =
         told.aligner.add(SourceSettings { channels: 2, ..SourceSettings::new(policy) }).unwrap();

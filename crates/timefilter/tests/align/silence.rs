@@ -2,13 +2,13 @@
 
 use teampulse_timefilter::align::{Mode, News, Onto, ROWS_IN_SILENCE, Validity};
 
-use crate::story::{MS, SECOND, Told};
+use crate::story::{MS, Outcome, SECOND};
 
 const PERIOD: i64 = SECOND / 50;
 
 #[test]
 fn a_source_that_dies_for_five_minutes_is_stale_and_nothing_else_is_lost() {
-    let mut told = Told::grid(PERIOD);
+    let mut told = Outcome::grid(PERIOD);
     let alive = told.add("linear:500ms");
     let dying = told.add("hold:1s");
     let dead = 60 * SECOND..360 * SECOND;
@@ -42,7 +42,7 @@ fn a_source_that_dies_for_five_minutes_is_stale_and_nothing_else_is_lost() {
 
 #[test]
 fn a_source_that_returns_late_is_used_within_a_second() {
-    let mut told = Told::grid(PERIOD);
+    let mut told = Outcome::grid(PERIOD);
     let alive = told.add("linear:500ms");
     let returning = told.add("linear:500ms");
     for time in (0..40 * SECOND).step_by(10 * MS as usize) {
@@ -62,7 +62,7 @@ fn a_source_that_returns_late_is_used_within_a_second() {
 
 #[test]
 fn rows_go_on_in_complete_silence_for_a_while_and_those_left_out_are_counted() {
-    let mut told = Told::grid(PERIOD);
+    let mut told = Outcome::grid(PERIOD);
     let only = told.add("hold:1s");
     told.at(only, 0, 1.0);
     let hour = 3_600 * SECOND;
@@ -80,7 +80,7 @@ fn rows_go_on_in_complete_silence_for_a_while_and_those_left_out_are_counted() {
 
 #[test]
 fn a_source_that_never_says_anything_is_missing_after_its_time_out() {
-    let mut told = Told::grid(PERIOD);
+    let mut told = Outcome::grid(PERIOD);
     let alive = told.add("hold:1s");
     let mute = told.add("hold:1s");
     for time in (0..5 * SECOND).step_by(PERIOD as usize) {
@@ -93,7 +93,7 @@ fn a_source_that_never_says_anything_is_missing_after_its_time_out() {
 
 #[test]
 fn rows_begin_with_the_first_sample_of_a_source_that_was_late_to_begin() {
-    let mut told = Told::grid(PERIOD);
+    let mut told = Outcome::grid(PERIOD);
     let only = told.add("hold:1s");
     told.tick(0);
     told.at(only, 5 * SECOND, 1.0);
@@ -104,7 +104,7 @@ fn rows_begin_with_the_first_sample_of_a_source_that_was_late_to_begin() {
 
 #[test]
 fn a_pivot_that_dies_and_returns_misses_no_row() {
-    let mut told = Told::new(Onto::Pivot, Mode::Reproducible);
+    let mut told = Outcome::new(Onto::Pivot, Mode::Reproducible);
     let pivot = told.add("exact");
     let other = told.add("linear:1s");
     for time in (0..60 * SECOND).step_by(PERIOD as usize) {
@@ -118,7 +118,7 @@ fn a_pivot_that_dies_and_returns_misses_no_row() {
     assert!(told.rows().iter().all(|row| row.cell(other).value() == row.at as f64));
 }
 
-impl Told {
+impl Outcome {
     fn times_last(&self) -> i64 {
         self.kept
             .iter()

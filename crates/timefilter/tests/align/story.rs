@@ -47,7 +47,7 @@ impl KeptRow {
 }
 
 /// An aligner, and all that it has given out.
-pub struct Told {
+pub struct Outcome {
     pub aligner: Aligner,
     pub kept: Vec<Kept>,
 }
@@ -66,13 +66,13 @@ pub fn keep(kept: &mut Vec<Kept>, output: Output<'_>) {
     });
 }
 
-impl Told {
-    pub fn new(onto: Onto, mode: Mode) -> Told {
-        Told { aligner: Aligner::new(onto, mode).unwrap(), kept: Vec::new() }
+impl Outcome {
+    pub fn new(onto: Onto, mode: Mode) -> Outcome {
+        Outcome { aligner: Aligner::new(onto, mode).unwrap(), kept: Vec::new() }
     }
 
-    pub fn grid(period_nanos: i64) -> Told {
-        Told::new(Onto::Grid { period_nanos }, Mode::Reproducible)
+    pub fn grid(period_nanos: i64) -> Outcome {
+        Outcome::new(Onto::Grid { period_nanos }, Mode::Reproducible)
     }
 
     pub fn add(&mut self, policy: &str) -> SourceId {

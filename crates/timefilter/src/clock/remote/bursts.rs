@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::super::Probe;
-use super::line::{Line, Point};
+use super::line::{LinearFit, Point};
 
 /// A burst lasts no longer than this [ns].
 const BURST_NANOS: i64 = 1_000_000_000;
@@ -35,7 +35,7 @@ pub(super) struct Bursts {
     away: Away,
     /// When a burst last agreed with the line.
     agreed: Option<i64>,
-    line: Option<Line>,
+    line: Option<LinearFit>,
     spread: f64,
 }
 
@@ -69,7 +69,7 @@ impl Bursts {
     pub(super) const BYTES: usize = BURSTS.next_power_of_two() * size_of::<Exchange>();
 
     /// How far the other clock is ahead [ns]; `None` where no burst shows it.
-    pub(super) fn line(&self) -> Option<Line> {
+    pub(super) fn line(&self) -> Option<LinearFit> {
         self.line
     }
 
@@ -170,7 +170,7 @@ impl Bursts {
             let weight = (lowest / each.uncertainty).powi(2);
             Point { at: each.at, nanos: each.offset, weight }
         });
-        let fitted = Line::fit(points, 0.5);
+        let fitted = LinearFit::fit(points, 0.5);
         self.line = fitted.map(|(line, _)| line);
         self.spread = fitted.map_or(0.0, |(_, spread)| spread);
     }

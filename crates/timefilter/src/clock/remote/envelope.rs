@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::line::{Line, Point};
+use super::line::{LinearFit, Point};
 
 /// The fastest message of so much time counts [ns].
 const BIN_NANOS: i64 = 2_000_000_000;
@@ -22,7 +22,7 @@ const FORGETS: f64 = 0.005;
 /// The lower envelope of delays: what the fastest messages take, by their stamps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Envelope {
-    line: Option<Line>,
+    line: Option<LinearFit>,
     bins: VecDeque<Point>,
     open: Option<Bin>,
     /// The lowest delays of the last bins that did not belong.
@@ -47,7 +47,7 @@ pub(super) enum Found {
     /// Nothing.
     Nothing,
     /// A better line.
-    Line,
+    LinearFit,
     /// For long all delays were higher than the line: this is the lowest of them [ns].
     Elsewhere(i64),
 }
@@ -59,12 +59,12 @@ impl Envelope {
 
     /// An envelope of which one point is known.
     pub(super) fn new(now: i64, nanos: i64) -> Envelope {
-        let line = Some(Line { origin: now, nanos, slope: 0.0 });
+        let line = Some(LinearFit { origin: now, nanos, slope: 0.0 });
         Envelope { line, ..Envelope::default() }
     }
 
     /// What the fastest messages take; `None` before that is known.
-    pub(super) fn line(&self) -> Option<Line> {
+    pub(super) fn line(&self) -> Option<LinearFit> {
         self.line
     }
 
@@ -81,7 +81,7 @@ impl Envelope {
     /// A message came with this delay [ns]; the first one begins an envelope of which nothing is
     /// known.
     pub(super) fn push(&mut self, now: i64, nanos: i64) {
-        let line = *self.line.get_or_insert(Line { origin: now, nanos, slope: 0.0 });
+        let line = *self.line.get_or_insert(LinearFit { origin: now, nanos, slope: 0.0 });
         self.messages += 1;
         let late = nanos.saturating_sub(line.at(now)) as f64;
         let forgets = FORGETS.max(1.0 / self.messages as f64);
@@ -118,8 +118,8 @@ impl Envelope {
         let oldest = fastest.at.saturating_sub(BIN_NANOS * BINS as i64);
         self.bins.retain(|point| point.at > oldest);
         self.bins.push_back(fastest);
-        self.line = Line::fit(self.bins.iter().copied(), EXPECTILE).map(|(line, _)| line);
-        Found::Line
+        self.line = LinearFit::fit(self.bins.iter().copied(), EXPECTILE).map(|(line, _)| line);
+        Found::LinearFit
     }
 }
 

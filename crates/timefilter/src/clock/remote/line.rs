@@ -9,7 +9,7 @@ const ROUNDS: usize = 12;
 
 /// A time that changes steadily.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Line {
+pub(super) struct LinearFit {
     /// When it was `nanos` [ns].
     pub(super) origin: i64,
     /// What it was then [ns].
@@ -27,7 +27,7 @@ pub(super) struct Point {
     pub(super) weight: f64,
 }
 
-impl Line {
+impl LinearFit {
     /// What it is at a time [ns].
     pub(super) fn at(self, time: i64) -> i64 {
         let since = time.saturating_sub(self.origin) as f64;
@@ -35,8 +35,8 @@ impl Line {
     }
 
     /// The same with the other sign.
-    pub(super) fn reversed(self) -> Line {
-        Line { nanos: self.nanos.saturating_neg(), slope: -self.slope, ..self }
+    pub(super) fn reversed(self) -> LinearFit {
+        LinearFit { nanos: self.nanos.saturating_neg(), slope: -self.slope, ..self }
     }
 
     /// The line for which points below weigh `1 − expectile` and those above `expectile`, with its
@@ -45,7 +45,7 @@ impl Line {
     pub(super) fn fit(
         points: impl Iterator<Item = Point> + Clone,
         expectile: f64,
-    ) -> Option<(Line, f64)> {
+    ) -> Option<(LinearFit, f64)> {
         let newest = points.clone().max_by_key(|point| point.at)?;
         let relative = points.map(|point| {
             let before_secs = point.at.saturating_sub(newest.at) as f64 * 1e-9;
@@ -69,7 +69,7 @@ impl Line {
             spread = (squares.wy / squares.w).sqrt().max(FINEST);
         }
         let nanos = newest.nanos.saturating_add(level as i64);
-        Some((Line { origin: newest.at, nanos, slope: slope * 1e-9 }, spread))
+        Some((LinearFit { origin: newest.at, nanos, slope: slope * 1e-9 }, spread))
     }
 }
 
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_line_is_found_again() {
-        let (line, _) = Line::fit(points(|_| 0).into_iter(), 0.5).unwrap();
+        let (line, _) = LinearFit::fit(points(|_| 0).into_iter(), 0.5).unwrap();
         let (truth, at) = (1_500_000_000 + 4_720_000, 118_000_000_000);
         assert!((line.at(at) - truth).abs() < 100_000, "{line:?}");
         assert!((line.slope * 1e6 - 40.0).abs() < 1.0, "{line:?}");
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn what_is_only_late_does_not_lift_the_lower_line() {
         let late = points(|k| (k * 7919 % 13) * 3_000_000);
-        let (line, _) = Line::fit(late.into_iter(), 0.05).unwrap();
+        let (line, _) = LinearFit::fit(late.into_iter(), 0.05).unwrap();
         let truth = 1_500_000_000 + 4_720_000;
         let lifted = line.at(118_000_000_000) - truth;
         assert!((-2_000_000..8_000_000).contains(&lifted), "{lifted}");
@@ -132,6 +132,6 @@ mod tests {
 
     #[test]
     fn nothing_has_no_line() {
-        assert!(Line::fit([].into_iter(), 0.5).is_none());
+        assert!(LinearFit::fit([].into_iter(), 0.5).is_none());
     }
 }

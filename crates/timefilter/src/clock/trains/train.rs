@@ -66,7 +66,7 @@ pub(super) enum Wrong {
     No,
     /// It was found, and is still to be reported: the reported value [ns].
     Found(f64),
-    Told,
+    Reported,
 }
 
 /// A step of device time that numbers do not have.
