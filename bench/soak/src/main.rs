@@ -73,6 +73,7 @@ fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Er
         sources: vec![("recording".into(), source)],
         features,
         sinks,
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     })

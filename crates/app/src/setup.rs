@@ -10,10 +10,11 @@ use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
 use teampulse_core::panics::at;
 use teampulse_core::registry::Component;
-use teampulse_core::session::{NamedFeature, Outcome, Pace, Session};
+use teampulse_core::session::{NamedFeature, Outcome, Pace, Session, WorkerEnd};
 use teampulse_core::sink::{Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
+use teampulse_core::worker::Looked;
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
@@ -36,6 +37,7 @@ use crate::failure::Failure;
 use crate::folder::{Claimed, bag_folder};
 use crate::network::default_domain;
 use crate::notes;
+use crate::output::say;
 use crate::study::{SessionClock, Study, StudyError};
 
 /// How long a session waits for simulated time to start.
@@ -230,6 +232,7 @@ impl Setup {
             sources: parts.sources,
             features: parts.features,
             sinks: parts.sinks,
+            workers: Vec::new(),
             encode,
             commands: Commands::new(self.study.general.commands.clone()),
         }
@@ -351,6 +354,15 @@ pub fn conclude(outcome: Outcome) -> Exit {
         match error {
             SinkError::Lost { hint, .. } => blame(failure.hint(hint), Exit::DataLost),
             SinkError::Failed { hint, .. } => blame(failure.hint(hint), Exit::Failed),
+        }
+    }
+    for WorkerEnd { name, looked: Looked { taken, skipped }, error } in outcome.workers {
+        if skipped > 0 {
+            say(format!("{name}: looked at {taken} of {} samples", taken + skipped));
+        }
+        if let Some(error) = error {
+            let failure = Failure::new(format!("{name}: failed to {error}"));
+            blame(failure.hint(error.hint), Exit::DataLost);
         }
     }
     for broken in outcome.features {

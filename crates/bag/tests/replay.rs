@@ -131,6 +131,7 @@ async fn run(source: Box<dyn Source>, sink: Box<dyn Sink>) -> Outcome {
         sources: vec![("source".into(), source)],
         features: Vec::new(),
         sinks: vec![sink],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };
@@ -230,6 +231,7 @@ async fn a_held_playback_ends_with_its_session() {
         sources: vec![("source".into(), Box::new(source))],
         features: Vec::new(),
         sinks: Vec::new(),
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

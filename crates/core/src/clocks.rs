@@ -16,7 +16,7 @@ use teampulse_timefilter::clock::{
 use crate::computers::{SIMULATED, is_simulated};
 use crate::data::{Data, EventKind};
 use crate::qos::{Durability, Qos};
-use crate::stream::{About, Shape, Stream, StreamId};
+use crate::stream::{About, Origin, Shape, Stream, StreamId};
 
 use by_interval::ByInterval;
 pub use hindsight::Hindsight;
@@ -333,6 +333,7 @@ impl Clocks {
             }
             Shape::Message(_) => Owner::Computer(stream.id.clone()),
             Shape::Event if is_kept(stream) => Owner::Kept(id),
+            _ if stream.device.is_empty() && is_concluded(stream) => Owner::Worker,
             _ if stream.device.is_empty() => Owner::Host,
             _ if stamps.device.is_some() => Owner::Device(stream.subject(), device()),
             Shape::Sample | Shape::Wave if stream.rate_hz > 0.0 => Owner::Counted(id, device()),
@@ -366,6 +367,7 @@ impl Clocks {
         match owner {
             Owner::Host => Box::new(Host::default()),
             Owner::Kept(_) => Box::new(Host::with_history()),
+            Owner::Worker => Box::new(Host::that_takes_long()),
             Owner::Device(_, device) => Box::new(OneWay::new(self.settings_of(device))),
             Owner::Counted(_, device) => {
                 Box::new(SampleIndex::new(rate_hz, self.settings_of(device).latency))
@@ -389,7 +391,7 @@ impl Clocks {
             Owner::Counted(_, device) => {
                 Some(Smoother::of_samples(rate_hz, self.settings_of(device).latency))
             }
-            Owner::Host | Owner::Kept(_) | Owner::Computer(_) => None,
+            Owner::Host | Owner::Kept(_) | Owner::Worker | Owner::Computer(_) => None,
         }
     }
 
@@ -419,6 +421,12 @@ impl Clocks {
 fn is_kept(stream: &Stream) -> bool {
     let kept = |qos: &Qos| qos.durability == Durability::TransientLocal;
     stream.about != About::Session && stream.qos.iter().any(kept)
+}
+
+/// Whether a raw stream was concluded from others, by a worker: its stamps are the times of what that looked
+/// at.
+fn is_concluded(stream: &Stream) -> bool {
+    stream.origin == Origin::Raw && !stream.inputs.is_empty()
 }
 
 /// The state of a clock of which nothing is known.

@@ -184,7 +184,7 @@ mod tests {
         let [standing] = &latched.at(Time::from_stamp(14, 0))[..] else { panic!() };
         assert_eq!(standing.device_time, Some(1_004_000_000_000));
         assert_eq!(standing.source_time, Some(Time::from_stamp(3614, 0)));
-        assert_eq!(standing.event.duration_secs, 16.0);
+        assert!((standing.event.duration_secs - 16.0).abs() < 1e-9);
         let mut latched = Latched::default();
         latched.take(&reported(&person(), 7, 10, phase("1-back", 20.0)));
         let [standing] = &latched.at(Time::from_stamp(14, 0))[..] else { panic!() };

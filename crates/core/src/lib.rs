@@ -37,6 +37,7 @@ pub mod fault;
 pub mod panics;
 pub mod command;
 pub mod commands;
+pub mod worker;
 pub mod reports;
 pub mod session;
 pub mod session_streams;

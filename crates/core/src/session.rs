@@ -6,6 +6,7 @@
 mod sources;
 mod pumping;
 mod sinks;
+mod workers;
 
 use std::future::{Future, pending};
 use std::pin::{Pin, pin};
@@ -24,10 +25,12 @@ use crate::pump::{Encode, Pump};
 use crate::sink::{Sink, SinkError};
 use crate::source::{Source, SourceError};
 use crate::streams::Streams;
+use crate::worker::Worker;
 use pumping::{Pipeline, Pumping};
 use sources::Sources;
 
 pub use crate::extractors::{Broken, NamedFeature};
+pub use workers::WorkerEnd;
 
 /// The smallest step of the wall clock that is reported.
 const WALL_STEP_NANOS: i64 = 500_000_000;
@@ -54,6 +57,8 @@ pub struct Session {
     pub features: Vec<NamedFeature>,
     /// The sinks.
     pub sinks: Vec<Box<dyn Sink>>,
+    /// The workers, each with the name it has in messages.
+    pub workers: Vec<(String, Box<dyn Worker>)>,
     /// How samples become ROS messages.
     pub encode: Encode,
     /// Who may command it.
@@ -78,6 +83,8 @@ pub struct Outcome {
     pub sinks: Vec<(&'static str, SinkError)>,
     /// How many readings were dropped in our own queue.
     pub dropped: u64,
+    /// How the workers ended.
+    pub workers: Vec<WorkerEnd>,
     /// The features that panicked, and were left out from then on.
     pub features: Vec<Broken>,
     /// Why the pump, and with it the session, ended early.
@@ -99,6 +106,7 @@ impl Session {
             sources: vec![("bag".into(), Box::new(source))],
             features: Vec::new(),
             sinks: Vec::new(),
+            workers: Vec::new(),
             encode,
             commands: Commands::new(CommandSettings { keys: Vec::new(), ros: Vec::new() }),
         }
@@ -133,8 +141,12 @@ impl Session {
         let started = self.sinks.into_iter();
         let started = started.map(|sink| sinks::start(sink, &self.streams, &outlet(), self.pace));
         let (routes, mut running): (Vec<_>, Vec<_>) = started.unzip();
+        let started = self.workers.into_iter();
+        let started =
+            started.map(|(name, worker)| workers::start(name, worker, &self.streams, outlet()));
+        let (feeds, at_work): (Vec<_>, Vec<_>) = started.unzip();
         let pump = Pump::new(self.streams, self.clocks, self.features, self.encode);
-        let pipeline = Pipeline::new((queue.clone(), self.clock), self.pace, pump, routes);
+        let pipeline = Pipeline::new((queue.clone(), self.clock), self.pace, pump, (routes, feeds));
         let mut pump = Pumping::start(pipeline);
 
         let mut outcome = Outcome::default();
@@ -146,19 +158,11 @@ impl Session {
             () = pump.ended() => {}
         }
         queue.close();
-        let mut patience = pin!(passed(SOURCES_PATIENCE));
-        while !sources.is_empty() {
-            let waits = tokio::select! {
-                () = sources.all_ended(&mut outcome.sources) => true,
-                () = &mut patience => false,
-                () = hurry.done() => false,
-            };
-            if !waits {
-                let left = sources.abandon().into_iter();
-                outcome.undone.extend(left.map(|name| format!("{name}: it did not stop")));
-                break;
-            }
-        }
+        at_work.iter().for_each(workers::Running::close);
+        let closed = Stopwatch::start();
+        end_sources(&mut sources, &mut hurry, &mut outcome).await;
+        let left = SOURCES_PATIENCE.saturating_sub(closed.elapsed());
+        outcome.workers = end_workers(at_work, left, &mut hurry).await;
         watch.abort();
         drop(watch.await);
         if self.pace == Pace::Live {
@@ -170,6 +174,46 @@ impl Session {
         outcome.strays = strays_after(strays);
         outcome
     }
+}
+
+/// Waits for all sources to end; those that take too long are left behind.
+async fn end_sources(
+    sources: &mut Sources,
+    hurry: &mut Once<'_, impl Future<Output = ()>>,
+    outcome: &mut Outcome,
+) {
+    let mut patience = pin!(passed(SOURCES_PATIENCE));
+    while !sources.is_empty() {
+        let waits = tokio::select! {
+            () = sources.all_ended(&mut outcome.sources) => true,
+            () = &mut patience => false,
+            () = hurry.done() => false,
+        };
+        if !waits {
+            let left = sources.abandon().into_iter();
+            outcome.undone.extend(left.map(|name| format!("{name}: it did not stop")));
+            break;
+        }
+    }
+}
+
+/// Waits for all workers to end; those that take longer than `patience` together are left behind.
+async fn end_workers(
+    running: Vec<workers::Running>,
+    patience: Duration,
+    hurry: &mut Once<'_, impl Future<Output = ()>>,
+) -> Vec<WorkerEnd> {
+    let began = Stopwatch::start();
+    let mut ends = Vec::new();
+    for mut worker in running {
+        ends.push(tokio::select! {
+            biased;
+            ended = worker.ended() => ended,
+            () = passed(patience.saturating_sub(began.elapsed())) => worker.abandon(),
+            () = hurry.done() => worker.abandon(),
+        });
+    }
+    ends
 }
 
 /// Waits for all sinks, and no longer than a few seconds once there is a hurry.

@@ -140,6 +140,7 @@ async fn keep_with(clocks: Clocks, source: impl Source + 'static, pause_ms: u64)
         sources: vec![("test".into(), Box::new(source))],
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

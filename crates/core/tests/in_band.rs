@@ -93,6 +93,7 @@ async fn keep(clocks: Clocks, source: impl Source + 'static) -> Vec<Record> {
         sources: vec![("test".into(), Box::new(source))],
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

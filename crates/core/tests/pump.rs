@@ -136,6 +136,7 @@ async fn keep(
         sources: sources.into_iter().map(|source| ("test".to_owned(), source)).collect(),
         features: vec![("counting", Arc::new(Counting))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };
@@ -252,6 +253,7 @@ async fn a_recording_that_is_played_slowly_is_delivered_as_it_comes() {
         sources: vec![("test".into(), Box::new(Paced(Arc::clone(&kept))))],
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept, pause: Duration::ZERO })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };
@@ -317,6 +319,7 @@ async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() 
         sources: vec![("test".into(), Box::new(Flood(120_000)))],
         features: vec![("slow", Arc::new(Slow))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };
@@ -391,6 +394,7 @@ async fn what_comes_of_a_long_silence_is_handed_over_in_portions() {
         sources: vec![("test".into(), Box::new(Leap))],
         features: Vec::new(),
         sinks: vec![Box::new(Largest(Arc::clone(&noted)))],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

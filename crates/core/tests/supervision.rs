@@ -181,6 +181,7 @@ async fn keep(parts: Parts, is_over: fn(&[Record]) -> bool) -> (Vec<Record>, Out
             .into_iter()
             .collect(),
         sinks,
+        workers: Vec::new(),
         encode: parts.encode.unwrap_or(encode),
         commands: Commands::default(),
     };
@@ -278,6 +279,7 @@ async fn a_replay_panics_where_its_run_did() {
         sources: vec![("recording".into(), Box::new(Recording(run.clone())))],
         features: vec![("doubling", Arc::new(Doubling(At::Pushing(MIDWAY))))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };
@@ -445,6 +447,7 @@ async fn in_a_hurry_a_sink_that_does_not_end_is_left_behind_and_named() {
         sources: vec![("r1".into(), Box::new(Numbers { id: "r1", panics_at: None }))],
         features: Vec::new(),
         sinks,
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };
@@ -480,6 +483,7 @@ async fn a_source_that_does_not_end_is_left_behind_and_named() {
         sources: vec![("deaf".into(), Box::new(Deaf))],
         features: Vec::new(),
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

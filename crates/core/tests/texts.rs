@@ -108,6 +108,7 @@ async fn records(source: Box<dyn Source>) -> Vec<Record> {
         sources: vec![("test".to_owned(), source)],
         features: vec![("read_out", Arc::new(ReadOut::default()))],
         sinks: vec![Box::new(Keeper { kept: Arc::clone(&kept), pause: Duration::ZERO })],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

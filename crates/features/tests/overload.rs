@@ -106,6 +106,7 @@ async fn seen(source: Overlapping) -> (i64, String) {
         sources: vec![("test".into(), Box::new(source))],
         features: built.collect(),
         sinks: vec![Box::new(seen.clone())],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

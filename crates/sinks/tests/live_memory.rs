@@ -162,6 +162,7 @@ async fn most_of(messages: Vec<Sent>) -> i64 {
         sources,
         features: features.collect(),
         sinks,
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

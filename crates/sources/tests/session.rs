@@ -54,6 +54,7 @@ async fn events_of(
         sources: sources.into_iter().map(|source| ("test".to_owned(), source)).collect(),
         features: Vec::new(),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        workers: Vec::new(),
         encode,
         commands,
     };

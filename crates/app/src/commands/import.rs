@@ -122,6 +122,7 @@ impl Import {
             sources: vec![("tables".into(), source)],
             features: features(&study)?,
             sinks,
+            workers: Vec::new(),
             encode,
             commands: Commands::default(),
         };

@@ -170,6 +170,7 @@ impl Simulate {
             sources,
             features: Vec::new(),
             sinks,
+            workers: Vec::new(),
             encode,
             commands: Commands::default(),
         };

@@ -11,6 +11,8 @@ pub(super) enum Owner {
     Host,
     /// This host, for a stream whose late joiners receive earlier samples.
     Kept(StreamId),
+    /// This host, for what a worker concluded of samples that are placed already.
+    Worker,
     /// A device with a clock.
     Device(Subject, String),
     /// A device without: one for each of its streams.
@@ -22,7 +24,7 @@ pub(super) enum Owner {
 impl fmt::Display for Owner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Owner::Host | Owner::Kept(_) => f.write_str("this host"),
+            Owner::Host | Owner::Kept(_) | Owner::Worker => f.write_str("this host"),
             Owner::Device(subject, device) if subject.id.is_empty() => f.write_str(device),
             Owner::Device(subject, device) => write!(f, "{device} of {}", subject.id),
             Owner::Counted(_, device) => f.write_str(device),

@@ -18,6 +18,7 @@ use crate::panics::{Panic, watched};
 use crate::pump::{BATCH, Pump};
 use crate::standstill::stood_still;
 use crate::time::Time;
+use crate::worker::FeedPost;
 
 /// How long the pump waits for readings before it looks at the clock.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -75,7 +76,9 @@ impl Pumping {
             let pumped = watched(|| pipeline.run());
             if let Err(panic) = &pumped {
                 // What was whole before that is kept.
-                drop(watched(|| sinks::deliver(&mut pipeline.routes, pipeline.pump.records())));
+                drop(watched(|| {
+                    sinks::deliver(&mut pipeline.routes, &mut [], pipeline.pump.records())
+                }));
                 let reason = format!("go on: the pump panicked: {panic}");
                 pipeline.routes.iter().for_each(|route| route.break_off(&reason));
             }
@@ -153,6 +156,7 @@ pub(super) struct Pipeline {
     pace: Pace,
     pump: Pump,
     routes: Vec<Route>,
+    feeds: Vec<FeedPost>,
     course: Arc<Course>,
     taken: u64,
     /// Since when the end is asked for.
@@ -166,10 +170,21 @@ impl Pipeline {
         (queue, clock): (Queue, Clock),
         pace: Pace,
         pump: Pump,
-        routes: Vec<Route>,
+        (routes, feeds): (Vec<Route>, Vec<FeedPost>),
     ) -> Pipeline {
         let (course, taken) = (Arc::default(), 0);
-        Pipeline { queue, clock, pace, pump, routes, course, taken, closing: None, is_plain: false }
+        Pipeline {
+            queue,
+            clock,
+            pace,
+            pump,
+            routes,
+            feeds,
+            course,
+            taken,
+            closing: None,
+            is_plain: false,
+        }
     }
 
     /// Runs until the queue has ended and is empty.
@@ -264,7 +279,7 @@ impl Pipeline {
     /// Hands over what there is; events about sinks go through the pump with the next batch.
     fn deliver(&mut self) {
         self.course.is_held.store(true, Ordering::Release);
-        let told = sinks::deliver(&mut self.routes, self.pump.records());
+        let told = sinks::deliver(&mut self.routes, &mut self.feeds, self.pump.records());
         self.course.is_held.store(false, Ordering::Release);
         if self.pace == Pace::Live {
             for event in told {

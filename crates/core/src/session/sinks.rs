@@ -13,6 +13,7 @@ use crate::session::Pace;
 use crate::sink::queue_within;
 use crate::sink::{Batch, Delivery, Gate, Limits, Post, Posted, Sink, SinkError, Wants};
 use crate::streams::Streams;
+use crate::worker::FeedPost;
 
 /// The queue of a sink and the records it wants.
 pub(super) struct Route {
@@ -107,12 +108,19 @@ impl Running {
 
 /// Hands records to each sink that wants them; a sink that has ended is left out from then on. Returns
 /// events about sinks that don't keep up.
-pub(super) fn deliver(routes: &mut Vec<Route>, records: &mut Vec<Record>) -> Vec<Event> {
+pub(super) fn deliver(
+    routes: &mut Vec<Route>,
+    feeds: &mut [FeedPost],
+    records: &mut Vec<Record>,
+) -> Vec<Event> {
     let mut told = Vec::new();
     if records.is_empty() {
         return told;
     }
     let all: Batch = records.drain(..).collect();
+    for feed in feeds {
+        feed.offer(&all);
+    }
     routes.retain(|route| {
         let batch = match &route.wants {
             Wants::Everything => Arc::clone(&all),

@@ -92,6 +92,7 @@ pub fn heard(source: Box<dyn Source>, is_wanted: fn(&str) -> bool) -> Vec<Record
         sources: vec![("body".into(), source)],
         features: features(is_wanted),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

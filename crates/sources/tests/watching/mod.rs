@@ -62,6 +62,7 @@ pub async fn watch_with(
         sources,
         features: Vec::new(),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        workers: Vec::new(),
         encode,
         commands: Commands::default(),
     };

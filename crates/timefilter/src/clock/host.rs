@@ -37,6 +37,12 @@ impl Host {
         Host { history: History::Expected, ..Host::default() }
     }
 
+    /// A source that stamps its samples with the time of something older: a stamp may be as early as it
+    /// likes.
+    pub fn that_takes_long() -> Host {
+        Host { history: History::Until(i64::MAX), ..Host::default() }
+    }
+
     /// How many stamps were not believed.
     pub fn disbelieved(&self) -> u64 {
         self.disbelieved

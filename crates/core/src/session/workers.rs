@@ -1,0 +1,113 @@
+//! The workers of a session at work, each on a thread of its own: one that fails is run again, one that
+//! panics is left out.
+
+use std::time::Duration;
+
+use tokio::sync::oneshot;
+
+use crate::clock::Stopwatch;
+use crate::fault::{lasting, passing};
+use crate::outlet::Outlet;
+use crate::panics::{at, watched};
+use crate::streams::Streams;
+use crate::worker::{Feed, FeedPost, Looked, Worker, WorkerError, feed};
+
+/// The pauses before a worker is run again double from the first to the last.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LAST_PAUSE: Duration = Duration::from_secs(5);
+/// The next pause of a worker that has run for so long is the first again.
+const WELL: Duration = Duration::from_secs(30);
+
+/// How a worker ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WorkerEnd {
+    /// Its name.
+    pub name: String,
+    /// How much it has looked at.
+    pub looked: Looked,
+    /// Why it ended before the session did.
+    pub error: Option<WorkerError>,
+}
+
+/// A worker that runs.
+pub(super) struct Running {
+    name: String,
+    feed: Feed,
+    ended: oneshot::Receiver<Option<WorkerError>>,
+}
+
+/// Starts a worker on a thread of its own.
+pub(super) fn start(
+    name: String,
+    worker: Box<dyn Worker>,
+    streams: &Streams,
+    outlet: Outlet,
+) -> (FeedPost, Running) {
+    let (post, feed) = feed(streams.clone(), worker.wants());
+    let (send_end, ended) = oneshot::channel();
+    let (known, fed) = (name.clone(), feed.clone());
+    let work = move || drop(send_end.send(mind(&known, worker, &fed, &outlet)));
+    let thread = std::thread::Builder::new().name("worker".into());
+    // Without a thread the sender is dropped, and that is its end.
+    drop(thread.spawn(work));
+    (post, Running { name, feed, ended })
+}
+
+/// Runs a worker until the session is over, and again after a pause whenever it fails.
+fn mind(
+    name: &str,
+    mut worker: Box<dyn Worker>,
+    feed: &Feed,
+    outlet: &Outlet,
+) -> Option<WorkerError> {
+    let mut pause = FIRST_PAUSE;
+    loop {
+        let began = Stopwatch::start();
+        match watched(|| worker.run(feed, outlet)) {
+            Ok(Ok(())) => return None,
+            Ok(Err(_)) if feed.is_closed() => return None,
+            Ok(Err(WorkerError { message, hint })) => {
+                if began.elapsed() >= WELL {
+                    pause = FIRST_PAUSE;
+                }
+                tracing::warn!(%name, %hint, "failed to {message}; trying again in {pause:?}");
+                outlet.happen(passing(format!("{name}: failed to {message}")));
+            }
+            Err(panic) => {
+                let message = format!("go on: it panicked: {panic}");
+                outlet.happen(lasting(format!("{name}: failed to {message}")));
+                let hint = format!("a fault of teampulse{}; please report it", at(&panic));
+                return Some(WorkerError { message, hint });
+            }
+        }
+        if feed.closes_within(pause) {
+            return None;
+        }
+        pause = (pause * 2).min(LAST_PAUSE);
+    }
+}
+
+impl Running {
+    /// The session is over: it stops after what it looks at now.
+    pub(super) fn close(&self) {
+        self.feed.close();
+    }
+
+    /// Waits until it has ended.
+    pub(super) async fn ended(&mut self) -> WorkerEnd {
+        let no_thread = |_| {
+            let message = "start a thread of its own".to_owned();
+            let hint = "end other programs, or allow more threads (`ulimit -u`)".to_owned();
+            Some(WorkerError { message, hint })
+        };
+        let error = (&mut self.ended).await.unwrap_or_else(no_thread);
+        WorkerEnd { name: self.name.clone(), looked: self.feed.looked(), error }
+    }
+
+    /// It is left behind, as it does not stop.
+    pub(super) fn abandon(&self) -> WorkerEnd {
+        let message = "stop in time: it was still at work at the end of the session".to_owned();
+        let error = Some(WorkerError { message, hint: String::new() });
+        WorkerEnd { name: self.name.clone(), looked: self.feed.looked(), error }
+    }
+}

@@ -1,0 +1,306 @@
+//! Workers: components that look at streams at their own pace, such as models of face, pose and voice.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use thiserror::Error;
+
+use crate::data::Data;
+use crate::outlet::Outlet;
+use crate::sample::Record;
+use crate::sink::Wants;
+use crate::stream::StreamId;
+use crate::streams::Streams;
+
+/// The most that waits for a worker [bytes].
+const MOST_BYTES: usize = 64 << 20;
+/// What a waiting record costs beside its message [bytes].
+const OVERHEAD_BYTES: usize = 256;
+
+/// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers
+/// readings of what it found. It never holds the pump.
+///
+/// Of each stream it is given the newest record; what came since it last looked is skipped and counted.
+/// Events are not skipped. What it offers are raw streams with [`inputs`](crate::stream::Stream::inputs), stamped
+/// (`source_time`) with the time of what it looked at: those stamps are believed however long it took.
+/// They are recorded, and never computed again in a replay.
+pub trait Worker: Send {
+    /// The streams that it is fed with.
+    fn wants(&self) -> Wants;
+
+    /// Looks at what the feed gives until that is closed. An error says why it can't go on; it is then
+    /// run again after a pause.
+    fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError>;
+}
+
+/// Why a worker stopped. The message fits after "failed to".
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{message}")]
+pub struct WorkerError {
+    /// What failed.
+    pub message: String,
+    /// What the user can do; may be empty.
+    pub hint: String,
+}
+
+/// How much a worker has looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Looked {
+    /// How many records it was given.
+    pub taken: u64,
+    /// How many it was not, as newer ones came.
+    pub skipped: u64,
+}
+
+/// What a feed gives.
+#[derive(Debug)]
+pub enum Fed {
+    /// Records, in the pump's order.
+    Records(Vec<Record>),
+    /// Nothing came for as long as was asked.
+    Silence,
+    /// The session is over.
+    Closed,
+}
+
+/// A worker's end of its queue.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    streams: Streams,
+    shared: Arc<Shared>,
+}
+
+/// The pump's end of a worker's queue.
+pub(crate) struct FeedPost {
+    wants: Wants,
+    /// Whether the worker wants a stream, by its id.
+    known: BTreeMap<StreamId, bool>,
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    state: Mutex<Waiting>,
+    filled: Condvar,
+}
+
+/// What waits for a worker.
+#[derive(Debug, Default)]
+struct Waiting {
+    /// The newest record of each stream, with its place in the order of coming.
+    newest: BTreeMap<StreamId, (u64, Record)>,
+    events: VecDeque<(u64, Record)>,
+    bytes: usize,
+    came: u64,
+    looked: Looked,
+    is_closed: bool,
+}
+
+impl Waiting {
+    fn put(&mut self, record: &Record) {
+        let (id, place) = (record.sample.stream, self.came);
+        self.came += 1;
+        self.bytes += cost(record);
+        if matches!(record.sample.data, Data::Event(_)) {
+            self.events.push_back((place, record.clone()));
+        } else if let Some((_, older)) = self.newest.insert(id, (place, record.clone())) {
+            self.skip(&older);
+        }
+        while self.bytes > MOST_BYTES && self.newest.len() + self.events.len() > 1 {
+            self.skip_oldest();
+        }
+    }
+
+    fn skip(&mut self, record: &Record) {
+        self.bytes -= cost(record);
+        self.looked.skipped += 1;
+    }
+
+    fn skip_oldest(&mut self) {
+        let oldest = self.newest.iter().map(|(id, (place, _))| (*place, *id)).min();
+        let event = self.events.front().map(|(place, _)| *place);
+        let record = match (oldest, event) {
+            (Some((place, id)), event) if event.is_none_or(|event| place < event) => {
+                self.newest.remove(&id).map(|(_, record)| record)
+            }
+            _ => self.events.pop_front().map(|(_, record)| record),
+        };
+        if let Some(record) = record {
+            self.skip(&record);
+        }
+    }
+
+    fn take(&mut self) -> Vec<Record> {
+        let newest = std::mem::take(&mut self.newest).into_values();
+        let mut taken: Vec<_> = newest.chain(std::mem::take(&mut self.events)).collect();
+        taken.sort_by_key(|(place, _)| *place);
+        self.bytes = 0;
+        self.looked.taken += taken.len() as u64;
+        taken.into_iter().map(|(_, record)| record).collect()
+    }
+}
+
+fn cost(record: &Record) -> usize {
+    record.cdr.len() + OVERHEAD_BYTES
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The two ends of a worker's queue.
+pub(crate) fn feed(streams: Streams, wants: Wants) -> (FeedPost, Feed) {
+    let shared = Arc::<Shared>::default();
+    let post = FeedPost { wants, known: BTreeMap::new(), shared: Arc::clone(&shared) };
+    (post, Feed { streams, shared })
+}
+
+impl FeedPost {
+    /// Puts what the worker wants into its queue; never waits.
+    pub(crate) fn offer(&mut self, records: &[Record]) {
+        let mut wanted = records.iter().filter(|record| {
+            let known = self.known.entry(record.sample.stream);
+            *known.or_insert_with(|| match &self.wants {
+                Wants::Everything => true,
+                Wants::Only(wanted) => wanted(&record.stream),
+            })
+        });
+        let Some(first) = wanted.next() else { return };
+        let mut state = self.shared.lock();
+        std::iter::once(first).chain(wanted).for_each(|record| state.put(record));
+        self.shared.filled.notify_all();
+    }
+}
+
+impl Feed {
+    /// The streams of the session.
+    pub fn streams(&self) -> &Streams {
+        &self.streams
+    }
+
+    /// Waits for what comes next, at most for `patience`.
+    pub fn next(&self, patience: Duration) -> Fed {
+        let is_idle = |state: &mut Waiting| state.bytes == 0 && !state.is_closed;
+        let waited = self.shared.filled.wait_timeout_while(self.shared.lock(), patience, is_idle);
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        match state.bytes {
+            _ if state.is_closed => Fed::Closed,
+            0 => Fed::Silence,
+            _ => Fed::Records(state.take()),
+        }
+    }
+
+    /// How much was taken and skipped so far.
+    pub fn looked(&self) -> Looked {
+        self.shared.lock().looked
+    }
+
+    /// Whether the session is over: what takes long should look at this.
+    pub fn is_closed(&self) -> bool {
+        self.shared.lock().is_closed
+    }
+
+    /// The session is over: what still waits is skipped.
+    pub(crate) fn close(&self) {
+        let mut state = self.shared.lock();
+        let left = state.newest.len() + state.events.len();
+        state.looked.skipped += left as u64;
+        state.newest.clear();
+        state.events.clear();
+        (state.bytes, state.is_closed) = (0, true);
+        self.shared.filled.notify_all();
+    }
+
+    /// Waits for the end of the session, at most for `patience`; whether it has come.
+    pub(crate) fn closes_within(&self, patience: Duration) -> bool {
+        let is_open = |state: &mut Waiting| !state.is_closed;
+        let waited = self.shared.filled.wait_timeout_while(self.shared.lock(), patience, is_open);
+        waited.unwrap_or_else(PoisonError::into_inner).0.is_closed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+    use crate::data::{Event, EventKind};
+    use crate::sample::{Sample, Turn};
+    use crate::stream::{Shape, Stream, Subject};
+    use crate::time::Time;
+
+    fn record(stream: u32, index: u64, bytes: usize, data: Data) -> Record {
+        let about =
+            Arc::new(Stream::raw(format!("/r1/{stream}"), Subject::robot("r1"), Shape::Sample));
+        let sample = Sample {
+            stream: StreamId(stream),
+            measured: Time::EPOCH,
+            log_time: Time::EPOCH,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index,
+            turn: Turn::OnTime,
+            data,
+        };
+        Record { stream: about, sample, cdr: Bytes::from(vec![0; bytes]) }
+    }
+
+    fn frame(stream: u32, index: u64, bytes: usize) -> Record {
+        record(stream, index, bytes, Data::Sample(Arc::new([0.0])))
+    }
+
+    fn mark(index: u64) -> Record {
+        let (kind, label) = (EventKind::Marker, "x".to_owned());
+        let event = Event { kind, label, value: f64::NAN, duration_secs: 0.0 };
+        record(9, index, 10, Data::Event(Arc::new(event)))
+    }
+
+    fn taken(feed: &Feed) -> Vec<(u32, u64)> {
+        let Fed::Records(records) = feed.next(Duration::ZERO) else { return Vec::new() };
+        records.iter().map(|record| (record.sample.stream.0, record.sample.index)).collect()
+    }
+
+    #[test]
+    fn of_each_stream_the_newest_is_given_and_no_event_is_skipped() {
+        let (mut post, feed) = feed(Streams::default(), Wants::Everything);
+        post.offer(&[frame(1, 0, 10), mark(0), frame(2, 0, 10), frame(1, 1, 10), mark(1)]);
+        assert_eq!(taken(&feed), [(9, 0), (2, 0), (1, 1), (9, 1)]);
+        assert_eq!(feed.looked(), Looked { taken: 4, skipped: 1 });
+        assert!(matches!(feed.next(Duration::ZERO), Fed::Silence));
+    }
+
+    #[test]
+    fn what_is_not_wanted_does_not_come() {
+        let (mut post, feed) =
+            feed(Streams::default(), Wants::Only(Box::new(|stream| stream.name == "/r1/2")));
+        post.offer(&[frame(1, 0, 10), frame(2, 0, 10)]);
+        assert_eq!(taken(&feed), [(2, 0)]);
+    }
+
+    #[test]
+    fn the_queue_is_bounded_in_bytes_and_the_oldest_is_skipped_first() {
+        let (mut post, feed) = feed(Streams::default(), Wants::Everything);
+        for stream in 0..5 {
+            post.offer(&[frame(stream, 0, MOST_BYTES / 3)]);
+        }
+        assert!(feed.shared.lock().bytes <= MOST_BYTES);
+        assert_eq!(taken(&feed), [(3, 0), (4, 0)]);
+        // A single frame that is larger than all is still given.
+        post.offer(&[frame(1, 1, 2 * MOST_BYTES)]);
+        assert_eq!(taken(&feed), [(1, 1)]);
+        assert_eq!(feed.looked(), Looked { taken: 3, skipped: 3 });
+    }
+
+    #[test]
+    fn a_closed_feed_counts_what_was_never_looked_at() {
+        let (mut post, feed) = feed(Streams::default(), Wants::Everything);
+        post.offer(&[frame(1, 0, 10), mark(0)]);
+        feed.close();
+        assert!(matches!(feed.next(Duration::from_secs(9)), Fed::Closed));
+        assert_eq!(feed.looked(), Looked { taken: 0, skipped: 2 });
+    }
+}
