@@ -2,7 +2,7 @@
 //! so that one wake-up serves many messages, as network cards moderate their interrupts.
 //!
 //! Waking up costs more than receiving: at 20,000 messages a second of 1 KiB it is a third of all
-//! the work. The price is up to half a millisecond on the arrival, at such rates only; less the
+//! the work. The price is up to a millisecond on the arrival, at such rates only; less the
 //! higher the rate, as what gathers must fit in a socket's receive buffer many times.
 
 use std::cell::RefCell;
@@ -16,7 +16,7 @@ use teampulse_core::time::Time;
 use crate::receiving;
 
 /// How long the thread pauses at most.
-const LONGEST_PAUSE: Duration = Duration::from_micros(500);
+const LONGEST_PAUSE: Duration = Duration::from_millis(1);
 /// How many messages gather at most: a tenth of those of 1 KiB that the receive buffers hold, from
 /// the first number, which suits a Linux machine as installed (208 KiB), to the last, with which hardly
 /// any work is left to save.
