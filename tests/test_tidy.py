@@ -173,7 +173,7 @@ def test_each_measure_has_a_description_and_a_method(bag, features):
     assert set(features.measure) <= set(told)
     assert all(each["Description"] and each["Method"] for each in told.values())
     assert "Welch" in str(told["HRV_LF"]["Method"])
-    assert not [name for name, each in told.items() if "this study's own" in each["Description"]]
+    assert not [name for name, each in told.items() if "specific to this study" in each["Description"]]
 
 
 def test_features_take_little_room(bag, figure):
