@@ -5,6 +5,7 @@ use std::sync::Arc;
 use async_trait::async_trait;
 use teampulse_core::command::{Command, Sender};
 use teampulse_core::outlet::Outlet;
+use teampulse_core::qos::Qos;
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::text::{LONGEST_LABEL, label};
 use teampulse_messages::cdr::Reader;
@@ -58,7 +59,8 @@ impl Source for RosCommands {
         });
         let gone =
             |error: BusError| SourceError::Gone { message: error.to_string(), hint: String::new() };
-        let asked = Asked::Adaptive { depth: DEPTH };
+        // Nothing that is sent once may be lost: the subscription is never chosen anew.
+        let asked = Asked::Exactly(Qos::reliable(DEPTH));
         let _commands = self.bus.subscribe(COMMANDS, STRING, asked, deliver).map_err(gone)?;
         outlet.closed().await;
         Ok(())
