@@ -136,7 +136,7 @@ def test_what_is_no_table_of_numbers_is_refused_with_a_hint(stage):
         "later.csv": ("ecg\n1\n2\nabc\n3\n", 1, "line 4"),
         "empty.csv": ("", 1, "empty"),
         "names.csv": ("ecg,eda\n", 1, "empty"),
-        "bytes.csv": ("\x00\x01\x02" * 100, 1, "no table"),
+        "bytes.csv": ("\x00\x01\x02" * 100, 1, "not a text table"),
     }
     for name, (text, code, words) in cases.items():
         path = stage.folder / name
@@ -305,7 +305,7 @@ def test_what_is_chosen_or_left_out_is_told_to_machines_too(stage):
     assert all(f"note: {note}" in followed.stderr for note in notes)
     overruled = stage.ask("extract", path, "--signal", "ecg", "--rate", 100, "--json")
     assert any("--rate (100 Hz) is used, not the times in column t (130 Hz)" in n for n in json.loads(overruled.stdout)["notes"])
-    assert "--rate (100 Hz) counts" in overruled.stderr
+    assert "--rate (100 Hz) is used" in overruled.stderr
 
 
 def test_samples_that_do_not_last_as_long_as_their_times_are_told(stage):
