@@ -183,7 +183,10 @@ class Stage:
 
     def study(self, text: str, name: str = "study.toml") -> Path:
         path = self.folder / name
-        path.write_text(text)
+        # A program that was started with it before may be reading it: it is whole at every moment.
+        new = path.with_name(f"{name}.new")
+        new.write_text(text)
+        new.replace(path)
         return path
 
     def record(self, *names: str, settings: str = "", out: Path | None = None, **options):
