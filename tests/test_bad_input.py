@@ -348,7 +348,7 @@ def test_a_configuration_of_dds_that_is_none_is_named(stage):
     program = stage.teampulse("check", stage.study(STUDY), env={"CYCLONEDDS_URI": "file:///nowhere.xml"})
     assert program.ended() == 1, program.report()
     assert "error: failed to join ROS domain" in program.stderr, program.report()
-    assert "hint: CYCLONEDDS_URI may be why" in program.stderr, program.report()
+    assert "hint: CYCLONEDDS_URI may be the cause" in program.stderr, program.report()
 
 
 @pytest.mark.parametrize("arguments", [["run"], ["fly"], ["run", "s.toml", "--duration", "-1"], []])
