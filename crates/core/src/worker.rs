@@ -74,8 +74,6 @@ pub struct Feed {
 /// The pump's end of a worker's queue.
 pub(crate) struct FeedPost {
     wants: Wants,
-    /// Whether the worker wants a stream, by its id.
-    known: BTreeMap<StreamId, bool>,
     shared: Arc<Shared>,
 }
 
@@ -154,19 +152,17 @@ impl Shared {
 /// The two ends of a worker's queue.
 pub(crate) fn feed(streams: Streams, wants: Wants) -> (FeedPost, Feed) {
     let shared = Arc::<Shared>::default();
-    let post = FeedPost { wants, known: BTreeMap::new(), shared: Arc::clone(&shared) };
+    let post = FeedPost { wants, shared: Arc::clone(&shared) };
     (post, Feed { streams, shared })
 }
 
 impl FeedPost {
     /// Puts what the worker wants into its queue; never waits.
-    pub(crate) fn offer(&mut self, records: &[Record]) {
-        let mut wanted = records.iter().filter(|record| {
-            let known = self.known.entry(record.sample.stream);
-            *known.or_insert_with(|| match &self.wants {
-                Wants::Everything => true,
-                Wants::Only(wanted) => wanted(&record.stream),
-            })
+    pub(crate) fn offer(&self, records: &[Record]) {
+        // Asked for each record, as of sinks: more may have become known of a stream.
+        let mut wanted = records.iter().filter(|record| match &self.wants {
+            Wants::Everything => true,
+            Wants::Only(wanted) => wanted(&record.stream),
         });
         let Some(first) = wanted.next() else { return };
         let mut state = self.shared.lock();
@@ -266,7 +262,7 @@ mod tests {
 
     #[test]
     fn of_each_stream_the_newest_is_given_and_no_event_is_skipped() {
-        let (mut post, feed) = feed(Streams::default(), Wants::Everything);
+        let (post, feed) = feed(Streams::default(), Wants::Everything);
         post.offer(&[frame(1, 0, 10), mark(0), frame(2, 0, 10), frame(1, 1, 10), mark(1)]);
         assert_eq!(taken(&feed), [(9, 0), (2, 0), (1, 1), (9, 1)]);
         assert_eq!(feed.looked(), Looked { taken: 4, skipped: 1 });
@@ -275,7 +271,7 @@ mod tests {
 
     #[test]
     fn what_is_not_wanted_does_not_come() {
-        let (mut post, feed) =
+        let (post, feed) =
             feed(Streams::default(), Wants::Only(Box::new(|stream| stream.name == "/r1/2")));
         post.offer(&[frame(1, 0, 10), frame(2, 0, 10)]);
         assert_eq!(taken(&feed), [(2, 0)]);
@@ -283,7 +279,7 @@ mod tests {
 
     #[test]
     fn the_queue_is_bounded_in_bytes_and_the_oldest_is_skipped_first() {
-        let (mut post, feed) = feed(Streams::default(), Wants::Everything);
+        let (post, feed) = feed(Streams::default(), Wants::Everything);
         for stream in 0..5 {
             post.offer(&[frame(stream, 0, MOST_BYTES / 3)]);
         }
@@ -297,7 +293,7 @@ mod tests {
 
     #[test]
     fn a_closed_feed_counts_what_was_never_looked_at() {
-        let (mut post, feed) = feed(Streams::default(), Wants::Everything);
+        let (post, feed) = feed(Streams::default(), Wants::Everything);
         post.offer(&[frame(1, 0, 10), mark(0)]);
         feed.close();
         assert!(matches!(feed.next(Duration::from_secs(9)), Fed::Closed));

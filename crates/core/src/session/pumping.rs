@@ -77,7 +77,7 @@ impl Pumping {
             if let Err(panic) = &pumped {
                 // What was whole before that is kept.
                 drop(watched(|| {
-                    sinks::deliver(&mut pipeline.routes, &mut [], pipeline.pump.records())
+                    sinks::deliver(&mut pipeline.routes, &[], pipeline.pump.records())
                 }));
                 let reason = format!("go on: the pump panicked: {panic}");
                 pipeline.routes.iter().for_each(|route| route.break_off(&reason));
@@ -279,7 +279,7 @@ impl Pipeline {
     /// Hands over what there is; events about sinks go through the pump with the next batch.
     fn deliver(&mut self) {
         self.course.is_held.store(true, Ordering::Release);
-        let told = sinks::deliver(&mut self.routes, &mut self.feeds, self.pump.records());
+        let told = sinks::deliver(&mut self.routes, &self.feeds, self.pump.records());
         self.course.is_held.store(false, Ordering::Release);
         if self.pace == Pace::Live {
             for event in told {

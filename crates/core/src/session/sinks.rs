@@ -110,7 +110,7 @@ impl Running {
 /// events about sinks that don't keep up.
 pub(super) fn deliver(
     routes: &mut Vec<Route>,
-    feeds: &mut [FeedPost],
+    feeds: &[FeedPost],
     records: &mut Vec<Record>,
 ) -> Vec<Event> {
     let mut told = Vec::new();
