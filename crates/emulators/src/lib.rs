@@ -6,4 +6,5 @@
 
 pub mod body;
 pub mod task;
+pub mod robots;
 pub mod noise;

@@ -1,6 +1,11 @@
 //! Telegrams as ROS messages.
 
 use bytes::Bytes;
+use teampulse_core::time::Time;
+use teampulse_emulators::robots::{
+    Body, CELLS, FREQUENCY_HZ, Gauge, HEIGHT_PX, Health, NOISE_DBM, Pose, Published, Reception,
+    SENT_DBM, Twist, WIDTH_PX,
+};
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use teampulse_messages::standard::geometry_msgs as geometry;
@@ -9,25 +14,20 @@ use teampulse_messages::standard::sensor_msgs::{BatteryState, Image, Temperature
 use teampulse_messages::standard::std_msgs::Header;
 use teampulse_messages::standard::wireless_msgs::Connection;
 
-use super::battery::CELLS;
-use super::camera::{HEIGHT_PX, WIDTH_PX};
-use super::drive::{Pose, Twist};
-use super::published::Published;
-use super::radio::{FREQUENCY_HZ, NOISE_DBM, Reception, SENT_DBM};
-use super::telegram::{Body, Gauge, Health, Telegram};
+use super::published::frame;
 
 /// The variances of the pose and the twist along x, y and about z [m², rad²].
 const POSE_VARIANCES: [f64; 3] = [0.01, 0.01, 0.01];
 const TWIST_VARIANCES: [f64; 3] = [1e-4, 1e-9, 1e-3];
 
-/// A telegram as a ROS message: CDR with its four-byte header.
-pub fn encode(telegram: &Telegram, published: &Published) -> Bytes {
-    let (stamp, robot) = (telegram.stamp, published.robot.as_str());
+/// A telegram on a topic as a ROS message with a stamp: CDR with its four-byte header.
+pub(super) fn encode(body: &Body, stamp: Time, published: &Published) -> Bytes {
+    let robot = published.robot.as_str();
     let header = |frame_id: String| Header { stamp, frame_id };
     let base = format!("{robot}/base_link");
-    match &telegram.body {
+    match body {
         Body::Motion(pose, twist) => {
-            odometry(header(published.frame()), base, *pose, *twist).encode()
+            odometry(header(frame(published)), base, *pose, *twist).encode()
         }
         Body::Battery(gauge) => battery_state(header(base), robot, gauge).encode(),
         Body::Reception(reception) => connection(*reception).encode(),
@@ -36,7 +36,7 @@ pub fn encode(telegram: &Telegram, published: &Published) -> Bytes {
             Temperature { header: header(base), temperature: *celsius, variance: 0.01 }.encode()
         }
         Body::Goal(pose) => {
-            let (header, pose) = (header(published.frame()), pose_of(*pose));
+            let (header, pose) = (header(frame(published)), pose_of(*pose));
             geometry::PoseStamped { header, pose }.encode()
         }
         Body::Picture(rgb) => image(header(format!("{robot}/camera")), rgb).encode(),

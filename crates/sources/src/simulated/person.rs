@@ -13,7 +13,6 @@ use teampulse_core::time::Time;
 use teampulse_emulators::body::{Body, Moment, Rates, Record, Traits, Truth};
 use teampulse_emulators::task::{Happening, Operator, OperatorOutput, What};
 
-use super::commands::{seed, task};
 use super::settings::SimulatedTeam;
 use super::worn::Worn;
 
@@ -42,10 +41,11 @@ impl SimulatedPerson {
     }
 
     fn new(team: &SimulatedTeam, number: u32) -> SimulatedPerson {
-        let seed = seed(team, number);
+        let model = team.model();
+        let seed = model.seed_of_person(number);
         let body = Body::wearing(&Traits::of_seed(seed), seed, &team.body);
         let body = body.expect("the settings have been checked");
-        let operator = Operator::new(body, task(team, number));
+        let operator = Operator::new(body, model.task_of_person(number));
         let until_secs = team.steps.map(f64::from);
         let (id, rates) = (format!("p{number:03}"), team.body.rates.clone());
         SimulatedPerson { id, operator, rates, until_secs }

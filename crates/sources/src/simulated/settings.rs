@@ -4,11 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::registry::SettingsError;
 use teampulse_emulators::body;
+use teampulse_emulators::robots::{self, Change, RADIUS_M, Scene, Topic};
 use teampulse_emulators::task::Plan;
-
-use super::robot::RADIUS_M;
-use super::script::{Change, Scene};
-use super::topic::Topic;
 
 /// A team of simulated robots that drive through an arena, discharge, and hear a router more or
 /// less well.
@@ -99,8 +96,6 @@ impl Default for SimulatedTeam {
     }
 }
 
-/// The slowest rate at which the simulation moves on [Hz].
-const LEAST_TICK_HZ: f64 = 20.0;
 /// The fastest rate of a topic [Hz].
 const MOST_HZ: f64 = 1000.0;
 /// The floor that a robot needs around itself, as a multiple of its own.
@@ -112,14 +107,23 @@ impl SimulatedTeam {
         (1..=self.robots).map(|k| format!("{}{k}", self.prefix)).collect()
     }
 
-    /// The topics that are published, with their rates [Hz].
-    pub fn rates(&self) -> impl Iterator<Item = (Topic, f64)> {
-        self.all_rates().into_iter().filter(|(_, rate_hz)| *rate_hz > 0.0)
-    }
-
-    /// How often the simulation moves every body on [Hz].
-    pub fn tick_hz(&self) -> f64 {
-        self.rates().map(|(_, rate_hz)| rate_hz).fold(LEAST_TICK_HZ, f64::max)
+    /// The settings of the model: without what is about its speed and what people wear.
+    pub(super) fn model(&self) -> robots::Settings {
+        let rates = self.rates().into_iter().filter(|(_, rate_hz)| *rate_hz > 0.0);
+        robots::Settings {
+            robots: self.names(),
+            seed: self.seed,
+            arena_side_m: self.arena_side_m,
+            boxes: self.boxes,
+            obstacles: self.obstacles,
+            top_speed_mps: self.top_speed_mps,
+            cpu_consumption_w: self.cpu_consumption_w,
+            battery_capacity_ah: self.battery_capacity_ah,
+            rates: rates.collect(),
+            people: self.people,
+            task: self.task.clone(),
+            script: self.script.clone(),
+        }
     }
 
     /// States what can't be simulated.
@@ -188,7 +192,7 @@ impl SimulatedTeam {
         })
     }
 
-    fn all_rates(&self) -> [(Topic, f64); 8] {
+    fn rates(&self) -> [(Topic, f64); 8] {
         [
             (Topic::Odom, self.odometry_hz),
             (Topic::BatteryState, self.battery_hz),

@@ -10,12 +10,12 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::StreamId;
 use teampulse_core::time::Time;
+use teampulse_emulators::robots::{SimTime, Team};
 use tokio::time::{Instant, sleep_until};
 
 use super::encode::encode;
+use super::published::stream;
 use super::settings::SimulatedTeam;
-use super::team::Team;
-use super::telegram::Telegram;
 use crate::SourceContext;
 
 /// Real time passes in grains: with many robots one wake-up serves several of them.
@@ -40,11 +40,10 @@ script = [{ robot = "robot4", from_secs = 60, to_secs = 120, what = { cpu_factor
 #[async_trait]
 impl Source for Simulation {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let start = outlet.clock().now();
-        let mut team = Team::new(&self.0, start);
+        let mut team = Team::new(&self.0.model());
         let declared = declare(&team, outlet);
         tokio::select! {
-            () = self.report(&mut team, start, &declared, outlet) => {}
+            () = self.report(&mut team, &declared, outlet) => {}
             () = outlet.closed() => {}
         }
         Ok(())
@@ -53,20 +52,21 @@ impl Source for Simulation {
 
 impl Simulation {
     /// Hands over every telegram when it is due; returns after the last step.
-    async fn report(&self, team: &mut Team, start: Time, streams: &[StreamId], outlet: &Outlet) {
-        let end = self.0.steps.map(|steps| start + Duration::from_secs(steps.into()));
-        let began = Instant::now();
+    async fn report(&self, team: &mut Team, streams: &[StreamId], outlet: &Outlet) {
+        let end = self.0.steps.map(|steps| SimTime::START + Duration::from_secs(steps.into()));
+        let (start, began) = (outlet.clock().now(), Instant::now());
         let mut due = Vec::new();
         loop {
             let now = end.map_or(team.next(), |end| team.next().min(end));
-            let real_secs = now.secs_since(start) / self.0.speed;
+            let real_secs = now.secs() / self.0.speed;
             let grains = (real_secs / GRAIN.as_secs_f64()).ceil();
             sleep_until(began + GRAIN.mul_f64(grains)).await;
-            outlet.clock().set(now);
+            outlet.clock().set(session_time(start, now));
             team.advance(now, &mut due);
             for telegram in due.drain(..) {
-                let cdr = encode(&telegram, &team.published()[telegram.stream]);
-                outlet.offer(reading(streams[telegram.stream], &telegram, cdr));
+                let stamp = session_time(start, telegram.stamp);
+                let cdr = encode(&telegram.body, stamp, &team.published()[telegram.stream]);
+                outlet.offer(reading(streams[telegram.stream], stamp, cdr));
             }
             if end == Some(now) {
                 return;
@@ -76,11 +76,15 @@ impl Simulation {
 }
 
 fn declare(team: &Team, outlet: &Outlet) -> Vec<StreamId> {
-    team.published().iter().map(|each| outlet.declare(each.stream())).collect()
+    team.published().iter().map(|each| outlet.declare(stream(each))).collect()
 }
 
-fn reading(stream: StreamId, telegram: &Telegram, cdr: Bytes) -> Reading {
-    let source_time = Some(telegram.stamp);
+fn session_time(start: Time, simulated: SimTime) -> Time {
+    Time::from_nanos(start.nanos().saturating_add(simulated.nanos()))
+}
+
+fn reading(stream: StreamId, stamp: Time, cdr: Bytes) -> Reading {
+    let source_time = Some(stamp);
     Reading { index: None, stream, device_time: None, source_time, data: Data::Message(cdr) }
 }
 

@@ -2,21 +2,20 @@
 
 use std::sync::Arc;
 
-use teampulse_core::time::Time;
-
 use super::battery::{Pack, Reading};
 use super::drive::{Pose, Twist};
 use super::radio::Reception;
+use super::time::SimTime;
 
 /// A report on its way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Telegram {
-    /// Its stream: an index into the team's streams.
+    /// Its stream: an index into what the team publishes.
     pub stream: usize,
-    /// When it is handed over, by the simulation's clock.
-    pub at: Time,
+    /// When it arrives.
+    pub at: SimTime,
     /// When it was measured, by the robot's own clock.
-    pub stamp: Time,
+    pub stamp: SimTime,
     /// What it says.
     pub body: Body,
 }

@@ -2,7 +2,7 @@
 //!
 //! Its lower left corner is the origin; x points right and y up, as on a map.
 
-use teampulse_emulators::noise::Noise;
+use crate::noise::Noise;
 
 /// Where the router stands, in the lower left corner [m].
 pub const ROUTER: Point = Point { x_m: 0.3, y_m: 0.3 };
@@ -34,6 +34,7 @@ impl Point {
     }
 
     /// The place so far away in a direction.
+    #[must_use]
     pub fn toward(self, bearing_rad: f64, distance_m: f64) -> Point {
         let (sin, cos) = bearing_rad.sin_cos();
         Point { x_m: self.x_m + distance_m * cos, y_m: self.y_m + distance_m * sin }
@@ -51,6 +52,7 @@ pub struct Rect {
 
 impl Rect {
     /// The same rectangle with every side moved outwards; inwards when negative.
+    #[must_use]
     pub fn grown(self, by_m: f64) -> Rect {
         Rect {
             low: Point { x_m: self.low.x_m - by_m, y_m: self.low.y_m - by_m },

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::time::Time;
 
+use super::time::SimTime;
 use super::topic::Topic;
 
 /// One entry of the script: a robot behaves otherwise for a while.
@@ -66,28 +66,26 @@ impl Scene {
 #[derive(Clone, Debug)]
 pub struct Script {
     scenes: Vec<Scene>,
-    start: Time,
 }
 
 impl Script {
-    /// What the scenes have for a robot, counted from a start.
-    pub fn of(robot: &str, scenes: &[Scene], start: Time) -> Script {
-        let scenes = scenes.iter().filter(|scene| scene.robot == robot).cloned().collect();
-        Script { scenes, start }
+    /// What the scenes have for a robot.
+    pub fn of(robot: &str, scenes: &[Scene]) -> Script {
+        Script { scenes: scenes.iter().filter(|scene| scene.robot == robot).cloned().collect() }
     }
 
     /// Whether a change that is either there or not concerns a topic now.
-    pub fn has(&self, change: Change, topic: Topic, now: Time) -> bool {
+    pub fn has(&self, change: Change, topic: Topic, now: SimTime) -> bool {
         self.playing(now).any(|scene| scene.what == change && scene.concerns(topic))
     }
 
     /// Whether the whole robot is off.
-    pub fn is_off(&self, now: Time) -> bool {
+    pub fn is_off(&self, now: SimTime) -> bool {
         self.playing(now).any(|scene| scene.what == Change::Dead && scene.topic.is_none())
     }
 
     /// By how much a topic's rate is divided.
-    pub fn slow_factor(&self, topic: Topic, now: Time) -> f64 {
+    pub fn slow_factor(&self, topic: Topic, now: SimTime) -> f64 {
         let slows = |scene: &Scene| match scene.what {
             Change::SlowFactor(factor) if scene.concerns(topic) => Some(factor),
             _ => None,
@@ -96,7 +94,7 @@ impl Script {
     }
 
     /// By how much the computer's consumption is multiplied.
-    pub fn cpu_factor(&self, now: Time) -> f64 {
+    pub fn cpu_factor(&self, now: SimTime) -> f64 {
         let loads = |scene: &Scene| match scene.what {
             Change::CpuFactor(factor) => Some(factor),
             _ => None,
@@ -105,7 +103,7 @@ impl Script {
     }
 
     /// How much voltage the battery lacks [V].
-    pub fn sag_v(&self, now: Time) -> f64 {
+    pub fn sag_v(&self, now: SimTime) -> f64 {
         let sags = |scene: &Scene| match scene.what {
             Change::BatterySagV(sag_v) => Some(sag_v),
             _ => None,
@@ -114,19 +112,17 @@ impl Script {
     }
 
     /// How far the robot's clock is ahead [s].
-    pub fn clock_ahead_secs(&self, now: Time) -> f64 {
+    pub fn clock_ahead_secs(&self, now: SimTime) -> f64 {
         let shifts = |scene: &Scene| match scene.what {
-            Change::ClockDriftPpm(ppm) => {
-                Some(ppm * 1e-6 * (now.secs_since(self.start) - scene.from_secs))
-            }
+            Change::ClockDriftPpm(ppm) => Some(ppm * 1e-6 * (now.secs() - scene.from_secs)),
             Change::ClockJumpSecs(secs) => Some(secs),
             _ => None,
         };
         self.playing(now).filter_map(shifts).sum()
     }
 
-    fn playing(&self, now: Time) -> impl Iterator<Item = &Scene> {
-        let now_secs = now.secs_since(self.start);
+    fn playing(&self, now: SimTime) -> impl Iterator<Item = &Scene> {
+        let now_secs = now.secs();
         self.scenes.iter().filter(move |scene| scene.secs().contains(&now_secs))
     }
 }
@@ -137,8 +133,6 @@ mod tests {
 
     use super::*;
 
-    const START: Time = Time::from_nanos(1_000_000_000_000);
-
     fn script(what: Change) -> Script {
         let scene = Scene {
             robot: "robot1".into(),
@@ -147,11 +141,11 @@ mod tests {
             to_secs: Some(20.0),
             what,
         };
-        Script::of("robot1", &[scene], START)
+        Script::of("robot1", &[scene])
     }
 
-    fn after(secs: f64) -> Time {
-        START + Duration::from_secs_f64(secs)
+    fn after(secs: f64) -> SimTime {
+        SimTime::START + Duration::from_secs_f64(secs)
     }
 
     #[test]
@@ -172,7 +166,7 @@ mod tests {
     #[test]
     fn no_fault_touches_the_truth() {
         let scene = Scene { topic: None, ..script(Change::Outage).scenes.remove(0) };
-        let script = Script::of("robot1", &[scene], START);
+        let script = Script::of("robot1", &[scene]);
         assert!(script.has(Change::Outage, Topic::Odom, after(15.0)));
         assert!(!script.has(Change::Outage, Topic::TruePose, after(15.0)));
     }

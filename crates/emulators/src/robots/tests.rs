@@ -3,21 +3,16 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use bytes::Bytes;
-use teampulse_core::time::Time;
-use teampulse_emulators::task::{Plan, What};
+use crate::task::{Plan, What};
 
 use super::arena::{Point, ROUTER};
-use super::commands::task;
 use super::robot::RADIUS_M;
 use super::script::{Change, Scene};
 use super::telegram::{Body, Gauge};
-use super::{SimulatedTeam, Team, Telegram, Topic, encode};
+use super::{Settings, SimTime, Team, Telegram, Topic};
 
-const START: Time = Time::from_nanos(1_700_000_000_000_000_000);
-
-fn after(secs: f64) -> Time {
-    START + Duration::from_secs_f64(secs)
+fn after(secs: f64) -> SimTime {
+    SimTime::START + Duration::from_secs_f64(secs)
 }
 
 /// A team after so many seconds, with all that it published.
@@ -27,9 +22,8 @@ struct TeamRun {
 }
 
 impl TeamRun {
-    fn new(settings: &SimulatedTeam, secs: f64) -> TeamRun {
-        settings.check().unwrap();
-        let mut run = TeamRun { team: Team::new(settings, START), telegrams: Vec::new() };
+    fn new(settings: &Settings, secs: f64) -> TeamRun {
+        let mut run = TeamRun { team: Team::new(settings), telegrams: Vec::new() };
         run.team.advance(after(secs), &mut run.telegrams);
         run
     }
@@ -41,23 +35,23 @@ impl TeamRun {
         };
         self.telegrams.iter().filter(wanted).collect()
     }
-
-    fn bytes(&self) -> Vec<(Time, Bytes)> {
-        let published = self.team.published();
-        self.telegrams.iter().map(|each| (each.at, encode(each, &published[each.stream]))).collect()
-    }
 }
 
-fn only_odometry() -> SimulatedTeam {
-    SimulatedTeam {
-        robots: 1,
-        obstacles: 0,
-        battery_hz: 0.0,
-        wifi_hz: 0.0,
-        diagnostics_hz: 0.0,
-        truth_hz: 0.0,
-        ..SimulatedTeam::default()
-    }
+fn names(robots: u32) -> Vec<String> {
+    (1..=robots).map(|number| format!("robot{number}")).collect()
+}
+
+/// The usual rates, but for one topic [Hz].
+fn rates_with(topic: Topic, rate_hz: f64) -> Vec<(Topic, f64)> {
+    let mut rates = Settings::default().rates;
+    rates.retain(|(usual, _)| *usual != topic);
+    rates.push((topic, rate_hz));
+    rates
+}
+
+fn only_odometry() -> Settings {
+    let rates = vec![(Topic::Odom, 20.0)];
+    Settings { robots: names(1), obstacles: 0, rates, ..Settings::default() }
 }
 
 /// Something that happens to a whole robot.
@@ -69,7 +63,7 @@ fn scene(robot: &str, secs: Range<f64>, what: Change) -> Scene {
 /// The odometry of one robot that something happens to from second 10 to second 20.
 fn odometry_with(what: Change) -> Vec<Telegram> {
     let scene = scene("robot1", 10.0..20.0, what);
-    TeamRun::new(&SimulatedTeam { script: vec![scene], ..only_odometry() }, 30.0).telegrams
+    TeamRun::new(&Settings { script: vec![scene], ..only_odometry() }, 30.0).telegrams
 }
 
 fn during(telegrams: &[Telegram], from_secs: f64, to_secs: f64) -> Vec<&Telegram> {
@@ -132,48 +126,44 @@ fn rank_correlation(xs: &[f64], ys: &[f64]) -> f64 {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_gives_others() {
-    let settings = |seed| SimulatedTeam {
-        seed,
-        camera_hz: 1.0,
-        temperature_hz: 1.0,
-        ..SimulatedTeam::default()
-    };
-    let bytes = |seed| TeamRun::new(&settings(seed), 20.0).bytes();
-    assert_eq!(bytes(1), bytes(1));
-    assert_ne!(bytes(1), bytes(2));
+fn the_same_seed_gives_the_same_telegrams_and_another_gives_others() {
+    let rates = rates_with(Topic::Camera, 1.0);
+    let settings = |seed| Settings { seed, rates: rates.clone(), ..Settings::default() };
+    let telegrams = |seed| TeamRun::new(&settings(seed), 20.0).telegrams;
+    assert_eq!(telegrams(1), telegrams(1));
+    assert_ne!(telegrams(1), telegrams(2));
 }
 
 #[test]
 fn it_does_not_matter_in_which_portions_time_passes() {
-    let settings = SimulatedTeam::default();
-    let mut team = Team::new(&settings, START);
+    let settings = Settings::default();
+    let mut team = Team::new(&settings);
     let mut telegrams = Vec::new();
     while team.next() <= after(10.0) {
         team.advance(team.next(), &mut telegrams);
     }
-    let portions = TeamRun { team, telegrams };
-    assert_eq!(portions.bytes(), TeamRun::new(&settings, 10.0).bytes());
+    assert_eq!(telegrams, TeamRun::new(&settings, 10.0).telegrams);
 }
 
 #[test]
 fn what_is_watched_does_not_change_what_happens() {
-    let truth = |settings: &SimulatedTeam| {
+    let truth = |settings: &Settings| {
         let run = TeamRun::new(settings, 60.0);
         run.of("robot2", Topic::TruePose).into_iter().map(at).collect::<Vec<_>>()
     };
     let faulty = scene("robot1", 5.0..f64::INFINITY, Change::Outage);
-    let watched = SimulatedTeam { script: vec![faulty], ..SimulatedTeam::default() };
-    assert_eq!(truth(&SimulatedTeam::default()), truth(&watched));
+    let watched = Settings { script: vec![faulty], ..Settings::default() };
+    assert_eq!(truth(&Settings::default()), truth(&watched));
 }
 
 #[test]
 fn robots_stay_in_the_arena_and_out_of_boxes() {
     for seed in 0..5 {
-        let settings = SimulatedTeam { seed, truth_hz: 20.0, ..SimulatedTeam::default() };
+        let settings =
+            Settings { seed, rates: rates_with(Topic::TruePose, 20.0), ..Settings::default() };
         let run = TeamRun::new(&settings, 300.0);
-        for robot in settings.names() {
-            let truth = run.of(&robot, Topic::TruePose);
+        for robot in &settings.robots {
+            let truth = run.of(robot, Topic::TruePose);
             assert!(truth.len() > 5990, "{}", truth.len());
             for telegram in truth {
                 let at = at(telegram);
@@ -185,8 +175,8 @@ fn robots_stay_in_the_arena_and_out_of_boxes() {
 
 #[test]
 fn robots_do_not_drive_through_each_other() {
-    let settings = SimulatedTeam { robots: 10, ..SimulatedTeam::default() };
-    let mut team = Team::new(&settings, START);
+    let settings = Settings { robots: names(10), ..Settings::default() };
+    let mut team = Team::new(&settings);
     for tick in 0..300 * 20 {
         team.advance(after(f64::from(tick) / 20.0), &mut Vec::new());
         let bodies: Vec<_> = team.robots().iter().map(super::robot::Robot::body).collect();
@@ -199,12 +189,13 @@ fn robots_do_not_drive_through_each_other() {
 #[test]
 fn every_robot_hears_the_router_worse_the_farther_it_is() {
     for seed in 1..=8 {
-        let settings = SimulatedTeam { seed, truth_hz: 5.0, ..SimulatedTeam::default() };
+        let settings =
+            Settings { seed, rates: rates_with(Topic::TruePose, 5.0), ..Settings::default() };
         let run = TeamRun::new(&settings, 600.0);
-        for robot in settings.names() {
+        for robot in &settings.robots {
             let signals: Vec<f64> =
-                run.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
-            let truth = run.of(&robot, Topic::TruePose);
+                run.of(robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
+            let truth = run.of(robot, Topic::TruePose);
             let far: Vec<f64> =
                 truth.into_iter().map(|each| at(each).distance_m(ROUTER).ln()).collect();
             let both = signals.len().min(far.len());
@@ -217,11 +208,11 @@ fn every_robot_hears_the_router_worse_the_farther_it_is() {
 #[test]
 fn the_team_starts_far_from_the_router_where_all_hear_it_weakly() {
     for seed in 1..=8 {
-        let settings = SimulatedTeam { seed, ..SimulatedTeam::default() };
+        let settings = Settings { seed, ..Settings::default() };
         let run = TeamRun::new(&settings, 600.0);
-        for robot in settings.names() {
+        for robot in &settings.robots {
             let signals: Vec<f64> =
-                run.of(&robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
+                run.of(robot, Topic::Wifi).into_iter().map(signal_dbm).collect();
             let (start_dbm, best_dbm) = (
                 mean(signals[..50].iter().copied()),
                 signals.iter().copied().fold(f64::MIN, f64::max),
@@ -233,7 +224,7 @@ fn the_team_starts_far_from_the_router_where_all_hear_it_weakly() {
 
 #[test]
 fn the_energy_drawn_is_the_power_over_time() {
-    let run = TeamRun::new(&SimulatedTeam::default(), 600.0);
+    let run = TeamRun::new(&Settings::default(), 600.0);
     for (k, robot) in run.team.robots().iter().enumerate() {
         let reported = run.of(&format!("robot{}", k + 1), Topic::BatteryState);
         let energy_j = mean(reported.into_iter().map(power_w)) * 600.0;
@@ -245,10 +236,10 @@ fn the_energy_drawn_is_the_power_over_time() {
 #[test]
 fn only_the_robot_whose_load_rises_draws_more() {
     let scene = scene("robot4", 250.0..420.0, Change::CpuFactor(2.5));
-    let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
+    let settings = Settings { script: vec![scene], ..Settings::default() };
     let run = TeamRun::new(&settings, 600.0);
-    for robot in settings.names() {
-        let reports = run.of(&robot, Topic::BatteryState);
+    for robot in &settings.robots {
+        let reports = run.of(robot, Topic::BatteryState);
         let mean_w = |from_secs: f64, to_secs: f64| {
             let window = after(from_secs)..after(to_secs);
             mean(reports.iter().filter(|each| window.contains(&each.at)).map(|each| power_w(each)))
@@ -266,10 +257,11 @@ fn only_the_robot_whose_load_rises_draws_more() {
 
 #[test]
 fn a_battery_of_twenty_watt_hours_lasts_about_an_hour_and_then_the_robot_is_silent() {
-    let settings = SimulatedTeam { odometry_hz: 1.0, truth_hz: 1.0, ..only_odometry() };
+    let settings =
+        Settings { rates: vec![(Topic::Odom, 1.0), (Topic::TruePose, 1.0)], ..only_odometry() };
     let run = TeamRun::new(&settings, 7200.0);
     let last = run.of("robot1", Topic::Odom).last().unwrap().at;
-    let lasted_secs = last.secs_since(START);
+    let lasted_secs = last.secs();
     assert!((3000.0..6000.0).contains(&lasted_secs), "{lasted_secs} s");
     assert!(run.team.robots()[0].pack().is_cut_off());
     assert!(run.of("robot1", Topic::TruePose).last().unwrap().at > after(7198.0));
@@ -277,8 +269,8 @@ fn a_battery_of_twenty_watt_hours_lasts_about_an_hour_and_then_the_robot_is_sile
 
 #[test]
 fn every_topic_comes_at_its_rate() {
-    let settings =
-        SimulatedTeam { camera_hz: 2.0, temperature_hz: 0.5, ..SimulatedTeam::default() };
+    let mut settings = Settings { rates: rates_with(Topic::Camera, 2.0), ..Settings::default() };
+    settings.rates.push((Topic::Temperature, 0.5));
     let run = TeamRun::new(&settings, 100.0);
     for (index, published) in run.team.published().iter().enumerate() {
         let count = run.telegrams.iter().filter(|each| each.stream == index).count() as f64;
@@ -300,8 +292,7 @@ fn a_dead_robot_is_silent_and_stands_still_until_it_is_on_again() {
 fn a_dead_topic_is_silent_alone() {
     let scene =
         Scene { topic: Some(Topic::Wifi), ..scene("robot1", 10.0..f64::INFINITY, Change::Dead) };
-    let run =
-        TeamRun::new(&SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() }, 30.0);
+    let run = TeamRun::new(&Settings { script: vec![scene], ..Settings::default() }, 30.0);
     assert!(run.of("robot1", Topic::Wifi).last().unwrap().at < after(10.0));
     assert!(run.of("robot1", Topic::Odom).last().unwrap().at > after(29.0));
     assert!(run.of("robot2", Topic::Wifi).last().unwrap().at > after(29.0));
@@ -337,7 +328,7 @@ fn a_slowed_topic_comes_at_a_part_of_its_rate() {
 fn a_drifting_clock_runs_away_from_the_time_of_arrival() {
     let telegrams = odometry_with(Change::ClockDriftPpm(500.0));
     let drifting = during(&telegrams, 10.0, 20.0);
-    let ahead_secs = |each: &Telegram| each.stamp.secs_since(each.at);
+    let ahead_secs = |each: &Telegram| each.stamp.secs() - each.at.secs();
     assert!(ahead_secs(drifting[0]) < 1e-4);
     let last_secs = ahead_secs(drifting.last().unwrap());
     assert!((last_secs - 0.005).abs() < 1e-4, "{last_secs}");
@@ -346,7 +337,7 @@ fn a_drifting_clock_runs_away_from_the_time_of_arrival() {
 #[test]
 fn a_jumping_clock_is_ahead_at_once() {
     let telegrams = odometry_with(Change::ClockJumpSecs(-2.5));
-    let off = |each: &&Telegram| each.stamp.nanos_since(each.at) != -2_500_000_000;
+    let off = |each: &&Telegram| each.stamp.nanos() - each.at.nanos() != -2_500_000_000;
     assert!(!during(&telegrams, 10.0, 20.0).iter().any(off));
     assert!(during(&telegrams, 20.0, 30.0).iter().all(off));
 }
@@ -374,7 +365,7 @@ fn out_of_order_every_other_message_comes_after_its_successor() {
 #[test]
 fn a_sagging_battery_shows_less_voltage() {
     let scene = scene("robot2", 10.0..20.0, Change::BatterySagV(1.5));
-    let settings = SimulatedTeam { script: vec![scene], ..SimulatedTeam::default() };
+    let settings = Settings { script: vec![scene], ..Settings::default() };
     let run = TeamRun::new(&settings, 30.0);
     let mean_v = |from_secs: f64, to_secs: f64| {
         let window = after(from_secs)..after(to_secs);
@@ -390,22 +381,22 @@ fn a_sagging_battery_shows_less_voltage() {
     assert!(mean_v(20.0, 30.0) > mean_v(0.0, 10.0) - 0.2);
 }
 
-fn commanded(people: u32, script: Vec<Scene>) -> SimulatedTeam {
+fn commanded(people: u32, script: Vec<Scene>) -> Settings {
     let task = Plan { baseline_secs: 1.0, level_secs: 900.0, ..Plan::default() };
-    SimulatedTeam {
-        robots: 2,
+    Settings {
+        robots: names(2),
         people,
         obstacles: 0,
         boxes: 0,
         task,
         script,
-        ..SimulatedTeam::default()
+        ..Settings::default()
     }
 }
 
 fn goals(run: &TeamRun, robot: &str) -> Vec<(f64, Point)> {
     let goal = |telegram: &&Telegram| match telegram.body {
-        Body::Goal(pose) => (telegram.stamp.secs_since(START), pose.at),
+        Body::Goal(pose) => (telegram.stamp.secs(), pose.at),
         ref other => panic!("{other:?}"),
     };
     run.of(robot, Topic::GoalPose).iter().map(goal).collect()
@@ -417,7 +408,7 @@ fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
     let run = TeamRun::new(&settings, 300.0);
     let mut given = Vec::new();
     for number in 1..=2 {
-        let mut task = task(&settings, number);
+        let mut task = settings.task_of_person(number);
         while let Some(happening) = task.next_until(300.0) {
             if let What::Command { robot } = happening.what {
                 given.push((happening.at_secs, robot));
@@ -443,7 +434,7 @@ fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
 fn a_robot_drives_where_it_is_reported_to() {
     let settings = commanded(1, Vec::new());
     let seldom = Plan { commands_per_min: 1.0, ..settings.task.clone() };
-    let run = TeamRun::new(&SimulatedTeam { robots: 1, task: seldom, ..settings }, 900.0);
+    let run = TeamRun::new(&Settings { robots: names(1), task: seldom, ..settings }, 900.0);
     let goals = goals(&run, "robot1");
     // Those after which it has time until the next.
     let calm = goals.windows(2).filter(|two| two[1].0 - two[0].0 > 45.0);

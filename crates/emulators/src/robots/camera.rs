@@ -52,7 +52,7 @@ fn colour(arena: &Arena, robot: Point, nose: Point, at: Point) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use teampulse_emulators::noise::Noise;
+    use crate::noise::Noise;
 
     #[test]
     fn the_robot_is_drawn_where_it_is() {

@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use teampulse_core::time::Time;
-
 use super::script::{Change, Script};
 use super::telegram::{Body, Telegram};
+use super::time::SimTime;
 use super::topic::Topic;
 
 /// How long after a message its duplicate comes.
@@ -17,14 +16,14 @@ pub struct Report {
     topic: Topic,
     stream: usize,
     period: Duration,
-    due: Time,
+    due: SimTime,
     count: u64,
     said: Option<Body>,
 }
 
 impl Report {
     /// A report that is first due at a time.
-    pub fn new(topic: Topic, stream: usize, rate_hz: f64, due: Time) -> Report {
+    pub fn new(topic: Topic, stream: usize, rate_hz: f64, due: SimTime) -> Report {
         let period = Duration::from_secs_f64(1.0 / rate_hz);
         Report { topic, stream, period, due, count: 0, said: None }
     }
@@ -35,7 +34,7 @@ impl Report {
     }
 
     /// Whether it is due; then it is next due a period later, which may be slowed.
-    pub fn falls_due(&mut self, now: Time, slow_factor: f64) -> bool {
+    pub fn falls_due(&mut self, now: SimTime, slow_factor: f64) -> bool {
         let is_due = self.due <= now;
         if is_due {
             self.due = self.due + self.period.mul_f64(slow_factor);
@@ -44,7 +43,13 @@ impl Report {
     }
 
     /// Publishes the current measurement as the faults of the script have it: not at all, once or twice.
-    pub fn report(&mut self, measured: Body, now: Time, script: &Script, out: &mut Vec<Telegram>) {
+    pub fn report(
+        &mut self,
+        measured: Body,
+        now: SimTime,
+        script: &Script,
+        out: &mut Vec<Telegram>,
+    ) {
         let has = |change| script.has(change, self.topic, now);
         self.count += 1;
         let held_back = has(Change::OutOfOrder) && self.count.is_multiple_of(2);
@@ -62,8 +67,8 @@ impl Report {
     }
 
     /// The time by the robot's clock; the truth goes by the simulation's.
-    fn stamp(&self, now: Time, script: &Script) -> Time {
+    fn stamp(&self, now: SimTime, script: &Script) -> SimTime {
         let ahead_secs = if self.topic.is_truth() { 0.0 } else { script.clock_ahead_secs(now) };
-        Time::from_nanos(now.nanos() + (ahead_secs * 1e9).round() as i64)
+        now.ahead_by(ahead_secs)
     }
 }

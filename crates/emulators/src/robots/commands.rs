@@ -1,11 +1,11 @@
 //! Commands of the people in a team to its robots.
 
-use teampulse_emulators::noise::Noise;
-use teampulse_emulators::task::{Happening, Plan, Skill, Task, What};
+use crate::noise::Noise;
+use crate::task::{Happening, Task, What};
 
 use super::arena::{Arena, Point};
 use super::goals::Goals;
-use super::settings::SimulatedTeam;
+use super::settings::Settings;
 
 /// A person sends a robot to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub struct Command {
 
 /// All commands of a team's people.
 ///
-/// What a person does follows from a seed, so the robots know it without messages: the robots here and
-/// [`SimulatedPerson`](super::SimulatedPerson) each simulate the same task.
+/// What a person does follows from a seed, so the robots know it without messages: whoever simulates the
+/// person runs the same task ([`Settings::task_of_person`]).
 #[derive(Debug)]
 pub struct Commands {
     people: Vec<Person>,
@@ -37,8 +37,8 @@ struct Person {
 
 impl Commands {
     /// Those of a team.
-    pub fn of(team: &SimulatedTeam, noise: &mut Noise) -> Commands {
-        let person = |number| Person { task: task(team, number), next: None };
+    pub fn of(team: &Settings, noise: &mut Noise) -> Commands {
+        let person = |number| Person { task: team.task_of_person(number), next: None };
         Commands { people: (1..=team.people).map(person).collect(), goals: Goals::new(noise) }
     }
 
@@ -66,16 +66,4 @@ impl Person {
         }
         self.next
     }
-}
-
-/// The task of a team's person, numbered from 1.
-pub fn task(team: &SimulatedTeam, number: u32) -> Task {
-    let seed = seed(team, number);
-    let plan = Plan { robots: team.robots, ..team.task.clone() };
-    Task::new(plan, Skill::of_seed(seed), seed)
-}
-
-/// The seed of a team's person, numbered from 1.
-pub fn seed(team: &SimulatedTeam, number: u32) -> u64 {
-    team.seed.wrapping_add(u64::from(number - 1))
 }

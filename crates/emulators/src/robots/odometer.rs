@@ -1,7 +1,8 @@
 //! The odometer: where a robot believes to be, from the turning of its wheels.
 
+use crate::noise::Noise;
+
 use super::drive::{Pose, Twist};
-use teampulse_emulators::noise::Noise;
 
 /// The standard deviation of the error of the wheels' size, from robot to robot [1].
 const WHEEL_SIGMA: f64 = 0.005;

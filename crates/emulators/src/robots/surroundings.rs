@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn bodies_that_touch_may_part_but_not_press() {
-        let arena = Arena::new(10.0, 0, &mut teampulse_emulators::noise::Noise::seeded(1));
+        let arena = Arena::new(10.0, 0, &mut crate::noise::Noise::seeded(1));
         let bodies = [disc(5.0, 5.0), disc(5.3, 5.0)];
         let around = Surroundings { arena: &arena, bodies: &bodies, own: 0 };
         assert!(around.admits(bodies[0], disc(4.9, 5.0)));

@@ -24,6 +24,7 @@ pub struct Twist {
 
 impl Pose {
     /// The pose after moving for a short while: along the chord of the arc.
+    #[must_use]
     pub fn moved(self, twist: Twist, secs: f64) -> Pose {
         let turn_rad = twist.turn_radps * secs;
         let at = self.at.toward(self.heading_rad + turn_rad / 2.0, twist.speed_mps * secs);
@@ -33,6 +34,7 @@ impl Pose {
 
 impl Twist {
     /// The twist after a short while of changing towards another, as fast as the motors allow.
+    #[must_use]
     pub fn toward(self, wanted: Twist, secs: f64) -> Twist {
         let slewed = |from: f64, to: f64, most: f64| from + (to - from).clamp(-most, most);
         Twist {

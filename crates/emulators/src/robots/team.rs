@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use teampulse_core::time::Time;
+use crate::noise::Noise;
 
 use super::arena::{Arena, Point, Rect};
 use super::commands::{Command, Commands};
@@ -13,12 +13,12 @@ use super::drive::Pose;
 use super::published::Published;
 use super::robot::{RADIUS_M, Robot};
 use super::script::Script;
-use super::settings::SimulatedTeam;
+use super::settings::Settings;
 use super::surroundings::{Disc, Surroundings};
 use super::telegram::{Body, Telegram};
+use super::time::SimTime;
 use super::topic::Topic;
 use super::wanderer::Wanderer;
-use teampulse_emulators::noise::Noise;
 
 /// The radius of an obstacle [m].
 const OBSTACLE_RADIUS_M: f64 = 0.25;
@@ -34,7 +34,7 @@ const GOAL_MARGIN_M: f64 = 0.1;
 /// Keeps the goals of commands apart from all else that is drawn of the same seed.
 const COMMANDS_SALT: u64 = 0x0063_6f6d_6d61_6e64;
 
-/// A simulated team. The same settings and start give the same telegrams.
+/// A simulated team. The same settings give the same telegrams.
 #[derive(Debug)]
 pub struct Team {
     arena: Arena,
@@ -42,19 +42,18 @@ pub struct Team {
     obstacles: Vec<Wanderer>,
     bodies: Vec<Disc>,
     published: Vec<Published>,
-    start: Time,
     tick_nanos: i64,
     turns: i64,
     sent: u64,
-    on_their_way: BTreeMap<(Time, u64), Telegram>,
+    on_their_way: BTreeMap<(SimTime, u64), Telegram>,
     commands: Commands,
     /// For each robot, the place of its commands among what is published.
     commanded: Vec<usize>,
 }
 
 impl Team {
-    /// A team that begins at `start`.
-    pub fn new(settings: &SimulatedTeam, start: Time) -> Team {
+    /// A team at the start. There are robots, and room for all bodies in the arena.
+    pub fn new(settings: &Settings) -> Team {
         let mut noise = Noise::seeded(settings.seed);
         let mut team = Team {
             arena: Arena::new(settings.arena_side_m, settings.boxes, &mut noise.fork()),
@@ -62,7 +61,6 @@ impl Team {
             obstacles: Vec::new(),
             bodies: Vec::new(),
             published: Vec::new(),
-            start,
             tick_nanos: (1e9 / settings.tick_hz()).round() as i64,
             turns: 0,
             sent: 0,
@@ -70,8 +68,8 @@ impl Team {
             commands: Commands::of(settings, &mut Noise::seeded(settings.seed ^ COMMANDS_SALT)),
             commanded: Vec::new(),
         };
-        for name in settings.names() {
-            team.add_robot(&name, settings, noise.fork());
+        for name in &settings.robots {
+            team.add_robot(name, settings, noise.fork());
         }
         if settings.people > 0 {
             team.listen_to_commands(settings);
@@ -98,13 +96,13 @@ impl Team {
     }
 
     /// When next anything happens.
-    pub fn next(&self) -> Time {
+    pub fn next(&self) -> SimTime {
         let arrives = self.on_their_way.keys().next().map(|(at, _)| *at);
         arrives.map_or(self.next_turn(), |at| at.min(self.next_turn()))
     }
 
     /// Lets time pass up to `until` and gives what is handed over by then, in order.
-    pub fn advance(&mut self, until: Time, out: &mut Vec<Telegram>) {
+    pub fn advance(&mut self, until: SimTime, out: &mut Vec<Telegram>) {
         while self.next_turn() <= until {
             self.take_turn();
         }
@@ -115,21 +113,21 @@ impl Team {
         }
     }
 
-    fn add_robot(&mut self, name: &str, settings: &SimulatedTeam, mut noise: Noise) {
-        let side_m = START_SIDE_M * f64::from(settings.robots).sqrt();
+    fn add_robot(&mut self, name: &str, settings: &Settings, mut noise: Noise) {
+        let side_m = START_SIDE_M * (settings.robots.len() as f64).sqrt();
         let body = self.any_place(side_m, RADIUS_M, &mut noise);
-        let script = Script::of(name, &settings.script, self.start);
+        let script = Script::of(name, &settings.script);
         let mut robot = Robot::new(body, settings, script, noise);
-        for (topic, rate_hz) in settings.rates() {
-            robot.report(topic, self.published.len(), rate_hz, self.start);
+        for &(topic, rate_hz) in &settings.rates {
+            robot.report(topic, self.published.len(), rate_hz);
             self.published.push(Published { robot: name.to_owned(), topic, rate_hz });
         }
         self.bodies.push(body);
         self.robots.push(robot);
     }
 
-    fn listen_to_commands(&mut self, settings: &SimulatedTeam) {
-        for robot in settings.names() {
+    fn listen_to_commands(&mut self, settings: &Settings) {
+        for robot in settings.robots.iter().cloned() {
             self.commanded.push(self.published.len());
             self.published.push(Published { robot, topic: Topic::GoalPose, rate_hz: 0.0 });
         }
@@ -157,9 +155,9 @@ impl Team {
         }
     }
 
-    fn next_turn(&self) -> Time {
+    fn next_turn(&self) -> SimTime {
         let nanos = (self.turns + 1) * self.tick_nanos / self.bodies.len() as i64;
-        self.start + Duration::from_nanos(nanos.unsigned_abs())
+        SimTime::START + Duration::from_nanos(nanos.unsigned_abs())
     }
 
     /// Moves the body whose turn it is on by a tick.
@@ -182,20 +180,20 @@ impl Team {
     }
 
     /// Gives robots the commands that are due, and publishes them.
-    fn take_commands(&mut self, now: Time) {
-        let secs = now.secs_since(self.start);
+    fn take_commands(&mut self, now: SimTime) {
+        let secs = now.secs();
         let room_m = RADIUS_M + GOAL_MARGIN_M;
         while let Some(command) = self.commands.next_until(secs, &self.arena, room_m) {
             let Command { at_secs, robot, goal } = command;
             let from = self.robots[robot].body().at;
             self.robots[robot].command(now, goal);
             let body = Body::Goal(Pose { at: goal, heading_rad: from.bearing_rad(goal) });
-            let stamp = self.start + Duration::from_secs_f64(at_secs);
+            let stamp = SimTime::START + Duration::from_secs_f64(at_secs);
             self.send(Telegram { stream: self.commanded[robot], at: now, stamp, body });
         }
     }
 
-    fn hear(&mut self, robot: usize, now: Time) {
+    fn hear(&mut self, robot: usize, now: SimTime) {
         let mut spoken = Vec::new();
         self.robots[robot].speak(now, &self.arena, &mut spoken);
         for telegram in spoken {

@@ -1,6 +1,6 @@
 //! The robot's computer: what it consumes, and how warm it becomes.
 
-use teampulse_emulators::noise::{Correlated, Noise};
+use crate::noise::{Correlated, Noise};
 
 /// How far the consumption swings around its mean [1].
 const SWING: f64 = 0.03;

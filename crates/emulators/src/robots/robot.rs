@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use teampulse_core::time::Time;
+use crate::noise::Noise;
 
 use super::arena::{Arena, Point};
 use super::battery::Pack;
@@ -13,12 +13,12 @@ use super::odometer::Odometer;
 use super::radio::{Link, Reception};
 use super::report::Report;
 use super::script::{Change, Script};
-use super::settings::SimulatedTeam;
+use super::settings::Settings;
 use super::surroundings::{Disc, Surroundings};
 use super::telegram::{Body, Gauge, Health, Telegram};
+use super::time::SimTime;
 use super::topic::Topic;
 use super::wanderer::Wanderer;
-use teampulse_emulators::noise::Noise;
 
 /// The radius of a robot [m].
 pub const RADIUS_M: f64 = 0.18;
@@ -51,7 +51,7 @@ pub struct Robot {
 
 impl Robot {
     /// A robot that stands there with a charged battery and reports nothing yet.
-    pub fn new(body: Disc, settings: &SimulatedTeam, script: Script, mut noise: Noise) -> Robot {
+    pub fn new(body: Disc, settings: &Settings, script: Script, mut noise: Noise) -> Robot {
         let wanderer = Wanderer::new(body, settings.top_speed_mps, noise.fork());
         Robot {
             odometer: Odometer::new(wanderer.pose(), noise.fork()),
@@ -67,9 +67,9 @@ impl Robot {
     }
 
     /// Begins to report a topic on a stream, at some moment of its first period.
-    pub fn report(&mut self, topic: Topic, stream: usize, rate_hz: f64, start: Time) {
+    pub fn report(&mut self, topic: Topic, stream: usize, rate_hz: f64) {
         let phase_secs = self.noise.uniform(0.0..1.0 / rate_hz);
-        let due = start + Duration::from_secs_f64(phase_secs);
+        let due = SimTime::START + Duration::from_secs_f64(phase_secs);
         self.reports.push(Report::new(topic, stream, rate_hz, due));
     }
 
@@ -84,7 +84,7 @@ impl Robot {
     }
 
     /// A person sends it to a place; it drives there unless it is off or out of reach.
-    pub fn command(&mut self, now: Time, goal: Point) {
+    pub fn command(&mut self, now: SimTime, goal: Point) {
         let hears = !self.pack.is_cut_off()
             && !self.script.is_off(now)
             && !self.script.has(Change::Outage, Topic::GoalPose, now);
@@ -94,7 +94,7 @@ impl Robot {
     }
 
     /// Drives, computes and discharges for a short while.
-    pub fn advance(&mut self, now: Time, secs: f64, around: &Surroundings<'_>) {
+    pub fn advance(&mut self, now: SimTime, secs: f64, around: &Surroundings<'_>) {
         let is_on = !self.pack.is_cut_off() && !self.script.is_off(now);
         if is_on {
             self.wanderer.advance(secs, around);
@@ -115,7 +115,7 @@ impl Robot {
     }
 
     /// Gives the telegrams that come of what is due.
-    pub fn speak(&mut self, now: Time, arena: &Arena, out: &mut Vec<Telegram>) {
+    pub fn speak(&mut self, now: SimTime, arena: &Arena, out: &mut Vec<Telegram>) {
         for index in 0..self.reports.len() {
             let topic = self.reports[index].topic();
             if self.reports[index].falls_due(now, self.script.slow_factor(topic, now)) {

@@ -2,8 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::noise::Noise;
+
 use super::arena::{Arena, Point};
-use teampulse_emulators::noise::Noise;
 
 /// The steps of the sequence along x and y: the plastic number to the powers -1 and -2.
 const STEPS: (f64, f64) = (0.754_877_666_246_693, 0.569_840_290_998_053);

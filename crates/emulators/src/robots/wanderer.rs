@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use crate::noise::Noise;
+
 use super::arena::{Arena, Point};
 use super::drive::{MOST_MPS2, Pose, Twist, wrapped_rad};
 use super::goals::Goals;
 use super::surroundings::{Disc, Surroundings};
-use teampulse_emulators::noise::Noise;
 
 /// How far it looks for a free way [m].
 const REACH_M: f64 = 1.5;

@@ -4,8 +4,9 @@
 //! 802.11-03/940r4) with shadowing that is correlated along the way (Gudmundson 1991,
 //! doi:10.1049/el:19911328).
 
+use crate::noise::{Correlated, Noise};
+
 use super::arena::{Arena, Point, ROUTER};
-use teampulse_emulators::noise::{Correlated, Noise};
 
 /// The power that the router sends with [dBm].
 pub const SENT_DBM: f64 = 20.0;

@@ -1,0 +1,53 @@
+//! A team of robots that drive through an arena, discharge, and hear a router more or less well, with
+//! faults on request and people who command them.
+//!
+//! The time goes in and [`Telegram`]s come out: what the robots report, before it is a message of any kind.
+//!
+//! ```
+//! use teampulse_emulators::robots::{Settings, SimTime, Team, Topic};
+//!
+//! let mut team = Team::new(&Settings::default());
+//! let mut telegrams = Vec::new();
+//! team.advance(SimTime::from_nanos(10_000_000_000), &mut telegrams);
+//! let is_odometry = |index: usize| team.published()[index].topic == Topic::Odom;
+//! let odometry = telegrams.iter().filter(|telegram| is_odometry(telegram.stream)).count();
+//! assert_eq!(odometry, 5 * 10 * 20, "five robots for ten seconds at 20 Hz");
+//! ```
+
+mod team;
+mod settings;
+mod script;
+mod published;
+mod topic;
+mod telegram;
+mod time;
+mod robot;
+mod wanderer;
+mod goals;
+mod commands;
+mod drive;
+mod surroundings;
+mod arena;
+mod odometer;
+mod radio;
+mod battery;
+mod computer;
+mod camera;
+mod report;
+#[cfg(test)]
+mod tests;
+
+pub use arena::{Arena, Point, Rect};
+pub use battery::{CELLS, Pack, Reading};
+pub use camera::{HEIGHT_PX, WIDTH_PX};
+pub use drive::{Pose, Twist};
+pub use published::Published;
+pub use radio::{FREQUENCY_HZ, NOISE_DBM, Reception, SENT_DBM};
+pub use robot::{RADIUS_M, Robot};
+pub use script::{Change, Scene};
+pub use settings::Settings;
+pub use surroundings::Disc;
+pub use team::Team;
+pub use telegram::{Body, Gauge, Health, Telegram};
+pub use time::SimTime;
+pub use topic::Topic;

@@ -1,0 +1,14 @@
+//! What a team publishes: the topics of its robots.
+
+use super::topic::Topic;
+
+/// A topic of a robot.
+#[derive(Clone, Debug)]
+pub struct Published {
+    /// The robot's name.
+    pub robot: String,
+    /// Which topic.
+    pub topic: Topic,
+    /// Its rate [Hz]; 0 where it comes now and then.
+    pub rate_hz: f64,
+}

@@ -1,0 +1,42 @@
+//! Time in a simulation.
+
+use std::ops::Add;
+use std::time::Duration;
+
+/// A moment of a simulation [ns after its start]; before the start for a clock that is behind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SimTime(i64);
+
+impl SimTime {
+    /// The start of the simulation.
+    pub const START: SimTime = SimTime(0);
+
+    /// The moment `nanos` [ns] after the start.
+    pub const fn from_nanos(nanos: i64) -> SimTime {
+        SimTime(nanos)
+    }
+
+    /// Nanoseconds after the start [ns].
+    pub const fn nanos(self) -> i64 {
+        self.0
+    }
+
+    /// Seconds after the start [s].
+    pub fn secs(self) -> f64 {
+        self.0 as f64 / 1e9
+    }
+
+    /// What a clock shows at this moment that is ahead by `secs` [s].
+    #[must_use]
+    pub fn ahead_by(self, secs: f64) -> SimTime {
+        SimTime(self.0.saturating_add((secs * 1e9).round() as i64))
+    }
+}
+
+impl Add<Duration> for SimTime {
+    type Output = SimTime;
+
+    fn add(self, later: Duration) -> SimTime {
+        SimTime(self.0.saturating_add(i64::try_from(later.as_nanos()).unwrap_or(i64::MAX)))
+    }
+}
