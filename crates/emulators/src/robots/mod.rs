@@ -11,7 +11,8 @@
 //! team.advance(SimTime::from_nanos(10_000_000_000), &mut telegrams);
 //! let is_odometry = |index: usize| team.published()[index].topic == Topic::Odom;
 //! let odometry = telegrams.iter().filter(|telegram| is_odometry(telegram.stream)).count();
-//! assert_eq!(odometry, 5 * 10 * 20, "five robots for ten seconds at 20 Hz");
+//! // Five robots for ten seconds at 20 Hz; each begins at some moment of its first period.
+//! assert!((995..=1000).contains(&odometry));
 //! ```
 
 mod team;
