@@ -1,0 +1,35 @@
+use crate::DecodeError;
+
+/// Reads little-endian fields one after the other.
+pub(crate) struct Cursor<'a> {
+    what: &'static str,
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(what: &'static str, bytes: &'a [u8]) -> Self {
+        Self { what, bytes, at: 0 }
+    }
+
+    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
+        let Some((field, _)) = self.rest().split_first_chunk() else {
+            let (expected, got) = (self.at + N, self.bytes.len());
+            return Err(DecodeError::Truncated { what: self.what, expected, got });
+        };
+        self.at += N;
+        Ok(*field)
+    }
+
+    pub fn u8(&mut self) -> Result<u8, DecodeError> {
+        self.array::<1>().map(|[byte]| byte)
+    }
+
+    pub fn u16(&mut self) -> Result<u16, DecodeError> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+}

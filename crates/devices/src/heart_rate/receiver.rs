@@ -1,0 +1,98 @@
+use std::time::Duration;
+
+use super::{HeartRateMeasurement, MEASUREMENT, RR_INTERVAL_MS};
+use crate::gatt::Request;
+use crate::outbox::Outbox;
+use crate::{Channel, Event, Reading, Stream};
+
+/// What the sum of intervals may lack against the time that passed: they come up to four seconds late
+/// and so may seem to be missing, never to be too many.
+const MAY_LACK: Duration = Duration::from_secs(3);
+
+/// Turns notifications of the Heart Rate Measurement characteristic into readings.
+#[derive(Debug, Default)]
+pub(crate) struct HeartRateReceiver {
+    heart_rates: u64,
+    intervals: u64,
+    energies: u64,
+    account: Option<BeatAccount>,
+}
+
+/// Time that passed against time that intervals account for.
+#[derive(Debug)]
+struct BeatAccount {
+    since: Duration,
+    accounted: Duration,
+    least_lacking: Duration,
+}
+
+impl HeartRateReceiver {
+    pub fn start(&mut self, out: &mut Outbox<Request>) {
+        let stream = |name, channels| Stream { name, channels, rate_hz: None };
+        let contact = Channel::new("contact", "");
+        out.stream(stream("heart_rate", vec![Channel::new("heart_rate", "1/min"), contact]));
+        let interval = Channel::new("rr_interval", "ms").scaled(RR_INTERVAL_MS);
+        out.stream(stream("rr_interval", vec![interval]));
+        if self.account.take().is_some() {
+            out.event(Event::Gap { stream: "rr_interval", samples: None });
+        }
+        out.request(Request::Subscribe(MEASUREMENT));
+    }
+
+    /// Whether the value is a measurement.
+    pub fn receive(&mut self, value: &[u8], now: Duration, out: &mut Outbox<Request>) -> bool {
+        let Ok(measurement) = HeartRateMeasurement::decode(value) else {
+            out.discarded("heart_rate", value.len());
+            return false;
+        };
+        let contact = measurement.contact.map_or(f64::NAN, |touches| f64::from(u8::from(touches)));
+        let values = vec![f64::from(measurement.heart_rate_bpm), contact];
+        out.reading(Reading::untimed("heart_rate", self.heart_rates, values));
+        self.heart_rates += 1;
+        if let Some(energy_kj) = measurement.energy_kj {
+            self.receive_energy(energy_kj, out);
+        }
+        self.receive_intervals(&measurement.rr_intervals, now, out);
+        true
+    }
+
+    fn receive_energy(&mut self, energy_kj: u16, out: &mut Outbox<Request>) {
+        if self.energies == 0 {
+            let channels = vec![Channel::new("energy_expended", "kJ")];
+            out.stream(Stream { name: "energy_expended", channels, rate_hz: None });
+        }
+        let values = vec![f64::from(energy_kj)];
+        out.reading(Reading::untimed("energy_expended", self.energies, values));
+        self.energies += 1;
+    }
+
+    fn receive_intervals(&mut self, intervals: &[u16], now: Duration, out: &mut Outbox<Request>) {
+        if intervals.is_empty() {
+            return;
+        }
+        let sum = intervals.iter().map(|steps| u64::from(*steps)).sum::<u64>();
+        let sum = Duration::from_nanos(sum * 1_000_000_000 / 1024);
+        if BeatAccount::is_short(&mut self.account, sum, now) {
+            out.event(Event::Gap { stream: "rr_interval", samples: None });
+        }
+        let values = intervals.iter().map(|steps| f64::from(*steps)).collect();
+        out.reading(Reading::untimed("rr_interval", self.intervals, values));
+        self.intervals += intervals.len() as u64;
+    }
+}
+
+impl BeatAccount {
+    /// Whether intervals are missing before these, which end now and last for `sum`.
+    fn is_short(account: &mut Option<Self>, sum: Duration, now: Duration) -> bool {
+        if let Some(account) = account {
+            account.accounted = account.accounted.saturating_add(sum);
+            let lacking = now.saturating_sub(account.since).saturating_sub(account.accounted);
+            account.least_lacking = account.least_lacking.min(lacking);
+            if lacking.saturating_sub(account.least_lacking) <= MAY_LACK {
+                return false;
+            }
+        }
+        let new = Self { since: now, accounted: Duration::ZERO, least_lacking: Duration::ZERO };
+        account.replace(new).is_some()
+    }
+}

@@ -1,0 +1,17 @@
+#![doc = include_str!("../README.md")]
+
+mod session;
+mod output;
+mod reading;
+mod error;
+pub mod gatt;
+pub mod heart_rate;
+mod standard;
+mod cursor;
+mod outbox;
+mod watchdog;
+
+pub use error::{DecodeError, Error};
+pub use output::{Event, Identity, Output};
+pub use reading::{Channel, Reading, Stream};
+pub use session::{ByteSession, GattSession, Session};

@@ -1,0 +1,93 @@
+use std::time::Duration;
+
+use crate::{Error, Reading, Stream};
+
+/// What a session hands to its caller; `R` is what it may ask for over its kind of link.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Output<R> {
+    /// To be carried out before the next one.
+    Request(R),
+    /// A stream begins, or its scale or rate changed.
+    Stream(Stream),
+    /// Samples.
+    Reading(Reading),
+    /// What else became known.
+    Event(Event),
+    /// The session has ended: close the link. After an error, connect again later and
+    /// [`start`](crate::Session::start) the session again.
+    Done(Result<(), Error>),
+}
+
+/// What a session reports beside samples.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// A part of what the device says that it is.
+    Identified {
+        /// Which part.
+        part: Identity,
+        /// As the device wrote it.
+        value: String,
+    },
+    /// Samples are missing before the next reading of this stream.
+    Gap {
+        /// The stream.
+        stream: &'static str,
+        /// How many, where that can be known; the next index has jumped by as many.
+        samples: Option<u64>,
+    },
+    /// Bytes arrived that mean nothing or can't be placed, and were left out.
+    Discarded {
+        /// Where they came from: a stream, a service or a protocol.
+        source: &'static str,
+        /// How many.
+        bytes: usize,
+    },
+    /// A stream was silent for longer than it may be; the session asks for it again.
+    Stalled {
+        /// The stream.
+        stream: &'static str,
+        /// For how long.
+        quiet: Duration,
+    },
+    /// The device refused a stream, or has none of this name; the other streams go on.
+    Refused {
+        /// The stream.
+        stream: &'static str,
+        /// Why, in the protocol's words.
+        reason: &'static str,
+    },
+    /// The device's clock was set: device times before and after can't be compared.
+    ClockSet {
+        /// The stream on which it was seen.
+        stream: &'static str,
+    },
+    /// Something that happened at one moment: a press, a pose, a tap.
+    Marker {
+        /// What happened, such as `tag`.
+        name: &'static str,
+        /// The device's clock then \[ns\], where it has one.
+        device_time_ns: Option<i64>,
+    },
+    /// The link between a base station and its wearable: lost, or up again.
+    Wearable {
+        /// Whether it is up.
+        connected: bool,
+    },
+}
+
+/// The parts of a device's identity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Identity {
+    /// Who made it.
+    Manufacturer,
+    /// Model or hardware version.
+    Model,
+    /// Serial number.
+    Serial,
+    /// Firmware version.
+    Firmware,
+    /// The name that its owner gave it.
+    Name,
+}

@@ -1,0 +1,40 @@
+//! Any values at any times, in sessions with wearables: readings or discarded bytes, never a panic.
+#![no_main]
+
+use std::time::Duration;
+
+use libfuzzer_sys::fuzz_target;
+use teampulse_devices::gatt::Uuid;
+use teampulse_devices::heart_rate::{self, HeartRateSession};
+use teampulse_devices::{GattSession, Session};
+
+const BATTERY: Uuid = Uuid::short(0x2a19);
+
+/// Milliseconds that pass, which characteristic, and its value.
+type Arrival<'a> = (u16, u8, &'a [u8]);
+
+fuzz_target!(|arrivals: Vec<Arrival<'_>>| {
+    gatt(HeartRateSession::new(), &[heart_rate::MEASUREMENT, BATTERY], &arrivals);
+});
+
+fn gatt(mut session: impl GattSession, characteristics: &[Uuid], arrivals: &[Arrival<'_>]) {
+    let mut now = Duration::ZERO;
+    session.start(now);
+    for (wait, which, value) in arrivals {
+        now += Duration::from_millis((*wait).into());
+        session.tick(now);
+        session.receive(characteristics[usize::from(*which) % characteristics.len()], value, now);
+        drain(&mut session, value.len());
+    }
+    session.stop(now);
+    while let Some(next) = session.next_tick() {
+        session.tick(next);
+        drain(&mut session, 0);
+    }
+}
+
+/// A byte makes no more than 64 outputs.
+fn drain<R>(session: &mut dyn Session<Request = R>, bytes: usize) {
+    let outputs = std::iter::from_fn(|| session.poll()).count();
+    assert!(outputs <= 64 + 64 * bytes);
+}
