@@ -288,7 +288,7 @@ impl Outlet {
     }
 
     /// Publishes an event of the session.
-    pub(crate) fn happen(&self, event: Event) {
+    pub fn happen(&self, event: Event) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));
         self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });

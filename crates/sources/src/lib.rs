@@ -7,13 +7,6 @@ pub mod simulated;
 pub mod session;
 pub mod claims;
 mod follow;
-mod publisher_split;
-mod publishers;
-mod publishing;
-mod decoding;
-mod loss_counter;
-mod stamping;
-mod numbers;
 
 use std::sync::Arc;
 

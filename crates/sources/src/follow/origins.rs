@@ -2,8 +2,9 @@
 
 use teampulse_ros::graph::{Gid, Graph};
 
-use super::{Followed, Following, Receivers, lock};
-use crate::publishing::{Key, gids, names_of, publishing, several};
+use super::followed::{Followed, Receivers};
+use super::publishing::{Key, gids, names_of, publishing, several};
+use super::{Following, lock};
 
 impl Following<'_> {
     /// Lets each person's topic know who publishes it now.
@@ -20,7 +21,7 @@ impl Following<'_> {
     pub(super) fn report_publishers(&mut self, graph: &Graph) {
         let mut faults = Vec::new();
         for (key, followed) in &mut self.followed {
-            if matches!(followed.receivers, Receivers::Split(_)) {
+            if followed.is_split() {
                 continue;
             }
             let present: Vec<Gid> = gids(key, graph).collect();
@@ -54,7 +55,7 @@ impl Following<'_> {
     /// as names arrive with a delay.
     pub(super) fn report_several(&mut self, graph: &Graph) {
         let is_shared = |(key, followed): &(&Key, &Followed)| {
-            matches!(followed.receivers, Receivers::Unsplit(_)) && gids(key, graph).nth(1).is_some()
+            !followed.is_split() && gids(key, graph).nth(1).is_some()
         };
         let shared = self.followed.iter().filter(is_shared);
         let keys: Vec<Key> = shared.map(|(key, _)| key.clone()).collect();

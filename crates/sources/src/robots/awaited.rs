@@ -5,11 +5,11 @@ use std::convert::Infallible;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use tokio::sync::Notify;
 
 use super::Robots;
-use crate::follow::fault;
 
 /// So long after the first topic of a robot was found its other topics should be there, too.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -43,7 +43,7 @@ impl Awaited {
     /// is said of its topics.
     pub(super) async fn report(&self, outlet: &Outlet) -> Infallible {
         for absent in self.absent().await {
-            fault(outlet, absent);
+            outlet.happen(passing(absent));
         }
         std::future::pending().await
     }

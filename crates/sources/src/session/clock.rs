@@ -8,10 +8,9 @@ use std::time::Duration;
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::SIMULATED_CLOCK;
-use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::session_streams::session_events;
-use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::source::{Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
@@ -104,14 +103,11 @@ impl Source for SimulatedClock {
 fn report(outlet: &Outlet, what: &Break) {
     let label = format!("{SIMULATED_CLOCK} {what}");
     tracing::warn!("{label}");
-    let stream = outlet.declare(session_events());
     let kind = match what {
         Break::Several => EventKind::Fault,
         _ => EventKind::Clock,
     };
-    let event = Event { kind, label, value: what.secs(), duration_secs: 0.0 };
-    let data = Data::Event(Arc::new(event));
-    outlet.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
+    outlet.happen(Event { kind, label, value: what.secs(), duration_secs: 0.0 });
 }
 
 fn lock(following: &Mutex<Following>) -> MutexGuard<'_, Following> {

@@ -20,17 +20,10 @@ pub use keys::{Keys, PauseKeys, marker, pause_by_key};
 pub use overflows::Overflows;
 pub use phases::{Phase, Phases, check_phases};
 
-use std::sync::Arc;
-
-use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::session_streams::session_events;
-use teampulse_core::source::Reading;
 
 /// Hands over an event of the session, now.
 fn happen(outlet: &Outlet, kind: EventKind, label: &str, duration_secs: f64) {
-    let stream = outlet.declare(session_events());
-    let event = Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs };
-    let data = Data::Event(Arc::new(event));
-    outlet.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
+    outlet.happen(Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs });
 }

@@ -14,13 +14,13 @@ const SILENCES: f64 = 3.0;
 /// The same for one of which a single message was heard [s].
 const SILENCE_OF_ONE_SECS: f64 = 10.0;
 /// How many publishers are kept apart beside the one that is heard.
-pub(crate) const MOST_BESIDE: usize = 8;
+pub(super) const MOST_BESIDE: usize = 8;
 /// The most newcomers that wait for this decision; further ones count as second publishers at once.
 const MOST_NEWCOMERS: usize = 64;
 
 /// The publishers of one topic.
 #[derive(Debug, Default)]
-pub(crate) struct Publishers {
+pub(super) struct Publishers {
     heard: Option<Heard>,
     /// Those beside, each in the place of its own stream.
     beside: Vec<Option<Gid>>,
@@ -34,7 +34,7 @@ pub(crate) struct Publishers {
 
 /// Where a message belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(super) enum Place {
     /// To the stream of the topic.
     Heard,
     /// To the stream of its own of a publisher beside: its place among them.
@@ -47,7 +47,7 @@ pub(crate) enum Place {
 
 /// What became of publishers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum News {
+pub(super) enum News {
     /// Another publishes the topic, too, and is kept apart in this place.
     Beside(usize),
     /// Another is heard from now on, as the one before was silent.
@@ -86,7 +86,7 @@ impl Heard {
 
 impl Publishers {
     /// Where a message belongs that arrives now.
-    pub(crate) fn place(&mut self, gid: Gid, now: Time) -> Place {
+    pub(super) fn place(&mut self, gid: Gid, now: Time) -> Place {
         let heard = self.heard.get_or_insert_with(|| Heard::new(gid, now));
         if heard.gid == gid {
             heard.speaks(now);
@@ -114,7 +114,7 @@ impl Publishers {
 
     /// These publish the topic now: who was among them before and is no more has left, and the next one
     /// is heard in its place.
-    pub(crate) fn show(&mut self, present: &BTreeSet<Gid>, now: Time) {
+    pub(super) fn show(&mut self, present: &BTreeSet<Gid>, now: Time) {
         let left: Vec<Gid> = self.shown.difference(present).copied().collect();
         self.shown.clone_from(present);
         self.shown_at = Some(now);
@@ -143,17 +143,17 @@ impl Publishers {
     }
 
     /// Nobody is waited for any more: newcomers are others.
-    pub(crate) fn decide(&mut self) {
+    pub(super) fn decide(&mut self) {
         self.newcomers.values_mut().for_each(|since| *since = Time::EPOCH);
     }
 
     /// What became of publishers since the last time.
-    pub(crate) fn take_news(&mut self) -> Vec<News> {
+    pub(super) fn take_news(&mut self) -> Vec<News> {
         std::mem::take(&mut self.news)
     }
 
     /// Those that have sent something and are there: the one that is heard first.
-    pub(crate) fn speaking(&self) -> impl Iterator<Item = Gid> {
+    pub(super) fn speaking(&self) -> impl Iterator<Item = Gid> {
         let heard = self.heard.iter().map(|heard| heard.gid);
         heard.chain(self.beside.iter().flatten().copied())
     }

@@ -12,7 +12,7 @@ const LATE: u64 = 16;
 /// Finds samples that never reached their publisher, from the publisher's own numbers: a device that lost
 /// its radio link leaves a jump that the bus can't detect.
 #[derive(Debug, Default)]
-pub(crate) struct Numbers(BTreeMap<Gid, Counting>);
+pub(super) struct Numbers(BTreeMap<Gid, Counting>);
 
 #[derive(Debug, Default)]
 struct Counting {
@@ -24,7 +24,7 @@ struct Counting {
 
 impl Numbers {
     /// How many numbers are missing between a publisher's sample and the one before it.
-    pub(crate) fn missing_before(&mut self, publisher: Gid, index: u64) -> u64 {
+    pub(super) fn missing_before(&mut self, publisher: Gid, index: u64) -> u64 {
         if self.0.len() >= MOST && !self.0.contains_key(&publisher) {
             self.0.clear();
         }

@@ -9,12 +9,12 @@ use teampulse_ros::graph::Graph;
 use teampulse_ros::losses::Losses;
 use tokio::sync::watch;
 
-use crate::numbers::Numbers;
-use crate::stamping::Stamping;
+use super::numbers::Numbers;
+use super::stamping::Stamping;
 
 /// What is known of the losses of one stream, from the numbers that its publishers give.
 #[derive(Debug)]
-pub(crate) struct LossCounter {
+pub(super) struct LossCounter {
     stream: StreamId,
     stamping: Stamping,
     losses: Losses,
@@ -27,7 +27,7 @@ pub(crate) struct LossCounter {
 
 impl LossCounter {
     /// Nothing has arrived yet.
-    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
+    pub(super) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
         LossCounter {
             stream,
             stamping: Stamping::new(stream, graph),
@@ -41,7 +41,7 @@ impl LossCounter {
 
     /// A message arrived: reports whose clock stamps it, and counts the messages missing before it. Whether
     /// losses can be counted at all is reported at the first message and when it changes.
-    pub(crate) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
+    pub(super) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
         self.stamping.hear(arrival.publisher, outlet);
         let known = arrival.sequence.is_some();
         if self.known != Some(known) {
@@ -56,14 +56,14 @@ impl LossCounter {
     }
 
     /// A message could not be read: it is as good as lost.
-    pub(crate) fn refuse(&mut self) {
+    pub(super) fn refuse(&mut self) {
         self.unreported = self.unreported.saturating_add(1);
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
     /// A numbered sample was read: counts the samples that never reached its publisher as lost. Reported at
     /// once, as they are missing right before this sample.
-    pub(crate) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
+    pub(super) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
         let lost_here = std::mem::take(&mut self.unnumbered);
         let Some(index) = index else { return };
         let missing = self.numbers.missing_before(arrival.publisher, index);
@@ -75,7 +75,7 @@ impl LossCounter {
     }
 
     /// Reports the losses counted since the previous call, and returns their number.
-    pub(crate) fn report(&mut self, outlet: &Outlet) -> u64 {
+    pub(super) fn report(&mut self, outlet: &Outlet) -> u64 {
         let unreported = std::mem::take(&mut self.unreported);
         if unreported > 0 {
             outlet.lost(self.stream, unreported as f64);

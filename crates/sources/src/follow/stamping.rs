@@ -11,7 +11,7 @@ use tokio::sync::watch;
 /// The computer that stamps one stream, reported in band before its first message and whenever a message
 /// comes from another: where several computers publish a topic, each message is by the clock of its own.
 #[derive(Debug)]
-pub(crate) struct Stamping {
+pub(super) struct Stamping {
     stream: StreamId,
     graph: watch::Receiver<Arc<Graph>>,
     publisher: Option<Gid>,
@@ -19,12 +19,12 @@ pub(crate) struct Stamping {
 }
 
 impl Stamping {
-    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> Stamping {
+    pub(super) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> Stamping {
         Stamping { stream, graph, publisher: None, told: String::new() }
     }
 
     /// A message of this publisher is about to be handed over.
-    pub(crate) fn hear(&mut self, publisher: Gid, outlet: &Outlet) {
+    pub(super) fn hear(&mut self, publisher: Gid, outlet: &Outlet) {
         // Computers announce their names some time after they appear.
         let is_named_anew = self.graph.has_changed().unwrap_or(false);
         if self.publisher == Some(publisher) && !is_named_anew {

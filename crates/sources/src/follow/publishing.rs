@@ -6,21 +6,21 @@ use teampulse_core::qos::Qos;
 use teampulse_ros::graph::{Gid, Graph};
 
 /// A topic with its type.
-pub(crate) type Key = (String, String);
+pub(super) type Key = (String, String);
 
 /// What the publishers of a topic offer.
-pub(crate) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
+pub(super) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
     let of_type = graph.publishers(topic).filter(|each| each.type_name == *type_name);
     of_type.map(|each| each.qos.clone()).collect()
 }
 
 /// The computers that publish a topic.
-pub(crate) fn publishing(key: &Key, graph: &Graph) -> BTreeSet<String> {
+pub(super) fn publishing(key: &Key, graph: &Graph) -> BTreeSet<String> {
     gids(key, graph).map(|gid| graph.computer(gid)).collect()
 }
 
 /// The publishers of a topic, but for ourselves.
-pub(crate) fn gids<'a>(
+pub(super) fn gids<'a>(
     (topic, type_name): &'a Key,
     graph: &'a Graph,
 ) -> impl Iterator<Item = Gid> + 'a {
@@ -29,7 +29,7 @@ pub(crate) fn gids<'a>(
 }
 
 /// The names of publishers: those of their computers, with their own ids where these are not unique.
-pub(crate) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
+pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     let computers: BTreeSet<String> = publishers.iter().map(|gid| graph.computer(*gid)).collect();
     if computers.len() == publishers.len() {
         publishers.iter().map(|gid| graph.computer(*gid)).collect()
@@ -39,13 +39,13 @@ pub(crate) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
 }
 
 /// Who publishes, with the id of the publisher: for a bag.
-pub(crate) fn who(graph: &Graph, publisher: Gid) -> String {
+pub(super) fn who(graph: &Graph, publisher: Gid) -> String {
     format!("{} {publisher}", graph.computer(publisher))
 }
 
 /// Names several computers; `None` where all are processes of one host, which has one clock. Those that
 /// announced no host may be one.
-pub(crate) fn several(computers: &BTreeSet<String>) -> Option<String> {
+pub(super) fn several(computers: &BTreeSet<String>) -> Option<String> {
     let host = |computer: &String| {
         let (host, _) = computer.split_once(" (")?;
         (!host.starts_with('/')).then(|| host.to_owned())

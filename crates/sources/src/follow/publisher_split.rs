@@ -1,9 +1,10 @@
 //! One person's topic, with its publishers kept apart: two of them must not become one heart.
 
 use std::collections::{BTreeSet, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use teampulse_core::clock::Clock;
+use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::time::Time;
@@ -11,11 +12,11 @@ use teampulse_ros::bus::{Arrival, Deliver};
 use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
-use crate::decoding::{ObservedChannels, hear};
-use crate::follow::fault;
-use crate::loss_counter::LossCounter;
-use crate::publishers::{MOST_BESIDE, News, Place, Publishers};
-use crate::publishing::{names_of, who};
+use super::decoding::{self, ObservedChannels};
+use super::lock;
+use super::loss_counter::LossCounter;
+use super::publishers::{MOST_BESIDE, News, Place, Publishers};
+use super::publishing::{names_of, who};
 
 /// How many messages wait until it is known whose they are; more are counted as lost.
 const MOST_WAITING: usize = 10_000;
@@ -24,7 +25,7 @@ const MOST_WAITING: usize = 10_000;
 ///
 /// What a second publisher sends is recorded on a stream of its own, which no feature hears; see
 /// [`Stream::beside`].
-pub(crate) struct PublisherSplit {
+pub(super) struct PublisherSplit {
     outlet: Outlet,
     graph: watch::Receiver<Arc<Graph>>,
     host: Clock,
@@ -47,11 +48,11 @@ struct Beside {
 }
 
 /// What takes the messages of one stream.
-pub(crate) struct StreamReceiver {
+pub(super) struct StreamReceiver {
     deliver: Deliver,
-    pub(crate) losses: Arc<Mutex<LossCounter>>,
+    pub(super) losses: Arc<Mutex<LossCounter>>,
     /// What the messages say of themselves.
-    pub(crate) observed: Arc<Mutex<ObservedChannels>>,
+    pub(super) observed: Arc<Mutex<ObservedChannels>>,
 }
 
 impl StreamReceiver {
@@ -63,13 +64,17 @@ impl StreamReceiver {
     ) -> StreamReceiver {
         let losses = Arc::new(Mutex::new(LossCounter::new(id, graph.clone())));
         let observed = Arc::<Mutex<ObservedChannels>>::default();
-        StreamReceiver { deliver: hear(outlet, id, stream, &losses, &observed), losses, observed }
+        StreamReceiver {
+            deliver: decoding::deliver(outlet, id, stream, &losses, &observed),
+            losses,
+            observed,
+        }
     }
 }
 
 impl PublisherSplit {
     /// The streams of a topic on a bus, of which the first was declared.
-    pub(crate) fn new(
+    pub(super) fn new(
         outlet: &Outlet,
         graph: watch::Receiver<Arc<Graph>>,
         (id, stream): (StreamId, &Stream),
@@ -90,18 +95,18 @@ impl PublisherSplit {
     }
 
     /// The stream of the publisher that is heard.
-    pub(crate) fn primary(&self) -> &StreamReceiver {
+    pub(super) fn primary(&self) -> &StreamReceiver {
         &self.primary
     }
 
     /// Takes what arrives.
-    pub(crate) fn take(&mut self, arrival: Arrival) {
+    pub(super) fn take(&mut self, arrival: Arrival) {
         self.waiting.push_back(arrival);
         self.hand_over(self.host.now());
     }
 
     /// More is known about the stream.
-    pub(crate) fn describe(&mut self, stream: &Stream) {
+    pub(super) fn describe(&mut self, stream: &Stream) {
         self.stream = stream.clone();
         for (place, Beside { publisher, .. }) in self.beside.iter().enumerate() {
             self.outlet.declare(self.stream_beside(place, publisher.clone()));
@@ -110,7 +115,7 @@ impl PublisherSplit {
 
     /// Checks which publishers are present now; reports the publishers of the topic where they have
     /// changed.
-    pub(crate) fn look(&mut self, present: &BTreeSet<Gid>) {
+    pub(super) fn look(&mut self, present: &BTreeSet<Gid>) {
         let now = self.host.now();
         self.publishers.show(present, now);
         self.hand_over(now);
@@ -118,19 +123,17 @@ impl PublisherSplit {
     }
 
     /// Nothing more comes: what waits is handed over.
-    pub(crate) fn close(&mut self, present: &BTreeSet<Gid>) {
+    pub(super) fn close(&mut self, present: &BTreeSet<Gid>) {
         self.look(present);
         self.publishers.decide();
         self.hand_over(self.host.now());
     }
 
     /// Reports the losses since the previous call, and returns their number.
-    pub(crate) fn report_losses(&self) -> u64 {
+    pub(super) fn report_losses(&self) -> u64 {
         let receivers =
             std::iter::once(&self.primary).chain(self.beside.iter().map(|each| &each.receiver));
-        let report = |receiver: &StreamReceiver| {
-            receiver.losses.lock().unwrap_or_else(PoisonError::into_inner).report(&self.outlet)
-        };
+        let report = |receiver: &StreamReceiver| lock(&receiver.losses).report(&self.outlet);
         receivers.map(report).sum()
     }
 
@@ -181,7 +184,7 @@ impl PublisherSplit {
                 )
             }
         };
-        fault(&self.outlet, label);
+        self.outlet.happen(passing(label));
         self.report_publishers();
     }
 
@@ -204,15 +207,12 @@ impl PublisherSplit {
     }
 
     fn refuse(&mut self) {
-        self.primary.losses.lock().unwrap_or_else(PoisonError::into_inner).refuse();
+        lock(&self.primary.losses).refuse();
         if !std::mem::replace(&mut self.has_refused, true) {
             let (topic, most) = (&self.stream.name, MOST_BESIDE + 1);
-            fault(
-                &self.outlet,
-                format!(
-                    "{topic}: more than {most} publishers; what the others send is counted as lost"
-                ),
-            );
+            self.outlet.happen(passing(format!(
+                "{topic}: more than {most} publishers; what the others send is counted as lost"
+            )));
         }
     }
 }

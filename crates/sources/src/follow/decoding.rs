@@ -1,8 +1,9 @@
 //! Messages of our own types, decoded to samples.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use teampulse_core::data::Data;
+use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::Reading;
 use teampulse_core::stream::{Channel, Shape, Stream, StreamId};
@@ -10,8 +11,8 @@ use teampulse_core::time::Time;
 use teampulse_messages::convert::{self, Decoded, type_name};
 use teampulse_ros::bus::{Arrival, Deliver};
 
-use crate::follow::fault;
-use crate::loss_counter::LossCounter;
+use super::lock;
+use super::loss_counter::LossCounter;
 
 /// So many messages are waited for a description.
 const UNDESCRIBED: u64 = 20;
@@ -21,7 +22,7 @@ const MOST_CHANNELS: u32 = 1024;
 
 /// What the messages of a topic say of themselves.
 #[derive(Debug, Default)]
-pub(crate) struct ObservedChannels {
+pub(super) struct ObservedChannels {
     heard: u64,
     /// Channels, and the rate [Hz] or 0, of the newest message.
     width: u32,
@@ -31,7 +32,7 @@ pub(crate) struct ObservedChannels {
 
 impl ObservedChannels {
     /// Gives a stream that nobody has described the channels of its messages, without units.
-    pub(crate) fn describe(&self, stream: &mut Stream) {
+    pub(super) fn describe(&self, stream: &mut Stream) {
         let is_known = !stream.channels.is_empty() || stream.shape == Shape::Event;
         if is_known || self.heard < UNDESCRIBED || self.width > MOST_CHANNELS {
             return;
@@ -61,7 +62,7 @@ impl ObservedChannels {
 
 /// The callback that decodes the messages of a stream and hands them over: stamped by their header, with
 /// the device's own time. Undecodable messages are reported once, and counted as lost.
-pub(crate) fn hear(
+pub(super) fn deliver(
     outlet: &Outlet,
     id: StreamId,
     stream: &Stream,
@@ -71,8 +72,7 @@ pub(crate) fn hear(
     let (outlet, topic, shape) = (outlet.clone(), stream.name.clone(), stream.shape.clone());
     let (losses, observed) = (Arc::clone(losses), Arc::clone(observed));
     Arc::new(move |arrival: Arrival| {
-        let mut losses = losses.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut observed = observed.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut losses, mut observed) = (lock(&losses), lock(&observed));
         losses.count(&arrival, &outlet);
         match decode(&shape, &arrival.bytes) {
             Ok(decoded) => {
@@ -86,7 +86,7 @@ pub(crate) fn hear(
             Err(reason) => {
                 losses.refuse();
                 if !std::mem::replace(&mut observed.refused, true) {
-                    fault(&outlet, format!("{topic}: failed to {reason}; counted as lost"));
+                    outlet.happen(passing(format!("{topic}: failed to {reason}; counted as lost")));
                 }
             }
         }

@@ -1,0 +1,37 @@
+//! Messages from elsewhere, handed over byte for byte.
+
+use std::sync::{Arc, Mutex};
+
+use teampulse_core::data::Data;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::source::Reading;
+use teampulse_core::stream::StreamId;
+use teampulse_messages::fields;
+use teampulse_ros::bus::{Arrival, Deliver};
+
+use super::lock;
+use super::loss_counter::LossCounter;
+use super::stamped::Stamped;
+
+/// The callback that hands the messages of a stream over as they came, with the stamp of their header or of
+/// the bus. On simulated time the bus's stamps say nothing.
+pub(super) fn deliver(
+    outlet: &Outlet,
+    id: StreamId,
+    stamped: &Stamped,
+    losses: &Arc<Mutex<LossCounter>>,
+) -> Deliver {
+    let (outlet, losses, stamped) = (outlet.clone(), Arc::clone(losses), stamped.clone());
+    let by_host = !outlet.clock().is_settable();
+    Arc::new(move |arrival: Arrival| {
+        lock(&losses).count(&arrival, &outlet);
+        let source_time = if stamped.is_by_header() {
+            let stamp = fields::header_stamp(&arrival.bytes);
+            stamp.map(|stamp| outlet.clock().session_from_stamp(stamp))
+        } else {
+            arrival.source_time.filter(|_| by_host)
+        };
+        let data = Data::Message(arrival.bytes);
+        outlet.offer(Reading { index: None, stream: id, device_time: None, source_time, data });
+    })
+}
