@@ -6,6 +6,7 @@ use std::time::Duration;
 use libfuzzer_sys::fuzz_target;
 use teampulse_devices::gatt::Uuid;
 use teampulse_devices::heart_rate::{self, HeartRateSession};
+use teampulse_devices::polar::{self, Measurement, PolarSession, Selection};
 use teampulse_devices::{GattSession, Session};
 
 const BATTERY: Uuid = Uuid::short(0x2a19);
@@ -14,6 +15,8 @@ const BATTERY: Uuid = Uuid::short(0x2a19);
 type Arrival<'a> = (u16, u8, &'a [u8]);
 
 fuzz_target!(|arrivals: Vec<Arrival<'_>>| {
+    let all = Measurement::ALL.map(Selection::of);
+    gatt(PolarSession::new(&all), &[polar::DATA, polar::CONTROL], &arrivals);
     gatt(HeartRateSession::new(), &[heart_rate::MEASUREMENT, BATTERY], &arrivals);
 });
 

@@ -29,7 +29,22 @@ impl<'a> Cursor<'a> {
         self.array().map(u16::from_le_bytes)
     }
 
+    pub fn u64(&mut self) -> Result<u64, DecodeError> {
+        self.array().map(u64::from_le_bytes)
+    }
+
     pub fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }
+}
+
+/// A little-endian number in two's complement of one to four bytes.
+pub(crate) fn signed(bytes: &[u8]) -> i32 {
+    let unused = 32 - 8 * bytes.len().clamp(1, 4) as u32;
+    (unsigned(bytes) << unused) as i32 >> unused
+}
+
+/// A little-endian number of one to four bytes.
+pub(crate) fn unsigned(bytes: &[u8]) -> u32 {
+    bytes.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }

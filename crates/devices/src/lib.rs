@@ -6,6 +6,7 @@ mod reading;
 mod error;
 pub mod gatt;
 pub mod heart_rate;
+pub mod polar;
 mod standard;
 mod cursor;
 mod outbox;

@@ -1,0 +1,206 @@
+use std::time::Duration;
+
+use super::control::Command;
+use super::frame::{Frame, PpInterval};
+use super::layout::Layout;
+use super::session::Selection;
+use super::timeline::{Before, Timeline};
+use super::{Measurement, SettingKind, SettingsList};
+use crate::gatt::Request;
+use crate::outbox::Outbox;
+use crate::watchdog::Watchdog;
+use crate::{Channel, Event, Reading, Stream};
+
+/// The first ECG of an H10 may take 20 to 30 s after a connection.
+const FIRST_PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Optical sensors send their first pulse interval after about 25 s, and then every few seconds.
+const INTERVAL_PATIENCE: Duration = Duration::from_secs(30);
+
+/// What the rates are where a device does not say.
+const DEFAULT_RATE_HZ: f64 = 130.0;
+
+/// One selected measurement: its settings, its time, its watchdog.
+#[derive(Debug)]
+pub(super) struct Feed {
+    pub selection: Selection,
+    /// How often it was started again without a frame since.
+    pub restarts: u32,
+    /// The device said that it was on before it was started.
+    pub was_already_on: bool,
+    settings: SettingsList,
+    factor: f64,
+    rate_hz: f64,
+    described: Option<(Layout, f64, f64)>,
+    timeline: Timeline,
+    intervals: u64,
+    /// While it runs.
+    watchdog: Option<Watchdog>,
+}
+
+impl Feed {
+    pub fn new(selection: Selection) -> Self {
+        // What a Verity Sense says of its PPG may be wrong by more than twice.
+        let nominal_is_true = selection.measurement != Measurement::Ppg;
+        Self {
+            selection,
+            restarts: 0,
+            was_already_on: false,
+            settings: SettingsList::default(),
+            factor: 1.0,
+            rate_hz: DEFAULT_RATE_HZ,
+            described: None,
+            timeline: Timeline::new(DEFAULT_RATE_HZ, nominal_is_true),
+            intervals: 0,
+            watchdog: None,
+        }
+    }
+
+    /// Keeps the settings; what starts the measurement with them.
+    pub fn configure(&mut self, settings: SettingsList) -> Command {
+        self.settings = settings;
+        if let Some(rate @ 1..) = self.settings.values(SettingKind::Rate).first() {
+            self.rate_hz = f64::from(*rate);
+            self.timeline.set_rate(self.rate_hz);
+        }
+        self.start_command()
+    }
+
+    pub fn start_command(&self) -> Command {
+        Command::Start(self.selection.measurement, self.settings.clone())
+    }
+
+    /// It was started; frames are to come.
+    pub fn run(&mut self, factor: Option<f64>, now: Duration) {
+        self.factor = factor.unwrap_or(self.factor);
+        self.watchdog = Some(Watchdog::new(now, FIRST_PATIENCE));
+    }
+
+    /// It is about to be started again; for how long it was silent, if it ran.
+    pub fn halt(&mut self, now: Duration) -> Option<Duration> {
+        let watchdog = self.watchdog.take()?;
+        self.restarts += 1;
+        Some(watchdog.quiet(now))
+    }
+
+    /// The link or the session ends.
+    pub fn forget(&mut self) {
+        self.restarts = 0;
+        self.was_already_on = false;
+        self.watchdog = None;
+    }
+
+    pub fn is_silent(&self, now: Duration) -> bool {
+        self.watchdog.is_some_and(|watchdog| watchdog.has_expired(now))
+    }
+
+    pub fn deadline(&self) -> Option<Duration> {
+        self.watchdog.map(|watchdog| watchdog.deadline())
+    }
+
+    pub fn receive(&mut self, frame: &Frame<'_>, now: Duration, out: &mut Outbox<Request>) {
+        let placed = if frame.measurement == Measurement::PpInterval {
+            self.receive_intervals(frame, out)
+        } else {
+            self.receive_samples(frame, now, out)
+        };
+        if placed.is_none() {
+            return out.discarded(frame.measurement.stream(), frame.payload.len());
+        }
+        self.restarts = 0;
+        if let Some(watchdog) = &mut self.watchdog {
+            let intervals = frame.measurement == Measurement::PpInterval;
+            *watchdog = Watchdog::new(now, if intervals { INTERVAL_PATIENCE } else { PATIENCE });
+        }
+    }
+
+    fn receive_samples(
+        &mut self,
+        frame: &Frame<'_>,
+        now: Duration,
+        out: &mut Outbox<Request>,
+    ) -> Option<()> {
+        let layout = frame.layout().ok()?;
+        let values = frame.samples().ok()?.values;
+        let samples = values.len() / layout.channels.len();
+        let timestamp_ns = i64::try_from(frame.timestamp_ns).ok()?;
+        if samples == 0 {
+            return None;
+        }
+        let stream = frame.measurement.stream();
+        let place = self.timeline.place(timestamp_ns, samples as u64, now)?;
+        self.describe(frame, layout, out);
+        match place.before {
+            Before::Nothing => {}
+            Before::Lost(lost) => out.event(Event::Gap { stream, samples: Some(lost) }),
+            Before::ClockSet => {
+                out.event(Event::ClockSet { stream });
+                out.event(Event::Gap { stream, samples: None });
+            }
+        }
+        let device_time_ns = Some(place.first_ns);
+        let period_ns = Some(place.period_ns);
+        out.reading(Reading { stream, index: place.index, device_time_ns, period_ns, values });
+        Some(())
+    }
+
+    /// Only compressed frames are multiplied by the factor.
+    fn describe(&mut self, frame: &Frame<'_>, layout: Layout, out: &mut Outbox<Request>) {
+        let factor = if frame.compressed { self.factor } else { 1.0 };
+        let description = (layout, factor, self.rate_hz);
+        if self.described != Some(description) {
+            self.described = Some(description);
+            let channels = layout.channels_with_factor(factor);
+            let name = frame.measurement.stream();
+            out.stream(Stream { name, channels, rate_hz: Some(self.rate_hz) });
+        }
+    }
+
+    fn receive_intervals(&mut self, frame: &Frame<'_>, out: &mut Outbox<Request>) -> Option<()> {
+        let intervals = PpInterval::decode_all(frame.payload);
+        let stream = frame.measurement.stream();
+        if frame.compressed || frame.kind != 0 || intervals.is_empty() {
+            return None;
+        }
+        if self.intervals == 0 {
+            out.stream(Stream { name: stream, channels: interval_channels(), rate_hz: None });
+        }
+        let after_first =
+            intervals.iter().skip(1).map(|pulse| i64::from(pulse.interval_ms)).sum::<i64>();
+        let last_ns = i64::try_from(frame.timestamp_ns).ok().filter(|last_ns| *last_ns != 0);
+        let device_time_ns = last_ns.map(|last_ns| last_ns.saturating_sub(after_first * 1_000_000));
+        let count = intervals.len() as u64;
+        let values = intervals.into_iter().flat_map(interval_values).collect();
+        out.reading(Reading {
+            stream,
+            index: self.intervals,
+            device_time_ns,
+            period_ns: None,
+            values,
+        });
+        self.intervals += count;
+        Some(())
+    }
+}
+
+fn interval_channels() -> Vec<Channel> {
+    vec![
+        Channel::new("pp_interval", "ms"),
+        Channel::new("error", "ms"),
+        Channel::new("heart_rate", "1/min"),
+        Channel::new("moving", ""),
+        Channel::new("contact", ""),
+    ]
+}
+
+fn interval_values(pulse: PpInterval) -> [f64; 5] {
+    let flag = |is: bool| f64::from(u8::from(is));
+    let heart_rate = if pulse.heart_rate_bpm == 0 { f64::NAN } else { pulse.heart_rate_bpm.into() };
+    [
+        pulse.interval_ms.into(),
+        pulse.error_ms.into(),
+        heart_rate,
+        flag(pulse.moving),
+        pulse.contact.map_or(f64::NAN, flag),
+    ]
+}

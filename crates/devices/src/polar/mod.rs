@@ -1,0 +1,67 @@
+//! Polar H10, Verity Sense, OH1: the Polar Measurement Data (PMD) service.
+//!
+//! Sources: Polar's SDK and its *Online measurement* specification 1.0 (August 2024), github.com/polarofficial/polar-ble-sdk;
+//! issues cited by number are of that repository. Little endian.
+//!
+//! Control point (write with response, indications), one command at a time:
+//!
+//! | bytes | command | | bytes | answer |
+//! |---|---|---|---|---|
+//! | 1 | 1 settings? · 2 start · 3 stop | | 1 | `F0` |
+//! | 1 | measurement | | 1, 1 | the command's two bytes |
+//! | n | settings: kind, count, values | | 1 | status, see [`Status`] |
+//! | | | | 1 | whether parameters go on in another answer |
+//! | | | | n | parameters, in the layout of settings |
+//!
+//! Data (notifications):
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 1 | measurement in bits 0–5 |
+//! | 8 | time of the **last** sample \[ns\] since 2000-01-01 UTC; an H10 that was never set begins at 2019-01-01 |
+//! | 1 | frame type; bit 7: compressed |
+//! | n | samples; for a compressed frame one whole sample, then blocks of bit width, count and differences |
+//!
+//! Streams of a [`PolarSession`], as selected: `ecg` (130 Hz, `uV`), `acceleration` (`g`), `ppg`, `gyroscope`
+//! (`deg/s`), `magnetometer` (`uT`), `pp_interval` (`ms`); and those of [`heart_rate`](crate::heart_rate), which every
+//! model has.
+//!
+//! Quirks, each with a test:
+//! - Streams have to be stopped before the link is closed, or an H10 measures until its battery is taken out.
+//! - After a lost link a stream may still be on: start answers *already in state*. It is stopped and started again; if
+//!   it still is, what arrives is taken as running (issues 186, 255).
+//! - An answer that says *invalid MTU* after a reconnect passes by itself: disconnect, wait, connect (issue 222).
+//! - A read of the control point gives the features, never an answer, and `BlueZ` repeats it as an indication (issue 360).
+//! - The stamp is of the last sample. After a lost frame the samples keep their period: the gap is before them.
+//! - Stamps may jump back or repeat (issue 387): such frames are left out.
+//! - The rate is 130 Hz within 2 %, and a Verity Sense before 2.1.0 sends 55 Hz PPG that it calls 135 Hz: the period is
+//!   measured.
+//! - The first ECG after a connection may take 20 to 30 s.
+//! - While ECG is on, a strap without skin contact keeps its link and sends noise (issue 383).
+//! - ECG and acceleration together have ended links: select what is needed.
+
+mod session;
+mod feed;
+mod control;
+mod settings;
+mod frame;
+mod delta;
+mod layout;
+mod timeline;
+
+pub use control::{Command, ControlMessage, Features, Response, Status};
+pub use frame::{EPOCH_UNIX_SECS, Frame, PpInterval, Samples};
+pub use layout::Measurement;
+pub use session::{PolarSession, Selection};
+pub use settings::{SettingKind, SettingsList};
+
+use crate::gatt::Uuid;
+
+/// The Polar Measurement Data service.
+pub const SERVICE: Uuid = Uuid(0xfb00_5c80_02e7_f387_1cad_8acd_2d8d_f0c8);
+
+/// Its control point: features, commands and answers.
+pub const CONTROL: Uuid = Uuid(0xfb00_5c81_02e7_f387_1cad_8acd_2d8d_f0c8);
+
+/// Its data.
+pub const DATA: Uuid = Uuid(0xfb00_5c82_02e7_f387_1cad_8acd_2d8d_f0c8);

@@ -1,0 +1,94 @@
+use crate::DecodeError;
+use crate::cursor::{Cursor, unsigned};
+
+/// What a setting is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum SettingKind {
+    /// Samples per second \[Hz\].
+    Rate = 0,
+    /// Bits of a value.
+    Resolution = 1,
+    /// Range in the measurement's unit: ±8 g.
+    Range = 2,
+    /// Range in thousandths of that.
+    RangeMilli = 3,
+    /// Channels of a sample.
+    Channels = 4,
+    /// What values have to be multiplied by: the bits of an IEEE 754 number. Only in answers.
+    Factor = 5,
+    /// A key for recordings in the device.
+    Security = 6,
+}
+
+impl SettingKind {
+    fn from_code(code: u8) -> Option<Self> {
+        use SettingKind::{Channels, Factor, Range, RangeMilli, Rate, Resolution, Security};
+        [Rate, Resolution, Range, RangeMilli, Channels, Factor, Security]
+            .get(usize::from(code))
+            .copied()
+    }
+
+    const fn bytes(self) -> usize {
+        match self {
+            Self::Rate | Self::Resolution | Self::Range => 2,
+            Self::RangeMilli | Self::Factor => 4,
+            Self::Channels => 1,
+            Self::Security => 16,
+        }
+    }
+}
+
+/// Settings with one or several values each: what a device offers, what is asked for, what it answered.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SettingsList(pub Vec<(SettingKind, Vec<u32>)>);
+
+impl SettingsList {
+    /// Decodes kind, count, values, and so on. Of a key only the first four bytes are kept.
+    pub fn decode(parameters: &[u8]) -> Result<Self, DecodeError> {
+        let mut settings = Vec::new();
+        let mut rest = parameters;
+        while !rest.is_empty() {
+            let mut header = Cursor::new("a setting", rest);
+            let (code, count) = (header.u8()?, usize::from(header.u8()?));
+            let unknown = DecodeError::Unknown { what: "the kind of a setting", got: code.into() };
+            let kind = SettingKind::from_code(code).ok_or(unknown)?;
+            let bytes = count * kind.bytes();
+            let Some((values, after)) = header.rest().split_at_checked(bytes) else {
+                let (what, got) = ("the values of a setting", header.rest().len());
+                return Err(DecodeError::Truncated { what, expected: bytes, got });
+            };
+            settings.push((kind, values.chunks(kind.bytes()).map(unsigned).collect()));
+            rest = after;
+        }
+        Ok(Self(settings))
+    }
+
+    /// As a request has them. A factor or a key is never sent.
+    pub fn encode(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (kind, values) in &self.0 {
+            if matches!(kind, SettingKind::Factor | SettingKind::Security) {
+                continue;
+            }
+            let values = values.get(..values.len().min(255)).unwrap_or_default();
+            bytes.extend([*kind as u8, values.len() as u8]);
+            bytes.extend(
+                values.iter().flat_map(|value| value.to_le_bytes().into_iter().take(kind.bytes())),
+            );
+        }
+        bytes
+    }
+
+    /// The values of a kind.
+    pub fn values(&self, kind: SettingKind) -> &[u32] {
+        let found = self.0.iter().find(|(of, _)| *of == kind);
+        found.map_or(&[], |(_, values)| values)
+    }
+
+    /// What values have to be multiplied by; `None` where the device did not say.
+    pub fn factor(&self) -> Option<f64> {
+        let bits = self.values(SettingKind::Factor).first()?;
+        Some(f64::from(f32::from_bits(*bits))).filter(|factor| factor.is_finite() && *factor > 0.0)
+    }
+}
