@@ -1,7 +1,10 @@
-//! Every feature stands in the table, is documented, and has an example that builds.
+//! Every feature is in the table, is documented, and has an example that builds.
+
+#[path = "../../core/tests/rows/mod.rs"]
+mod rows;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use teampulse_core::registry::Settings;
 use teampulse_features::FEATURES;
@@ -12,12 +15,13 @@ use toml::de::{DeTable, DeValue};
 /// The folders whose files are features.
 const FOLDERS: [&str; 4] = ["any", "robots", "people", "team"];
 
-fn feature_files() -> Vec<PathBuf> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let folders = FOLDERS.iter().map(|folder| source.join(folder)).filter(|folder| folder.is_dir());
-    let entries = folders.flat_map(|folder| fs::read_dir(folder).expect("a readable folder"));
+/// The names of the files in a folder of features, without their ending.
+fn feature_files(folder: &str) -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(folder);
+    let entries = fs::read_dir(folder).expect("a readable folder");
     let paths = entries.map(|entry| entry.expect("a readable entry").path());
-    paths.filter(|path| path.extension().is_some_and(|extension| extension == "rs")).collect()
+    let files = paths.filter(|path| path.extension().is_some_and(|extension| extension == "rs"));
+    files.map(|path| path.file_stem().expect("a file").to_string_lossy().into_owned()).collect()
 }
 
 fn settings(text: &str) -> Settings<'_> {
@@ -26,23 +30,31 @@ fn settings(text: &str) -> Settings<'_> {
 }
 
 #[test]
-fn every_file_stands_in_the_table() {
-    let mut files: Vec<String> = feature_files()
-        .iter()
-        .map(|path| path.file_stem().expect("a file").to_string_lossy().into_owned())
-        .collect();
-    let mut kinds: Vec<String> = FEATURES.iter().map(|entry| entry.kind.to_owned()).collect();
-    files.sort();
-    kinds.sort();
-    assert_eq!(files, kinds);
+fn every_feature_is_in_the_table() {
+    assert_eq!(rows::missing(env!("CARGO_MANIFEST_DIR"), "Feature"), [String::new(); 0]);
+}
+
+#[test]
+fn every_file_of_a_room_is_a_feature_of_its_name() {
+    for folder in FOLDERS {
+        for file in feature_files(folder) {
+            let is_in_table = FEATURES.iter().any(|entry| entry.kind == file);
+            assert!(is_in_table, "src/{folder}/{file}.rs is the feature of no row of the table");
+        }
+    }
+}
+
+#[test]
+fn every_setting_is_documented() {
+    let lacking: Vec<String> = FEATURES.iter().flat_map(rows::undocumented).collect();
+    assert_eq!(lacking, [String::new(); 0]);
 }
 
 #[test]
 fn every_example_builds() {
-    for entry in FEATURES {
-        let built = (entry.build)(settings(entry.example), &FeatureContext::default());
-        assert!(built.is_ok(), "{}: {:?}", entry.kind, built.err());
-    }
+    let context = FeatureContext::default();
+    let broken = FEATURES.iter().filter_map(|entry| rows::broken_example(entry, &context));
+    assert_eq!(broken.collect::<Vec<_>>(), [String::new(); 0]);
 }
 
 #[test]

@@ -40,7 +40,7 @@ use teampulse_ros::memory::MemoryBus;
 use teampulse_sinks::{Bag, Ended, SinkContext, Tidy};
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
-use teampulse_sources::people::People;
+use teampulse_sources::ros_people::RosPeople;
 use teampulse_sources::robots::Robots;
 use teampulse_sources::session::RosEvents;
 use teampulse_sources::topics::Topics;
@@ -130,7 +130,7 @@ async fn most_of(messages: Vec<Sent>) -> i64 {
         claims: Claims::default(),
     };
     let sources = vec![
-        built::<People>("", &context),
+        built::<RosPeople>("", &context),
         built::<Robots>("namespace = \"/robot*\"", &context),
         built::<Topics>("names = [\"/**\"]", &context),
         ("events".into(), Box::new(RosEvents::new(bus)) as Box<dyn Source>),

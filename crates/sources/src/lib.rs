@@ -1,7 +1,7 @@
 //! Sources: whatever originates data. The monitoring interface of the paper.
 
 pub mod robots;
-pub mod people;
+pub mod ros_people;
 pub mod topics;
 pub mod simulated;
 pub mod session;
@@ -22,7 +22,7 @@ use crate::claims::Claims;
 /// The table of all sources.
 pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<robots::Robots>("robots"),
-    Entry::new::<people::People>("people"),
+    Entry::new::<ros_people::RosPeople>("people"),
     Entry::new::<topics::Topics>("topics"),
 ];
 

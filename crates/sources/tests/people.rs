@@ -16,7 +16,7 @@ use teampulse_messages::standard::std_msgs::Header;
 use teampulse_messages::standard::teampulse_msgs as msgs;
 use teampulse_ros::bus::Publisher;
 use teampulse_ros::memory::MemoryBus;
-use teampulse_sources::people::People;
+use teampulse_sources::ros_people::RosPeople;
 
 use watching::{faults, of, publisher, subscribed, watch};
 
@@ -60,7 +60,7 @@ fn stream(records: &[Record], name: &str) -> Stream {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_described_signal_is_declared_as_it_is_described_and_kept_raw() {
     let stamp = clock::wall();
-    let records = watch::<People>(PEOPLE, async move |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async move |bus: Arc<MemoryBus>| {
         let (told, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
         subscribed(&*told).await;
         told.publish(&description()).expect("published");
@@ -87,7 +87,7 @@ async fn a_described_signal_is_declared_as_it_is_described_and_kept_raw() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_description_that_comes_late_is_learned() {
-    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;
         ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
@@ -105,7 +105,7 @@ async fn a_description_that_comes_late_is_learned() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_signal_that_nobody_describes_is_what_its_name_and_its_messages_say() {
-    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;
         for _ in 0..20 {
@@ -124,7 +124,7 @@ async fn a_signal_that_nobody_describes_is_what_its_name_and_its_messages_say() 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_never_reached_its_publisher_is_a_gap_and_counted() {
     let indices = [100, 101, 102, 105, 106, 110];
-    let records = watch::<People>(PEOPLE, async move |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async move |bus: Arc<MemoryBus>| {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;
         for index in indices {
@@ -140,7 +140,7 @@ async fn what_never_reached_its_publisher_is_a_gap_and_counted() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_can_not_be_decoded_is_reported_once_and_counted() {
-    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;
         for length in 0..40 {
@@ -164,7 +164,7 @@ fn lost(record: &Record) -> Option<f64> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn arbitrary_descriptions_do_no_harm() {
-    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let (told, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
         subscribed(&*told).await;
         for length in 0..200 {
@@ -181,7 +181,7 @@ async fn arbitrary_descriptions_do_no_harm() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_a_person_does_comes_as_events() {
     let topic = "/humans/persons/p002/task/presses";
-    let records = watch::<People>(PEOPLE, async move |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async move |bus: Arc<MemoryBus>| {
         let presses = publisher(&bus, topic, msgs::Event::NAME);
         subscribed(&*presses).await;
         let press = msgs::Event {
@@ -222,7 +222,7 @@ fn numbers(records: &[Record], name: &str) -> Vec<f64> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn two_publishers_of_one_person_are_not_merged_into_one_heart() {
-    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let (laptop, other) = (bus.join("/laptop1/driver"), bus.join("/laptop2/driver"));
         let first = publisher(&laptop, ECG, msgs::Wave::NAME);
         subscribed(&*first).await;
@@ -251,7 +251,7 @@ async fn two_publishers_of_one_person_are_not_merged_into_one_heart() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_publisher_that_restarts_is_the_same_stream_from_its_first_message_on() {
-    let records = watch::<People>(PEOPLE, async |bus: Arc<MemoryBus>| {
+    let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
         let mut count = 0;
         for _ in 0..5 {
             let driver = bus.join("/laptop1/driver");

@@ -18,8 +18,8 @@ use teampulse_messages::standard::std_msgs::Header;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::memory::MemoryBus;
 use teampulse_sources::SourceContext;
-use teampulse_sources::people::People;
 use teampulse_sources::robots::Robots;
+use teampulse_sources::ros_people::RosPeople;
 use teampulse_sources::topics::Topics;
 
 use watching::{built, faults, of, publisher, subscribed, watch, watch_with};
@@ -198,7 +198,7 @@ async fn two_publishers_of_one_topic_are_reported_once_by_name() {
 fn all_of_them(context: &SourceContext) -> Vec<Box<dyn Source>> {
     vec![
         built::<Robots>("namespace = \"/*\"\ntopics = [\"**\"]", context),
-        built::<People>("", context),
+        built::<RosPeople>("", context),
         built::<Topics>("names = [\"/**\"]", context),
         built::<Topics>("names = [\"/tf\", \"/robot1/**\"]", context),
     ]

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use clap::Args;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Shape, Stream};
-use teampulse_sources::people::{People, second_publishers};
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
+use teampulse_sources::ros_people::{RosPeople, second_publishers};
 
 use crate::commands::run::seconds;
 use crate::commands::simulate::team;
@@ -57,7 +57,7 @@ impl Check {
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
-        let people: Vec<People> = study.settings_of("sources", "people")?;
+        let people: Vec<RosPeople> = study.settings_of("sources", "people")?;
         team(&study)?;
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
         let has_phases = !study.general.phases.is_empty();
@@ -83,7 +83,7 @@ impl Check {
         let absent: Vec<&Robots> = wanted.iter().filter(|each| !is_there(each, &heard)).collect();
         output::lines(absent.iter().map(|each| format!("robot    none  {}", no_robot(each))));
         output::lines(person_lines(&heard));
-        let away: Vec<&People> = people.iter().filter(|each| !are_there(each, &heard)).collect();
+        let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
         let names = heard.iter().map(|(stream, _)| stream.name.as_str());
         let idle = notes::publishing_nothing(&publish, &names.collect::<Vec<_>>());
@@ -176,11 +176,11 @@ fn no_robot(wanted: &Robots) -> String {
 }
 
 /// Whether any stream of the wanted people was received.
-fn are_there(wanted: &People, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
+fn are_there(wanted: &RosPeople, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
     heard.iter().any(|(stream, _)| wanted.describe(stream))
 }
 
-fn no_person(wanted: &People) -> String {
+fn no_person(wanted: &RosPeople) -> String {
     format!("no person matches {}", wanted.namespace.text())
 }
 

@@ -9,8 +9,8 @@ use clap::Args;
 use serde::Serialize;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
 use teampulse_ros::graph::EndpointKind;
-use teampulse_sources::people::{NAMESPACE, People};
 use teampulse_sources::robots::norm_of_type;
+use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 
 use crate::commands::run::seconds;
 use crate::exit::Exit;
@@ -151,7 +151,7 @@ fn show(found: &Domain) {
 
 /// Whether signals of people were found in the namespace of people.
 fn has_people(found: &Domain) -> bool {
-    let people = People::default();
+    let people = RosPeople::default();
     found.topics.iter().any(|topic| people.hears(&topic.name, &topic.type_name))
 }
 

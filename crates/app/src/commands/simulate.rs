@@ -8,15 +8,12 @@ use rustix::process::Signal;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
-use teampulse_core::registry::Component;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
-use teampulse_sources::SourceContext;
-use teampulse_sources::claims::Claims;
 use teampulse_sources::simulated::{SimulatedPerson, SimulatedTeam};
 
 use crate::commands::run::seconds;
@@ -149,9 +146,8 @@ impl Simulate {
         // Deadlines come sooner by a clock that runs fast.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if is_simulated { Clock::settable() } else { host.clone() };
-        let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
         let mut sources = SimulatedPerson::of(&team);
-        let robotic = team.build(&context).map_err(|error| Failure::new(error.message))?;
+        let robotic = team.build().map_err(|error| Failure::new(error.message))?;
         sources.push(("simulation".into(), robotic));
         let sinks = sinks(&bus, time, &host, people);
         let and_people = match people {

@@ -6,7 +6,7 @@ use async_trait::async_trait;
 use bytes::Bytes;
 use teampulse_core::data::Data;
 use teampulse_core::outlet::Outlet;
-use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::StreamId;
 use teampulse_core::time::Time;
@@ -16,7 +16,6 @@ use tokio::time::{Instant, sleep_until};
 use super::encode::encode;
 use super::published::stream;
 use super::settings::SimulatedTeam;
-use crate::SourceContext;
 
 /// Real time passes in grains: with many robots one wake-up serves several of them.
 const GRAIN: Duration = Duration::from_millis(2);
@@ -24,14 +23,9 @@ const GRAIN: Duration = Duration::from_millis(2);
 /// The simulated team, in real time or faster.
 struct Simulation(SimulatedTeam);
 
-impl Component<dyn Source, SourceContext> for SimulatedTeam {
-    const EXAMPLE: &'static str = r#"
-robots = 5
-seed   = 1
-script = [{ robot = "robot4", from_secs = 60, to_secs = 120, what = { cpu_factor = 2.5 } }]
-"#;
-
-    fn build(self, _context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+impl SimulatedTeam {
+    /// The source of the team's robots.
+    pub fn build(self) -> Result<Box<dyn Source>, SettingsError> {
         self.check()?;
         Ok(Box::new(Simulation(self)))
     }

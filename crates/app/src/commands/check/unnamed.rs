@@ -8,8 +8,8 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::graph::EndpointKind;
-use teampulse_sources::people::{NAMESPACE, People};
 use teampulse_sources::robots::{Choice, Robots};
+use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 
 use crate::commands::scan::robot;
 
@@ -37,7 +37,7 @@ pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
 /// The robots, the people and people's topics that are present and not recorded.
 pub fn notes(
     wanted: &[Robots],
-    people: &[People],
+    people: &[RosPeople],
     (topics, heard): (&BTreeSet<Topic>, &[(Arc<Stream>, StreamStatus)]),
 ) -> Vec<String> {
     let heard: BTreeSet<&str> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
@@ -69,11 +69,11 @@ fn robots(wanted: &[Robots], left: &[&Topic]) -> Vec<String> {
 }
 
 /// People who are present, where the study watches no people.
-fn absent_people(people: &[People], left: &[&Topic]) -> Vec<String> {
+fn absent_people(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
     if !people.is_empty() {
         return Vec::new();
     }
-    let all = People::default();
+    let all = RosPeople::default();
     let of_people = left.iter().filter(|(topic, type_name)| all.hears(topic, type_name));
     let ids = of_people.filter_map(|(topic, _)| {
         let (person, _) = all.namespace.split(topic)?;
@@ -89,10 +89,10 @@ fn absent_people(people: &[People], left: &[&Topic]) -> Vec<String> {
 }
 
 /// Topics of people with unsupported types.
-fn odd_topics(people: &[People], left: &[&Topic]) -> Vec<String> {
+fn odd_topics(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
     let is_odd = |each: &&&Topic| {
         let (topic, type_name) = &**each;
-        let is_below = |people: &People| people.namespace.split(topic).is_some();
+        let is_below = |people: &RosPeople| people.namespace.split(topic).is_some();
         // Features that another session computed are recorded by that session.
         type_name != COMPUTED
             && people.iter().any(is_below)
@@ -125,7 +125,7 @@ mod tests {
 
     fn said(wanted: &str, people: Option<&str>, topics: &[(&str, &str)]) -> Vec<String> {
         let wanted: Robots = toml::from_str(wanted).expect("settings");
-        let people: Vec<People> =
+        let people: Vec<RosPeople> =
             people.iter().map(|each| toml::from_str(each).expect("settings")).collect();
         let topics = topics.iter().map(|(topic, name)| ((*topic).to_owned(), (*name).to_owned()));
         notes(&[wanted], &people, (&topics.collect(), &[]))

@@ -13,7 +13,7 @@ use teampulse_core::stream::{About, Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::text::on_one_line;
 use teampulse_core::time::Time;
 use teampulse_core::units::spelt;
-use teampulse_sources::people::NAMESPACE;
+use teampulse_sources::ros_people::NAMESPACE;
 
 use crate::commands::extract::{Row, Rows, Signal, Table, TableArgs};
 use crate::exit::Exit;

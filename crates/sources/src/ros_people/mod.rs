@@ -1,4 +1,4 @@
-//! People: their signals, as other computers publish them on ROS.
+//! People whose signals other computers publish on ROS.
 
 mod choice;
 mod descriptions;
@@ -32,7 +32,7 @@ use descriptions::Descriptions;
 /// network outage.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct People {
+pub struct RosPeople {
     /// The namespaces of the people. A `*` stands for any part of a token; the token that holds it
     /// is the person's id, a pseudonym: `p001` for `/humans/persons/*`.
     #[schemars(with = "String")]
@@ -44,14 +44,14 @@ pub struct People {
 /// Where people stand unless a study says otherwise.
 pub const NAMESPACE: &str = "/humans/persons/*";
 
-impl Default for People {
-    fn default() -> People {
+impl Default for RosPeople {
+    fn default() -> RosPeople {
         let namespace = Pattern::parse(NAMESPACE).expect("it begins with a slash");
-        People { namespace, domain: None }
+        RosPeople { namespace, domain: None }
     }
 }
 
-impl People {
+impl RosPeople {
     /// Whether a topic is a signal of a person in the namespace, by name and type.
     pub fn hears(&self, topic: &str, type_name: &str) -> bool {
         let choice = Choice::new(self.namespace.clone());
@@ -73,7 +73,7 @@ pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<S
     told.collect()
 }
 
-impl Component<dyn Source, SourceContext> for People {
+impl Component<dyn Source, SourceContext> for RosPeople {
     const EXAMPLE: &'static str = r#"namespace = "/humans/persons/*""#;
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
@@ -83,19 +83,19 @@ impl Component<dyn Source, SourceContext> for People {
         let claimed = context.claims.lay(&bus, Rank::People, move |each| {
             wanted.stream(&each.topic, &each.type_name).is_some()
         });
-        Ok(Box::new(PeopleSource { bus, choice, claimed }))
+        Ok(Box::new(RosPeopleSource { bus, choice, claimed }))
     }
 }
 
 /// People being heard.
-struct PeopleSource {
+struct RosPeopleSource {
     bus: Arc<dyn Bus>,
     choice: Choice,
     claimed: Claimed,
 }
 
 #[async_trait]
-impl Source for PeopleSource {
+impl Source for RosPeopleSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let told = Arc::new(Descriptions::default());
         let _listening = Arc::clone(&told).listen(&*self.bus).map_err(|error| {

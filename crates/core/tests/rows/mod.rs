@@ -1,0 +1,82 @@
+//! What holds for the table of components in a crate's `src/lib.rs`: shared by the crates that have one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use teampulse_core::registry::{Entry, Settings};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The components in a crate's files that are in no row of its table, each with the lines to add. `kind` is
+/// the trait that they build: `Source`.
+pub fn missing(crate_folder: &str, kind: &str) -> Vec<String> {
+    let source = Path::new(crate_folder).join("src");
+    let table = fs::read_to_string(source.join("lib.rs")).expect("a readable lib.rs");
+    let mut files = Vec::new();
+    collect(&source, &mut files);
+    let rows = files.iter().filter_map(|file| missing_row(&source, file, kind, &table));
+    rows.collect()
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a readable folder") {
+        let path = entry.expect("a readable entry").path();
+        if path.is_dir() {
+            collect(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+fn missing_row(source: &Path, file: &Path, kind: &str, table: &str) -> Option<String> {
+    let text = fs::read_to_string(file).expect("a readable file");
+    let begin = format!("impl Component<dyn {kind}, ");
+    let built = text.lines().find(|line| line.starts_with(&begin))?;
+    let settings = built.split(" for ").nth(1)?.split_whitespace().next()?;
+    let inside = file.strip_prefix(source).expect("a file of the crate");
+    let names = inside.with_extension("");
+    let names: Vec<_> = names.iter().map(|name| name.to_string_lossy()).collect();
+    let modules = names.strip_suffix(&["mod".into()]).unwrap_or(&names);
+    let is_its_row = |line: &str| {
+        let path = line.trim().strip_prefix("Entry::new::<").and_then(|row| row.split('>').next());
+        let path = path.map(|path| path.split("::").collect::<Vec<_>>()).unwrap_or_default();
+        path.first() == modules.first().map(|name| &**name).as_ref()
+            && path.last() == Some(&settings)
+    };
+    if table.lines().any(is_its_row) {
+        return None;
+    }
+    let (module, path) = (modules.last()?, modules.join("::"));
+    Some(format!(
+        "src/{}: `{settings}` is in no table: add `mod {module};` and \
+         `Entry::new::<{path}::{settings}>(\"{module}\"),` to src/lib.rs",
+        inside.display()
+    ))
+}
+
+/// What documentation a row lacks: its first sentence, that of a setting, or an example in TOML.
+pub fn undocumented<T: ?Sized, C>(entry: &Entry<T, C>) -> Vec<String> {
+    let mut lacking = Vec::new();
+    if !entry.summary().ends_with(['.', ':']) {
+        lacking.push(format!("{}: its settings have no first sentence", entry.kind));
+    }
+    let schema = (entry.schema)().to_value();
+    for (name, property) in schema["properties"].as_object().into_iter().flatten() {
+        if property.get("description").is_none() {
+            lacking.push(format!("{}: the setting `{name}` is not documented", entry.kind));
+        }
+    }
+    if let Err(error) = DeTable::parse(entry.example) {
+        lacking.push(format!("{}: its example is not TOML: {error}", entry.kind));
+    }
+    lacking
+}
+
+/// What the example of a row fails to build, if anything.
+pub fn broken_example<T: ?Sized, C>(entry: &Entry<T, C>, context: &C) -> Option<String> {
+    let table = DeTable::parse(entry.example).ok()?;
+    let table = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+    let built = (entry.build)(Settings::new(table), context);
+    built.err().map(|error| format!("{}: failed to build its example: {error}", entry.kind))
+}
