@@ -1,4 +1,4 @@
-//! The sources, features and sinks that stand in a study.
+//! The sources, features, sinks and workers that stand in a study.
 
 use std::sync::OnceLock;
 
@@ -6,10 +6,12 @@ use teampulse_core::feature::Feature;
 use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
+use teampulse_core::worker::Worker;
 use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
 use teampulse_sinks::{SINKS, SinkContext};
 use teampulse_sources::{SOURCES, SourceContext};
+use teampulse_workers::WORKERS;
 
 /// The tables of a program: those of `teampulse`, or of one that has components of its own beside them.
 #[derive(Clone, Copy)]
@@ -20,12 +22,14 @@ pub struct Components {
     pub features: &'static [Entry<dyn Feature, FeatureContext>],
     /// The sinks.
     pub sinks: &'static [Entry<dyn Sink, SinkContext>],
+    /// The workers.
+    pub workers: &'static [Entry<dyn Worker, ()>],
 }
 
 /// Those of `teampulse`.
 impl Default for Components {
     fn default() -> Components {
-        Components { sources: SOURCES, features: FEATURES, sinks: SINKS }
+        Components { sources: SOURCES, features: FEATURES, sinks: SINKS, workers: WORKERS }
     }
 }
 

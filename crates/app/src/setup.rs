@@ -14,7 +14,7 @@ use teampulse_core::session::{NamedFeature, Outcome, Pace, Session, WorkerEnd};
 use teampulse_core::sink::{Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
-use teampulse_core::worker::Looked;
+use teampulse_core::worker::{Looked, Worker};
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
@@ -117,6 +117,11 @@ impl Setup {
             sources.push(("keys".into(), Box::new(keys)));
         }
         Ok(sources)
+    }
+
+    /// The workers of the study.
+    pub fn workers(&self) -> Result<Workers, Failure> {
+        Ok(self.study.build("workers", Components::of_this_program().workers, &())?)
     }
 
     /// The features of the study.
@@ -232,7 +237,7 @@ impl Setup {
             sources: parts.sources,
             features: parts.features,
             sinks: parts.sinks,
-            workers: Vec::new(),
+            workers: parts.workers,
             encode,
             commands: Commands::new(self.study.general.commands.clone()),
         }
@@ -241,6 +246,9 @@ impl Setup {
 
 /// Sources, each with its name.
 pub type Sources = Vec<(String, Box<dyn Source>)>;
+
+/// Workers, each with its name.
+pub type Workers = Vec<(String, Box<dyn Worker>)>;
 
 /// The parts of a session.
 #[derive(Default)]
@@ -251,6 +259,8 @@ pub struct Parts {
     pub features: Vec<NamedFeature>,
     /// Its sinks.
     pub sinks: Vec<Box<dyn Sink>>,
+    /// Its workers, by name.
+    pub workers: Workers,
 }
 
 /// The sinks of a study, with tidy files where it has a bag.
@@ -284,6 +294,7 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
     study.build("sources", Components::of_this_program().sources, &context)?;
     features(study)?;
+    // Not its workers: what they found is in the recording, and their programs may be elsewhere.
     sinks(study, &sink_context(study, Path::new("nowhere"), &clock))?;
     Ok(())
 }

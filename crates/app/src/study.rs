@@ -42,7 +42,7 @@ pub struct Study {
 }
 
 /// The parts of a study that are not read by [`General`].
-const OWN_TABLES: [&str; 3] = ["sources", "sinks", "simulate"];
+const OWN_TABLES: [&str; 4] = ["sources", "sinks", "workers", "simulate"];
 
 impl Study {
     /// Reads a study from a file, or from standard input where the path is `-`.
@@ -87,7 +87,7 @@ impl Study {
         &self.text
     }
 
-    /// Builds all components of one of the study's arrays (`sources`, `sinks`) from their table.
+    /// Builds all components of one of the study's arrays (`sources`, `sinks`, `workers`) from their table.
     pub fn build<T: ?Sized, C>(
         &self,
         key: &str,
@@ -325,7 +325,7 @@ impl Study {
         self.wrong(error.with_hint(hint), Some(span))
     }
 
-    /// `sources` and `sinks` are arrays of tables, `simulate` is a table.
+    /// `sources`, `sinks` and `workers` are arrays of tables, `simulate` is a table.
     fn check_own(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<(), StudyError> {
         let fits = match value.get_ref() {
             DeValue::Array(_) => key != "simulate",

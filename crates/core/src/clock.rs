@@ -130,14 +130,16 @@ impl Moment {
 
 /// How long our own work takes, by the machine's monotonic clock: pacing, which no result depends on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stopwatch(Moment);
+pub struct Stopwatch(Moment);
 
 impl Stopwatch {
-    pub(crate) fn start() -> Stopwatch {
+    /// A stopwatch that starts now.
+    pub fn start() -> Stopwatch {
         Stopwatch(Moment::now())
     }
 
-    pub(crate) fn elapsed(&self) -> Duration {
+    /// The time since it was started.
+    pub fn elapsed(&self) -> Duration {
         self.0.elapsed()
     }
 }

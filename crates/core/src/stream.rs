@@ -257,19 +257,6 @@ impl Subject {
     }
 }
 
-/// What kind of subject a stream is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum About {
-    /// A person, by pseudonym.
-    Person,
-    /// A robot.
-    Robot,
-    /// The team as a whole.
-    Team,
-    /// The session: its phases, its losses, its own health.
-    Session,
-}
-
 /// Whether a stream came from outside or was computed here. Raw streams are what a replay reads;
 /// derived ones are what it computes again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -356,6 +343,20 @@ macro_rules! words {
     };
 }
 pub(crate) use words;
+
+words! {
+    /// What kind of subject a stream is about.
+    About {
+        /// A person, by pseudonym.
+        Person = "person",
+        /// A robot.
+        Robot = "robot",
+        /// The team as a whole.
+        Team = "team",
+        /// The session: its phases, its losses, its own health.
+        Session = "session",
+    }
+}
 
 words! {
     /// What a stream measures: a closed list. A feature runs on every stream whose signal it

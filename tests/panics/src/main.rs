@@ -33,6 +33,7 @@ fn main() -> ExitCode {
         sources: Vec::leak([SOURCES, &sources].concat()),
         features: Vec::leak([FEATURES, &features].concat()),
         sinks: Vec::leak([SINKS, &sinks].concat()),
+        ..Components::default()
     })
 }
 

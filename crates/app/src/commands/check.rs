@@ -66,7 +66,7 @@ impl Check {
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
         let setup = Setup::new(study, buses).await?;
         let sources = setup.sources()?;
-        drop((setup.features()?, setup.sinks(&setup.bag_folder(&self.out))?));
+        drop((setup.features()?, setup.sinks(&setup.bag_folder(&self.out))?, setup.workers()?));
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
@@ -118,7 +118,7 @@ impl Check {
 /// Receives from a study's sources.
 async fn listen(setup: Setup, sources: Sources, duration_secs: f64) -> Result<Heard, Failure> {
     let listener = Listener::default();
-    let parts = Parts { sources, features: Vec::new(), sinks: vec![Box::new(listener.clone())] };
+    let parts = Parts { sources, sinks: vec![Box::new(listener.clone())], ..Parts::default() };
     let asked = Stop::default().asked(setup.clock.clone(), Some(duration_secs));
     let outcome = setup.run(parts, asked).await;
     if let Some((name, error)) = outcome.sources.into_iter().next() {

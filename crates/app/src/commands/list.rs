@@ -19,6 +19,7 @@ enum What {
     Sources,
     Features,
     Sinks,
+    Workers,
 }
 
 impl List {
@@ -34,6 +35,9 @@ impl List {
         }
         if wanted(What::Sinks) {
             show("sinks", all.sinks);
+        }
+        if wanted(What::Workers) {
+            show("workers", all.workers);
         }
         Exit::Fine
     }

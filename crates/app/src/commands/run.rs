@@ -63,10 +63,11 @@ pub async fn watch(
         return Err(setup.without("sources", "nothing is watched").into());
     }
     // Mistakes in them are reported before a folder is created.
-    drop(setup.sinks(&setup.bag_folder(&out))?);
+    drop((setup.sinks(&setup.bag_folder(&out))?, setup.workers()?));
     let claimed = setup.claim_folder(&out)?;
     let bag = claimed.path().to_owned();
-    let mut parts = Parts { sources, features, sinks: setup.sinks(&bag)? };
+    let (sinks, workers) = (setup.sinks(&bag)?, setup.workers()?);
+    let mut parts = Parts { sources, features, sinks, workers };
     for note in setup.notes() {
         say(format!("note: {note}"));
     }

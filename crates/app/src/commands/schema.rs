@@ -28,6 +28,7 @@ fn study() -> Value {
     let properties = &mut schema["properties"];
     properties["sources"] = json!({ "type": "array", "items": { "oneOf": variants(all.sources) } });
     properties["sinks"] = json!({ "type": "array", "items": { "oneOf": variants(all.sinks) } });
+    properties["workers"] = json!({ "type": "array", "items": { "oneOf": variants(all.workers) } });
     properties["simulate"] = schemars::schema_for!(SimulatedTeam).to_value();
     schema
 }

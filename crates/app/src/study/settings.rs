@@ -9,7 +9,7 @@ use teampulse_core::clocks::ClockSettings;
 use teampulse_core::commands::CommandSettings;
 use teampulse_sources::session::Phase;
 
-/// The settings that all studies share; sources and sinks have tables of their own.
+/// The settings that all studies share; sources, sinks and workers have tables of their own.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct General {

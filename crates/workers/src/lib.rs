@@ -1,0 +1,11 @@
+//! Workers: what looks at streams at its own pace, on threads of its own, and offers what it finds.
+
+mod program;
+
+use teampulse_core::registry::Entry;
+use teampulse_core::worker::Worker;
+
+pub use program::Program;
+
+/// The table of all workers.
+pub const WORKERS: &[Entry<dyn Worker, ()>] = &[Entry::new::<program::Program>("program")];

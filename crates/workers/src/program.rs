@@ -1,0 +1,184 @@
+//! A program of one's own as a worker: it reads records as lines of JSON and answers each with readings.
+
+mod answer;
+mod child;
+mod offers;
+mod question;
+
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::pattern::Pattern;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sample::Record;
+use teampulse_core::sink::Wants;
+use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
+
+use answer::AnswerError;
+use child::{Answer, Child, Ended};
+use offers::{Declared, Offer};
+use question::Questions;
+
+/// How often the end of the session is looked for while the program thinks.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// A program of one's own, in any language: a model, a score, a rule. It reads a line of JSON with what is
+/// new on the streams, and answers with a line of JSON that holds its readings.
+///
+/// A program that ends or does not answer in time is started again. One that is slow is given the newest of
+/// each stream next, and what was skipped is counted.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Program {
+    /// The program and its arguments: `["python3", "attention.py"]`.
+    pub command: Vec<String>,
+    /// The streams that it looks at, by name; `*` stands for a part of a token.
+    pub streams: Vec<Pattern>,
+    /// The streams of its readings.
+    #[serde(default)]
+    pub offers: Vec<Offer>,
+    /// How long it may take for an answer [s].
+    #[serde(default = "patience_secs")]
+    pub patience_secs: f64,
+}
+
+fn patience_secs() -> f64 {
+    30.0
+}
+
+impl Component<dyn Worker, ()> for Program {
+    const EXAMPLE: &'static str = r#"
+command = ["sh", "-c", "while read -r line; do echo '[]'; done"]
+streams = ["/humans/persons/p001/**"]
+offers  = [{ name = "/humans/persons/p001/own/attention", person = "p001", channels = [{ name = "attention", unit = "1" }] }]
+"#;
+
+    fn build(self, (): &()) -> Result<Box<dyn Worker>, SettingsError> {
+        let Some(program) = self.command.first().filter(|program| !program.is_empty()) else {
+            let error = SettingsError::new("the command is empty").at("command");
+            return Err(error
+                .with_hint("give the program and its arguments: [\"python3\", \"attention.py\"]"));
+        };
+        if !child::is_installed(program) {
+            let error =
+                SettingsError::new(format!("there is no program `{program}`")).at("command");
+            return Err(error.with_hint("install it, or give its path"));
+        }
+        if self.streams.is_empty() {
+            let error = SettingsError::new("it looks at no stream").at("streams");
+            return Err(error.with_hint("name streams, such as \"/robot*/odom\""));
+        }
+        if !(self.patience_secs > 0.0 && self.patience_secs <= 3600.0) {
+            let message = format!("a patience of {} s is impossible", self.patience_secs);
+            let error = SettingsError::new(message).at("patience_secs");
+            return Err(error.with_hint("give seconds above 0, and an hour at most"));
+        }
+        for (place, offer) in self.offers.iter().enumerate() {
+            offer.check().map_err(|error| {
+                let path = format!("offers.{place}.{}", error.path);
+                error.at(path.trim_end_matches('.'))
+            })?;
+            if self.offers[..place].iter().any(|earlier| earlier.name == offer.name) {
+                let message = format!("{} is offered twice", offer.name);
+                return Err(SettingsError::new(message).at(format!("offers.{place}.name")));
+            }
+        }
+        Ok(Box::new(self))
+    }
+}
+
+impl Worker for Program {
+    fn wants(&self) -> Wants {
+        let (patterns, own) = (self.streams.clone(), self.offers.clone());
+        Wants::Only(Box::new(move |stream| {
+            let is_own = own.iter().any(|offer| offer.name == stream.name);
+            !is_own && patterns.iter().any(|pattern| pattern.matches(&stream.name))
+        }))
+    }
+
+    fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError> {
+        let declared = Declared::new(&self.offers, &self.streams, outlet);
+        let child = Child::start(&self.command)?;
+        let mut dialogue = Dialogue { program: self, declared, child, feed, outlet };
+        let mut questions = Questions::default();
+        loop {
+            match feed.next(LOOK) {
+                Fed::Records(records) => dialogue.ask(&records, questions.line(&records))?,
+                Fed::Silence => dialogue.check()?,
+                Fed::Closed => {
+                    dialogue.child.end();
+                    return Ok(());
+                }
+            }
+        }
+    }
+}
+
+/// A program that runs, and what it answers to.
+struct Dialogue<'a> {
+    program: &'a Program,
+    declared: Declared,
+    child: Child,
+    feed: &'a Feed,
+    outlet: &'a Outlet,
+}
+
+impl Dialogue<'_> {
+    /// Puts one question, waits for the answer, and offers what it holds.
+    fn ask(&mut self, records: &[Record], question: String) -> Result<(), WorkerError> {
+        self.child.write(question);
+        let Some(answer) = self.wait()? else { return Ok(()) };
+        let readings = answer::read(&answer, records, &self.declared);
+        for reading in readings.map_err(|wrong| self.misunderstood(&wrong))? {
+            self.outlet.offer(reading);
+        }
+        Ok(())
+    }
+
+    /// The program's next line; `None` where the session ends first.
+    fn wait(&mut self) -> Result<Option<String>, WorkerError> {
+        let patience = Duration::from_secs_f64(self.program.patience_secs);
+        let began = Stopwatch::start();
+        loop {
+            match self.child.read(LOOK) {
+                Answer::Read(line) => return Ok(Some(line)),
+                Answer::Ended(ended) => return Err(self.stopped(&ended)),
+                Answer::None if self.feed.is_closed() => return Ok(None),
+                Answer::None if began.elapsed() >= patience => return Err(self.too_slow()),
+                Answer::None => {}
+            }
+        }
+    }
+
+    /// Fails where the program has ended, though it was asked nothing.
+    fn check(&mut self) -> Result<(), WorkerError> {
+        self.child.check().map_err(|ended| self.stopped(&ended))
+    }
+
+    fn misunderstood(&self, wrong: &AnswerError) -> WorkerError {
+        let message = format!("understand the answer of `{}`: {wrong}", self.shown());
+        let hint = "for each line that it reads it writes one: a JSON array of readings, which may be empty";
+        WorkerError { message, hint: hint.into() }
+    }
+
+    fn too_slow(&self) -> WorkerError {
+        let patience_secs = self.program.patience_secs;
+        let message = format!("get an answer of `{}` within {patience_secs} s", self.shown());
+        let hint = "it has to flush what it writes; if it is slow, raise `patience_secs`".into();
+        WorkerError { message, hint }
+    }
+
+    fn stopped(&self, ended: &Ended) -> WorkerError {
+        let Ended { status, last_words } = ended;
+        let said = if last_words.is_empty() { String::new() } else { format!(": {last_words}") };
+        let message = format!("go on: `{}` ended with {status}{said}", self.shown());
+        WorkerError { message, hint: "try the command by hand".into() }
+    }
+
+    fn shown(&self) -> String {
+        self.program.command.join(" ")
+    }
+}

@@ -1,0 +1,196 @@
+//! What a program answers: readings as one line of JSON.
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::sample::Record;
+use teampulse_core::source::Reading;
+use teampulse_core::time::Time;
+use thiserror::Error;
+
+use super::offers::Declared;
+
+/// A reading may be so much younger than all that the program was given [ns]: it may look ahead a little.
+const AHEAD_NS: i64 = 1_000_000_000;
+/// A reading may be so much older than all that it was given [ns]: it may have waited for more.
+const BEHIND_NS: i64 = 3_600_000_000_000;
+
+/// What is wrong with an answer.
+#[derive(Debug, Error)]
+pub(super) enum AnswerError {
+    #[error("{0}")]
+    Syntax(#[from] serde_json::Error),
+    #[error("it has a reading of {name}, and offers {offered}")]
+    UnknownStream { name: String, offered: String },
+    #[error("a reading of {name} has {count} values and not {expected}")]
+    Count { name: String, count: usize, expected: usize },
+    #[error("a reading of {name} is an event: it has a `label` and no `values`")]
+    NoLabel { name: String },
+    #[error("a reading of {name} has a time of {time_ns} ns, far from all that it looked at")]
+    Time { name: String, time_ns: i64 },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Answered {
+    stream: String,
+    time_ns: Option<i64>,
+    #[serde(default)]
+    values: Vec<Option<f64>>,
+    label: Option<String>,
+    value: Option<f64>,
+    duration_secs: Option<f64>,
+}
+
+/// The readings of an answer to some records. One without a time has that of the newest record.
+pub(super) fn read(
+    line: &str,
+    records: &[Record],
+    declared: &Declared,
+) -> Result<Vec<Reading>, AnswerError> {
+    let answered: Vec<Answered> = serde_json::from_str(line)?;
+    let times = || records.iter().map(|record| record.sample.measured.nanos());
+    let newest_ns = times().max().unwrap_or_default();
+    let oldest_ns = times().min().unwrap_or_default();
+    let reading = |answered: Answered| {
+        let Some((stream, width)) = declared.get(&answered.stream) else {
+            let names: Vec<_> = declared.names().collect();
+            let offered = if names.is_empty() { "nothing".into() } else { names.join(", ") };
+            return Err(AnswerError::UnknownStream { name: answered.stream, offered });
+        };
+        let time_ns = answered.time_ns.unwrap_or(newest_ns);
+        let possible = oldest_ns.saturating_sub(BEHIND_NS)..=newest_ns.saturating_add(AHEAD_NS);
+        if !possible.contains(&time_ns) {
+            return Err(AnswerError::Time { name: answered.stream, time_ns });
+        }
+        let source_time = Some(Time::from_nanos(time_ns));
+        let data = if width == 0 { event(answered)? } else { sample(answered, width)? };
+        Ok(Reading { stream, index: None, device_time: None, source_time, data })
+    };
+    answered.into_iter().map(reading).collect()
+}
+
+fn sample(answered: Answered, expected: usize) -> Result<Data, AnswerError> {
+    let count = answered.values.len();
+    if count != expected {
+        return Err(AnswerError::Count { name: answered.stream, count, expected });
+    }
+    let values = answered.values.into_iter().map(|value| value.unwrap_or(f64::NAN));
+    Ok(Data::Sample(values.collect()))
+}
+
+fn event(answered: Answered) -> Result<Data, AnswerError> {
+    let Some(label) = answered.label.filter(|_| answered.values.is_empty()) else {
+        return Err(AnswerError::NoLabel { name: answered.stream });
+    };
+    let value = answered.value.unwrap_or(f64::NAN);
+    let duration_secs = answered.duration_secs.unwrap_or(0.0);
+    Ok(Data::Event(Arc::new(Event { kind: EventKind::Marker, label, value, duration_secs })))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bytes::Bytes;
+    use proptest::prelude::*;
+    use teampulse_core::clock::Clock;
+    use teampulse_core::outlet::Queue;
+    use teampulse_core::sample::{Sample, Turn};
+    use teampulse_core::stream::{Shape, Stream, StreamId, Subject};
+    use teampulse_core::streams::Streams;
+
+    use super::*;
+    use crate::program::offers::Offer;
+
+    #[derive(Deserialize)]
+    struct Offers {
+        all: Vec<Offer>,
+    }
+
+    fn declared() -> Declared {
+        let offers = r#"
+            all = [
+                { name = "/own/score", channels = [{ name = "score", unit = "1" }] },
+                { name = "/own/moments" },
+            ]"#;
+        let Offers { all } = toml::from_str(offers).unwrap();
+        let outlet = Queue::new().outlet(Clock::settable(), Streams::default());
+        Declared::new(&all, &[], &outlet)
+    }
+
+    fn at(nanos: i64) -> Record {
+        let stream = Stream::raw("/r1/odom", Subject::robot("r1"), Shape::Sample);
+        let sample = Sample {
+            stream: StreamId(0),
+            measured: Time::from_nanos(nanos),
+            log_time: Time::EPOCH,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data: Data::Sample(Arc::new([0.0])),
+        };
+        Record { stream: Arc::new(stream), sample, cdr: Bytes::new() }
+    }
+
+    fn answer(line: &str) -> Result<Vec<Reading>, String> {
+        read(line, &[at(5_000), at(7_000)], &declared()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn readings_have_the_time_of_what_was_looked_at() {
+        let line = r#"[{"stream": "/own/score", "time_ns": 5000, "values": [0.5]},
+                       {"stream": "/own/score", "values": [null]},
+                       {"stream": "/own/moments", "label": "smile", "value": 3, "time_ns": 6000}]"#;
+        let readings = answer(line).unwrap();
+        let times: Vec<_> =
+            readings.iter().map(|reading| reading.source_time.unwrap().nanos()).collect();
+        assert_eq!(times, [5_000, 7_000, 6_000]);
+        let [Data::Sample(known), Data::Sample(unknown), Data::Event(event)] =
+            [&readings[0].data, &readings[1].data, &readings[2].data]
+        else {
+            panic!("{readings:?}");
+        };
+        assert_eq!((known[0], unknown[0].is_nan()), (0.5, true));
+        assert_eq!((event.label.as_str(), event.value, event.duration_secs), ("smile", 3.0, 0.0));
+        assert!(answer("[]").unwrap().is_empty());
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (line, wrong) in [
+            ("", "EOF while parsing a value at line 1 column 0"),
+            ("hello", "expected value at line 1 column 1"),
+            (
+                r#"[{"stream": "/x"}]"#,
+                "it has a reading of /x, and offers /own/moments, /own/score",
+            ),
+            (r#"[{"stream": "/own/score"}]"#, "a reading of /own/score has 0 values and not 1"),
+            (
+                r#"[{"stream": "/own/moments", "values": [1]}]"#,
+                "a reading of /own/moments is an event: it has a `label` and no `values`",
+            ),
+            (
+                r#"[{"stream": "/own/score", "values": [1], "time_ns": 9000000000}]"#,
+                "a reading of /own/score has a time of 9000000000 ns, far from all that it looked at",
+            ),
+        ] {
+            assert_eq!(answer(line).unwrap_err(), wrong, "{line}");
+        }
+        assert!(
+            answer(r#"[{"stream": "/own/score", "vals": [1]}]"#)
+                .unwrap_err()
+                .contains("unknown field")
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_line_panics(line in ".{0,200}") {
+            drop(answer(&line));
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The process of a program: its lines in and out, and its end.
+
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, kill_process_group};
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::text::{LONGEST_LABEL, label};
+use teampulse_core::worker::WorkerError;
+
+/// The longest line that a program may write [bytes].
+const LONGEST_LINE: u64 = 16 << 20;
+/// So many of the last lines on its standard error are kept.
+const LAST_WORDS: usize = 3;
+/// How long it has to end by itself once its input has ended.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// How often its end is looked for.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// A program that runs. Dropped, it is killed with all that it has started.
+pub(super) struct Child {
+    process: std::process::Child,
+    /// Lines for it; `None` once its input has ended.
+    input: Option<SyncSender<String>>,
+    lines: Receiver<String>,
+    last_words: LastWords,
+}
+
+/// What came of waiting for a line.
+pub(super) enum Answer {
+    /// A line.
+    Read(String),
+    /// None yet.
+    None,
+    /// It has ended.
+    Ended(Ended),
+}
+
+/// How a program ended.
+pub(super) struct Ended {
+    /// Its exit status, in words.
+    pub(super) status: String,
+    /// The last lines of its standard error; may be empty.
+    pub(super) last_words: String,
+}
+
+type LastWords = Arc<Mutex<VecDeque<String>>>;
+
+/// Whether a program can be started: a path to an executable file, or a name in one of the folders of
+/// `PATH`.
+pub(super) fn is_installed(program: &str) -> bool {
+    let is_executable = |path: &Path| {
+        path.metadata().is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
+    };
+    if program.contains('/') {
+        return is_executable(Path::new(program));
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&folders).any(|folder| is_executable(&folder.join(program)))
+}
+
+impl Child {
+    /// Starts a program, in a process group of its own: Ctrl-C does not reach it, and it ends when its input
+    /// does.
+    pub(super) fn start(command: &[String]) -> Result<Child, WorkerError> {
+        let failed = |why: String| WorkerError {
+            message: format!("start `{}`: {why}", command.join(" ")),
+            hint: "try the command by hand".into(),
+        };
+        let (program, arguments) =
+            command.split_first().ok_or_else(|| failed("no command".into()))?;
+        let mut process = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0)
+            .spawn()
+            .map_err(|error| failed(error.to_string()))?;
+        let pipes = (process.stdin.take(), process.stdout.take(), process.stderr.take());
+        let (Some(stdin), Some(stdout), Some(stderr)) = pipes else {
+            return Err(failed("it has no pipes".into()));
+        };
+        let (input, waiting) = sync_channel(1);
+        let (read, lines) = sync_channel(1);
+        let last_words = LastWords::default();
+        let words = Arc::clone(&last_words);
+        // They end with the process: its pipes are closed then.
+        thread::spawn(move || write_lines(stdin, &waiting));
+        thread::spawn(move || each_line(stdout, |line| read.send(line).is_ok()));
+        thread::spawn(move || each_line(stderr, |line| keep(&words, line)));
+        Ok(Child { process, input: Some(input), lines, last_words })
+    }
+
+    /// Gives it a line, without waiting until it is read.
+    pub(super) fn write(&self, line: String) {
+        // Where this fails it has ended, which the answer says.
+        if let Some(input) = &self.input {
+            drop(input.try_send(line));
+        }
+    }
+
+    /// Waits for its next line, at most for `patience`.
+    pub(super) fn read(&mut self, patience: Duration) -> Answer {
+        match self.lines.recv_timeout(patience) {
+            Ok(line) => Answer::Read(line),
+            Err(RecvTimeoutError::Timeout) => Answer::None,
+            Err(RecvTimeoutError::Disconnected) => Answer::Ended(self.ended()),
+        }
+    }
+
+    /// Fails where it has ended, though it was asked nothing.
+    pub(super) fn check(&mut self) -> Result<(), Ended> {
+        match self.process.try_wait() {
+            Ok(None) => Ok(()),
+            _ => Err(self.ended()),
+        }
+    }
+
+    /// Ends its input, and gives it a moment to end by itself.
+    pub(super) fn end(&mut self) {
+        self.input = None;
+        let began = Stopwatch::start();
+        while began.elapsed() < FAREWELL && matches!(self.process.try_wait(), Ok(None)) {
+            thread::sleep(LOOK);
+        }
+    }
+
+    /// How it ended: with its output closed it is no longer of use.
+    fn ended(&mut self) -> Ended {
+        self.end();
+        self.kill();
+        let status = self.process.wait();
+        let status = status.map_or_else(|error| error.to_string(), shown);
+        let words = self.last_words.lock().unwrap_or_else(PoisonError::into_inner);
+        let words: Vec<_> = words.iter().map(String::as_str).collect();
+        Ended { status, last_words: words.join(" · ") }
+    }
+
+    fn kill(&self) {
+        if let Some(group) = Pid::from_raw(self.process.id().cast_signed()) {
+            // It fails where all of the group have ended.
+            let _ended = kill_process_group(group, Signal::KILL);
+        }
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        self.kill();
+        drop(self.process.wait());
+    }
+}
+
+fn shown(status: ExitStatus) -> String {
+    match status.code() {
+        Some(code) => format!("code {code}"),
+        None => status.to_string(),
+    }
+}
+
+/// Writes lines until there are no more or nobody reads them.
+fn write_lines(mut to: impl Write, lines: &Receiver<String>) {
+    while let Ok(line) = lines.recv() {
+        if to.write_all(line.as_bytes()).and_then(|()| to.flush()).is_err() {
+            return;
+        }
+    }
+}
+
+/// Hands over each line of a pipe, until it ends, a line is too long, or `take` has enough.
+fn each_line(from: impl Read, mut take: impl FnMut(String) -> bool) {
+    let mut from = BufReader::new(from);
+    loop {
+        let mut line = Vec::new();
+        match (&mut from).take(LONGEST_LINE).read_until(b'\n', &mut line) {
+            Ok(1..) if (line.len() as u64) < LONGEST_LINE || line.ends_with(b"\n") => {}
+            _ => return,
+        }
+        if !take(String::from_utf8_lossy(&line).trim_end().to_owned()) {
+            return;
+        }
+    }
+}
+
+/// Keeps the last lines of standard error, and logs each.
+fn keep(last: &LastWords, line: String) -> bool {
+    let line = label(line, LONGEST_LABEL);
+    tracing::info!("{line}");
+    let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+    if last.len() == LAST_WORDS {
+        last.pop_front();
+    }
+    last.push_back(line);
+    true
+}

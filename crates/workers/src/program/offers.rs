@@ -1,0 +1,110 @@
+//! The streams that a program offers readings of.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::pattern::Pattern;
+use teampulse_core::registry::SettingsError;
+use teampulse_core::stream::{About, Channel, Shape, Stream, StreamId, Subject};
+use teampulse_core::units;
+
+/// A stream of a program's readings.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Offer {
+    /// The name of the stream, as a ROS topic: `/humans/persons/p001/own/attention`.
+    pub name: String,
+    /// The person it is about. Nothing about a person is published unless `publish` names it.
+    #[serde(default)]
+    pub person: Option<String>,
+    /// The robot it is about; without it and without a person it is the team.
+    #[serde(default)]
+    pub robot: Option<String>,
+    /// The numbers of a reading, in their order. Without them its readings are events.
+    #[serde(default)]
+    pub channels: Vec<OfferedChannel>,
+    /// One sentence on what it is.
+    #[serde(default)]
+    pub doc: String,
+}
+
+/// One number of each reading.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OfferedChannel {
+    /// What it is called.
+    pub name: String,
+    /// Its unit: `uS`, `m/s`; `1` for what has none.
+    pub unit: String,
+}
+
+impl Offer {
+    /// Fails where it can't be the stream of a session.
+    pub(super) fn check(&self) -> Result<(), SettingsError> {
+        let fits = |token: &str| {
+            let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
+            token.chars().all(is_plain)
+                && !token.is_empty()
+                && !token.starts_with(|each: char| each.is_ascii_digit())
+        };
+        let tokens = self.name.strip_prefix('/').unwrap_or_default();
+        if !tokens.split('/').all(fits) {
+            let error = SettingsError::new(format!("`{}` is not the name of a topic", self.name));
+            return Err(error
+                .at("name")
+                .with_hint("give one like \"/humans/persons/p001/own/attention\""));
+        }
+        if self.person.is_some() && self.robot.is_some() {
+            let error = SettingsError::new("it is about a person and about a robot").at("robot");
+            return Err(error.with_hint("leave one of them out"));
+        }
+        Ok(())
+    }
+
+    fn subject(&self) -> Subject {
+        match (&self.person, &self.robot) {
+            (Some(id), _) => Subject { about: About::Person, id: id.clone() },
+            (_, Some(id)) => Subject::robot(id.clone()),
+            _ => Subject::team(),
+        }
+    }
+
+    fn stream(&self, inputs: &[Pattern]) -> Stream {
+        let shape = if self.channels.is_empty() { Shape::Event } else { Shape::Sample };
+        let channels = self
+            .channels
+            .iter()
+            .map(|channel| Channel::new(&channel.name, units::spelt(&channel.unit)));
+        Stream {
+            channels: channels.collect(),
+            inputs: inputs.iter().map(|pattern| pattern.text().to_owned()).collect(),
+            doc: self.doc.clone(),
+            ..Stream::raw(&self.name, self.subject(), shape)
+        }
+    }
+}
+
+/// The streams of a program's readings by name, as they were declared, with the numbers of a reading.
+pub(super) struct Declared(BTreeMap<String, (StreamId, usize)>);
+
+impl Declared {
+    pub(super) fn new(offers: &[Offer], inputs: &[Pattern], outlet: &Outlet) -> Declared {
+        let declare = |offer: &Offer| {
+            let stream = outlet.declare(offer.stream(inputs));
+            (offer.name.clone(), (stream, offer.channels.len()))
+        };
+        Declared(offers.iter().map(declare).collect())
+    }
+
+    /// A stream by its name, with how many numbers a reading has: none where its readings are events.
+    pub(super) fn get(&self, name: &str) -> Option<(StreamId, usize)> {
+        self.0.get(name).copied()
+    }
+
+    /// The names of the streams.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+}

@@ -1,0 +1,275 @@
+//! Programs as workers, real ones, in sessions of their own.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use async_trait::async_trait;
+use teampulse_core::clock::Clock;
+use teampulse_core::clocks::Clocks;
+use teampulse_core::commands::{CommandSettings, Commands};
+use teampulse_core::data::{Data, EventKind, Wave};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::Settings;
+use teampulse_core::sample::Record;
+use teampulse_core::session::{Outcome, Pace, Session};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+use teampulse_core::source::{Reading, Source, SourceError};
+use teampulse_core::stream::{Shape, Stream, Subject};
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+use teampulse_core::worker::Worker;
+use teampulse_messages::convert::encode;
+use teampulse_workers::WORKERS;
+
+const ECG: &str = "/humans/persons/p001/strap/ecg";
+const OWN: &str = "/humans/persons/p001/own/level";
+const BEGIN_NS: i64 = 1_000_000_000_000;
+
+type Kept = Arc<Mutex<Vec<Record>>>;
+
+/// A worker with these settings.
+fn worker(settings: &str) -> Result<Box<dyn Worker>, String> {
+    let table = toml::de::DeTable::parse(settings).expect("it is TOML");
+    let span = table.span();
+    let table = toml::Spanned::new(span, toml::de::DeValue::Table(table.into_inner()));
+    let built = (WORKERS[0].build)(Settings::new(table), &());
+    built.map_err(|error| format!("{}: {error} ({})", error.path, error.hint))
+}
+
+/// A worker that runs a program in Python, and offers levels.
+fn python(program: &str, more: &str) -> Box<dyn Worker> {
+    let program = format!("import json, os, sys, time\n{program}");
+    let settings = format!(
+        "command = ['python3', '-c', '''{program}''']\nstreams = ['{ECG}']\n{more}\n\
+         offers = [{{ name = '{OWN}', person = 'p001', channels = [{{ name = 'level', unit = 'mV' }}] }}]"
+    );
+    worker(&settings).expect("it can be built")
+}
+
+/// A wave of four samples, one by one, until enough levels, or faults, were kept.
+struct Strap {
+    kept: Kept,
+    until: fn(&[Record]) -> bool,
+}
+
+#[async_trait]
+impl Source for Strap {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let stream = Stream::raw(
+            ECG,
+            Subject { about: teampulse_core::stream::About::Person, id: "p001".into() },
+            Shape::Wave,
+        );
+        let stream = outlet.declare(stream.with_channels(&[("ecg", "mV")]));
+        for k in 0.. {
+            let at = Time::from_nanos(BEGIN_NS + k * 1_000_000_000);
+            outlet.clock().set(at);
+            let samples = Arc::new([k as f64, 1.0, 2.0, f64::NAN]);
+            let wave = Wave { period_ns: 1e6, channels: 1, samples };
+            let (source_time, data) = (Some(at), Data::Wave(wave));
+            outlet.offer(Reading { index: None, stream, device_time: None, source_time, data });
+            tokio::time::sleep(Duration::from_millis(10)).await;
+            if (self.until)(&self.kept.lock().expect("nobody panicked")) {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Keeper(Kept);
+
+impl Sink for Keeper {
+    fn name(&self) -> &'static str {
+        "keeper"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Lossless
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        loop {
+            match inbox.receive(Duration::from_secs(1)) {
+                Received::Batch(batch) => {
+                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
+                }
+                Received::Silence => {}
+                Received::Closed => return Ok(()),
+            }
+        }
+    }
+}
+
+/// Runs a session with a worker until the records are as asked, and a minute at most.
+async fn session(worker: Box<dyn Worker>, until: fn(&[Record]) -> bool) -> (Outcome, Vec<Record>) {
+    let kept = Kept::default();
+    let session = Session {
+        clock: Clock::settable(),
+        pace: Pace::Live,
+        clocks: Clocks::default(),
+        streams: Streams::default(),
+        sources: vec![("strap".into(), Box::new(Strap { kept: Arc::clone(&kept), until }))],
+        features: Vec::new(),
+        sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        workers: vec![("program".into(), worker)],
+        encode,
+        commands: Commands::new(CommandSettings::default()),
+    };
+    let outcome = session.run(tokio::time::sleep(Duration::from_secs(60))).await;
+    let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
+    (outcome, kept)
+}
+
+fn levels(records: &[Record]) -> Vec<(Time, f64)> {
+    firsts(records, OWN)
+}
+
+fn waves(records: &[Record]) -> Vec<(Time, f64)> {
+    firsts(records, ECG)
+}
+
+/// The times of a stream's records, with the first number of each.
+fn firsts(records: &[Record], stream: &str) -> Vec<(Time, f64)> {
+    let first = |record: &Record| match &record.sample.data {
+        Data::Sample(values) => values[0],
+        Data::Wave(wave) => wave.samples[0],
+        _ => f64::NAN,
+    };
+    let records = records.iter().filter(|record| record.stream.name == stream);
+    records.map(|record| (record.sample.measured, first(record))).collect()
+}
+
+fn faults(records: &[Record]) -> Vec<String> {
+    let label = |record: &Record| match &record.sample.data {
+        Data::Event(event) if event.kind == EventKind::Fault => Some(event.label.clone()),
+        _ => None,
+    };
+    records.iter().filter_map(label).collect()
+}
+
+const FIRST_VALUE: &str = "
+for line in sys.stdin:
+    waves = [record for record in json.loads(line) if record['channels'] == ['ecg']]
+    assert waves[0]['samples'][1:] == [[1.0], [2.0], [None]] and waves[0]['id'] == 'p001', line
+    print(json.dumps([{'stream': '/humans/persons/p001/own/level', 'time_ns': wave['time_ns'],
+                       'values': wave['samples'][0]} for wave in waves]), flush=True)
+";
+
+#[tokio::test]
+async fn what_a_program_answers_is_a_stream_with_the_times_of_what_it_looked_at() {
+    let (outcome, records) =
+        session(python(FIRST_VALUE, ""), |records| levels(records).len() >= 5).await;
+    let levels = levels(&records);
+    assert!(levels.len() >= 5, "{levels:?} {:?}", faults(&records));
+    let waves = waves(&records);
+    assert!(levels.iter().all(|level| waves.contains(level)), "{levels:?} {waves:?}");
+    let own = records.iter().find(|record| record.stream.name == OWN).unwrap();
+    assert_eq!(own.stream.inputs, [ECG]);
+    assert_eq!(outcome.workers[0].error, None);
+}
+
+#[tokio::test]
+async fn a_program_that_ends_is_started_again_and_why_it_ended_is_said() {
+    let program = "
+line = sys.stdin.readline()
+print(json.dumps([{'stream': '/humans/persons/p001/own/level', 'values': [1]}]), flush=True)
+sys.exit('no memory for the model')
+";
+    let (outcome, records) =
+        session(python(program, ""), |records| levels(records).len() >= 2).await;
+    let faults = faults(&records);
+    assert!(faults.len() <= 2, "{faults:?}");
+    let end = "ended with code 1: no memory for the model";
+    assert!(faults[0].starts_with("program: failed to go on: `python3 -c"), "{faults:?}");
+    assert!(faults[0].ends_with(end), "{faults:?}");
+    assert!(levels(&records).len() >= 2);
+    assert_eq!(outcome.workers[0].error, None);
+}
+
+#[tokio::test]
+async fn a_program_that_does_not_answer_is_ended_with_all_that_it_started() {
+    // The program and its own child hold a file each, which names them.
+    let file = std::env::temp_dir().join(format!("teampulse-workers-{}", std::process::id()));
+    let program = format!(
+        "
+import subprocess
+other = subprocess.Popen(['sleep', '600'])
+open('{}', 'w').write(f'{{os.getpid()}} {{other.pid}}')
+time.sleep(600)
+",
+        file.display()
+    );
+    let worker = python(&program, "patience_secs = 0.5");
+    let (_, records) = session(worker, |records| !faults(records).is_empty()).await;
+    let faults = faults(&records);
+    assert!(faults[0].ends_with("within 0.5 s"), "{faults:?}");
+    let processes = std::fs::read_to_string(&file).unwrap();
+    for process in processes.split(' ') {
+        // What was killed may wait for its parent to look at it.
+        let status = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+        assert!(status.is_empty() || status.contains(") Z"), "{status}");
+    }
+    std::fs::remove_file(file).unwrap();
+}
+
+#[tokio::test]
+async fn an_answer_that_is_none_is_a_fault_that_says_so() {
+    let worker = python("print('loading…', flush=True)\ntime.sleep(600)", "");
+    let (_, records) = session(worker, |records| !faults(records).is_empty()).await;
+    let faults = faults(&records);
+    assert!(faults[0].contains("failed to understand the answer of `python3 -c"), "{faults:?}");
+    assert!(faults[0].ends_with("expected value at line 1 column 1"), "{faults:?}");
+}
+
+#[tokio::test]
+async fn a_session_ends_while_a_program_thinks_and_what_it_did_not_see_is_counted() {
+    let program = "
+sys.stdin.readline()
+time.sleep(600)
+";
+    let enough = |records: &[Record]| waves(records).len() > 20;
+    let (outcome, _) = session(python(program, ""), enough).await;
+    assert!(outcome.undone.is_empty(), "{:?}", outcome.undone);
+    let end = &outcome.workers[0];
+    assert_eq!(end.error, None);
+    assert!(end.looked.taken >= 1 && end.looked.skipped >= 5, "{:?}", end.looked);
+}
+
+#[test]
+fn mistakes_in_settings_are_named_at_their_place() {
+    let offer = "command = ['sh']\nstreams = ['/x']\noffers = ";
+    for (settings, wrong) in [
+        ("command = []\nstreams = ['/x']".to_owned(), "command: the command is empty"),
+        (
+            "command = ['no-such-program']\nstreams = ['/x']".into(),
+            "command: there is no program `no-such-program` (install it, or give its path)",
+        ),
+        (
+            "command = ['/etc/passwd']\nstreams = ['/x']".into(),
+            "command: there is no program `/etc/passwd`",
+        ),
+        ("command = ['sh']\nstreams = []".into(), "streams: it looks at no stream"),
+        (
+            "command = ['sh']\nstreams = ['/x']\npatience_secs = nan".into(),
+            "patience_secs: a patience of NaN s is impossible",
+        ),
+        (format!("{offer}[{{ name = 'x' }}]"), "offers.0.name: `x` is not the name of a topic"),
+        (
+            format!("{offer}[{{ name = '/x/1y' }}]"),
+            "offers.0.name: `/x/1y` is not the name of a topic",
+        ),
+        (
+            format!("{offer}[{{ name = '/x', person = 'p', robot = 'r' }}]"),
+            "offers.0.robot: it is about a person and about a robot",
+        ),
+        (
+            format!("{offer}[{{ name = '/x' }}, {{ name = '/x' }}]"),
+            "offers.1.name: /x is offered twice",
+        ),
+    ] {
+        let error = worker(&settings).map(drop).unwrap_err();
+        assert!(error.starts_with(wrong), "{error}\nfor\n{settings}");
+    }
+    assert!(worker(WORKERS[0].example).is_ok());
+}
