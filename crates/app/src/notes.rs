@@ -39,21 +39,10 @@ fn of_room(bag: &Bag) -> Option<String> {
 pub fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
     let names_something = |pattern: &&Pattern| {
         let of_team = [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room));
-        of_team || heard.iter().any(|name| names(pattern.text(), name))
+        of_team || heard.iter().any(|name| pattern.may_match_below(name))
     };
     let idle = publish.iter().filter(|pattern| !names_something(pattern));
     idle.map(|pattern| format!("publish `{}` matches no received stream", pattern.text())).collect()
-}
-
-/// Whether a pattern matches a stream, or may match one that is computed from it and lies below it.
-fn names(pattern: &str, stream: &str) -> bool {
-    let pattern: Vec<&str> = pattern.split('/').collect();
-    let length = stream.split('/').count().min(pattern.len());
-    let above: Vec<&str> = stream.split('/').take(length).collect();
-    let is_whole = pattern.len() >= stream.split('/').count() || pattern.contains(&"**");
-    is_whole
-        && Pattern::parse(&pattern[..length].join("/"))
-            .is_ok_and(|pattern| pattern.matches(&above.join("/")))
 }
 
 /// The remark that phases must be begun by hand.

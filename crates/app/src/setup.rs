@@ -203,8 +203,7 @@ impl Setup {
     /// The streams that are published on ROS: conclusions about robots and the team, and what the study
     /// names.
     fn published(&self) -> Publish {
-        let named = self.study.general.publish.iter().map(|name| name.text().to_owned());
-        Publish::Conclusions(named.collect())
+        Publish::Conclusions(self.study.general.publish.clone())
     }
 
     /// The sink that publishes the health of streams on `/diagnostics`.

@@ -1,5 +1,8 @@
 //! Alerts: that a robot needs someone, published as events in words, and parsed again.
 
+use std::cmp::Ordering;
+use std::fmt;
+
 /// The topic of alerts.
 pub const ALERTS: &str = "/team/alerts";
 
@@ -8,10 +11,61 @@ pub const ALERTS: &str = "/team/alerts";
 pub struct Alert {
     /// The robot.
     pub robot: String,
-    /// Why, in words: `offline`.
-    pub why: String,
+    /// Why.
+    pub why: Why,
     /// What became of it.
     pub stage: Stage,
+}
+
+/// Why a robot needs someone; in the order of its words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// It is silent.
+    Offline,
+    /// A sensor of this name repeats itself.
+    Stuck(String),
+    /// Its diagnostics say error.
+    Diagnostics,
+    /// A number is beyond its limit, in words: `battery below 20 %`.
+    Limit(String),
+}
+
+impl Why {
+    const OFFLINE: &str = "offline";
+    const DIAGNOSTICS: &str = "diagnostics say error";
+    const STUCK: &str = " is stuck";
+
+    fn read(words: &str) -> Why {
+        match (words, words.strip_suffix(Why::STUCK)) {
+            (Why::OFFLINE, _) => Why::Offline,
+            (Why::DIAGNOSTICS, _) => Why::Diagnostics,
+            (_, Some(sensor)) => Why::Stuck(sensor.to_owned()),
+            (limit, None) => Why::Limit(limit.to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Why::Offline => f.write_str(Why::OFFLINE),
+            Why::Diagnostics => f.write_str(Why::DIAGNOSTICS),
+            Why::Stuck(sensor) => write!(f, "{sensor}{}", Why::STUCK),
+            Why::Limit(words) => f.write_str(words),
+        }
+    }
+}
+
+impl Ord for Why {
+    fn cmp(&self, other: &Why) -> Ordering {
+        self.to_string().cmp(&other.to_string())
+    }
+}
+
+impl PartialOrd for Why {
+    fn partial_cmp(&self, other: &Why) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 /// What became of an alert.
@@ -49,7 +103,7 @@ impl Alert {
         Stage::ALL.into_iter().find_map(|stage| {
             let (robot, why) = label.split_once(stage.words())?;
             let is_robot = !robot.is_empty() && !robot.contains(' ');
-            is_robot.then(|| Alert { robot: robot.to_owned(), why: why.to_owned(), stage })
+            is_robot.then(|| Alert { robot: robot.to_owned(), why: Why::read(why), stage })
         })
     }
 }
@@ -61,9 +115,16 @@ mod tests {
     #[test]
     fn an_alert_reads_as_it_was_reported() {
         for stage in Stage::ALL {
-            let (robot, why) = ("robot2".to_owned(), "battery below 20 %".to_owned());
-            let alert = Alert { robot, why, stage };
-            assert_eq!(Alert::read(&alert.label()), Some(alert));
+            let reasons = [
+                Why::Offline,
+                Why::Stuck("wifi".to_owned()),
+                Why::Diagnostics,
+                Why::Limit("battery below 20 %".to_owned()),
+            ];
+            for why in reasons {
+                let alert = Alert { robot: "robot2".to_owned(), why, stage };
+                assert_eq!(Alert::read(&alert.label()), Some(alert));
+            }
         }
         assert_eq!(Alert::read("robot2 offline"), None);
     }

@@ -14,7 +14,7 @@ use teampulse_timefilter::clock::{
 };
 
 use crate::computers::{SIMULATED, is_simulated};
-use crate::data::{Data, EventKind};
+use crate::pattern::last_token;
 use crate::qos::{Durability, Qos};
 use crate::stream::{About, Origin, Shape, Stream, StreamId};
 
@@ -24,16 +24,6 @@ use owner::Owner;
 
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
-
-/// The topic of simulated time. Its jumps and stops are events of the session of the kind `clock`, with
-/// labels that begin with this name: `/clock jumped back`.
-pub const SIMULATED_CLOCK: &str = "/clock";
-
-/// Whether simulated time broke: it jumped, stopped or goes on.
-pub(crate) fn breaks_simulated_time(data: &Data) -> bool {
-    let of_clock = |label: &str| label.split(' ').next() == Some(SIMULATED_CLOCK);
-    matches!(data, Data::Event(event) if event.kind == EventKind::Clock && of_clock(&event.label))
-}
 
 /// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study. Of messages the
 /// last word of the topic is the device: `[clocks.imu]` for `/strap/imu`.
@@ -82,11 +72,7 @@ const SAME_INTERVAL_SECS: f64 = 0.000_6;
 /// its topic where it names none.
 pub fn device_of(stream: &Stream) -> &str {
     let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
-    last_word(name)
-}
-
-fn last_word(name: &str) -> &str {
-    name.rsplit('/').next().unwrap_or(name)
+    last_token(name)
 }
 
 /// The 95 % uncertainty of a latency that a study gives without one [s].
@@ -379,7 +365,7 @@ impl Clocks {
     /// What the study says of the device's latency by connection interval; `None` where it says nothing.
     fn by_interval(&self, owner: &Owner) -> Option<ByInterval> {
         let (Owner::Device(_, device) | Owner::Counted(_, device)) = owner else { return None };
-        let intervals = &self.settings.get(last_word(device))?.intervals;
+        let intervals = &self.settings.get(last_token(device))?.intervals;
         let base = self.settings_of(device).latency;
         (!intervals.is_empty()).then(|| ByInterval::new(base, intervals.clone()))
     }
@@ -403,7 +389,7 @@ impl Clocks {
 
     /// What is known of the clock of a kind of device: from the study, else from the table.
     fn settings_of(&self, device: &str) -> OneWaySettings {
-        let device = last_word(device);
+        let device = last_token(device);
         let known = KnownDevice::find(device);
         let unknown = || OneWaySettings::new(Latency::BLUETOOTH);
         let mut settings = known.map_or_else(unknown, OneWaySettings::of);

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::computers::STAMPED_BY;
+use crate::computers::ClockReport;
 use crate::data::{Data, Event, EventKind};
 use crate::phases::Phases;
-use crate::publishers;
+use crate::publishers::PublishedBy;
 use crate::sample::Record;
 use crate::stream::{About, Stream, StreamId};
 use crate::time::Time;
@@ -49,8 +49,8 @@ impl Latched {
     /// are taken.
     pub fn take(&mut self, record: &Record) {
         let Data::Event(event) = &record.sample.data else { return };
-        let Some((rank, about)) = about(&record.stream, event) else { return };
-        let key = (rank, record.sample.stream, about.to_owned());
+        let Some((rank, about)) = about(record, event) else { return };
+        let key = (rank, record.sample.stream, about);
         let is_room = self.0.len() < MOST;
         let log_time = record.sample.log_time;
         match self.0.get(&key) {
@@ -89,16 +89,20 @@ impl Latched {
 }
 
 /// What an event is about that holds until there is another about the same.
-fn about<'a>(stream: &Stream, event: &'a Event) -> Option<(Rank, &'a str)> {
+fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
+    let Record { stream, sample, .. } = record;
+    let of_session = stream.about == About::Session;
     let is_phase = event.kind == EventKind::Phase && Phases::hears(stream);
-    match stream.name.as_str() {
-        _ if is_phase && stream.about == About::Session => Some((Rank::Phase, "")),
-        _ if is_phase => Some((Rank::OwnPhase, "")),
-        STAMPED_BY | publishers::TOPIC if stream.about == About::Session => {
-            Some((Rank::Origin, event.label.split(' ').next().unwrap_or_default()))
-        }
-        _ => None,
+    if is_phase {
+        let rank = if of_session { Rank::Phase } else { Rank::OwnPhase };
+        return Some((rank, String::new()));
     }
+    let topic = match ClockReport::read(stream, &sample.data).filter(|_| of_session) {
+        Some(ClockReport::StampedBy { stream, .. }) => stream,
+        Some(ClockReport::Probed { .. }) => return None,
+        None => PublishedBy::read(stream, &sample.data)?.stream,
+    };
+    Some((Rank::Origin, topic))
 }
 
 /// A phase as it could be published this long after it began [s]: with its remaining length, or as no phase
@@ -119,6 +123,7 @@ mod tests {
     use bytes::Bytes;
 
     use super::*;
+    use crate::computers::STAMPED_BY;
     use crate::sample::{Sample, Turn};
     use crate::session_streams::session_events;
     use crate::stream::{Shape, Subject};

@@ -16,6 +16,7 @@ pub mod sample;
 pub mod status;
 pub mod loss;
 pub mod clocks;
+pub mod simulated_time;
 pub mod computers;
 mod publishers;
 pub mod source;

@@ -29,6 +29,24 @@ impl Pattern {
         self.split(name).is_some_and(|(_, rest)| rest.is_empty())
     }
 
+    /// Whether a name, or one below it, may match: `/r*/odom/w30` may match below `/r1/odom`.
+    pub fn may_match_below(&self, name: &str) -> bool {
+        let mut tokens = self.text.split('/').skip(1);
+        for found in name.split('/').skip(1) {
+            match tokens.next() {
+                Some("**") => return true,
+                Some(token) if wildcard(token.as_bytes(), found.as_bytes()) => {}
+                _ => return false,
+            }
+        }
+        true
+    }
+
+    /// Whether its first token names one thing: it has no star.
+    pub fn is_rooted(&self) -> bool {
+        self.text.split('/').nth(1).is_some_and(|first| !first.contains('*'))
+    }
+
     /// Splits a name into the part that matches the pattern and the rest below it, without the
     /// slash between them; `None` when it does not begin with the pattern.
     pub fn split<'a>(&self, name: &'a str) -> Option<(&'a str, &'a str)> {
@@ -47,11 +65,23 @@ impl Pattern {
         Some((&name[..end], name[end..].strip_prefix('/').unwrap_or(&name[end..])))
     }
 
+    /// Splits a name into the id of the subject whose namespace the pattern is and the rest below it: the id is
+    /// what the first star matched, else the last token of the namespace.
+    pub fn subject<'a>(&self, name: &'a str) -> Option<(&'a str, &'a str)> {
+        let (namespace, rest) = self.split(name)?;
+        Some((self.starred(namespace).unwrap_or(last_token(namespace)), rest))
+    }
+
     /// The token of `name` that the first token with a star matched: `robot1` for `/robot*`.
     pub fn starred<'a>(&self, name: &'a str) -> Option<&'a str> {
         let tokens = self.text.split('/').zip(name.split('/'));
         tokens.skip(1).find(|(token, _)| token.contains('*')).map(|(_, found)| found)
     }
+}
+
+/// The last token of a name: `odom` of `/r1/base/odom`.
+pub fn last_token(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
 }
 
 impl<'de> Deserialize<'de> for Pattern {
@@ -112,6 +142,8 @@ mod tests {
             ("/*a*b", "/xaybz", false),
             ("/**", "/any/depth/at/all", true),
             ("/odom", "/odom", true),
+            ("/r1/lo*d*x", "/r1/load", false),
+            ("/r1/load/**", "/r1/load", false),
         ] {
             assert_eq!(pattern(text).matches(name), matched, "{text} on {name}");
         }
@@ -122,8 +154,20 @@ mod tests {
         let fleet = pattern("/fleet/r*");
         assert_eq!(fleet.split("/fleet/r2/base/odom"), Some(("/fleet/r2", "base/odom")));
         assert_eq!(fleet.starred("/fleet/r2/base/odom"), Some("r2"));
+        assert_eq!(fleet.subject("/fleet/r2/base/odom"), Some(("r2", "base/odom")));
+        assert_eq!(pattern("/fleet/r2").subject("/fleet/r2/odom"), Some(("r2", "odom")));
         assert_eq!(fleet.split("/other/r2/odom"), None);
         assert_eq!(fleet.split("/fleet"), None);
+    }
+
+    #[test]
+    fn a_pattern_may_match_below_a_name() {
+        for (text, may_match) in
+            [("/r*/odom", true), ("/r1/odom/w30", true), ("/r1/**", true), ("/r1", false)]
+        {
+            assert_eq!(pattern(text).may_match_below("/r1/odom"), may_match, "{text}");
+        }
+        assert!(!pattern("/r2/odom/w30").may_match_below("/r1/odom"));
     }
 
     #[test]

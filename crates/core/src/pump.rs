@@ -25,6 +25,7 @@ use crate::outlet::Item;
 use crate::sample::{Record, Sample, Turn};
 use crate::session_streams::{END, clock_events, descriptions, health, is_end, session_events};
 use crate::source::Reading;
+use crate::status::StreamStatus;
 use crate::stream::{Origin, Shape, Stream, StreamId};
 use crate::streams::{Declared, Streams};
 use crate::time::Time;
@@ -380,7 +381,7 @@ impl Pump {
         if let Shape::Message(schema) = &track.stream.shape
             && named.into_iter().any(|id| is_told(self, id))
         {
-            track.told_as = format!("{} ({})", track.stream.name, schema.name);
+            track.told_as = StreamStatus::name_of_type(&track.stream.name, &schema.name);
         }
         let index = track.id.0 as usize;
         if self.tracks.len() <= index {

@@ -4,22 +4,39 @@ use std::ops::RangeInclusive;
 
 use crate::data::{Event, EventKind};
 
-/// What a report of the Instantaneous Self-Assessment is labelled.
+/// The label of a report of the Instantaneous Self-Assessment.
 const ISA: &str = "isa";
 /// Its scale, from idle to too much to do.
 pub const SCALE: RangeInclusive<f64> = 1.0..=5.0;
 
-/// Whom a report on the session's events names, if it is one of ISA: `p001` in `isa p001`, nobody
-/// (empty) in `isa`.
-pub fn named(event: &Event) -> Option<&str> {
-    let mut words = event.label.split_whitespace();
-    let is_isa = words.next()?.eq_ignore_ascii_case(ISA);
-    (event.kind == EventKind::Report && is_isa).then(|| words.next().unwrap_or(""))
+/// A report of the Instantaneous Self-Assessment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Isa<'a> {
+    /// The id of the person that its label names, `p001` in `isa p001`; empty in `isa`.
+    pub person: &'a str,
+    /// The reported workload.
+    pub value: f64,
 }
 
-/// Whether it is a report that stands nowhere on its scale: nobody can use it.
-pub fn is_off_scale(event: &Event) -> bool {
-    named(event).is_some() && !SCALE.contains(&event.value)
+impl Isa<'_> {
+    /// The report of an event; `None` of any other.
+    pub fn read(event: &Event) -> Option<Isa<'_>> {
+        let mut words = event.label.split_whitespace();
+        let is_isa = words.next()?.eq_ignore_ascii_case(ISA) && event.kind == EventKind::Report;
+        is_isa.then(|| Isa { person: words.next().unwrap_or(""), value: event.value })
+    }
+
+    /// The event of this report.
+    pub fn event(&self) -> Event {
+        let Isa { person, value } = *self;
+        let label = format!("{ISA} {person}").trim_end().to_owned();
+        Event { kind: EventKind::Report, label, value, duration_secs: 0.0 }
+    }
+
+    /// Whether its value is on the scale; any other can't be used.
+    pub fn is_on_scale(&self) -> bool {
+        SCALE.contains(&self.value)
+    }
 }
 
 #[cfg(test)]
@@ -27,18 +44,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_report_names_somebody_and_stands_on_its_scale_or_not() {
-        let report = |label: &str, value| {
-            let (kind, label) = (EventKind::Report, label.to_owned());
-            Event { kind, label, value, duration_secs: 0.0 }
+    fn a_report_is_read_as_it_was_written() {
+        for person in ["p001", ""] {
+            let report = Isa { person, value: 3.0 };
+            assert_eq!(Isa::read(&report.event()), Some(report));
+        }
+        let other = |label: &str| Event {
+            label: label.to_owned(),
+            ..Isa { person: "", value: 3.0 }.event()
         };
-        assert_eq!(named(&report("ISA p001", 3.0)), Some("p001"));
-        assert_eq!(named(&report("isa", 3.0)), Some(""));
-        assert_eq!(named(&report("tlx", 3.0)), None);
+        assert_eq!(Isa::read(&other("ISA p001")).map(|isa| isa.person), Some("p001"));
+        assert_eq!(Isa::read(&other("tlx")), None);
+    }
+
+    #[test]
+    fn a_report_is_on_its_scale_or_not() {
         assert_eq!(
-            [0.0, 1.0, 5.0, 7.0, f64::NAN].map(|isa| is_off_scale(&report("isa", isa))),
-            [true, false, false, true, true]
+            [0.0, 1.0, 5.0, 7.0, f64::NAN].map(|value| Isa { person: "", value }.is_on_scale()),
+            [false, true, true, false, false]
         );
-        assert!(!is_off_scale(&report("tlx", 80.0)));
     }
 }

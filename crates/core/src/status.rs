@@ -7,7 +7,7 @@ use crate::text::{LONGEST_LABEL, LONGEST_NAME, is_clean};
 /// How a stream is doing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamStatus {
-    /// The stream's name.
+    /// The stream's name; that of a further type on its topic has the type behind it: `/r1/x (a_msgs/msg/A)`.
     pub name: String,
     /// Its place in the life cycle.
     pub state: State,
@@ -50,6 +50,16 @@ pub struct StreamStatus {
 pub(crate) const SIGMAS_95: f64 = 1.96;
 
 impl StreamStatus {
+    /// The name of a further type on a topic.
+    pub(crate) fn name_of_type(topic: &str, type_name: &str) -> String {
+        format!("{topic} ({type_name})")
+    }
+
+    /// The topic of the stream: its name without a type.
+    pub fn topic(&self) -> &str {
+        self.name.split_once(' ').map_or(&self.name, |(topic, _)| topic)
+    }
+
     /// Whether its texts are [short and clean](crate::text); the second type on a topic has both in its name.
     pub(crate) fn is_clean(&self) -> bool {
         is_clean(&self.name, 2 * LONGEST_NAME) && is_clean(&self.reason, LONGEST_LABEL)

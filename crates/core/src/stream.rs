@@ -110,6 +110,14 @@ impl Stream {
         self
     }
 
+    /// The one input that it was derived from and is named below.
+    pub fn input(&self) -> Option<&str> {
+        match self.inputs.as_slice() {
+            [input] if self.name.starts_with(input.as_str()) => Some(input),
+            _ => None,
+        }
+    }
+
     /// Its name without its window: the same for all windows of a family on one input.
     pub fn windowless_name(&self) -> &str {
         let window = self.window.map(|window| format!("/{window}")).unwrap_or_default();

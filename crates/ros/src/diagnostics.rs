@@ -7,7 +7,8 @@ use teampulse_core::data::Data;
 use teampulse_core::qos::Qos;
 use teampulse_core::sink::{Batch, Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::status::{State, StreamStatus};
-use teampulse_core::stream::Shape;
+use teampulse_core::stream::{Shape, Subject};
+use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use teampulse_messages::catalogue;
 use teampulse_messages::standard::Message;
@@ -58,7 +59,8 @@ impl Sink for DiagnosticsSink {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
                     privacy.learn(inbox.streams());
-                    arrays(&batch, &privacy).for_each(|array| send(&*publisher, &array));
+                    arrays(&batch, inbox.streams(), &privacy)
+                        .for_each(|array| send(&*publisher, &array));
                 }
                 Received::Silence => {}
                 Received::Closed => return Ok(()),
@@ -74,10 +76,16 @@ fn send(publisher: &dyn Publisher, array: &DiagnosticArray) {
 }
 
 /// The statuses of a batch, one array for each second.
-fn arrays(batch: &Batch, privacy: &PrivacyFilter) -> impl Iterator<Item = DiagnosticArray> {
+fn arrays(
+    batch: &Batch,
+    streams: &Streams,
+    privacy: &PrivacyFilter,
+) -> impl Iterator<Item = DiagnosticArray> {
     let told = batch.iter().filter_map(|record| match &record.sample.data {
-        Data::Status(status) if privacy.publishes_health_of(&status.name) => {
-            Some((record.sample.measured, diagnostic(status)))
+        Data::Status(status) if privacy.publishes_health_of(status) => {
+            let stream = streams.find(status.topic());
+            let subject = stream.map_or_else(Subject::session, |(_, stream)| stream.subject());
+            Some((record.sample.measured, diagnostic(status, subject)))
         }
         _ => None,
     });
@@ -95,7 +103,7 @@ fn begun(at: Time, status: DiagnosticStatus) -> DiagnosticArray {
     DiagnosticArray { header: Header { stamp: at, ..Header::default() }, status: vec![status] }
 }
 
-fn diagnostic(status: &StreamStatus) -> DiagnosticStatus {
+fn diagnostic(status: &StreamStatus, subject: Subject) -> DiagnosticStatus {
     let level = match status.state {
         State::Ok => DiagnosticStatus::OK,
         State::Degraded => DiagnosticStatus::WARN,
@@ -107,7 +115,7 @@ fn diagnostic(status: &StreamStatus) -> DiagnosticStatus {
         level,
         name: format!("teampulse: {}", status.name),
         message: reason.to_owned(),
-        hardware_id: status.name.split('/').nth(1).unwrap_or_default().to_owned(),
+        hardware_id: subject.id,
         values: values(status),
     }
 }
@@ -162,7 +170,8 @@ mod tests {
 
     #[test]
     fn what_is_unknown_is_never_reported_as_a_number() {
-        let told = diagnostic(&status(State::Degraded, "its clock is off"));
+        let degraded = status(State::Degraded, "its clock is off");
+        let told = diagnostic(&degraded, Subject::robot("robot1"));
         assert_eq!((told.level, &*told.message), (DiagnosticStatus::WARN, "its clock is off"));
         assert_eq!((&*told.name, &*told.hardware_id), ("teampulse: /robot1/odom", "robot1"));
         let value = |key: &str| {
@@ -176,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_dead_stream_is_an_error_and_a_silent_one_stale() {
-        let level = |state| diagnostic(&status(state, "")).level;
+        let level = |state| diagnostic(&status(state, ""), Subject::session()).level;
         assert_eq!(level(State::Ok), DiagnosticStatus::OK);
         assert_eq!(level(State::Stale), DiagnosticStatus::STALE);
         assert_eq!(level(State::Dead), DiagnosticStatus::ERROR);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use teampulse_core::data::Data;
 use teampulse_core::sample::{Record, Sample};
+use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert;
@@ -50,7 +51,7 @@ impl PrivacyFilter {
     pub(crate) fn censor<'a>(&self, record: &'a Record) -> Option<Cow<'a, Bytes>> {
         let may_pass = match &record.sample.data {
             _ if record.stream.about == About::Person => true,
-            Data::Status(status) => self.publishes_health_of(&status.name),
+            Data::Status(status) => self.publishes_health_of(status),
             Data::Event(event) => !self.is_named_in(&event.label),
             Data::Description(stream) => return self.censor_description(record, stream),
             _ => true,
@@ -58,11 +59,9 @@ impl PrivacyFilter {
         may_pass.then_some(Cow::Borrowed(&record.cdr))
     }
 
-    /// Whether the health of a stream may be published; of two types on one topic each has the type
-    /// appended to its name.
-    pub(crate) fn publishes_health_of(&self, told_as: &str) -> bool {
-        let name = told_as.split(' ').next().unwrap_or_default();
-        !self.hidden.contains(name)
+    /// Whether the health of a stream may be published.
+    pub(crate) fn publishes_health_of(&self, status: &StreamStatus) -> bool {
+        !self.hidden.contains(status.topic())
     }
 
     /// Describes no hidden stream, and names none among what another was computed from.
@@ -97,6 +96,7 @@ impl PrivacyFilter {
 #[cfg(test)]
 mod tests {
     use teampulse_core::data::{Event, EventKind};
+    use teampulse_core::pattern::Pattern;
     use teampulse_core::sample::Turn;
     use teampulse_core::status::{State, StreamStatus};
     use teampulse_core::stream::{Shape, Subject};
@@ -115,7 +115,7 @@ mod tests {
         let streams = Streams::default();
         streams.declare(ecg());
         streams.declare(Stream::raw("/r1/load", Subject::robot("r1"), Shape::Sample));
-        let published = published.iter().map(|name| (*name).to_owned()).collect();
+        let published = published.iter().map(|name| Pattern::parse(name).unwrap()).collect();
         let mut privacy = PrivacyFilter::new(Publish::Conclusions(published));
         privacy.learn(&streams);
         privacy

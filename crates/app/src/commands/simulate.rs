@@ -8,6 +8,7 @@ use rustix::process::Signal;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
+use teampulse_core::pattern::Pattern;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
@@ -185,7 +186,7 @@ fn sinks(bus: &Arc<dyn Bus>, time: SessionClock, host: &Clock, people: u32) -> V
     let mut sinks: Vec<Box<dyn Sink>> =
         vec![Box::new(if is_simulated { robotic.with_clock() } else { robotic })];
     if people > 0 {
-        let named = OF_PEOPLE.map(str::to_owned).to_vec();
+        let named = OF_PEOPLE.map(|text| Pattern::parse(text).expect("a pattern")).to_vec();
         sinks.push(Box::new(publishing(Publish::Named(named))));
     }
     sinks

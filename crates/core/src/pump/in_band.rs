@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use super::Pump;
-use crate::clocks::breaks_simulated_time;
 use crate::computers::ClockReport;
 use crate::data::Data;
 use crate::publishers::PublishedBy;
+use crate::simulated_time::breaks_simulated_time;
 use crate::source::Reading;
 use crate::standstill::standstill;
 use crate::stream::Origin;

@@ -15,7 +15,7 @@ use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
 use teampulse_core::phases::Phases;
 use teampulse_core::registry::{Component, SettingsError};
-use teampulse_core::reports::named;
+use teampulse_core::reports::Isa;
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId, Subject, Window};
 use teampulse_core::time::Time;
@@ -207,7 +207,8 @@ impl EstimatesExtractor {
                 person.heed(stream);
             }
         }
-        let named = if of_session { named(event) } else { Some(subject.id.as_str()) };
+        let isa = Isa::read(event).map(|isa| isa.person);
+        let named = if of_session { isa } else { Some(subject.id.as_str()) };
         let person = match named {
             Some("") if self.people.len() == 1 => self.people.values_mut().next(),
             Some(id) => self.people.get_mut(id),

@@ -273,8 +273,11 @@ fn end_of(sample: &Sample) -> Time {
 
 /// What a stream is called for people: `p001/polar_h10/ecg`.
 fn short_name(stream: &Stream) -> String {
-    let leaf = stream.name.split_once(&format!("/{}/", stream.id));
-    leaf.map_or_else(|| stream.name.clone(), |(_, leaf)| format!("{}/{leaf}", stream.id))
+    let subject = stream.subject();
+    match subject.within(&stream.name) {
+        whole if whole == stream.name => whole.to_owned(),
+        within => format!("{}/{within}", subject.id),
+    }
 }
 
 fn events(input: &Stream, settings: &Outages) -> Stream {

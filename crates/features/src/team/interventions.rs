@@ -249,9 +249,8 @@ impl InterventionsExtractor {
 
 impl Topic {
     fn of(stream: &Stream) -> Topic {
-        let below = stream.name.split_once(&format!("/{}/", stream.id));
-        let leaf = below.map_or(stream.name.as_str(), |(_, leaf)| leaf);
-        Topic { robot: stream.id.clone(), label: format!("{} {leaf}", stream.id), run: None }
+        let label = format!("{} {}", stream.id, stream.subject().within(&stream.name));
+        Topic { robot: stream.id.clone(), label, run: None }
     }
 
     fn reported(&self, run: Run) -> Data {

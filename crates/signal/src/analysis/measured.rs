@@ -35,6 +35,11 @@ impl Value {
         let name = Cow::Owned(format!("{name}{of}{channel}"));
         Value { name, unit: unit.into(), method: method.into() }
     }
+
+    /// What a name says is measured, and in which channel, if of one of several.
+    pub fn parts(name: &str) -> (&str, Option<&str>) {
+        name.split_once('/').map_or((name, None), |(measure, channel)| (measure, Some(channel)))
+    }
 }
 
 /// The values of a span of a signal.

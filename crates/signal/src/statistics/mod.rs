@@ -13,6 +13,7 @@ mod ranks;
 mod distributions;
 mod mean_interval;
 mod baseline;
+mod comparison;
 mod t_test;
 mod wilcoxon;
 mod effect_size;
@@ -30,6 +31,7 @@ pub use baseline::{
     standardised_difference,
 };
 pub use bootstrap::{Bootstrap, BootstrapInterval, bootstrap};
+pub use comparison::Comparison;
 pub use complete::{CompleteRows, complete_rows};
 pub use correlation::{Correlation, pearson, spearman};
 pub use distributions::Alternative;

@@ -1,6 +1,7 @@
 //! The board: the last that is known of every person, robot and stream.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::phases::Phases;
@@ -8,6 +9,7 @@ use teampulse_core::sample::{Record, Sample};
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{About, Origin, Signal, Stream, Subject};
+use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use super::estimates::{Estimates, is_estimate};
@@ -37,9 +39,9 @@ const NAME_COLUMNS: usize = 16;
 /// The last that is known of every person, robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
+    /// What is known of the session's streams.
+    known: Streams,
     streams: BTreeMap<Name, Watched>,
-    /// The streams of what happens: one that is silent lacks nothing.
-    happenings: BTreeSet<String>,
     phases: Phases,
     /// Who has phases of the own, so that the session's don't count.
     own_phases: BTreeSet<Subject>,
@@ -74,6 +76,11 @@ struct Health {
 }
 
 impl Board {
+    /// Looks up from now on in these streams what a status is about.
+    pub fn know(&mut self, streams: &Streams) {
+        self.known = streams.clone();
+    }
+
     /// Takes what is new; gives lines for each state that changed and each event.
     pub fn take(&mut self, record: &Record) -> Vec<String> {
         self.now = record.sample.log_time;
@@ -83,12 +90,6 @@ impl Board {
             Data::Event(event) => self.take_event(&record.stream, &record.sample, event),
             Data::Feature(values) => {
                 self.take_figures(&record.stream, values, record.sample.measured);
-                Vec::new()
-            }
-            Data::Description(stream) => {
-                if matches!(stream.signal, Signal::Event | Signal::Input) {
-                    self.happenings.insert(stream.name.clone());
-                }
                 Vec::new()
             }
             _ => Vec::new(),
@@ -109,7 +110,7 @@ impl Board {
     }
 
     fn take_status(&mut self, status: &StreamStatus) -> Option<String> {
-        let is_happening = self.happenings.contains(&status.name);
+        let is_happening = self.is_happening(status);
         let name = Name(status.name.clone());
         let stream = self.streams.entry(name).or_insert_with(|| Watched::new(status));
         let is_news = stream.take(status, is_happening);
@@ -251,7 +252,7 @@ impl Board {
         let mut groups: BTreeMap<(Urgency, Name), Vec<(&str, &StreamStatus)>> = BTreeMap::new();
         for status in self.statuses().filter(|status| self.is_trouble(status)) {
             let Some(urgency) = Urgency::of(status.state) else { continue };
-            let (subject, name) = self.owner(&status.name);
+            let (subject, name) = self.owner(status);
             let is_offline = |id: &Name| self.robots.get(id).is_some_and(Figures::is_offline);
             if !subject.as_ref().is_some_and(is_offline) {
                 let subject = subject.unwrap_or_else(|| Name("other".into()));
@@ -309,7 +310,7 @@ impl Board {
     fn health(&self) -> BTreeMap<Option<Name>, Health> {
         let mut health: BTreeMap<Option<Name>, Health> = BTreeMap::new();
         for status in self.statuses() {
-            let of = health.entry(self.owner(&status.name).0).or_default();
+            let of = health.entry(self.owner(status).0).or_default();
             of.all += 1;
             of.fine += usize::from(!self.is_trouble(status));
         }
@@ -326,24 +327,34 @@ impl Board {
     }
 
     fn is_trouble(&self, status: &StreamStatus) -> bool {
-        let is_awaited = status.state == State::Never && self.happenings.contains(&status.name);
+        let is_awaited = status.state == State::Never && self.is_happening(status);
         status.state != State::Ok && !is_awaited
     }
 
-    /// Whose a stream is, and what it is called within; nobody's has its whole name.
-    fn owner<'a>(&self, name: &'a str) -> (Option<Name>, &'a str) {
-        let robot = name.strip_prefix('/').and_then(|name| name.split_once('/'));
-        if let Some((id, below)) = robot {
-            let id = Name(id.to_owned());
-            if self.robots.contains_key(&id) {
-                return (Some(id), below);
-            }
-        }
-        let of_person = |id: &&Name| within_person(&id.0, name).is_some();
-        match self.people.keys().find(of_person) {
-            Some(id) => (Some(id.clone()), within_person(&id.0, name).unwrap_or(name)),
-            None => (None, name),
-        }
+    fn stream(&self, status: &StreamStatus) -> Option<Arc<Stream>> {
+        self.known.find(status.topic()).map(|(_, stream)| stream)
+    }
+
+    /// Whether it is a stream of what happens: one that is silent lacks nothing.
+    fn is_happening(&self, status: &StreamStatus) -> bool {
+        let is_one = |stream: Arc<Stream>| matches!(stream.signal, Signal::Event | Signal::Input);
+        self.stream(status).is_some_and(is_one)
+    }
+
+    /// The person or robot of a stream, if one of these is on the board, and its name within; any other has
+    /// its whole name.
+    fn owner<'a>(&self, status: &'a StreamStatus) -> (Option<Name>, &'a str) {
+        let subject = self.stream(status).map(|stream| stream.subject());
+        let owned = subject.and_then(|subject| {
+            let id = Name(subject.id.clone());
+            let is_shown = match subject.about {
+                About::Robot => self.robots.contains_key(&id),
+                About::Person => self.people.contains_key(&id),
+                About::Team | About::Session => false,
+            };
+            is_shown.then(|| (Some(id), subject.within(&status.name)))
+        });
+        owned.unwrap_or((None, &status.name))
     }
 
     /// What is said when the session ends.
@@ -418,12 +429,6 @@ fn streams(health: Option<Health>) -> StyledLine {
     } else {
         StyledLine::of(Style::Plain, &format!("{fine} of {all} ok"))
     }
-}
-
-/// The name of a person's stream below the person, wherever people stand: `polar_h10/ecg`.
-fn within_person<'a>(id: &str, name: &'a str) -> Option<&'a str> {
-    let (_, below) = name.split_once(&format!("/{id}/"))?;
-    Some(below)
 }
 
 /// A stream with its full name, state, rate, age and losses.

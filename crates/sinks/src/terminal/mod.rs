@@ -113,6 +113,7 @@ impl Sink for Terminal {
         let is_screen = screen::is_ours() && !self.settings.plain;
         let mut screen = is_screen.then(Screen::take_over);
         let began = self.clock.now();
+        self.board.know(inbox.streams());
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {
@@ -179,8 +180,7 @@ impl Terminal {
 }
 
 fn is_shown(stream: &Stream) -> bool {
-    use Shape::{Description, Event, Feature, Status};
-    matches!(stream.shape, Status | Event | Feature | Description)
+    matches!(stream.shape, Shape::Status | Shape::Event | Shape::Feature)
 }
 
 /// Writes lines to standard error; nobody reading them is no failure of the session.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use teampulse_core::alerts::{ALERTS, Alert, Stage};
+use teampulse_core::alerts::{ALERTS, Alert, Stage, Why};
 use teampulse_core::data::{Event, FeatureValues};
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::time::Time;
@@ -15,7 +15,7 @@ pub(super) struct Team {
     /// By channel.
     state: BTreeMap<String, f64>,
     /// Why each robot needs someone whom nobody has answered, and since when.
-    needs: BTreeMap<String, Vec<(String, Time)>>,
+    needs: BTreeMap<String, Vec<(Why, Time)>>,
 }
 
 /// A robot that needs someone.
@@ -53,7 +53,7 @@ impl Team {
     pub fn needs(&self) -> impl Iterator<Item = Need<'_>> {
         self.needs.iter().filter_map(|(robot, needs)| {
             let since = needs.iter().map(|(_, since)| *since).min()?;
-            let why: Vec<&str> = needs.iter().map(|(why, _)| why.as_str()).collect();
+            let why: Vec<String> = needs.iter().map(|(why, _)| why.to_string()).collect();
             Some(Need { robot, why: why.join(", "), since })
         })
     }
@@ -97,12 +97,20 @@ mod tests {
         team.take(&stream.with_channels(&channels), &values);
     }
 
-    fn alert(team: &mut Team, secs: i32, (robot, why): (&str, &str), stage: Stage) {
-        let alert = Alert { robot: robot.to_owned(), why: why.to_owned(), stage };
+    fn alert(team: &mut Team, secs: i32, (robot, why): (&str, Why), stage: Stage) {
+        let alert = Alert { robot: robot.to_owned(), why, stage };
         let (kind, label) = (EventKind::Fault, alert.label());
         let event = Event { kind, label, value: f64::NAN, duration_secs: f64::NAN };
         let stream = Stream::raw(ALERTS, Subject::team(), Shape::Event);
         team.take_event(&stream, &event, Time::from_stamp(secs, 0));
+    }
+
+    fn poor_link() -> Why {
+        Why::Limit("poor link".to_owned())
+    }
+
+    fn stuck() -> Why {
+        Why::Stuck("wifi".to_owned())
     }
 
     fn needs(team: &Team) -> Vec<(String, String, f64)> {
@@ -114,18 +122,18 @@ mod tests {
     fn who_needs_someone_is_reported_with_why_and_since_when() {
         let mut team = Team::default();
         assert_eq!(team.line(5), None);
-        alert(&mut team, 1, ("robot2", "offline"), Stage::Raised);
-        alert(&mut team, 2, ("robot3", "poor link"), Stage::Raised);
-        alert(&mut team, 3, ("robot3", "wifi is stuck"), Stage::Raised);
+        alert(&mut team, 1, ("robot2", Why::Offline), Stage::Raised);
+        alert(&mut team, 2, ("robot3", poor_link()), Stage::Raised);
+        alert(&mut team, 3, ("robot3", stuck()), Stage::Raised);
         state(&mut team, [1.0, 4.0]);
         assert_eq!(team.line(5).unwrap(), "1 person, 4 of 5 robots online");
         let need = |robot: &str, why: &str, secs| (robot.to_owned(), why.to_owned(), secs);
         let both =
             [need("robot2", "offline", 1.0), need("robot3", "poor link, wifi is stuck", 2.0)];
         assert_eq!(needs(&team), both);
-        alert(&mut team, 4, ("robot3", "poor link"), Stage::Answered);
-        alert(&mut team, 4, ("robot3", "wifi is stuck"), Stage::Over);
-        alert(&mut team, 4, ("robot2", "offline"), Stage::Answered);
+        alert(&mut team, 4, ("robot3", poor_link()), Stage::Answered);
+        alert(&mut team, 4, ("robot3", stuck()), Stage::Over);
+        alert(&mut team, 4, ("robot2", Why::Offline), Stage::Answered);
         assert_eq!(needs(&team), []);
         state(&mut team, [0.0, f64::NAN]);
         assert_eq!(team.line(0).unwrap(), "0 people");

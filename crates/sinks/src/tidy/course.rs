@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
-use teampulse_core::reports::named;
+use teampulse_core::reports::Isa;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Stream, Subject};
 use teampulse_core::time::Time;
@@ -105,7 +105,8 @@ impl Course {
     /// Whom an event is about: a self-report on the session's events is about whom it names, or about
     /// the only person that there is.
     pub(super) fn whom(&self, stream: &Stream, event: &Event) -> Subject {
-        let named = if stream.about == About::Session { named(event) } else { None };
+        let isa = Isa::read(event).filter(|_| stream.about == About::Session);
+        let named = isa.map(|isa| isa.person);
         let id = match named {
             Some("") if self.people.len() == 1 => self.people.first(),
             Some(id) => self.people.get(id),

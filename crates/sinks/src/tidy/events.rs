@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use teampulse_core::alerts::{ALERTS, Alert, Stage};
+use teampulse_core::alerts::{ALERTS, Alert, Stage, Why};
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
@@ -217,12 +217,9 @@ fn is_told(stream: &Stream, event: &Event) -> bool {
 /// stuck or that its diagnostics say error. That somebody answered is said here alone.
 fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
     let alert = Some(&event.label).filter(|_| stream.name == ALERTS);
-    alert.and_then(|label| Alert::read(label)).is_some_and(|alert| {
-        let is_robot_s = alert.why == "offline"
-            || alert.why == "diagnostics say error"
-            || alert.why.ends_with(" is stuck");
-        alert.stage != Stage::Answered && is_robot_s
-    })
+    alert
+        .and_then(|label| Alert::read(label))
+        .is_some_and(|alert| alert.stage != Stage::Answered && !matches!(alert.why, Why::Limit(_)))
 }
 
 /// The onset that a row begins with [s]; the head comes before all.

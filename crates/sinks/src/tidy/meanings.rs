@@ -4,25 +4,19 @@ mod heart;
 mod body;
 mod team;
 
+use teampulse_signal::analysis::Value;
+use teampulse_signal::statistics::Comparison;
+
 /// A measure and what it means.
 type Meaning = (&'static str, &'static str);
 
 /// The tables of all measures that this project computes, by their names without a channel.
 const TABLES: [&[Meaning]; 4] =
     [heart::SIGNALS, heart::VARIABILITY, body::MEANINGS, team::MEANINGS];
-/// What a measure's name ends with that compares it with the baseline.
-const COMPARED: [(&str, &str); 3] = [
-    ("_difference", "less its value in the baseline"),
-    (
-        "_robust_z",
-        "less its median in the baseline, over 1.4826 times the median absolute deviation there",
-    ),
-    ("_z", "less its mean in the baseline, over the standard deviation there"),
-];
 
 /// What a measure means, in a sentence; for one that this project does not compute, from its stream.
 pub(super) fn meaning_of(name: &str) -> String {
-    let (base, channel) = name.split_once('/').map_or((name, None), |(base, of)| (base, Some(of)));
+    let (base, channel) = Value::parts(name);
     let meaning = known(base).unwrap_or_else(|| {
         "A measure specific to this study; the method is the one that its stream declares."
             .to_owned()
@@ -38,10 +32,20 @@ fn known(base: &str) -> Option<String> {
     if let Some(meaning) = listed(base) {
         return Some(meaning.to_owned());
     }
-    COMPARED.iter().find_map(|(suffix, words)| {
-        let of = listed(base.strip_suffix(suffix)?)?;
-        Some(format!("{}, {words}.", of.trim_end_matches('.')))
+    Comparison::read(base).find_map(|(measure, comparison)| {
+        let of = listed(measure)?.trim_end_matches('.');
+        Some(format!("{of}, {}.", compared(comparison)))
     })
+}
+
+fn compared(comparison: Comparison) -> &'static str {
+    match comparison {
+        Comparison::Difference => "less its value in the baseline",
+        Comparison::Z => "less its mean in the baseline, over the standard deviation there",
+        Comparison::RobustZ => {
+            "less its median in the baseline, over 1.4826 times the median absolute deviation there"
+        }
+    }
 }
 
 fn listed(base: &str) -> Option<&'static str> {
@@ -51,7 +55,6 @@ fn listed(base: &str) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use teampulse_signal::analysis::Value;
     use teampulse_signal::{acceleration, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature};
 
     use super::*;
@@ -98,8 +101,7 @@ mod tests {
         let values = values_of_analyses();
         assert!(values.len() > 300);
         for Value { name, .. } in values {
-            let base = name.split('/').next().unwrap();
-            assert!(known(base).is_some(), "{name} has no meaning");
+            assert!(known(Value::parts(&name).0).is_some(), "{name} has no meaning");
         }
     }
 

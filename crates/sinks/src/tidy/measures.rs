@@ -106,10 +106,7 @@ impl Serialize for Methods {
 /// What a feature was computed from, within its subject: `polar_h10/ecg`; of one with several inputs its
 /// own name without the window.
 pub(super) fn source_of(stream: &Stream) -> String {
-    let name = match stream.inputs.as_slice() {
-        [input] if stream.name.starts_with(input.as_str()) => input,
-        _ => stream.windowless_name(),
-    };
+    let name = stream.input().unwrap_or(stream.windowless_name());
     stream.subject().within(name).trim_start_matches('/').to_owned()
 }
 

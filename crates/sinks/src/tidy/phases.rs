@@ -9,6 +9,7 @@ use std::sync::Arc;
 use teampulse_core::data::FeatureValues;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Channel, Stream, StreamId, Subject};
+use teampulse_signal::analysis::Value;
 
 use self::rows::{Row, Rows};
 use super::course::{Course, word_of};
@@ -228,8 +229,8 @@ impl PhaseTable {
 
 /// Whether the table has a value of a stream: of people's raw signals features, of robots' mean and SD.
 fn is_listed(stream: &Stream, name: &str) -> bool {
-    let base = name.split('/').next().unwrap_or_default();
-    !is_of_statistics(stream) || stream.about == About::Robot && STATISTICS.contains(&base)
+    let (measure, _) = Value::parts(name);
+    !is_of_statistics(stream) || stream.about == About::Robot && STATISTICS.contains(&measure)
 }
 
 fn is_share(measure: &str) -> bool {

@@ -13,7 +13,7 @@ use teampulse_core::alerts::ALERTS;
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::loss::Loss;
-use teampulse_core::reports::{is_off_scale, named};
+use teampulse_core::reports::Isa;
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
@@ -93,11 +93,10 @@ impl Summary {
     /// The first feature of a stream judges it; statistics, which know nothing of what a signal should
     /// look like, only where there is no other.
     fn describe(&mut self, stream: &Arc<Stream>) {
-        if let (Shape::Feature, [input]) = (&stream.shape, stream.inputs.as_slice())
-            && stream.name.starts_with(input)
+        if let (Shape::Feature, Some(input)) = (&stream.shape, stream.input())
             && !is_of_phases(stream)
         {
-            let judge = self.judges.entry(input.clone()).or_insert_with(|| Arc::clone(stream));
+            let judge = self.judges.entry(input.to_owned()).or_insert_with(|| Arc::clone(stream));
             if is_of_statistics(judge) && !is_of_statistics(stream) {
                 judge.clone_from(stream);
             }
@@ -173,19 +172,19 @@ impl Summary {
 impl Counts {
     /// Counts a report that is not used by what first keeps it from that.
     fn take_unused(&mut self, report: &Event, is_about_nobody: bool) {
-        if is_about_nobody {
-            self.about_nobody += 1;
-        } else if is_off_scale(report) && report.value.is_nan() {
-            self.no_number += 1;
-        } else if is_off_scale(report) {
-            self.off_scale += 1;
+        let off_scale = Isa::read(report).filter(|isa| !isa.is_on_scale());
+        match off_scale {
+            _ if is_about_nobody => self.about_nobody += 1,
+            Some(isa) if isa.value.is_nan() => self.no_number += 1,
+            Some(_) => self.off_scale += 1,
+            None => {}
         }
     }
 }
 
 /// Whether a report that should be about a person is about an unknown person.
 fn is_about_nobody(stream: &Stream, report: &Event, course: &Course) -> bool {
-    named(report).is_some() && course.whom(stream, report).about == About::Session
+    Isa::read(report).is_some() && course.whom(stream, report).about == About::Session
 }
 
 /// Whether a window is too short for any value, however good its data are: it says nothing of them.

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use teampulse_core::data::Data;
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
+use teampulse_core::pattern::last_token;
 use teampulse_core::source::Reading;
 use teampulse_core::stream::{Channel, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
@@ -37,7 +38,7 @@ impl ObservedChannels {
         if is_known || self.heard < UNDESCRIBED || self.width > MOST_CHANNELS {
             return;
         }
-        let name = stream.name.rsplit('/').next().unwrap_or_default();
+        let name = last_token(&stream.name);
         let name =
             |channel| if self.width == 1 { name.to_owned() } else { format!("{name}{channel}") };
         stream.channels = (1..=self.width).map(|channel| Channel::new(name(channel), "")).collect();

@@ -52,9 +52,7 @@ impl Choice {
         let Some(namespace) = &self.namespace else {
             return Some((self.prefix.trim_matches('/'), topic.strip_prefix('/')?));
         };
-        let (robot, relative) = namespace.split(topic)?;
-        let last = robot.rsplit('/').next().unwrap_or(robot);
-        let id = namespace.starred(robot).unwrap_or(last);
+        let (id, relative) = namespace.subject(topic)?;
         (!relative.is_empty() && !id.is_empty()).then_some((id, relative))
     }
 

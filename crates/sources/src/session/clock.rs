@@ -7,15 +7,14 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
-use teampulse_core::clocks::SIMULATED_CLOCK;
-use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
+use teampulse_core::simulated_time::{Break, SIMULATED_CLOCK};
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 
-use course::{Break, Course};
+use course::Course;
 
 /// How often it is looked whether the clock runs.
 const LOOK: Duration = Duration::from_millis(20);
@@ -90,7 +89,7 @@ impl Source for SimulatedClock {
                 std::mem::take(&mut following.breaks)
             };
             for each in &breaks {
-                report(outlet, each);
+                report(outlet, *each);
             }
             tokio::select! {
                 () = tokio::time::sleep(LOOK) => {}
@@ -100,14 +99,10 @@ impl Source for SimulatedClock {
     }
 }
 
-fn report(outlet: &Outlet, what: &Break) {
-    let label = format!("{SIMULATED_CLOCK} {what}");
-    tracing::warn!("{label}");
-    let kind = match what {
-        Break::Several => EventKind::Fault,
-        _ => EventKind::Clock,
-    };
-    outlet.happen(Event { kind, label, value: what.secs(), duration_secs: 0.0 });
+fn report(outlet: &Outlet, what: Break) {
+    let event = what.event();
+    tracing::warn!("{}", event.label);
+    outlet.happen(event);
 }
 
 fn lock(following: &Mutex<Following>) -> MutexGuard<'_, Following> {

@@ -75,10 +75,7 @@ fn absent_people(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
     }
     let all = RosPeople::default();
     let of_people = left.iter().filter(|(topic, type_name)| all.hears(topic, type_name));
-    let ids = of_people.filter_map(|(topic, _)| {
-        let (person, _) = all.namespace.split(topic)?;
-        person.rsplit('/').next()
-    });
+    let ids = of_people.filter_map(|(topic, _)| Some(all.namespace.subject(topic)?.0));
     let ids: BTreeSet<&str> = ids.collect();
     let said = ids.into_iter().map(|id| {
         format!(

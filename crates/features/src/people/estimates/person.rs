@@ -7,7 +7,7 @@ use std::time::Duration;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::phases::Phase;
-use teampulse_core::reports::is_off_scale;
+use teampulse_core::reports::Isa;
 use teampulse_core::stream::{Stream, Subject, Window};
 use teampulse_core::time::Time;
 
@@ -95,7 +95,9 @@ impl Person {
     pub(super) fn hear(&mut self, at: Time, event: &Event, stream: &str, out: &mut Outputs) {
         if self.reports.take(at, event) {
             self.of_stream.insert(stream.to_owned());
-        } else if is_off_scale(event) && !std::mem::replace(&mut self.is_off_scale_told, true) {
+        } else if Isa::read(event).is_some()
+            && !std::mem::replace(&mut self.is_off_scale_told, true)
+        {
             let output = out.declare(output::faults(&self.subject, stream));
             let label = output::off_scale(event.value);
             out.emit(output, at, Data::Event(Arc::new(moment(EventKind::Fault, label))));

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::Stream;
 use teampulse_signal::estimate::Estimate;
+use teampulse_signal::statistics::Comparison;
 
 use crate::value::Value;
 
@@ -63,10 +64,9 @@ struct Place {
 impl Reading {
     /// How this stream of states is read.
     pub(super) fn of(state: &Stream) -> Reading {
-        let channel = |name: String| state.place_of(&name);
         let place = |&(measure, sign): &Sign| {
-            let robust = channel(format!("{measure}_robust_z"))?;
-            Some(Place { channels: [robust, channel(format!("{measure}_z"))?], sign })
+            let channel = |each: Comparison| state.place_of(&each.of(measure));
+            Some(Place { channels: [channel(Comparison::RobustZ)?, channel(Comparison::Z)?], sign })
         };
         let places = |signs: &[Sign]| signs.iter().filter_map(place).collect();
         Reading { workload: places(OF_WORKLOAD), arousal: places(OF_AROUSAL) }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use teampulse_core::data::{Event, Reason};
 use teampulse_core::phases::Phase;
-use teampulse_core::reports::{is_off_scale, named};
+use teampulse_core::reports::Isa;
 use teampulse_core::time::Time;
 use teampulse_signal::estimate::Estimate;
 
@@ -48,15 +48,13 @@ impl Stretch {
 impl Reports {
     /// Takes in a report from 1 to 5; whether it was one.
     pub(super) fn take(&mut self, at: Time, event: &Event) -> bool {
-        let is_one = named(event).is_some() && !is_off_scale(event);
-        if is_one {
-            let place = self.newest.partition_point(|known| known.at <= at);
-            self.newest.insert(place, Report { at, workload: (event.value - 1.0) / 4.0 });
-            if self.newest.len() > MOST {
-                self.newest.pop_front();
-            }
+        let Some(isa) = Isa::read(event).filter(Isa::is_on_scale) else { return false };
+        let place = self.newest.partition_point(|known| known.at <= at);
+        self.newest.insert(place, Report { at, workload: (isa.value - 1.0) / 4.0 });
+        if self.newest.len() > MOST {
+            self.newest.pop_front();
         }
-        is_one
+        true
     }
 
     /// Whether nothing was reported so far.

@@ -2,13 +2,11 @@
 
 use teampulse_core::phases::Phase;
 use teampulse_core::stream::{Channel, Shape, Stream, Subject, Window};
+use teampulse_signal::statistics::Comparison;
 
 use super::FAMILY;
 use super::baseline::Baseline;
 use super::measures::{MEASURES, Measure};
-
-/// What the values of a state are: their suffixes, and whether they are in the unit of the measure.
-const KINDS: [(&str, bool); 3] = [("difference", true), ("z", false), ("robust_z", false)];
 
 /// How the values are made, as it stands in every method.
 const FORMULA: &str = "difference from the mean of the baseline's windows, z in their SD (n - 1), \
@@ -49,10 +47,10 @@ fn state<'a>(
     doc: String,
 ) -> Stream {
     let name = format!("/humans/persons/{}/{FAMILY}", person.id);
-    let kinds = MEASURES.iter().flat_map(|measure| KINDS.map(|kind| (measure, kind)));
-    let channels = kinds.map(|(measure, (kind, in_unit))| {
-        let unit = if in_unit { measure.unit } else { "1" };
-        Channel::new(format!("{}_{kind}", measure.name), unit)
+    let all = MEASURES.iter().flat_map(|measure| Comparison::ALL.map(|each| (measure, each)));
+    let channels = all.map(|(measure, comparison)| {
+        let unit = if comparison == Comparison::Difference { measure.unit } else { "1" };
+        Channel::new(comparison.of(measure.name), unit)
     });
     let mut inputs: Vec<String> = inputs.map(str::to_owned).collect();
     inputs.sort_unstable();

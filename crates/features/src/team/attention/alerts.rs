@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use teampulse_core::alerts::{Alert, Stage};
+use teampulse_core::alerts::{Alert, Stage, Why};
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::stream::StreamId;
@@ -14,7 +14,7 @@ use crate::value::moment;
 /// The alerts that are not over: one for each robot and reason.
 #[derive(Debug, Default)]
 pub(super) struct Alerts {
-    open: BTreeMap<(String, String), Need>,
+    open: BTreeMap<(String, Why), Need>,
     unreported: Vec<(Time, Event)>,
 }
 
@@ -29,8 +29,8 @@ struct Need {
 
 impl Alerts {
     /// A stream says from now on that a robot needs someone.
-    pub(super) fn begin(&mut self, robot: &str, why: &str, says: StreamId, at: Time) {
-        let key = (robot.to_owned(), why.to_owned());
+    pub(super) fn begin(&mut self, robot: &str, why: &Why, says: StreamId, at: Time) {
+        let key = (robot.to_owned(), why.clone());
         if let Some(alert) = self.open.get_mut(&key) {
             alert.causes.insert(says);
             return;
@@ -42,8 +42,8 @@ impl Alerts {
     }
 
     /// A stream says that a robot does not need someone, any more.
-    pub(super) fn end(&mut self, robot: &str, why: &str, says: StreamId, at: Time) {
-        let key = (robot.to_owned(), why.to_owned());
+    pub(super) fn end(&mut self, robot: &str, why: &Why, says: StreamId, at: Time) {
+        let key = (robot.to_owned(), why.clone());
         let Some(alert) = self.open.get_mut(&key) else { return };
         alert.causes.remove(&says);
         if !alert.causes.is_empty() {
@@ -85,12 +85,12 @@ impl Alerts {
         begun.min().map(|begun| begun.min(now))
     }
 
-    fn unanswered(&self) -> impl Iterator<Item = (&(String, String), &Need)> {
+    fn unanswered(&self) -> impl Iterator<Item = (&(String, Why), &Need)> {
         self.open.iter().filter(|(_, alert)| !alert.is_answered)
     }
 }
 
-fn reported(kind: EventKind, robot: &str, why: &str, stage: Stage) -> Event {
-    let alert = Alert { robot: robot.to_owned(), why: why.to_owned(), stage };
+fn reported(kind: EventKind, robot: &str, why: &Why, stage: Stage) -> Event {
+    let alert = Alert { robot: robot.to_owned(), why: why.clone(), stage };
     moment(kind, alert.label())
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use teampulse_core::alerts::Why;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream};
 
@@ -47,7 +48,7 @@ pub(super) enum Said {
 /// One reason why a robot may need someone, as one stream indicates it.
 #[derive(Clone, Debug)]
 pub(super) struct Sign {
-    why: String,
+    why: Why,
     indication: Indication,
 }
 
@@ -75,8 +76,8 @@ impl Sign {
         }
     }
 
-    /// The reason, in words.
-    pub(super) fn why(&self) -> &str {
+    /// The reason.
+    pub(super) fn why(&self) -> &Why {
         &self.why
     }
 
@@ -119,8 +120,8 @@ fn below(values: &FeatureValues, channel: usize, limit: f64) -> Option<Said> {
 
 fn by_events(stream: &Stream) -> Option<Sign> {
     let why = match (stream.family.as_str(), stream.inputs.first()) {
-        (deployment::FAMILY, _) => "offline".to_owned(),
-        (stuck::FAMILY, Some(input)) => format!("{} is stuck", stream.subject().within(input)),
+        (deployment::FAMILY, _) => Why::Offline,
+        (stuck::FAMILY, Some(input)) => Why::Stuck(stream.subject().within(input).to_owned()),
         _ => return None,
     };
     Some(Sign { why, indication: Indication::ByEvents })
@@ -132,16 +133,15 @@ fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
         let below = |limit| Indication::Below { channel, limit };
         let (why, indication) = match (stream.signal, of.name.as_str()) {
             (Signal::Battery, "fraction_left") => {
-                (format!("battery below {:.0} %", 100.0 * low_battery), below(low_battery))
+                let words = format!("battery below {:.0} %", 100.0 * low_battery);
+                (Why::Limit(words), below(low_battery))
             }
-            (Signal::Battery, "empty_in_secs") => (
-                format!("battery empty within {:.0} min", empty_in_secs / 60.0),
-                below(empty_in_secs),
-            ),
-            (Signal::Link, "quality") => ("poor link".to_owned(), below(poor_link)),
-            (Signal::Diagnostics, "level") => {
-                ("diagnostics say error".to_owned(), Indication::AsError { channel })
+            (Signal::Battery, "empty_in_secs") => {
+                let words = format!("battery empty within {:.0} min", empty_in_secs / 60.0);
+                (Why::Limit(words), below(empty_in_secs))
             }
+            (Signal::Link, "quality") => (Why::Limit("poor link".to_owned()), below(poor_link)),
+            (Signal::Diagnostics, "level") => (Why::Diagnostics, Indication::AsError { channel }),
             _ => return None,
         };
         Some(Sign { why, indication })

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use proptest::prelude::*;
-use teampulse_core::alerts::{Alert, Stage};
+use teampulse_core::alerts::{Alert, Stage, Why};
 use teampulse_core::data::{Event, EventKind, FeatureValues};
 
 use super::*;
@@ -133,7 +133,7 @@ proptest! {
                 _ => drive.take_on(BATTERY, secs as f64, battery),
             }
         }
-        let mut stages: BTreeMap<String, Stage> = BTreeMap::new();
+        let mut stages: BTreeMap<Why, Stage> = BTreeMap::new();
         for label in drive.labels(ALERTS) {
             let Alert { why, stage, .. } = Alert::read(&label).unwrap();
             let before = stages.insert(why, stage);

@@ -98,8 +98,25 @@ const DEAD: (State, &str) = (State::Dead, "silent for 9.7 s");
 
 fn board(records: impl IntoIterator<Item = Record>) -> Board {
     let mut board = Board::default();
-    records.into_iter().for_each(|record| drop(board.take(&record)));
+    records.into_iter().for_each(|record| drop(take(&mut board, &record)));
     board
+}
+
+/// Takes a record; of a status the stream is known, as one of a person, a robot or of none.
+pub(in crate::terminal) fn take(board: &mut Board, record: &Record) -> Vec<String> {
+    if let Data::Status(status) = &record.sample.data {
+        let name = &status.name;
+        let tokens: Vec<&str> = name.split('/').skip(1).collect();
+        let subject = match tokens[..] {
+            ["humans", ..] => person(),
+            [robot, _] => Subject::robot(robot),
+            _ => Subject::session(),
+        };
+        if board.known.find(name).is_none() {
+            board.known.declare(Stream::raw(name, subject, Shape::Sample));
+        }
+    }
+    board.take(record)
 }
 
 fn text(lines: &[StyledLine]) -> String {
@@ -149,10 +166,12 @@ fn what_is_of_nobody_keeps_its_whole_name() {
 fn that_nothing_happened_yet_is_no_trouble() {
     let stream = Stream::raw("/robot1/goal_pose", Subject::robot("robot1"), Shape::Event);
     let commands = Stream { signal: Signal::Input, ..stream };
-    let streams = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
     let never = || status(3, "/robot1/goal_pose", (State::Never, "no sample yet"), f64::NAN);
-    let board =
-        board([record(3, streams, Data::Description(Arc::new(commands))), never(), never()]);
+    let mut board = Board::default();
+    board.known.declare(commands);
+    for record in [never(), never()] {
+        board.take(&record);
+    }
     assert_eq!(text(&board.troubles()), "");
     assert!(!board.summary().iter().any(|line| line.contains("goal_pose")));
 }

@@ -1,14 +1,14 @@
 //! The screen at the sizes that people have, from made-up states.
 
 use teampulse_bag::Growth;
-use teampulse_core::alerts::{ALERTS, Alert, Stage};
+use teampulse_core::alerts::{ALERTS, Alert, Stage, Why};
 use teampulse_core::data::EventKind;
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
 use teampulse_core::stream::{Shape, Stream, Subject, Window};
 use teampulse_core::time::Time;
 
-use super::super::board::tests::{figures, happens, heart, person, robot, status};
+use super::super::board::tests::{self, figures, happens, heart, person, robot, status};
 use super::super::header::Kept;
 use super::super::view::Scroll;
 use super::*;
@@ -16,19 +16,18 @@ use super::*;
 /// A session of twelve minutes, in which something is wrong.
 fn board() -> Board {
     let mut board = Board::default();
-    let mut take = |record| drop(board.take(&record));
+    let mut take = |record| drop(tests::take(&mut board, &record));
     let phase = |second, label| happens(second, session_events(), (EventKind::Phase, label), 300.0);
     take(phase(0, "baseline"));
     for (second, key) in (301..320).zip("abcdefghijklmnopqrs".chars()) {
         take(happens(second, session_events(), (EventKind::Marker, &key.to_string()), 0.0));
     }
     take(phase(600, "2-back"));
-    let alert = |robot: &str, why: &str| {
-        let (robot, why) = (robot.to_owned(), why.to_owned());
-        Alert { robot, why, stage: Stage::Raised }.label()
-    };
+    let alert =
+        |robot: &str, why| Alert { robot: robot.to_owned(), why, stage: Stage::Raised }.label();
+    let stuck = Why::Stuck("wifi".to_owned());
     let alerts = Stream::raw(ALERTS, Subject::team(), Shape::Event);
-    for (second, robot, why) in [(713, "robot2", "offline"), (742, "robot3", "wifi is stuck")] {
+    for (second, robot, why) in [(713, "robot2", Why::Offline), (742, "robot3", stuck)] {
         take(happens(second, alerts.clone(), (EventKind::Fault, &alert(robot, why)), f64::NAN));
     }
     let fault = "tidy: failed to write features.csv: permission denied";
@@ -147,7 +146,7 @@ fn no_name_label_or_reason_commands_the_terminal() {
     let bad = "\u{1b}]0;x\u{7}\u{9b}2J\u{202e}evil\u{2066}\r\n";
     let long = format!("{bad}{}", "x".repeat(100_000));
     board.take(&robot(1, &long, &[("online", 1.0)]));
-    board.take(&status(1, &format!("/{long}/{bad}"), (State::Dead, &long), 9.0));
+    tests::take(&mut board, &status(1, &format!("/{long}/{bad}"), (State::Dead, &long), 9.0));
     board.take(&happens(1, session_events(), (EventKind::Fault, &long), f64::NAN));
     board.take(&happens(1, session_events(), (EventKind::Phase, &long), f64::NAN));
     board.note(&long);

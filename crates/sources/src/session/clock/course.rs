@@ -1,7 +1,6 @@
 //! The course of a session's time while `/clock` jumps, stops and goes on.
 
-use std::fmt;
-
+use teampulse_core::simulated_time::Break;
 use teampulse_core::time::Time;
 use teampulse_ros::graph::Gid;
 
@@ -11,46 +10,6 @@ const LEAST_BACK_SECS: f64 = 1.0;
 const MOST_AHEAD_SECS: f64 = 3600.0;
 /// After how long without progress the clock has stopped, by the host's clock [s].
 const STOPPED_AFTER_SECS: f64 = 3.0;
-
-/// What happened to `/clock`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Break {
-    /// It went back by so much [s].
-    Back(f64),
-    /// It jumped ahead by so much [s].
-    Ahead(f64),
-    /// It published no new time for this long [s].
-    Stopped(f64),
-    /// It goes on, after the session's time has gone on so long by the host's clock [s].
-    GoesOn(f64),
-    /// A second one publishes it, and is not followed.
-    Several,
-}
-
-impl Break {
-    /// How much that was [s]; NaN where there is no number.
-    pub(super) fn secs(self) -> f64 {
-        match self {
-            Break::Back(secs) => -secs,
-            Break::Ahead(secs) | Break::Stopped(secs) | Break::GoesOn(secs) => secs,
-            Break::Several => f64::NAN,
-        }
-    }
-}
-
-impl fmt::Display for Break {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Break::Back(secs) => write!(f, "jumped back by {secs:.3} s"),
-            Break::Ahead(secs) => write!(f, "jumped ahead by {secs:.3} s"),
-            Break::Stopped(_) => {
-                f.write_str("stopped; the session's time continues by this host's clock")
-            }
-            Break::GoesOn(_) => f.write_str("goes on"),
-            Break::Several => f.write_str("has two publishers; only the first is followed"),
-        }
-    }
-}
 
 /// The course so far. The session's time never goes back and never stands still.
 #[derive(Debug, Default)]

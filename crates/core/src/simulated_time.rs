@@ -1,0 +1,73 @@
+//! Simulated time that breaks: reported as events of the session, and read again.
+
+use std::fmt;
+
+use crate::data::{Data, Event, EventKind};
+
+/// The topic of simulated time.
+pub const SIMULATED_CLOCK: &str = "/clock";
+
+/// What happened to simulated time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Break {
+    /// It went back by so much [s].
+    Back(f64),
+    /// It jumped ahead by so much [s].
+    Ahead(f64),
+    /// It published no new time for this long [s].
+    Stopped(f64),
+    /// It goes on, after the session's time has gone on so long by the host's clock [s].
+    GoesOn(f64),
+    /// A second one publishes it, and is not followed.
+    Several,
+}
+
+impl Break {
+    /// The event of this break: a label that begins with the topic, and how much it was [s].
+    pub fn event(self) -> Event {
+        let (kind, value) = match self {
+            Break::Back(secs) => (EventKind::Clock, -secs),
+            Break::Ahead(secs) | Break::Stopped(secs) | Break::GoesOn(secs) => {
+                (EventKind::Clock, secs)
+            }
+            Break::Several => (EventKind::Fault, f64::NAN),
+        };
+        Event { kind, label: format!("{SIMULATED_CLOCK} {self}"), value, duration_secs: 0.0 }
+    }
+}
+
+impl fmt::Display for Break {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Break::Back(secs) => write!(f, "jumped back by {secs:.3} s"),
+            Break::Ahead(secs) => write!(f, "jumped ahead by {secs:.3} s"),
+            Break::Stopped(_) => {
+                f.write_str("stopped; the session's time continues by this host's clock")
+            }
+            Break::GoesOn(_) => f.write_str("goes on"),
+            Break::Several => f.write_str("has two publishers; only the first is followed"),
+        }
+    }
+}
+
+/// Whether an event of the session reports that simulated time jumped, stopped or goes on.
+pub(crate) fn breaks_simulated_time(data: &Data) -> bool {
+    let of_clock = |label: &str| label.split(' ').next() == Some(SIMULATED_CLOCK);
+    matches!(data, Data::Event(event) if event.kind == EventKind::Clock && of_clock(&event.label))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    #[test]
+    fn what_is_reported_is_read_as_it_was() {
+        let is_read = |each: Break| breaks_simulated_time(&Data::Event(Arc::new(each.event())));
+        let breaks = [Break::Back(1.0), Break::Ahead(1.0), Break::Stopped(4.0), Break::GoesOn(8.0)];
+        assert!(breaks.into_iter().all(is_read));
+        assert!(!is_read(Break::Several), "the first is still followed");
+        assert_eq!(Break::Back(1.5).event().label, "/clock jumped back by 1.500 s");
+    }
+}
