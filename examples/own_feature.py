@@ -28,7 +28,7 @@ streams.publish(
     StreamDescription(
         name=OUTPUT, type="teampulse_msgs/msg/Sample", signal="other", id="p001", device="own",
         inputs=[INPUT], method="mean absolute deviation of a second", doc="how restless the skin is",
-        channels=["unrest"], units=["uS"], rate_hz=1.0, scale=1.0,
+        channels=["unrest"], units=["uS"], rate_hz=1.0,
     )
 )  # fmt: skip
 output = node.create_publisher(Sample, OUTPUT, 10)

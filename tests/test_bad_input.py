@@ -399,7 +399,7 @@ def description(channels: int) -> bytes:
         number("I", channels)
         # Each an empty string, which some write without its closing zero.
         body.extend(bytes(4 * channels))
-    number("d", 250.0), number("d", 1.0), text("")
+    number("d", 250.0), number("I", 0), text("")
     text(""), number("d", 0.0), text("")
     return CDR_HEADER + bytes(body)
 

@@ -1,7 +1,7 @@
 //! Descriptions of earlier versions are read, as an independent implementation (`rosbags` 0.11.9) wrote
 //! them by the definition of that time.
 
-use teampulse_core::stream::{Origin, Schema, Signal};
+use teampulse_core::stream::{Channel, Origin, Schema, Signal};
 use teampulse_messages::catalogue::shipped;
 use teampulse_messages::convert::{decode, description};
 use teampulse_messages::standard::Message;
@@ -38,7 +38,7 @@ fn earlier_schema() -> Schema {
     ];
     let is_earlier = |line: &&str| added.iter().all(|added| !line.starts_with(added));
     let text = schema.text.lines().filter(is_earlier).collect::<Vec<_>>().join("\n");
-    Schema { text, ..schema }
+    Schema { text: text.replace("float64[] scales", "float64 scale"), ..schema }
 }
 
 #[test]
@@ -48,6 +48,7 @@ fn a_recorded_description_is_read_by_its_own_definition() {
         assert_eq!(stream.name, "/humans/persons/p001/polar_h10/ecg");
         assert_eq!((stream.signal, stream.origin), (Signal::Ecg, Origin::Derived));
         assert_eq!((&*stream.doc, &*stream.family, stream.window), ("d.", "ecg", None));
+        assert_eq!(stream.channels, [Channel { scale: 1e-6, ..Channel::new("ecg", "V") }]);
         assert!(decode(StreamDescription::NAME, &recorded).is_err(), "it has other fields");
     }
 }

@@ -131,8 +131,12 @@ fn streams() -> impl Strategy<Value = Stream> {
             stream.doc = doc;
             stream.inputs = inputs;
             let scale = if numbers.0 == 0.0 { 1.0 } else { numbers.0 };
-            let channel = |(name, unit)| Channel { name, unit, scale };
-            stream.channels = channels.into_iter().map(channel).collect();
+            let channel = |(place, (name, unit))| Channel {
+                name,
+                unit,
+                scale: if place == 1 { scale } else { 1.0 },
+            };
+            stream.channels = channels.into_iter().enumerate().map(channel).collect();
             stream.rate_hz = numbers.1;
             stream
         },

@@ -193,7 +193,7 @@ fn events_descriptions_and_statuses_are_read_and_written() {
         channels: vec!["ecg".into()],
         units: vec!["V".into()],
         rate_hz: 130.0,
-        scale: 1e-6,
+        scales: vec![1e-6],
         doc: "d.".into(),
         family: "heart".into(),
         window_secs: 30.0,

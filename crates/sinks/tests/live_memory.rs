@@ -205,7 +205,7 @@ fn description(channels: usize, text: usize, inputs: usize) -> Bytes {
         units: vec!["uV".into(); channels],
         inputs: vec![String::new(); inputs],
         rate_hz: 250.0,
-        scale: 1.0,
+        scales: Vec::new(),
         doc: "d".repeat(text * 1000),
         ..msgs::StreamDescription::default()
     }

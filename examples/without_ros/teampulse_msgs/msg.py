@@ -67,7 +67,7 @@ class StreamDescription(IdlStruct, typename="teampulse_msgs::msg::dds_::StreamDe
     channels: sequence[str] = field(default_factory=list)
     units: sequence[str] = field(default_factory=list)
     rate_hz: float64 = 0.0
-    scale: float64 = 0.0
+    scales: sequence[float64] = field(default_factory=list)
     doc: str = ""
     family: str = ""
     window_secs: float64 = 0.0

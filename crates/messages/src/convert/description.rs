@@ -1,3 +1,5 @@
+use std::iter::repeat;
+
 use teampulse_core::stream::{About, Channel, Origin, Signal, Stream, Window};
 
 use super::DecodeError;
@@ -34,7 +36,7 @@ impl StreamDescription {
             channels: stream.channels.iter().map(|channel| channel.name.clone()).collect(),
             units: stream.channels.iter().map(|channel| channel.unit.clone()).collect(),
             rate_hz: stream.rate_hz,
-            scale: stream.channels.first().map_or(1.0, |channel| channel.scale),
+            scales: scales(&stream.channels),
             doc: stream.doc.clone(),
             family: stream.family.clone(),
             window_secs: match stream.window {
@@ -58,14 +60,17 @@ impl StreamDescription {
         expect_at_most("channels", self.channels.len(), most)?;
         expect_at_most("inputs", self.inputs.len(), MOST_DERIVED)?;
         let signal = Signal::from_word(&self.signal);
-        let channels = self.channels.iter().zip(&self.units);
-        // A publisher that sets no scale sends 0, which would make every number 0.
-        let scale = if self.scale == 0.0 { 1.0 } else { self.scale };
-        let channel = |name: &String, unit: &String| Channel {
+        if !self.scales.is_empty() {
+            expect_length("scales", self.scales.len(), self.channels.len())?;
+        }
+        let scales = self.scales.iter().copied().chain(repeat(1.0));
+        let channel = |((name, unit), scale): ((&String, &String), f64)| Channel {
             name: name.clone(),
             unit: unit.clone(),
-            scale,
+            // A publisher that sets no scale may send 0, which would make every number 0.
+            scale: if scale == 0.0 { 1.0 } else { scale },
         };
+        let channels = self.channels.iter().zip(&self.units).zip(scales);
         let stream = Stream {
             name: self.name.clone(),
             signal: signal.ok_or_else(|| unknown_word("signal", &self.signal, Signal::ALL))?,
@@ -74,7 +79,7 @@ impl StreamDescription {
             device: self.device.clone(),
             origin,
             shape: shape_of(&named(&self.r#type)),
-            channels: channels.map(|(name, unit)| channel(name, unit)).collect(),
+            channels: channels.map(channel).collect(),
             rate_hz: self.rate_hz,
             inputs: self.inputs.clone(),
             method: self.method.clone(),
@@ -91,6 +96,12 @@ impl StreamDescription {
         };
         Ok(stream.cleaned())
     }
+}
+
+/// The scale of each channel; none where all are 1.
+fn scales(channels: &[Channel]) -> Vec<f64> {
+    let is_plain = channels.iter().all(|channel| channel.scale.total_cmp(&1.0).is_eq());
+    if is_plain { Vec::new() } else { channels.iter().map(|channel| channel.scale).collect() }
 }
 
 /// The place of a value in the list of its codes.

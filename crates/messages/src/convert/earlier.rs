@@ -1,26 +1,58 @@
-//! Descriptions that earlier versions recorded, without a stream's family and window: the one place where
-//! a stream's name is taken apart.
+//! Descriptions that earlier versions recorded, with one scale for all channels and without a stream's family
+//! and window: the one place where a stream's name is taken apart.
 
 use teampulse_core::stream::{About, Origin, Schema, Shape, Stream, Window};
 
 use super::DecodeError;
+use crate::cdr::{CdrError, Reader};
 use crate::definition::Definition;
 use crate::standard::Message;
 use crate::standard::teampulse_msgs::StreamDescription;
 
-/// The fields that were added stand at the end; all zero, which is not set, they take less [bytes].
-const ADDED: [u8; 32] = [0; 32];
-
 /// The stream that a recorded description is of, by the definition that the recording has of its type.
 pub fn description(schema: &Schema, cdr: &[u8]) -> Result<Stream, DecodeError> {
-    let has_family = |definition: Definition| {
-        definition.root().fields.iter().any(|field| field.name == "family")
+    let has = |definition: &Definition, field: &str| {
+        definition.root().fields.iter().any(|each| each.name == field)
     };
-    if Definition::of(schema).is_ok_and(|definition| !has_family(definition)) {
-        let stream = StreamDescription::decode(&[cdr, &ADDED].concat())?.stream()?;
-        return Ok(with_fields(stream));
+    match Definition::of(schema) {
+        Ok(definition) if !has(&definition, "scales") => {
+            let has_family = has(&definition, "family");
+            let stream = decode(cdr, has_family)?.stream()?;
+            Ok(if has_family { stream } else { with_fields(stream) })
+        }
+        _ => StreamDescription::decode(cdr)?.stream(),
     }
-    StreamDescription::decode(cdr)?.stream()
+}
+
+/// A description as it was, with one scale.
+fn decode(cdr: &[u8], has_family: bool) -> Result<StreamDescription, CdrError> {
+    let mut from = Reader::new(cdr)?;
+    let mut description = StreamDescription {
+        header: from.read()?,
+        name: from.read()?,
+        r#type: from.read()?,
+        signal: from.read()?,
+        about: from.read()?,
+        id: from.read()?,
+        device: from.read()?,
+        origin: from.read()?,
+        inputs: from.read()?,
+        method: from.read()?,
+        channels: from.read()?,
+        units: from.read()?,
+        rate_hz: from.read()?,
+        scales: vec![from.read()?],
+        doc: from.read()?,
+        ..StreamDescription::default()
+    };
+    if has_family {
+        description.family = from.read()?;
+        description.window_secs = from.read()?;
+        description.beside = from.read()?;
+    }
+    let scale = description.scales[0];
+    description.scales = vec![scale; description.channels.len()];
+    Ok(description)
 }
 
 /// The stream with what its name says: `<input>/<family>/<window>`, `<family>/events`, and

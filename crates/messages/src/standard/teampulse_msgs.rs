@@ -119,8 +119,8 @@ pub struct StreamDescription {
     pub units: Vec<String>,
     /// The declared rate [Hz]; 0 where irregular.
     pub rate_hz: f64,
-    /// Factor from the message's own numbers to `units`; 0 (not set) counts as 1.
-    pub scale: f64,
+    /// Factor from each of the message's own numbers to its unit; empty where all are 1.
+    pub scales: Vec<f64>,
     /// One sentence for people.
     pub doc: String,
     /// What feature it is; empty for what is raw.
@@ -146,7 +146,7 @@ message!(
         channels,
         units,
         rate_hz,
-        scale,
+        scales,
         doc,
         family,
         window_secs,

@@ -22,7 +22,6 @@ pub struct Choice {
 impl Choice {
     /// The choice that a study makes.
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
-        check_scales(settings)?;
         check_commands(settings)?;
         check_units(settings)?;
         let wide = settings.namespace == "/";
@@ -71,17 +70,7 @@ impl Choice {
         let mut numbers = self.numbers.iter().filter(|field| field.topic == relative).peekable();
         let wanted = numbers.peek().is_some().then(blank);
         let mut stream = self.in_itself(relative, type_name).or(wanted)?;
-        let standard = stream.channels.first().map(|channel| channel.scale);
-        for field in numbers {
-            if standard.is_some_and(|scale| (field.scale - scale).abs() > 0.0) {
-                tracing::warn!(
-                    "the number `{}` of {relative} is ignored: beside the numbers of a standard type it can't have a scale of its own",
-                    field.field.as_deref().unwrap_or("data")
-                );
-            } else {
-                add(&mut stream, field);
-            }
-        }
+        numbers.for_each(|field| add(&mut stream, field));
         Some(stream)
     }
 
@@ -203,25 +192,28 @@ fn check_units(settings: &Robots) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// The numbers of one topic share a scale, and those of a standard type have none.
-fn check_scales(settings: &Robots) -> Result<(), SettingsError> {
-    for field in &settings.numbers {
-        let mut beside = settings.numbers.iter().filter(|other| other.topic == field.topic);
-        if beside.any(|other| (other.scale - field.scale).abs() > 0.0) {
-            let message = format!("the numbers of `{}` have different scales", field.topic);
-            return Err(SettingsError::new(message)
-                .with_hint("a topic has one scale: give the unit in which the number comes"));
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn choice(settings: &str) -> Choice {
         Choice::new(&toml::from_str(settings).expect("settings")).expect("a choice")
+    }
+
+    #[test]
+    fn each_number_of_a_topic_has_a_scale_of_its_own() {
+        let choice = choice(
+            r#"numbers = [
+                { topic = "battery_state", field = "current", unit = "A", scale = 0.001 },
+                { topic = "battery_state", field = "design_capacity", unit = "Ah", scale = 3600 },
+            ]"#,
+        );
+        let stream = choice.stream("/r1/battery_state", "sensor_msgs/msg/BatteryState");
+        let channels = stream.expect("a stream").channels;
+        for (name, unit, scale) in [("current", "A", 0.001), ("design_capacity", "Ah", 3600.0)] {
+            let expected = Channel { name: name.into(), unit: unit.into(), scale };
+            assert!(channels.contains(&expected), "{channels:?}");
+        }
     }
 
     #[test]
