@@ -40,8 +40,8 @@ use teampulse_ros::memory::MemoryBus;
 use teampulse_sinks::{Bag, Ended, SinkContext, Tidy};
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
-use teampulse_sources::ros_people::RosPeople;
 use teampulse_sources::robots::Robots;
+use teampulse_sources::ros_people::RosPeople;
 use teampulse_sources::session::RosEvents;
 use teampulse_sources::topics::Topics;
 
