@@ -1,4 +1,4 @@
-"""What eight hours of recording leave in memory, and what very many topics cost."""
+"""What eight hours of recording leave in memory, what very many topics cost, and what a bad worker does."""
 
 import json
 import os
@@ -16,6 +16,9 @@ SETTLED_HOUR, MOST_GROWN = 2, 0.05
 MOST_HELD_KIB = 150 << 10
 # Recording and replaying many topics may take so much of a processor each.
 FEW_TOPICS, MANY_TOPICS, MOST_SECS = 5_000, 20_000, 15
+# Beside a bad worker, readings may take so much longer than without one.
+WORKERS, WORKED_SECS, WORKED_TURNS = ("none", "slow", "failing", "panicking"), 5, 4
+MOST_SLOWER, SLACK_US = 1.2, 100
 
 
 def soak(*arguments) -> list[dict]:
@@ -59,7 +62,20 @@ def topics() -> tuple[bool, str]:
     return max(recorded[0], replayed[0]) <= MOST_SECS, told
 
 
-FIGURES = [topics, hours]
+def workers() -> tuple[bool, str]:
+    """a worker that takes 2 s an item, fails or panics"""
+    # By turns, so that whatever else the machine does is beside each of them; the best of each.
+    runs = [[soak("worker", kind, WORKED_SECS)[0] for kind in WORKERS] for _ in range(WORKED_TURNS)]
+    whole = all(run["offered"] == run["received"] == run["recorded"] for turn in runs for run in turn)
+    p99_us = [min(turn[place]["p99_us"] for turn in runs) for place in range(len(WORKERS))]
+    most_us = p99_us[0] * MOST_SLOWER + SLACK_US
+    told = ", ".join(f"{kind} {us}" for kind, us in zip(WORKERS, p99_us))
+    told = f"p99 from source to sink {told} us (bar {most_us:.0f}); "
+    told += "all received and recorded" if whole else "NOT all received and recorded"
+    return whole and max(p99_us) <= most_us, told
+
+
+FIGURES = [topics, workers, hours]
 
 
 def main() -> None:

@@ -4,12 +4,15 @@
 //!   features into a bag, flushed as often as live, and its tidy files, and prints what the process
 //!   holds after each hour;
 //! - `bench-soak topics COUNT` records a bag of so many topics and replays it, and prints the
-//!   processor time of both.
+//!   processor time of both;
+//! - `bench-soak worker KIND SECS` runs a live session with a worker that is slow, fails or panics, and
+//!   prints how long readings took to a sink, and how many were received and recorded.
 #![expect(clippy::print_stdout, reason = "the figures are its output")]
 
 mod continued;
 mod hours;
 mod topics;
+mod workers;
 
 use std::error::Error;
 use std::path::Path;
@@ -38,7 +41,8 @@ async fn main() -> Result<(), Box<dyn Error>> {
     match words.as_slice() {
         ["hours", bag, hours] => hours::run(Path::new(bag), hours.parse()?).await,
         ["topics", count] => topics::run(count.parse()?).await,
-        _ => Err("usage: bench-soak hours BAG HOURS | topics COUNT".into()),
+        ["worker", kind, secs] => workers::run(kind, secs.parse()?).await,
+        _ => Err("usage: bench-soak hours BAG HOURS | topics COUNT | worker KIND SECS".into()),
     }
 }
 
