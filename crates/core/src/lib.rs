@@ -1,5 +1,4 @@
-//! The vocabulary of teampulse: time, streams, samples and data; the traits source, feature and
-//! sink; the registry, the pump and the supervisor.
+#![doc = include_str!("../README.md")]
 
 pub mod time;
 pub mod text;

@@ -12,6 +12,8 @@ use teampulse_features::context::FeatureContext;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+const NOTHING: [String; 0] = [];
+
 /// The folders whose files are features.
 const FOLDERS: [&str; 4] = ["any", "robots", "people", "team"];
 
@@ -31,7 +33,7 @@ fn settings(text: &str) -> Settings<'_> {
 
 #[test]
 fn every_feature_is_in_the_table() {
-    assert_eq!(rows::missing(env!("CARGO_MANIFEST_DIR"), "Feature"), [String::new(); 0]);
+    assert_eq!(rows::missing(env!("CARGO_MANIFEST_DIR"), "Feature"), NOTHING);
 }
 
 #[test]
@@ -47,14 +49,14 @@ fn every_file_of_a_room_is_a_feature_of_its_name() {
 #[test]
 fn every_setting_is_documented() {
     let lacking: Vec<String> = FEATURES.iter().flat_map(rows::undocumented).collect();
-    assert_eq!(lacking, [String::new(); 0]);
+    assert_eq!(lacking, NOTHING);
 }
 
 #[test]
 fn every_example_builds() {
     let context = FeatureContext::default();
     let broken = FEATURES.iter().filter_map(|entry| rows::broken_example(entry, &context));
-    assert_eq!(broken.collect::<Vec<_>>(), [String::new(); 0]);
+    assert_eq!(broken.collect::<Vec<_>>(), NOTHING);
 }
 
 #[test]

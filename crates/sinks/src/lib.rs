@@ -1,4 +1,4 @@
-//! Sinks: whatever keeps or shows data. The condition monitoring of the paper.
+#![doc = include_str!("../README.md")]
 
 mod bag;
 mod aligned;

@@ -1,4 +1,4 @@
-//! Sources: whatever originates data. The monitoring interface of the paper.
+#![doc = include_str!("../README.md")]
 
 pub mod robots;
 pub mod ros_people;
