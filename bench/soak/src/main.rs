@@ -19,7 +19,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rustix::time::{ClockId, clock_gettime};
-use teampulse_bag::{BagSink, Growth, Options};
+use teampulse_bag::{BagSink, Options};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
@@ -32,7 +32,7 @@ use teampulse_core::streams::Streams;
 use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Ended, SINKS, SinkContext};
+use teampulse_sinks::{SINKS, SinkContext};
 
 #[tokio::main]
 async fn main() -> Result<(), Box<dyn Error>> {
@@ -54,15 +54,7 @@ fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Er
         let feature = (entry.build)(Settings::empty(), &FeatureContext::default())?;
         features.push((entry.kind, Arc::from(feature)));
     }
-    let context = SinkContext {
-        bag: folder.to_owned(),
-        session: "soak".into(),
-        study: String::new(),
-        clock: clock.clone(),
-        bag_ended: Ended::default(),
-        growth: Growth::default(),
-        damage: None,
-    };
+    let context = SinkContext::new(folder, "soak", clock.clone());
     let options = Options { session: "soak".into(), clock: clock.clone(), ..Options::default() };
     let bag = BagSink { folder: folder.to_owned(), study: String::new(), options };
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(bag)];

@@ -6,6 +6,7 @@ use teampulse_sinks::Bag;
 use teampulse_sources::session::Phase;
 
 use crate::machine::LEAST_DISK;
+use crate::setup::keeping;
 use crate::study::Study;
 
 /// Streams about the whole team and about the session itself: always present.
@@ -15,7 +16,7 @@ const OURS: &str = "/teampulse/";
 /// Remarks on a study.
 pub fn of_study(study: &Study) -> Vec<String> {
     let nothing = "no sink stores data: nothing is recorded";
-    let kept = study.kinds("sinks").is_empty().then(|| nothing.to_owned());
+    let kept = keeping(study).is_empty().then(|| nothing.to_owned());
     let phases = &study.general.phases;
     let watches_people = study.kinds("sources").iter().any(|kind| kind == "people");
     let baseline = watches_people.then(|| of_phases(phases)).flatten();

@@ -9,7 +9,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
 use teampulse_core::panics::at;
-use teampulse_core::registry::Component;
+use teampulse_core::registry::{Component, Settings};
 use teampulse_core::session::{NamedFeature, Outcome, Pace, Session, WorkerEnd};
 use teampulse_core::sink::{Sink, SinkError};
 use teampulse_core::source::Source;
@@ -18,10 +18,10 @@ use teampulse_core::worker::{Looked, Worker};
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
-use teampulse_ros::diagnostics::DiagnosticsSink;
-use teampulse_ros::sink::{Publish, RosSink};
+use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
-    Bag, Colours, Ended, Estimates, Kept, SinkContext, Terminal, TerminalSettings, Tidy, View,
+    Bag, Colours, Ended, Estimates, Kept, RosContext, SHOWN, SinkContext, TerminalContext, Tidy,
+    View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
@@ -145,11 +145,21 @@ impl Setup {
         Claimed::new(out, &self.study.general.session.name)
     }
 
-    /// The sinks of the study, with tidy files where it has a bag.
+    /// The sinks of the study, with tidy files where it has a bag, and those that every session has.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
         let (growth, bag_ended) = (self.growth.clone(), self.bag_ended.clone());
+        let (buses, domain, publish) = (Arc::clone(&self.buses), self.domain()?, self.published());
+        let (terminal, ros) = (self.terminal(), RosContext { buses, domain, publish });
         let context = sink_context(&self.study, bag, &self.clock);
-        sinks(&self.study, &SinkContext { growth, bag_ended, ..context })
+        let context = SinkContext { growth, bag_ended, terminal, ros, ..context };
+        let mut sinks = sinks(&self.study, &context)?;
+        let written = self.study.kinds("sinks");
+        let is_lacking = |kind: &str| SHOWN.contains(&kind) && written.iter().all(|it| it != kind);
+        for entry in Components::of_this_program().sinks.iter().filter(|it| is_lacking(it.kind)) {
+            let sink = (entry.build)(Settings::empty(), &context);
+            sinks.push(sink.map_err(|error| Failure::new(error.message).hint(error.hint))?);
+        }
+        Ok(sinks)
     }
 
     /// The disk space that a recording needs to begin, beyond what every recording needs [bytes]: zero
@@ -160,13 +170,13 @@ impl Setup {
         bags.map(|bag| bag.keep_free_mib.saturating_mul(1 << 20)).max().unwrap_or(0)
     }
 
-    /// The sink that shows the team on the terminal.
-    pub fn terminal(&self) -> Box<dyn Sink> {
+    /// What the terminal shows.
+    fn terminal(&self) -> TerminalContext {
         let shown = self.study.general.session.show_estimates;
         let phases = self.phases.clone();
         let term = std::env::var_os("TERM");
         let no_color = std::env::var_os("NO_COLOR").is_some_and(|set| !set.is_empty());
-        Box::new(Terminal::new(TerminalSettings {
+        TerminalContext {
             estimates: if shown { Estimates::Shown } else { Estimates::Hidden },
             kept: self.kept(),
             view: self.view.clone(),
@@ -174,7 +184,7 @@ impl Setup {
             plain: term.is_none_or(|term| term == "dumb"),
             notes: self.notes(),
             next: Some(Arc::new(move || phases.next())),
-        }))
+        }
     }
 
     /// Remarks on the study before it runs.
@@ -184,7 +194,7 @@ impl Setup {
 
     /// Whether any sink of the study stores data.
     fn kept(&self) -> Kept {
-        let kinds = self.study.kinds("sinks");
+        let kinds = keeping(&self.study);
         if kinds.iter().any(|kind| kind == "bag") {
             Kept::Bag(self.growth.clone())
         } else if kinds.is_empty() {
@@ -194,22 +204,10 @@ impl Setup {
         }
     }
 
-    /// The sink that publishes conclusions, and what the study names, on ROS.
-    pub fn publisher(&self) -> Result<Box<dyn Sink>, Failure> {
-        let bus = self.buses.get(self.domain()?)?;
-        Ok(Box::new(RosSink::fresh(bus, self.published())))
-    }
-
     /// The streams that are published on ROS: conclusions about robots and the team, and what the study
     /// names.
     fn published(&self) -> Publish {
         Publish::Conclusions(self.study.general.publish.clone())
-    }
-
-    /// The sink that publishes the health of streams on `/diagnostics`.
-    pub fn diagnostics(&self) -> Result<Box<dyn Sink>, Failure> {
-        let bus = self.buses.get(self.domain()?)?;
-        Ok(Box::new(DiagnosticsSink::new(bus, self.published())))
     }
 
     /// Runs a session with these parts until it ends or is asked to stop.
@@ -260,6 +258,13 @@ pub struct Parts {
     pub sinks: Vec<Box<dyn Sink>>,
     /// Its workers, by name.
     pub workers: Workers,
+}
+
+/// The kinds of the sinks of a study that store data.
+pub fn keeping(study: &Study) -> Vec<String> {
+    let mut kinds = study.kinds("sinks");
+    kinds.retain(|kind| !SHOWN.contains(&kind.as_str()));
+    kinds
 }
 
 /// The sinks of a study, with tidy files where it has a bag.
@@ -326,15 +331,9 @@ pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
 
 /// What the sinks of a session are built with.
 pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
-    SinkContext {
-        bag: bag.to_owned(),
-        session: study.general.session.name.clone(),
-        study: study.text().to_owned(),
-        clock: clock.clone(),
-        bag_ended: Ended::default(),
-        growth: Growth::default(),
-        damage: None,
-    }
+    let session = study.general.session.name.as_str();
+    let context = SinkContext::new(bag, session, clock.clone());
+    SinkContext { study: study.text().to_owned(), ..context }
 }
 
 /// The tidy files of a bag: as the study configures them, or with defaults; none where it disables them.

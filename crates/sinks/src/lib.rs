@@ -3,6 +3,8 @@
 mod bag;
 mod aligned;
 mod csv;
+mod diagnostics;
+mod ros;
 mod tidy;
 mod terminal;
 mod text;
@@ -18,9 +20,10 @@ use teampulse_core::sink::Sink;
 pub use aligned::Aligned;
 pub use bag::{Again, Bag, ContinuingBag};
 pub use csv::{Csv, tables_beside};
+pub use ros::RosContext;
 pub use terminal::{
-    Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Settings as TerminalSettings,
-    Terminal, View, leave_screen,
+    Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
+    leave_screen,
 };
 pub use tidy::Tidy;
 
@@ -29,10 +32,17 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<bag::Bag>("bag"),
     Entry::new::<csv::Csv>("csv"),
     Entry::new::<tidy::Tidy>("tidy"),
+    Entry::new::<terminal::Terminal>("terminal"),
+    Entry::new::<ros::Ros>("ros"),
+    Entry::new::<diagnostics::Diagnostics>("diagnostics"),
 ];
 
+/// The sinks that every session has that is run, with their defaults where the study has no settings for
+/// them. They keep nothing.
+pub const SHOWN: [&str; 3] = ["terminal", "ros", "diagnostics"];
+
 /// What sinks are built with.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct SinkContext {
     /// The folder of the session's bag; other sinks put their files beside it.
     pub bag: PathBuf,
@@ -48,6 +58,27 @@ pub struct SinkContext {
     pub growth: Growth,
     /// What damage took from the recording that this session is computed from.
     pub damage: Option<String>,
+    /// What the terminal shows.
+    pub terminal: TerminalContext,
+    /// What is published on ROS, and where.
+    pub ros: RosContext,
+}
+
+impl SinkContext {
+    /// That of a session of a name which is recorded into a folder and shown nowhere.
+    pub fn new(bag: impl Into<PathBuf>, session: impl Into<String>, clock: Clock) -> SinkContext {
+        SinkContext {
+            bag: bag.into(),
+            session: session.into(),
+            study: String::new(),
+            clock,
+            bag_ended: Ended::default(),
+            growth: Growth::default(),
+            damage: None,
+            terminal: TerminalContext::default(),
+            ros: RosContext::default(),
+        }
+    }
 }
 
 /// Notifies the sinks that write beside a bag that it has ended early, and where the recording continues.

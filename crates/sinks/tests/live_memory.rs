@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytes::Bytes;
-use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
@@ -37,7 +36,7 @@ use teampulse_messages::standard::{Message, teampulse_msgs as msgs};
 use teampulse_ros::bus::{Bus, Publisher};
 use teampulse_ros::buses::Buses;
 use teampulse_ros::memory::MemoryBus;
-use teampulse_sinks::{Bag, Ended, SinkContext, Tidy};
+use teampulse_sinks::{Bag, SinkContext, Tidy};
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
 use teampulse_sources::robots::Robots;
@@ -139,15 +138,7 @@ async fn most_of(messages: Vec<Sent>) -> i64 {
         let feature = (entry.build)(Settings::empty(), &FeatureContext::default());
         (entry.kind, Arc::from(feature.unwrap()))
     });
-    let context = SinkContext {
-        bag: folder.path().join("bag"),
-        session: "test".into(),
-        study: String::new(),
-        clock: clock.clone(),
-        bag_ended: Ended::default(),
-        growth: Growth::default(),
-        damage: None,
-    };
+    let context = SinkContext::new(folder.path().join("bag"), "test", clock.clone());
     let seen = Arc::new(AtomicBool::new(false));
     let sinks: Vec<Box<dyn Sink>> = vec![
         Bag::default().build(&context).unwrap(),

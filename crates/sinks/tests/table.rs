@@ -3,9 +3,8 @@
 #[path = "../../core/tests/rows/mod.rs"]
 mod rows;
 
-use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
-use teampulse_sinks::{Ended, SINKS, SinkContext};
+use teampulse_sinks::{SINKS, SinkContext};
 
 const NOTHING: [String; 0] = [];
 
@@ -23,15 +22,7 @@ fn every_sink_and_setting_is_documented() {
 #[test]
 fn every_example_builds() {
     let folder = tempfile::tempdir().expect("a folder");
-    let context = SinkContext {
-        bag: folder.path().join("session"),
-        session: "session".into(),
-        study: String::new(),
-        clock: Clock::host(),
-        bag_ended: Ended::default(),
-        growth: Growth::default(),
-        damage: None,
-    };
+    let context = SinkContext::new(folder.path().join("session"), "session", Clock::host());
     let broken = SINKS.iter().filter_map(|entry| rows::broken_example(entry, &context));
     assert_eq!(broken.collect::<Vec<_>>(), NOTHING);
 }

@@ -73,9 +73,6 @@ pub async fn watch(
     }
     parts.sources.extend(setup.attended()?);
     parts.sources.extend(beside);
-    parts.sinks.push(setup.terminal());
-    parts.sinks.push(setup.publisher()?);
-    parts.sinks.push(setup.diagnostics()?);
     let (clock, ended) = (setup.clock.clone(), setup.bag_ended.clone());
     let exit = conclude(stop.run(setup.session(parts), clock, duration_secs).await);
     for later in ended.folders() {

@@ -17,15 +17,19 @@ mod event_text;
 mod board;
 mod layout;
 
-use std::fmt;
 use std::io::Write;
 use std::sync::Arc;
 use std::time::Duration;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
 use teampulse_core::clock::Clock;
+use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
+
+use crate::SinkContext;
 
 pub use board::Board;
 use estimates::unblinds;
@@ -44,19 +48,27 @@ const PATIENCE: Duration = Duration::from_millis(100);
 const REDRAW_SECS: f64 = 1.0;
 
 /// Shows the state of the team on standard error: on a screen of its own; elsewhere a line whenever a
-/// state changes.
-#[derive(Debug)]
+/// state changes. Every session that is run has it.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct Terminal {
-    board: Board,
-    recording: Recording,
-    settings: Settings,
-    clock: Clock,
-    drawn: Option<(Time, Size)>,
+    /// Prints lines even where a screen could be drawn.
+    pub plain: bool,
+}
+
+impl Component<dyn Sink, SinkContext> for Terminal {
+    const EXAMPLE: &'static str = "plain = true";
+
+    fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
+        let mut settings = context.terminal.clone();
+        settings.plain |= self.plain;
+        Ok(Box::new(Display::new(settings)))
+    }
 }
 
 /// What is shown, and how.
 #[derive(Clone, Default)]
-pub struct Settings {
+pub struct TerminalContext {
     /// Whether estimates about people are.
     pub estimates: Estimates,
     /// What the session keeps.
@@ -76,12 +88,6 @@ pub struct Settings {
 /// Asks for the phase that comes next.
 pub type NextPhase = Arc<dyn Fn() -> Option<String> + Send + Sync>;
 
-impl fmt::Debug for Settings {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Settings").field("kept", &self.kept).finish_non_exhaustive()
-    }
-}
-
 /// Whether estimates about people, and how they differ from their baselines, are on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Estimates {
@@ -92,7 +98,16 @@ pub enum Estimates {
     Shown,
 }
 
-impl Sink for Terminal {
+/// The terminal at work.
+struct Display {
+    board: Board,
+    recording: Recording,
+    settings: TerminalContext,
+    clock: Clock,
+    drawn: Option<(Time, Size)>,
+}
+
+impl Sink for Display {
     fn name(&self) -> &'static str {
         "terminal"
     }
@@ -137,15 +152,14 @@ impl Sink for Terminal {
     }
 }
 
-impl Terminal {
-    /// A terminal that shows what these settings say.
-    pub fn new(settings: Settings) -> Terminal {
+impl Display {
+    fn new(settings: TerminalContext) -> Display {
         let mut board = Board::default();
         for note in &settings.notes {
             board.note(&format!("note: {note}"));
         }
         let recording = Recording::of(settings.kept.clone());
-        Terminal { board, recording, settings, clock: Clock::host(), drawn: None }
+        Display { board, recording, settings, clock: Clock::host(), drawn: None }
     }
 
     /// Draws the screen when a second has passed, a key was pressed, or its size changed.
@@ -203,8 +217,8 @@ mod tests {
     fn what_unblinds_an_experimenter_is_not_on_the_screen_unless_asked_for() {
         let subject = Subject { about: About::Person, id: "p001".into() };
         let wants = |estimates, family: &str| {
-            let settings = Settings { estimates, ..Settings::default() };
-            let Wants::Only(wants) = Terminal::new(settings).wants() else { panic!() };
+            let settings = TerminalContext { estimates, ..TerminalContext::default() };
+            let Wants::Only(wants) = Display::new(settings).wants() else { panic!() };
             let name = "/humans/persons/p001/any";
             wants(&Stream::concluded(name, subject.clone(), family, Shape::Feature))
         };

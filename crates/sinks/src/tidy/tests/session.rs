@@ -146,13 +146,9 @@ pub fn is_of_intervals(name: &str) -> bool {
 /// Writes the files of a session.
 pub fn write(session: &Session) -> Result<(), SinkError> {
     let context = SinkContext {
-        bag: session.folder.path().to_owned(),
-        session: "trial".into(),
-        study: String::new(),
-        clock: Clock::settable(),
         bag_ended: session.bag_ended.clone(),
-        growth: teampulse_bag::Growth::default(),
         damage: session.damage.clone(),
+        ..SinkContext::new(session.folder.path(), "trial", Clock::settable())
     };
     let sink = Tidy::default().build(&context).unwrap();
     let (post, inbox) = queue(sink.delivery(), session.streams.clone());

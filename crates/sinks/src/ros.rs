@@ -1,0 +1,62 @@
+//! Streams of the session, published on ROS.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::pattern::Pattern;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sink::Sink;
+use teampulse_ros::bus::Bus;
+use teampulse_ros::buses::Buses;
+use teampulse_ros::sink::{Publish, RosSink};
+
+use crate::SinkContext;
+
+/// Publishes on ROS what was concluded about robots and the team, and what the study lists under
+/// `publish`. Every session that is run has it.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ros {
+    /// The ROS domain; without it that of the session.
+    pub domain: Option<u32>,
+}
+
+impl Component<dyn Sink, SinkContext> for Ros {
+    const EXAMPLE: &'static str = "domain = 5";
+
+    fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
+        let RosContext { publish, .. } = &context.ros;
+        Ok(Box::new(RosSink::fresh(context.ros.bus(self.domain)?, publish.clone())))
+    }
+}
+
+/// What is published on ROS by a session, and where.
+#[derive(Clone)]
+pub struct RosContext {
+    /// The buses of the session.
+    pub buses: Arc<Buses>,
+    /// The domain of the session's own topics.
+    pub domain: u32,
+    /// The streams that are published.
+    pub publish: Publish,
+}
+
+/// Nothing is published, and nobody is there.
+impl Default for RosContext {
+    fn default() -> RosContext {
+        let publish = Publish::Named(Vec::<Pattern>::new());
+        RosContext { buses: Arc::new(Buses::apart()), domain: 0, publish }
+    }
+}
+
+impl RosContext {
+    /// The bus of a domain, or that of the session.
+    pub(crate) fn bus(&self, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
+        let bus = self.buses.get(domain.unwrap_or(self.domain));
+        bus.map_err(|error| {
+            let wrong = SettingsError::new(format!("failed to {error}")).with_hint(error.hint());
+            if domain.is_some() { wrong.at("domain") } else { wrong }
+        })
+    }
+}
