@@ -7,6 +7,7 @@ mod error;
 pub mod gatt;
 pub mod heart_rate;
 pub mod polar;
+pub mod empatica_e4;
 mod standard;
 mod cursor;
 mod outbox;

@@ -55,7 +55,7 @@ pub enum Event {
         /// The stream.
         stream: &'static str,
         /// Why, in the protocol's words.
-        reason: &'static str,
+        reason: String,
     },
     /// The device's clock was set: device times before and after can't be compared.
     ClockSet {

@@ -143,7 +143,7 @@ impl PolarSession {
         for feed in &mut self.feeds {
             let measurement = feed.selection.measurement;
             if !features.has(measurement) {
-                let reason = "the device can't measure this";
+                let reason = "the device can't measure this".to_owned();
                 self.out.event(Event::Refused { stream: measurement.stream(), reason });
             } else if measurement == Measurement::PpInterval {
                 self.commands.push_back(feed.configure(SettingsList::default()));
@@ -211,7 +211,8 @@ impl PolarSession {
     }
 
     fn refuse(&mut self, measurement: Measurement, status: Status) {
-        self.out.event(Event::Refused { stream: measurement.stream(), reason: status.text() });
+        let reason = status.text().to_owned();
+        self.out.event(Event::Refused { stream: measurement.stream(), reason });
     }
 
     /// Starts a measurement again that fell silent or that the device stopped.

@@ -1,0 +1,30 @@
+/// The longest line: a list of a hundred devices.
+const LONGEST: usize = 4096;
+
+/// Puts lines together that arrive in pieces.
+#[derive(Debug, Default)]
+pub(super) struct LineBuffer {
+    line: Vec<u8>,
+    length: usize,
+}
+
+impl LineBuffer {
+    /// The next whole line, or the length of one that was too long. Takes from the front of `bytes` what it used.
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<Vec<u8>, usize>> {
+        let end = bytes.iter().position(|byte| *byte == b'\n');
+        let (piece, rest) = bytes.split_at(end.unwrap_or(bytes.len()));
+        let room = LONGEST.saturating_sub(self.line.len());
+        self.line.extend_from_slice(piece.get(..room).unwrap_or(piece));
+        self.length += piece.len();
+        *bytes = rest.get(1..).unwrap_or_default();
+        end?;
+        let line = std::mem::take(&mut self.line);
+        let length = std::mem::take(&mut self.length);
+        Some(if length > LONGEST { Err(length) } else { Ok(line) })
+    }
+
+    /// Forgets the piece of a line of another connection.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
