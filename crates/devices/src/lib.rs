@@ -8,6 +8,7 @@ pub mod gatt;
 pub mod heart_rate;
 pub mod polar;
 pub mod empatica_e4;
+pub mod shimmer3;
 mod standard;
 mod cursor;
 mod outbox;

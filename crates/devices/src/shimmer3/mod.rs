@@ -1,0 +1,58 @@
+//! Shimmer3 GSR+ (and other Shimmer3) with the `LogAndStream` firmware, over Bluetooth RFCOMM or a serial port.
+//!
+//! Sources: the firmware, github.com/ShimmerResearch/log-and-stream-common at 12db787 and shimmer3 at db65e6c; the vendor's
+//! Java API; pyshimmer's tests. Little endian unless noted. Every accepted command is answered with `FF`, then its
+//! reply; a refused one with `FE`.
+//!
+//! | command | reply | |
+//! |---|---|---|
+//! | `20` | | stop streaming |
+//! | `3F` | `25` version | hardware: 3 is a Shimmer3, 10 a `Shimmer3R` |
+//! | `2E` | `2F` type u16, major u16, minor u8, release u8 | firmware: type 3 is `LogAndStream` |
+//! | `95` | `8A 94` adc u16, status u8 | battery: volts = adc · 3 / 4095 · 1.988 |
+//! | `2C` | `2D` 4 × 21 bytes | calibration: of LN accelerometer, gyroscope, magnetometer, WR accelerometer |
+//! | `05` u16 | | sampling interval in ticks of 1/32768 s |
+//! | `08` 3 bytes | | sensors, see [`Sensors`] |
+//! | `21` u8 | | range of the conductance: 0 to 3, 4 automatic |
+//! | `5E` u8 | | power for the optical sensor |
+//! | `A3 00` | | no `FF` before unasked status (firmware 0.15.4) |
+//! | `8B 02` | | two bytes of [`crc`] after everything |
+//! | `01` | `02` ticks u16, config (4 bytes, 7 of a `Shimmer3R`), n u8, buffer u8, n channel IDs | what a packet holds |
+//! | `07` | | start streaming |
+//!
+//! Packet: `00`, time u24 \[1/32768 s\], the channels in the order of `01`, the checksum.
+//!
+//! Streams of a [`ShimmerSession`], by channel: `eda` (raw with the range in bits 14–15, `resistance` in `kOhm`,
+//! `conductance` in `uS`), `ppg` (`mV`), `acceleration_low_noise`, `acceleration_wide_range` (raw, and in `m/s^2`),
+//! `gyroscope` (raw, `deg/s`), `magnetometer` (raw, calibrated in its local flux), `battery` (`V`), and the other channels
+//! as they are. Device times count from the first packet's 24 bits; they go on over wraps.
+//!
+//! Quirks, each with a test:
+//! - The time wraps every 512 s.
+//! - Nothing marks a packet: `00` is in the data, too. With a checksum a packet is taken when it fits; without, when the
+//!   next one begins behind it with the right time, so readings are one packet late. Else three packets in a row are
+//!   looked for. A lost byte costs a packet and shifts no channel.
+//! - Firmware without checksums or without `A3` does not answer these commands: the session goes on without.
+//! - Status (`8A 71`, with or without `FF`) comes unasked at any time.
+//! - A session that was cut goes on streaming: stop and drain for 300 ms before anything is asked.
+//! - Settings are refused while it streams: they are made before, and read back.
+//! - The range switches by itself: the raw value says which resistor was active.
+
+pub mod crc;
+mod session;
+mod setup;
+mod packets;
+mod framer;
+mod channels;
+mod sensors;
+mod gsr;
+mod calibration;
+mod clock;
+
+pub use calibration::Calibration;
+pub use gsr::{Gsr, GsrRange};
+pub use sensors::Sensors;
+pub use session::{ShimmerSession, ShimmerSettings};
+
+/// Ticks of the device's clock in a second.
+pub const TICKS_HZ: u32 = 32768;
