@@ -4,10 +4,13 @@
 use std::time::Duration;
 
 use libfuzzer_sys::fuzz_target;
+use teampulse_devices::empatica_e4::{E4Session, E4Settings};
 use teampulse_devices::gatt::Uuid;
 use teampulse_devices::heart_rate::{self, HeartRateSession};
+use teampulse_devices::myo::{self, MyoSession, MyoSettings};
 use teampulse_devices::polar::{self, Measurement, PolarSession, Selection};
-use teampulse_devices::{GattSession, Session};
+use teampulse_devices::shimmer3::{ShimmerSession, ShimmerSettings};
+use teampulse_devices::{ByteSession, GattSession, Session};
 
 const BATTERY: Uuid = Uuid::short(0x2a19);
 
@@ -15,6 +18,11 @@ const BATTERY: Uuid = Uuid::short(0x2a19);
 type Arrival<'a> = (u16, u8, &'a [u8]);
 
 fuzz_target!(|arrivals: Vec<Arrival<'_>>| {
+    bytes(E4Session::new(E4Settings::default()), &arrivals);
+    bytes(ShimmerSession::new(ShimmerSettings::default()), &arrivals);
+    let [first, second, third, fourth] = myo::EMG;
+    let myo = [first, second, third, fourth, myo::IMU, myo::CLASSIFIER, myo::INFORMATION];
+    gatt(MyoSession::new(MyoSettings::default()), &myo, &arrivals);
     let all = Measurement::ALL.map(Selection::of);
     gatt(PolarSession::new(&all), &[polar::DATA, polar::CONTROL], &arrivals);
     gatt(HeartRateSession::new(), &[heart_rate::MEASUREMENT, BATTERY], &arrivals);
@@ -28,6 +36,22 @@ fn gatt(mut session: impl GattSession, characteristics: &[Uuid], arrivals: &[Arr
         session.tick(now);
         session.receive(characteristics[usize::from(*which) % characteristics.len()], value, now);
         drain(&mut session, value.len());
+    }
+    session.stop(now);
+    while let Some(next) = session.next_tick() {
+        session.tick(next);
+        drain(&mut session, 0);
+    }
+}
+
+fn bytes(mut session: impl ByteSession, arrivals: &[Arrival<'_>]) {
+    let mut now = Duration::ZERO;
+    session.start(now);
+    for (wait, _, bytes) in arrivals {
+        now += Duration::from_millis((*wait).into());
+        session.tick(now);
+        session.receive(bytes, now);
+        drain(&mut session, bytes.len());
     }
     session.stop(now);
     while let Some(next) = session.next_tick() {

@@ -9,6 +9,7 @@ pub mod heart_rate;
 pub mod polar;
 pub mod empatica_e4;
 pub mod shimmer3;
+pub mod myo;
 mod standard;
 mod cursor;
 mod outbox;

@@ -1,0 +1,57 @@
+use std::time::Duration;
+
+use crate::gatt::Request;
+use crate::outbox::Outbox;
+use crate::{Event, Reading};
+
+const CHARACTERISTICS: usize = 4;
+const SAMPLES: u64 = 2;
+const ELECTRODES: usize = 8;
+
+/// After this, four notifications or more may be lost: how many is not known.
+const SILENCE: Duration = Duration::from_millis(500);
+
+/// Counts EMG notifications by the turns of their characteristics.
+#[derive(Debug, Default)]
+pub(super) struct Emg {
+    last: Option<(usize, Duration)>,
+    next_index: u64,
+}
+
+impl Emg {
+    /// The link was lost: the turns begin anew.
+    pub fn lose_link(&mut self, out: &mut Outbox<Request>) {
+        if self.last.take().is_some() {
+            out.event(Event::Gap { stream: "emg", samples: None });
+        }
+    }
+
+    /// A notification of the characteristic whose turn it is, or of a later one. Whether it was one.
+    pub fn receive(
+        &mut self,
+        turn: usize,
+        value: &[u8],
+        now: Duration,
+        out: &mut Outbox<Request>,
+    ) -> bool {
+        if value.len() != SAMPLES as usize * ELECTRODES {
+            out.discarded("emg", value.len());
+            return false;
+        }
+        if let Some((last, then)) = self.last {
+            let missing = (turn + CHARACTERISTICS - last - 1) % CHARACTERISTICS;
+            let lost = missing as u64 * SAMPLES;
+            if now.saturating_sub(then) > SILENCE {
+                out.event(Event::Gap { stream: "emg", samples: None });
+            } else if lost > 0 {
+                out.event(Event::Gap { stream: "emg", samples: Some(lost) });
+                self.next_index += lost;
+            }
+        }
+        self.last = Some((turn, now));
+        let values = value.iter().map(|byte| f64::from(*byte as i8)).collect();
+        out.reading(Reading::untimed("emg", self.next_index, values));
+        self.next_index += SAMPLES;
+        true
+    }
+}

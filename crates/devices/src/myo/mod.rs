@@ -1,0 +1,64 @@
+//! Myo armband: eight EMG electrodes and an IMU over Bluetooth Low Energy. Sold until 2018.
+//!
+//! Sources: github.com/thalmiclabs/myo-bluetooth (`myohw.h`, Apache-2.0), which says big endian where the device sends
+//! little endian; the clients dl-myo, myo-raw, Dongleless-myo and Open-Myo, whose issues are cited. UUIDs are
+//! `d506XXXX-a904-deb9-4748-2c7f4a124842`; the supplied USB dongle is not needed.
+//!
+//! | characteristic | bytes | |
+//! |---|---|---|
+//! | `0101` read | 20: serial number (6, last first), pose, classifier, SKU | |
+//! | `0201` read | 8: major, minor, patch, hardware, each u16 | |
+//! | `0401` write | command, length, payload; see [`Command`] | |
+//! | `0402` notify | 20: quaternion w x y z in 1/16384, acceleration in 1/2048 g, rotation in 1/16 deg/s, each i16 | 50 Hz |
+//! | `0502` indicate | 3: 0 tap, direction, count | |
+//! | `0103` indicate | 3: 1 synced · 2 unsynced · 3 pose (u16) · 4 unlocked · 5 locked · 6 sync failed | |
+//! | `0105`, `0205`, `0305`, `0405` notify | 16: two samples of eight i8, one after the other | 200 Hz together |
+//!
+//! Streams of a [`MyoSession`]: `emg` (no unit: the maker published none), `orientation`, `acceleration` (`g`),
+//! `gyroscope` (`deg/s`), `battery`; poses, taps and synchronisation are markers. There is no clock and no counter.
+//!
+//! Quirks, each with a test:
+//! - A notification holds two samples, 5 ms apart, and the four characteristics take turns: all four are subscribed to.
+//! - Which of the four comes is a counter of two bits: up to three lost notifications are a gap of known length.
+//! - It sleeps after 30 s without movement, even if told not to, unless it is told again: every 15 s.
+//! - It may stop sending: its mode is set again after two seconds.
+//! - A user can't see whether it is connected: it vibrates shortly.
+//! - Left in streaming mode it empties its battery: the mode is reset at the end.
+
+mod session;
+mod command;
+mod emg;
+
+pub use command::{Command, EmgMode, Vibration};
+pub use session::{MyoSession, MyoSettings};
+
+use crate::gatt::Uuid;
+
+/// The UUID of a Myo's service or characteristic.
+pub const fn uuid(number: u16) -> Uuid {
+    Uuid(0xd506_0000_a904_deb9_4748_2c7f_4a12_4842 | (number as u128) << 96)
+}
+
+/// The control service, by which a Myo is found: its name is its user's.
+pub const SERVICE: Uuid = uuid(0x0001);
+
+/// Takes commands.
+pub const COMMAND: Uuid = uuid(0x0401);
+
+/// Serial number and others.
+pub const INFORMATION: Uuid = uuid(0x0101);
+
+/// Version of the firmware.
+pub const FIRMWARE: Uuid = uuid(0x0201);
+
+/// Orientation, acceleration, rotation.
+pub const IMU: Uuid = uuid(0x0402);
+
+/// Taps.
+pub const MOTION: Uuid = uuid(0x0502);
+
+/// Poses.
+pub const CLASSIFIER: Uuid = uuid(0x0103);
+
+/// EMG, in turns.
+pub const EMG: [Uuid; 4] = [uuid(0x0105), uuid(0x0205), uuid(0x0305), uuid(0x0405)];
