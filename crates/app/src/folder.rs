@@ -4,7 +4,8 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use teampulse_core::{clock, private};
+use teampulse_bag::private;
+use teampulse_core::clock;
 use teampulse_sinks::tables_beside;
 
 use crate::failure::Failure;

@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 
+pub mod private;
+mod spill;
 mod error;
 mod schema;
 mod channel;
@@ -22,6 +24,7 @@ pub use read::{Bag, BagStream, DAMAGE_NOTE};
 pub use recover::{RecoveredFile, Report, recover};
 pub use sink::{BagSink, Broken, CONTINUES_NOTE, ENDED_NOTE, Recording, STUDY_NAME};
 pub use source::{BagSource, Selection, Unread};
+pub use spill::Spill;
 pub use write::chunk::Compression;
 pub use write::part::Attachment;
 pub use write::{BagWriter, Options, Place, Summary};

@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use crate::private;
 use mcap::records::{MessageHeader, op};
-use teampulse_core::private;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 

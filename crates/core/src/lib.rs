@@ -2,8 +2,6 @@
 
 pub mod time;
 pub mod text;
-pub mod private;
-pub mod spill;
 pub mod clock;
 pub mod qos;
 pub mod units;

@@ -8,8 +8,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use teampulse_bag::private;
 use teampulse_core::data::Data;
-use teampulse_core::private;
 use teampulse_core::pump::TICK;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};

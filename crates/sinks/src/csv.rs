@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_bag::private;
 use teampulse_core::data::Data;
-use teampulse_core::private;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};

@@ -10,7 +10,7 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use teampulse_core::private;
+use crate::private;
 use teampulse_core::qos::Qos;
 use teampulse_core::time::Time;
 

@@ -6,9 +6,9 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::spill::Spill;
 use mcap::records::{MessageHeader, op};
 use mcap::{MAGIC, McapError, McapResult};
-use teampulse_core::spill::Spill;
 use teampulse_core::stream::Schema;
 
 use super::chunk::{Chunk, Compression, LARGE_BYTES, Packer};

@@ -16,11 +16,11 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::private;
 use mcap::records::MessageHeader;
 use rustix::process::{Resource, getrlimit};
 use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
-use teampulse_core::private;
 use teampulse_core::sample::{Record, Sample};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;

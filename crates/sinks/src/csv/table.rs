@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use teampulse_core::private;
+use teampulse_bag::private;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_messages::definition::Definition;

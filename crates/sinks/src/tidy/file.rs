@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use teampulse_core::private;
+use teampulse_bag::private;
 
 pub(super) use crate::text::on_one_line;
 

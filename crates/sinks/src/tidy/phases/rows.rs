@@ -5,7 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-use teampulse_core::spill::Spill;
+use teampulse_bag::Spill;
 use teampulse_core::stream::Subject;
 use teampulse_core::time::Time;
 
