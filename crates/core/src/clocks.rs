@@ -1,13 +1,12 @@
 //! The clocks of a session: one model for each device and computer, shared by its streams.
 
+mod settings;
 mod owner;
 mod by_interval;
 mod hindsight;
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
-use serde::Deserialize;
 use teampulse_timefilter::clock::{
     ClockKind, ClockModel, ClockState, Corrected, Host, KnownDevice, Latency, News, OneWay,
     OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
@@ -21,76 +20,16 @@ use crate::stream::{About, Origin, Shape, Stream, StreamId};
 use by_interval::ByInterval;
 pub use hindsight::Hindsight;
 use owner::Owner;
+pub use settings::{ClockSettings, IntervalLatency};
 
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
-
-/// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study. Of messages the
-/// last word of the topic is the device: `[clocks.imu]` for `/strap/imu`.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ClockSettings {
-    /// The shortest time from measuring to arrival [s], as `teampulse calibrate` finds it; without
-    /// it that of the table of known devices.
-    pub latency_secs: Option<f64>,
-    /// Half the width of the interval that holds that time with a probability of 95 % [s].
-    pub uncertainty_secs: Option<f64>,
-    /// After how long the device's counter begins at zero again [s].
-    pub wraps_secs: Option<f64>,
-    /// The same latency over links of which the connection interval is known: it is in force once the session
-    /// has recognised the interval from the arrivals.
-    pub intervals: Vec<IntervalLatency>,
-}
-
-/// The latency of a device over links with one connection interval.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct IntervalLatency {
-    /// From one connection event to the next [s]: 0.0075 to 0.1 are recognised.
-    pub interval_secs: f64,
-    /// The shortest time from measuring to arrival [s].
-    pub latency_secs: f64,
-    /// Half the width of the interval that holds that time with a probability of 95 % [s].
-    pub uncertainty_secs: Option<f64>,
-}
-
-impl IntervalLatency {
-    /// Whether it is that of links with such an interval [s].
-    pub fn is_of(&self, interval_secs: f64) -> bool {
-        (self.interval_secs - interval_secs).abs() < SAME_INTERVAL_SECS
-    }
-
-    fn latency(&self) -> Latency {
-        Latency::new(self.latency_secs, self.uncertainty_secs.unwrap_or(CALIBRATED_SECS))
-    }
-}
-
-/// Intervals are whole multiples of 1.25 ms.
-const SAME_INTERVAL_SECS: f64 = 0.000_6;
 
 /// What a study calls the device of a stream (`[clocks.imu]`): the last word of its device, or of
 /// its topic where it names none.
 pub fn device_of(stream: &Stream) -> &str {
     let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
     last_token(name)
-}
-
-/// The 95 % uncertainty of a latency that a study gives without one [s].
-const CALIBRATED_SECS: f64 = 0.005;
-
-impl ClockSettings {
-    /// The latency over links with that connection interval [s], or over those of which it is not known;
-    /// `None` where the study gives none.
-    pub fn latency_secs_at(&self, interval_secs: Option<f64>) -> Option<f64> {
-        let of_interval = interval_secs
-            .and_then(|secs| self.intervals.iter().find(|interval| interval.is_of(secs)));
-        of_interval.map(|interval| interval.latency_secs).or(self.latency_secs)
-    }
-
-    fn latency(&self) -> Option<Latency> {
-        let uncertainty_secs = self.uncertainty_secs.unwrap_or(CALIBRATED_SECS);
-        Some(Latency::new(self.latency_secs?, uncertainty_secs))
-    }
 }
 
 /// How times come about in a session.

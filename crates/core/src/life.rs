@@ -1,6 +1,7 @@
 //! The life of a stream: how it is judged, on ticks, from its rate, its age and its losses.
 
 mod pace;
+mod usual;
 
 use std::collections::VecDeque;
 
@@ -9,19 +10,12 @@ use teampulse_timefilter::clock::ClockState;
 
 use crate::status::{SIGMAS_95, State, StreamStatus};
 use crate::time::Time;
+use usual::{Heard, UsualRate, is_stale};
 
 /// Over how many seconds a rate is counted, and a loss remembered [s].
 const WINDOW_SECS: usize = 10;
 /// How many delays are kept for the median.
 const DELAYS: usize = 32;
-/// A rate is learned from so many samples on, over at least so many seconds [s], and within so many
-/// seconds of the first [s].
-const LEARNED_FROM: u64 = 5;
-const LEARNED_FROM_SECS: f64 = 2.0;
-const LEARNED_WITHIN_SECS: f64 = 60.0;
-/// A rate was kept up when it held for so many seconds: a burst after a pause raises it for as long as
-/// one counts, which is less.
-const KEPT_UP_SECS: usize = 13;
 /// How often a stream without any samples is reported: there may be thousands.
 const SILENT_SECS: u32 = 30;
 
@@ -37,8 +31,7 @@ struct Second {
 /// The life of one stream so far; a function of what arrived and of the ticks.
 #[derive(Clone, Debug)]
 pub(crate) struct Life {
-    expected_hz: Option<f64>,
-    declared: bool,
+    usual: UsualRate,
     /// Whether it comes now and then, so that a silence means nothing.
     irregular: bool,
     now: Time,
@@ -52,8 +45,6 @@ pub(crate) struct Life {
     silent_secs: u32,
     received: u64,
     pace: Pace,
-    /// The rates of the last seconds, while it is learned which is usual [Hz].
-    held_hz: VecDeque<f64>,
     lost_source: Option<u64>,
     lost_queue: u64,
     late: u64,
@@ -67,10 +58,8 @@ pub(crate) struct Life {
 impl Life {
     /// The life of a stream whose rate is declared [Hz], or is to be learned when that is 0.
     pub(crate) fn new(declared_hz: f64) -> Life {
-        let declared = declared_hz > 0.0;
         Life {
-            expected_hz: declared.then_some(declared_hz),
-            declared,
+            usual: UsualRate::of(declared_hz),
             irregular: false,
             now: Time::EPOCH,
             first: None,
@@ -81,7 +70,6 @@ impl Life {
             silent_secs: 0,
             received: 0,
             pace: Pace::default(),
-            held_hz: VecDeque::new(),
             lost_source: None,
             lost_queue: 0,
             late: 0,
@@ -100,8 +88,7 @@ impl Life {
     /// A declared rate became known [Hz].
     pub(crate) fn declare_rate(&mut self, declared_hz: f64) {
         if declared_hz > 0.0 {
-            self.expected_hz = Some(declared_hz);
-            self.declared = true;
+            self.usual = UsualRate::of(declared_hz);
         }
     }
 
@@ -181,8 +168,9 @@ impl Life {
         if self.seconds.len() > WINDOW_SECS {
             self.seconds.pop_front();
         }
-        if !self.declared && !self.irregular {
-            self.learn();
+        if let (Some(first), Some(newest), false) = (self.first, self.newest, self.irregular) {
+            let heard = Heard { first, newest, received: self.received, now };
+            self.usual.learn(&heard, || self.pace.rate_hz(now));
         }
     }
 
@@ -190,29 +178,6 @@ impl Life {
     /// and now and then.
     pub(crate) fn is_due(&self) -> bool {
         self.newest.is_some() || self.silent_secs % SILENT_SECS == 1
-    }
-
-    /// Learns the rate in the first minute: the fastest that it kept up, so that a silence within
-    /// does not pass for the way it is.
-    fn learn(&mut self) {
-        let (Some(first), Some(newest)) = (self.first, self.newest) else { return };
-        let between_secs = newest.secs_since(first);
-        let enough = self.received >= LEARNED_FROM && between_secs >= LEARNED_FROM_SECS;
-        if !enough || self.now.secs_since(first) > LEARNED_WITHIN_SECS {
-            return;
-        }
-        let silent_secs = self.now.secs_since(newest);
-        if self.expected_hz.is_some_and(|hz| is_stale(silent_secs, hz)) {
-            return;
-        }
-        self.held_hz.push_back(self.pace.rate_hz(self.now));
-        let kept_up_hz = self.held_hz.iter().copied().fold(f64::INFINITY, f64::min);
-        if self.held_hz.len() <= KEPT_UP_SECS {
-            self.expected_hz = Some(kept_up_hz);
-        } else {
-            self.held_hz.pop_front();
-            self.expected_hz = self.expected_hz.map(|known| known.max(kept_up_hz));
-        }
     }
 
     /// How the stream of this name is doing at `now`; its clock is as `clock` says, with what is
@@ -254,7 +219,7 @@ impl Life {
         };
         let age_secs = now.secs_since(newest);
         let silent_secs = now.secs_since(self.heard_since(newest));
-        if let Some(expected_hz) = self.expected_hz {
+        if let Some(expected_hz) = self.usual.expected_hz() {
             let silent = || format!("silent for {age_secs:.1} s");
             if silent_secs > f64::max(10.0 / expected_hz, 5.0) {
                 return (State::Dead, silent());
@@ -304,7 +269,7 @@ impl Life {
     }
 
     fn too_slow(&self) -> Option<String> {
-        let expected_hz = self.expected_hz?;
+        let expected_hz = self.usual.expected_hz()?;
         let rate_hz = self.pace.rate_hz(self.now);
         let watched_secs = self.now.secs_since(self.heard_since(self.first?));
         let whole_window = watched_secs > WINDOW_SECS as f64 + 1.0;
@@ -323,166 +288,5 @@ impl Life {
     }
 }
 
-/// Whether a stream of a rate [Hz] is silent for longer than it should be.
-fn is_stale(silent_secs: f64, expected_hz: f64) -> bool {
-    silent_secs > f64::max(3.0 / expected_hz, 1.0)
-}
-
 #[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::*;
-
-    fn status(life: &Life, now: Time) -> StreamStatus {
-        life.status("/x", now, &crate::clocks::UNKNOWN, None)
-    }
-
-    /// Lives through `secs` seconds from `from_secs` on, with `rate` samples in each.
-    fn live(life: &mut Life, from_secs: i64, secs: i64, rate: i64) -> Time {
-        for second in from_secs..from_secs + secs {
-            for k in 0..rate {
-                let nanos = second * 1_000_000_000 + k * 1_000_000_000 / rate;
-                let now = Time::from_nanos(nanos);
-                life.arrived(1, now, now, None);
-            }
-            life.second(Time::from_nanos((second + 1) * 1_000_000_000));
-        }
-        Time::from_nanos((from_secs + secs) * 1_000_000_000)
-    }
-
-    #[test]
-    fn a_stream_that_never_came_is_never_fine() {
-        let life = Life::new(5.0);
-        assert_eq!(status(&life, Time::from_nanos(1)).state, State::Never);
-    }
-
-    #[test]
-    fn what_was_not_heard_while_nothing_could_be_heard_was_not_silent() {
-        let mut life = Life::new(5.0);
-        let stopped = live(&mut life, 0, 20, 5);
-        let woke = stopped + Duration::from_secs(60);
-        life.stood_still(woke);
-        (21..=80).for_each(|second| life.second(Time::from_stamp(second, 0)));
-        assert_eq!(status(&life, woke).state, State::Ok);
-        let back = live(&mut life, 80, 1, 5);
-        assert_eq!(status(&life, back).state, State::Ok, "{}", status(&life, back).reason);
-        let gone = back + Duration::from_secs(6);
-        assert_eq!(status(&life, gone).state, State::Dead);
-        // What did not come back is as silent as it is.
-        let mut life = Life::new(5.0);
-        live(&mut life, 0, 20, 5);
-        life.stood_still(woke);
-        let status = status(&life, woke + Duration::from_secs(6));
-        assert_eq!((status.state, &*status.reason), (State::Dead, "silent for 66.2 s"));
-    }
-
-    #[test]
-    fn a_stream_that_never_came_is_reported_now_and_then() {
-        let mut life = Life::new(0.0);
-        let reported = |life: &mut Life, from_secs: i64, secs: i64| {
-            let seconds = from_secs..from_secs + secs;
-            let due = seconds.filter(|second| {
-                life.second(Time::from_stamp(*second as i32 + 1, 0));
-                life.is_due()
-            });
-            due.count()
-        };
-        assert_eq!(reported(&mut life, 0, 10), 1);
-        assert_eq!(reported(&mut life, 10, 290), 9);
-        live(&mut life, 300, 1, 5);
-        assert_eq!(reported(&mut life, 301, 60), 60, "what came once is told of every second");
-    }
-
-    #[test]
-    fn a_learned_rate_is_held_against_the_stream() {
-        let mut life = Life::new(0.0);
-        let now = live(&mut life, 0, 20, 10);
-        assert_eq!(status(&life, now).state, State::Ok);
-        let now = live(&mut life, 20, 12, 4);
-        let status = status(&life, now);
-        assert_eq!(
-            (status.state, status.reason.as_str()),
-            (State::Degraded, "4.0 Hz instead of 10.0 Hz")
-        );
-    }
-
-    #[test]
-    fn what_comes_now_and_then_is_never_dead() {
-        let mut life = Life::irregular();
-        live(&mut life, 0, 20, 10);
-        let now = live(&mut life, 20, 100, 0);
-        assert_eq!(status(&life, now).state, State::Ok);
-    }
-
-    #[test]
-    fn a_run_counts_as_the_samples_in_it() {
-        for declared_hz in [0.0, 128.0] {
-            let mut life = Life::new(declared_hz);
-            for quarter in 1..=60 {
-                let now = Time::from_nanos(quarter * 250_000_000);
-                life.arrived(32, now, now, None);
-                if quarter % 4 == 0 {
-                    life.second(now);
-                }
-            }
-            let status = status(&life, Time::from_nanos(15_000_000_000));
-            assert_eq!((status.state, status.reason.as_str()), (State::Ok, ""));
-            assert!((status.rate_hz - 128.0).abs() < 1e-9, "{}", status.rate_hz);
-            assert_eq!(status.received, 60);
-        }
-    }
-
-    #[test]
-    fn silence_is_stale_then_dead_and_ends() {
-        let mut life = Life::new(2.0);
-        let now = live(&mut life, 0, 10, 2);
-        let after = |secs: u64| now + std::time::Duration::from_secs(secs);
-        assert_eq!(status(&life, after(2)).state, State::Stale);
-        assert_eq!(status(&life, after(6)).state, State::Dead);
-        live(&mut life, 10, 6, 0);
-        let now = live(&mut life, 16, 12, 2);
-        assert_eq!(status(&life, now).state, State::Ok);
-    }
-
-    #[test]
-    fn a_silence_while_learning_is_not_the_way_it_is() {
-        let mut life = Life::new(0.0);
-        live(&mut life, 0, 3, 20);
-        let now = live(&mut life, 3, 8, 0);
-        assert_eq!(status(&life, now).state, State::Dead, "silent for 8 s");
-        let now = live(&mut life, 11, 30, 20);
-        assert_eq!(status(&life, now).state, State::Ok);
-        let now = live(&mut life, 41, 2, 0);
-        assert_eq!(status(&life, now).state, State::Stale);
-    }
-
-    #[test]
-    fn a_network_that_catches_up_is_not_the_way_it_is() {
-        for (held_up_from, held_up_secs) in [(2, 3), (6, 3), (15, 4), (30, 4)] {
-            let mut life = Life::new(0.0);
-            live(&mut life, 0, held_up_from, 20);
-            live(&mut life, held_up_from, held_up_secs, 0);
-            let resumed = held_up_from + held_up_secs;
-            let at_once = Time::from_nanos(resumed * 1_000_000_000);
-            (0..20 * held_up_secs).for_each(|_| life.arrived(1, at_once, at_once, None));
-            let now = live(&mut life, resumed, 25, 20);
-            assert_eq!(status(&life, now).reason, "", "held up after {held_up_from} s");
-            let now = live(&mut life, resumed + 25, 15, 10);
-            assert_eq!(status(&life, now).reason, "10.0 Hz instead of 20.0 Hz");
-        }
-    }
-
-    #[test]
-    fn losses_are_unknown_until_reported() {
-        let mut life = Life::new(0.0);
-        let now = live(&mut life, 0, 1, 5);
-        assert_eq!(status(&life, now).lost_source, None);
-        life.lost_on_the_way(0.0);
-        assert_eq!(status(&life, now).lost_source, Some(0));
-        life.lost_on_the_way(3.0);
-        life.second(now);
-        let status = status(&life, now);
-        assert_eq!((status.lost_source, status.state), (Some(3), State::Degraded));
-    }
-}
+mod tests;

@@ -1,0 +1,86 @@
+//! The rate that a stream usually has: declared, or learned in its first minute.
+
+use std::collections::VecDeque;
+
+use crate::time::Time;
+
+/// A rate is learned from so many samples on, over at least so many seconds [s], and within so many
+/// seconds of the first [s].
+const LEARNED_FROM: u64 = 5;
+const LEARNED_FROM_SECS: f64 = 2.0;
+const LEARNED_WITHIN_SECS: f64 = 60.0;
+/// A rate was kept up when it held for so many seconds: a burst after a pause raises it for as long as
+/// one counts, which is less.
+const KEPT_UP_SECS: usize = 13;
+/// The rate against which a stream is held.
+#[derive(Clone, Debug)]
+pub(super) enum UsualRate {
+    /// It was declared [Hz].
+    Declared(f64),
+    /// It is learned, or was.
+    Learned {
+        /// What was learned so far [Hz].
+        expected_hz: Option<f64>,
+        /// The rates of the last seconds, while it is learned which is usual [Hz].
+        held_hz: VecDeque<f64>,
+    },
+}
+
+/// What came of a stream so far.
+pub(super) struct Heard {
+    /// When the first sample came.
+    pub(super) first: Time,
+    /// When the newest did.
+    pub(super) newest: Time,
+    /// How many did.
+    pub(super) received: u64,
+    /// The second that has just passed.
+    pub(super) now: Time,
+}
+
+impl UsualRate {
+    /// A declared rate [Hz], or one that is to be learned when that is 0.
+    pub(super) fn of(declared_hz: f64) -> UsualRate {
+        if declared_hz > 0.0 {
+            UsualRate::Declared(declared_hz)
+        } else {
+            UsualRate::Learned { expected_hz: None, held_hz: VecDeque::new() }
+        }
+    }
+
+    /// The rate that is expected [Hz]; `None` while it is not known.
+    pub(super) fn expected_hz(&self) -> Option<f64> {
+        match self {
+            UsualRate::Declared(expected_hz) => Some(*expected_hz),
+            UsualRate::Learned { expected_hz, .. } => *expected_hz,
+        }
+    }
+
+    /// Learns the rate in the first minute: the fastest that it kept up, so that a silence within
+    /// does not pass for the way it is. `rate_hz` is that of now.
+    pub(super) fn learn(&mut self, heard: &Heard, rate_hz: impl FnOnce() -> f64) {
+        let UsualRate::Learned { expected_hz, held_hz } = self else { return };
+        let between_secs = heard.newest.secs_since(heard.first);
+        let enough = heard.received >= LEARNED_FROM && between_secs >= LEARNED_FROM_SECS;
+        if !enough || heard.now.secs_since(heard.first) > LEARNED_WITHIN_SECS {
+            return;
+        }
+        let silent_secs = heard.now.secs_since(heard.newest);
+        if expected_hz.is_some_and(|hz| is_stale(silent_secs, hz)) {
+            return;
+        }
+        held_hz.push_back(rate_hz());
+        let kept_up_hz = held_hz.iter().copied().fold(f64::INFINITY, f64::min);
+        if held_hz.len() <= KEPT_UP_SECS {
+            *expected_hz = Some(kept_up_hz);
+        } else {
+            held_hz.pop_front();
+            *expected_hz = expected_hz.map(|known| known.max(kept_up_hz));
+        }
+    }
+}
+
+/// Whether a stream of a rate [Hz] is silent for longer than it should be.
+pub(super) fn is_stale(silent_secs: f64, expected_hz: f64) -> bool {
+    silent_secs > f64::max(3.0 / expected_hz, 1.0)
+}
