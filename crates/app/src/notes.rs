@@ -4,6 +4,7 @@ use teampulse_core::pattern::Pattern;
 use teampulse_core::phases::BASELINE;
 use teampulse_sinks::Bag;
 use teampulse_sources::session::Phase;
+use teampulse_workers::Program;
 
 use crate::machine::LEAST_DISK;
 use crate::setup::keeping;
@@ -38,12 +39,24 @@ fn of_room(bag: &Bag) -> Option<String> {
 
 /// The patterns under `publish` that match neither a received stream nor one computed from it.
 pub fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
-    let names_something = |pattern: &&Pattern| {
-        let of_team = [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room));
-        of_team || heard.iter().any(|name| pattern.may_match_below(name))
-    };
-    let idle = publish.iter().filter(|pattern| !names_something(pattern));
+    let idle = publish.iter().filter(|pattern| !names_something(pattern, heard));
     idle.map(|pattern| format!("publish `{}` matches no received stream", pattern.text())).collect()
+}
+
+/// The same for the streams that workers look at.
+pub fn looking_at_nothing(workers: &[Program], heard: &[&str]) -> Vec<String> {
+    let looked_at = workers.iter().flat_map(|worker| &worker.streams);
+    let idle = looked_at.filter(|pattern| !names_something(pattern, heard));
+    idle.map(|pattern| {
+        format!("a worker looks at `{}`, which matches no received stream", pattern.text())
+    })
+    .collect()
+}
+
+/// Whether a pattern matches a stream that was received, is computed from one, or is always present.
+fn names_something(pattern: &Pattern, heard: &[&str]) -> bool {
+    let of_team = [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room));
+    of_team || heard.iter().any(|name| pattern.may_match_below(name))
 }
 
 /// The remark that phases must be begun by hand.
@@ -120,6 +133,21 @@ mod tests {
         for text in ["/robot2/odom", "/robot1", "/humans/persons/p002/**", "/odom"] {
             assert!(idle(text), "{text}");
         }
+    }
+
+    #[test]
+    fn a_worker_that_looks_at_nothing_is_named() {
+        let worker = |text: &str| Program {
+            command: vec!["true".into()],
+            streams: vec![Pattern::parse(text).unwrap()],
+            offers: Vec::new(),
+            patience_secs: 1.0,
+        };
+        let workers = [worker("/robot1/odom"), worker("/robot2/odom"), worker("/team/state")];
+        assert_eq!(
+            looking_at_nothing(&workers, &["/robot1/odom"]),
+            ["a worker looks at `/robot2/odom`, which matches no received stream"]
+        );
     }
 
     #[test]

@@ -14,6 +14,7 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
+use teampulse_workers::Program;
 
 use crate::commands::run::seconds;
 use crate::commands::simulate::team;
@@ -58,6 +59,7 @@ impl Check {
         let study = Study::read(&self.study)?;
         let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
         let people: Vec<RosPeople> = study.settings_of("sources", "people")?;
+        let workers: Vec<Program> = study.settings_of("workers", "program")?;
         team(&study)?;
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
         let has_phases = !study.general.phases.is_empty();
@@ -85,8 +87,9 @@ impl Check {
         output::lines(person_lines(&heard));
         let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
-        let names = heard.iter().map(|(stream, _)| stream.name.as_str());
-        let idle = notes::publishing_nothing(&publish, &names.collect::<Vec<_>>());
+        let names: Vec<_> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
+        let mut idle = notes::publishing_nothing(&publish, &names);
+        idle.extend(notes::looking_at_nothing(&workers, &names));
         let lacks = lacks::notes(heard.iter().map(|(stream, _)| &**stream));
         let overruled = lacks::overruled(has_phases, &own_phases);
         let unheard = unheard::notes(&wanted, heard.iter().map(|(stream, _)| &**stream));
