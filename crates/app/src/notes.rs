@@ -37,14 +37,20 @@ fn of_room(bag: &Bag) -> Option<String> {
     })
 }
 
-/// The patterns under `publish` that match neither a received stream nor one computed from it.
-pub fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
+/// The patterns of a study, under `publish` and of its workers, that match neither a received stream nor one
+/// computed from it.
+pub fn matching_nothing(publish: &[Pattern], workers: &[Program], heard: &[&str]) -> Vec<String> {
+    let mut idle = publishing_nothing(publish, heard);
+    idle.extend(looking_at_nothing(workers, heard));
+    idle
+}
+
+fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
     let idle = publish.iter().filter(|pattern| !names_something(pattern, heard));
     idle.map(|pattern| format!("publish `{}` matches no received stream", pattern.text())).collect()
 }
 
-/// The same for the streams that workers look at.
-pub fn looking_at_nothing(workers: &[Program], heard: &[&str]) -> Vec<String> {
+fn looking_at_nothing(workers: &[Program], heard: &[&str]) -> Vec<String> {
     let looked_at = workers.iter().flat_map(|worker| &worker.streams);
     let idle = looked_at.filter(|pattern| !names_something(pattern, heard));
     idle.map(|pattern| {

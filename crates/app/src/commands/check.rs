@@ -88,8 +88,7 @@ impl Check {
         let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
         let names: Vec<_> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
-        let mut idle = notes::publishing_nothing(&publish, &names);
-        idle.extend(notes::looking_at_nothing(&workers, &names));
+        let idle = notes::matching_nothing(&publish, &workers, &names);
         let lacks = lacks::notes(heard.iter().map(|(stream, _)| &**stream));
         let overruled = lacks::overruled(has_phases, &own_phases);
         let unheard = unheard::notes(&wanted, heard.iter().map(|(stream, _)| &**stream));
