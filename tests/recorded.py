@@ -49,7 +49,7 @@ class Signal:
             channels=list(self.channels),
             units=list(self.channels.values()),
             rate_hz=self.rate_hz,
-            scales=[],
+            scales=np.zeros(0),
             doc="",
             family="",
             window_secs=0.0,

@@ -1,15 +1,20 @@
 //! Analyses of the signal crate as features: of every stream of one signal, and over phases.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Deserialize;
 use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
 use teampulse_core::phases::Phases;
+use teampulse_core::registry::{Component, Entry, SettingsError};
 use teampulse_core::sample::Sample;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
-use teampulse_signal::analysis::Make;
 
-use crate::running::{Naming, Running};
+use crate::analyses::{ANALYSES, Analysis, Documented};
+use crate::context::FeatureContext;
+use crate::running::Running;
 
 /// A phase is reported this long after its end even if nothing has arrived on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
@@ -18,31 +23,83 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 /// its windows.
 const HIGHEST_RATE_HZ: f64 = 100_000.0;
 
-/// A feature of a person's signal: an analysis that runs on each stream of that signal.
-pub(crate) struct Analysed {
-    /// Which signal it accepts.
-    pub(crate) signal: Signal,
-    /// What it is called.
-    pub(crate) naming: &'static Naming,
-    /// Makes the analysis of a stream.
-    pub(crate) make: fn(&Stream) -> Make,
-    /// Lengths of its windows [s].
-    pub(crate) windows_secs: Vec<f64>,
+/// The feature of a row of the table of analyses.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(transparent)]
+pub struct Analysed<const ROW: usize>(Settings);
+
+/// The settings of every feature that is an analysis.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct Settings {
+    /// The lengths of the windows [s]; without it those of the study.
+    windows_secs: Option<Vec<f64>>,
 }
 
-impl Analysed {
+impl<const ROW: usize> JsonSchema for Analysed<ROW> {
+    fn schema_name() -> Cow<'static, str> {
+        feature::<ROW>().name.into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = Settings::json_schema(generator);
+        schema.insert("description".to_owned(), feature::<ROW>().text().into());
+        schema
+    }
+}
+
+impl<const ROW: usize> Component<dyn Feature, FeatureContext> for Analysed<ROW> {
+    const EXAMPLE: &'static str = "windows_secs = [30, 60, 300]";
+
+    fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
+        start(&ANALYSES[ROW], self.0.windows_secs, context)
+    }
+}
+
+/// The row of a feature in the table of features, which is the analysis of this place.
+pub(crate) const fn entry<const ROW: usize>() -> Entry<dyn Feature, FeatureContext> {
+    Entry::new::<Analysed<ROW>>(feature::<ROW>().name)
+}
+
+const fn feature<const ROW: usize>() -> Documented {
+    ANALYSES[ROW].feature.expect("a row of the table of features has one")
+}
+
+/// An analysis that runs on each stream of its signal.
+fn start(
+    analysis: &'static Analysis,
+    windows_secs: Option<Vec<f64>>,
+    context: &FeatureContext,
+) -> Result<Box<dyn Feature>, SettingsError> {
+    let windows_secs = context.windows_or(windows_secs)?;
+    let mains_hz = context.mains_hz.filter(|_| analysis.signal == Signal::Ecg);
+    if let Some(wrong) = mains_hz.filter(|hz| ![50.0, 60.0].contains(hz)) {
+        let message = format!("mains of {wrong} Hz: expected 50 or 60");
+        let hint = "remove it to detect the mains in the signal";
+        return Err(SettingsError::new(message).with_hint(hint).at("mains_hz"));
+    }
+    Ok(Box::new(OfPeople { analysis, mains_hz, windows_secs }))
+}
+/// An analysis of people's streams, as a study configures it.
+struct OfPeople {
+    analysis: &'static Analysis,
+    mains_hz: Option<f64>,
+    windows_secs: Vec<f64>,
+}
+
+impl OfPeople {
     fn analyses(&self, stream: &Stream) -> bool {
         stream.about == About::Person
             && stream.origin == Origin::Raw
-            && stream.signal == self.signal
+            && stream.signal == self.analysis.signal
             && matches!(stream.shape, Shape::Sample | Shape::Wave)
             && !stream.channels.is_empty()
-            && (stream.rate_hz > 0.0 || self.signal == Signal::Interval)
+            && (stream.rate_hz > 0.0 || !self.analysis.is_even())
             && stream.rate_hz <= HIGHEST_RATE_HZ
     }
 }
 
-impl Feature for Analysed {
+impl Feature for OfPeople {
     fn accepts(&self, stream: &Stream) -> bool {
         self.analyses(stream) || Phases::hears(stream)
     }
@@ -54,7 +111,7 @@ impl Feature for Analysed {
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         Box::new(Analyses {
-            analysis: (self.naming, self.make),
+            analysis: (self.analysis, self.mains_hz),
             windows_secs: self.windows_secs.clone(),
             phases: Phases::default(),
             running: BTreeMap::new(),
@@ -64,7 +121,7 @@ impl Feature for Analysed {
 
 /// The analyses of all streams, and the phases.
 struct Analyses {
-    analysis: (&'static Naming, fn(&Stream) -> Make),
+    analysis: (&'static Analysis, Option<f64>),
     windows_secs: Vec<f64>,
     phases: Phases,
     running: BTreeMap<StreamId, Running>,
@@ -110,20 +167,23 @@ impl Analyses {
     }
 }
 
+/// The feature of a signal, in windows of these lengths [s].
+#[cfg(test)]
+pub(crate) fn built(signal: Signal, windows_secs: Option<Vec<f64>>) -> Box<dyn Feature> {
+    let analysis = Analysis::of(signal).unwrap();
+    start(analysis, windows_secs, &FeatureContext::default()).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
     use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
-    use teampulse_core::registry::Component;
     use teampulse_core::sample::Turn;
     use teampulse_core::session_streams::{END, session_events};
     use teampulse_core::stream::Subject;
 
     use super::*;
-    use crate::context::FeatureContext;
-    use crate::people::heart::Heart;
-    use crate::people::skin_temperature::SkinTemperature;
 
     const RATE_HZ: f64 = 4.0;
     const INPUT: StreamId = StreamId(0);
@@ -138,8 +198,7 @@ mod tests {
 
     impl Warming {
         fn new() -> Warming {
-            let feature = SkinTemperature { windows_secs: Some(vec![10.0]) };
-            let feature = feature.build(&FeatureContext::default()).unwrap();
+            let feature = built(Signal::Temperature, Some(vec![10.0]));
             let subject = Subject { about: About::Person, id: "p1".into() };
             let stream = Stream::raw("/humans/persons/p1/e4/temp", subject, Shape::Wave);
             let stream = Stream { signal: Signal::Temperature, rate_hz: RATE_HZ, ..stream };
@@ -238,8 +297,7 @@ mod tests {
         let stream = Stream::raw("/humans/persons/p1/strap/ecg", subject, Shape::Wave);
         let stream = Stream { signal: Signal::Ecg, rate_hz: RATE_HZ, ..stream };
         let stream = stream.with_channels(&[("ecg", "mV")]);
-        let feature = Heart { windows_secs: Some(vec![10.0]) };
-        let feature = feature.build(&FeatureContext::default()).unwrap();
+        let feature = built(Signal::Ecg, Some(vec![10.0]));
         let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
         extractor.join(INPUT, &stream, &mut out);
         extractor.join(EVENTS, &session_events(), &mut out);

@@ -7,6 +7,7 @@
 use teampulse_core::feature::Feature;
 use teampulse_core::registry::Entry;
 
+use crate::analyses::row;
 use crate::context::FeatureContext;
 
 /// Features of any stream with numbers, of people and of robots, one file each.
@@ -24,20 +25,11 @@ pub mod robots {
     pub mod stuck;
 }
 
-/// Features of people, one file each.
+/// Features of people that are no row of the table of analyses, one file each.
 pub mod people {
-    pub mod brain;
-    pub mod breath;
     pub mod estimates;
-    pub mod heart;
     pub mod input;
-    pub mod intervals;
-    pub mod movement;
-    pub mod muscle;
     pub mod outages;
-    pub mod pulse;
-    pub mod skin;
-    pub mod skin_temperature;
     pub mod state;
 }
 
@@ -48,6 +40,7 @@ pub mod team {
 }
 
 pub mod context;
+pub mod analyses;
 mod analysed;
 mod running;
 mod over;
@@ -67,18 +60,18 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<robots::link_quality::LinkQuality>("link_quality"),
     Entry::new::<robots::numbers::Numbers>("numbers"),
     Entry::new::<robots::stuck::Stuck>("stuck"),
-    Entry::new::<people::brain::Brain>("brain"),
-    Entry::new::<people::breath::Breath>("breath"),
+    analysed::entry::<{ row("brain") }>(),
+    analysed::entry::<{ row("breath") }>(),
     Entry::new::<people::estimates::Estimates>("estimates"),
-    Entry::new::<people::heart::Heart>("heart"),
+    analysed::entry::<{ row("heart") }>(),
     Entry::new::<people::input::Input>("input"),
-    Entry::new::<people::intervals::Intervals>("intervals"),
-    Entry::new::<people::movement::Movement>("movement"),
-    Entry::new::<people::muscle::Muscle>("muscle"),
+    analysed::entry::<{ row("intervals") }>(),
+    analysed::entry::<{ row("movement") }>(),
+    analysed::entry::<{ row("muscle") }>(),
     Entry::new::<people::outages::Outages>("outages"),
-    Entry::new::<people::pulse::Pulse>("pulse"),
-    Entry::new::<people::skin::Skin>("skin"),
-    Entry::new::<people::skin_temperature::SkinTemperature>("skin_temperature"),
+    analysed::entry::<{ row("pulse") }>(),
+    analysed::entry::<{ row("skin") }>(),
+    analysed::entry::<{ row("skin_temperature") }>(),
     Entry::new::<people::state::State>("state"),
     Entry::new::<team::attention::Attention>("attention"),
     Entry::new::<team::interventions::Interventions>("interventions"),

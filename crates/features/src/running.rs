@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
+use teampulse_core::data::{Data, Event, FeatureValues, Reason};
 use teampulse_core::feature::{OutputId, Outputs};
 use teampulse_core::phases::Phase;
 use teampulse_core::sample::Sample;
@@ -10,8 +10,9 @@ use teampulse_core::stream::{Channel, Shape, Signal, Stream, Window};
 use teampulse_core::time::Time;
 use teampulse_core::units::{Conversion, worked_in};
 use teampulse_messages::readout::Readout;
-use teampulse_signal::analysis::{self, Live, LiveOutput, Make, Measured, Value};
+use teampulse_signal::analysis::{self, Live, LiveOutput, Measured, Value};
 
+use crate::analyses::{Analysis, Chosen, Documented, Happening};
 use crate::over::{Held, LeftOut, OVER_PHASES, ReportedPhases, measured_span, refuse};
 
 /// Windows are reported once a second of the stream's own time.
@@ -21,34 +22,10 @@ const HOP_NS: i64 = 1_000_000_000;
 /// it, and the last one of a phase belongs to the phase.
 const KNOWN_AFTER_NS: i64 = 2_000_000_000;
 
-/// The name of an analysis, and the events that it reports.
-pub(crate) struct Naming {
-    /// The name below the input.
-    pub(crate) leaf: &'static str,
-    /// What the values of windows mean, in a sentence for people.
-    pub(crate) doc: &'static str,
-    /// The events: their kind in the analysis, the name of their stream, and what their number is.
-    pub(crate) events: &'static [Happening],
-}
-
-/// Events of one kind.
-pub(crate) struct Happening {
-    /// As the analysis calls them.
-    pub(crate) kind: &'static str,
-    /// The name of their stream below the input.
-    pub(crate) leaf: &'static str,
-    /// As the wire calls them.
-    pub(crate) word: EventKind,
-    /// The detail that is the event's number.
-    pub(crate) value: &'static str,
-    /// The detail that is its length [s]; none for a moment.
-    pub(crate) duration: &'static str,
-}
-
 /// An analysis at work on one stream, in windows of several lengths and over phases.
 pub(crate) struct Running {
-    naming: &'static Naming,
-    make: fn(&Stream) -> Make,
+    analysis: &'static Analysis,
+    mains_hz: Option<f64>,
     windows_secs: Vec<f64>,
     stream: Stream,
     work: Option<Work>,
@@ -72,17 +49,16 @@ struct Work {
 impl Running {
     /// Begins on a stream, in windows of `windows_secs` [s].
     pub(crate) fn begin(
-        analysis: (&'static Naming, fn(&Stream) -> Make),
+        (analysis, mains_hz): (&'static Analysis, Option<f64>),
         windows_secs: &[f64],
         stream: &Stream,
         out: &mut Outputs,
     ) -> Running {
-        let (naming, make) = analysis;
         let (windows_secs, stream) = (windows_secs.to_vec(), stream.clone());
         let work = None;
         let mut running = Running {
-            naming,
-            make,
+            analysis,
+            mains_hz,
             windows_secs,
             stream,
             work,
@@ -91,6 +67,10 @@ impl Running {
         };
         running.work = running.start(out);
         running
+    }
+
+    fn naming(&self) -> Documented {
+        self.analysis.feature.expect("only features run live")
     }
 
     /// The stream that it runs on.
@@ -114,13 +94,15 @@ impl Running {
         let conversions = conversions(stream).ok()?;
         let lengths_ns: Vec<i64> =
             self.windows_secs.iter().map(|secs| (secs * 1e9) as i64).collect();
-        let (make, channels) = ((self.make)(stream), stream.channels.len());
+        let (causal, chosen) = (self.analysis.causal, chosen(stream, self.mains_hz));
+        let make = Box::new(move |rate_hz| causal(&chosen, rate_hz));
+        let channels = stream.channels.len();
         // A rate at which nothing can be computed gives no stream.
         let live = Live::new(make, stream.rate_hz, channels, &lengths_ns, HOP_NS).ok()?;
         let window = |&secs: &f64| out.declare(self.window(secs, live.values()));
         let windows = self.windows_secs.iter().map(window).collect();
         let event = |happening: &Happening| out.declare(events(stream, happening));
-        let events = self.naming.events.iter().map(event).collect();
+        let events = self.analysis.events.iter().map(event).collect();
         Some(Work {
             live,
             held: Held::new(&self.windows_secs),
@@ -147,8 +129,8 @@ impl Running {
             device: self.stream.device.clone(),
             channels: values.iter().map(|value| Channel::new(&*value.name, &*value.unit)).collect(),
             method: format!("causal, {over}; {}", recipes.join("; ")),
-            doc: self.naming.doc.to_owned(),
-            ..Stream::derived(&self.stream, self.naming.leaf, Shape::Feature).over(window)
+            doc: self.naming().doc.to_owned(),
+            ..Stream::derived(&self.stream, self.naming().name, Shape::Feature).over(window)
         }
     }
 
@@ -177,9 +159,9 @@ impl Running {
                     }
                     LiveOutput::Event(event) => {
                         let is_this = |happening: &Happening| happening.kind == event.kind;
-                        if let Some(place) = self.naming.events.iter().position(is_this) {
+                        if let Some(place) = self.analysis.events.iter().position(is_this) {
                             let channels = &self.stream.channels;
-                            let data = happened(&self.naming.events[place], &event, channels);
+                            let data = happened(&self.analysis.events[place], &event, channels);
                             out.emit(events[place], Time::from_nanos(event.at_ns), data);
                         }
                     }
@@ -189,7 +171,7 @@ impl Running {
                 work.held.came(at_ns, taken * width as u64);
                 work.live.hold_since(work.held.since_ns());
             }
-            let input = (&self.stream, self.naming.leaf);
+            let input = (&self.stream, self.naming().name);
             work.left_out.report(input, (&work.held, &self.windows_secs), sample.measured, out);
             work.numbers = numbers;
         }
@@ -200,7 +182,7 @@ impl Running {
     fn report_refusal(&mut self, at: Time, out: &mut Outputs) {
         let Err((unit, to)) = conversions(&self.stream) else { return };
         if !std::mem::replace(&mut self.is_refusal_told, true) {
-            let leaf = self.naming.leaf;
+            let leaf = self.naming().name;
             let label = format!("{leaf}: {unit} can't be converted to {to}");
             refuse((&self.stream, leaf), label, f64::NAN, at, out);
         }
@@ -242,6 +224,14 @@ fn conversions(stream: &Stream) -> Result<Vec<Conversion>, (String, &'static str
         Conversion::for_signal(stream.signal, unit).ok_or_else(refused)
     };
     stream.channels.iter().map(conversion).collect()
+}
+
+/// What is known of a stream for its analysis.
+fn chosen(stream: &Stream, mains_hz: Option<f64>) -> Chosen {
+    let channels = stream.channels.iter().map(|channel| channel.name.clone()).collect();
+    let unit = stream.channels.first().map(|channel| channel.unit.clone());
+    let unit = unit.filter(|unit| !unit.is_empty()).unwrap_or_else(|| "1".to_owned());
+    Chosen { channels, unit, mains_hz, ..Chosen::default() }
 }
 
 fn events(input: &Stream, happening: &Happening) -> Stream {

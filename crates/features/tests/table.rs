@@ -8,6 +8,7 @@ use std::path::Path;
 
 use teampulse_core::registry::Settings;
 use teampulse_features::FEATURES;
+use teampulse_features::analyses::ANALYSES;
 use teampulse_features::context::FeatureContext;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -43,6 +44,15 @@ fn every_file_of_a_room_is_a_feature_of_its_name() {
             let is_in_table = FEATURES.iter().any(|entry| entry.kind == file);
             assert!(is_in_table, "src/{folder}/{file}.rs is the feature of no row of the table");
         }
+    }
+}
+
+#[test]
+fn every_analysis_of_people_is_a_feature() {
+    for analysis in ANALYSES {
+        let name = analysis.feature.map(|feature| feature.name);
+        let is_in_table = |name| FEATURES.iter().any(|entry| entry.kind == name);
+        assert!(name.is_none_or(is_in_table), "{name:?} is in no row of FEATURES");
     }
 }
 

@@ -17,13 +17,15 @@ mod windows;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use teampulse_core::stream::Signal;
+use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::agreement::matched;
 use teampulse_signal::analysis::{Cadence, Live, LiveOutput, Recording};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
-pub use analyses::Signal;
+pub use analyses::signal;
 pub use asked::TableArgs;
 pub use rows::Rows;
 pub use table::{Row, Table};
@@ -58,8 +60,8 @@ pub struct Extract {
     /// The table; - is standard input
     file: PathBuf,
     /// What was measured
-    #[arg(long)]
-    signal: Signal,
+    #[arg(long, value_parser = signal())]
+    signal: &'static Analysis,
     #[command(flatten)]
     table: TableArgs,
     /// The mains frequency to remove from an ECG; by default detected in the signal
@@ -154,15 +156,17 @@ impl Extract {
             Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
         };
         let (word, count) = (self.signal.word(), table.names().len());
-        if let Some(channels) = self.signal.channels().filter(|&channels| channels != count) {
+        if let Some(channels) = self.signal.table.channels.filter(|&channels| channels != count) {
             let message = format!("{word} has {channels} column(s), and {count} were found");
             return wrong(message, "name them with --column NAME,NAME");
         }
-        if self.phasic.is_some() && (self.signal != Signal::Eda || self.method == Method::Causal) {
+        if self.phasic.is_some()
+            && (self.signal.signal != Signal::Eda || self.method == Method::Causal)
+        {
             let message = "--phasic is for --signal eda with --method whole".to_owned();
             return wrong(message, "a causal analysis splits skin conductance by its own filter");
         }
-        if self.artefacts.is_some() && self.signal != Signal::Interval {
+        if self.artefacts.is_some() && self.signal.is_even() {
             let message = "--artefacts is for --signal interval".to_owned();
             return wrong(message, "those of an ECG or a PPG are corrected");
         }
@@ -210,9 +214,9 @@ impl Extract {
 
     fn live(&self, rows: &Rows, lengths: Option<Lengths>) -> Result<Live, Failure> {
         let table = rows.table();
-        let (settings, signal, names) = (self.settings(rows), self.signal, table.names().to_vec());
-        let channels = names.len();
-        let make = Box::new(move |rate_hz| settings.causal(signal, &names, rate_hz));
+        let (chosen, signal) = (self.chosen(rows), self.signal);
+        let channels = table.names().len();
+        let make = Box::new(move |rate_hz| (signal.causal)(&chosen, rate_hz));
         let rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
         let (window_ns, hop_ns) =
             lengths.map_or((vec![], 1), |each| (vec![each.window_ns], each.hop_ns));
@@ -260,7 +264,7 @@ impl Extract {
         let (table, begin_ns) = (rows.table(), rows.times().begin_ns());
         let recording = Recording { rate_hz: table.rate_hz(), begin_ns, channels: &channels };
         progress.analysing();
-        let whole = self.settings(rows).whole(self.signal, table.names(), &recording);
+        let whole = (self.signal.whole)(&self.chosen(rows), &recording);
         let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
         found.values = whole.windows.values().to_vec();
         whole.events.into_iter().for_each(|event| progress.aside(|| found.event(event)));
@@ -272,16 +276,19 @@ impl Extract {
         Ok(())
     }
 
-    fn settings(&self, rows: &Rows) -> analyses::Settings {
+    fn chosen(&self, rows: &Rows) -> Chosen {
         let told = || rows.table().units().first().cloned().flatten().filter(|unit| !is_raw(unit));
         let unit =
             self.table.unit().map(str::to_owned).or_else(told).unwrap_or_else(|| "1".to_owned());
-        analyses::Settings {
-            phasic: self.phasic.unwrap_or(analyses::Phasic::HighPass),
-            artefacts: self.artefacts.unwrap_or(analyses::Artefacts::Kept),
-            mains_hz: self.mains,
+        let live = Chosen::default();
+        let of_beats = rows.are_of_beats().then_some(analyses::BEATS_ASTRAY_SECS);
+        Chosen {
+            channels: analyses::named(rows.table().names()),
             unit,
-            are_of_beats: rows.are_of_beats(),
+            mains_hz: self.mains,
+            phasic: self.phasic.unwrap_or(analyses::Phasic::HighPass).into(),
+            artefacts: self.artefacts.unwrap_or(analyses::Artefacts::Kept).into(),
+            most_astray_secs: of_beats.unwrap_or(live.most_astray_secs),
         }
     }
 

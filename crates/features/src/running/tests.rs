@@ -1,12 +1,11 @@
 use teampulse_core::data::Wave;
 use teampulse_core::stream::{About, Origin, StreamId, Subject};
+use teampulse_signal::analysis::Make;
 use teampulse_signal::ecg;
 
 use super::*;
-use crate::context::FeatureContext;
-use crate::people::heart::Heart;
-use crate::people::intervals::Intervals;
-use teampulse_core::registry::Component;
+use crate::analysed::built;
+use teampulse_core::data::EventKind;
 use teampulse_core::sample::Turn;
 
 #[test]
@@ -51,8 +50,7 @@ fn voltages() -> Vec<f64> {
 
 /// What comes out when samples come in waves of these many, some of them lost.
 fn reported(lengths: &[usize]) -> (Vec<Stream>, Vec<(OutputId, Time, String)>) {
-    let feature = Heart { windows_secs: Some(vec![10.0]) };
-    let feature = feature.build(&FeatureContext::default()).unwrap();
+    let feature = built(Signal::Ecg, Some(vec![10.0]));
     let stream = ecg();
     assert!(feature.accepts(&stream));
     let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
@@ -147,8 +145,7 @@ fn live_is_what_the_analysis_gives_afterwards() {
 /// The values for half a minute of intervals of 800 ms in a unit, with the number of units in a
 /// millisecond.
 fn windows_of_intervals(unit: &str, of_ms: f64) -> (Vec<Stream>, Vec<(Time, Data)>) {
-    let feature = Intervals { windows_secs: Some(vec![10.0]) };
-    let feature = feature.build(&FeatureContext::default()).unwrap();
+    let feature = built(Signal::Interval, Some(vec![10.0]));
     let subject = Subject { about: About::Person, id: "p1".into() };
     let stream = Stream::raw("/humans/persons/p1/polar_h10/rr", subject, Shape::Sample);
     let stream = Stream { signal: Signal::Interval, ..stream }.with_channels(&[("rr", unit)]);
@@ -187,7 +184,7 @@ fn what_can_not_be_converted_is_refused_and_said_once() {
 
 #[test]
 fn a_robot_s_or_a_derived_signal_is_left_alone() {
-    let feature = Heart::default().build(&FeatureContext::default()).unwrap();
+    let feature = built(Signal::Ecg, None);
     assert!(!feature.accepts(&Stream { about: About::Robot, ..ecg() }));
     assert!(!feature.accepts(&Stream { origin: Origin::Derived, ..ecg() }));
     assert!(!feature.accepts(&Stream { rate_hz: 0.0, ..ecg() }));
@@ -196,7 +193,7 @@ fn a_robot_s_or_a_derived_signal_is_left_alone() {
 
 #[test]
 fn a_rate_at_which_nothing_can_be_reported_gives_no_stream() {
-    let feature = Heart::default().build(&FeatureContext::default()).unwrap();
+    let feature = built(Signal::Ecg, None);
     let stream = Stream { rate_hz: 1.0, ..ecg() };
     let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
     extractor.join(StreamId(0), &stream, &mut out);

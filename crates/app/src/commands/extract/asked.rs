@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use clap::Args;
+use teampulse_features::analyses::Analysis;
 
-use super::analyses::Signal;
+use super::analyses::wanted;
 use super::options::{factor, failure, rate};
 use super::rows::{Rows, Said};
 use super::table::{Decimal, Table};
@@ -39,13 +40,13 @@ pub struct TableArgs {
 
 impl TableArgs {
     /// Opens a table of a signal; `-` is standard input.
-    pub fn open(&self, path: &Path, signal: Signal) -> Result<Table, Failure> {
-        let wanted = signal.wanted(self.column.clone(), self.time.clone(), self.decimal);
+    pub fn open(&self, path: &Path, signal: &'static Analysis) -> Result<Table, Failure> {
+        let wanted = wanted(signal, self.column.clone(), self.time.clone(), self.decimal);
         Table::open(path, &wanted, self.rate).map_err(failure)
     }
 
     /// The rows of an opened table, in the signal's unit.
-    pub fn rows(&self, signal: Signal, table: Table) -> Result<Rows, Failure> {
+    pub fn rows(&self, signal: &'static Analysis, table: Table) -> Result<Rows, Failure> {
         Rows::new(signal, table, &Said { scale: self.scale, unit: self.unit() })
     }
 

@@ -1,6 +1,7 @@
 //! Plausibility of a table's numbers for their signal and unit.
 
-use super::analyses::Signal;
+use teampulse_core::stream::Signal;
+
 use crate::exit::Exit;
 use crate::failure::Failure;
 

@@ -1,8 +1,8 @@
 //! The rows of a table as input of an analysis: in its unit, and with their times.
 
 use teampulse_core::units::{Conversion, accepted};
+use teampulse_features::analyses::Analysis;
 
-use super::analyses::Signal;
 use super::options::failure;
 use super::plausible::{self, Plausible};
 use super::table::{Row, Table, TableError, is_raw};
@@ -34,12 +34,16 @@ pub struct Said<'a> {
 
 impl Rows {
     /// The rows of a table. Fails where a column's unit can't be converted to the signal's.
-    pub fn new(signal: Signal, mut table: Table, said: &Said<'_>) -> Result<Rows, Failure> {
+    pub fn new(
+        signal: &'static Analysis,
+        mut table: Table,
+        said: &Said<'_>,
+    ) -> Result<Rows, Failure> {
         let scaling = Scaling::new(signal, &table, said)?;
         let begin_ns = if signal.is_even() { 0 } else { begin_ns(&mut table, &scaling)? };
         let times = Times::new(signal, &table, begin_ns);
         let are_of_beats = !signal.is_even() && are_of_beats(&mut table, &scaling)?;
-        Ok(Rows { scaling, times, are_of_beats, plausible: Plausible::new(signal), table })
+        Ok(Rows { scaling, times, are_of_beats, plausible: Plausible::new(signal.signal), table })
     }
 
     /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in
@@ -115,7 +119,7 @@ struct Scaling {
 }
 
 impl Scaling {
-    fn new(signal: Signal, table: &Table, said: &Said<'_>) -> Result<Scaling, Failure> {
+    fn new(signal: &'static Analysis, table: &Table, said: &Said<'_>) -> Result<Scaling, Failure> {
         let conversion = |told: &Option<String>| {
             let Some(to) = signal.unit() else { return Ok(Conversion::SAME) };
             // With a factor, the numbers are in the signal's own unit.
@@ -134,7 +138,7 @@ impl Scaling {
     }
 }
 
-fn refused(signal: Signal, from: &str, to: &str) -> Failure {
+fn refused(signal: &'static Analysis, from: &str, to: &str) -> Failure {
     let hint = if is_raw(from) {
         format!("give --scale FACTOR to convert them to {to}, from the device's manual")
     } else {

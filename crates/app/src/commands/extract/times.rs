@@ -1,12 +1,13 @@
 //! The times of a table's rows.
 
-use super::analyses::Signal;
+use teampulse_features::analyses::Analysis;
+
 use super::table::{Row, Table};
 
 /// The times of successive rows: from a column; else from the rate, starting at zero; for intervals their
 /// sum.
 pub struct Times {
-    signal: Signal,
+    signal: &'static Analysis,
     rate_hz: f64,
     rows: usize,
     begin_ns: i64,
@@ -24,7 +25,7 @@ const AT_ONCE_NS: i64 = 1_500_000_000;
 
 impl Times {
     /// The times of a table's rows; intervals begin at `begin_ns` [ns].
-    pub fn new(signal: Signal, table: &Table, begin_ns: i64) -> Times {
+    pub fn new(signal: &'static Analysis, table: &Table, begin_ns: i64) -> Times {
         let rate_hz = table.rate_hz();
         let told_ns = table.begin_ns().unwrap_or(0);
         let (last_ns, sum_ns) = (i64::MIN, begin_ns);

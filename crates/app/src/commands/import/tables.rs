@@ -13,9 +13,10 @@ use teampulse_core::stream::{About, Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::text::on_one_line;
 use teampulse_core::time::Time;
 use teampulse_core::units::spelt;
+use teampulse_features::analyses::{ANALYSES, Analysis};
 use teampulse_sources::ros_people::NAMESPACE;
 
-use crate::commands::extract::{Row, Rows, Signal, Table, TableArgs};
+use crate::commands::extract::{Row, Rows, Table, TableArgs, signal};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -33,8 +34,8 @@ const DATED_NS: i64 = 978_307_200_000_000_000;
 #[command(next_help_heading = "Options of tables")]
 pub struct Asked {
     /// What a table measures, where its name does not say
-    #[arg(long)]
-    signal: Option<Signal>,
+    #[arg(long, value_parser = signal())]
+    signal: Option<&'static Analysis>,
     #[command(flatten)]
     table: TableArgs,
     /// The pseudonym of the person whose tables these are
@@ -58,22 +59,11 @@ fn token(text: &str) -> Result<String, String> {
 }
 
 /// The signal in a table with this name: as devices name their files.
-pub fn signal_of(path: &Path) -> Option<Signal> {
+pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     let stem = path.file_stem()?.to_string_lossy().to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|each: char| !each.is_ascii_alphanumeric()).collect();
-    let known = [
-        (Signal::Ecg, &["ecg", "ekg"][..]),
-        (Signal::Ppg, &["ppg", "bvp"]),
-        (Signal::Eda, &["eda", "gsr"]),
-        (Signal::Emg, &["emg"]),
-        (Signal::Eeg, &["eeg"]),
-        (Signal::Respiration, &["rsp", "resp", "respiration", "breath"]),
-        (Signal::Temperature, &["temp", "temperature"]),
-        (Signal::Acceleration, &["acc", "accelerometer", "acceleration"]),
-        (Signal::Interval, &["ibi", "rr", "rri", "ppi"]),
-    ];
-    let names = |(_, names): &&(Signal, &[&str])| names.iter().any(|name| words.contains(name));
-    known.iter().find(names).map(|(signal, _)| *signal)
+    let is_of = |each: &&Analysis| each.table.files.iter().any(|name| words.contains(name));
+    ANALYSES.iter().find(is_of)
 }
 
 /// Tables that are read together.
@@ -97,7 +87,8 @@ impl Tables {
         let mut each = Vec::<Reader>::new();
         for file in files {
             let mut reader = Reader::open(file, asked)?;
-            let same = each.iter().filter(|known| known.signal == reader.signal).count();
+            let same =
+                each.iter().filter(|known| known.signal.signal == reader.signal.signal).count();
             if same > 0 {
                 reader.stream.name.push_str(&(same + 1).to_string());
             }
@@ -135,7 +126,7 @@ impl Tables {
 /// One table, with its next run of samples.
 struct Reader {
     path: PathBuf,
-    signal: Signal,
+    signal: &'static Analysis,
     stream: Stream,
     rows: Rows,
     /// The row after the next run.
@@ -205,13 +196,13 @@ impl Reader {
 }
 
 /// The stream of a table, in the unit in which its signal is analysed.
-fn stream(signal: Signal, table: &Table, asked: &Asked) -> Stream {
+fn stream(signal: &Analysis, table: &Table, asked: &Asked) -> Stream {
     let subject = Subject { about: About::Person, id: asked.person.clone() };
     let persons = NAMESPACE.trim_end_matches('*');
     let name = format!("{persons}{}/{}/{}", asked.person, asked.device, signal.word());
     let shape = if signal.is_even() { Shape::Wave } else { Shape::Sample };
     let mut stream = Stream::raw(name, subject, shape);
-    stream.signal = signal.kind();
+    stream.signal = signal.signal;
     stream.rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
     let name = |place: usize| match table.names() {
         [_] => signal.word().to_owned(),
@@ -280,11 +271,13 @@ fn broken(error: &Failure) -> SourceError {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_core::stream::Signal;
+
     use super::*;
 
     #[test]
     fn files_of_devices_give_by_their_names_what_they_measure() {
-        let of = |name: &str| signal_of(Path::new(name));
+        let of = |name: &str| signal_of(Path::new(name)).map(|analysis| analysis.signal);
         assert_eq!(of("E4/EDA.csv"), Some(Signal::Eda));
         assert_eq!(of("E4/IBI.csv"), Some(Signal::Interval));
         assert_eq!(of("Polar_H10_12345678_20240401_120000_ECG.txt"), Some(Signal::Ecg));

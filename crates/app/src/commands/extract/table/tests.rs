@@ -1,6 +1,9 @@
 use std::path::PathBuf;
 
-use super::super::analyses::Signal;
+use teampulse_core::stream::Signal;
+use teampulse_features::analyses::Analysis;
+
+use super::super::analyses;
 use super::*;
 
 mod devices;
@@ -25,16 +28,7 @@ fn wanted(signal: &'static str, takes_all: bool) -> Wanted {
 
 /// What `extract --signal` wants.
 fn of(signal: Signal) -> Wanted {
-    Wanted {
-        signal: signal.word(),
-        words: signal.column_words(),
-        takes_all: signal.takes_all_columns(),
-        channels: signal.channels(),
-        unit: signal.unit(),
-        is_even: signal.is_even(),
-        least_hz: signal.least_hz(),
-        ..wanted("", false)
-    }
+    analyses::wanted(Analysis::of(signal).unwrap(), Vec::new(), None, None)
 }
 
 /// What is read of a file with this text: the table, its times [ns] and its numbers.

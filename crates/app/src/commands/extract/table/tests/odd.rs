@@ -116,7 +116,7 @@ proptest! {
                 prop_assert!(!said.is_empty() && is_harmless(&said), "{said:?}");
             }
             Ok(table) => {
-                let Ok(mut rows) = Rows::new(signal, table, &Said { scale: 1.0, unit: None }) else { return Ok(()) };
+                let Ok(mut rows) = Rows::new(Analysis::of(signal).unwrap(), table, &Said { scale: 1.0, unit: None }) else { return Ok(()) };
                 let mut count = 0;
                 while let Ok(Some(_)) = rows.next() {
                     count += 1;
