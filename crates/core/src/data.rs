@@ -6,8 +6,9 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::status::StreamStatus;
-use crate::stream::{Stream, words};
+use crate::stream::Stream;
 use crate::text::{self, LONGEST_LABEL, LONGEST_NAME};
+use crate::words::words;
 
 /// What a sample holds: a closed set of shapes, not of sensors. A new sensor needs no new shape.
 #[derive(Clone, Debug)]

@@ -2,6 +2,7 @@
 
 pub mod time;
 pub mod text;
+mod words;
 pub mod clock;
 pub mod qos;
 pub mod units;

@@ -1,15 +1,14 @@
 //! The way from a source to the pump: bounded, counted, in hand-over order.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+mod queue;
 
-use tokio::sync::{Notify, mpsc};
+use std::sync::Arc;
+
+use tokio::sync::mpsc;
 
 use crate::clock::Clock;
 use crate::command::{Accepted, Command, Sender};
-use crate::commands::{Commands, Refused};
+use crate::commands::Refused;
 use crate::computers::ClockReport;
 use crate::data::{Data, Event, EventKind};
 use crate::fault::passing;
@@ -21,160 +20,14 @@ use crate::stream::{Stream, StreamId};
 use crate::streams::{Declared, Streams};
 use crate::time::Time;
 
+pub(crate) use queue::Item;
+pub use queue::Queue;
+use queue::{Budget, cost};
+
 /// What one source may have waiting in front of the pump [bytes].
 const BUDGET_BYTES: usize = 256 << 20;
 /// The same for a recording, which waits instead of dropping [bytes].
 const RECORDED_BYTES: usize = 4 << 20;
-/// What a waiting reading costs beside its payload [bytes].
-const OVERHEAD_BYTES: usize = 128;
-
-/// The queue in front of the pump: all sources' readings, in the order of their hand-over.
-#[derive(Clone, Debug)]
-pub struct Queue(Arc<Shared>);
-
-#[derive(Debug)]
-struct Shared {
-    state: Mutex<Waiting>,
-    filled: Condvar,
-    drained: Notify,
-    closed: AtomicBool,
-    closing: Notify,
-    ended: AtomicBool,
-    budgets: Mutex<Vec<Arc<Budget>>>,
-    commands: Commands,
-}
-
-#[derive(Debug, Default)]
-struct Waiting {
-    items: VecDeque<Item>,
-    pump_sleeps: bool,
-}
-
-/// What comes out of the queue.
-#[derive(Debug)]
-pub(crate) enum Item {
-    /// A stream was declared, or more is known about it.
-    Declared { id: StreamId, stream: Arc<Stream>, at: Time },
-    /// A reading, with the time of its arrival and its source's budget.
-    Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
-    /// Time has passed up to a moment, and nothing came.
-    Passed { until: Time },
-    /// Nothing was watched up to a moment, and time did not pass.
-    Paused { until: Time },
-    /// So many readings of a stream did not fit in their source's budget.
-    Dropped { stream: StreamId, count: u64 },
-}
-
-/// What one source has waiting.
-#[derive(Debug, Default)]
-pub(crate) struct Budget {
-    bytes: AtomicUsize,
-    dropped: Mutex<BTreeMap<StreamId, u64>>,
-}
-
-impl Queue {
-    /// An empty, open queue.
-    pub fn new() -> Queue {
-        Queue::with_commands(Commands::default())
-    }
-
-    /// The same, of a session with these commands.
-    pub(crate) fn with_commands(commands: Commands) -> Queue {
-        Queue(Arc::new(Shared {
-            state: Mutex::default(),
-            filled: Condvar::new(),
-            drained: Notify::new(),
-            closed: AtomicBool::new(false),
-            ended: AtomicBool::new(false),
-            closing: Notify::new(),
-            budgets: Mutex::default(),
-            commands,
-        }))
-    }
-
-    /// An outlet into this queue, with a budget of its own.
-    pub fn outlet(&self, clock: Clock, streams: Streams) -> Outlet {
-        let budget = Arc::<Budget>::default();
-        self.budgets().push(Arc::clone(&budget));
-        Outlet { queue: self.clone(), budget, clock, streams }
-    }
-
-    /// Closes the queue: sources stop, and what they still hand over is still taken.
-    pub fn close(&self) {
-        self.0.closed.store(true, Ordering::Release);
-        self.0.closing.notify_waiters();
-        self.0.drained.notify_waiters();
-    }
-
-    /// Ends the queue: all sources have stopped, and nothing will come any more.
-    pub(crate) fn end(&self) {
-        self.0.ended.store(true, Ordering::Release);
-        self.0.filled.notify_all();
-    }
-
-    pub(crate) fn has_ended(&self) -> bool {
-        self.0.ended.load(Ordering::Acquire)
-    }
-
-    pub(crate) fn is_closed(&self) -> bool {
-        self.0.closed.load(Ordering::Acquire)
-    }
-
-    /// Moves all that waits into `taken`; waits for it if there is nothing, at most for `patience`. Drops
-    /// are reported after what was kept.
-    pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
-        let mut state = self.lock();
-        if state.items.is_empty() && !self.has_ended() {
-            state.pump_sleeps = true;
-            let waited = self.0.filled.wait_timeout(state, patience);
-            (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-            state.pump_sleeps = false;
-        }
-        std::mem::swap(&mut state.items, taken);
-        drop(state);
-        for item in &*taken {
-            if let Item::Arrived { reading, budget, .. } = item {
-                budget.bytes.fetch_sub(cost(reading), Ordering::AcqRel);
-            }
-        }
-        for budget in self.budgets().iter() {
-            let mut dropped = budget.dropped.lock().unwrap_or_else(PoisonError::into_inner);
-            let dropped = std::mem::take(&mut *dropped).into_iter();
-            taken.extend(dropped.map(|(stream, count)| Item::Dropped { stream, count }));
-        }
-        self.0.drained.notify_waiters();
-    }
-
-    fn budgets(&self) -> MutexGuard<'_, Vec<Arc<Budget>>> {
-        self.0.budgets.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
-        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Appends an item, and wakes the pump only if it sleeps.
-    fn push(&self, make: impl FnOnce() -> Item) {
-        self.push_with(|| (Some(make()), ()));
-    }
-
-    /// The same where there may be none; gives what `make` gives beside it.
-    fn push_with<T>(&self, make: impl FnOnce() -> (Option<Item>, T)) -> T {
-        let mut state = self.lock();
-        let (item, beside) = make();
-        state.items.extend(item);
-        if !state.items.is_empty() && std::mem::take(&mut state.pump_sleeps) {
-            self.0.filled.notify_one();
-        }
-        beside
-    }
-}
-
-impl Default for Queue {
-    fn default() -> Queue {
-        Queue::new()
-    }
-}
 
 /// A source's way to the pump; clones share one budget.
 #[derive(Clone, Debug)]
@@ -214,10 +67,8 @@ impl Outlet {
     /// is dropped and counted.
     pub fn offer(&self, reading: Reading) {
         let cost = cost(&reading);
-        if self.budget.bytes.load(Ordering::Acquire) + cost > BUDGET_BYTES {
-            let mut dropped = self.budget.dropped.lock().unwrap_or_else(PoisonError::into_inner);
-            *dropped.entry(reading.stream).or_default() += 1;
-            return;
+        if self.budget.waiting_bytes() + cost > BUDGET_BYTES {
+            return self.budget.drop_one(reading.stream);
         }
         self.push(reading, cost, None);
     }
@@ -227,11 +78,11 @@ impl Outlet {
     pub async fn send(&self, reading: Reading, arrival: Time) -> Result<(), Closed> {
         let cost = cost(&reading);
         loop {
-            let drained = self.queue.0.drained.notified();
+            let drained = self.queue.drained();
             if self.queue.is_closed() {
                 return Err(Closed);
             }
-            let waiting = self.budget.bytes.load(Ordering::Acquire);
+            let waiting = self.budget.waiting_bytes();
             if waiting == 0 || waiting + cost <= RECORDED_BYTES {
                 break;
             }
@@ -301,7 +152,7 @@ impl Outlet {
     /// Asks something of the session or of one of its components. What is accepted is an event of the
     /// session, and so is what is refused.
     pub fn command(&self, sender: &Sender, command: Command) -> Result<(), Refused> {
-        let commands = &self.queue.0.commands;
+        let commands = self.queue.commands();
         if let Err(refused) = commands.check(sender, &command) {
             let label = format!("the command `{command}` of {sender} was refused: {refused}");
             if commands.is_news(&label) {
@@ -325,7 +176,7 @@ impl Outlet {
         &self,
         accepts: impl Fn(&Command) -> bool + Send + 'static,
     ) -> mpsc::Receiver<Command> {
-        self.queue.0.commands.receive(accepts)
+        self.queue.commands().receive(accepts)
     }
 
     fn hand_over(&self, stream: Stream, data: Data) {
@@ -335,13 +186,7 @@ impl Outlet {
 
     /// Resolves when the session is over.
     pub async fn closed(&self) {
-        loop {
-            let closing = self.queue.0.closing.notified();
-            if self.queue.is_closed() {
-                return;
-            }
-            closing.await;
-        }
+        self.queue.closed().await;
     }
 
     /// Whether the session is over.
@@ -360,7 +205,7 @@ impl Outlet {
     }
 
     fn push(&self, reading: Reading, cost: usize, arrival: Option<Time>) {
-        self.budget.bytes.fetch_add(cost, Ordering::AcqRel);
+        self.budget.add(cost);
         let budget = Arc::clone(&self.budget);
         // The arrival is read inside the queue's lock, so that it never goes back along the queue.
         self.queue.push(|| {
@@ -370,21 +215,11 @@ impl Outlet {
     }
 }
 
-/// What a reading costs while it waits [bytes].
-fn cost(reading: &Reading) -> usize {
-    OVERHEAD_BYTES
-        + match &reading.data {
-            Data::Message(bytes) => bytes.len(),
-            Data::Wave(wave) => wave.samples.len() * size_of::<f64>(),
-            Data::Sample(values) => values.len() * size_of::<f64>(),
-            Data::Feature(feature) => feature.values.len() * 2 * size_of::<f64>(),
-            Data::Event(event) => event.label.len(),
-            Data::Status(_) | Data::Description(_) => 0,
-        }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::collections::VecDeque;
+    use std::time::Duration;
+
     use super::*;
     use crate::stream::{Shape, Subject};
     use bytes::Bytes;

@@ -1,11 +1,19 @@
 //! Streams: what there is to watch, declared before its first sample.
 
+mod subject;
+mod signal;
+mod schema;
+
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::qos::Qos;
 use crate::text::{self, LONGEST_NAME, LONGEST_PROSE};
+
+pub use schema::Schema;
+pub use signal::Signal;
+pub use subject::{About, Subject};
 
 /// A stream of a session, by its place in the session's [`Streams`](crate::streams::Streams).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -230,41 +238,6 @@ impl fmt::Display for Window {
     }
 }
 
-/// Whom a stream is about.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Subject {
-    /// The kind of subject.
-    pub about: About,
-    /// Its id; empty for the team and the session.
-    pub id: String,
-}
-
-impl Subject {
-    /// The robot of the given id.
-    pub fn robot(id: impl Into<String>) -> Subject {
-        Subject { about: About::Robot, id: id.into() }
-    }
-
-    /// The team as a whole.
-    pub fn team() -> Subject {
-        Subject { about: About::Team, id: String::new() }
-    }
-
-    /// The session itself.
-    pub fn session() -> Subject {
-        Subject { about: About::Session, id: String::new() }
-    }
-
-    /// What a topic of the subject is called within its namespace, for people to read:
-    /// `polar_h10/ecg`, `battery_state`; any other has its whole name.
-    pub fn within<'a>(&self, topic: &'a str) -> &'a str {
-        match topic.split_once(&format!("/{}/", self.id)) {
-            Some((_, within)) if !self.id.is_empty() => within,
-            _ => topic,
-        }
-    }
-}
-
 /// Whether a stream came from outside or was computed here. Raw streams are what a replay reads;
 /// derived ones are what it computes again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -292,121 +265,6 @@ pub enum Shape {
     Description,
     /// ROS messages from elsewhere, of this type.
     Message(Arc<Schema>),
-}
-
-/// The type of a ROS message.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Schema {
-    /// The full name: `sensor_msgs/msg/BatteryState`.
-    pub name: String,
-    /// How `text` is written: `ros2msg` or `ros2idl`.
-    pub encoding: String,
-    /// The definition with all that it depends on, as rosbag2 stores it in a bag; empty while
-    /// unknown.
-    pub text: String,
-    /// The type hash, `RIHS01_` and 64 hexadecimal digits; empty where unknown.
-    pub hash: String,
-}
-
-impl Schema {
-    /// Cuts and cleans its name and what stands beside it; the definition stays as it came.
-    fn clean(this: &mut Arc<Schema>) {
-        let Schema { name, encoding, hash, .. } = &**this;
-        if [name, encoding, hash].iter().all(|text| text::is_clean(text, LONGEST_NAME)) {
-            return;
-        }
-        let Schema { name, encoding, hash, .. } = Arc::make_mut(this);
-        for text in [name, encoding, hash] {
-            *text = text::name(std::mem::take(text), LONGEST_NAME);
-        }
-    }
-}
-
-macro_rules! words {
-    ($(#[$doc:meta])* $name:ident { $($(#[$each:meta])* $variant:ident = $word:literal),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum $name { $($(#[$each])* $variant),* }
-
-        impl $name {
-            /// Every word, in the order of the documentation.
-            pub const ALL: &'static [$name] = &[$($name::$variant),*];
-
-            /// The word itself, as it stands on the wire and in a bag.
-            pub fn word(self) -> &'static str {
-                match self { $($name::$variant => $word),* }
-            }
-
-            /// The value of a word; `None` for any other.
-            pub fn from_word(word: &str) -> Option<$name> {
-                match word { $($word => Some($name::$variant),)* _ => None }
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.pad(self.word())
-            }
-        }
-    };
-}
-pub(crate) use words;
-
-words! {
-    /// What kind of subject a stream is about.
-    About {
-        /// A person, by pseudonym.
-        Person = "person",
-        /// A robot.
-        Robot = "robot",
-        /// The team as a whole.
-        Team = "team",
-        /// The session: its phases, its losses, its own health.
-        Session = "session",
-    }
-}
-
-words! {
-    /// What a stream measures: a closed list. A feature runs on every stream whose signal it
-    /// accepts.
-    Signal {
-        /// Electrocardiogram.
-        Ecg = "ecg",
-        /// Photoplethysmogram (pulse wave).
-        Ppg = "ppg",
-        /// Electrodermal activity (skin conductance).
-        Eda = "eda",
-        /// Electromyogram.
-        Emg = "emg",
-        /// Electroencephalogram.
-        Eeg = "eeg",
-        /// Breathing.
-        Respiration = "respiration",
-        /// Temperature of a person or a device.
-        Temperature = "temperature",
-        /// Acceleration.
-        Acceleration = "acceleration",
-        /// Intervals between beats.
-        Interval = "interval",
-        /// Camera images.
-        Image = "image",
-        /// Sound.
-        Audio = "audio",
-        /// Keyboard, mouse and other input of a person.
-        Input = "input",
-        /// State of a battery.
-        Battery = "battery",
-        /// Quality of a radio link.
-        Link = "link",
-        /// Pose and speed of a robot.
-        Odometry = "odometry",
-        /// Diagnostics of a robot.
-        Diagnostics = "diagnostics",
-        /// Things that happen.
-        Event = "event",
-        /// Anything else.
-        Other = "other",
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,223 @@
+//! The queue in front of the pump.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::Notify;
+use tokio::sync::futures::Notified;
+
+use super::Outlet;
+use crate::clock::Clock;
+use crate::commands::Commands;
+use crate::data::Data;
+use crate::source::Reading;
+use crate::stream::{Stream, StreamId};
+use crate::streams::Streams;
+use crate::time::Time;
+
+/// What a waiting reading costs beside its payload [bytes].
+const OVERHEAD_BYTES: usize = 128;
+
+/// The queue in front of the pump: all sources' readings, in the order of their hand-over.
+#[derive(Clone, Debug)]
+pub struct Queue(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    state: Mutex<Waiting>,
+    filled: Condvar,
+    drained: Notify,
+    closed: AtomicBool,
+    closing: Notify,
+    ended: AtomicBool,
+    budgets: Mutex<Vec<Arc<Budget>>>,
+    commands: Commands,
+}
+
+#[derive(Debug, Default)]
+struct Waiting {
+    items: VecDeque<Item>,
+    pump_sleeps: bool,
+}
+
+/// What comes out of the queue.
+#[derive(Debug)]
+pub(crate) enum Item {
+    /// A stream was declared, or more is known about it.
+    Declared { id: StreamId, stream: Arc<Stream>, at: Time },
+    /// A reading, with the time of its arrival and its source's budget.
+    Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
+    /// Time has passed up to a moment, and nothing came.
+    Passed { until: Time },
+    /// Nothing was watched up to a moment, and time did not pass.
+    Paused { until: Time },
+    /// So many readings of a stream did not fit in their source's budget.
+    Dropped { stream: StreamId, count: u64 },
+}
+
+/// What one source has waiting.
+#[derive(Debug, Default)]
+pub(crate) struct Budget {
+    bytes: AtomicUsize,
+    dropped: Mutex<BTreeMap<StreamId, u64>>,
+}
+
+impl Budget {
+    /// What waits [bytes].
+    pub(super) fn waiting_bytes(&self) -> usize {
+        self.bytes.load(Ordering::Acquire)
+    }
+
+    /// So much more waits [bytes].
+    pub(super) fn add(&self, bytes: usize) {
+        self.bytes.fetch_add(bytes, Ordering::AcqRel);
+    }
+
+    /// A reading of a stream did not fit.
+    pub(super) fn drop_one(&self, stream: StreamId) {
+        *self.dropped().entry(stream).or_default() += 1;
+    }
+
+    fn dropped(&self) -> MutexGuard<'_, BTreeMap<StreamId, u64>> {
+        self.dropped.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Queue {
+    /// An empty, open queue.
+    pub fn new() -> Queue {
+        Queue::with_commands(Commands::default())
+    }
+
+    /// The same, of a session with these commands.
+    pub(crate) fn with_commands(commands: Commands) -> Queue {
+        Queue(Arc::new(Shared {
+            state: Mutex::default(),
+            filled: Condvar::new(),
+            drained: Notify::new(),
+            closed: AtomicBool::new(false),
+            ended: AtomicBool::new(false),
+            closing: Notify::new(),
+            budgets: Mutex::default(),
+            commands,
+        }))
+    }
+
+    /// An outlet into this queue, with a budget of its own.
+    pub fn outlet(&self, clock: Clock, streams: Streams) -> Outlet {
+        let budget = Arc::<Budget>::default();
+        self.budgets().push(Arc::clone(&budget));
+        Outlet { queue: self.clone(), budget, clock, streams }
+    }
+
+    /// Closes the queue: sources stop, and what they still hand over is still taken.
+    pub fn close(&self) {
+        self.0.closed.store(true, Ordering::Release);
+        self.0.closing.notify_waiters();
+        self.0.drained.notify_waiters();
+    }
+
+    /// Ends the queue: all sources have stopped, and nothing will come any more.
+    pub(crate) fn end(&self) {
+        self.0.ended.store(true, Ordering::Release);
+        self.0.filled.notify_all();
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        self.0.ended.load(Ordering::Acquire)
+    }
+
+    pub(crate) fn is_closed(&self) -> bool {
+        self.0.closed.load(Ordering::Acquire)
+    }
+
+    /// Moves all that waits into `taken`; waits for it if there is nothing, at most for `patience`. Drops
+    /// are reported after what was kept.
+    pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
+        let mut state = self.lock();
+        if state.items.is_empty() && !self.has_ended() {
+            state.pump_sleeps = true;
+            let waited = self.0.filled.wait_timeout(state, patience);
+            (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+            state.pump_sleeps = false;
+        }
+        std::mem::swap(&mut state.items, taken);
+        drop(state);
+        for item in &*taken {
+            if let Item::Arrived { reading, budget, .. } = item {
+                budget.bytes.fetch_sub(cost(reading), Ordering::AcqRel);
+            }
+        }
+        for budget in self.budgets().iter() {
+            let dropped = std::mem::take(&mut *budget.dropped()).into_iter();
+            taken.extend(dropped.map(|(stream, count)| Item::Dropped { stream, count }));
+        }
+        self.0.drained.notify_waiters();
+    }
+
+    /// Resolves when the queue is closed.
+    pub(super) async fn closed(&self) {
+        loop {
+            let closing = self.0.closing.notified();
+            if self.is_closed() {
+                return;
+            }
+            closing.await;
+        }
+    }
+
+    /// Resolves when the pump has taken what waited, or the queue is closed.
+    pub(super) fn drained(&self) -> Notified<'_> {
+        self.0.drained.notified()
+    }
+
+    /// The commands of the session.
+    pub(super) fn commands(&self) -> &Commands {
+        &self.0.commands
+    }
+
+    fn budgets(&self) -> MutexGuard<'_, Vec<Arc<Budget>>> {
+        self.0.budgets.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Appends an item, and wakes the pump only if it sleeps.
+    pub(super) fn push(&self, make: impl FnOnce() -> Item) {
+        self.push_with(|| (Some(make()), ()));
+    }
+
+    /// The same where there may be none; gives what `make` gives beside it.
+    pub(super) fn push_with<T>(&self, make: impl FnOnce() -> (Option<Item>, T)) -> T {
+        let mut state = self.lock();
+        let (item, beside) = make();
+        state.items.extend(item);
+        if !state.items.is_empty() && std::mem::take(&mut state.pump_sleeps) {
+            self.0.filled.notify_one();
+        }
+        beside
+    }
+}
+
+impl Default for Queue {
+    fn default() -> Queue {
+        Queue::new()
+    }
+}
+
+/// What a reading costs while it waits [bytes].
+pub(super) fn cost(reading: &Reading) -> usize {
+    OVERHEAD_BYTES
+        + match &reading.data {
+            Data::Message(bytes) => bytes.len(),
+            Data::Wave(wave) => wave.samples.len() * size_of::<f64>(),
+            Data::Sample(values) => values.len() * size_of::<f64>(),
+            Data::Feature(feature) => feature.values.len() * 2 * size_of::<f64>(),
+            Data::Event(event) => event.label.len(),
+            Data::Status(_) | Data::Description(_) => 0,
+        }
+}

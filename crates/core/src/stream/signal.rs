@@ -1,0 +1,46 @@
+//! What streams measure.
+
+use crate::words::words;
+
+words! {
+    /// What a stream measures: a closed list. A feature runs on every stream whose signal it
+    /// accepts.
+    Signal {
+        /// Electrocardiogram.
+        Ecg = "ecg",
+        /// Photoplethysmogram (pulse wave).
+        Ppg = "ppg",
+        /// Electrodermal activity (skin conductance).
+        Eda = "eda",
+        /// Electromyogram.
+        Emg = "emg",
+        /// Electroencephalogram.
+        Eeg = "eeg",
+        /// Breathing.
+        Respiration = "respiration",
+        /// Temperature of a person or a device.
+        Temperature = "temperature",
+        /// Acceleration.
+        Acceleration = "acceleration",
+        /// Intervals between beats.
+        Interval = "interval",
+        /// Camera images.
+        Image = "image",
+        /// Sound.
+        Audio = "audio",
+        /// Keyboard, mouse and other input of a person.
+        Input = "input",
+        /// State of a battery.
+        Battery = "battery",
+        /// Quality of a radio link.
+        Link = "link",
+        /// Pose and speed of a robot.
+        Odometry = "odometry",
+        /// Diagnostics of a robot.
+        Diagnostics = "diagnostics",
+        /// Things that happen.
+        Event = "event",
+        /// Anything else.
+        Other = "other",
+    }
+}
