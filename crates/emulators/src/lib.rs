@@ -7,4 +7,5 @@
 pub mod body;
 pub mod task;
 pub mod robots;
+pub mod devices;
 pub mod noise;

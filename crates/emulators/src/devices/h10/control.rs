@@ -1,0 +1,97 @@
+/// A measurement of the control point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Ecg,
+    Acceleration,
+}
+
+/// The features of an H10: ECG and acceleration.
+pub(super) const FEATURES: [u8; 17] = [0x0f, 0x05, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+
+/// What is offered: kind of the setting, and its values of 16 bits.
+type Offer = &'static [(u8, &'static [u16])];
+const RATE: u8 = 0;
+const RESOLUTION: u8 = 1;
+const RANGE: u8 = 2;
+const ECG: Offer = &[(RATE, &[130]), (RESOLUTION, &[14])];
+const ACCELERATION: Offer =
+    &[(RATE, &[25, 50, 100, 200]), (RESOLUTION, &[16]), (RANGE, &[2, 4, 8])];
+
+/// Status codes of answers.
+pub(super) const SUCCESS: u8 = 0;
+const INVALID_COMMAND: u8 = 1;
+const INVALID_MEASUREMENT: u8 = 2;
+const INVALID_LENGTH: u8 = 4;
+const INVALID_PARAMETER: u8 = 5;
+pub(super) const ALREADY_IN_STATE: u8 = 6;
+pub(super) const INVALID_MTU: u8 = 10;
+
+/// What a command asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    Settings(Kind),
+    Start(Kind, u16),
+    Stop(Kind),
+}
+
+impl Kind {
+    const fn offer(self) -> Offer {
+        match self {
+            Self::Ecg => ECG,
+            Self::Acceleration => ACCELERATION,
+        }
+    }
+
+    /// As an answer lists it.
+    pub fn offered(self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (setting, values) in self.offer() {
+            bytes.extend([*setting, values.len() as u8]);
+            bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        bytes
+    }
+}
+
+/// What was written, or the status with which it is refused.
+pub(super) fn parse(command: &[u8]) -> Result<Asked, u8> {
+    let &[code, measurement, ref settings @ ..] = command else { return Err(INVALID_LENGTH) };
+    let kind = match measurement {
+        0 => Kind::Ecg,
+        2 => Kind::Acceleration,
+        _ => return Err(INVALID_MEASUREMENT),
+    };
+    match code {
+        1 => Ok(Asked::Settings(kind)),
+        2 => rate(kind, settings).map(|rate_hz| Asked::Start(kind, rate_hz)),
+        3 => Ok(Asked::Stop(kind)),
+        _ => Err(INVALID_COMMAND),
+    }
+}
+
+/// The rate among the settings of a start, of which each has one value that is offered.
+fn rate(kind: Kind, settings: &[u8]) -> Result<u16, u8> {
+    let (settings, []) = settings.as_chunks::<4>() else { return Err(INVALID_LENGTH) };
+    let mut rate_hz = None;
+    for [setting, count, low, high] in settings {
+        let value = u16::from_le_bytes([*low, *high]);
+        let offered = kind.offer().iter().find(|(offered, _)| offered == setting);
+        let Some((_, values)) = offered else { return Err(INVALID_PARAMETER) };
+        if *count != 1 || !values.contains(&value) {
+            return Err(refusal(*setting));
+        }
+        if *setting == RATE {
+            rate_hz = Some(value);
+        }
+    }
+    rate_hz.ok_or(INVALID_PARAMETER)
+}
+
+/// Resolution, rate and range have a status each.
+const fn refusal(setting: u8) -> u8 {
+    match setting {
+        RESOLUTION => 7,
+        RATE => 8,
+        _ => 9,
+    }
+}

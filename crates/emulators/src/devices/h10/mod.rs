@@ -1,0 +1,10 @@
+//! A Polar H10: heart rate, battery, device information, and the Polar Measurement Data service.
+//!
+//! From Polar's *Online measurement* specification 1.0 and known issues, and from what independent clients (bleakheart,
+//! polar-python) accept. Where the documents are silent, the choice is written at its constant.
+
+mod control;
+mod stream;
+mod strap;
+
+pub use strap::{AttError, Characteristic, Fault, H10, H10Settings, Incident, Sent};

@@ -1,0 +1,74 @@
+use super::control::Kind;
+use crate::devices::Wearer;
+
+/// The clock of an H10 that was never set, at power-on \[ns\] since 2000-01-01: 2019-01-01.
+pub(super) const POWER_ON_NS: u64 = 599_616_000_000_000_000;
+
+/// A measurement that is on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stream {
+    pub kind: Kind,
+    /// By the strap's own quartz \[Hz\].
+    rate_hz: f64,
+    /// When its first sample was taken, in true time.
+    began_secs: f64,
+    /// Samples that were sent or lost.
+    taken: u64,
+}
+
+impl Stream {
+    /// `quartz` is how much faster than true the strap's clock is: 1.02 for 2 %.
+    pub fn new(kind: Kind, rate_hz: u16, began_secs: f64, quartz: f64) -> Self {
+        Self { kind, rate_hz: f64::from(rate_hz) * quartz, began_secs, taken: 0 }
+    }
+
+    /// As many as fit into a packet of 232 bytes.
+    const fn samples_per_frame(self) -> u64 {
+        match self.kind {
+            Kind::Ecg => 73,
+            Kind::Acceleration => 36,
+        }
+    }
+
+    fn secs_of(self, sample: u64) -> f64 {
+        self.began_secs + sample as f64 / self.rate_hz
+    }
+
+    /// When its next frame is complete.
+    pub fn due_secs(self) -> f64 {
+        self.secs_of(self.taken + self.samples_per_frame() - 1)
+    }
+
+    /// The frame that is due, stamped by the strap's clock, which ran since power-on.
+    pub fn frame(&mut self, wearer: &mut dyn Wearer, quartz: f64, set_by_ns: u64) -> Vec<u8> {
+        let stamp_ns = POWER_ON_NS + set_by_ns + (self.due_secs() * quartz * 1e9).round() as u64;
+        let (kind, frame_type) = match self.kind {
+            Kind::Ecg => (0, 0),
+            Kind::Acceleration => (2, 1),
+        };
+        let mut frame = vec![kind];
+        frame.extend(stamp_ns.to_le_bytes());
+        frame.push(frame_type);
+        for sample in self.taken..self.taken + self.samples_per_frame() {
+            self.sample(self.secs_of(sample), wearer, &mut frame);
+        }
+        self.taken += self.samples_per_frame();
+        frame
+    }
+
+    fn sample(self, secs: f64, wearer: &mut dyn Wearer, frame: &mut Vec<u8>) {
+        match self.kind {
+            Kind::Ecg => {
+                // The input of an H10 has ±20 mV.
+                let uv = wearer.ecg_uv(secs).round().clamp(-20_000.0, 20_000.0) as i32;
+                let [low, middle, high, _] = uv.to_le_bytes();
+                frame.extend([low, middle, high]);
+            }
+            Kind::Acceleration => {
+                for mg in wearer.acceleration_mg(secs) {
+                    frame.extend((mg.round().clamp(-8000.0, 8000.0) as i16).to_le_bytes());
+                }
+            }
+        }
+    }
+}
