@@ -69,7 +69,7 @@ bench-recorder: ## from a publisher in another process into the bag: losses and 
 bench-crash: ## kill -9 at 20 random moments: what the bag still holds
 bench-timefilter: ## the time filter against message_filters: sets, speed, accuracy
 bench-people: ## 30 simulated operators over ROS for 6 minutes: what features find, cost, and how late they are
-bench-soak: ## eight accelerated hours, very many topics, bad workers: memory, CPU and delays
+bench-soak: ## eight accelerated hours, very many topics and robots, bad workers: memory, CPU and delays
 bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded ones, speed against NeuroKit2
 
 # --- setting up

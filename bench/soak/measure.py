@@ -1,4 +1,4 @@
-"""What eight hours of recording leave in memory, what very many topics cost, and what a bad worker does."""
+"""What eight hours of recording leave in memory, what very many topics and robots cost, and what a bad worker does."""
 
 import json
 import os
@@ -19,6 +19,9 @@ FEW_TOPICS, MANY_TOPICS, MOST_SECS = 5_000, 20_000, 15
 # Beside a bad worker, readings may take so much longer than without one.
 WORKERS, WORKED_SECS, WORKED_TURNS = ("none", "slow", "failing", "panicking"), 5, 4
 MOST_SLOWER, SLACK_US = 1.2, 100
+
+# Each endpoint of many robots that come and go may cost so many times what one of few costs.
+FEW_ROBOTS, MANY_ROBOTS, MOST_TIMES, ROUNDS = 100, 1_000, 2.0, 3
 
 
 def soak(*arguments) -> list[dict]:
@@ -75,7 +78,18 @@ def workers() -> tuple[bool, str]:
     return whole and max(p99_us) <= most_us, told
 
 
-FIGURES = [topics, workers, hours]
+def endpoints() -> tuple[bool, str]:
+    """the endpoints of 1,000 robots that come, leave and come again"""
+    few, many = (
+        min(soak("endpoints", robots)[0]["each_us"] for _ in range(ROUNDS))
+        for robots in (FEW_ROBOTS, MANY_ROBOTS)
+    )
+    told = f"{many:.0f} us of CPU each, of {FEW_ROBOTS} robots {few:.0f} us: "
+    told += f"{many / few:.2f} times as much (bar {MOST_TIMES:.0f})"
+    return many <= MOST_TIMES * few, told
+
+
+FIGURES = [endpoints, topics, workers, hours]
 
 
 def main() -> None:

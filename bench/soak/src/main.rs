@@ -3,6 +3,8 @@
 //! - `bench-soak hours BAG HOURS` lets a recording go on until so many hours are recorded, through all
 //!   features into a bag, flushed as often as live, and its tidy files, and prints what the process
 //!   holds after each hour;
+//! - `bench-soak endpoints ROBOTS` lets so many robots come, leave and come again, and prints the processor
+//!   time for each of their endpoints;
 //! - `bench-soak topics COUNT` records a bag of so many topics and replays it, and prints the
 //!   processor time of both;
 //! - `bench-soak worker KIND SECS` runs a live session with a worker that is slow, fails or panics, and
@@ -10,6 +12,7 @@
 #![expect(clippy::print_stdout, reason = "the figures are its output")]
 
 mod continued;
+mod endpoints;
 mod hours;
 mod topics;
 mod workers;
@@ -40,20 +43,18 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["hours", bag, hours] => hours::run(Path::new(bag), hours.parse()?).await,
+        ["endpoints", robots] => endpoints::run(robots.parse()?).await,
         ["topics", count] => topics::run(count.parse()?).await,
         ["worker", kind, secs] => workers::run(kind, secs.parse()?).await,
-        _ => Err("usage: bench-soak hours BAG HOURS | topics COUNT | worker KIND SECS".into()),
+        _ => {
+            Err("usage: bench-soak hours BAG HOURS | endpoints ROBOTS | topics COUNT | worker KIND SECS".into())
+        }
     }
 }
 
 /// A session from a recording, with all features, into a bag with its tidy files.
 fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Error>> {
     let clock = Clock::settable();
-    let mut features: Vec<(&'static str, Arc<dyn Feature>)> = Vec::new();
-    for entry in FEATURES {
-        let feature = (entry.build)(Settings::empty(), &FeatureContext::default())?;
-        features.push((entry.kind, Arc::from(feature)));
-    }
     let context = SinkContext::new(folder, "soak", clock.clone());
     let options = Options { session: "soak".into(), clock: clock.clone(), ..Options::default() };
     let bag = BagSink { folder: folder.to_owned(), study: String::new(), options };
@@ -67,12 +68,24 @@ fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Er
         clocks: Clocks::default(),
         streams: Streams::default(),
         sources: vec![("recording".into(), source)],
-        features,
+        features: features()?,
         sinks,
         workers: Vec::new(),
         encode,
         commands: Commands::default(),
     })
+}
+
+/// Features by kind.
+type Features = Vec<(&'static str, Arc<dyn Feature>)>;
+
+/// All features, as they are without settings.
+fn features() -> Result<Features, Box<dyn Error>> {
+    let built = FEATURES.iter().map(|entry| {
+        let feature = (entry.build)(Settings::empty(), &FeatureContext::default())?;
+        Ok((entry.kind, Arc::from(feature)))
+    });
+    built.collect()
 }
 
 /// The time of a processor that this process has used so far, in user and kernel [s].

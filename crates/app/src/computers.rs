@@ -7,6 +7,7 @@ use teampulse_core::computers::{SIMULATED, is_simulated};
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 use teampulse_ros::buses::Buses;
+use teampulse_ros::graph::EndpointKind;
 use teampulse_timefilter::clock::ClockKind;
 
 /// An offset above this is reported as a warning [s].
@@ -34,11 +35,10 @@ fn stamping(buses: &Buses) -> BTreeMap<String, String> {
     let mut stamping = BTreeMap::new();
     for bus in buses.joined() {
         let graph = Arc::clone(&bus.graph().borrow());
-        for endpoint in graph.endpoints.iter().filter(|each| !each.own) {
+        let others = graph.endpoints().filter(|each| !each.own);
+        for endpoint in others.filter(|each| each.kind == EndpointKind::Publisher) {
             let computer = || graph.computer(endpoint.gid);
-            if graph.publishers(&endpoint.topic).any(|each| each.gid == endpoint.gid) {
-                stamping.entry(endpoint.topic.clone()).or_insert_with(computer);
-            }
+            stamping.entry(endpoint.topic.clone()).or_insert_with(computer);
         }
     }
     stamping

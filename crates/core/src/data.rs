@@ -30,6 +30,26 @@ pub enum Data {
 }
 
 impl Data {
+    /// What it holds in memory beside itself [bytes]. What is shared with others counts in full.
+    #[must_use]
+    pub fn held_bytes(&self) -> usize {
+        match self {
+            Data::Sample(values) => size_of_val(&**values),
+            Data::Wave(wave) => size_of_val(&*wave.samples),
+            Data::Feature(feature) => {
+                let FeatureValues { values, sigmas, reasons, .. } = &**feature;
+                let numbers = (values.capacity() + sigmas.capacity()) * size_of::<f64>();
+                size_of::<FeatureValues>() + numbers + reasons.capacity()
+            }
+            Data::Event(event) => size_of::<Event>() + event.label.capacity(),
+            Data::Status(status) => {
+                size_of::<StreamStatus>() + status.name.capacity() + status.reason.capacity()
+            }
+            Data::Description(stream) => size_of::<Stream>() + stream.held_bytes(),
+            Data::Message(bytes) => bytes.len(),
+        }
+    }
+
     /// The same data with their texts [cut and cleaned](crate::text); a message from elsewhere stays as it
     /// came.
     #[must_use]

@@ -22,7 +22,7 @@ use crate::time::Time;
 
 pub(crate) use queue::Item;
 pub use queue::Queue;
-use queue::{Budget, cost};
+use queue::{Budget, declaration_bytes, reading_bytes};
 
 /// What one source may have waiting in front of the pump [bytes].
 const BUDGET_BYTES: usize = 256 << 20;
@@ -58,7 +58,11 @@ impl Outlet {
         self.queue.push_with(|| {
             let Declared { id, news } = self.streams.declare(stream);
             let at = || at.unwrap_or_else(|| self.clock.now());
-            let declared = || Item::Declared { id, stream: self.streams.get(id), at: at() };
+            let declared = || {
+                let (stream, budget) = (self.streams.get(id), Arc::clone(&self.budget));
+                budget.add(declaration_bytes(&stream));
+                Item::Declared { id, stream, at: at(), budget }
+            };
             (news.then(declared), id)
         })
     }
@@ -66,29 +70,28 @@ impl Outlet {
     /// Hands a reading over without ever waiting. When this source has too much waiting the reading
     /// is dropped and counted.
     pub fn offer(&self, reading: Reading) {
-        let cost = cost(&reading);
-        if self.budget.waiting_bytes() + cost > BUDGET_BYTES {
+        if self.budget.waiting_bytes() + reading_bytes(&reading) > BUDGET_BYTES {
             return self.budget.drop_one(reading.stream);
         }
-        self.push(reading, cost, None);
+        self.push(reading, None);
     }
 
     /// Hands a reading over, waiting while this source has too much waiting: for recordings, which
     /// can wait. `arrival` is the time at which it first arrived.
     pub async fn send(&self, reading: Reading, arrival: Time) -> Result<(), Closed> {
-        let cost = cost(&reading);
+        let bytes = reading_bytes(&reading);
         loop {
             let drained = self.queue.drained();
             if self.queue.is_closed() {
                 return Err(Closed);
             }
             let waiting = self.budget.waiting_bytes();
-            if waiting == 0 || waiting + cost <= RECORDED_BYTES {
+            if waiting == 0 || waiting + bytes <= RECORDED_BYTES {
                 break;
             }
             drained.await;
         }
-        self.push(reading, cost, Some(arrival));
+        self.push(reading, Some(arrival));
         Ok(())
     }
 
@@ -109,8 +112,7 @@ impl Outlet {
         let stream = self.declare(Loss::OnTheWay.stream());
         let reading =
             Reading { index: None, stream, device_time: None, source_time: None, data: event };
-        let cost = cost(&reading);
-        self.push(reading, cost, None);
+        self.push(reading, None);
     }
 
     /// States that the stamps of a stream are by the clock of another computer: `computer` names it, the
@@ -204,8 +206,8 @@ impl Outlet {
         &self.streams
     }
 
-    fn push(&self, reading: Reading, cost: usize, arrival: Option<Time>) {
-        self.budget.add(cost);
+    fn push(&self, reading: Reading, arrival: Option<Time>) {
+        self.budget.add(reading_bytes(&reading));
         let budget = Arc::clone(&self.budget);
         // The arrival is read inside the queue's lock, so that it never goes back along the queue.
         self.queue.push(|| {
@@ -222,6 +224,7 @@ mod tests {
 
     use super::*;
     use crate::stream::{Shape, Subject};
+    use crate::text::LONGEST_PROSE;
     use bytes::Bytes;
 
     fn reading(stream: StreamId, bytes: usize) -> Reading {
@@ -255,6 +258,34 @@ mod tests {
     }
 
     #[test]
+    fn what_is_said_of_streams_counts_for_what_it_holds() {
+        let queue = Queue::new();
+        let outlet = queue.outlet(Clock::settable(), Streams::default());
+        let doc = "x".repeat(LONGEST_PROSE);
+        let stream = Stream::raw("/r1/y", Subject::session(), Shape::Description);
+        let stream = Stream { doc: doc.clone(), ..stream };
+        let id = outlet.declare(stream.clone());
+        assert!(outlet.budget.waiting_bytes() > doc.len());
+        let description = Arc::new(stream);
+        for _ in 0..BUDGET_BYTES / doc.len() {
+            let data = Data::Description(Arc::clone(&description));
+            let stream = id;
+            outlet.offer(Reading {
+                index: None,
+                stream,
+                device_time: None,
+                source_time: None,
+                data,
+            });
+        }
+        assert!(outlet.budget.waiting_bytes() <= BUDGET_BYTES);
+        let mut taken = VecDeque::new();
+        queue.take(&mut taken, Duration::ZERO);
+        assert!(matches!(taken.back(), Some(Item::Dropped { count: 1.., .. })));
+        assert_eq!(outlet.budget.waiting_bytes(), 0);
+    }
+
+    #[test]
     fn whoever_declares_it_a_stream_is_declared_before_its_readings() {
         for _ in 0..200 {
             let (queue, streams) = (Queue::new(), Streams::default());
@@ -279,6 +310,7 @@ mod tests {
     async fn a_recording_waits_until_the_pump_has_room() {
         let queue = Queue::new();
         let (outlet, id) = outlet(&queue);
+        queue.take(&mut VecDeque::new(), Duration::ZERO);
         let first = outlet.send(reading(id, RECORDED_BYTES), Time::from_nanos(1)).await;
         assert_eq!(first, Ok(()));
         let waiting = outlet.send(reading(id, 1), Time::from_nanos(2));

@@ -87,7 +87,7 @@ impl Pump {
     /// Takes what comes next out of the queue.
     pub(crate) fn take(&mut self, item: Item) {
         match item {
-            Item::Declared { id, stream, at } => self.take_declaration(id, &stream, at),
+            Item::Declared { id, stream, at, .. } => self.take_declaration(id, &stream, at),
             Item::Arrived { reading, arrival, .. } => self.take_reading(reading, arrival),
             Item::Passed { until } => self.tick_until(until),
             Item::Paused { until } => self.pause_until(until),

@@ -55,3 +55,20 @@ pub struct Record {
     /// The sample as a ROS message: CDR with its four-byte header.
     pub cdr: Bytes,
 }
+
+/// What the counts of shared data and the places in a queue take beside the record itself [bytes].
+const OVERHEAD_BYTES: usize = 64;
+
+impl Record {
+    /// What it takes in memory while it waits, by which queues are bounded [bytes]: its data and its
+    /// message, which are one where the message came from elsewhere. Its stream is shared by all its
+    /// records.
+    #[must_use]
+    pub fn held_bytes(&self) -> usize {
+        let data_bytes = match &self.sample.data {
+            Data::Message(_) => 0,
+            data => data.held_bytes(),
+        };
+        size_of::<Record>() + OVERHEAD_BYTES + data_bytes + self.cdr.len()
+    }
+}

@@ -85,6 +85,24 @@ impl Stream {
         }
     }
 
+    /// What it holds in memory beside itself [bytes].
+    #[must_use]
+    pub fn held_bytes(&self) -> usize {
+        let Stream { name, id, device, method, family, beside, doc, publisher, .. } = self;
+        let texts = [name, id, device, method, family, beside, doc, publisher];
+        let channels = self.channels.iter().flat_map(|channel| [&channel.name, &channel.unit]);
+        let texts = texts.into_iter().chain(&self.inputs).chain(channels);
+        let schema_bytes = match &self.shape {
+            Shape::Message(schema) => size_of::<Schema>() + schema.held_bytes(),
+            _ => 0,
+        };
+        schema_bytes
+            + texts.map(String::capacity).sum::<usize>()
+            + self.channels.capacity() * size_of::<Channel>()
+            + self.inputs.capacity() * size_of::<String>()
+            + self.qos.capacity() * size_of::<Qos>()
+    }
+
     /// A feature's stream, derived from `input`, named below it (`<input>/<family>`), about the same subject.
     pub fn derived(input: &Stream, family: &str, shape: Shape) -> Stream {
         let inputs = vec![input.name.clone()];

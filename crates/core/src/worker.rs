@@ -15,8 +15,6 @@ use crate::streams::Streams;
 
 /// The most that waits for a worker [bytes].
 const MOST_BYTES: usize = 64 << 20;
-/// What a waiting record costs beside its message [bytes].
-const OVERHEAD_BYTES: usize = 256;
 
 /// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers
 /// readings of what it found. It never holds the pump.
@@ -99,7 +97,7 @@ impl Waiting {
     fn put(&mut self, record: &Record) {
         let (id, place) = (record.sample.stream, self.came);
         self.came += 1;
-        self.bytes += cost(record);
+        self.bytes += record.held_bytes();
         if matches!(record.sample.data, Data::Event(_)) {
             self.events.push_back((place, record.clone()));
         } else if let Some((_, older)) = self.newest.insert(id, (place, record.clone())) {
@@ -111,7 +109,7 @@ impl Waiting {
     }
 
     fn skip(&mut self, record: &Record) {
-        self.bytes -= cost(record);
+        self.bytes -= record.held_bytes();
         self.looked.skipped += 1;
     }
 
@@ -137,10 +135,6 @@ impl Waiting {
         self.looked.taken += taken.len() as u64;
         taken.into_iter().map(|(_, record)| record).collect()
     }
-}
-
-fn cost(record: &Record) -> usize {
-    record.cdr.len() + OVERHEAD_BYTES
 }
 
 impl Shared {

@@ -90,7 +90,7 @@ type Clients = BTreeMap<String, Option<Box<dyn Client>>>;
 
 /// The names of other participants' services that report a clock.
 fn services(graph: &Graph) -> impl Iterator<Item = &String> {
-    let others = graph.services.iter().filter(|each| !each.own && each.type_name == PROBE_CLOCK);
+    let others = graph.services_of(PROBE_CLOCK).filter(|each| !each.own);
     others.map(|service| &service.name).take(MOST_ASKED)
 }
 

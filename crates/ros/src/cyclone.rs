@@ -124,9 +124,8 @@ fn follows_clock(site: &Arc<Site>) -> FollowsClock {
     Arc::new(move || {
         let Some(site) = site.upgrade() else { return false };
         let graph = Arc::clone(&site.graph.borrow());
-        graph.endpoints.iter().any(|each| {
-            each.own && each.kind == EndpointKind::Subscription && each.topic == "/clock"
-        })
+        let mut on_clock = graph.endpoints_of("/clock");
+        on_clock.any(|each| each.own && each.kind == EndpointKind::Subscription)
     })
 }
 

@@ -60,7 +60,7 @@ impl Bus for MemoryBus {
     }
 
     fn graph(&self) -> watch::Receiver<Arc<Graph>> {
-        self.member.graph.subscribe()
+        self.network.graph(&self.member)
     }
 
     fn incidents(&self) -> broadcast::Receiver<Incident> {

@@ -19,6 +19,7 @@ mod publishers;
 mod decoding;
 mod definitions;
 mod describing;
+mod news;
 mod origins;
 mod publishing;
 mod losses;
@@ -38,11 +39,12 @@ use teampulse_core::source::SourceError;
 use teampulse_core::stream::{Schema, Stream};
 use teampulse_ros::bus::{Bus, BusError};
 use teampulse_ros::graph::{Endpoint, Graph};
-use tokio::sync::Notify;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
 
+use definitions::Type;
 use followed::Followed;
+pub(crate) use news::News;
 use places::Places;
 use publishing::Key;
 
@@ -59,17 +61,17 @@ pub(crate) async fn follow(
     outlet: &Outlet,
     choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
 ) -> Result<(), SourceError> {
-    Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &Notify::new()).await
+    Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &News::default()).await
 }
 
 /// The same for topics of our own types, of which the messages are decoded. `choose` gives them
-/// their shape; it is asked again after each `news`, as descriptions come when they like. A topic
-/// that nobody describes has the channels of its first message.
+/// their shape; it is asked again about the topics that are `news`, as descriptions come when they like. A
+/// topic that nobody describes has the channels of its first messages.
 pub(crate) async fn follow_ours(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
     choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
-    news: &Notify,
+    news: &News,
 ) -> Result<(), SourceError> {
     Following::new(bus, outlet, Kept::Decoded).run(choose, news).await
 }
@@ -94,7 +96,11 @@ struct Following<'a> {
     /// The topics that are published from several places, and whether that was reported.
     several: BTreeMap<Key, bool>,
     places: Places,
-    definitions: JoinSet<(Key, Result<Schema, BusError>)>,
+    definitions: JoinSet<(Type, Result<Schema, BusError>)>,
+    /// The topics that wait for the definition of their type.
+    undefined: BTreeMap<Type, Vec<Key>>,
+    /// The definitions that were found.
+    defined: BTreeMap<Type, Schema>,
 }
 
 impl<'a> Following<'a> {
@@ -108,28 +114,31 @@ impl<'a> Following<'a> {
             several: BTreeMap::new(),
             places: Places::default(),
             definitions: JoinSet::new(),
+            undefined: BTreeMap::new(),
+            defined: BTreeMap::new(),
         }
     }
 
     async fn run(
         mut self,
         choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
-        news: &Notify,
+        news: &News,
     ) -> Result<(), SourceError> {
         let mut graph = self.bus.graph();
         let mut incidents = self.bus.incidents();
         let mut report_losses = tokio::time::interval(REPORT_LOSSES);
-        // There may be thousands of topics: all are gone through only when the graph, or what is
-        // wanted of it, has changed.
-        let (mut seen, mut anew, mut looks) = (Arc::<Graph>::default(), true, 0);
+        // There may be thousands of topics: only those are gone through that have changed.
+        let (mut seen, mut looks) = (Arc::<Graph>::default(), 0);
         loop {
             let before = std::mem::replace(&mut seen, Arc::clone(&graph.borrow_and_update()));
-            if std::mem::take(&mut anew) || !Arc::ptr_eq(&before, &seen) {
-                self.subscribe_to_wanted(&seen, &choose);
-                self.look_at_publishers(&seen);
+            if !Arc::ptr_eq(&before, &seen) {
+                for topic in seen.changed_topics(&before) {
+                    self.subscribe_to_wanted(&topic, &seen, &choose);
+                    self.look_at_publishers_of(&topic, &seen);
+                    self.describe_anew(&topic, &seen, &choose);
+                }
                 looks = LOOKS;
             }
-            self.describe_anew(&seen, &choose);
             tokio::select! {
                 changed = graph.changed() => if changed.is_err() {
                     return Err(bus_closed());
@@ -139,10 +148,13 @@ impl<'a> Following<'a> {
                     Err(RecvError::Lagged(_)) => {}
                     Err(RecvError::Closed) => return Err(bus_closed()),
                 },
-                Some(Ok((key, found))) = self.definitions.join_next() => self.learn(&key, found),
-                () = news.notified() => anew = true,
+                Some(Ok((of, found))) = self.definitions.join_next() => self.learn(of, found),
+                topics = news.next() => for topic in topics {
+                    self.describe_anew(&topic, &seen, &choose);
+                },
                 _ = report_losses.tick() => {
                     self.report_losses();
+                    self.describe_all_anew(&seen, &choose);
                     self.look_at_publishers(&seen);
                     if looks > 0 {
                         looks -= 1;

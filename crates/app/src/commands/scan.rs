@@ -95,7 +95,7 @@ async fn listen(id: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
     for _ in 0..looks {
         // A copy: the bus must be able to change its graph while it is subscribed to.
         let graph = Arc::clone(&bus.graph().borrow());
-        for endpoint in &graph.endpoints {
+        for endpoint in graph.endpoints() {
             let key = (endpoint.topic.clone(), endpoint.type_name.clone());
             if endpoint.kind == EndpointKind::Publisher && !endpoint.own {
                 counting.entry(key).or_insert_with_key(|key| count(bus, &key.0, &key.1));
@@ -103,7 +103,7 @@ async fn listen(id: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
         }
         tokio::time::sleep(LOOK).await;
     }
-    let nodes = bus.graph().borrow().nodes.clone();
+    let nodes = bus.graph().borrow().nodes().map(str::to_owned).collect();
     let topic = |((name, type_name), (count, _)): ((String, String), (Arc<Count>, _))| Topic {
         name,
         type_name,

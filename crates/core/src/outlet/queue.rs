@@ -11,14 +11,10 @@ use tokio::sync::futures::Notified;
 use super::Outlet;
 use crate::clock::Clock;
 use crate::commands::Commands;
-use crate::data::Data;
 use crate::source::Reading;
 use crate::stream::{Stream, StreamId};
 use crate::streams::Streams;
 use crate::time::Time;
-
-/// What a waiting reading costs beside its payload [bytes].
-const OVERHEAD_BYTES: usize = 128;
 
 /// The queue in front of the pump: all sources' readings, in the order of their hand-over.
 #[derive(Clone, Debug)]
@@ -45,8 +41,8 @@ struct Waiting {
 /// What comes out of the queue.
 #[derive(Debug)]
 pub(crate) enum Item {
-    /// A stream was declared, or more is known about it.
-    Declared { id: StreamId, stream: Arc<Stream>, at: Time },
+    /// A stream was declared, or more is known about it, with the budget of its source.
+    Declared { id: StreamId, stream: Arc<Stream>, at: Time, budget: Arc<Budget> },
     /// A reading, with the time of its arrival and its source's budget.
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
     /// Time has passed up to a moment, and nothing came.
@@ -55,6 +51,27 @@ pub(crate) enum Item {
     Paused { until: Time },
     /// So many readings of a stream did not fit in their source's budget.
     Dropped { stream: StreamId, count: u64 },
+}
+
+impl Item {
+    /// What it takes in memory while it waits [bytes], with the budget to which this counts.
+    fn held(&self) -> Option<(usize, &Budget)> {
+        match self {
+            Item::Declared { stream, budget, .. } => Some((declaration_bytes(stream), budget)),
+            Item::Arrived { reading, budget, .. } => Some((reading_bytes(reading), budget)),
+            Item::Passed { .. } | Item::Paused { .. } | Item::Dropped { .. } => None,
+        }
+    }
+}
+
+/// What a reading takes in memory while it waits [bytes].
+pub(super) fn reading_bytes(reading: &Reading) -> usize {
+    size_of::<Item>() + reading.data.held_bytes()
+}
+
+/// The same of a declaration.
+pub(super) fn declaration_bytes(stream: &Stream) -> usize {
+    size_of::<Item>() + size_of::<Stream>() + stream.held_bytes()
 }
 
 /// What one source has waiting.
@@ -146,8 +163,8 @@ impl Queue {
         std::mem::swap(&mut state.items, taken);
         drop(state);
         for item in &*taken {
-            if let Item::Arrived { reading, budget, .. } = item {
-                budget.bytes.fetch_sub(cost(reading), Ordering::AcqRel);
+            if let Some((bytes, budget)) = item.held() {
+                budget.bytes.fetch_sub(bytes, Ordering::AcqRel);
             }
         }
         for budget in self.budgets().iter() {
@@ -207,17 +224,4 @@ impl Default for Queue {
     fn default() -> Queue {
         Queue::new()
     }
-}
-
-/// What a reading costs while it waits [bytes].
-pub(super) fn cost(reading: &Reading) -> usize {
-    OVERHEAD_BYTES
-        + match &reading.data {
-            Data::Message(bytes) => bytes.len(),
-            Data::Wave(wave) => wave.samples.len() * size_of::<f64>(),
-            Data::Sample(values) => values.len() * size_of::<f64>(),
-            Data::Feature(feature) => feature.values.len() * 2 * size_of::<f64>(),
-            Data::Event(event) => event.label.len(),
-            Data::Status(_) | Data::Description(_) => 0,
-        }
 }

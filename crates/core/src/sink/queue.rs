@@ -122,7 +122,7 @@ pub enum Posted {
 impl Post {
     /// Hands a batch to the sink, by its delivery.
     pub fn deliver(&self, batch: &Batch) -> Posted {
-        let bytes = batch.iter().map(|record| record.cdr.len() + 128).sum();
+        let bytes = batch.iter().map(Record::held_bytes).sum();
         let state = self.shared.lock();
         let posted = match self.delivery {
             Delivery::Lossless => self.deliver_all(state, batch, bytes),
@@ -323,5 +323,92 @@ impl Drop for Inbox {
     fn drop(&mut self) {
         self.shared.lock().abandoned = true;
         self.shared.changed.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+    use crate::data::{Data, Event, EventKind};
+    use crate::sample::{Sample, Turn};
+    use crate::status::{State as Health, StreamStatus};
+    use crate::stream::{Shape, Stream, StreamId, Subject};
+    use crate::text::LONGEST_PROSE;
+    use crate::time::Time;
+
+    const LIMIT_BYTES: usize = 1 << 20;
+
+    fn limits() -> Limits {
+        let (patience, stall) = (Some(Duration::ZERO), Duration::MAX);
+        Limits { bytes: LIMIT_BYTES, patience, stall }
+    }
+
+    fn record(index: u64, data: Data) -> Record {
+        let stream = Stream::raw("/r1/x", Subject::robot("r1"), Shape::Sample);
+        let cdr = if let Data::Message(bytes) = &data { bytes.clone() } else { Bytes::new() };
+        let sample = Sample {
+            stream: StreamId(0),
+            measured: Time::EPOCH,
+            log_time: Time::EPOCH,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index,
+            turn: Turn::OnTime,
+            data,
+        };
+        Record { stream: Arc::new(stream), sample, cdr }
+    }
+
+    fn description() -> Data {
+        let stream = Stream::raw("/r1/x", Subject::robot("r1"), Shape::Sample);
+        Data::Description(Arc::new(Stream { doc: "x".repeat(LONGEST_PROSE), ..stream }))
+    }
+
+    fn status() -> Data {
+        let status = StreamStatus {
+            name: "x".repeat(LONGEST_PROSE),
+            state: Health::Ok,
+            reason: String::new(),
+            rate_hz: 0.0,
+            age_secs: 0.0,
+            received: 0,
+            lost_source: None,
+            lost_queue: 0,
+            late: 0,
+            duplicates: 0,
+            clock: 0,
+            epoch: 0,
+            offset_secs: 0.0,
+            skew_ppm: 0.0,
+            jitter_secs: 0.0,
+            sigma_secs: 0.0,
+            latency_secs: 0.0,
+        };
+        Data::Status(Arc::new(status))
+    }
+
+    fn event() -> Data {
+        let (kind, label) = (EventKind::Marker, "x".repeat(LONGEST_PROSE));
+        Data::Event(Arc::new(Event { kind, label, value: f64::NAN, duration_secs: 0.0 }))
+    }
+
+    #[test]
+    fn a_queue_is_bounded_by_what_its_records_hold_beside_their_messages() {
+        for data in [description, status, event] {
+            for delivery in [Delivery::Fresh, Delivery::Lossless] {
+                let (post, inbox) = queue_within(delivery, Streams::default(), limits());
+                let offered = 2 * LIMIT_BYTES / LONGEST_PROSE;
+                for index in 0..offered {
+                    post.deliver(&Batch::from([record(index as u64, data())]));
+                }
+                let state = inbox.shared.lock();
+                let held = state.batches.len();
+                assert!(held * LONGEST_PROSE <= LIMIT_BYTES, "{held} records");
+                assert_eq!(held as u64 + state.skipped, offered as u64);
+            }
+        }
     }
 }

@@ -19,6 +19,12 @@ pub struct Schema {
 }
 
 impl Schema {
+    /// What its texts hold in memory [bytes].
+    pub(super) fn held_bytes(&self) -> usize {
+        let Schema { name, encoding, text, hash } = self;
+        [name, encoding, text, hash].map(String::capacity).iter().sum()
+    }
+
     /// Cuts and cleans its name and what stands beside it; the definition stays as it came.
     pub(super) fn clean(this: &mut Arc<Schema>) {
         let Schema { name, encoding, hash, .. } = &**this;

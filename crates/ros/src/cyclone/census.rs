@@ -1,13 +1,14 @@
 //! The participants present: discovered endpoints, joined with the nodes that participants announce.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use teampulse_core::qos::Qos;
 use teampulse_messages::standard::rmw_dds_common::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 
 use super::names;
 use super::service;
-use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Participant, Service};
+use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Service};
 
 /// The topic on which participants announce their nodes.
 pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
@@ -37,56 +38,181 @@ pub(super) struct Found {
     pub(super) qos: Qos,
 }
 
-/// Everyone on a domain.
+/// Everyone on a domain, and the graph that they make. A change costs the same however many there are.
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
     /// The computer that each participant announces, by id.
     participants: BTreeMap<Gid, Option<String>>,
     endpoints: BTreeMap<Gid, Found>,
+    /// The endpoints of each participant: its id, then theirs.
+    of_participants: BTreeSet<(Gid, Gid)>,
     nodes: BTreeMap<Gid, Vec<NodeEntitiesInfo>>,
+    /// The full name of the node that has an endpoint.
+    owners: BTreeMap<Gid, Arc<str>>,
+    graph: Graph,
+    /// Whether our own endpoints are others since this was last asked.
+    is_changed_here: bool,
 }
 
 impl Census {
     /// An empty census, as taken by this participant.
     pub(super) fn new(own: Gid) -> Census {
-        let participants = BTreeMap::from([(own, None)]);
-        Census { own, participants, endpoints: BTreeMap::new(), nodes: BTreeMap::new() }
+        Census {
+            own,
+            participants: BTreeMap::from([(own, None)]),
+            endpoints: BTreeMap::new(),
+            of_participants: BTreeSet::new(),
+            nodes: BTreeMap::new(),
+            owners: BTreeMap::new(),
+            graph: Graph::default(),
+            is_changed_here: true,
+        }
     }
 
     pub(super) fn apply(&mut self, change: Change) {
         match change {
             Change::Participant(gid, computer) => {
                 self.participants.insert(gid, computer);
+                self.name_computer(gid);
             }
             Change::Endpoint(found) => {
-                self.endpoints.insert(found.gid, found);
+                let gid = found.gid;
+                self.remove_endpoint(gid);
+                self.of_participants.insert((found.participant, gid));
+                self.is_changed_here |= found.participant == self.own;
+                self.put_service(&found);
+                self.endpoints.insert(gid, found);
+                self.show(gid);
             }
-            Change::EndpointGone(gid) => {
-                self.endpoints.remove(&gid);
-            }
+            Change::EndpointGone(gid) => self.remove_endpoint(gid),
             Change::ParticipantGone(gid) => {
+                self.replace_nodes(gid, Vec::new());
                 self.participants.remove(&gid);
-                self.nodes.remove(&gid);
-                self.endpoints.retain(|_, found| found.participant != gid);
+                self.name_computer(gid);
+                let of_participant = self.of_participants.range((gid, Gid::default())..);
+                let of_participant =
+                    of_participant.take_while(|(participant, _)| *participant == gid);
+                let endpoints: Vec<Gid> = of_participant.map(|(_, endpoint)| *endpoint).collect();
+                for endpoint in endpoints {
+                    self.remove_endpoint(endpoint);
+                }
             }
         }
     }
 
     /// Takes in a participant's announcement of its nodes; ignores participants that are not present.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
-        if self.participants.contains_key(&Gid(info.gid)) {
-            self.nodes.insert(Gid(info.gid), info.node_entities_info_seq);
+        let participant = Gid(info.gid);
+        let known = self.nodes.get(&participant);
+        let is_news = known != Some(&info.node_entities_info_seq);
+        if is_news && self.participants.contains_key(&participant) {
+            self.replace_nodes(participant, info.node_entities_info_seq);
         }
+    }
+
+    fn replace_nodes(&mut self, participant: Gid, nodes: Vec<NodeEntitiesInfo>) {
+        let mut touched = BTreeSet::new();
+        for node in self.nodes.remove(&participant).into_iter().flatten() {
+            let name = full_name(&node);
+            self.graph.remove_node(&name);
+            for gid in gids(&node) {
+                if self.owners.get(&gid).is_some_and(|owner| **owner == *name) {
+                    self.owners.remove(&gid);
+                }
+                touched.insert(gid);
+            }
+        }
+        for node in &nodes {
+            let name = Arc::<str>::from(full_name(node));
+            self.graph.put_node(&name);
+            for gid in gids(node) {
+                self.owners.insert(gid, Arc::clone(&name));
+                touched.insert(gid);
+            }
+        }
+        if !nodes.is_empty() {
+            self.nodes.insert(participant, nodes);
+        }
+        self.name_computer(participant);
+        for gid in touched {
+            self.show(gid);
+        }
+    }
+
+    fn remove_endpoint(&mut self, gid: Gid) {
+        let Some(found) = self.endpoints.remove(&gid) else { return };
+        self.of_participants.remove(&(found.participant, gid));
+        self.is_changed_here |= found.participant == self.own;
+        if let Some(topic) = names::ros_topic(&found.topic) {
+            self.graph.remove(&topic, gid);
+        }
+        if let Some(service) = self.service(&found) {
+            self.graph.remove_service(&service.type_name, gid);
+        }
+    }
+
+    /// Shows an endpoint of a ROS topic in the graph, as it is known now.
+    fn show(&mut self, gid: Gid) {
+        let Some(found) = self.endpoints.get(&gid) else { return };
+        let Some(topic) = names::ros_topic(&found.topic) else { return };
+        self.graph.put(Endpoint {
+            kind: found.kind,
+            topic,
+            type_name: names::ros_type(&found.type_name),
+            type_hash: found.type_hash.clone(),
+            qos: found.qos.clone(),
+            gid,
+            node: self.owners.get(&gid).map(ToString::to_string),
+            own: found.participant == self.own,
+        });
+    }
+
+    /// Names the computer of a participant: as announced, else by the name of its first node.
+    fn name_computer(&mut self, gid: Gid) {
+        let participant = gid.participant();
+        let node = || self.nodes.get(&gid).and_then(|nodes| nodes.first()).map(full_name);
+        let told = self.participants.get(&gid).and_then(|told| told.clone().or_else(node));
+        let name = told.map(|told| {
+            let (name, process) = told.split_once(' ').unwrap_or((&told, ""));
+            let separator = if process.is_empty() { "" } else { ", " };
+            format!("{name} ({process}{separator}{participant})")
+        });
+        self.graph.name_computer(participant, name);
+    }
+
+    fn put_service(&mut self, found: &Found) {
+        if let Some(service) = self.service(found) {
+            self.graph.put_service(service);
+        }
+    }
+
+    /// The service that an endpoint offers, if it speaks our mapping.
+    fn service(&self, found: &Found) -> Option<Service> {
+        let takes = found.kind == EndpointKind::Subscription && service::speaks_it(found.gid);
+        let name = takes.then(|| names::ros_service(&found.topic)).flatten()?;
+        Some(Service {
+            name,
+            type_name: names::ros_type(&found.type_name).strip_suffix("_Request")?.to_owned(),
+            gid: found.gid,
+            own: found.participant == self.own,
+        })
+    }
+
+    /// Whether our own endpoints have changed since this was last asked.
+    pub(super) fn take_own_change(&mut self) -> bool {
+        std::mem::take(&mut self.is_changed_here)
     }
 
     /// The announcement of our only node.
     pub(super) fn own_nodes(&self, namespace: &str, name: &str) -> ParticipantEntitiesInfo {
+        let ours = self.of_participants.range((self.own, Gid::default())..);
+        let ours = ours.take_while(|(participant, _)| *participant == self.own);
+        let ours: Vec<&Found> = ours.filter_map(|(_, gid)| self.endpoints.get(gid)).collect();
         let gids = |kind| {
-            let ours = self.endpoints.values().filter(move |found| {
-                found.participant == self.own && found.kind == kind && names::is_ros(&found.topic)
-            });
-            ours.map(|found| found.gid.0).collect()
+            let of_kind =
+                ours.iter().filter(|each| each.kind == kind && names::is_ros(&each.topic));
+            of_kind.map(|each| each.gid.0).collect()
         };
         let node = NodeEntitiesInfo {
             node_namespace: namespace.to_owned(),
@@ -99,54 +225,7 @@ impl Census {
 
     /// Who is there in ROS's terms.
     pub(super) fn graph(&self) -> Graph {
-        let owners = self.owners();
-        let endpoint = |found: &Found| {
-            Some(Endpoint {
-                kind: found.kind,
-                topic: names::ros_topic(&found.topic)?,
-                type_name: names::ros_type(&found.type_name),
-                type_hash: found.type_hash.clone(),
-                qos: found.qos.clone(),
-                gid: found.gid,
-                node: owners.get(&found.gid).cloned(),
-                own: found.participant == self.own,
-            })
-        };
-        let mut endpoints: Vec<Endpoint> = self.endpoints.values().filter_map(endpoint).collect();
-        endpoints.sort_by(|one, other| (&one.topic, one.gid).cmp(&(&other.topic, other.gid)));
-        let nodes: BTreeSet<String> = self.nodes.values().flatten().map(full_name).collect();
-        let nodes = nodes.into_iter().collect();
-        Graph { endpoints, nodes, services: self.services(), computers: self.computers() }
-    }
-
-    /// The services of those who speak our mapping.
-    fn services(&self) -> Vec<Service> {
-        let service = |found: &Found| {
-            let type_name = names::ros_type(&found.type_name);
-            Some(Service {
-                name: names::ros_service(&found.topic)?,
-                type_name: type_name.strip_suffix("_Request")?.to_owned(),
-                gid: found.gid,
-                own: found.participant == self.own,
-            })
-        };
-        let takes = |found: &&Found| {
-            found.kind == EndpointKind::Subscription && service::speaks_it(found.gid)
-        };
-        self.endpoints.values().filter(takes).filter_map(service).collect()
-    }
-
-    /// The names of participants' computers: as announced, else the name of their first node.
-    fn computers(&self) -> BTreeMap<Participant, String> {
-        let computer = |(gid, told): (&Gid, &Option<String>)| {
-            let participant = gid.participant();
-            let node = || self.nodes.get(gid).and_then(|nodes| nodes.first()).map(full_name);
-            let text = told.clone().or_else(node)?;
-            let (name, process) = text.split_once(' ').unwrap_or((&text, ""));
-            let separator = if process.is_empty() { "" } else { ", " };
-            Some((participant, format!("{name} ({process}{separator}{participant})")))
-        };
-        self.participants.iter().filter_map(computer).collect()
+        self.graph.clone()
     }
 
     /// The nodes that publish a ROS type, others' only, each once.
@@ -156,9 +235,7 @@ impl Census {
                 && endpoint.type_name == type_name
                 && !endpoint.own
         };
-        let graph = self.graph();
-        let nodes = graph.endpoints.iter().filter(publishes).filter_map(|each| each.node.clone());
-        nodes.collect()
+        self.graph.endpoints().filter(publishes).filter_map(|each| each.node.clone()).collect()
     }
 
     /// Who of others answers requests on a DDS topic.
@@ -170,25 +247,17 @@ impl Census {
         };
         self.endpoints.values().find(answers).map(|found| found.gid)
     }
-
-    fn owners(&self) -> BTreeMap<Gid, String> {
-        let of_node = |node: &NodeEntitiesInfo| {
-            let name = full_name(node);
-            let gids = node.reader_gid_seq.iter().chain(&node.writer_gid_seq);
-            gids.map(|gid| (Gid(*gid), name.clone())).collect::<Vec<_>>()
-        };
-        self.nodes.values().flatten().flat_map(of_node).collect()
-    }
 }
 
-/// The topics that are published with more than one type, each with its types.
-pub(super) fn ambiguous_topics(graph: &Graph) -> BTreeMap<String, BTreeSet<String>> {
-    let mut types = BTreeMap::<String, BTreeSet<String>>::new();
-    for endpoint in graph.endpoints.iter().filter(|each| each.kind == EndpointKind::Publisher) {
-        types.entry(endpoint.topic.clone()).or_default().insert(endpoint.type_name.clone());
-    }
-    types.retain(|_, types| types.len() > 1);
-    types
+/// The ids of the endpoints of a node.
+fn gids(node: &NodeEntitiesInfo) -> impl Iterator<Item = Gid> {
+    node.reader_gid_seq.iter().chain(&node.writer_gid_seq).map(|gid| Gid(*gid))
+}
+
+/// The types with which a topic is published, where there are several.
+pub(super) fn several_types(graph: &Graph, topic: &str) -> Option<BTreeSet<String>> {
+    let types: BTreeSet<String> = graph.publishers(topic).map(|it| it.type_name.clone()).collect();
+    (types.len() > 1).then_some(types)
 }
 
 fn full_name(node: &NodeEntitiesInfo) -> String {
@@ -237,8 +306,8 @@ mod tests {
     #[test]
     fn the_graph_has_topics_only_and_knows_their_nodes() {
         let graph = census().graph();
-        assert_eq!(graph.nodes, ["/r1/driver"]);
-        let topics: Vec<_> = graph.endpoints.iter().map(|each| each.topic.as_str()).collect();
+        assert!(graph.nodes().eq(["/r1/driver"]));
+        let topics: Vec<_> = graph.endpoints().map(|each| each.topic.as_str()).collect();
         assert_eq!(topics, ["/r1/x", "/r1/x"]);
         let publisher = graph.publishers("/r1/x").next().unwrap();
         assert_eq!((publisher.node.as_deref(), publisher.own), (Some("/r1/driver"), false));
@@ -250,7 +319,7 @@ mod tests {
         let mut census = census();
         let robot = |census: &Census| census.graph().computer(Gid([2; 16]));
         assert_eq!(robot(&census), "laptop2 (driver, 020202020202)");
-        census.participants.insert(ROBOT, None);
+        census.apply(Change::Participant(ROBOT, None));
         assert_eq!(robot(&census), "/r1/driver (020202020202)");
         assert_eq!(census.graph().computer(Gid([3; 16])), "030303030303");
     }
@@ -258,7 +327,7 @@ mod tests {
     #[test]
     fn services_of_those_who_speak_our_mapping_can_be_asked() {
         let mut census = census();
-        assert_eq!(census.graph().services, []);
+        assert_eq!(census.graph().services().count(), 0);
         let topic = "rq/r1/driver/probe_clockRequest";
         let mut server = found(EndpointKind::Subscription, ROBOT, 0, topic);
         server.gid.0[..2].copy_from_slice(&[0x01, 0x10]);
@@ -267,7 +336,9 @@ mod tests {
         census.apply(Change::Endpoint(server));
         let (name, type_name) = ("/r1/driver/probe_clock", "teampulse_msgs/srv/ProbeClock");
         let service = Service { name: name.into(), type_name: type_name.into(), gid, own: false };
-        assert_eq!(census.graph().services, [service]);
+        assert!(census.graph().services().eq([&service]));
+        census.apply(Change::EndpointGone(gid));
+        assert_eq!(census.graph().services().count(), 0);
     }
 
     #[test]
@@ -284,7 +355,7 @@ mod tests {
         let node = NodeEntitiesInfo { node_name: "ghost".into(), ..NodeEntitiesInfo::default() };
         let mut census = census();
         census.hear(ParticipantEntitiesInfo { gid: [9; 16], node_entities_info_seq: vec![node] });
-        assert_eq!(census.graph().nodes, ["/r1/driver"]);
+        assert!(census.graph().nodes().eq(["/r1/driver"]));
     }
 
     #[test]
@@ -292,8 +363,8 @@ mod tests {
         let mut census = census();
         census.apply(Change::ParticipantGone(ROBOT));
         let graph = census.graph();
-        assert!(graph.nodes.is_empty());
-        assert!(graph.endpoints.iter().all(|each| each.own));
+        assert_eq!(graph.nodes().count(), 0);
+        assert!(graph.endpoints().all(|each| each.own));
     }
 
     #[test]
@@ -308,11 +379,11 @@ mod tests {
     #[test]
     fn a_topic_with_two_types_is_ambiguous() {
         let mut census = census();
-        assert!(ambiguous_topics(&census.graph()).is_empty());
+        assert_eq!(several_types(&census.graph(), "/r1/x"), None);
         let mut second = found(EndpointKind::Publisher, ROBOT, 23, "rt/r1/x");
         second.type_name = "a::msg::dds_::Y_".into();
         census.apply(Change::Endpoint(second));
         let types = BTreeSet::from(["a/msg/X".to_owned(), "a/msg/Y".to_owned()]);
-        assert_eq!(ambiguous_topics(&census.graph()).get("/r1/x"), Some(&types));
+        assert_eq!(several_types(&census.graph(), "/r1/x"), Some(types));
     }
 }

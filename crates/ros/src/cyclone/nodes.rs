@@ -55,16 +55,16 @@ impl Nodes {
         heard.iter().filter_map(|cdr| ParticipantEntitiesInfo::decode(cdr).ok()).collect()
     }
 
-    /// Announces our node, unless the announcement is unchanged.
-    pub(super) fn report(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) {
-        let news = Some((ours, width));
-        if self.told == news {
-            return;
+    /// Announces our node, unless the announcement is unchanged; says whether others have it.
+    pub(super) fn announce(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) -> bool {
+        let news = (ours, width);
+        if self.told.as_ref() != Some(&news) {
+            if let Err(reason) = self.writer.write(&news.0.encode(width), None) {
+                tracing::warn!("failed to announce our node: {reason}");
+                return false;
+            }
+            self.told = Some(news);
         }
-        let (ours, width) = news.as_ref().expect("it was just made");
-        match self.writer.write(&ours.encode(*width), None) {
-            Ok(()) => self.told = news,
-            Err(reason) => tracing::warn!("failed to announce our node: {reason}"),
-        }
+        true
     }
 }

@@ -1,6 +1,6 @@
 //! Our place in a domain, and the thread that watches the domain from there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
@@ -36,8 +36,16 @@ pub(super) struct Site {
     pub(super) wake: Arc<Wake>,
     clock: Clock,
     census: Mutex<Census>,
-    subscriptions: Mutex<Vec<Weak<Listening>>>,
+    subscriptions: Mutex<Subscriptions>,
     calls: AtomicI64,
+}
+
+/// Our subscriptions.
+#[derive(Default)]
+struct Subscriptions {
+    by_topic: BTreeMap<Arc<str>, Vec<Weak<Listening>>>,
+    /// The topics whose subscriptions are to be looked at though nothing is offered anew.
+    unsettled: BTreeSet<Arc<str>>,
 }
 
 impl Site {
@@ -68,19 +76,52 @@ impl Site {
 
     /// Keeps a subscription suited to what is offered, as long as it is alive.
     pub(super) fn keep(&self, subscription: &Arc<Listening>) {
-        let mut all = self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
-        if all.len() == all.capacity() {
-            all.retain(|each| each.strong_count() > 0);
-        }
-        all.push(Arc::downgrade(subscription));
-        drop(all);
+        let mut all = self.subscriptions();
+        let topic = Arc::<str>::from(subscription.topic());
+        all.by_topic.entry(Arc::clone(&topic)).or_default().push(Arc::downgrade(subscription));
         // The graph may have changed since the subscription looked at it.
+        all.unsettled.insert(topic);
+        drop(all);
         self.wake.wake();
     }
 
-    fn subscriptions(&self) -> Vec<Arc<Listening>> {
-        let all = self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
-        all.iter().filter_map(Weak::upgrade).collect()
+    fn subscriptions(&self) -> MutexGuard<'_, Subscriptions> {
+        self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Suits the subscriptions to what is offered on topics where that has changed.
+    fn adapt_subscriptions(&self, graph: &Graph, mut topics: BTreeSet<Arc<str>>) {
+        let now = self.clock.now();
+        topics.append(&mut self.subscriptions().unsettled);
+        for topic in topics {
+            let subscriptions = self.subscriptions().of(&topic);
+            let adapted = subscriptions.iter().map(|each| each.adapt(graph, now));
+            let unsettled = adapted.filter(|adapted| match adapted {
+                Ok(is_settled) => !is_settled,
+                Err(reason) => {
+                    tracing::warn!(
+                        "failed to adapt a subscription to the offered quality of service: {reason}"
+                    );
+                    true
+                }
+            });
+            if unsettled.count() > 0 {
+                self.subscriptions().unsettled.insert(topic);
+            }
+        }
+    }
+}
+
+impl Subscriptions {
+    /// The subscriptions of a topic; those that ended are forgotten.
+    fn of(&mut self, topic: &Arc<str>) -> Vec<Arc<Listening>> {
+        let Some(of_topic) = self.by_topic.get_mut(topic) else { return Vec::new() };
+        let alive: Vec<_> = of_topic.iter().filter_map(Weak::upgrade).collect();
+        of_topic.retain(|each| each.strong_count() > 0);
+        if of_topic.is_empty() {
+            self.by_topic.remove(topic);
+        }
+        alive
     }
 }
 
@@ -91,8 +132,10 @@ pub(super) struct Watcher {
     nodes: Nodes,
     site: Arc<Site>,
     width: Option<GidWidth>,
+    /// Whether others know our endpoints, as they are and in this width.
+    is_announced: bool,
     overflow: Overflow,
-    ambiguous: BTreeMap<String, Vec<String>>,
+    ambiguous: BTreeMap<Arc<str>, Vec<String>>,
 }
 
 impl Watcher {
@@ -104,8 +147,8 @@ impl Watcher {
     ) -> Result<Watcher, String> {
         let discovery = Discovery::listen(&site.participant, Arc::clone(&site.wake))?;
         let nodes = Nodes::open(&site.participant, Arc::clone(&site.wake))?;
-        let overflow = Overflow::of(domain);
-        Ok(Watcher { discovery, nodes, site, width, overflow, ambiguous: BTreeMap::new() })
+        let (overflow, ambiguous) = (Overflow::of(domain), BTreeMap::new());
+        Ok(Watcher { discovery, nodes, site, width, is_announced: false, overflow, ambiguous })
     }
 
     /// Watches until the site's `wake` ends.
@@ -124,40 +167,31 @@ impl Watcher {
         let changes = self.discovery.take();
         if heard.is_empty() && changes.is_empty() {
             let graph = Arc::clone(&self.site.graph.borrow());
-            return self.adapt_subscriptions(&graph);
+            return self.site.adapt_subscriptions(&graph, BTreeSet::new());
         }
         let mut census = self.site.census();
         for change in changes {
             census.apply(change);
         }
         for (info, width) in heard {
+            self.is_announced &= self.width.is_some();
             self.width.get_or_insert(width);
             census.hear(info);
         }
-        let ours = census.own_nodes(&self.site.namespace, &self.site.node_name);
-        census.hear(ours.clone());
+        self.is_announced &= !census.take_own_change();
+        if !self.is_announced {
+            let ours = census.own_nodes(&self.site.namespace, &self.site.node_name);
+            census.hear(ours.clone());
+            self.is_announced = self.nodes.announce(ours, self.width.unwrap_or(GidWidth::Iron));
+        }
         let graph = Arc::new(census.graph());
         drop(census);
-        self.nodes.report(ours, self.width.unwrap_or(GidWidth::Iron));
-        self.report_ambiguity(&graph);
-        self.adapt_subscriptions(&graph);
-        self.site.graph.send_if_modified(|told| {
-            let changed = *told != graph;
-            if changed {
-                *told = graph;
-            }
-            changed
-        });
-    }
-
-    fn adapt_subscriptions(&self, graph: &Graph) {
-        let now = self.site.clock.now();
-        for subscription in self.site.subscriptions() {
-            if let Err(reason) = subscription.adapt(graph, now) {
-                tracing::warn!(
-                    "failed to adapt a subscription to the offered quality of service: {reason}"
-                );
-            }
+        let before = Arc::clone(&self.site.graph.borrow());
+        let changed = graph.changed_topics(&before);
+        self.report_ambiguity(&graph, &changed);
+        self.site.adapt_subscriptions(&graph, changed);
+        if *before != *graph {
+            self.site.graph.send_replace(graph);
         }
     }
 
@@ -171,18 +205,18 @@ impl Watcher {
     }
 
     /// Reports each topic that is published with two types, once for each set of types.
-    fn report_ambiguity(&mut self, graph: &Graph) {
-        let now: BTreeMap<String, Vec<String>> = census::ambiguous_topics(graph)
-            .into_iter()
-            .map(|(topic, types)| (topic, types.into_iter().collect()))
-            .collect();
-        for (topic, types) in &now {
-            if self.ambiguous.get(topic) != Some(types) {
-                let (topic, types) = (topic.clone(), types.clone());
+    fn report_ambiguity(&mut self, graph: &Graph, changed: &BTreeSet<Arc<str>>) {
+        for topic in changed {
+            let Some(types) = census::several_types(graph, topic) else {
+                self.ambiguous.remove(topic);
+                continue;
+            };
+            let types: Vec<String> = types.into_iter().collect();
+            if self.ambiguous.insert(Arc::clone(topic), types.clone()).as_ref() != Some(&types) {
+                let topic = topic.to_string();
                 // Without a listener the event is dropped.
                 self.site.incidents.send(Incident::TwoTypes { topic, types }).ok();
             }
         }
-        self.ambiguous = now;
     }
 }

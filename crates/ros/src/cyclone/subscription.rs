@@ -74,8 +74,14 @@ impl Listening {
         Ok(listening)
     }
 
-    /// Opens another reader if what is offered now calls for it, and lets old ones go.
-    pub(super) fn adapt(&self, graph: &Graph, now: Time) -> Result<(), String> {
+    /// The ROS topic.
+    pub(super) fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Opens another reader if what is offered now calls for it, and lets old ones go; says whether none
+    /// is left that is to go.
+    pub(super) fn adapt(&self, graph: &Graph, now: Time) -> Result<bool, String> {
         let mut readers = self.lock();
         readers.retired.retain(|(until, _)| *until > now);
         let offers: Vec<&Endpoint> = graph
@@ -85,13 +91,13 @@ impl Listening {
         let wanted = self.wanted(&offers, readers.current.as_ref().map(|(qos, _)| qos));
         let fits = readers.current.as_ref().is_some_and(|(qos, _)| *qos == wanted);
         if fits || readers.closed {
-            return Ok(());
+            return Ok(readers.retired.is_empty());
         }
         let reader = self.open(&wanted, &offers)?;
         if let Some((_, old)) = readers.current.replace((wanted, reader)) {
             readers.retired.push((now + OVERLAP, old));
         }
-        Ok(())
+        Ok(readers.retired.is_empty())
     }
 
     /// Ends it: when this returns nothing is delivered any more.

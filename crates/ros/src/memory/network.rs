@@ -1,6 +1,7 @@
 //! What the participants of a memory bus share.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
@@ -28,13 +29,24 @@ struct State {
     writers: BTreeMap<Gid, Writer>,
     readers: BTreeMap<Gid, Reader>,
     servers: BTreeMap<Gid, Server>,
+    /// The ids of the writers and readers of each topic.
+    topics: BTreeMap<String, Ends>,
+}
+
+/// The ends of a topic.
+#[derive(Default)]
+struct Ends {
+    writers: BTreeSet<Gid>,
+    readers: BTreeSet<Gid>,
 }
 
 /// A participant.
 pub(super) struct Member {
     number: u32,
     pub(super) node: String,
-    pub(super) graph: watch::Sender<Arc<Graph>>,
+    graph: watch::Sender<Arc<Graph>>,
+    /// Whether anybody has asked for its graph: until then it has none.
+    is_watched: AtomicBool,
     pub(super) incidents: broadcast::Sender<Incident>,
 }
 
@@ -72,40 +84,55 @@ impl Network {
             number: state.next_number(),
             node: node.to_owned(),
             graph: watch::Sender::default(),
+            is_watched: AtomicBool::new(false),
             incidents: broadcast::Sender::new(INCIDENTS),
         });
         state.members.push(Arc::clone(&member));
-        state.publish_graph();
+        state.report(|graph, _| member.appear_in(graph));
         member
     }
 
     pub(super) fn leave(&self, member: &Arc<Member>) {
         let mut state = self.lock();
         state.members.retain(|each| !Arc::ptr_eq(each, member));
-        state.publish_graph();
+        state.report(|graph, _| {
+            graph.remove_node(&member.node);
+            graph.name_computer(member.participant(), None);
+        });
+    }
+
+    /// The graph as a participant sees it.
+    pub(super) fn graph(&self, member: &Arc<Member>) -> watch::Receiver<Arc<Graph>> {
+        let state = self.lock();
+        if !member.is_watched.swap(true, Ordering::Relaxed) {
+            member.graph.send_replace(Arc::new(state.seen_by(member)));
+        }
+        member.graph.subscribe()
     }
 
     pub(super) fn read(&self, reader: Reader) -> Gid {
         let mut state = self.lock();
         state.readers_differ(&reader);
         let requested = state.requested(&reader);
-        for writer in state.writers.values().filter(|writer| writer.reaches(&reader)) {
+        for writer in state.writers_of(&reader.topic).filter(|writer| writer.reaches(&reader)) {
             let late = requested.durability == Durability::TransientLocal;
             if late && offer::incompatible(&writer.qos, &requested).is_none() {
                 writer.kept.iter().cloned().for_each(|arrival| (reader.deliver)(arrival));
             }
         }
         let gid = state.next_gid(&reader.member);
+        let topic = reader.topic.clone();
+        state.topics.entry(topic.clone()).or_default().readers.insert(gid);
         state.readers.insert(gid, reader);
-        state.publish_graph();
+        state.report_topic(&topic);
         gid
     }
 
     pub(super) fn serve(&self, server: Server) -> Gid {
         let mut state = self.lock();
         let gid = state.next_gid(&server.member);
+        state.report(|graph, seen_by| graph.put_service(server.service(gid, seen_by)));
         state.servers.insert(gid, server);
-        state.publish_graph();
         gid
     }
 
@@ -123,8 +150,10 @@ impl Network {
         let mut state = self.lock();
         state.writer_differs(&writer);
         let gid = state.next_gid(&writer.member);
+        let topic = writer.topic.clone();
+        state.topics.entry(topic.clone()).or_default().writers.insert(gid);
         state.writers.insert(gid, writer);
-        state.publish_graph();
+        state.report_topic(&topic);
         gid
     }
 
@@ -133,7 +162,13 @@ impl Network {
         let reader = state.readers.remove(&gid);
         let writer = state.writers.remove(&gid);
         let server = state.servers.remove(&gid);
-        state.publish_graph();
+        let of_reader = reader.as_ref().map(|reader| &reader.topic);
+        if let Some(topic) = of_reader.or(writer.as_ref().map(|writer| &writer.topic)) {
+            state.forget(topic, gid);
+        }
+        if let Some(server) = &server {
+            state.report(|graph, _| graph.remove_service(&server.type_name, gid));
+        }
         drop(state);
         // What a subscription holds may itself own an endpoint, so it is let go without the lock.
         drop((reader, writer, server));
@@ -180,12 +215,23 @@ impl State {
         Gid((u128::from(member.number) << 64 | number).to_be_bytes())
     }
 
+    fn writers_of(&self, topic: &str) -> impl Iterator<Item = &Writer> {
+        let gids = self.topics.get(topic).into_iter().flat_map(|ends| &ends.writers);
+        gids.filter_map(|gid| self.writers.get(gid))
+    }
+
+    fn readers_of(&self, topic: &str) -> impl Iterator<Item = &Reader> {
+        let gids = self.topics.get(topic).into_iter().flat_map(|ends| &ends.readers);
+        gids.filter_map(|gid| self.readers.get(gid))
+    }
+
     /// What a subscription requests with the publishers that are there now.
     fn requested(&self, reader: &Reader) -> Qos {
         match &reader.asked {
             Asked::Exactly(qos) => qos.clone(),
             Asked::Adaptive { depth } => {
-                let reaching = self.writers.values().filter(|writer| writer.reaches(reader));
+                let writers = self.writers_of(&reader.topic);
+                let reaching = writers.filter(|writer| writer.reaches(reader));
                 offer::suiting_all(reaching.map(|writer| &writer.qos), *depth)
             }
         }
@@ -194,7 +240,8 @@ impl State {
     /// The subscriptions to which a publisher's messages flow.
     fn matched(&self, gid: Gid) -> impl Iterator<Item = &Reader> {
         let writer = self.writers.get(&gid);
-        self.readers.values().filter(move |reader| {
+        let readers = writer.into_iter().flat_map(|writer| self.readers_of(&writer.topic));
+        readers.filter(move |reader| {
             writer.is_some_and(|writer| {
                 let requested = self.requested(reader);
                 writer.reaches(reader) && offer::incompatible(&writer.qos, &requested).is_none()
@@ -204,7 +251,7 @@ impl State {
 
     /// Notifies both sides when a new subscription does not match a publisher.
     fn readers_differ(&self, reader: &Reader) {
-        for writer in self.writers.values().filter(|writer| writer.reaches(reader)) {
+        for writer in self.writers_of(&reader.topic).filter(|writer| writer.reaches(reader)) {
             report_difference(writer, reader);
         }
     }
@@ -212,10 +259,10 @@ impl State {
     /// Notifies both sides when a new publisher does not match a subscription, and everyone when it gives
     /// its topic a second type.
     fn writer_differs(&self, writer: &Writer) {
-        for reader in self.readers.values().filter(|reader| writer.reaches(reader)) {
+        for reader in self.readers_of(&writer.topic).filter(|reader| writer.reaches(reader)) {
             report_difference(writer, reader);
         }
-        let others = self.writers.values().filter(|other| other.topic == writer.topic);
+        let others = self.writers_of(&writer.topic);
         let mut types: BTreeSet<_> = others.map(|other| other.schema.name.clone()).collect();
         if !types.is_empty() && types.insert(writer.schema.name.clone()) {
             let types: Vec<String> = types.into_iter().collect();
@@ -226,66 +273,108 @@ impl State {
         }
     }
 
-    fn publish_graph(&mut self) {
-        let mut nodes: Vec<String> = self.members.iter().map(|each| each.node.clone()).collect();
-        nodes.sort();
-        for member in &self.members {
-            let endpoints = self.endpoints(member);
-            let (nodes, services) = (nodes.clone(), self.services(member));
-            let computers = self.computers();
-            member.graph.send_replace(Arc::new(Graph { endpoints, nodes, services, computers }));
+    /// Changes the graph of each participant that is watched.
+    fn report(&self, change: impl Fn(&mut Graph, &Arc<Member>)) {
+        let watched = |member: &&Arc<Member>| member.is_watched.load(Ordering::Relaxed);
+        for member in self.members.iter().filter(watched) {
+            member.graph.send_modify(|graph| change(Arc::make_mut(graph), member));
         }
     }
 
-    fn services(&self, seen_by: &Arc<Member>) -> Vec<Service> {
-        let service = |(gid, server): (&Gid, &Server)| Service {
-            name: server.service.clone(),
-            type_name: server.type_name.clone(),
-            gid: *gid,
-            own: Arc::ptr_eq(&server.member, seen_by),
-        };
-        self.servers.iter().map(service).collect()
+    /// Reports the endpoints of a topic: one of them is new, so that others may request something else.
+    fn report_topic(&self, topic: &str) {
+        self.report(|graph, seen_by| {
+            self.endpoints(topic, seen_by).for_each(|endpoint| graph.put(endpoint));
+        });
     }
 
-    fn computers(&self) -> BTreeMap<Participant, String> {
-        let computer = |member: &Arc<Member>| {
-            let participant = Gid((u128::from(member.number) << 64).to_be_bytes()).participant();
-            (participant, format!("{} ({participant})", member.node))
-        };
-        self.members.iter().map(computer).collect()
+    /// An endpoint of a topic is there no more.
+    fn forget(&mut self, topic: &str, gid: Gid) {
+        if let Some(ends) = self.topics.get_mut(topic) {
+            ends.writers.remove(&gid);
+            ends.readers.remove(&gid);
+            if ends.writers.is_empty() && ends.readers.is_empty() {
+                self.topics.remove(topic);
+            }
+        }
+        self.report(|graph, seen_by| {
+            graph.remove(topic, gid);
+            self.endpoints(topic, seen_by).for_each(|endpoint| graph.put(endpoint));
+        });
     }
 
-    fn endpoints(&self, seen_by: &Arc<Member>) -> Vec<Endpoint> {
-        let writers = self.writers.iter().map(|(gid, each)| Endpoint {
-            kind: EndpointKind::Publisher,
-            topic: each.topic.clone(),
-            type_name: each.schema.name.clone(),
-            type_hash: each.schema.hash.clone(),
-            qos: each.qos.clone(),
-            gid: *gid,
-            node: Some(each.member.node.clone()),
-            own: Arc::ptr_eq(&each.member, seen_by),
-        });
-        let readers = self.readers.iter().map(|(gid, each)| Endpoint {
-            kind: EndpointKind::Subscription,
-            topic: each.topic.clone(),
-            type_name: each.type_name.clone(),
-            type_hash: String::new(),
-            qos: self.requested(each),
-            gid: *gid,
-            node: Some(each.member.node.clone()),
-            own: Arc::ptr_eq(&each.member, seen_by),
-        });
-        let mut endpoints: Vec<Endpoint> = writers.chain(readers).collect();
-        endpoints.sort_by(|one, other| (&one.topic, one.gid).cmp(&(&other.topic, other.gid)));
-        endpoints
+    /// All that a participant sees.
+    fn seen_by(&self, member: &Arc<Member>) -> Graph {
+        let mut graph = Graph::default();
+        self.members.iter().for_each(|each| each.appear_in(&mut graph));
+        for topic in self.topics.keys() {
+            self.endpoints(topic, member).for_each(|endpoint| graph.put(endpoint));
+        }
+        for (gid, server) in &self.servers {
+            graph.put_service(server.service(*gid, member));
+        }
+        graph
+    }
+
+    fn endpoints(&self, topic: &str, seen_by: &Arc<Member>) -> impl Iterator<Item = Endpoint> {
+        let ends = self.topics.get(topic);
+        let writer = |gid: &Gid| {
+            let each = self.writers.get(gid)?;
+            Some(Endpoint {
+                kind: EndpointKind::Publisher,
+                topic: each.topic.clone(),
+                type_name: each.schema.name.clone(),
+                type_hash: each.schema.hash.clone(),
+                qos: each.qos.clone(),
+                gid: *gid,
+                node: Some(each.member.node.clone()),
+                own: Arc::ptr_eq(&each.member, seen_by),
+            })
+        };
+        let reader = |gid: &Gid| {
+            let each = self.readers.get(gid)?;
+            Some(Endpoint {
+                kind: EndpointKind::Subscription,
+                topic: each.topic.clone(),
+                type_name: each.type_name.clone(),
+                type_hash: String::new(),
+                qos: self.requested(each),
+                gid: *gid,
+                node: Some(each.member.node.clone()),
+                own: Arc::ptr_eq(&each.member, seen_by),
+            })
+        };
+        let writers = ends.into_iter().flat_map(|ends| &ends.writers).filter_map(writer);
+        let readers = ends.into_iter().flat_map(|ends| &ends.readers).filter_map(reader);
+        writers.chain(readers)
     }
 }
 
 impl Member {
+    fn participant(&self) -> Participant {
+        Gid((u128::from(self.number) << 64).to_be_bytes()).participant()
+    }
+
+    fn appear_in(&self, graph: &mut Graph) {
+        let participant = self.participant();
+        graph.put_node(&self.node);
+        graph.name_computer(participant, Some(format!("{} ({participant})", self.node)));
+    }
+
     fn report(&self, incident: Incident) {
         // Without a listener the event is dropped.
         self.incidents.send(incident).ok();
+    }
+}
+
+impl Server {
+    fn service(&self, gid: Gid, seen_by: &Arc<Member>) -> Service {
+        Service {
+            name: self.service.clone(),
+            type_name: self.type_name.clone(),
+            gid,
+            own: Arc::ptr_eq(&self.member, seen_by),
+        }
     }
 }
 

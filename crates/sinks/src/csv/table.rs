@@ -42,7 +42,7 @@ impl Table {
         let is_full =
             self.waiting.len() >= MOST_WAITING || self.waiting_bytes >= MOST_WAITING_BYTES;
         if !is_known && !is_full {
-            self.waiting_bytes += record.cdr.len();
+            self.waiting_bytes += record.held_bytes();
             self.waiting.push(record.clone());
             return Ok(());
         }

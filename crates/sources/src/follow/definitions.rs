@@ -11,31 +11,44 @@ use super::Following;
 use super::followed::Receivers;
 use super::publishing::Key;
 
+/// A type with its hash.
+pub(super) type Type = (String, String);
+
 impl Following<'_> {
-    pub(super) fn ask_for_definition(&mut self, key: Key, hash: String) {
-        let bus = Arc::clone(&self.bus);
-        self.definitions.spawn(async move {
-            let found = bus.definition(&key.1, &hash).await;
-            (key, found)
-        });
+    /// Asks for the definition of a type, once for all topics that have it.
+    pub(super) fn ask_for_definition(&mut self, key: Key, of: Type) {
+        let waiting = self.undefined.entry(of.clone()).or_default();
+        waiting.push(key);
+        if waiting.len() == 1 {
+            let bus = Arc::clone(&self.bus);
+            self.definitions.spawn(async move {
+                let found = bus.definition(&of.0, &of.1).await;
+                (of, found)
+            });
+        }
     }
 
-    /// A definition was found, or nobody has it.
-    pub(super) fn learn(&mut self, key: &Key, found: Result<Schema, BusError>) {
-        let Some(followed) = self.followed.get(key) else { return };
+    /// The definition of a type was found, or nobody has it.
+    pub(super) fn learn(&mut self, of: Type, found: Result<Schema, BusError>) {
+        let topics = self.undefined.remove(&of).unwrap_or_default();
         match found {
             Ok(schema) => {
-                if let Receivers::Verbatim { stamped, .. } = &followed.receivers {
-                    stamped.learn(&schema);
+                for followed in topics.iter().filter_map(|key| self.followed.get(key)) {
+                    if let Receivers::Verbatim { stamped, .. } = &followed.receivers {
+                        stamped.learn(&schema);
+                    }
+                    let mut stream = followed.stream.clone();
+                    stream.shape = Shape::Message(Arc::new(schema.clone()));
+                    self.leave_out_wrong_fields(&mut stream);
+                    self.outlet.declare(stream);
                 }
-                let mut stream = followed.stream.clone();
-                stream.shape = Shape::Message(Arc::new(schema));
-                self.leave_out_wrong_fields(&mut stream);
-                self.outlet.declare(stream);
+                self.defined.insert(of, schema);
             }
             Err(error) => {
-                tracing::warn!("failed to {error}; {} is recorded without it", key.0);
-                self.fault(format!("failed to {error}; recorded without it"));
+                for (topic, _) in topics {
+                    tracing::warn!("failed to {error}; {topic} is recorded without it");
+                    self.fault(format!("failed to {error}; recorded without it"));
+                }
             }
         }
     }

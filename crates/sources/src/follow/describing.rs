@@ -1,36 +1,60 @@
 //! What becomes known of decoded streams after they were declared.
 
+use teampulse_core::outlet::Outlet;
 use teampulse_core::stream::Stream;
 use teampulse_ros::graph::{Endpoint, Graph};
 
-use super::followed::Receivers;
-use super::publishing::offered;
-use super::{Following, Kept, lock};
+use super::followed::{Followed, Receivers};
+use super::publishing::{Key, offered};
+use super::{Following, lock};
 
 impl Following<'_> {
-    /// Declares streams that are decoded again where their description, messages or publishers say more.
+    /// Declares a decoded topic again where its description, messages or publishers say more.
     pub(super) fn describe_anew(
+        &mut self,
+        topic: &str,
+        graph: &Graph,
+        choose: &impl Fn(&Endpoint) -> Option<Stream>,
+    ) {
+        let from = self.followed.range_mut((topic.to_owned(), String::new())..);
+        for (key, followed) in from.take_while(|((each, _), _)| each == topic) {
+            followed.describe_anew(key, self.outlet, graph, choose);
+        }
+    }
+
+    /// The same for all: messages may have shown the channels of a topic that nobody describes.
+    pub(super) fn describe_all_anew(
         &mut self,
         graph: &Graph,
         choose: &impl Fn(&Endpoint) -> Option<Stream>,
     ) {
-        if self.kept == Kept::AsTheyCame {
-            return;
-        }
         for (key, followed) in &mut self.followed {
-            let Receivers::Split(split) = &followed.receivers else { continue };
-            let mut publishers = graph.publishers(&key.0);
-            let publisher = publishers.find(|each| each.type_name == key.1 && !each.own);
-            let Some(mut stream) = publisher.and_then(choose) else { continue };
-            let mut split = lock(split);
-            lock(&split.primary().observed).describe(&mut stream);
-            stream.qos = offered(key, graph);
-            stream.publisher.clone_from(&followed.stream.publisher);
-            if stream != followed.stream {
-                self.outlet.declare(stream.clone());
-                split.describe(&stream);
-                followed.stream = stream;
-            }
+            followed.describe_anew(key, self.outlet, graph, choose);
+        }
+    }
+}
+
+impl Followed {
+    /// Declares it again where more is known about it.
+    fn describe_anew(
+        &mut self,
+        key: &Key,
+        outlet: &Outlet,
+        graph: &Graph,
+        choose: &impl Fn(&Endpoint) -> Option<Stream>,
+    ) {
+        let Receivers::Split(split) = &self.receivers else { return };
+        let mut publishers = graph.publishers(&key.0);
+        let publisher = publishers.find(|each| each.type_name == key.1 && !each.own);
+        let Some(mut stream) = publisher.and_then(choose) else { return };
+        let mut split = lock(split);
+        lock(&split.primary().observed).describe(&mut stream);
+        stream.qos = offered(key, graph);
+        stream.publisher.clone_from(&self.stream.publisher);
+        if stream != self.stream {
+            outlet.declare(stream.clone());
+            split.describe(&stream);
+            self.stream = stream;
         }
     }
 }

@@ -16,6 +16,16 @@ impl Following<'_> {
         }
     }
 
+    /// The same for one topic.
+    pub(super) fn look_at_publishers_of(&self, topic: &str, graph: &Graph) {
+        let from = self.followed.range((topic.to_owned(), String::new())..);
+        for (key, followed) in from.take_while(|((each, _), _)| each == topic) {
+            if let Receivers::Split(split) = &followed.receivers {
+                lock(split).look(&gids(key, graph).collect());
+            }
+        }
+    }
+
     /// Reports the publishers of an unsplit topic where there are several. Reported at the second look: a
     /// restarted publisher is present twice for a moment, and names arrive with a delay.
     pub(super) fn report_publishers(&mut self, graph: &Graph) {

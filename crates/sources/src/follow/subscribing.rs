@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_ros::bus::{Asked, Deliver, Subscription};
-use teampulse_ros::graph::{Endpoint, EndpointKind, Graph};
+use teampulse_ros::graph::{Endpoint, Graph};
 
 use super::followed::{Followed, Receivers};
 use super::loss_counter::LossCounter;
@@ -18,16 +18,16 @@ use super::{Following, Kept, lock, verbatim};
 const DEPTH: u32 = 2000;
 
 impl Following<'_> {
-    /// Subscribes to what is wanted and not yet followed.
+    /// Subscribes to what is wanted of a topic and not yet followed.
     pub(super) fn subscribe_to_wanted(
         &mut self,
+        topic: &str,
         graph: &Graph,
         choose: &impl Fn(&Endpoint) -> Option<Stream>,
     ) {
-        for endpoint in &graph.endpoints {
+        for endpoint in graph.publishers(topic).filter(|each| !each.own) {
             let key = (endpoint.topic.clone(), endpoint.type_name.clone());
-            let foreign = endpoint.kind == EndpointKind::Publisher && !endpoint.own;
-            if !foreign || self.followed.contains_key(&key) {
+            if self.followed.contains_key(&key) {
                 continue;
             }
             if let Some(mut stream) = choose(endpoint) {
@@ -66,7 +66,12 @@ impl Following<'_> {
         mut stream: Stream,
         graph: &Graph,
     ) -> Followed {
-        let (schema, stamped) = known_schema(endpoint);
+        let (mut schema, stamped) = known_schema(endpoint);
+        let of = (endpoint.type_name.clone(), endpoint.type_hash.clone());
+        if let Some(found) = self.defined.get(&of).filter(|_| schema.text.is_empty()) {
+            stamped.learn(found);
+            schema.clone_from(found);
+        }
         let is_known = !schema.text.is_empty();
         stream.shape = Shape::Message(Arc::new(schema));
         self.leave_out_wrong_fields(&mut stream);
@@ -76,7 +81,7 @@ impl Following<'_> {
         let deliver = verbatim::deliver(self.outlet, id, &stamped, &losses);
         let subscription = self.subscribe(endpoint, deliver);
         if !is_known {
-            self.ask_for_definition(key.clone(), endpoint.type_hash.clone());
+            self.ask_for_definition(key.clone(), of);
         }
         Followed::new(id, stream, Receivers::Verbatim { losses, stamped }, subscription)
     }

@@ -9,7 +9,8 @@ use teampulse_messages::convert;
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::teampulse_msgs::StreamDescription;
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
-use tokio::sync::Notify;
+
+use crate::follow::News;
 
 /// Where streams are described.
 const TOPIC: &str = "/teampulse/streams";
@@ -22,7 +23,7 @@ const MOST: usize = 10_000;
 #[derive(Debug, Default)]
 pub struct Descriptions {
     known: Mutex<BTreeMap<String, Arc<Stream>>>,
-    news: Notify,
+    news: News,
 }
 
 impl Descriptions {
@@ -39,8 +40,8 @@ impl Descriptions {
         bus.subscribe(TOPIC, StreamDescription::NAME, asked, deliver)
     }
 
-    /// Resolves when another description was received.
-    pub fn news(&self) -> &Notify {
+    /// The streams of which another description was received.
+    pub fn news(&self) -> &News {
         &self.news
     }
 
@@ -65,8 +66,8 @@ impl Descriptions {
     fn learn(&self, stream: Arc<Stream>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if known.len() < MOST || known.contains_key(&stream.name) {
+            self.news.add(&stream.name);
             known.insert(stream.name.clone(), stream);
-            self.news.notify_one();
         }
     }
 }

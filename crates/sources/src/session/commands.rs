@@ -10,7 +10,7 @@ use teampulse_core::source::{Source, SourceError};
 use teampulse_core::text::{LONGEST_LABEL, label};
 use teampulse_messages::cdr::Reader;
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError};
-use teampulse_ros::graph::Gid;
+use teampulse_ros::graph::{Gid, Graph};
 
 use super::events::Refusals;
 
@@ -36,8 +36,7 @@ impl RosCommands {
     }
 
     /// The node that published a message, as it is called on the bus.
-    fn sender(bus: &dyn Bus, publisher: Gid) -> Sender {
-        let graph = bus.graph().borrow().clone();
+    fn sender(graph: &Graph, publisher: Gid) -> Sender {
         let known = graph.publishers(COMMANDS).find(|endpoint| endpoint.gid == publisher);
         let node = known.and_then(|endpoint| endpoint.node.clone());
         let node = node.unwrap_or_else(|| graph.computer(publisher));
@@ -48,12 +47,13 @@ impl RosCommands {
 #[async_trait]
 impl Source for RosCommands {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let (to, bus) = (outlet.clone(), Arc::clone(&self.bus));
+        let (to, graph) = (outlet.clone(), self.bus.graph());
         let refusals = Refusals::new(COMMANDS, "the command is not carried out");
         let deliver = Arc::new(move |arrival: Arrival| match read(&arrival.bytes) {
             // What is not allowed is reported as an event.
             Ok(command) => {
-                drop(to.command(&RosCommands::sender(&*bus, arrival.publisher), command));
+                let sender = RosCommands::sender(&graph.borrow(), arrival.publisher);
+                drop(to.command(&sender, command));
             }
             Err(reason) => refusals.report(&to, &reason),
         });

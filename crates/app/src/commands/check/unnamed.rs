@@ -27,7 +27,7 @@ pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
     let mut topics = BTreeSet::new();
     for bus in buses.joined() {
         let graph = Arc::clone(&bus.graph().borrow());
-        let others = graph.endpoints.iter();
+        let others = graph.endpoints();
         let others = others.filter(|each| each.kind == EndpointKind::Publisher && !each.own);
         topics.extend(others.map(|each| (each.topic.clone(), each.type_name.clone())));
     }
