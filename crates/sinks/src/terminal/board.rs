@@ -1,5 +1,8 @@
 //! The board: the last that is known of every person, robot and stream.
 
+mod watched;
+mod troubles;
+
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
@@ -21,17 +24,10 @@ use super::person::{Detail, Person};
 use super::robot::Figures;
 use super::styled_line::{Style, StyledLine, first_columns};
 use super::team::Team;
-use super::trouble::{Trouble, Urgency};
+use watched::{Watched, full_line};
 
 /// How many of the newest lines of the log are kept.
 const LOG: usize = 2000;
-
-/// After how many statuses a stream's rate is settled: before, a window is not full.
-const SETTLED: u32 = 3;
-/// After how many statuses it is said that a stream was never seen.
-const AWAITED: u32 = 10;
-/// After how long it is said that nothing has appeared [s].
-const NOTHING_SECS: f64 = 10.0;
 
 /// A name takes this many columns at most.
 const NAME_COLUMNS: usize = 16;
@@ -55,17 +51,6 @@ pub struct Board {
     /// So long it was watched by the clock of this machine [s].
     watched_secs: f64,
     now: Time,
-}
-
-/// A stream with its last status.
-#[derive(Debug)]
-struct Watched {
-    status: StreamStatus,
-    /// Its statuses since it was first seen, and before.
-    statuses: u32,
-    awaited: u32,
-    /// The state that was shown last.
-    shown: Option<State>,
 }
 
 /// How the streams of somebody are doing.
@@ -213,60 +198,6 @@ impl Board {
         StyledLine::of(Style::Plain, &self.team.line(self.robots.len()).unwrap_or_default())
     }
 
-    /// What somebody should look at, the most urgent first.
-    pub(super) fn troubles(&self) -> Vec<StyledLine> {
-        let mut troubles: Vec<Trouble> = Vec::new();
-        for fault in self.faults.unseen() {
-            let (urgency, subject) = (Urgency::Fault, clock_time(fault.last));
-            troubles.push(Trouble { urgency, subject, what: fault.words(), since: None });
-        }
-        let mut needs: Vec<_> = self.team.needs().collect();
-        needs.sort_by_key(|need| need.since);
-        let offline = self.robots.iter().filter(|(_, robot)| robot.is_offline());
-        let offline = offline.filter(|(id, _)| needs.iter().all(|need| need.robot != id.0));
-        troubles.extend(offline.map(|(Name(id), _)| {
-            let (subject, what) = (id.clone(), "offline".to_owned());
-            Trouble { urgency: Urgency::Dead, subject, what, since: None }
-        }));
-        troubles.extend(needs.into_iter().map(|need| Trouble {
-            urgency: Urgency::Need,
-            subject: need.robot.to_owned(),
-            what: need.why,
-            since: Some(need.since),
-        }));
-        if self.streams.is_empty() && self.elapsed_secs() >= NOTHING_SECS {
-            let what = "no stream has appeared: nothing named in the study is present".to_owned();
-            let subject = "nothing".to_owned();
-            troubles.push(Trouble { urgency: Urgency::Never, subject, what, since: None });
-        }
-        troubles.extend(self.stream_troubles());
-        troubles.sort_by_key(|trouble| trouble.urgency);
-        let width = troubles.iter().map(|trouble| trouble.subject.chars().count()).max();
-        let width = width.unwrap_or(0).min(NAME_COLUMNS);
-        troubles.iter().map(|trouble| trouble.line(width, self.now)).collect()
-    }
-
-    /// What is wrong with streams, by whom they are about and how they are. That those of a robot are
-    /// silent which is offline goes without saying.
-    fn stream_troubles(&self) -> Vec<Trouble> {
-        let mut groups: BTreeMap<(Urgency, Name), Vec<(&str, &StreamStatus)>> = BTreeMap::new();
-        for status in self.statuses().filter(|status| self.is_trouble(status)) {
-            let Some(urgency) = Urgency::of(status.state) else { continue };
-            let (subject, name) = self.owner(status);
-            let is_offline = |id: &Name| self.robots.get(id).is_some_and(Figures::is_offline);
-            if !subject.as_ref().is_some_and(is_offline) {
-                let subject = subject.unwrap_or_else(|| Name("other".into()));
-                groups.entry((urgency, subject)).or_default().push((name, status));
-            }
-        }
-        let troubles = groups.into_iter().flat_map(|((urgency, Name(subject)), streams)| {
-            let size = if streams.len() < SETTLED as usize { 1 } else { streams.len() };
-            let parts = streams.chunks(size);
-            parts.map(|part| Trouble::of_streams(&subject, urgency, part)).collect::<Vec<_>>()
-        });
-        troubles.collect()
-    }
-
     /// Each person and robot with their figures; of their streams only how many are fine.
     pub(super) fn team_lines(&self, detail: Detail) -> Vec<StyledLine> {
         let mut lines = Vec::new();
@@ -396,31 +327,6 @@ impl Board {
     }
 }
 
-impl Watched {
-    fn new(status: &StreamStatus) -> Watched {
-        // A stream is declared a moment before its first sample.
-        Watched { status: status.clone(), statuses: 0, awaited: 0, shown: None }
-    }
-
-    /// Takes the newest status; returns whether to show it.
-    fn take(&mut self, status: &StreamStatus, is_happening: bool) -> bool {
-        self.status.clone_from(status);
-        let is_never = status.state == State::Never;
-        self.statuses = self.statuses.saturating_add(u32::from(!is_never));
-        self.awaited = self.awaited.saturating_add(u32::from(is_never && !is_happening));
-        let settled = match status.state {
-            State::Ok => self.statuses >= SETTLED,
-            State::Never => self.awaited >= AWAITED,
-            _ => true,
-        };
-        let is_news = settled && self.shown != Some(status.state);
-        if is_news {
-            self.shown = Some(status.state);
-        }
-        is_news
-    }
-}
-
 /// How many streams are fine.
 fn streams(health: Option<Health>) -> StyledLine {
     let Health { fine, all } = health.unwrap_or_default();
@@ -429,27 +335,6 @@ fn streams(health: Option<Health>) -> StyledLine {
     } else {
         StyledLine::of(Style::Plain, &format!("{fine} of {all} ok"))
     }
-}
-
-/// A stream with its full name, state, rate, age and losses.
-fn full_line(status: &StreamStatus) -> String {
-    let StreamStatus { name, state, rate_hz, reason, .. } = status;
-    let (age, lost) = (age(status), lost(status));
-    let line = format!(
-        "{name:<34} {state:<10} {rate_hz:>7.1} Hz  age {age:>5} s  lost {lost:>4}  {reason}"
-    );
-    line.trim_end().to_owned()
-}
-
-/// The age of a stream's last sample [s].
-fn age(status: &StreamStatus) -> String {
-    if status.age_secs.is_nan() { "-".into() } else { format!("{:.1}", status.age_secs) }
-}
-
-/// How many samples were lost.
-fn lost(status: &StreamStatus) -> String {
-    let lost = status.lost_source.map(|lost| lost + status.lost_queue);
-    lost.map_or("?".into(), |lost| lost.to_string())
 }
 
 /// The time of day in UTC.
