@@ -1,28 +1,25 @@
-//! Every worker of the table stands in a file of its name, is documented, and says what it is.
+//! Every worker is in the table, is documented, and has an example that builds.
 
-use std::path::Path;
+#[path = "../../core/tests/rows/mod.rs"]
+mod rows;
 
 use teampulse_workers::WORKERS;
 
+const NOTHING: [String; 0] = [];
+
 #[test]
-fn every_row_has_its_file_and_its_documentation() {
-    for entry in WORKERS {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-        let file = source.join(format!("{}.rs", entry.kind));
-        let folder = source.join(entry.kind).join("mod.rs");
-        assert!(file.exists() || folder.exists(), "{}: no file of its name", entry.kind);
-        assert!(entry.summary().ends_with(['.', ':']), "{}: no first sentence", entry.kind);
-    }
+fn every_worker_is_in_the_table() {
+    assert_eq!(rows::missing(env!("CARGO_MANIFEST_DIR"), "Worker"), NOTHING);
 }
 
 #[test]
-fn every_setting_is_documented() {
-    for entry in WORKERS {
-        let schema = (entry.schema)().to_value();
-        let Some(properties) = schema["properties"].as_object() else { continue };
-        for (name, property) in properties {
-            let described = property.get("description").is_some();
-            assert!(described, "{}: `{name}` is not documented", entry.kind);
-        }
-    }
+fn every_worker_and_setting_is_documented() {
+    let lacking: Vec<String> = WORKERS.iter().flat_map(rows::undocumented).collect();
+    assert_eq!(lacking, NOTHING);
+}
+
+#[test]
+fn every_example_builds() {
+    let broken = WORKERS.iter().filter_map(|entry| rows::broken_example(entry, &()));
+    assert_eq!(broken.collect::<Vec<_>>(), NOTHING);
 }

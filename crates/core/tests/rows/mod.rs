@@ -38,13 +38,11 @@ fn missing_row(source: &Path, file: &Path, kind: &str, table: &str) -> Option<St
     let names = inside.with_extension("");
     let names: Vec<_> = names.iter().map(|name| name.to_string_lossy()).collect();
     let modules = names.strip_suffix(&["mod".into()]).unwrap_or(&names);
-    let is_its_row = |line: &str| {
-        let path = line.trim().strip_prefix("Entry::new::<").and_then(|row| row.split('>').next());
-        let path = path.map(|path| path.split("::").collect::<Vec<_>>()).unwrap_or_default();
-        path.first() == modules.first().map(|name| &**name).as_ref()
-            && path.last() == Some(&settings)
-    };
-    if table.lines().any(is_its_row) {
+    let mut rows = table.split("Entry::new::<").skip(1).filter_map(|row| row.split('>').next());
+    let first = modules.first().map(|name| &**name);
+    let is_its_row =
+        |row: &str| row.split("::").next() == first && row.ends_with(&format!("::{settings}"));
+    if rows.any(is_its_row) {
         return None;
     }
     let (module, path) = (modules.last()?, modules.join("::"));
