@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::Delivery;
 use crate::clock::Stopwatch;
+use crate::data::Data;
 use crate::fault::lasting;
 use crate::latched::Latched;
 use crate::outlet::Outlet;
@@ -62,6 +63,8 @@ struct Shared {
 #[derive(Debug, Default)]
 struct State {
     batches: VecDeque<(Batch, usize)>,
+    /// Of how many of the oldest batches only what is [lasting](is_lasting) is left.
+    thinned: usize,
     bytes: usize,
     skipped: u64,
     closed: bool,
@@ -85,6 +88,15 @@ impl Shared {
             latched.take(record);
         }
     }
+}
+
+/// Whether nothing that comes later replaces a record: an event, or what a stream is.
+fn is_lasting(record: &Record) -> bool {
+    matches!(record.sample.data, Data::Event(_) | Data::Description(_))
+}
+
+fn held_bytes(batch: &[Record]) -> usize {
+    batch.iter().map(Record::held_bytes).sum()
 }
 
 /// The pump's end of a sink's queue.
@@ -122,7 +134,7 @@ pub enum Posted {
 impl Post {
     /// Hands a batch to the sink, by its delivery.
     pub fn deliver(&self, batch: &Batch) -> Posted {
-        let bytes = batch.iter().map(Record::held_bytes).sum();
+        let bytes = held_bytes(batch);
         let state = self.shared.lock();
         let posted = match self.delivery {
             Delivery::Lossless => self.deliver_all(state, batch, bytes),
@@ -175,9 +187,7 @@ impl Post {
             return Posted::Ended;
         }
         while state.bytes > 0 && state.bytes + bytes > self.limits.bytes {
-            let Some((oldest, bytes)) = state.batches.pop_front() else { break };
-            state.bytes -= bytes;
-            state.skipped += oldest.len() as u64;
+            state.skip_oldest();
         }
         state.put(batch, bytes);
         Posted::Accepted
@@ -192,6 +202,27 @@ impl Post {
 impl State {
     fn is_open(&self) -> bool {
         !self.closed && !self.abandoned && self.cut_off.is_none()
+    }
+
+    /// Skips what can best be done without: the oldest samples, and the oldest of what is lasting only when
+    /// no sample is left.
+    fn skip_oldest(&mut self) {
+        let at = if self.thinned < self.batches.len() { self.thinned } else { 0 };
+        let Some((oldest, bytes)) = self.batches.remove(at) else { return };
+        self.bytes -= bytes;
+        self.skipped += oldest.len() as u64;
+        if at < self.thinned {
+            self.thinned -= 1;
+            return;
+        }
+        let lasting: Batch = oldest.iter().filter(|record| is_lasting(record)).cloned().collect();
+        if !lasting.is_empty() {
+            let bytes = held_bytes(&lasting);
+            self.bytes += bytes;
+            self.skipped -= lasting.len() as u64;
+            self.batches.insert(at, (lasting, bytes));
+            self.thinned += 1;
+        }
     }
 
     fn put(&mut self, batch: &Batch, bytes: usize) {
@@ -266,6 +297,7 @@ impl Inbox {
         match state.batches.pop_front() {
             Some((batch, bytes)) => {
                 state.bytes -= bytes;
+                state.thinned = state.thinned.saturating_sub(1);
                 state.waits = (!state.batches.is_empty()).then(Stopwatch::start);
                 self.shared.changed.notify_all();
                 drop(state);
@@ -331,7 +363,7 @@ mod tests {
     use bytes::Bytes;
 
     use super::*;
-    use crate::data::{Data, Event, EventKind};
+    use crate::data::{Event, EventKind};
     use crate::sample::{Sample, Turn};
     use crate::status::{State as Health, StreamStatus};
     use crate::stream::{Shape, Stream, StreamId, Subject};
@@ -410,5 +442,52 @@ mod tests {
                 assert_eq!(held as u64 + state.skipped, offered as u64);
             }
         }
+    }
+
+    /// A sample that takes a tenth of the queue.
+    fn large(index: u64) -> Record {
+        record(index, Data::Message(Bytes::from(vec![0; LIMIT_BYTES / 10])))
+    }
+
+    fn taken(inbox: &Inbox) -> Vec<u64> {
+        let batch = || match inbox.receive(Duration::ZERO) {
+            Received::Batch(batch) => Some(batch),
+            _ => None,
+        };
+        let batches: Vec<Batch> = std::iter::from_fn(batch).collect();
+        batches.iter().flat_map(|batch| batch.iter()).map(|record| record.sample.index).collect()
+    }
+
+    #[test]
+    fn a_fresh_sink_is_given_the_newest_and_every_event_and_what_it_is_not_given_is_counted() {
+        let (post, inbox) = queue_within(Delivery::Fresh, Streams::default(), limits());
+        for index in 0..30 {
+            let index = 10 * index;
+            post.deliver(&Batch::from([large(index), record(index + 1, event())]));
+        }
+        let given = taken(&inbox);
+        let (events, samples): (Vec<u64>, Vec<u64>) =
+            given.iter().partition(|index| *index % 10 == 1);
+        assert_eq!(events, (0..30).map(|index| 10 * index + 1).collect::<Vec<_>>());
+        let oldest = 30 - samples.len() as u64;
+        assert!((5..=9).contains(&samples.len()), "{samples:?}");
+        assert_eq!(samples, (oldest..30).map(|index| 10 * index).collect::<Vec<_>>());
+        assert!(given.is_sorted(), "in the pump's order");
+        assert_eq!(inbox.take_skipped(), oldest);
+        post.deliver(&Batch::from([large(300)]));
+        assert_eq!(taken(&inbox), [300]);
+        assert_eq!(inbox.take_skipped(), 0);
+    }
+
+    #[test]
+    fn of_more_events_than_fit_the_newest_are_given() {
+        let (post, inbox) = queue_within(Delivery::Fresh, Streams::default(), limits());
+        let offered = 2 * LIMIT_BYTES as u64 / LONGEST_PROSE as u64;
+        for index in 0..offered {
+            post.deliver(&Batch::from([record(index, event())]));
+        }
+        let given = taken(&inbox);
+        assert!(given.iter().copied().eq(offered - given.len() as u64..offered));
+        assert_eq!(inbox.take_skipped() + given.len() as u64, offered);
     }
 }
