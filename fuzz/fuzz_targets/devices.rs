@@ -10,16 +10,24 @@ use teampulse_devices::heart_rate::{self, HeartRateSession};
 use teampulse_devices::myo::{self, MyoSession, MyoSettings};
 use teampulse_devices::polar::{self, Measurement, PolarSession, Selection};
 use teampulse_devices::shimmer3::{ShimmerSession, ShimmerSettings};
-use teampulse_devices::{ByteSession, GattSession, Session};
+use teampulse_devices::{ByteSession, GattSession, Output, Session};
 
 const BATTERY: Uuid = Uuid::short(0x2a19);
+
+/// When a Shimmer has been drained.
+const START: Duration = Duration::from_millis(300);
 
 /// Milliseconds that pass, which characteristic, and its value.
 type Arrival<'a> = (u16, u8, &'a [u8]);
 
 fuzz_target!(|arrivals: Vec<Arrival<'_>>| {
-    bytes(E4Session::new(E4Settings::default()), &arrivals);
-    bytes(ShimmerSession::new(ShimmerSettings::default()), &arrivals);
+    let mut e4 = E4Session::new(E4Settings::default());
+    e4.start(Duration::ZERO);
+    bytes(e4, &arrivals);
+    let mut shimmer = ShimmerSession::new(ShimmerSettings::default());
+    shimmer.start(Duration::ZERO);
+    bytes(shimmer, &arrivals);
+    bytes(streaming_shimmer(), &arrivals);
     let [first, second, third, fourth] = myo::EMG;
     let myo = [first, second, third, fourth, myo::IMU, myo::CLASSIFIER, myo::INFORMATION];
     gatt(MyoSession::new(MyoSettings::default()), &myo, &arrivals);
@@ -44,9 +52,20 @@ fn gatt(mut session: impl GattSession, characteristics: &[Uuid], arrivals: &[Arr
     }
 }
 
+/// A Shimmer without checksums that was set up: skin conductance and PPG at 128 Hz.
+fn streaming_shimmer() -> ShimmerSession {
+    let mut shimmer = ShimmerSession::new(ShimmerSettings::default());
+    shimmer.start(Duration::ZERO);
+    shimmer.tick(START);
+    shimmer.receive(&[0xff, 0x25, 3, 0xff, 0x2f, 3, 0, 0, 0, 16, 11, 0xff, 0xfe, 0xfe], START);
+    shimmer.receive(&[0xff; 4], START);
+    shimmer.receive(&[0xff, 2, 0, 1, 2, 9, 0, 9, 2, 1, 0x12, 0x1c, 0xfe], START);
+    assert!(std::iter::from_fn(|| shimmer.poll()).any(|output| output == Output::Request(vec![7])));
+    shimmer
+}
+
 fn bytes(mut session: impl ByteSession, arrivals: &[Arrival<'_>]) {
-    let mut now = Duration::ZERO;
-    session.start(now);
+    let mut now = START;
     for (wait, _, bytes) in arrivals {
         now += Duration::from_millis((*wait).into());
         session.tick(now);

@@ -63,7 +63,7 @@ impl Device {
                 return (shimmer, now);
             }
             let answers: Vec<u8> =
-                asked.iter().filter(|c| c[0] != 0x20).flat_map(|c| self.answer(c)).collect();
+                asked.iter().filter(|c| !is_reset(c)).flat_map(|c| self.answer(c)).collect();
             shimmer.receive(&answers, now);
             if answers.is_empty() {
                 now = shimmer.next_tick().expect("it waits for an answer");
@@ -77,6 +77,11 @@ impl Device {
         shimmer.receive(bytes, now);
         drain(&mut shimmer)
     }
+}
+
+/// Whether a command is of those that come before the device is drained.
+fn is_reset(command: &[u8]) -> bool {
+    matches!(command, [0x20] | [0x8b, 0])
 }
 
 fn with_sum(mut bytes: Vec<u8>) -> Vec<u8> {
@@ -109,7 +114,7 @@ fn packets(device: Device, numbers: std::ops::Range<u32>) -> Vec<u8> {
 fn a_device_is_stopped_and_drained_before_anything_is_asked() {
     let mut shimmer = ShimmerSession::new(ShimmerSettings::default());
     shimmer.start(secs(0));
-    assert_eq!(requests(drain(&mut shimmer)), [[0x20]]);
+    assert_eq!(requests(drain(&mut shimmer)), [vec![0x20], vec![0x8b, 0]]);
     shimmer.receive(&packets(NEW, 0..9), millis(200)); // of an earlier session
     shimmer.receive(&[0xff], millis(299));
     assert!(drain(&mut shimmer).is_empty());
@@ -296,7 +301,7 @@ fn a_device_that_falls_silent_is_set_up_again_and_then_given_up() {
         shimmer.tick(next);
         for output in drain(&mut shimmer) {
             match &output {
-                Output::Request(command) if command[0] != 0x20 => {
+                Output::Request(command) if !is_reset(command) => {
                     shimmer.receive(&NEW.answer(command), next);
                 }
                 _ => {}
@@ -317,7 +322,9 @@ fn drain_answered(shimmer: &mut ShimmerSession, now: Duration) -> Vec<Output<Vec
             return all;
         }
         for output in outputs {
-            if let Output::Request(command) = &output {
+            if let Output::Request(command) = &output
+                && !is_reset(command)
+            {
                 shimmer.receive(&NEW.answer(command), now);
             }
             all.push(output);

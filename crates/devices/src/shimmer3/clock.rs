@@ -14,7 +14,7 @@ impl Clock {
     /// The whole count at a packet, and how much more it is than at the one before.
     ///
     /// What arrived later than a wrap of 512 s is found by the caller's time.
-    pub fn unwrap(&mut self, ticks: u32, now: Duration) -> (i64, Option<i64>) {
+    pub fn count(&mut self, ticks: u32, now: Duration) -> (i64, Option<i64>) {
         let Some((last, count, then)) = self.last else {
             self.last = Some((ticks, ticks.into(), now));
             return (ticks.into(), None);
@@ -43,18 +43,18 @@ mod tests {
     fn the_time_wraps_every_512_seconds_and_goes_on() {
         let mut clock = Clock::default();
         let now = Duration::ZERO;
-        clock.unwrap(0xff_ff00, now);
-        assert_eq!(clock.unwrap(0x00_0000, now), (0x100_0000, Some(256)));
+        clock.count(0xff_ff00, now);
+        assert_eq!(clock.count(0x00_0000, now), (0x100_0000, Some(256)));
         assert_eq!(nanos(0x100_0000), 512_000_000_000);
     }
 
     #[test]
     fn what_comes_after_several_wraps_is_placed_by_the_callers_time() {
         let mut clock = Clock::default();
-        clock.unwrap(1000, Duration::ZERO);
+        clock.count(1000, Duration::ZERO);
         let later = 3 * 512 + 10;
         let ticks = 1000 + 10 * TICKS_HZ;
-        let (count, _) = clock.unwrap(ticks, Duration::from_secs(later));
+        let (count, _) = clock.count(ticks, Duration::from_secs(later));
         assert_eq!(count - 1000, later as i64 * i64::from(TICKS_HZ));
     }
 }

@@ -34,7 +34,8 @@
 //!   looked for. A lost byte costs a packet and shifts no channel.
 //! - Firmware without checksums or without `A3` does not answer these commands: the session goes on without.
 //! - Status (`8A 71`, with or without `FF`) comes unasked at any time.
-//! - A session that was cut goes on streaming: stop and drain for 300 ms before anything is asked.
+//! - A session that was cut goes on streaming: stop, turn
+//!   checksums off and drain for 300 ms before anything is asked.
 //! - Settings are refused while it streams: they are made before, and read back.
 //! - The range switches by itself: the raw value says which resistor was active.
 

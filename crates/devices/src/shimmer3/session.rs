@@ -24,6 +24,7 @@ const STOP_PATIENCE: Duration = Duration::from_millis(500);
 const MOST_KEPT: usize = 1024;
 
 const STOP: u8 = 0x20;
+const CHECKSUM: u8 = 0x8b;
 
 /// What to measure, and how often.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +61,7 @@ impl ShimmerSettings {
 /// let mut shimmer = ShimmerSession::new(ShimmerSettings::default());
 /// shimmer.start(Duration::ZERO);
 /// assert_eq!(shimmer.poll(), Some(Output::Request(vec![0x20]))); // stop what may be left
+/// assert_eq!(shimmer.poll(), Some(Output::Request(vec![0x8b, 0]))); // and its checksums
 /// let drained = shimmer.next_tick().expect("it waits for what is left");
 /// shimmer.tick(drained);
 /// assert_eq!(shimmer.poll(), Some(Output::Request(vec![0x3f]))); // which hardware?
@@ -115,6 +117,7 @@ impl ShimmerSession {
         self.kept.clear();
         self.is_checked = false;
         self.out.request(vec![STOP]);
+        self.out.request(vec![CHECKSUM, 0]);
         self.state = State::Draining(now.saturating_add(DRAIN));
         let [low, high] = self.settings.interval_ticks().to_le_bytes();
         let [first, second, third, _] = self.settings.sensors.0.to_le_bytes();
@@ -130,7 +133,7 @@ impl ShimmerSession {
             Step::new([0x21, self.settings.gsr_range as u8], Reply::Nothing),
             Step::new([0x5e, optical], Reply::Nothing),
             Step::new([0x01], Reply::Inquiry),
-            Step::optional([0x8b, 2], Reply::Checksum),
+            Step::optional([CHECKSUM, 2], Reply::Checksum),
         ]);
     }
 
