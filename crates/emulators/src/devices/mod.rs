@@ -4,8 +4,10 @@
 //! clock: who holds it carries its bytes and says how late it is.
 
 mod h10;
+mod shimmer;
 
 pub use h10::{AttError, Characteristic, Fault, H10, H10Settings, Incident, Sent};
+pub use shimmer::{Shimmer, ShimmerFault, ShimmerIncident, ShimmerSettings};
 
 /// Who wears a device: what its sensors meet at any time.
 pub trait Wearer {
@@ -14,6 +16,12 @@ pub trait Wearer {
 
     /// At the chest, gravity included \[mg\].
     fn acceleration_mg(&mut self, secs: f64) -> [f64; 3];
+
+    /// Light through a finger, from 0 (dark) to 1.
+    fn light(&mut self, secs: f64) -> f64;
+
+    /// Conductance of the skin \[µS\].
+    fn conductance_us(&mut self, secs: f64) -> f64;
 
     /// The beats after one moment and up to another \[s\].
     fn beats(&mut self, after_secs: f64, until_secs: f64) -> Vec<f64>;

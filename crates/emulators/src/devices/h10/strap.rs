@@ -352,6 +352,14 @@ impl Wearer for OffSkin<'_> {
         [0.0, 0.0, 1000.0]
     }
 
+    fn light(&mut self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn conductance_us(&mut self, _: f64) -> f64 {
+        0.0
+    }
+
     fn beats(&mut self, _: f64, _: f64) -> Vec<f64> {
         Vec::new()
     }
