@@ -1,4 +1,4 @@
-//! Workers: what looks at streams at its own pace, on threads of its own, and offers what it finds.
+#![doc = include_str!("../README.md")]
 
 mod program;
 
