@@ -26,14 +26,6 @@ impl Wearer for Numbers {
         [0.0, secs, 1000.0]
     }
 
-    fn light(&mut self, _: f64) -> f64 {
-        0.0
-    }
-
-    fn conductance_us(&mut self, _: f64) -> f64 {
-        0.0
-    }
-
     fn beats(&mut self, after_secs: f64, until_secs: f64) -> Vec<f64> {
         let beats = (0..10_000).map(|beat| f64::from(beat) * 0.8);
         beats.filter(|secs| *secs > after_secs && *secs <= until_secs).collect()

@@ -17,24 +17,12 @@ const STEP_SECS: f64 = 0.013;
 struct Numbers;
 
 impl Wearer for Numbers {
-    fn ecg_uv(&mut self, _: f64) -> f64 {
-        0.0
-    }
-
-    fn acceleration_mg(&mut self, _: f64) -> [f64; 3] {
-        [0.0; 3]
-    }
-
     fn light(&mut self, secs: f64) -> f64 {
         (secs * RATE_HZ).round().rem_euclid(4096.0) / 4095.0
     }
 
     fn conductance_us(&mut self, secs: f64) -> f64 {
         0.5 + secs * 0.3
-    }
-
-    fn beats(&mut self, _: f64, _: f64) -> Vec<f64> {
-        Vec::new()
     }
 }
 

@@ -5,24 +5,48 @@
 
 mod h10;
 mod shimmer;
+mod e4;
+mod myo;
 
+pub use e4::{E4Fault, E4Incident, E4Server};
 pub use h10::{AttError, Characteristic, Fault, H10, H10Settings, Incident, Sent};
+pub use myo::{Myo, MyoFault, MyoIncident, MyoSent};
 pub use shimmer::{Shimmer, ShimmerFault, ShimmerIncident, ShimmerSettings};
 
-/// Who wears a device: what its sensors meet at any time.
+/// Who wears a device: what its sensors meet at any time. By default that is air, and nobody.
 pub trait Wearer {
     /// Between the electrodes on the chest \[µV\].
-    fn ecg_uv(&mut self, secs: f64) -> f64;
+    fn ecg_uv(&mut self, _secs: f64) -> f64 {
+        0.0
+    }
 
-    /// At the chest, gravity included \[mg\].
-    fn acceleration_mg(&mut self, secs: f64) -> [f64; 3];
+    /// Gravity included \[mg\].
+    fn acceleration_mg(&mut self, _secs: f64) -> [f64; 3] {
+        [0.0, 0.0, 1000.0]
+    }
 
-    /// Light through a finger, from 0 (dark) to 1.
-    fn light(&mut self, secs: f64) -> f64;
+    /// Light through the skin, from 0 (dark) to 1.
+    fn light(&mut self, _secs: f64) -> f64 {
+        0.0
+    }
 
     /// Conductance of the skin \[µS\].
-    fn conductance_us(&mut self, secs: f64) -> f64;
+    fn conductance_us(&mut self, _secs: f64) -> f64 {
+        0.0
+    }
+
+    /// Temperature of the skin \[°C\].
+    fn temperature_c(&mut self, _secs: f64) -> f64 {
+        20.0
+    }
+
+    /// At the eight electrodes of an armband, from -128 to 127.
+    fn muscles(&mut self, _secs: f64) -> [f64; 8] {
+        [0.0; 8]
+    }
 
     /// The beats after one moment and up to another \[s\].
-    fn beats(&mut self, after_secs: f64, until_secs: f64) -> Vec<f64>;
+    fn beats(&mut self, _after_secs: f64, _until_secs: f64) -> Vec<f64> {
+        Vec::new()
+    }
 }

@@ -347,20 +347,4 @@ impl Wearer for OffSkin<'_> {
     fn ecg_uv(&mut self, _: f64) -> f64 {
         3000.0 * self.0.normal()
     }
-
-    fn acceleration_mg(&mut self, _: f64) -> [f64; 3] {
-        [0.0, 0.0, 1000.0]
-    }
-
-    fn light(&mut self, _: f64) -> f64 {
-        0.0
-    }
-
-    fn conductance_us(&mut self, _: f64) -> f64 {
-        0.0
-    }
-
-    fn beats(&mut self, _: f64, _: f64) -> Vec<f64> {
-        Vec::new()
-    }
 }

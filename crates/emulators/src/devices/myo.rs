@@ -1,0 +1,158 @@
+//! A Myo armband.
+//!
+//! From its maker's header, and from what dl-myo accepts: little endian, whatever the header says.
+
+use super::Wearer;
+
+/// Without a command that keeps it awake it sleeps after this \[s\] (Open-Myo 3).
+const AWAKE_SECS: f64 = 30.0;
+
+/// Between two EMG notifications, of two samples each \[s\].
+const EMG_SECS: f64 = 0.01;
+
+/// Between two notifications of the IMU \[s\].
+const IMU_SECS: f64 = 0.02;
+
+/// Something that goes wrong at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MyoIncident {
+    /// From when on \[s\].
+    pub at_secs: f64,
+    /// What.
+    pub fault: MyoFault,
+}
+
+/// What may go wrong, or happen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MyoFault {
+    /// The next EMG notifications are lost.
+    LostEmg(u32),
+    /// It sends nothing until its mode is set again.
+    Stall,
+    /// It recognises a pose.
+    Pose(u8),
+}
+
+/// What it sends, with the number of the characteristic (`0x0105`).
+pub type MyoSent = (u16, Vec<u8>);
+
+/// A Myo. Times are true seconds since it was switched on, and never go back.
+#[derive(Debug, Default)]
+pub struct Myo {
+    incidents: Vec<MyoIncident>,
+    vibrations: u32,
+    now_secs: f64,
+    /// EMG, IMU, classifier, as set.
+    mode: [u8; 3],
+    subscribed: Vec<u16>,
+    awake_until_secs: f64,
+    emg_sent: u64,
+    imu_sent: u64,
+    to_lose: u32,
+    is_stalled: bool,
+}
+
+impl Myo {
+    /// Switched on and still, with what goes wrong, in the order of time.
+    pub fn new(incidents: Vec<MyoIncident>) -> Self {
+        Self { incidents, ..Self::default() }
+    }
+
+    /// How often it vibrated.
+    pub const fn vibrations(&self) -> u32 {
+        self.vibrations
+    }
+
+    /// Enables notifications of a characteristic.
+    pub fn subscribe(&mut self, characteristic: u16) {
+        self.subscribed.push(characteristic);
+    }
+
+    /// Takes a command; `false` for one whose length is wrong.
+    pub fn write(&mut self, command: &[u8]) -> bool {
+        let [code, length, payload @ ..] = command else { return false };
+        if payload.len() != usize::from(*length) {
+            return false;
+        }
+        self.awake_until_secs = self.now_secs + AWAKE_SECS;
+        match (code, payload) {
+            (0x01, [emg, imu, classifier]) => {
+                self.mode = [*emg, *imu, *classifier];
+                self.is_stalled = false;
+            }
+            (0x03, [_]) => self.vibrations += 1,
+            _ => {}
+        }
+        true
+    }
+
+    /// Whether anything is sent: it empties the battery.
+    pub fn is_streaming(&self) -> bool {
+        self.mode != [0; 3]
+    }
+
+    /// What it sends until then.
+    pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<MyoSent> {
+        let mut sent = Vec::new();
+        loop {
+            let emg_secs = (self.emg_sent + 1) as f64 * EMG_SECS;
+            let imu_secs = (self.imu_sent + 1) as f64 * IMU_SECS;
+            let incident_secs = self.incidents.first().map_or(f64::INFINITY, |one| one.at_secs);
+            let next_secs = emg_secs.min(imu_secs).min(incident_secs);
+            if next_secs > secs {
+                self.now_secs = secs;
+                return sent;
+            }
+            self.now_secs = next_secs;
+            if incident_secs <= next_secs {
+                sent.extend(self.suffer());
+            } else if emg_secs <= next_secs {
+                sent.extend(self.emg(wearer));
+            } else {
+                sent.extend(self.imu(wearer));
+            }
+        }
+    }
+
+    fn suffer(&mut self) -> Option<MyoSent> {
+        match self.incidents.remove(0).fault {
+            MyoFault::LostEmg(count) => self.to_lose += count,
+            MyoFault::Stall => self.is_stalled = true,
+            MyoFault::Pose(pose) => return self.send(0x0103, self.mode[2] == 1, vec![3, pose, 0]),
+        }
+        None
+    }
+
+    fn send(&self, characteristic: u16, is_on: bool, value: Vec<u8>) -> Option<MyoSent> {
+        let awake = self.now_secs <= self.awake_until_secs && !self.is_stalled;
+        let sends = is_on && awake && self.subscribed.contains(&characteristic);
+        sends.then_some((characteristic, value))
+    }
+
+    /// Two samples, by the four characteristics in turns.
+    fn emg(&mut self, wearer: &mut dyn Wearer) -> Option<MyoSent> {
+        let characteristic = 0x0105 + 0x0100 * (self.emg_sent % 4) as u16;
+        self.emg_sent += 1;
+        let samples =
+            [self.now_secs - EMG_SECS / 2.0, self.now_secs].map(|secs| wearer.muscles(secs));
+        let value =
+            samples.as_flattened().iter().map(|uv| uv.round().clamp(-128.0, 127.0) as i8 as u8);
+        let value = value.collect();
+        if self.to_lose > 0 {
+            self.to_lose -= 1;
+            return None;
+        }
+        self.send(characteristic, matches!(self.mode[0], 2 | 3), value)
+    }
+
+    /// Upright and still, with the acceleration of who wears it.
+    fn imu(&mut self, wearer: &mut dyn Wearer) -> Option<MyoSent> {
+        self.imu_sent += 1;
+        let acceleration =
+            wearer.acceleration_mg(self.now_secs).map(|mg| (mg * 2.048).round() as i16);
+        let [x, y, z] = acceleration;
+        let numbers = [16384, 0, 0, 0, x, y, z, 0, 0, 0];
+        let value = numbers.iter().flat_map(|number: &i16| number.to_le_bytes()).collect();
+        self.send(0x0402, matches!(self.mode[1], 1 | 3), value)
+    }
+}
