@@ -76,6 +76,25 @@ impl Outlet {
         self.push(reading, None);
     }
 
+    /// Hands over readings that came at once, each with its own device or source time: the intervals of one
+    /// packet, a chunk with a stamp a sample. All or none, one right behind the other in their order, as one
+    /// arrival. Regular samples are rather one [`Wave`](crate::data::Wave).
+    pub fn offer_together(&self, readings: Vec<Reading>) {
+        let bytes: usize = readings.iter().map(reading_bytes).sum();
+        if self.budget.waiting_bytes() + bytes > BUDGET_BYTES {
+            return readings.iter().for_each(|reading| self.budget.drop_one(reading.stream));
+        }
+        self.budget.add(bytes);
+        self.queue.push_with(|| {
+            let arrival = self.clock.now();
+            let item = |reading| {
+                let budget = Arc::clone(&self.budget);
+                Item::Arrived { reading, arrival, budget }
+            };
+            (readings.into_iter().map(item).collect::<Vec<_>>(), ())
+        });
+    }
+
     /// Hands a reading over, waiting while this source has too much waiting: for recordings, which
     /// can wait. `arrival` is the time at which it first arrived.
     pub async fn send(&self, reading: Reading, arrival: Time) -> Result<(), Closed> {
@@ -255,6 +274,21 @@ mod tests {
         taken.clear();
         queue.take(&mut taken, Duration::ZERO);
         assert_eq!(taken.len(), 1, "a drained budget is whole again, and its losses are told once");
+    }
+
+    #[test]
+    fn of_readings_that_came_at_once_all_fit_or_none() {
+        let queue = Queue::new();
+        let (outlet, id) = outlet(&queue);
+        let both = |bytes| vec![reading(id, bytes), reading(id, bytes)];
+        outlet.offer_together(both(BUDGET_BYTES / 3));
+        outlet.offer_together(both(BUDGET_BYTES / 6));
+        let mut taken = VecDeque::new();
+        queue.take(&mut taken, Duration::ZERO);
+        let arrived = taken.iter().filter(|item| matches!(item, Item::Arrived { .. })).count();
+        assert_eq!(arrived, 2);
+        assert!(matches!(taken.back(), Some(Item::Dropped { count: 2, .. })));
+        assert_eq!(outlet.budget.waiting_bytes(), 0);
     }
 
     #[test]

@@ -194,6 +194,86 @@ async fn a_strap_is_placed_by_its_own_clock_and_not_by_its_arrivals() {
     assert!(errors.iter().all(|error| error.abs() < uncertainty_secs), "{uncertainty_secs} s");
 }
 
+fn intervals() -> Stream {
+    let subject = Subject { about: About::Person, id: "p001".into() };
+    let stream = Stream::raw("/humans/persons/p001/strap/interval", subject, Shape::Sample);
+    Stream { device: "strap".into(), ..stream }.with_channels(&[("rr", "ms")])
+}
+
+/// When each beat of a heart is, since it was first listened to [s].
+fn beats(count: usize) -> Vec<f64> {
+    let interval_secs = |k: usize| 0.8 + 0.2 * ((k * 7919) % 97) as f64 / 97.0;
+    let next = |at: &mut f64, k| {
+        *at += interval_secs(k);
+        Some(*at)
+    };
+    (0..count).scan(0.0, next).collect()
+}
+
+/// A strap that sends the intervals of every two beats in one packet, 20 to 60 ms after the second, each
+/// with the time of its beat by the strap's clock.
+struct Pairs(Vec<f64>);
+
+#[async_trait]
+impl Source for Pairs {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        for (k, pair) in self.0.chunks(2).enumerate() {
+            let delay_secs = 0.02 + 0.04 * ((k * 7919) % 97) as f64 / 97.0;
+            let arrival_secs = pair[pair.len() - 1] + delay_secs;
+            let arrival = Time::from_nanos(BEGAN_NANOS + (arrival_secs * 1e9) as i64);
+            outlet.clock().set(arrival);
+            let stream = outlet.declare(intervals());
+            let reading = |at: &f64| Reading {
+                index: None,
+                stream,
+                device_time: Some(((55.0 + at * 1.000_04) * 1e9) as i64),
+                source_time: None,
+                data: Data::Sample(Arc::new([*at])),
+            };
+            outlet.offer_together(pair.iter().map(reading).collect());
+        }
+        Ok(())
+    }
+}
+
+#[tokio::test]
+async fn intervals_that_come_in_one_packet_have_their_own_times_live_and_in_a_replay() {
+    let beats = beats(200);
+    let run = keep(Pairs(beats.clone()), 0).await;
+    let name = intervals().name;
+    let of_strap = |records: &[Record]| -> Vec<(Time, Time, u64, Option<i64>)> {
+        let of_strap = records.iter().filter(|record| record.stream.name == name);
+        let place = |record: &Record| {
+            let sample = &record.sample;
+            (sample.measured, sample.log_time, sample.index, sample.device_time)
+        };
+        of_strap.map(place).collect()
+    };
+    let placed = of_strap(&run);
+    assert_eq!(placed.len(), beats.len());
+    let mut errors_secs = Vec::new();
+    for (number, ((measured, log_time, index, _), at)) in placed.iter().zip(&beats).enumerate() {
+        assert_eq!(*index, number as u64);
+        if *at > 60.0 {
+            errors_secs.push((measured.nanos() - BEGAN_NANOS) as f64 / 1e9 - at);
+        }
+        if number % 2 == 1 {
+            assert_eq!(log_time.nanos_since(placed[number - 1].1), 1, "they arrived together");
+        }
+    }
+    // What all have in common is the fixed latency of the link, which no stamp shows.
+    let least = errors_secs.iter().copied().fold(f64::MAX, f64::min);
+    let most = errors_secs.iter().copied().fold(f64::MIN, f64::max);
+    assert!(errors_secs.len() > 100 && most - least < 0.005, "{least} to {most} s");
+    let status = last_status(&run, &name);
+    assert!(most.max(-least) < 1.96 * status.sigma_secs, "{} s", status.sigma_secs);
+    assert_eq!((status.late, status.duplicates, status.lost_queue), (0, 0, 0));
+    assert!((status.rate_hz - 1.11).abs() < 0.1, "{} Hz", status.rate_hz);
+    let replay = keep(Recording(run.clone()), 0).await;
+    assert_eq!(of_strap(&replay), placed);
+    assert_eq!(derived(&replay), derived(&run));
+}
+
 #[tokio::test]
 async fn a_device_clock_that_jumps_begins_an_epoch_and_is_reported() {
     let records = keep(Script { readings: strap(180, 100.0), stamped_by: vec![] }, 0).await;

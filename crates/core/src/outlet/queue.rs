@@ -205,14 +205,17 @@ impl Queue {
 
     /// Appends an item, and wakes the pump only if it sleeps.
     pub(super) fn push(&self, make: impl FnOnce() -> Item) {
-        self.push_with(|| (Some(make()), ()));
+        self.push_with(|| ([make()], ()));
     }
 
-    /// The same where there may be none; gives what `make` gives beside it.
-    pub(super) fn push_with<T>(&self, make: impl FnOnce() -> (Option<Item>, T)) -> T {
+    /// The same of none or several, one right behind the other; gives what `make` gives beside them.
+    pub(super) fn push_with<I, T>(&self, make: impl FnOnce() -> (I, T)) -> T
+    where
+        I: IntoIterator<Item = Item>,
+    {
         let mut state = self.lock();
-        let (item, beside) = make();
-        state.items.extend(item);
+        let (items, beside) = make();
+        state.items.extend(items);
         if !state.items.is_empty() && std::mem::take(&mut state.pump_sleeps) {
             self.0.filled.notify_one();
         }
