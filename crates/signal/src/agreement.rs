@@ -1,16 +1,16 @@
-//! How well events that were found agree with those that an expert marked.
+//! Agreement of detected events with an expert's annotations.
 
-/// How found events agree with true ones.
+/// Agreement of detected events with true ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Agreement {
-    /// True events that were found.
+    /// The number of true events that were detected.
     pub hits: usize,
-    /// Found events that are none.
+    /// The number of false detections.
     pub extra: usize,
-    /// True events that were not found.
+    /// The number of true events that were missed.
     pub missed: usize,
-    /// How much later events were found than they are marked: the median, in the unit of the places;
-    /// NaN without a hit.
+    /// The median delay of detected events after their annotations, in the unit of the positions; NaN without
+    /// a hit.
     pub median_offset: f64,
 }
 

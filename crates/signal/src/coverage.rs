@@ -1,9 +1,8 @@
-//! How much of a span of time has data.
+//! The share of a span of time that has data.
 
 use crate::robust::median;
 
-/// A longer gap than this many times the usual interval is a hole: one lost sample, and some jitter,
-/// are none.
+/// A gap longer than this many usual intervals is a hole; one lost sample and some jitter are tolerated.
 const USUAL_INTERVALS: f64 = 3.0;
 
 /// The share of the span from `begin_ns` to `end_ns` [ns] that has data [0..1].

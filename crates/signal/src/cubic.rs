@@ -1,4 +1,4 @@
-//! Smooth curves through points.
+//! Cubic spline interpolation.
 
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
@@ -11,25 +11,25 @@ use crate::gaps::is_usable;
 pub struct CubicSpline {
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Slope at each point.
+    /// The slope at each point.
     slopes: Vec<f64>,
 }
 
-/// How a spline ends.
+/// The boundary condition of a spline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// The first two pieces are one cubic, and so are the last two: SciPy's default.
+    /// The first two pieces form one cubic, and so do the last two: SciPy's default.
     NotAKnot,
-    /// Without curvature.
+    /// Zero curvature at the ends.
     Natural,
 }
 
 impl CubicSpline {
     /// The curve through `y` at the ascending `x`.
     ///
-    /// Points that are not usable are left out. Two points give a line, three with
-    /// [`Ends::NotAKnot`] a parabola. An error with fewer than two, when `x` does not ascend, or
-    /// when the two differ in length.
+    /// Points that are not usable are left out. Two points give a line, three with [`Ends::NotAKnot`] a
+    /// parabola. Returns an error with fewer than two points, when `x` does not ascend, or when the lengths
+    /// differ.
     pub fn new(x: &[f64], y: &[f64], ends: Ends) -> Result<CubicSpline, SignalError> {
         let (left, right) = (x.len(), y.len());
         if left != right {
@@ -55,7 +55,7 @@ impl CubicSpline {
         }
     }
 
-    /// Height of the curve at `x`; `None` outside of the points.
+    /// The curve's value at `x`; `None` outside the points.
     pub fn at(&self, x: f64) -> Option<f64> {
         let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
         if !(first..=last).contains(&x) {
@@ -82,7 +82,7 @@ impl CubicSpline {
         let rate = checked_rate_hz(rate)?;
         let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
         checked("begin", begin, (first, last))?;
-        // A grid point that misses the last point by rounding alone still belongs to it.
+        // A grid point that misses the last point only by rounding still belongs to it.
         let steps = ((last - begin) * rate * (1.0 + 1e-12)).floor();
         checked("number of samples", steps + 1.0, (1.0, 1e8))?;
         let mut piece = 0;
@@ -107,7 +107,7 @@ impl CubicSpline {
     }
 }
 
-/// Width and mean slope of each piece.
+/// The width and mean slope of each piece.
 struct Pieces {
     widths: Vec<f64>,
     rises: Vec<f64>,
@@ -128,7 +128,7 @@ impl Pieces {
         Pieces { widths: reversed(&self.widths), rises: reversed(&self.rises) }
     }
 
-    /// The equation of the slope at the beginning: diagonal, beside it, right-hand side.
+    /// The equation of the slope at the start: diagonal, off-diagonal, right-hand side.
     fn first_row(&self, ends: Ends) -> Row {
         let (width, rise) = (self.widths[0], self.rises[0]);
         if ends == Ends::Natural {
@@ -140,7 +140,7 @@ impl Pieces {
         Row { before: 0.0, here: next_width, after: both, right: right / both }
     }
 
-    /// The curvature is the same on both sides of each inner point.
+    /// The equations of equal curvature on both sides of each inner point.
     fn inner_rows(&self) -> impl Iterator<Item = Row> {
         self.widths.windows(2).zip(self.rises.windows(2)).map(|(width, rise)| Row {
             before: width[1],
@@ -172,13 +172,13 @@ fn slopes(pieces: &Pieces, ends: Ends) -> Vec<f64> {
     }
 }
 
-/// Slopes of the parabola through three points.
+/// The slopes of the parabola through three points.
 fn parabola(widths: &[f64], first: f64, second: f64) -> [f64; 3] {
     let bend = (second - first) / (widths[0] + widths[1]);
     [first - bend * widths[0], first + bend * widths[0], second + bend * widths[1]]
 }
 
-/// Thomas's algorithm: rows are eliminated downwards, values put in upwards.
+/// Solves the tridiagonal system by Thomas's algorithm.
 fn solved(rows: impl Iterator<Item = Row>) -> Vec<f64> {
     let mut eliminated: Vec<(f64, f64)> = Vec::new();
     let (mut after, mut right) = (0.0, 0.0);

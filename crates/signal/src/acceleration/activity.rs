@@ -6,7 +6,7 @@ use crate::error::SignalError;
 use crate::filter::{Cascade, Design, butterworth, zero_phase};
 use crate::gaps::is_usable;
 
-/// What people's own movements lie between [Hz].
+/// The band of human movement [Hz].
 const LOW_HZ: f64 = 0.25;
 const HIGH_HZ: f64 = 2.5;
 const ORDER: u32 = 2;
@@ -19,13 +19,13 @@ pub fn activity_band(rate_hz: f64) -> Result<Design, SignalError> {
     butterworth::band_pass(ORDER, LOW_HZ, HIGH_HZ, checked_rate(rate_hz)?)
 }
 
-/// The height of the activity at each sample of a whole recording, in the unit of the axes: the vector
-/// magnitude of the axes in the [band](activity_band), without delay. NaN where an axis is missing.
+/// The activity at each sample of a whole recording, in the unit of the axes: the vector magnitude of the
+/// axes in the [band](activity_band), without delay. NaN where an axis is missing.
 ///
-/// Its integral is proportional to what activity counters count, in a unit that is one (60 times its mean
-/// is in g·s a minute); their own counts are in steps of their converters, with dead bands, and differ
-/// between devices. Axes of different lengths are taken as far as the shortest. An error for a rate
-/// outside of 8 Hz to 10 kHz, fewer than 16 samples, or an axis without a usable number.
+/// Its integral is proportional to activity counts but has a physical unit (60 times its mean is in g·s per
+/// minute); the counts of commercial devices come in converter steps, with dead bands, and differ between
+/// devices. Axes of different lengths are cut to the shortest. Returns an error for a rate outside 8 Hz to 10
+/// kHz, fewer than 16 samples, or an axis without a usable number.
 pub fn counts_of(axes: [&[f64]; 3], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     let band = activity_band(rate_hz)?;
     let length = axes.iter().map(|axis| axis.len()).min().unwrap_or(0);
@@ -36,17 +36,17 @@ pub fn counts_of(axes: [&[f64]; 3], rate_hz: f64) -> Result<Vec<f64>, SignalErro
     Ok((0..length).map(|k| if is_whole(k) { height(k) } else { f64::NAN }).collect())
 }
 
-/// The height of the activity while samples come in, as [`counts_of`] gives it afterwards.
+/// The activity as samples come in; the causal counterpart of [`counts_of`].
 ///
-/// The band is late by about a quarter of a second, and begins settled on the first sample. The same for any
-/// chunking; no sample allocates.
+/// The band-pass delays it by about a quarter of a second and starts settled on the first sample. Independent
+/// of chunking; no sample allocates.
 #[derive(Clone, Debug)]
 pub struct Counts {
     axes: [Cascade; 3],
 }
 
 impl Counts {
-    /// For samples at a rate; an error when it lies outside of 8 Hz to 10 kHz.
+    /// Creates the filter for a sampling rate [Hz]; an error outside 8 Hz to 10 kHz.
     pub fn new(rate_hz: f64) -> Result<Counts, SignalError> {
         let axis = Cascade::settled(&activity_band(rate_hz)?);
         Ok(Counts { axes: [axis.clone(), axis.clone(), axis] })

@@ -1,6 +1,6 @@
 //! The values of windows of acceleration.
 //!
-//! Without events. Quality is the share of samples without a [fault](super::Fault).
+//! There are no events. Quality is the share of samples without a [fault](super::Fault).
 
 use super::activity::{Counts, counts_of};
 use super::faults::{Fault, Faults};
@@ -14,11 +14,11 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// With a smaller share of samples without fault, motion is not reported.
+/// The smallest share of fault-free samples for which motion is reported.
 const LEAST_QUALITY: f64 = 0.5;
-/// What the mean amplitude deviation is taken over [s].
+/// The epoch of the mean amplitude deviation [s].
 const EPOCH_SECS: f64 = 5.0;
-/// Those of motion come first, then the shares of faults.
+/// The number of motion values; the shares of faults follow them.
 const OF_MOTION: usize = 8;
 
 const VM: &str = "mean of √(x² + y² + z²)";
@@ -33,32 +33,33 @@ const FLAT: &str = "share of samples that had been the same for more than 10 s";
 const IMPLAUSIBLE: &str =
     "share of samples at rest without 0.8 to 1.2 g of gravity, or of more than 20 g";
 
-/// What is known of the signal beforehand.
+/// Settings of the analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// What the three channels, x, y and z, are in.
+    /// The unit of the three channels x, y and z.
     pub unit: Unit,
-    /// Above this level of [motion](Motion) in a second, what lies beside the sensor has artefacts [g].
+    /// The level of [motion](Motion) within a second above which co-located signals are marked as artefacts
+    /// [g].
     pub artefact_g: f64,
 }
 
 impl Default for Settings {
-    /// In g; artefacts above 0.1 g, a convention: typing stays below, gestures and steps lie above.
+    /// Unit g and a motion limit of 0.1 g, a convention: typing stays below it, gestures and steps exceed it.
     fn default() -> Settings {
         Settings { unit: Unit::G, artefact_g: 0.1 }
     }
 }
 
-/// An analysis of three axes that come in, at 8 Hz to 10 kHz.
+/// A causal analysis of three axes at 8 Hz to 10 kHz.
 ///
-/// Activity is late by about a quarter of a second, motion is that of the second before; neither is made up
-/// for in windows. No sample allocates in steady state. An error for another rate, or settings that make
-/// no sense.
+/// Activity is delayed by about a quarter of a second and motion covers the preceding second; windows
+/// compensate for neither. No sample allocates in steady state. Returns an error for another rate or invalid
+/// settings.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Running::new(settings, rate_hz, "causal", "in the second before")?))
 }
 
-/// An analysis of a whole recording: activity without delay, motion from the second around each sample.
+/// An analysis of a whole recording: activity without delay, motion over the second centred on each sample.
 /// Errors as for [`causal`].
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let mut running =
@@ -87,11 +88,11 @@ struct Running {
     motion: Motion,
     counter: Counts,
     judge: Faults,
-    /// In g, as all that follow; NaN unless all three are there.
+    /// The axes [g]; NaN unless all three are present.
     axes: [Track; 3],
     counts: Track,
     levels: Track,
-    /// 0 for none, else the place of the fault's share from 1.
+    /// 0 for no fault, otherwise the fault's index counted from 1.
     faults: Track,
 }
 
@@ -144,7 +145,7 @@ impl Running {
         ]
     }
 
-    /// The mean over epochs, each with the weight of its samples.
+    /// The mean over epochs, weighted by their numbers of samples.
     fn mad_g(&self, magnitudes: &[f64]) -> Option<f64> {
         let epoch = ((EPOCH_SECS * self.counts.rate_hz()).round() as usize).max(1);
         let (mut sum, mut count) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What can be wrong with an accelerometer.
+//! Accelerometer faults.
 
 use super::magnitude::magnitude;
 use super::motion::Moved;
@@ -6,30 +6,31 @@ use super::tilt::GRAVITY_G;
 use super::unit::checked_rate;
 use crate::error::SignalError;
 
-/// A worn sensor does not read the very same for longer [s]: breath and heart show in the last digit.
+/// The longest time that a worn sensor reads exactly the same [s]: breathing and heartbeat show in the last
+/// digit.
 const FLAT_SECS: f64 = 10.0;
-/// The third and further equal readings in a row at the end of the range so far are cut off, if that is
-/// more than rest can be [g]: the smallest usual range is ±2 g.
+/// The third and later equal readings in a row at the end of the range seen so far are clipped, provided that
+/// exceeds what rest can read [g]: the smallest common range is ±2 g.
 const CLIPPED_RUN: usize = 3;
 const LEAST_RANGE_G: f64 = 1.9;
-/// A sensor is at rest when its motion is this share of what it reads.
+/// A sensor is at rest when its motion is below this share of its reading.
 const REST_SHARE: f64 = 0.05;
-/// No part of a body reads more [g]; with a wrong unit everything does.
+/// The highest reading plausible on a body [g]; a wrong unit exceeds it constantly.
 const MOST_G: f64 = 20.0;
 
-/// What is wrong with a sample.
+/// The fault of a sample.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Fault {
-    /// An axis is cut off at the end of its range.
+    /// An axis is clipped at the end of its range.
     Saturated,
-    /// All axes have read the very same for more than 10 s: a sensor that is stuck, or lies somewhere.
+    /// All axes have been constant for more than 10 s: the sensor is stuck or not worn.
     Flat,
-    /// At rest it does not read 0.8 to 1.2 g, or it reads more than 20 g: a wrong unit, a sensor that is
-    /// broken.
+    /// The sensor does not read 0.8 to 1.2 g at rest, or reads more than 20 g: a wrong unit or a broken
+    /// sensor.
     Implausible,
 }
 
-/// Judges samples one after the other. The same for any chunking; no sample allocates.
+/// Judges samples one by one. Independent of chunking; no sample allocates.
 #[derive(Clone, Debug)]
 pub struct Faults {
     axes: [Axis; 3],
@@ -39,14 +40,14 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// For samples at a rate of 8 Hz to 10 kHz; an error for others.
+    /// Creates a judge for a rate of 8 Hz to 10 kHz; an error for others.
     pub fn new(rate_hz: f64) -> Result<Faults, SignalError> {
         let flat_run = (FLAT_SECS * checked_rate(rate_hz)?) as usize;
         Ok(Faults { axes: [Axis::NEW; 3], flat_run, run: 0, last: [f64::NAN; 3] })
     }
 
-    /// What is wrong with the next sample [g], of which the [motion](super::Motion) is known; `None` when
-    /// nothing is, or a value is missing.
+    /// The fault of the next sample [g], given its [motion](super::Motion); `None` when it has none or a
+    /// value is missing.
     pub fn push(&mut self, axes_g: [f64; 3], moved: Moved) -> Option<Fault> {
         let length_g = magnitude(axes_g);
         if length_g.is_nan() {
@@ -72,7 +73,7 @@ impl Faults {
     }
 }
 
-/// One axis and its range so far.
+/// An axis and its range so far.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     most: f64,
@@ -83,7 +84,7 @@ struct Axis {
 impl Axis {
     const NEW: Axis = Axis { most: 0.0, last: f64::NAN, run: 0 };
 
-    /// Whether a value is cut off.
+    /// Whether a value is clipped.
     fn push(&mut self, value: f64) -> bool {
         self.run = if self.last.total_cmp(&value).is_eq() { self.run + 1 } else { 1 };
         self.last = value;

@@ -11,16 +11,16 @@ pub fn magnitude(axes: [f64; 3]) -> f64 {
 
 /// Euclidean norm minus one: the mean of max(magnitude − 1 g, 0) [g].
 ///
-/// van Hees et al. (2013), doi:10.1371/journal.pone.0061691. Of magnitudes [g] that are usable; `None`
-/// without one. It takes a sensor that reads 1 g at rest: an error of 20 mg shows in full.
+/// van Hees et al. (2013), doi:10.1371/journal.pone.0061691. Uses only usable magnitudes [g]; `None` without
+/// one. It needs a sensor that reads 1 g at rest: an offset of 20 mg appears in full.
 pub fn enmo_g(magnitudes_g: &[f64]) -> Option<f64> {
     mean(magnitudes_g, |magnitude| (magnitude - 1.0).max(0.0))
 }
 
 /// Mean amplitude deviation: the mean of |magnitude − its mean| [g].
 ///
-/// Vähä-Ypyä et al. (2015), doi:10.1111/cpf.12127, who take epochs of 5 or 6 s. Of magnitudes [g] that
-/// are usable; `None` without one. The level that a sensor reads at rest does not matter.
+/// Vähä-Ypyä et al. (2015), doi:10.1111/cpf.12127, who use epochs of 5 or 6 s. Uses only usable magnitudes
+/// [g]; `None` without one. Independent of the sensor's offset at rest.
 pub fn mean_amplitude_deviation_g(magnitudes_g: &[f64]) -> Option<f64> {
     let centre = mean(magnitudes_g, |magnitude| magnitude)?;
     mean(magnitudes_g, |magnitude| (magnitude - centre).abs())

@@ -1,18 +1,19 @@
-//! How much a sensor moves right now, and whether that spoils what lies beside it.
+//! The current motion of a sensor, and whether it spoils co-located signals.
 
 use super::magnitude::magnitude;
 use super::unit::checked_rate;
 use crate::error::{SignalError, checked};
 use crate::sliding::SlidingMoments;
 
-/// What the level is taken over [s].
+/// The window of the motion level [s].
 const LEVEL_SECS: f64 = 1.0;
 
-/// The level of motion: the spread of the acceleration in the last second, √(σx² + σy² + σz²) [g].
+/// The level of motion: the standard deviation of the acceleration over the last second, √(σx² + σy² + σz²)
+/// [g].
 ///
-/// Without a filter, so it knows gravity from motion at once; turning in place counts as motion. A level
-/// above a limit marks an artefact that a pulse wave or a skin conductance of the same place takes part
-/// in. The same for any chunking; no sample allocates.
+/// It needs no filter to separate gravity from motion; turning in place counts as motion. A level above the
+/// limit marks an artefact in a pulse wave or skin conductance measured at the same place. Independent of
+/// chunking; no sample allocates.
 #[derive(Clone, Debug)]
 pub struct Motion {
     axes: [SlidingMoments; 3],
@@ -26,14 +27,14 @@ pub struct Moved {
     pub level_g: f64,
     /// Whether it is above the limit.
     pub is_artefact: bool,
-    /// How long the mean acceleration of the last second is [g]: gravity, at rest. NaN without a usable
-    /// sample.
+    /// The magnitude of the mean acceleration over the last second [g]: gravity, at rest. NaN without a
+    /// usable sample.
     pub gravity_g: f64,
 }
 
 impl Motion {
-    /// For samples at a rate of 8 Hz to 10 kHz, with a limit of the level [g]; an error for others, and for
-    /// a limit that is negative or no number.
+    /// Creates it for a rate of 8 Hz to 10 kHz and a limit of the level [g]; an error for another rate, or a
+    /// limit that is negative or not a number.
     pub fn new(rate_hz: f64, limit_g: f64) -> Result<Motion, SignalError> {
         let length = (LEVEL_SECS * checked_rate(rate_hz)?).round() as usize;
         let limit_g = checked("limit of motion [g]", limit_g, (0.0, f64::MAX))?;
@@ -41,7 +42,7 @@ impl Motion {
         Ok(Motion { axes: [axis.clone(), axis.clone(), axis], limit_g })
     }
 
-    /// How many samples the level is taken over.
+    /// The number of samples in the motion window.
     pub(super) fn length(rate_hz: f64) -> usize {
         (LEVEL_SECS * rate_hz).round() as usize
     }

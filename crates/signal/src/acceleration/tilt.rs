@@ -1,8 +1,8 @@
-//! How a sensor lies.
+//! The orientation of a sensor.
 
 use super::magnitude::magnitude;
 
-/// At rest, a sensor reads gravity, give or take so much [g].
+/// The readings of a sensor at rest [g]: gravity within its tolerance.
 pub(super) const GRAVITY_G: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
 /// The angle between the z axis and the vertical [°, 0..180], from the mean acceleration [g].

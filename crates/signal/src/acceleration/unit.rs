@@ -1,11 +1,11 @@
-//! What an accelerometer reads in.
+//! Units of acceleration.
 
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// Slowest and fastest rate that is taken [Hz]: the fastest that is counted as activity is 2.5 Hz.
+/// The slowest and fastest supported rates [Hz]; activity extends to 2.5 Hz.
 pub const RATES_HZ: (f64, f64) = (8.0, 10_000.0);
 
-/// What an accelerometer reads in.
+/// The unit of an accelerometer's readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Unit {
     /// Standard gravity.
@@ -13,7 +13,7 @@ pub enum Unit {
     G,
     /// m/s².
     MetresPerSecondSquared,
-    /// Raw readings, so many for 1 g: 64 on an Empatica E4.
+    /// Raw readings, with the number of steps per g: 64 on an Empatica E4.
     StepsPerG(f64),
 }
 
@@ -23,7 +23,7 @@ impl Unit {
         axes.map(|axis| axis / self.one_g())
     }
 
-    /// What it reads for 1 g.
+    /// The reading for 1 g.
     pub fn one_g(self) -> f64 {
         match self {
             Unit::G => 1.0,
@@ -37,7 +37,7 @@ impl Unit {
     }
 }
 
-/// A rate that acceleration can be analysed at.
+/// The rate, if acceleration can be analysed at it.
 pub(super) fn checked_rate(rate_hz: f64) -> Result<f64, SignalError> {
     checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)
 }

@@ -1,7 +1,7 @@
-/// A step longer than this many usual ones leaves samples out.
+/// A step longer than this many sample intervals means that samples are missing.
 const HOLE: f64 = 1.5;
 
-/// Computes from the times of samples how many are missing between them.
+/// Counts the missing samples from the times of those that arrived.
 #[derive(Clone, Debug)]
 pub struct Cadence {
     rate_hz: f64,
@@ -9,16 +9,15 @@ pub struct Cadence {
 }
 
 impl Cadence {
-    /// Of samples that come `rate_hz` times a second [Hz]; at 0 they come when they like, and none is
-    /// ever missing.
+    /// Creates it for a rate [Hz]; at 0 samples are irregular, and none is ever missing.
     pub fn new(rate_hz: f64) -> Cadence {
         Cadence { rate_hz, last_ns: None }
     }
 
-    /// How many samples are missing between the last one and that of a time [ns]; `None` when the time
-    /// is not after the last one: such a sample is none of the series.
+    /// The number of samples missing between the last one and `at_ns` [ns]; `None` when that is not after the
+    /// last one, so that the sample is dropped.
     ///
-    /// A step of up to one and a half usual ones misses nothing: clocks are not perfect.
+    /// A step of up to one and a half intervals misses nothing, because clocks are imperfect.
     pub fn missing_before(&mut self, at_ns: i64) -> Option<usize> {
         let Some(last_ns) = self.last_ns.replace(at_ns) else { return Some(0) };
         if at_ns <= last_ns {
@@ -29,8 +28,8 @@ impl Cadence {
         Some(if steps > HOLE { steps.round() as usize - 1 } else { 0 })
     }
 
-    /// When the `number`-th (from 1) of `missing` samples before one at `at_ns` [ns] would have been
-    /// measured [ns]: evenly between it and the one before them, `from_ns`.
+    /// The time [ns] of the `number`-th (from 1) of `missing` samples, spaced evenly between the sample at
+    /// `from_ns` and the one at `at_ns`.
     pub(super) fn missing_ns(from_ns: i64, at_ns: i64, number: usize, missing: usize) -> i64 {
         let step_ns = at_ns.saturating_sub(from_ns) as f64 / (missing + 1) as f64;
         from_ns.saturating_add((step_ns * number as f64).round() as i64)

@@ -1,62 +1,62 @@
 use super::{Cadence, Causal, Event, LEAST_COVERAGE, Measured, Reason, Span, Value};
 use crate::error::SignalError;
 
-/// Makes an analysis for a rate [Hz].
+/// Creates an analysis for a rate [Hz].
 pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> + Send>;
 
-/// An analysis at work on a stream of samples: fills its gaps, reports events as they become known, and
-/// windows as they end.
+/// A running analysis of a stream of samples: fills gaps, reports events as they become known, and windows as
+/// they end.
 ///
-/// Windows of each length end together, each hop after the first sample, and are reported when the first
-/// sample at or after their end has arrived. A gap is filled with missing samples; for one that is longer
-/// than the longest window nothing is reported, and after one that is longer than [`LONGEST_HELD_NS`], too,
-/// or that a million samples would fill, the analysis starts anew. All results are a function of the
-/// samples and their times alone: what a session computes live is what a replay, or an analysis afterwards,
-/// computes from the same samples, bit for bit.
+/// Windows of each length end together, one hop apart counted from the first sample, and are reported when
+/// the first sample at or after their end arrives. A gap is filled with missing samples. During a gap longer
+/// than the longest window nothing is reported; after one that is also longer than [`LONGEST_HELD_NS`], or
+/// that would take a million samples to fill, the analysis restarts. All results are a function of the
+/// samples and their times alone: a live session, its replay and a later analysis of the same samples agree
+/// bit for bit.
 ///
-/// What is dear to compute is computed anew every 10 s, and [held](super::Windows::measure_again) between:
-/// windows of different lengths, and [of different signals](Causal::turn_secs), take their turns in
-/// different seconds, which their lengths and the beginning decide alone, so that no second has all of it.
+/// Expensive values are recomputed every 10 s and [held](super::Windows::measure_again) in between. Windows
+/// of different lengths, and [of different signals](Causal::turn_secs), are recomputed in different seconds,
+/// determined only by their lengths and the start, to spread the load.
 ///
-/// Other spans than windows can be asked with [`measure`](Self::measure) as long as
-/// [`hold_from`](Self::hold_from) keeps what they need; that changes nothing in the windows.
+/// Other spans than windows can be queried with [`measure`](Self::measure) while
+/// [`hold_from`](Self::hold_from) keeps their samples; that does not affect the windows.
 pub struct Live {
     make: Make,
     analysis: Box<dyn Causal + Send>,
     rate_hz: f64,
     lengths_ns: Vec<i64>,
     hop_ns: i64,
-    /// From the beginning to the first end [ns].
+    /// The time from the start to the first window end [ns].
     first_ns: i64,
     cadence: Cadence,
     begin_ns: Option<i64>,
-    /// When windows end next.
+    /// The next window end.
     end_ns: i64,
-    /// For each length, in which of its turns all of a window was computed last, and what it was.
+    /// For each length, the turn of the last full computation and its result.
     whole: Vec<Option<(i64, Measured)>>,
-    /// What is needed for other spans than windows begins here.
+    /// The start of what is held for spans other than windows.
     held_from_ns: Option<i64>,
-    /// Nothing from before is held, whoever needs it.
+    /// Nothing before this time is held.
     held_since_ns: i64,
-    /// Samples before the analysis began anew.
+    /// The number of samples before the last restart.
     before: usize,
     pushed: usize,
     nothing: Vec<f64>,
 }
 
-/// So much before the newest sample can be held for spans that are no windows [ns]: 600 s, and 5 s more for
-/// who asks a moment after a span is over.
+/// How far back samples can be held for spans other than windows [ns]: 600 s, plus 5 s for queries shortly
+/// after a span has ended.
 pub const LONGEST_HELD_NS: i64 = 600_000_000_000;
 
-/// More samples than these are not filled into a gap: at 1 kHz they are a quarter of an hour.
+/// The most samples filled into a gap: at 1 kHz a quarter of an hour.
 const MOST_FILLED: usize = 1_000_000;
-/// A span may be asked for so much after its end, when all of its events are known [ns].
+/// How long after its end a span may be queried, by when all of its events are known [ns].
 const ASKED_LATER_NS: i64 = 5_000_000_000;
 
-/// All of a window is computed again after so long [ns].
+/// The period after which a window is fully recomputed [ns].
 const ANEW_NS: i64 = 10_000_000_000;
-/// A window's length modulo this is its turn in that time [ns]: those of 30, 60 and 300 s come 2 s after
-/// each other.
+/// A window's length modulo this is its phase within that period [ns]: windows of 30, 60 and 300 s come 2 s
+/// apart.
 const TURNS_NS: i64 = 7_000_000_000;
 
 /// A result of a live analysis.
@@ -64,7 +64,7 @@ const TURNS_NS: i64 = 7_000_000_000;
 pub enum LiveOutput {
     /// An event.
     Event(Event),
-    /// The values of a window, by its index among the lengths.
+    /// The values of a window, with the index of its length.
     Window(usize, Span, Measured),
 }
 
@@ -99,7 +99,7 @@ impl Live {
         })
     }
 
-    /// The same with windows that end each hop after a time [ns], instead of the first sample's.
+    /// Sets the origin of the windows' ends to a time [ns] instead of the first sample's.
     #[must_use]
     pub fn beginning_at(mut self, begin_ns: i64) -> Live {
         self.begin_ns = Some(begin_ns);
@@ -107,42 +107,42 @@ impl Live {
         self
     }
 
-    /// The same with windows that end first `first_ns` [ns] after the beginning, and each hop from there;
-    /// at most a hop.
+    /// Sets the first window end to `first_ns` [ns] after the start (at most one hop); the others follow each
+    /// hop.
     #[must_use]
     pub fn first_after(mut self, first_ns: i64) -> Live {
         self.first_ns = first_ns.clamp(1, self.hop_ns);
         self
     }
 
-    /// When windows end next [ns]; `None` before the first sample.
+    /// The next window end [ns]; `None` before the first sample.
     pub fn next_end_ns(&self) -> Option<i64> {
         self.begin_ns.map(|_| self.end_ns)
     }
 
-    /// When the newest sample was measured [ns]; `None` before the first.
+    /// The time of the newest sample [ns]; `None` before the first.
     pub fn newest_ns(&self) -> Option<i64> {
         self.cadence.last_ns()
     }
 
-    /// When the first sample was measured [ns], or what it was said to be; `None` before it.
+    /// The time of the first sample, or the origin set for the windows [ns]; `None` before the first.
     pub fn begin_ns(&self) -> Option<i64> {
         self.begin_ns
     }
 
-    /// Keeps from now on what spans that begin at or after a time [ns] need, though no more than
-    /// [`LONGEST_HELD_NS`]; with `None` only what windows need.
+    /// Keeps from now on what spans that start at or after a time [ns] need, up to [`LONGEST_HELD_NS`];
+    /// `None` keeps only what windows need.
     pub fn hold_from(&mut self, begin_ns: Option<i64>) {
         self.held_from_ns = begin_ns;
     }
 
-    /// Holds nothing from before a time [ns], and gives no windows that begin before it: there are more
-    /// samples than are to be held at once. It never goes back.
+    /// Drops everything before a time [ns] and reports no windows that start before it, to bound memory. The
+    /// limit never moves back.
     pub fn hold_since(&mut self, since_ns: i64) {
         self.held_since_ns = self.held_since_ns.max(since_ns);
     }
 
-    /// What the values of a window are.
+    /// The values that a window has.
     pub fn values(&self) -> &[Value] {
         self.analysis.values()
     }
@@ -152,16 +152,16 @@ impl Live {
         self.aged(span, self.analysis.measure(span))
     }
 
-    /// Says of a young window that it is short.
+    /// Marks a window shorter than its length as short.
     fn aged(&self, span: Span, measured: Measured) -> Measured {
         let is_young = self.begin_ns.is_none_or(|begin_ns| span.begin_ns < begin_ns);
         if is_young && measured.coverage < LEAST_COVERAGE { young(measured) } else { measured }
     }
 
-    /// Takes in the sample that was measured at `at_ns` [ns], and reports what became known by it.
+    /// Takes in the sample measured at `at_ns` [ns], and reports what became known by it.
     ///
-    /// How many samples are missing before it; `None` when it is not after the last one and was left
-    /// out.
+    /// Returns the number of samples missing before it; `None` when it is not after the last one and was
+    /// dropped.
     pub fn push(
         &mut self,
         at_ns: i64,
@@ -200,12 +200,12 @@ impl Live {
         Some(missing)
     }
 
-    /// Whether a gap [ns] leaves nothing of what was before it in any window.
+    /// Whether a gap [ns] is too long for any window to hold data from before it.
     fn empties_windows(&self, gap_ns: i64) -> bool {
         self.lengths_ns.iter().max().is_some_and(|&longest_ns| gap_ns > longest_ns)
     }
 
-    /// When windows end next after a time [ns]; those that ended in between have no data.
+    /// The first window end after a time [ns]; those in between have no data.
     fn end_after_ns(&self, at_ns: i64) -> i64 {
         let [at, end, hop] = [at_ns, self.end_ns, self.hop_ns].map(i128::from);
         let hops = (at - end).div_euclid(hop) + 1;
@@ -213,7 +213,7 @@ impl Live {
     }
 
     fn begin_anew(&mut self, missing: usize) {
-        // The same rate was good enough at first.
+        // The rate was valid when the analysis was created.
         if let Ok(analysis) = (self.make)(self.rate_hz) {
             self.analysis = analysis;
         }
@@ -248,7 +248,7 @@ impl Live {
         }
     }
 
-    /// The number of the turn in which windows of a length, by its place, end at a time [ns].
+    /// The number of the turn in which windows of a length (by index) end at a time [ns].
     fn turn(&self, place: usize, end_ns: i64) -> i64 {
         let since_ns = end_ns.saturating_sub(self.begin_ns.unwrap_or(end_ns));
         let turn_ns = self.lengths_ns[place] % TURNS_NS + self.analysis.turn_secs() * 1_000_000_000;
@@ -277,7 +277,8 @@ impl Live {
     }
 }
 
-/// What lies before the first sample is not missing: the window is not full yet.
+/// Replaces the reason for missing values: before the first sample nothing is missing, the window is only not
+/// yet full.
 fn young(measured: Measured) -> Measured {
     let reason = |reason| if reason == Reason::Gap { Reason::Short } else { reason };
     let values = measured.values.into_iter().map(|value| value.map_err(reason)).collect();

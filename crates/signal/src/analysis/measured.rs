@@ -1,23 +1,23 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// With a smaller share of the data of a span, none of its values is reported.
+/// The smallest coverage of a span for which values are reported.
 pub const LEAST_COVERAGE: f64 = 0.5;
 
-/// What a value is.
+/// The description of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// As NeuroKit2 spells it where it has one; of one channel of several, with that channel behind
-    /// a slash.
+    /// As NeuroKit2 spells it where it has one; for one of several channels, followed by a slash and the
+    /// channel.
     pub name: Cow<'static, str>,
-    /// Its unit; `1` for none. Where only the host knows what a signal is measured in, made of that.
+    /// Its unit; `1` for none. Derived from the signal's unit where only the host knows that.
     pub unit: Cow<'static, str>,
     /// The recipe: what a reader needs to compute the same.
     pub method: Cow<'static, str>,
 }
 
 impl Value {
-    /// A value of which all is known beforehand.
+    /// A value whose description is constant.
     pub const fn new(name: &'static str, unit: &'static str, method: &'static str) -> Value {
         let [name, unit, method] =
             [Cow::Borrowed(name), Cow::Borrowed(unit), Cow::Borrowed(method)];
@@ -36,7 +36,7 @@ impl Value {
         Value { name, unit: unit.into(), method: method.into() }
     }
 
-    /// What a name says is measured, and in which channel, if of one of several.
+    /// The quantity and the channel, if any, of a value's name.
     pub fn parts(name: &str) -> (&str, Option<&str>) {
         name.split_once('/').map_or((name, None), |(measure, channel)| (measure, Some(channel)))
     }
@@ -47,14 +47,14 @@ impl Value {
 pub struct Measured {
     /// The share of the span that has data [0..1].
     pub coverage: f64,
-    /// How far the data can be relied on [0..1].
+    /// How reliable the data are [0..1].
     pub quality: f64,
-    /// The values in their order, or why there is none.
+    /// The values in order, or the reason why one is missing.
     pub values: Vec<Result<f64, Reason>>,
 }
 
 impl Measured {
-    /// A span without values, all for one reason.
+    /// A span whose values are all missing for one reason.
     pub fn nothing(coverage: f64, quality: f64, count: usize, reason: Reason) -> Measured {
         Measured { coverage, quality, values: vec![Err(reason); count] }
     }
@@ -88,7 +88,7 @@ impl fmt::Display for Reason {
 }
 
 impl Reason {
-    /// The number, or that it is undefined when it is not finite.
+    /// The number, or [`Reason::Undefined`] when it is not finite.
     pub fn unless_finite(value: f64) -> Result<f64, Reason> {
         if value.is_finite() { Ok(value) } else { Err(Reason::Undefined) }
     }

@@ -1,13 +1,13 @@
-//! What the analyses of all signals have in common: samples come in, [events](Event) and the
-//! [values](Value) of any [span](Span) come out.
+//! The common interface of all signal analyses: samples in, [events](Event) and the [values](Value) of any
+//! [span](Span) out.
 //!
-//! Each field has two: a [`Causal`] one, which takes samples as they come and reports an event as soon as
-//! it is known, and a [`Whole`] one, which sees a recording at once. Both answer [`Windows::measure`] with
-//! the same values, by the same formulas; only how events were found and signals split differs, and
-//! [`Value::method`] says so.
+//! Each signal has two analyses: a [`Causal`] one, which takes samples as they come and reports an event as
+//! soon as it is known, and a [`Whole`] one, which sees the complete recording. Both answer
+//! [`Windows::measure`] with the same values, by the same formulas; they differ only in how events are
+//! detected and signals are split, which [`Value::method`] states.
 //!
-//! A causal analysis is a pure function of its samples: it gives the same, bit for bit, for any
-//! chunking, live and afterwards.
+//! A causal analysis is a pure function of its samples: its output is bit-identical for any chunking, live
+//! and afterwards.
 
 mod cadence;
 mod event;
@@ -25,18 +25,18 @@ pub use recording::Recording;
 pub use span::Span;
 pub use track::Track;
 
-/// What is known of a signal, of which any span can be asked.
+/// The store of an analysed signal, which can be queried for any span.
 pub trait Windows {
-    /// What [`measure`](Self::measure) gives, in that order; never changes.
+    /// The values that [`measure`](Self::measure) returns, in order; constant.
     fn values(&self) -> &[Value];
 
     /// The values of a span, as far as the samples so far determine them.
     ///
-    /// The same span gives the same values until a sample of it comes in late.
+    /// Repeated calls return the same values until a late sample falls into the span.
     fn measure(&self, span: Span) -> Measured;
 
-    /// The same where `last` was measured for a span of the same length shortly before: expensive values
-    /// may be taken from there, if the present span has the data for them, too.
+    /// As [`measure`](Self::measure), where `last` was measured shortly before over a span of the same
+    /// length: expensive values may be reused from it, provided the present span has the data for them.
     fn measure_again(&self, span: Span, _last: &Measured) -> Measured {
         self.measure(span)
     }
@@ -44,29 +44,29 @@ pub trait Windows {
 
 /// An analysis of a signal that comes in sample by sample.
 pub trait Causal: Windows {
-    /// Takes in the next sample of all channels, and when it was measured [ns].
+    /// Takes in the next sample of all channels, and its time [ns].
     ///
-    /// Samples follow each other at the rate that the analysis was made for; one that was lost is
-    /// handed over as NaN. Channels that are not there are NaN, too. Times ascend.
+    /// Samples arrive at the rate the analysis was created for; lost samples and absent channels are NaN.
+    /// Times ascend.
     fn push(&mut self, at_ns: i64, channels: &[f64]);
 
-    /// An event that became known, in the order of becoming known; `None` when there is no other.
+    /// The next event that became known, in that order; `None` when there is none.
     fn next_event(&mut self) -> Option<Event>;
 
-    /// Lets go of what only spans that begin before `before_ns` [ns] need.
+    /// Drops what only spans that start before `before_ns` [ns] need.
     fn forget(&mut self, before_ns: i64);
 
-    /// How much later than that of other signals its turn comes to be [measured](Windows::measure) in
-    /// full and not [again](Windows::measure_again) [s].
+    /// The offset [s], relative to other signals, of its turn to be [measured](Windows::measure) in full
+    /// rather than [again](Windows::measure_again).
     fn turn_secs(&self) -> i64 {
         0
     }
 }
 
-/// A recording that was analysed as a whole.
+/// A recording analysed as a whole.
 pub struct Whole {
-    /// Its events, in the order of their times.
+    /// Its events, in order of time.
     pub events: Vec<Event>,
-    /// What spans of it can be asked.
+    /// The store to query for values of spans.
     pub windows: Box<dyn Windows + Send>,
 }

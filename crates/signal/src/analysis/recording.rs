@@ -1,28 +1,28 @@
 use super::Span;
 
-/// A recording at an even rate.
+/// A recording at a constant rate.
 #[derive(Clone, Copy, Debug)]
 pub struct Recording<'a> {
-    /// Samples a second [Hz].
+    /// Its sampling rate [Hz].
     pub rate_hz: f64,
-    /// When the first sample was measured [ns].
+    /// The time of the first sample [ns].
     pub begin_ns: i64,
-    /// Samples of each channel, as many of one as of the others; NaN where one is missing.
+    /// The samples of each channel, all of the same length; NaN where one is missing.
     pub channels: &'a [Vec<f64>],
 }
 
 impl Recording<'_> {
-    /// How many samples each channel has: as many as the shortest.
+    /// The number of samples of the shortest channel.
     pub fn len(&self) -> usize {
         self.channels.iter().map(Vec::len).min().unwrap_or(0)
     }
 
-    /// Whether there is no sample.
+    /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// When a sample, or what lies between samples, was measured [ns].
+    /// The time of a (fractional) sample position [ns].
     pub fn time_ns(&self, sample: f64) -> i64 {
         self.begin_ns.saturating_add((sample / self.rate_hz * 1e9).round() as i64)
     }

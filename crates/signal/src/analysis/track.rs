@@ -4,28 +4,28 @@ use std::ops::Range;
 use super::{Recording, Span};
 use crate::gaps::is_usable;
 
-/// Samples of one quantity with their times, by their numbers since the first one.
+/// The samples of one quantity with their times, numbered from the first one.
 ///
-/// Times ascend. Those from before a time can be let go; the numbers of the rest stay.
+/// Times ascend. Old samples can be dropped; the numbers of the others do not change.
 #[derive(Clone, Debug)]
 pub struct Track {
     rate_hz: f64,
     first: usize,
     at_ns: VecDeque<i64>,
     values: VecDeque<f64>,
-    /// How many were [usable](is_usable) up to each, so that no window has to look at all of its samples;
-    /// from 2³² on counted from zero again.
+    /// The running count of [usable](is_usable) samples, so that a window's coverage takes one subtraction;
+    /// wraps at 2³².
     usable: VecDeque<u32>,
 }
 
 impl Track {
-    /// A track without samples, of a quantity at `rate_hz` [Hz].
+    /// An empty track for a rate [Hz].
     pub fn new(rate_hz: f64) -> Track {
         let (at_ns, values, usable) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
         Track { rate_hz, first: 0, at_ns, values, usable }
     }
 
-    /// A track of values that stand at the samples of a recording.
+    /// A track of values at the sample times of a recording.
     pub fn of(recording: &Recording<'_>, values: Vec<f64>) -> Track {
         let at_ns = (0..values.len()).map(|sample| recording.time_ns(sample as f64)).collect();
         let up_to = |count: &mut u32, value: &f64| {
@@ -44,7 +44,7 @@ impl Track {
         self.usable.push_back(one_more(before, value));
     }
 
-    /// Samples a second [Hz].
+    /// The sampling rate [Hz].
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
@@ -70,7 +70,7 @@ impl Track {
         self.iter(samples).collect()
     }
 
-    /// The values of samples one after the other, as far as they are held.
+    /// Iterates over the values of samples, as far as they are held.
     pub fn iter(&self, samples: Range<usize>) -> impl ExactSizeIterator<Item = f64> + '_ {
         let held = self.held();
         let begin = samples.start.clamp(held.start, held.end);
@@ -78,8 +78,8 @@ impl Track {
         self.values.range(begin - self.first..end - self.first).copied()
     }
 
-    /// When a sample, or what lies between two or a little beyond them, was measured [ns]; `None`
-    /// when no sample is held.
+    /// The time of a (fractional) sample position [ns], also slightly beyond the ends; `None` when no sample
+    /// is held.
     pub fn time_ns(&self, sample: f64) -> Option<i64> {
         let last = self.at_ns.len().checked_sub(1)?;
         let place = (sample - self.first as f64).clamp(0.0, last as f64);
@@ -90,8 +90,7 @@ impl Track {
         Some(begin_ns.saturating_add((part * step_ns).round() as i64))
     }
 
-    /// Which sample, or place between two, was measured at a time [ns]; `None` outside of what is
-    /// held.
+    /// The (fractional) sample position at a time [ns]; `None` outside what is held.
     pub fn sample_at(&self, at_ns: i64) -> Option<f64> {
         let after = self.at_ns.partition_point(|&each| each <= at_ns);
         let before = after.checked_sub(1)?;
@@ -112,7 +111,7 @@ impl Track {
         (self.usable_in(span) as f64 / expected).min(1.0)
     }
 
-    /// How many samples of a span are held and [usable](crate::gaps::is_usable).
+    /// The number of samples of a span that are held and [usable](crate::gaps::is_usable).
     pub fn usable_in(&self, span: Span) -> usize {
         let samples = self.samples_in(span);
         let (first, end) = (samples.start - self.first, samples.end - self.first);
@@ -123,7 +122,7 @@ impl Track {
         after_first as usize + usize::from(is_usable(self.values[first]))
     }
 
-    /// Lets go of samples from before a time [ns].
+    /// Drops the samples before a time [ns].
     pub fn forget(&mut self, before_ns: i64) {
         while self.at_ns.front().is_some_and(|&at_ns| at_ns < before_ns) {
             self.at_ns.pop_front();

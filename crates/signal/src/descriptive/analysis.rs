@@ -1,6 +1,6 @@
-//! The values of windows of any numbers.
+//! Descriptive statistics of windows of any signal.
 //!
-//! Without events. Causal and whole are the same, as nothing is filtered.
+//! There are no events. Causal and whole analysis agree, as nothing is filtered.
 
 use super::summary::{Summary, describe};
 use crate::analysis::{
@@ -10,10 +10,10 @@ use crate::coverage::coverage;
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
 
-/// Most channels that are taken.
+/// The largest number of channels.
 const MOST_CHANNELS: usize = 4096;
 
-/// Of each channel: the name, what the unit is with `u` for the signal's, and the recipe.
+/// The values of each channel: name, unit (`u` is the signal's) and recipe.
 const OF_CHANNEL: [(&str, &str, &str); 9] = [
     ("Mean", "u", "mean of all usable samples"),
     ("SD", "u", "standard deviation over n − 1"),
@@ -26,19 +26,19 @@ const OF_CHANNEL: [(&str, &str, &str); 9] = [
     ("Missing", "%", "100 · (1 − usable samples / those that the rate promises)"),
 ];
 
-/// What is known of the signal beforehand.
+/// Settings of the analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The channels in their order: 1 to 4096. Samples for further ones are left out.
+    /// The channels in order, 1 to 4096. Further channels of a sample are ignored.
     pub channels: Vec<Channel>,
 }
 
 /// A channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// What it is called, as in `Mean/x`; empty for no more than `Mean`.
+    /// Its name, as in `Mean/x`; empty for just `Mean`.
     pub name: String,
-    /// What it is measured in; `1` for none.
+    /// Its unit; `1` for none.
     pub unit: String,
 }
 
@@ -49,16 +49,16 @@ impl Default for Channel {
 }
 
 impl Default for Settings {
-    /// One channel without a name and a unit.
+    /// One channel without a name or unit.
     fn default() -> Settings {
         Settings { channels: vec![Channel::default()] }
     }
 }
 
-/// An analysis of a signal that comes in, of any rate; 0 for samples that come when they like, whose
-/// coverage is what their [usual interval](coverage) leaves of the window.
+/// A causal analysis at any rate; 0 for irregular samples, whose coverage is estimated from their [usual
+/// interval](coverage).
 ///
-/// No sample allocates in steady state. An error for a rate that is none, or without channels.
+/// No sample allocates in steady state. Returns an error for an invalid rate, or without channels.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Running::new(settings, rate_hz)?))
 }

@@ -1,9 +1,9 @@
-//! The values of a window within bounds.
+//! The values of a window between bounds.
 
 use std::collections::VecDeque;
 
-/// Those of a window's values that are at least `from` and below `until`, in the order of their times, and
-/// how many there are below. A window that slides lets go of the first and takes in new ones behind the last.
+/// The values of a sliding window that are at least `from` and below `until`, in order of time, and the
+/// number of values below. Values leave at the front and enter at the back.
 #[derive(Clone, Debug)]
 pub(super) struct Band {
     pub(super) from: f64,
@@ -17,7 +17,7 @@ impl Band {
         Band { from, until, below: 0, inside: VecDeque::new() }
     }
 
-    /// Takes in values behind the others. NaN is nowhere.
+    /// Appends values; NaN is ignored.
     pub(super) fn push(&mut self, values: impl Iterator<Item = f64> + Clone) {
         self.below += self.count_below(values.clone());
         let (from, until, inside) = (self.from, self.until, &mut self.inside);
@@ -26,7 +26,7 @@ impl Band {
             .for_each(|value| inside.push_back(value));
     }
 
-    /// Lets go of the first values, which are these.
+    /// Removes the first values, which are passed in.
     pub(super) fn pop(&mut self, values: impl Iterator<Item = f64> + Clone) {
         self.below -= self.count_below(values.clone());
         self.inside.drain(..self.count_inside(values));

@@ -1,10 +1,10 @@
-//! The moments of values and of their times, which can be merged.
+//! Mergeable moments of values and their times.
 
 use crate::gaps::is_usable;
 
-/// Count, mean, spread, extremes and rise of values that were measured at times.
+/// Count, mean, spread, extremes and slope of timed values.
 ///
-/// Merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115, which is as exact as two passes:
+/// Merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115, which is as accurate as two passes:
 /// nothing is ever subtracted from a sum.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
@@ -19,7 +19,7 @@ pub(super) struct Course {
     both: f64,
 }
 
-/// Of nothing.
+/// Zero values.
 impl Default for Course {
     fn default() -> Course {
         let (least, greatest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -29,7 +29,7 @@ impl Default for Course {
 }
 
 impl Course {
-    /// Of the [usable](is_usable) ones of these values, each with its time [s], in two passes.
+    /// The course of the [usable](is_usable) values, each with its time [s], computed in two passes.
     pub(super) fn of(points: impl Iterator<Item = (f64, f64)> + Clone) -> Course {
         let usable = points.filter(|(_, value)| is_usable(*value));
         let Some((origin_secs, origin)) = usable.clone().next() else { return Course::default() };
@@ -75,7 +75,7 @@ impl Course {
         (self.count > 1.0).then(|| (self.values / (self.count - 1.0)).sqrt())
     }
 
-    /// Rise of the least-squares line; `None` when fewer than two values differ in time.
+    /// Slope of the least-squares line; `None` when fewer than two values differ in time.
     pub(super) fn slope_per_sec(&self) -> Option<f64> {
         Some(self.both / self.times).filter(|slope| slope.is_finite())
     }

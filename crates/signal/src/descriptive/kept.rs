@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::analysis::Span;
 use crate::gaps::is_usable;
 
-/// Samples of several channels in the order of their times.
+/// Samples of several channels in order of time.
 #[derive(Clone, Debug)]
 pub(super) struct Kept {
     at_ns: VecDeque<i64>,
@@ -18,12 +18,13 @@ impl Kept {
         Kept { at_ns: VecDeque::new(), channels: vec![VecDeque::new(); channels] }
     }
 
-    /// How many channels there are.
+    /// The number of channels.
     pub(super) fn width(&self) -> usize {
         self.channels.len()
     }
 
-    /// Takes in a sample at its place, after others of its time; what it lacks or can't be used is NaN.
+    /// Inserts a sample in order of time, after others of the same time; missing or unusable numbers become
+    /// NaN.
     pub(super) fn insert(&mut self, at_ns: i64, numbers: &[f64]) {
         let is_newest = self.at_ns.back().is_none_or(|newest_ns| *newest_ns <= at_ns);
         let place = if is_newest { self.at_ns.len() } else { self.place(at_ns.saturating_add(1)) };
@@ -35,7 +36,7 @@ impl Kept {
         }
     }
 
-    /// The places of the samples in a span.
+    /// The indices of the samples in a span.
     pub(super) fn places(&self, span: Span) -> Range<usize> {
         self.place(span.begin_ns)..self.place(span.end_ns.max(span.begin_ns))
     }
@@ -63,27 +64,27 @@ impl Kept {
         self.times_ns(places.clone()).map(secs).zip(self.values(channel, places))
     }
 
-    /// Lets go of samples from before a time [ns].
+    /// Drops the samples before a time [ns].
     pub(super) fn forget(&mut self, before_ns: i64) {
         let gone = self.place(before_ns);
         let_go(&mut self.at_ns, gone);
         self.channels.iter_mut().for_each(|channel| let_go(channel, gone));
     }
 
-    /// How many samples are from before a time [ns].
+    /// The number of samples before a time [ns].
     fn place(&self, at_ns: i64) -> usize {
         self.at_ns.partition_point(|each| *each < at_ns)
     }
 }
 
-/// Room for one more, and not for twice as many: in a window that slides there are never more.
+/// Reserves room for one more sample, without doubling: a sliding window hardly grows.
 fn make_room<T>(samples: &mut VecDeque<T>) {
     if samples.len() == samples.capacity() {
         samples.reserve_exact(samples.len() / 8 + 16);
     }
 }
 
-/// Lets go of the first so many, and of their room after a long phase.
+/// Drops the first `gone` samples, and shrinks the buffer after a long phase.
 fn let_go<T>(samples: &mut VecDeque<T>, gone: usize) {
     samples.drain(..gone);
     if samples.capacity() > 2 * samples.len() + 64 {
@@ -91,7 +92,7 @@ fn let_go<T>(samples: &mut VecDeque<T>, gone: usize) {
     }
 }
 
-/// There is one zero, and one number that can't be used.
+/// Normalises zeros, and maps unusable numbers to NaN.
 fn usable(number: f64) -> f64 {
     if is_usable(number) { number + 0.0 } else { f64::NAN }
 }

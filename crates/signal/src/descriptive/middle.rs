@@ -1,25 +1,25 @@
-//! The median of a window that slides, and the median distance from it.
+//! The median and the MAD of a sliding window.
 
 use super::band::Band;
 use crate::robust::median_in_place;
 
-/// How far the median and the MAD can move until the whole window is looked at again [MAD].
+/// How far the median and the MAD can move before the whole window is examined again [MAD].
 ///
-/// The wider, the more values are held; the narrower, the more often all are looked at. Of a straight line
-/// they move by 4 / 30 when a thirtieth of the window is new.
+/// A wider band holds more values; a narrower one needs full scans more often. On a straight line they move
+/// by 4 / 30 when a thirtieth of the window is new.
 const REACH: f64 = 0.2;
 
-/// The values of a window near to where the middle ones were found last.
+/// The values of a window close to its last median and MAD.
 ///
-/// The result is exact: where the middle is no longer among those that are held, all are examined.
+/// The result is exact: when the middle has moved out of what is held, all values are examined.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Middle {
-    /// Around the median, and as far from it as the MAD, below and above; none before the first look.
+    /// Bands around the median, and one MAD below and above it; empty before the first scan.
     bands: Vec<Band>,
 }
 
 impl Middle {
-    /// The first values of the window have gone, and new ones stand behind the last.
+    /// Slides the window: its first values left, and new ones were appended.
     pub(super) fn slide(
         &mut self,
         gone: &(impl Iterator<Item = f64> + Clone),
@@ -31,13 +31,13 @@ impl Middle {
         }
     }
 
-    /// The window has other values than before.
+    /// Forgets the bands; the window has changed entirely.
     pub(super) fn clear(&mut self) {
         self.bands.clear();
     }
 
-    /// Median and median absolute deviation from it, not scaled, of these values, which are those of the
-    /// window; `count` of them are not NaN. `None` of none.
+    /// The median and the (unscaled) median absolute deviation of the window's values, `count` of which are
+    /// not NaN. `None` without values.
     pub(super) fn median_and_mad(
         &mut self,
         count: usize,
@@ -46,7 +46,7 @@ impl Middle {
         self.known(count).or_else(|| self.look(values))
     }
 
-    /// From what is held alone, where that is enough.
+    /// The result from the held values alone, where they suffice.
     fn known(&self, count: usize) -> Option<(f64, f64)> {
         let [around, low, high] = &self.bands[..] else { return None };
         let mut near: Vec<f64> = around.inside.iter().copied().collect();
@@ -56,7 +56,7 @@ impl Middle {
         let held = low.inside.iter().chain(&high.inside);
         let mut distances: Vec<f64> = held.map(|value| (value - median).abs()).collect();
         let [lower, upper] = middle_two(&mut distances, nearer, count)?;
-        // No value between the bands is farther away than these, and none beyond them is nearer.
+        // No value between the bands is farther from the median than these, and none beyond them is nearer.
         let is_between = (median - low.until).max(high.from - median) <= lower
             && upper <= (median - low.from).min(high.until - median);
         is_between.then(|| (median, lower.midpoint(upper)))
@@ -75,7 +75,7 @@ impl Middle {
     }
 }
 
-/// Bands in which the middle values will be found again.
+/// The bands in which the middle values are expected next time.
 fn bands(median: f64, mad: f64) -> Vec<Band> {
     let reach = REACH * mad;
     let (near, far) = ((mad - reach).max(0.0), mad + reach);
@@ -86,8 +86,8 @@ fn bands(median: f64, mad: f64) -> Vec<Band> {
     vec![around, Band::new(median - far, median - near), high]
 }
 
-/// The middle one, twice, or the middle two of `count` values, of which these stand behind `before` others in their
-/// order; `None` where they are not among these.
+/// The two middle values of `count` (the same twice for an odd count), where `values` rank after `before`
+/// others; `None` where they are not among these.
 fn middle_two(values: &mut [f64], before: usize, count: usize) -> Option<[f64; 2]> {
     let lower_rank = (count.checked_sub(1)? / 2).checked_sub(before)?;
     let upper_rank = (count / 2).checked_sub(before).filter(|rank| *rank < values.len())?;

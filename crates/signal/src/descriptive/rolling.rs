@@ -1,4 +1,4 @@
-//! The descriptions of the newest samples of a stream, kept up to date.
+//! Descriptive statistics of the newest samples of a stream, kept up to date.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -39,40 +39,40 @@ use crate::gaps::is_usable;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Rolling {
-    /// Samples a second [Hz]; 0 where they come when they like.
+    /// The sampling rate [Hz]; 0 for irregular samples.
     rate_hz: f64,
     hop_ns: i64,
     begin_ns: Option<i64>,
     newest_ns: i64,
-    /// When windows end next.
+    /// The next window end.
     end_ns: i64,
     keep_from_ns: i64,
-    /// Nothing from before is held, whoever needs it.
+    /// Nothing before this time is held.
     held_since_ns: i64,
     kept: Kept,
     hops: VecDeque<Hop>,
     windows: Vec<Window>,
 }
 
-/// How long a window is, and how often it ends.
+/// A window's length and how often it ends.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub struct Pace {
     /// Its length [ns].
     pub length_ns: i64,
-    /// From one end to the next there are so many hops; at least one.
+    /// The number of hops between successive ends; at least one.
     pub hops: i64,
 }
 
-/// What the samples of one hop come to, for each channel.
+/// The statistics of the samples of one hop, for each channel.
 #[derive(Clone, Debug)]
 struct Hop {
     span: Span,
     courses: Box<[Course]>,
-    /// Whether samples of it have come since.
+    /// Whether samples were added since it was computed.
     is_stale: bool,
 }
 
-/// One window, with the middle of each channel.
+/// A window, with the middle values of each channel.
 #[derive(Clone, Debug)]
 struct Window {
     pace: Pace,
@@ -80,7 +80,7 @@ struct Window {
     middles: Vec<Middle>,
 }
 
-/// What a span comes to.
+/// The statistics of a span.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The span.
@@ -91,22 +91,22 @@ pub struct View {
     pub channels: Vec<Described>,
 }
 
-/// What a channel comes to in a span.
+/// The statistics of a channel in a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Described {
-    /// The share of the span that has data [0..1]: of the samples that the rate promises, or else of
-    /// the time, by the [usual interval](coverage).
+    /// The share of the span that has data [0..1]: of the samples expected at the rate or, for irregular
+    /// samples, of the time by the [usual interval](coverage).
     pub coverage: f64,
     /// `None` without a usable value.
     pub summary: Option<Summary>,
 }
 
-/// Before all time.
+/// A span before any sample.
 const NEVER: Span = Span { begin_ns: i64::MIN, end_ns: i64::MIN };
 
 impl Rolling {
-    /// Of `channels` channels at `rate_hz` [Hz], or 0 where samples come when they like, in windows of
-    /// these paces, with hops of `hop_ns` [ns].
+    /// Creates it for `channels` channels at `rate_hz` [Hz] (0 for irregular samples), windows of these
+    /// paces, and hops of `hop_ns` [ns].
     pub fn new(rate_hz: f64, channels: usize, paces: &[Pace], hop_ns: i64) -> Rolling {
         let window = |pace: &Pace| Window {
             pace: Pace { length_ns: pace.length_ns.max(1), hops: pace.hops.max(1) },
@@ -127,36 +127,36 @@ impl Rolling {
         }
     }
 
-    /// The rate is another from now on [Hz].
+    /// Changes the rate [Hz] from now on.
     pub fn set_rate_hz(&mut self, rate_hz: f64) {
         self.rate_hz = rate_hz;
     }
 
-    /// Samples from a time on [ns] are kept, for [`describe`](Self::describe), however long it takes.
+    /// Keeps all samples from a time [ns] on, for [`describe`](Self::describe).
     pub fn keep_from(&mut self, from_ns: i64) {
         self.keep_from_ns = from_ns;
     }
 
-    /// Holds nothing from before a time [ns], and gives no windows that begin before it: there are more
-    /// samples than are to be held at once. It never goes back.
+    /// Drops everything before a time [ns] and reports no windows that start before it, to bound memory. The
+    /// limit never moves back.
     pub fn hold_since(&mut self, since_ns: i64) {
         self.held_since_ns = self.held_since_ns.max(since_ns);
     }
 
-    /// When the first sample was measured that was taken in [ns]; `None` before it.
+    /// The time of the first sample [ns]; `None` before it.
     pub fn begin_ns(&self) -> Option<i64> {
         self.begin_ns
     }
 
-    /// When the newest sample was measured [ns]; `None` before the first.
+    /// The time of the newest sample [ns]; `None` before the first.
     pub fn newest_ns(&self) -> Option<i64> {
         self.begin_ns.map(|_| self.newest_ns)
     }
 
-    /// Moves the windows that [end](Self::ends) at the end of the next hop to it, and gives it, if it is
-    /// not after `at_ns` [ns]: call it until it gives none before each [`push`](Self::push).
+    /// Moves the windows that [end](Self::ends) with the next hop to its end, and returns that end if it is
+    /// not after `at_ns` [ns]; call it until it returns `None` before each [`push`](Self::push).
     ///
-    /// In a gap that is longer than the longest window no windows end.
+    /// No windows end in a gap that is longer than the longest window.
     pub fn advance(&mut self, at_ns: i64) -> Option<i64> {
         if self.begin_ns.is_none() || at_ns < self.end_ns || self.end_ns == i64::MAX {
             return None;
@@ -171,8 +171,8 @@ impl Rolling {
         Some(end_ns)
     }
 
-    /// Takes in a sample, measured at `at_ns` [ns]. A late one is put into its place in all windows that
-    /// are still to be reported.
+    /// Takes in a sample measured at `at_ns` [ns]. A late sample is inserted into all windows still to be
+    /// reported.
     pub fn push(&mut self, at_ns: i64, numbers: &[f64]) {
         if self.begin_ns.is_none() {
             self.begin_ns = Some(at_ns);
@@ -185,12 +185,12 @@ impl Rolling {
         }
     }
 
-    /// Whether a window, by its place among them, ended last at a time [ns].
+    /// Whether a window, by index, last ended at a time [ns].
     pub fn ends(&self, place: usize, end_ns: i64) -> bool {
         self.windows[place].span.end_ns == end_ns
     }
 
-    /// A window, by its place among them, as it ended last.
+    /// A window, by index, at its last end.
     pub fn window(&mut self, place: usize) -> View {
         self.freshen();
         let span = self.windows[place].span;
@@ -201,7 +201,7 @@ impl Rolling {
         View { span, is_young: self.is_young(span), channels }
     }
 
-    /// What any span comes to, as far as its samples are kept.
+    /// The statistics of any span, as far as its samples are kept.
     pub fn describe(&self, span: Span) -> View {
         let places = self.kept.places(span);
         let of_channel = |channel: usize| {
@@ -220,7 +220,7 @@ impl Rolling {
         lengths_ns.fold(self.hop_ns, i64::max)
     }
 
-    /// How many hops there were from the first sample to the end of one [ns].
+    /// The number of hops from the first sample to a window end [ns].
     fn hops_until(&self, end_ns: i64) -> i128 {
         let since_ns = i128::from(end_ns) - i128::from(self.begin_ns.unwrap_or(end_ns));
         since_ns / i128::from(self.hop_ns)
@@ -260,8 +260,8 @@ impl Rolling {
         self.kept.forget(before_ns.min(self.keep_from_ns).max(self.held_since_ns));
     }
 
-    /// A late sample changes results reported before: they are computed again with the next report, once
-    /// for any number of late samples.
+    /// Marks what a late sample changes; it is recomputed with the next report, once for any number of late
+    /// samples.
     fn amend(&mut self, at_ns: i64) {
         let place = self.hops.partition_point(|hop| hop.span.end_ns <= at_ns);
         if let Some(hop) = self.hops.get_mut(place).filter(|hop| hop.span.holds(at_ns)) {
@@ -290,7 +290,7 @@ impl Rolling {
         Course::of(self.kept.points(channel, self.kept.places(span), origin_ns))
     }
 
-    /// Merged from the hops in a span, and the samples before the first of them.
+    /// Merges the hops in a span, and the samples before the first of them.
     fn course(&self, channel: usize, span: Span) -> Course {
         let first = self.hops.partition_point(|hop| hop.span.begin_ns < span.begin_ns);
         let until_ns = self.hops.get(first).map_or(span.end_ns, |hop| hop.span.begin_ns);
@@ -331,13 +331,13 @@ impl Rolling {
 }
 
 impl Window {
-    /// Forgets where it was.
+    /// Forgets its position.
     fn clear(&mut self) {
         self.span = NEVER;
         self.middles.iter_mut().for_each(Middle::clear);
     }
 
-    /// From when on samples are needed [ns], at the end of a hop: what is let go of is looked up again.
+    /// The time from which samples are needed [ns], at the end of a hop: removal looks the values up again.
     fn needs_from_ns(&self, end_ns: i64) -> i64 {
         if self.span == NEVER {
             end_ns.saturating_sub(self.pace.length_ns)

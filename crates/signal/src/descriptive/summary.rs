@@ -1,34 +1,34 @@
-//! A few numbers that describe many.
+//! Summary statistics of a series.
 
 use crate::gaps::is_usable;
 use crate::robust::{mad, median};
 use crate::slope::least_squares;
 
-/// What values come to.
+/// Summary statistics of a series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
-    /// How many there are.
+    /// The number of values.
     pub n: usize,
     /// Their mean [unit].
     pub mean: f64,
-    /// Their standard deviation, over n − 1 [unit]; `None` of one value.
+    /// Their standard deviation, over n − 1 [unit]; `None` for a single value.
     pub sd: Option<f64>,
     /// Their median [unit].
     pub median: f64,
     /// Median absolute deviation from the median, not scaled [unit].
     pub mad: f64,
-    /// The least [unit].
+    /// The minimum [unit].
     pub least: f64,
-    /// The greatest [unit].
+    /// The maximum [unit].
     pub greatest: f64,
-    /// Rise of the least-squares line [unit/s]; `None` when fewer than two values differ in time.
+    /// Slope of the least-squares line [unit/s]; `None` when fewer than two values differ in time.
     pub slope_per_sec: Option<f64>,
 }
 
 /// Describes the [usable](is_usable) values of a series, with their times [s].
 ///
-/// As numpy's mean, std(ddof=1), median, min, max and polyfit, and SciPy's `median_abs_deviation`. Of
-/// times and values, as many are taken as there are of both. `None` without a usable value.
+/// Equals numpy's mean, std(ddof=1), median, min, max and polyfit, and SciPy's `median_abs_deviation`. The
+/// longer of the two series is cut to the shorter. `None` without a usable value.
 pub fn describe(secs: &[f64], values: &[f64]) -> Option<Summary> {
     let points = secs.iter().zip(values).filter(|(_, value)| is_usable(**value));
     let (secs, values): (Vec<f64>, Vec<f64>) = points.unzip();

@@ -1,9 +1,8 @@
-//! The ECG in the shape that the analyses of all signals share: beats as events, and of any span the
-//! heart rate, its variability ([`HeartWindows`]), breathing and the quality of the signal.
+//! The ECG behind the common analysis interface: beats as events; heart rate, its variability
+//! ([`HeartWindows`]), breathing and signal quality for any span.
 //!
-//! Of several channels the first is read. The beats of the newest 250 ms or so are not known yet when a
-//! span is asked for as soon as it is over; those [found later](super::Found::Later) are reported up to two
-//! cycles late.
+//! Only the first channel is read. A span queried right after its end lacks the beats of the last 250 ms or
+//! so; those [found later](super::Found::Later) are reported up to two cycles late.
 
 use std::collections::VecDeque;
 
@@ -22,23 +21,22 @@ use crate::gaps::is_usable;
 use crate::hrv::{Domain, HeartWindows};
 use crate::intervals::Edit;
 
-/// A beat is reported within this time [s], and samples are kept for as long.
+/// A beat is reported within this time [s]; samples are kept for as long.
 const KEPT_SECS: f64 = 10.0;
 
-/// After a beat so long its T wave is over, and before the next its P wave has not begun [s].
+/// The time after a beat at which its T wave has ended and the next P wave has not begun [s].
 const AFTER_SECS: f64 = 0.42;
 const BEFORE_SECS: f64 = 0.26;
 
-/// How an ECG is read.
+/// Settings of the ECG analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The frequency of the mains, whose hum is taken out [Hz]: 50 or 60; without it the one that is
-    /// heard in the signal, 50 where none is.
+    /// The mains frequency removed by the notch [Hz], 50 or 60; if unset, the one detected in the signal, 50
+    /// if there is none.
     pub mains_hz: Option<f64>,
-    /// Which values of the heart rate's variability: all of them.
+    /// The domains of heart rate variability to compute; all by default.
     pub domains: Vec<Domain>,
-    /// What a person says about single beats, in seconds since the first sample: none. For the
-    /// variability in whole recordings only.
+    /// Manual edits of single beats, in seconds since the first sample; whole recordings only.
     pub edits: Vec<Edit>,
 }
 
@@ -48,9 +46,9 @@ impl Default for Settings {
     }
 }
 
-/// An ECG that comes in at `rate_hz`, 80 to 4000 Hz.
+/// A causal analysis of an ECG at `rate_hz`, 80 to 4000 Hz.
 ///
-/// An error for another rate, or absurd settings.
+/// Returns an error for another rate or invalid settings.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let heart = HeartWindows::causal().only(&settings.domains);
     let kept = (KEPT_SECS * rate_hz).clamp(0.0, 1e5) as usize;
@@ -59,23 +57,23 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
         cleaner: Cleaner::new(rate_hz, settings.mains_hz)?,
         clean: History::new(kept),
         pieces: Pieces::new(rate_hz),
-        teller: Teller::new(rate_hz),
+        reporter: BeatReporter::new(rate_hz),
         gaps: Gaps::new(rate_hz),
         windows: EcgWindows::new(rate_hz, "as they came in", heart),
         events: VecDeque::new(),
     }))
 }
 
-/// A whole ECG at 80 to 4000 Hz.
+/// An analysis of a whole ECG at 80 to 4000 Hz.
 ///
-/// An error for another rate, or absurd settings. A recording without a usable sample has no beats.
+/// Returns an error for another rate or invalid settings. A recording without a usable sample has no beats.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let Recording { rate_hz, channels, .. } = *recording;
     let signal = channels.first().map_or(&[][..], |channel| &channel[..recording.len()]);
     let found = find_beats(signal, rate_hz)?;
     let mains_hz = settings.mains_hz.unwrap_or_else(|| mains_hz(signal, rate_hz));
     cleaning(rate_hz, mains_hz)?;
-    // Too short, or nothing in it: then there is nothing to look at either.
+    // A signal too short or empty to filter has no beats.
     let clean = clean(signal, rate_hz, mains_hz).unwrap_or_default();
     let beats_ns: Vec<i64> = found.iter().map(|beat| recording.time_ns(beat.sample)).collect();
     let gaps = gaps(recording, signal);
@@ -89,8 +87,8 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         let piece = pieces.push(at_ns, sample, clean.get(index).copied().unwrap_or(0.0));
         windows.pieces.extend(piece);
     }
-    let mut teller = Teller::new(rate_hz);
-    let events = found.iter().map(|beat| teller.report(beat, &clean, 0, &mut windows)).collect();
+    let mut reporter = BeatReporter::new(rate_hz);
+    let events = found.iter().map(|beat| reporter.report(beat, &clean, 0, &mut windows)).collect();
     Ok(Whole { events, windows: Box::new(windows) })
 }
 
@@ -102,7 +100,7 @@ fn gaps(recording: &Recording<'_>, signal: &[f64]) -> Vec<(i64, i64)> {
         .collect()
 }
 
-/// Finds where samples are missing that a beat may be hidden in.
+/// Finds gaps that are long enough to hide a beat.
 struct Gaps {
     hiding: usize,
     missing: usize,
@@ -114,7 +112,7 @@ impl Gaps {
         Gaps { hiding: (HIDING_SECS * rate_hz) as usize, missing: 0, begin_ns: 0 }
     }
 
-    /// Takes in a sample; gives the gap that ends with it [ns].
+    /// Takes in a sample; returns the gap that ends with it [ns].
     fn push(&mut self, at_ns: i64, sample: f64) -> Option<(i64, i64)> {
         if !is_usable(sample) {
             self.begin_ns = if self.missing == 0 { at_ns } else { self.begin_ns };
@@ -130,7 +128,7 @@ struct CausalEcg {
     cleaner: Cleaner,
     clean: History,
     pieces: Pieces,
-    teller: Teller,
+    reporter: BeatReporter,
     gaps: Gaps,
     windows: EcgWindows,
     events: VecDeque<Event>,
@@ -164,7 +162,7 @@ impl Causal for CausalEcg {
         if let Some(beat) = self.detector.push(sample) {
             let (all, count) = (self.clean.at(0..self.clean.count), self.clean.count);
             let begin = count - all.len() as i64;
-            self.events.push_back(self.teller.report(&beat, all, begin, &mut self.windows));
+            self.events.push_back(self.reporter.report(&beat, all, begin, &mut self.windows));
         }
     }
 
@@ -177,19 +175,19 @@ impl Causal for CausalEcg {
     }
 }
 
-/// Makes events of beats.
-struct Teller {
+/// Turns beats into events.
+struct BeatReporter {
     rate_hz: f64,
     likeness: Likeness,
     before: Option<f64>,
 }
 
-impl Teller {
-    fn new(rate_hz: f64) -> Teller {
-        Teller { rate_hz, likeness: Likeness::new(rate_hz), before: None }
+impl BeatReporter {
+    fn new(rate_hz: f64) -> BeatReporter {
+        BeatReporter { rate_hz, likeness: Likeness::new(rate_hz), before: None }
     }
 
-    /// From the lowest to the highest sample where neither beat has waves, if there is such a time.
+    /// The peak-to-peak range where neither beat has waves, if there is such a time.
     fn between(&self, clean: &[f64], before: f64, beat: f64) -> Option<f64> {
         let (begin, end) = (before + AFTER_SECS * self.rate_hz, beat - BEFORE_SECS * self.rate_hz);
         let samples = clean.get(begin.max(0.0) as usize..end.max(0.0) as usize)?;
@@ -198,7 +196,7 @@ impl Teller {
         (high > low).then_some(high - low)
     }
 
-    /// The event of a beat, which goes into the windows, too; `clean` begins at sample `begin`.
+    /// The event of a beat, which is also added to the windows; `clean` starts at sample `begin`.
     fn report(
         &mut self,
         beat: &Beat,

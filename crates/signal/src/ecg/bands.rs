@@ -1,4 +1,4 @@
-//! Power of a piece in the bands that indicate its quality.
+//! The power of a segment in the bands of ECG quality.
 
 use std::sync::Arc;
 
@@ -7,11 +7,11 @@ use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::spectrum::Taper;
 
-/// Wander, QRS complexes, they with all that is faster, everything [Hz] (Li et al. 2008,
+/// Baseline wander, QRS complex, QRS with all that is faster, all [Hz] (Li et al. 2008,
 /// doi:10.1088/0967-3334/29/1/002; Behar et al. 2013, doi:10.1109/TBME.2013.2240452).
 const BANDS_HZ: [(f64, f64); 4] = [(0.0, 1.0), (5.0, 15.0), (5.0, 40.0), (0.0, 40.0)];
 
-/// Powers of pieces of one length: a Hann window, without the mean, summed over low ≤ f < high.
+/// Band powers of segments of one length: Hann window, mean removed, summed over low ≤ f < high.
 #[derive(Clone)]
 pub(super) struct Bands {
     rate_hz: f64,
@@ -35,7 +35,7 @@ impl Bands {
         }
     }
 
-    /// The power in each band, but for a factor.
+    /// The power in each band, up to a common factor.
     pub(super) fn powers(&mut self, piece: &[f64]) -> [f64; 4] {
         let mean = piece.iter().sum::<f64>() / piece.len() as f64;
         let weighted =
@@ -48,7 +48,7 @@ impl Bands {
         BANDS_HZ.map(|(low_hz, high_hz)| {
             let bins = bin(low_hz).min(self.output.len())..bin(high_hz).min(self.output.len());
             let doubled: f64 = self.output[bins].iter().map(Complex64::norm_sqr).sum();
-            // All but the constant stand for two frequencies.
+            // All bins but the first stand for a positive and a negative frequency.
             doubled - if low_hz > 0.0 { 0.0 } else { self.output[0].norm_sqr() / 2.0 }
         })
     }

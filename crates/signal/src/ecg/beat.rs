@@ -1,4 +1,4 @@
-//! A beat of the heart.
+//! Heartbeats in an ECG.
 
 use super::candidates::Candidate;
 
@@ -7,14 +7,14 @@ use super::candidates::Candidate;
 pub enum Found {
     /// As soon as it had passed.
     InTime,
-    /// When the beat after it was missed, or when the usual height of beats had been learnt.
+    /// Only after the next beat was found missing, or once the usual height of beats had been learnt.
     Later,
 }
 
-/// A beat of the heart in an ECG.
+/// A heartbeat in an ECG.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beat {
-    /// Time of the main deflection (the R peak) [samples from the first one], between samples.
+    /// Time of the main deflection (the R peak) [samples from the first one], fractional.
     pub sample: f64,
     /// Height of the envelope around 17 Hz [unit of the signal].
     pub strength: f64,

@@ -1,4 +1,4 @@
-//! Places where a beat may be: the maxima of the envelope of QRS complexes.
+//! Candidate beats: the maxima of the QRS envelope.
 
 use super::history::History;
 use super::intake::Intake;
@@ -8,50 +8,51 @@ use super::peak::{Deflection, PeakFinder};
 use super::shape::Shape;
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// Rates at which QRS complexes are resolved well enough, without needless cost [Hz].
+/// The rates that resolve QRS complexes without needless cost [Hz].
 const RATES_HZ: (f64, f64) = (80.0, 4000.0);
 /// Where QRS complexes stand out most from P and T waves, motion and muscles [Hz].
 const QRS_HZ: f64 = 17.0;
-/// Half of how long the weights of the envelope reach [standard deviations of the Gaussian].
+/// The half-width of the envelope's kernels [standard deviations of the Gaussian].
 const REACH_SIGMAS: f64 = 2.5;
 /// The duration of a broad QRS complex, over which the envelope is smoothed [s].
 const QRS_SECS: f64 = 0.12;
-/// How long before a beat it is looked for quiet [s], and how much of that must be quiet.
+/// The time before a beat that must be partly quiet [s], and that part.
 const QUIET_SECS: f64 = 0.9;
 const QUIET_SHARE: f64 = 0.25;
-/// The stride of the envelope's values that are used to estimate how quiet it is.
+/// The stride of the envelope values used to estimate the quiet level.
 const QUIET_STEP: usize = 4;
 
-/// A place where a beat may be.
+/// A candidate beat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     /// Time of the maximum of the envelope [s].
     pub(super) secs: f64,
     /// Height of the envelope.
     pub(super) strength: f64,
-    /// Height of the envelope in the quietest quarter of the time before it, as share of its own.
+    /// The lower quartile of the envelope in the time before it, as a share of its strength.
     pub(super) restlessness: f64,
     pub(super) deflection: Deflection,
-    /// The form around the deflection.
+    /// The waveform around the deflection.
     pub(super) shape: Shape,
-    /// Whether there was a long gap since the candidate before it.
+    /// Whether a long gap separates it from the candidate before.
     pub(super) after_gap: bool,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Candidates {
     rate_hz: f64,
-    /// How long a maximum must stay unsurpassed [samples at the working rate], as all below.
+    /// How long a maximum must remain the highest [samples at the working rate]; all counts below are in the
+    /// same unit.
     wait: i64,
     intake: Intake,
     raw: History,
     working: History,
     sum: MovingSum,
-    /// The squares of the envelope, times `smooth`: in the same order, and cheaper.
+    /// The squared envelope times `smooth`: the same order at a lower cost.
     energy: History,
     even: Kernel,
     odd: Kernel,
-    /// How far the envelope lags behind the samples.
+    /// The delay of the envelope [samples at the working rate].
     lag: i64,
     smooth: usize,
     quiet: i64,
@@ -63,7 +64,7 @@ pub(super) struct Candidates {
 }
 
 impl Candidates {
-    /// An error when the rate is not between 80 and 4000 Hz.
+    /// Returns an error when the rate is not between 80 and 4000 Hz.
     pub(super) fn new(rate_hz: f64, wait_secs: f64) -> Result<Candidates, SignalError> {
         let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
         let intake = Intake::new(rate_hz);
@@ -73,7 +74,7 @@ impl Candidates {
         let smooth = 2 * places(QRS_SECS / 2.0) + 1;
         let quiet = places(QUIET_SECS);
         let wait = places(wait_secs);
-        // What a peak is refined with lies less than a second back.
+        // Refining a peak needs less than a second of signal.
         let second = places(1.0);
         Ok(Candidates {
             rate_hz,
@@ -96,7 +97,7 @@ impl Candidates {
         })
     }
 
-    /// How many samples after its maximum a candidate is known at the latest.
+    /// The largest delay of a candidate after its maximum [samples].
     pub(super) fn latency(&self) -> usize {
         (self.lag + self.wait + 1) as usize * self.intake.group()
     }
@@ -143,7 +144,7 @@ impl Candidates {
         Candidate { secs, strength, restlessness, deflection, shape, after_gap }
     }
 
-    /// The height of the envelope that it is below in a quarter of the time around.
+    /// The lower quartile of the envelope around a maximum.
     fn quiet_height(&mut self, top: i64) -> f64 {
         let around = self.energy.at(top - self.quiet..top + self.wait + 1);
         self.quiet_values.clear();

@@ -1,4 +1,4 @@
-//! Beats while the ECG comes in.
+//! Causal beat detection.
 
 use std::collections::VecDeque;
 
@@ -13,42 +13,41 @@ use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
 use crate::error::SignalError;
 
-/// How long a maximum of the envelope must stay unsurpassed [s].
+/// How long a maximum of the envelope must remain the highest [s].
 const WAIT_SECS: f64 = 0.11;
-/// No two beats follow faster [s]: the ventricles are refractory. (A P wave that was taken for a
-/// beat shall not hide the QRS complex after it.)
+/// The refractory period of the ventricles [s]. (Short, so that a P wave taken for a beat does not hide the
+/// QRS complex after it.)
 const REFRACTORY_SECS: f64 = 0.16;
-/// Of two that follow faster [s], the first was a P wave when the second is higher.
+/// Of two candidates closer than this [s], the first was a P wave if the second is higher.
 const P_WAVE_SECS: f64 = 0.25;
-/// A beat is missed after so many cycles (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and
-/// sought among what came later than this share of a cycle.
+/// A beat is missing after this many cycles (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532); it is
+/// searched among candidates after this share of a cycle.
 const MISSED_CYCLES: f64 = 1.66;
 const EARLIEST_CYCLES: f64 = 0.3;
-/// It must surpass this share of the threshold for one that is due.
+/// The share of the threshold that a missed beat must exceed.
 const SEARCH_BACK_SHARE: f64 = 0.9;
-/// After so long without a beat [s], the height of beats is learnt anew.
+/// The time without a beat after which the height of beats is relearnt [s].
 const SILENCE_SECS: f64 = 8.0;
-/// So long only while it was learnt of fewer beats than these.
+/// The shorter time [s] that applies while it was learnt from fewer beats than these.
 const SHORT_SILENCE_SECS: f64 = 3.0;
 const TRIED_BEATS: usize = 6;
-/// After so many artefacts in a row it is beats that became higher.
+/// After this many artefacts in a row, beats have become higher.
 const MOST_ARTEFACTS: usize = 4;
-/// Beats that follow so fast [s] come where T waves do.
+/// Beats closer than this [s] fall where T waves do.
 const FAST_SECS: f64 = 0.42;
-/// How much of the highest candidate the height of beats is taken for at first.
+/// The initial height of beats, as a share of the highest candidate.
 const FIRST_SHARE: f64 = 0.8;
-/// A longer interval is none between neighbours [s].
+/// The longest interval between successive beats [s].
 const LONGEST_SECS: f64 = 3.0;
-/// How many candidates are kept that were not taken for beats.
+/// The number of rejected candidates kept for the search back.
 const MOST_PASSED: usize = 128;
 
-/// Finds beats in an ECG that comes in sample by sample.
+/// Detects beats in an ECG sample by sample.
 ///
-/// Half of the beats are reported within 220 ms of data time after them, and 99 of 100 within 250 ms,
-/// but for those [found later](Found::Later): in the first two seconds, or because a beat was
-/// missing. The output is the same bit for bit for any chunking, and no sample allocates. Samples
-/// that are no [usable numbers](crate::gaps::is_usable) are bridged; intervals across long gaps
-/// teach nothing.
+/// Half of the beats are reported within 220 ms of data time and 99 of 100 within 250 ms, except those [found
+/// later](Found::Later): in the first two seconds, or because a beat was missing. The output is bit-identical
+/// for any chunking, and no sample allocates. Samples that are not [usable numbers](crate::gaps::is_usable)
+/// are bridged; intervals across long gaps are not learnt from.
 #[derive(Clone, Debug)]
 pub struct BeatDetector {
     candidates: Candidates,
@@ -56,25 +55,25 @@ pub struct BeatDetector {
     is_learning: bool,
     beats: Recent,
     others: Deflections,
-    /// The forms of the newest beats.
+    /// The waveforms of the newest beats.
     shapes: [Shape; MEMORY],
     accepted: usize,
-    /// How many artefacts came since the last beat.
+    /// The number of artefacts since the last beat.
     artefacts: usize,
     cycles_secs: Recent,
     last: Option<Candidate>,
-    /// The beat before the last one, if the time between them is the newest cycle.
+    /// The beat before the last one, if the interval between them is the newest cycle.
     before: Option<Candidate>,
     quiet_since_secs: f64,
     passed: VecDeque<Candidate>,
-    /// Beats that were found at once with another one.
+    /// Beats that were found together with another one and wait to be returned.
     found: VecDeque<(Candidate, Found)>,
 }
 
 impl BeatDetector {
-    /// A detector for samples at a rate of 80 to 4000 Hz, in any unit and of either polarity.
+    /// Creates a detector for samples at 80 to 4000 Hz, in any unit and of either polarity.
     ///
-    /// An error when the rate lies outside.
+    /// Returns an error for another rate.
     pub fn new(rate_hz: f64) -> Result<BeatDetector, SignalError> {
         Ok(BeatDetector::over(Candidates::new(rate_hz, WAIT_SECS)?))
     }
@@ -100,7 +99,7 @@ impl BeatDetector {
 
     /// Takes in the next sample, and returns a beat if one became known.
     ///
-    /// Beats that become known at once are returned one a sample, in their order.
+    /// Beats that become known together are returned one per sample, in order.
     pub fn push(&mut self, sample: f64) -> Option<Beat> {
         if let Some(candidate) = self.candidates.push(sample) {
             self.take(candidate);
@@ -112,7 +111,6 @@ impl BeatDetector {
         self.found.pop_front()
     }
 
-    /// Takes in the next candidate.
     pub(super) fn take(&mut self, candidate: Candidate) {
         if candidate.after_gap {
             self.forget_rhythm(candidate.secs);
@@ -128,7 +126,7 @@ impl BeatDetector {
         self.judge(candidate, Found::InTime);
     }
 
-    /// What was learnt of few beats may have been an artefact.
+    /// The silence that triggers relearning [s]; shorter after few beats, which may have been artefacts.
     fn silence_secs(&self) -> f64 {
         if self.accepted < TRIED_BEATS { SHORT_SILENCE_SECS } else { SILENCE_SECS }
     }
@@ -176,7 +174,7 @@ impl BeatDetector {
         }
     }
 
-    /// Whether a beat was missing before this time, and is found now.
+    /// Whether a missed beat before this time is found by searching back.
     fn search_back(&mut self, until_secs: f64) -> bool {
         let usual = self.usual(until_secs);
         let Some(last) = self.last else { return false };
@@ -263,7 +261,7 @@ impl BeatDetector {
         self.passed.push_back(candidate);
     }
 
-    /// How much a candidate is like the newest beats.
+    /// The similarity of a candidate to the newest beats.
     fn alike(&self, candidate: &Candidate) -> f64 {
         alike(&candidate.shape, self.shapes.iter())
     }

@@ -1,16 +1,16 @@
-//! How high what is no beat usually is.
+//! The usual height of deflections that are not beats.
 
 use super::recent::{MEMORY, median};
 
-/// What was longer ago counts no more [s].
+/// Deflections older than this are ignored [s].
 const LONGEST_AGO_SECS: f64 = 10.0;
 
-/// Whether something this far away in time [s] still indicates what is usual.
+/// Whether a deflection this far away in time [s] still counts.
 pub(super) fn is_near(secs: f64) -> bool {
     secs.abs() <= LONGEST_AGO_SECS
 }
 
-/// The newest deflections that are no beats: when [s], and how high.
+/// The newest deflections that are not beats: time [s] and height.
 #[derive(Clone, Debug)]
 pub(super) struct Deflections {
     newest: [(f64, f64); MEMORY],
@@ -29,8 +29,8 @@ impl Deflections {
         self.next = (self.next + 1) % MEMORY;
     }
 
-    /// The median height at a time [s] of those not long ago; each of so many `beats` with a
-    /// cycle [s] has one, of no height where there are fewer.
+    /// The median height of the deflections near a time [s], counting one per beat of the last `beats` cycles
+    /// [s]; missing ones count as zero.
     pub(super) fn usual(&self, at_secs: f64, beats: usize, cycle_secs: f64) -> f64 {
         let mut heights = [0.0; MEMORY];
         let near = self.newest.iter().filter(|(secs, _)| is_near(at_secs - secs));

@@ -1,19 +1,19 @@
-//! What speaks against a heart rate although beats look well.
+//! Evidence against a heart rate whose beats look well.
 
 use super::windows::WindowBeat;
 use crate::robust::{interpolated, median_in_place};
 
-/// An interval is odd that is this share longer or shorter than the median.
+/// An interval is odd when it deviates from the median by more than this share.
 const ODD: f64 = 0.25;
-/// A beat is unlike those before it below this likeness.
+/// A beat is unlike those before it below this similarity.
 const UNLIKE: f64 = 0.8;
-/// A deflection between beats is unexplained from this share of their height on.
+/// A deflection between beats is unexplained above this share of their height.
 const UNEXPLAINED: f64 = 0.35;
 
-/// What is probable when nothing else speaks against the rate, by the quality of the signal.
+/// The probability by signal quality alone, when there is no other evidence against the rate.
 const OF_QUALITY: [(f64, f64); 6] =
     [(0.0, 0.0), (0.4, 0.5), (0.55, 0.75), (0.8, 0.8), (0.85, 0.95), (1.0, 0.99)];
-/// More of these shares speak against it.
+/// The limits above which each share counts against it.
 const MOST_UNEXPLAINED: f64 = 0.08;
 const MOST_DOUBLED: f64 = 0.05;
 const MOST_ODD_UNLIKE: f64 = 0.03;
@@ -24,17 +24,18 @@ const MOST_SATURATED: f64 = 0.1;
 /// Shares of beats, all between 0 and 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
-    /// Mean likeness with the beats before.
+    /// The mean similarity to the beats before.
     pub(super) like: f64,
-    /// Those after an odd interval.
+    /// The share of beats after an odd interval.
     pub(super) odd: f64,
-    /// Those after an odd interval that are unlike others, too: noise.
+    /// The share of beats after an odd interval that are also unlike others: noise.
     pub(super) odd_unlike: f64,
-    /// Intervals that are twice as long as others, where hardly one lies between: beats were missed.
+    /// The share of intervals twice as long as others, with hardly any in between: missed beats.
     pub(super) doubled: f64,
     /// Share of samples at the end of the range.
     pub(super) saturated: f64,
-    /// Those before which something as high as a beat lies where no T or P wave is: a beat that was missed.
+    /// The share of beats preceded by a deflection as high as a beat where there is no T or P wave: a missed
+    /// beat.
     pub(super) unexplained: f64,
 }
 
@@ -64,8 +65,8 @@ impl Doubt {
         }
     }
 
-    /// How likely the rate is within 10 %, given the quality of the signal: as often as it was in
-    /// made-up signals of 24 kinds (`bench/signal/measure_unkind choosing`).
+    /// The probability that the rate is correct within 10 %, given the signal quality, calibrated on
+    /// simulated signals of 24 kinds (`bench/signal/measure_unkind choosing`).
     pub(super) fn probability(&self, quality: f64) -> f64 {
         let speaks_against = [
             (self.unexplained > MOST_UNEXPLAINED, 0.6),
@@ -79,7 +80,7 @@ impl Doubt {
     }
 }
 
-/// The share of intervals near twice the lower quartile, less that of those between once and twice.
+/// The share of intervals near twice the lower quartile, minus the share between once and twice.
 fn doubled(mut intervals_ms: Vec<f64>) -> f64 {
     intervals_ms.sort_unstable_by(f64::total_cmp);
     let Some(&short_ms) = intervals_ms.get(intervals_ms.len() / 4) else { return 0.0 };

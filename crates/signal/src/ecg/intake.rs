@@ -1,14 +1,14 @@
-//! From samples as they come to a signal without gaps, at a rate near 250 Hz.
+//! Converts incoming samples into a gap-free signal near 250 Hz.
 
 use crate::gaps::is_usable;
 
 /// Rates above twice this are averaged down towards it [Hz].
 const WORKING_RATE_HZ: f64 = 250.0;
-/// A longer gap hides what the signal did: it may begin elsewhere afterwards [s].
+/// After a gap longer than this the signal may have moved to another level [s].
 const SHORT_GAP_SECS: f64 = 0.02;
 
-/// Bridges gaps by holding the last value, and goes on from there after a long one, so that no
-/// jump looks like a beat; averages whole groups of samples.
+/// Bridges gaps by holding the last value, removes the jump after long ones, so that it does not look like a
+/// beat, and averages groups of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Intake {
     group: usize,
@@ -20,11 +20,11 @@ pub(super) struct Intake {
     in_group: usize,
 }
 
-/// What a sample becomes.
+/// The result of a sample.
 pub(super) struct Taken {
     /// The sample without gaps.
     pub(super) sample: f64,
-    /// The mean of the group that it completes.
+    /// The mean of the group that it completes, if any.
     pub(super) mean: Option<f64>,
     /// Whether it is the first one after a long gap.
     pub(super) resumed: bool,
@@ -37,7 +37,7 @@ impl Intake {
         Intake { group, short_gap, held: None, missing: 0, offset: 0.0, sum: 0.0, in_group: 0 }
     }
 
-    /// How many samples make one at the working rate.
+    /// The number of samples averaged into one at the working rate.
     pub(super) fn group(&self) -> usize {
         self.group
     }

@@ -1,16 +1,16 @@
-//! Band-passes of derivatives of a Gaussian: smooth, short, without any shift.
+//! Band-pass kernels from derivatives of a Gaussian: smooth, short and without phase shift.
 
 use std::f64::consts::TAU;
 
-/// How many products are added up at once.
+/// The number of products accumulated in parallel.
 const LANES: usize = 8;
 
-/// A derivative of a Gaussian as weights of the samples from `-half` to `half`, with gain 1 at the
-/// frequency where it is most sensitive.
+/// A derivative of a Gaussian as weights of the samples from `-half` to `half`, with gain 1 at its peak
+/// frequency.
 #[derive(Clone, Debug)]
 pub(super) struct Kernel {
     half: usize,
-    /// Of the samples, after zeros for older ones that fill up the lanes.
+    /// The weights, preceded by zeros that fill up the lanes.
     weights: Vec<f64>,
 }
 
@@ -38,17 +38,17 @@ impl Kernel {
         Kernel { half, weights }.normal(frequency_hz, rate_hz)
     }
 
-    /// How many samples after the middle it needs.
+    /// The number of samples needed after the centre.
     pub(super) fn half(&self) -> usize {
         self.half
     }
 
-    /// How many samples it is given, the last of them `half` after the middle.
+    /// The number of samples needed, the last of them `half` after the centre.
     pub(super) fn length(&self) -> usize {
         self.weights.len()
     }
 
-    /// What it gives in the middle.
+    /// The output at the centre.
     pub(super) fn apply(&self, samples: &[f64]) -> f64 {
         let mut sums = [0.0; LANES];
         let weights = self.weights.chunks_exact(LANES);
@@ -76,7 +76,7 @@ impl Kernel {
     }
 }
 
-/// The energy in the middle of samples: the squares of what two kernels of one length give, together.
+/// The energy at the centre: the sum of the squared outputs of two kernels of one length.
 pub(super) fn energy(even: &Kernel, odd: &Kernel, samples: &[f64]) -> f64 {
     let (mut evens, mut odds) = ([0.0; LANES], [0.0; LANES]);
     let weights = even.weights.chunks_exact(LANES).zip(odd.weights.chunks_exact(LANES));
@@ -89,7 +89,7 @@ pub(super) fn energy(even: &Kernel, odd: &Kernel, samples: &[f64]) -> f64 {
     evens.iter().sum::<f64>().powi(2) + odds.iter().sum::<f64>().powi(2)
 }
 
-/// Width of the Gaussian whose derivative of this order is most sensitive at a frequency [s].
+/// The width of the Gaussian whose derivative of this order peaks at a frequency [s].
 pub(super) fn sigma_secs(order: u32, frequency_hz: f64) -> f64 {
     f64::from(order).sqrt() / (TAU * frequency_hz)
 }

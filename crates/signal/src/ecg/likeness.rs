@@ -1,35 +1,35 @@
-//! How much beats look like those before them.
+//! The similarity of beats to those before them.
 
 use super::recent::MEMORY;
 use crate::gaps::is_usable;
 
-/// The part of the heart cycle that is compared, before and after the beat [s]: the QRS complex.
+/// The part of the cardiac cycle compared, before and after the R peak [s]: the QRS complex.
 const BEFORE_SECS: f64 = 0.1;
 const AFTER_SECS: f64 = 0.15;
-/// At how many places of it beats are compared: each 8 ms.
+/// The number of points at which beats are compared, 8 ms apart.
 const PLACES: usize = 32;
-/// A beat need only look like so many of those remembered: hearts have beats of several kinds.
+/// A beat is compared with the third most similar of those remembered: several beat morphologies may
+/// alternate.
 const ALIKE: usize = 3;
 
 type Shape = [f64; PLACES];
 
-/// What a beat looks like beside those before it.
+/// The morphology of a beat relative to those before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Looks {
-    /// How much it looks like others [0..1]; `None` for the first one.
+    /// Its similarity to others [0..1]; `None` for the first one.
     pub(super) likeness: Option<f64>,
-    /// How far its main deflection lies above what is around it [unit of the signal].
+    /// The height of its main deflection above its surroundings [unit of the signal].
     pub(super) deflection: f64,
-    /// From its lowest to its highest point [unit of the signal].
+    /// Its peak-to-peak range [unit of the signal].
     pub(super) height: f64,
 }
 
-/// The newest beats, each as its deviation from a line.
+/// The newest beats, each detrended.
 ///
-/// Two beats are as alike as 2·⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩): 1 for the same shape and height. Of the
-/// same shape in noise, it is what the shape has of all power: so the signal-to-noise ratio around
-/// beats is known (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351, who correlate beats
-/// with their mean).
+/// The similarity of two beats is 2·⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩): 1 for the same shape and height. For one
+/// shape in noise it is the shape's share of the power, and so gives the signal-to-noise ratio around beats
+/// (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351, who correlate beats with their mean).
 #[derive(Clone, Debug)]
 pub(super) struct Likeness {
     rate_hz: f64,
@@ -44,7 +44,7 @@ impl Likeness {
         Likeness { rate_hz, shapes, count: 0, next: 0 }
     }
 
-    /// Takes in the beat at `middle` of these samples; `None` when they do not reach far enough.
+    /// Takes in the beat at `middle` of these samples; `None` when they do not reach far enough around it.
     pub(super) fn push(&mut self, samples: &[f64], middle: f64) -> Option<Looks> {
         let step = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
         let mut shape = [0.0; PLACES];
@@ -74,7 +74,7 @@ impl Likeness {
     }
 }
 
-/// The value between samples, by a cubic curve through four of them (Catmull and Rom).
+/// The value at a fractional position, by Catmull–Rom interpolation.
 fn between(samples: &[f64], place: f64) -> Option<f64> {
     let begin = place.floor();
     let first = (begin >= 1.0).then(|| begin as usize - 1)?;
@@ -87,7 +87,7 @@ fn between(samples: &[f64], place: f64) -> Option<f64> {
     points.iter().all(|&each| is_usable(each)).then_some(value)
 }
 
-/// Takes off the line that fits best.
+/// Subtracts the least-squares line.
 fn without_line(shape: &mut Shape) {
     let place = |index: usize| index as f64 - (PLACES - 1) as f64 / 2.0;
     let mean = shape.iter().sum::<f64>() / PLACES as f64;

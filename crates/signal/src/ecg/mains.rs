@@ -1,4 +1,4 @@
-//! Which mains hum in an ECG: 50 or 60 Hz.
+//! Detection of the mains frequency in an ECG: 50 or 60 Hz.
 
 use std::f64::consts::TAU;
 
@@ -7,33 +7,33 @@ use crate::error::SignalError;
 use crate::filter::Cascade;
 use crate::gaps::is_usable;
 
-/// The frequencies that mains have [Hz].
+/// The mains frequencies [Hz].
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
-/// How long what was heard counts [s]: long enough that heart beats cancel out.
+/// The time constant of the detection [s]: long enough for heartbeats to cancel out.
 const MEMORY_SECS: f64 = 5.0;
-/// The other frequency is believed when so many times louder.
+/// The factor by which the other frequency must be louder to be chosen.
 const LOUDER: f64 = 1.5;
 
-/// Hears which mains hum in a signal, sample by sample; 50 Hz until 60 Hz are louder.
+/// Detects the mains frequency sample by sample; 50 Hz until 60 Hz is louder.
 #[derive(Clone, Debug)]
 pub(super) struct Mains {
     rate_hz: f64,
     count: u64,
-    /// What is left of the sums after each sample.
+    /// The decay of the sums per sample.
     kept: f64,
-    /// The signal against the cosine and the sine of each frequency.
+    /// The correlation with the cosine and the sine of each frequency.
     sums: [[f64; 2]; 2],
     chosen: usize,
 }
 
 impl Mains {
-    /// At a rate of more than 120 Hz; below it 60 Hz can't be heard, and 50 Hz it is.
+    /// Creates a detector; at 120 Hz and below, 60 Hz cannot be detected and 50 Hz is assumed.
     pub(super) fn new(rate_hz: f64) -> Mains {
         let kept = (-1.0 / (MEMORY_SECS * rate_hz).max(1.0)).exp();
         Mains { rate_hz, count: 0, kept, sums: [[0.0; 2]; 2], chosen: 0 }
     }
 
-    /// Takes in a sample; gives the place of the frequency that hums among [`MAINS_HZ`].
+    /// Takes in a sample; returns the index of the detected frequency in [`MAINS_HZ`].
     pub(super) fn push(&mut self, sample: f64) -> usize {
         let count = self.count as f64;
         self.count += 1;
@@ -53,30 +53,30 @@ impl Mains {
     }
 }
 
-/// Which mains hum in a whole signal [Hz]: what was heard at most of its samples.
+/// The mains frequency of a whole signal [Hz]: the one detected at most samples.
 pub(super) fn mains_hz(signal: &[f64], rate_hz: f64) -> f64 {
     let mut mains = Mains::new(rate_hz);
     let higher = signal.iter().filter(|sample| mains.push(**sample) == 1).count();
     MAINS_HZ[usize::from(2 * higher > signal.len())]
 }
 
-/// Takes drift and hum off an ECG as it comes in.
+/// Removes baseline wander and hum from an ECG, causally.
 #[derive(Clone, Debug)]
 pub(super) struct Cleaner {
     filters: [Cascade; 2],
-    /// `None` where the frequency is given: then both filters remove the same.
+    /// `None` where the frequency is given and both filters are the same.
     mains: Option<Mains>,
 }
 
 impl Cleaner {
-    /// Takes out the hum of mains at a frequency [Hz], or else of those that it hears.
+    /// Creates a cleaner that removes hum at a frequency [Hz], or at the detected one if unset.
     pub(super) fn new(rate_hz: f64, mains_hz: Option<f64>) -> Result<Cleaner, SignalError> {
         let filter = |hz: f64| Ok(Cascade::settled(&cleaning(rate_hz, mains_hz.unwrap_or(hz))?));
         let filters = [filter(MAINS_HZ[0])?, filter(MAINS_HZ[1])?];
         Ok(Cleaner { filters, mains: mains_hz.is_none().then(|| Mains::new(rate_hz)) })
     }
 
-    /// The sample without drift and hum.
+    /// The sample without baseline wander and hum.
     pub(super) fn push(&mut self, sample: f64) -> f64 {
         let Some(mains) = &mut self.mains else { return self.filters[0].push(sample) };
         let cleaned = [self.filters[0].push(sample), self.filters[1].push(sample)];

@@ -1,14 +1,14 @@
-//! The sum of the newest values.
+//! A moving sum.
 
-/// The sum of the newest `length` values, in two additions a value and without ever taking one off
-/// again: what was large leaves no rounding behind.
+/// The sum of the newest `length` values, with two additions per value and no subtraction, so that large
+/// values leave no rounding error behind.
 ///
-/// Values come in blocks of `length`: the newest ones are the end of the last block, whose sums are
-/// known, and the beginning of this one. Before the first value stand zeros.
+/// Values come in blocks of `length`: the window is the end of the last block, whose suffix sums are known,
+/// and the start of the current one. Values before the first count as zero.
 #[derive(Clone, Debug)]
 pub(super) struct MovingSum {
     block: Vec<f64>,
-    /// Of each place in the last block, the sum from there to its end.
+    /// The suffix sums of the last block.
     ends: Vec<f64>,
     begin: f64,
     length: usize,

@@ -1,30 +1,30 @@
-//! From somewhere in a QRS complex to its main deflection.
+//! Locates the main deflection of a QRS complex.
 
 use super::history::History;
 use super::kernel::{Kernel, sigma_secs};
 
-/// Where the main deflection stands out most [Hz].
+/// The frequency at which the main deflection stands out most [Hz].
 const DEFLECTION_HZ: f64 = 10.0;
-/// Half of how long its weights reach [standard deviations of the Gaussian].
+/// The half-width of the kernel [standard deviations of the Gaussian].
 const REACH_SIGMAS: f64 = 3.0;
-/// How far from the maximum of the energy it may be [s].
+/// The search range around the maximum of the energy [s].
 const SEARCH_SECS: f64 = 0.07;
-/// How far the highest sample may be from the maximum of the smoothed deflection [s].
+/// The search range for the highest sample around the maximum of the smoothed deflection [s].
 const SNAP_SECS: f64 = 0.012;
-/// A parabola through the peak and samples so far beside it gives the time between samples [s].
+/// The distance of the outer points of the parabola that interpolates the peak [s].
 const PARABOLA_SECS: f64 = 0.004;
-/// How much higher the other way a deflection must be when the channel has one clear direction.
+/// The factor by which the opposite deflection must be higher in a channel with a clear polarity.
 const PREFERENCE: f64 = 1.5;
-/// How much higher it must be when beats were always marked the other way: of two deflections that are
-/// equally high, noise shall not choose another one each beat.
+/// The same where beats were always marked on the other side: noise must not switch between two equally high
+/// deflections from beat to beat.
 const HABIT: f64 = 1.35;
-/// … where up and down are so nearly and so steadily the same [mean logarithm, and how far from it].
+/// … while the ratio of up to down is this close to 1, and this steady [mean logarithm, and its deviation].
 const EQUAL: f64 = 0.12;
-/// The mean logarithm of up/down at which a direction is clear.
+/// The mean log ratio of up to down at which the polarity is clear.
 const CLEAR_DIRECTION: f64 = 0.3;
-/// Over how many beats the direction is averaged.
+/// The number of beats over which the polarity is averaged.
 const DIRECTION_BEATS: f64 = 16.0;
-/// A direction is not clear of fewer.
+/// The fewest beats for a clear polarity.
 const FIRST_BEATS: f64 = 4.0;
 
 /// The main deflection of a QRS complex.
@@ -35,8 +35,8 @@ pub(super) struct Deflection {
     pub(super) upright: bool,
 }
 
-/// Finds main deflections; knows to which side they use to point in this channel, because the two
-/// deflections of a broad complex can be equally high.
+/// Locates main deflections; learns the polarity of the channel, because the two deflections of a broad
+/// complex can be equally high.
 #[derive(Clone, Debug)]
 pub(super) struct PeakFinder {
     group: i64,
@@ -44,14 +44,14 @@ pub(super) struct PeakFinder {
     search: i64,
     snap: i64,
     shoulder: i64,
-    /// Mean logarithm of the height of upward over downward deflections.
+    /// The mean log ratio of upward to downward deflections.
     direction: f64,
-    /// Where beats were marked before: 1 always on upward deflections, −1 always on downward ones.
+    /// The side on which beats were marked so far: 1 always upward, −1 always downward.
     habit: f64,
-    /// How far from the mean logarithm that of a beat usually is.
+    /// The usual deviation of a beat from the mean log ratio.
     spread: f64,
     usual_strength: f64,
-    /// Of how many beats these are, up to [`DIRECTION_BEATS`].
+    /// The number of beats these are averaged over, up to [`DIRECTION_BEATS`].
     learnt_beats: f64,
     heights: Vec<f64>,
 }
@@ -76,7 +76,7 @@ impl PeakFinder {
         }
     }
 
-    /// The place in the raw signal of one at the working rate: the middle of its group.
+    /// The raw-signal position of a position at the working rate: the middle of its group.
     pub(super) fn raw_place(&self, place: i64) -> f64 {
         (place * self.group) as f64 + (self.group - 1) as f64 / 2.0
     }
@@ -111,9 +111,9 @@ impl PeakFinder {
     }
 
     fn learn_direction(&mut self, ratio: f64, upright: bool, strength: f64) {
-        // P and T waves have no say.
+        // P and T waves are not learnt from.
         if strength > self.usual_strength / 2.0 {
-            // At first the mean of all, so that it is known after a few beats and not half a minute.
+            // A plain mean at first, so that the polarity is known after a few beats.
             self.learnt_beats = (self.learnt_beats + 1.0).min(DIRECTION_BEATS);
             let beats = self.learnt_beats;
             self.direction += (ratio.clamp(-1.0, 1.0) - self.direction) / beats.max(FIRST_BEATS);
@@ -126,7 +126,7 @@ impl PeakFinder {
         self.usual_strength += weight * (strength - self.usual_strength);
     }
 
-    /// The extreme of the raw signal nearby, or the beginning if there is none.
+    /// The nearest extreme of the raw signal, or `begin` if there is none.
     fn true_peak(&self, begin: i64, upright: bool, raw: &History) -> f64 {
         let sign = if upright { 1.0 } else { -1.0 };
         let around = raw.at(begin - self.snap..begin + self.snap + 1);
@@ -144,7 +144,7 @@ impl PeakFinder {
     }
 }
 
-/// Place and height of the highest and of the lowest value.
+/// Index and value of the maximum and the minimum.
 fn extremes(values: &[f64]) -> ((usize, f64), (usize, f64)) {
     let first = (values.len() / 2, values.get(values.len() / 2).copied().unwrap_or(0.0));
     values.iter().enumerate().fold((first, first), |(up, down), (index, &value)| {

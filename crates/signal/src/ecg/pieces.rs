@@ -1,4 +1,4 @@
-//! The quality of an ECG from pieces of a few seconds.
+//! ECG quality in segments of a few seconds.
 
 use std::collections::VecDeque;
 
@@ -7,33 +7,32 @@ use super::history::History;
 use super::recent::Recent;
 use crate::gaps::is_usable;
 
-/// How long a piece is [s], and how long after the one before it it begins: slow enough waves for a
-/// band from 0 to 1 Hz, and a heart beat or two.
+/// The length and the hop of segments [s]: long enough for a band from 0 to 1 Hz and a beat or two.
 pub(super) const PIECE_SECS: f64 = 4.0;
 pub(super) const STEP_SECS: f64 = 2.0;
-/// A signal that stays the same for longer is flat [s].
+/// The longest time that a signal may stay constant before it is flat [s].
 const FLAT_SECS: f64 = 0.2;
-/// One that stays at the end of its range for longer is saturated [s].
+/// The longest time at the end of the range before the signal is saturated [s].
 const SATURATED_SECS: f64 = 0.03;
-/// A range of so many usual ones is motion; usual is the median of the newest pieces.
+/// A range above this many usual ones (the median of the newest segments) is motion.
 const MOTION_RANGES: f64 = 2.5;
-/// So is wander with more than this share of the power (the base share).
+/// So is baseline wander above this share of the power.
 const MOTION_WANDER: f64 = 0.8;
 
-/// A piece of an ECG; shares lie between 0 and 1.
+/// A segment of an ECG; shares lie between 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Piece {
     pub(super) begin_ns: i64,
     pub(super) end_ns: i64,
-    /// Share of samples that stay the same for long.
+    /// The share of flat samples.
     pub(super) flat: f64,
-    /// Share of samples that stay at the end of the range so far.
+    /// The share of samples at the end of the range so far.
     pub(super) saturated: f64,
     /// Whether the person or an electrode moved.
     pub(super) moved: bool,
-    /// Median of the clean signal without its sign: what lies between beats [unit of the signal].
+    /// The median absolute clean signal: the level between beats [unit of the signal].
     pub(super) between: f64,
-    /// Kurtosis of the clean signal; NaN where nothing varies, as the next two.
+    /// Kurtosis of the clean signal; NaN for a constant signal, as the next two.
     pub(super) kurtosis: f64,
     /// Power at 5–15 Hz over that at 5–40 Hz.
     pub(super) qrs_share: f64,
@@ -41,8 +40,7 @@ pub(super) struct Piece {
     pub(super) base_share: f64,
 }
 
-/// Cuts a signal that comes in sample by sample into pieces; those of which less than half is
-/// usable are left out.
+/// Cuts a signal into segments, sample by sample; those less than half usable are dropped.
 #[derive(Clone)]
 pub(super) struct Pieces {
     rate_hz: f64,
@@ -80,7 +78,7 @@ impl Pieces {
         }
     }
 
-    /// Takes in a sample, as it is and clean; gives the piece that ends with it.
+    /// Takes in a sample, raw and clean; returns the segment that ends with it.
     pub(super) fn push(&mut self, at_ns: i64, sample: f64, clean: f64) -> Option<Piece> {
         if is_usable(sample) {
             self.lowest = self.lowest.min(sample);
@@ -138,7 +136,7 @@ impl Pieces {
         *self.sizes.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
-    /// How many samples are flat, and how many saturated.
+    /// The numbers of flat and of saturated samples.
     fn unmoving(&self) -> (usize, usize) {
         let longest = |secs: f64| ((secs * self.rate_hz) as usize).max(2);
         let (flat, saturated) = (longest(FLAT_SECS), longest(SATURATED_SECS));

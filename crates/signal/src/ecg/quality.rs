@@ -1,4 +1,4 @@
-//! How well beats can be read off an ECG.
+//! Signal quality of an ECG.
 
 use std::ops::RangeInclusive;
 
@@ -9,11 +9,11 @@ use super::recent::median;
 use crate::filter::zero_phase;
 use crate::gaps::is_usable;
 
-/// Rates at which there is something to judge [Hz].
+/// The supported rates [Hz].
 const RATES_HZ: RangeInclusive<f64> = 80.0..=4000.0;
-/// A signal that stays the same for longer is flat, or at the end of its range [s].
+/// A signal constant for longer is flat or saturated [s].
 const FLAT_SECS: f64 = 0.2;
-/// What lies between beats halves the quality when it is so high beside them.
+/// The level between beats, relative to their height, that halves the quality.
 const HALVING: f64 = 0.18;
 
 /// Signal quality from 0 (useless) to 1 (equal beats with nothing between them).
@@ -52,25 +52,25 @@ pub fn quality(signal: &[f64], rate_hz: f64, beats: &[f64]) -> Option<f64> {
     Some(parts.quality())
 }
 
-/// What a quality is made of.
+/// The components of a quality.
 pub(super) struct Parts {
-    /// How much beats are like others [0..1].
+    /// The similarity of beats [0..1].
     pub(super) likeness: f64,
-    /// How high what lies between beats is beside them.
+    /// The level between beats, relative to their height.
     pub(super) between: f64,
-    /// How much of the signal lives [0..1].
+    /// The share of the signal that is alive [0..1].
     pub(super) living: f64,
 }
 
 impl Parts {
     pub(super) fn quality(&self) -> f64 {
         let quality = self.likeness / (1.0 + (self.between / HALVING).powi(3)) * self.living;
-        // No height at all, of neither: nothing can be read off.
+        // Zero height of both beats and the rest: nothing is readable.
         if quality.is_nan() { 0.0 } else { quality.clamp(0.0, 1.0) }
     }
 }
 
-/// The height of what lies between beats, in the median piece.
+/// The level between beats in the median segment.
 fn between(signal: &[f64], rate_hz: f64) -> Option<f64> {
     let clean = zero_phase(&without_wander(rate_hz).ok()?, signal).ok()?;
     let pieces = clean.chunks((PIECE_SECS * rate_hz) as usize);

@@ -1,35 +1,35 @@
-//! Beats among many candidates, by their heights and by the rhythm that they keep.
+//! Selection of beats among many candidates by height and rhythm.
 
 use super::candidates::Candidate;
 use super::judge::{DUE, Usual, is_artefact, share_when_alike, stands_out};
 
-/// No two beats follow faster [s]: 240 a minute, or 270 where the usual cycle is not much longer [s].
+/// The refractory period [s]: 240 beats a minute, or 270 where the usual cycle is not much longer [s].
 const REFRACTORY_SECS: f64 = 0.25;
 const FAST_REFRACTORY_SECS: f64 = 0.22;
 const FAST_CYCLE_SECS: f64 = 0.3;
-/// What the height of a candidate counts: so much for each factor e above the threshold of a beat
-/// that is due, and not more than a beat of the usual height in silence.
+/// The score per factor of e that a candidate's height exceeds the threshold of a due beat; capped at that of
+/// a beat of the usual height in silence.
 const HEIGHT_WEIGHT: f64 = 2.0;
-/// The cost of an interval: the square of its deviation from the usual cycle in factors of e, weighted
-/// higher in noise, where heights carry little information: the square of the usual height of everything
-/// else, as a share of beats, times this.
+/// The weight of an interval's cost, the squared log deviation from the usual cycle. It grows in noise, where
+/// heights carry little information: with the square of the usual height of other deflections relative to
+/// beats.
 const RHYTHM_WEIGHT: f64 = 1.0;
 const NOISE_WEIGHT: f64 = 8.0;
-/// A longer interval counts as this one [cycles].
+/// Longer intervals cost as much as this one [cycles].
 const LONGEST_CYCLES: f64 = 4.0;
 
-/// What is usual around a candidate, and how much its form is like those of beats.
+/// The usual heights and cycle around a candidate, and its similarity to beats.
 pub(super) struct Around {
     pub(super) usual: Usual,
     pub(super) alike: f64,
 }
 
-/// What a candidate adds when it ends a chain of beats.
+/// A candidate as the end of a chain of beats.
 #[derive(Clone, Copy)]
 struct Link {
-    /// The candidate.
+    /// The candidate's index.
     place: usize,
-    /// What the best chain that ends with it counts.
+    /// The score of the best chain that ends with it.
     score: f64,
     /// The link before it in that chain.
     before: Option<usize>,
@@ -47,7 +47,7 @@ pub(super) fn chain(
 ) {
     let secs = |link: &Link| candidates[link.place].secs;
     let mut links: Vec<Link> = Vec::with_capacity(candidates.len());
-    // The best chain that ended long enough ago, and the first link that did not.
+    // The best chain that ended beyond the longest interval, and the first link within it.
     let (mut best, mut recent): (Option<usize>, usize) = (None, 0);
     let can_be = |&place: &usize| {
         stands_out(&candidates[place], usual[place].alike)
@@ -82,7 +82,7 @@ pub(super) fn chain(
     follow_back(&links, begin, beats);
 }
 
-/// Adds the beats of the best chain.
+/// Traces the best chain back and adds its beats.
 fn follow_back(links: &[Link], begin: usize, beats: &mut Vec<usize>) {
     let first = beats.len();
     let mut next = (0..links.len()).max_by(|&a, &b| links[a].score.total_cmp(&links[b].score));

@@ -1,21 +1,20 @@
-//! The form of a candidate, whatever its height.
+//! The waveform of a candidate, independent of its amplitude.
 
 use super::history::History;
 
-/// How far before and after the main deflection the form reaches [s], and at how many places it is
-/// kept: each 5 ms.
+/// The range of the waveform before and after the main deflection [s], and its number of points, 5 ms apart.
 const REACH_SECS: f64 = 0.08;
 const PLACES: usize = 33;
 
-/// A piece of an ECG around a deflection, without the line that fits best, of size 1.
+/// The ECG around a deflection, detrended and of unit norm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape([f32; PLACES]);
 
 impl Shape {
-    /// No form at all: like nothing.
+    /// The empty shape, similar to nothing.
     pub(super) const NONE: Shape = Shape([0.0; PLACES]);
 
-    /// Around a place in a signal at the working rate, as far as it is there.
+    /// The shape around a position in a signal at the working rate, as far as it is held.
     pub(super) fn around(middle: f64, signal: &History, rate_hz: f64) -> Shape {
         let step = 2.0 * REACH_SECS / (PLACES - 1) as f64 * rate_hz;
         let first = middle - REACH_SECS * rate_hz;
@@ -47,14 +46,14 @@ impl Shape {
         Shape(values.map(|value| (value * scale) as f32))
     }
 
-    /// Correlation with another: 1 for the same form.
+    /// The correlation with another shape: 1 for the same.
     pub(super) fn likeness(&self, other: &Shape) -> f64 {
         f64::from(self.0.iter().zip(&other.0).map(|(left, right)| left * right).sum::<f32>())
     }
 }
 
-/// How much a form is like those of beats: the third-best likeness, as hearts have beats of several
-/// kinds; 0 with fewer than three.
+/// The third-highest similarity to the given beats, since several morphologies may alternate; 0 with fewer
+/// than three.
 pub(super) fn alike<'a>(shape: &Shape, beats: impl Iterator<Item = &'a Shape>) -> f64 {
     let mut best = [0.0; 3];
     for beat in beats {

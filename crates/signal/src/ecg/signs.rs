@@ -1,10 +1,10 @@
-//! What the pieces of a span have in common.
+//! Summary of the segments of a span.
 
 use super::pieces::Piece;
 use crate::analysis::Reason;
 use crate::robust::median_in_place;
 
-/// Medians and means over pieces.
+/// Medians and means over segments.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Signs {
     kurtosis: Result<f64, Reason>,
@@ -33,7 +33,7 @@ impl Signs {
         })
     }
 
-    /// In the order of the values.
+    /// The results in the order of the values.
     pub(super) fn values(signs: Option<Signs>) -> [Result<f64, Reason>; 6] {
         signs.map_or([Err(Reason::Short); 6], |signs| {
             let Signs { kurtosis, qrs_share, base_share, flat, saturated, moved } = signs;

@@ -1,4 +1,4 @@
-//! The values of an ECG in a span, in this order.
+//! The values of an ECG in a span, in order.
 
 use std::borrow::Cow;
 
@@ -57,10 +57,10 @@ const ALL: [(&str, &str, &str); 13] = [
     ("ECG_LeadOff", "1", "share of the span in stretches of more than 3 s without a beat, {}"),
 ];
 
-/// How many of them describe beats: the first ones.
+/// The number of values that describe beats; they come first.
 pub(super) const OF_BEATS: usize = 5;
 
-/// All but those of the heart rate's variability, by beats that were found so.
+/// All values but heart rate variability; `how` states how beats were detected.
 pub(super) fn of_signal(how: &'static str) -> Vec<Value> {
     let value = |&(name, unit, method): &(&'static str, &'static str, &'static str)| {
         let beats = format!("beats found {how}");

@@ -10,27 +10,27 @@ use super::rhythm::{self, chain};
 use super::shape::alike;
 use crate::error::SignalError;
 
-/// How long a maximum of the envelope must stay unsurpassed [s].
+/// How long a maximum of the envelope must remain the highest [s].
 const WAIT_SECS: f64 = 0.15;
-/// How often beats are chosen anew, by what is usual of those chosen before.
+/// The number of passes that choose beats anew from the statistics of the last choice.
 const PASSES: usize = 3;
-/// How many cycles before and after define what is usual, and the range of what can be usual [s].
+/// The number of cycles before and after that define what is usual, and the range of usual cycles [s].
 const CYCLES: usize = 16;
 const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 
-/// The beats of a whole ECG at a rate of 80 to 4000 Hz, in any unit and of either polarity.
+/// The beats of a whole ECG at 80 to 4000 Hz, in any unit and of either polarity.
 ///
-/// In a first pass beats are found as [`BeatDetector`] does. In three more, what is usual is known
-/// from both sides of each candidate, and those are chosen of which the heights and the intervals
-/// together are the most probable: a candidate that comes out of turn must be the higher, the more so
-/// the more there is beside beats. Samples that are no [usable numbers](crate::gaps::is_usable) are
-/// bridged; a recording without beats has none.
+/// A first pass detects beats as [`BeatDetector`] does. In three further passes, the usual heights and cycle
+/// are known from both sides of each candidate, and the chain with the most probable heights and intervals is
+/// chosen: the more deflections there are besides beats, the higher a candidate off the rhythm must be.
+/// Samples that are not [usable numbers](crate::gaps::is_usable) are bridged; a recording without beats
+/// returns none.
 ///
-/// An error when the rate lies outside.
+/// Returns an error for another rate.
 pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError> {
     let mut candidates = Candidates::new(rate_hz, WAIT_SECS)?;
     let mut detector = BeatDetector::over(candidates.clone());
-    // What lies beyond the end counts as a gap.
+    // The end of the recording counts as a gap.
     let beyond = std::iter::repeat_n(f64::NAN, candidates.latency());
     let samples = signal.iter().copied().chain(beyond);
     let found: Vec<Candidate> = samples.filter_map(|sample| candidates.push(sample)).collect();
@@ -44,7 +44,7 @@ pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError
     Ok(beats.filter(|beat| beat.sample <= signal.len() as f64 - 1.0).collect())
 }
 
-/// The places of what the causal detector takes for beats.
+/// The indices of the candidates that the causal detector accepts.
 fn first_pass(detector: &mut BeatDetector, candidates: &[Candidate]) -> Vec<usize> {
     let mut places = Vec::new();
     for candidate in candidates {
@@ -68,7 +68,7 @@ fn next_pass(candidates: &[Candidate], beats: &[usize]) -> Vec<usize> {
     next
 }
 
-/// What is usual around each candidate, when these are the beats.
+/// The usual heights and cycle around each candidate, given these beats.
 fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     let strength = |&place: &usize| candidates[place].strength;
     let heights: Vec<f64> = beats.iter().map(strength).collect();
@@ -88,7 +88,7 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
         let cycle_secs = cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1);
         let other = match other_heights.far(place, candidates) {
             Some(near) => {
-                // A beat without another deflection has one of no height.
+                // A beat without another deflection counts as one of height zero.
                 let beats = heights.places_around(place).iter();
                 let beats =
                     beats.filter(|&&beat| is_near(candidates[beat].secs - candidates[place].secs));
@@ -111,7 +111,7 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     (0..candidates.len()).map(at).collect()
 }
 
-/// Medians of values around places.
+/// Medians of the values around an index.
 struct Around<'a> {
     places: &'a [usize],
     values: &'a [f64],
@@ -120,7 +120,7 @@ struct Around<'a> {
 }
 
 impl<'a> Around<'a> {
-    /// Of so many values before and after.
+    /// Uses `reach` values before and after.
     fn new(places: &'a [usize], values: &'a [f64], reach: usize) -> Around<'a> {
         Around { places, values, reach, medians: rolling_medians(values, reach) }
     }
@@ -130,12 +130,12 @@ impl<'a> Around<'a> {
         middle.saturating_sub(self.reach)..(middle + self.reach).min(self.places.len())
     }
 
-    /// Where the values around are.
+    /// The indices of the surrounding values.
     fn places_around(&self, place: usize) -> &[usize] {
         &self.places[self.window(place)]
     }
 
-    /// Where some of the values around are far away in time, those that are near.
+    /// Of the surrounding values, those that are near in time.
     fn far<'b>(
         &'b self,
         place: usize,
@@ -158,7 +158,7 @@ impl<'a> Around<'a> {
     }
 }
 
-/// Between each two values (and before and after all), the median of as many as `reach` on both sides.
+/// The median of `reach` values on both sides, for each position between two values and at both ends.
 fn rolling_medians(values: &[f64], reach: usize) -> Vec<f64> {
     if values.is_empty() {
         return Vec::new();
@@ -184,7 +184,7 @@ fn rolling_medians(values: &[f64], reach: usize) -> Vec<f64> {
     medians
 }
 
-/// How many values are less.
+/// The number of smaller values.
 fn rank(sorted: &[f64], value: f64) -> usize {
     sorted.partition_point(|each| each.total_cmp(&value).is_lt())
 }

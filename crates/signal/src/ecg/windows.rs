@@ -1,4 +1,4 @@
-//! What is known of an ECG, of which any span can be asked.
+//! The store of an analysed ECG, which can be queried for any span.
 
 use std::collections::VecDeque;
 
@@ -16,29 +16,29 @@ use crate::robust::median_in_place;
 
 /// A longer time without a beat is silence [s]: 20 beats a minute.
 const LONGEST_SECS: f64 = 3.0;
-/// Where the signal is there, a heart that pauses may do so for so long [s].
+/// The longest pause of the heart while the signal is present [s].
 const LONGEST_PAUSE_SECS: f64 = 8.0;
-/// Even less missing may hide one where the interval is so many usual ones long.
+/// The shortest gap that may hide a beat when the interval is a multiple of the usual one.
 const HIDING_PART_SECS: f64 = 0.02;
 const HIDING_CYCLES: f64 = 1.4;
 const USUAL_BEATS: usize = 12;
-/// More missing in a row may hide a beat [s].
+/// The shortest gap that may always hide a beat [s].
 pub(super) const HIDING_SECS: f64 = 0.1;
-/// What is flat, saturated or silent hides beats: a share of the time without counts so much more.
+/// The weight of flat, saturated and silent time in the quality: it hides beats.
 const LIVING_WEIGHT: f64 = 1.25;
-/// Below this quality, beats are not separated from noise well enough for a rate.
+/// The smallest quality at which beats are separable from noise well enough for a rate.
 const LEAST_QUALITY: f64 = 0.4;
 
-/// A beat, as far as spans need it.
+/// A beat, as spans need it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WindowBeat {
     pub(super) at_ns: i64,
-    /// Time since the beat before it [ms]; `None` when there is none, or one may be hidden between.
+    /// The interval from the beat before [ms]; `None` for the first, or where one may be hidden in between.
     pub(super) rr_ms: Option<f64>,
-    /// What it looks like, if it could be looked at.
+    /// Its morphology, if it could be examined.
     pub(super) looks: Option<Looks>,
-    /// From the lowest to the highest point between the beat before and this one, where neither
-    /// has waves [unit of the signal].
+    /// The peak-to-peak range between this beat and the one before, where neither has waves [unit of the
+    /// signal].
     pub(super) between: Option<f64>,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct EcgWindows {
 }
 
 impl EcgWindows {
-    /// `how` beats were found: causal or whole.
+    /// Creates a store; `how` states how beats were detected, causally or as a whole.
     pub(super) fn new(rate_hz: f64, how: &'static str, heart: HeartWindows) -> EcgWindows {
         let values = [values::of_signal(how), heart.values().to_vec()].concat();
         EcgWindows {
@@ -65,7 +65,7 @@ impl EcgWindows {
         }
     }
 
-    /// The time between two neighbouring beats [ms].
+    /// The interval between two successive beats [ms].
     pub(super) fn interval_ms(&self, before: f64, beat: f64) -> Option<f64> {
         let (begin_ns, end_ns) = (self.track.time_ns(before)?, self.track.time_ns(beat)?);
         let interval_ms = end_ns.saturating_sub(begin_ns) as f64 / 1e6;
@@ -91,13 +91,12 @@ impl EcgWindows {
         median_in_place(&mut values[..count])
     }
 
-    /// Takes in a beat.
     pub(super) fn push(&mut self, beat: WindowBeat) {
         self.beats.push_back(beat);
         self.heart.push(beat.at_ns);
     }
 
-    /// Takes in when there were no data [ns].
+    /// Records a gap in the data [ns].
     pub(super) fn mark_gap(&mut self, (from_ns, to_ns): (i64, i64)) {
         self.heart.mark_gap(from_ns, to_ns);
     }
@@ -141,7 +140,7 @@ impl Windows for EcgWindows {
 }
 
 impl EcgWindows {
-    /// With what is dear to compute of the heart from `last`.
+    /// Measures a span, reusing the expensive values of the heart rate from `last`.
     fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let coverage = self.track.coverage(span);
         if coverage < LEAST_COVERAGE {
@@ -151,7 +150,7 @@ impl EcgWindows {
         let signs = Signs::of(&pieces);
         let silent = silent_share(&beats, span);
         let living = signs.map_or(1.0, |signs| 1.0 - signs.flat - signs.saturated);
-        // What is missing counts once, as coverage, and what is flat has no beats either.
+        // Missing data count once, as coverage; flat data have no beats either.
         let silent_there = (silent - (1.0 - coverage)).max(0.0) / coverage;
         let living = living.max(0.0).min(1.0 - silent_there);
         let quality = quality(&beats, &pieces, 1.0);
@@ -170,7 +169,7 @@ impl EcgWindows {
         Measured { coverage, quality, values }
     }
 
-    /// Breaths a minute, from the times of beats and their heights.
+    /// The breathing rate [1/min], from the times and heights of beats.
     fn breathing_rate(&self, beats: &[WindowBeat], span: Span) -> Result<f64, Reason> {
         let beat = |beat: &WindowBeat| {
             let height = beat.looks.map_or(f64::NAN, |looks| looks.height);
@@ -203,7 +202,7 @@ fn rates(beats: &[WindowBeat], span: Span) -> [Result<f64, Reason>; 4] {
     [Ok(mean), Ok(lowest), Ok(highest), deviation]
 }
 
-/// Quality, as [`super::quality()`] has it; of spans shorter than a piece, by beats alone.
+/// The quality as [`super::quality()`]; for spans shorter than a segment, from beats alone.
 fn quality(beats: &[WindowBeat], pieces: &[Piece], living: f64) -> f64 {
     let looks = beats.iter().filter_map(|beat| beat.looks);
     let mut heights: Vec<f64> = looks.clone().map(|looks| looks.height).collect();
@@ -215,7 +214,7 @@ fn quality(beats: &[WindowBeat], pieces: &[Piece], living: f64) -> f64 {
         .map_or(0.0, |height| Parts { likeness, between: between / height, living }.quality())
 }
 
-/// The share of a span that lies in stretches of more than 3 s without a beat.
+/// The share of a span in stretches of more than 3 s without a beat.
 fn silent_share(beats: &[WindowBeat], span: Span) -> f64 {
     let ends_ns = std::iter::once(span.begin_ns)
         .chain(beats.iter().map(|beat| beat.at_ns))

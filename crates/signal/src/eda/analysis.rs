@@ -15,23 +15,22 @@ use crate::analysis::{Causal, Recording, Track, Whole};
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// cvxEDA works at this rate [Hz] or above, but below twice that.
+/// cvxEDA runs at this rate [Hz] or above, but below twice that.
 const CVX_HZ: f64 = 4.0;
-/// A response beside a longer gap than this [s] is none: the line across the gap made it.
+/// A response next to a gap longer than this [s] is dropped: interpolation caused it.
 pub(super) const LONGEST_GAP_SECS: f64 = 1.0;
 
-/// How a skin conductance is analysed.
+/// Settings of the skin conductance analysis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// How the level and the responses of a whole recording are separated; a causal analysis always uses
-    /// its own causal filter.
+    /// The separation of tonic and phasic parts of a whole recording; a causal analysis always uses its own
+    /// causal filter.
     pub phasic: Phasic,
-    /// What a rise must reach to be a response; the causal analysis takes an absolute threshold
-    /// only.
+    /// The amplitude threshold of a response; the causal analysis takes an absolute one only.
     pub threshold: Threshold,
 }
 
-/// How the level and the responses of a whole recording are separated.
+/// The separation of tonic and phasic parts of a whole recording.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Phasic {
     /// By a [high-pass](high_pass_split) at 0.05 Hz.
@@ -41,23 +40,22 @@ pub enum Phasic {
     CvxEda,
 }
 
-/// The analysis of a skin conductance that comes in at `rate_hz` [Hz], 1 to 2000.
+/// A causal analysis of skin conductance at `rate_hz` [Hz], 1 to 2000.
 ///
-/// Samples are averaged in groups to 32 Hz or a little more; from 7 Hz on what is faster than 3 Hz
-/// is taken away (Butterworth of order 4, 0.14 s late, which is taken off the times of events). The
-/// phasic part is what a causal Butterworth high-pass of order 2 at 0.01 Hz leaves, the tonic part
-/// the rest: it follows a steady drift without delay and a jump within 18 s, overshoots that by a
-/// fifth, and has settled after a minute and a half. From 4 Hz on, samples are taken 0.6 s later, without
-/// moments of another contact; so a response is reported 1.1 s after its peak, and counts in windows
-/// from then on. It loses about 5 % of its amplitude. After a gap of
-/// more than a second all begins anew. An error for a relative threshold.
+/// Samples are averaged in groups down to 32 Hz or a little more; from 7 Hz on, frequencies above 3 Hz are
+/// removed (Butterworth of order 4, whose delay of 0.14 s is subtracted from the times of events). The phasic
+/// part is the output of a causal Butterworth high-pass of order 2 at 0.01 Hz, the tonic part the rest: it
+/// follows a steady drift without delay and a jump within 18 s, overshoots that by a fifth, and settles after
+/// a minute and a half. From 4 Hz on, samples are delayed by 0.6 s to remove contact glitches; so a response
+/// is reported 1.1 s after its peak, and counts in windows from then on. It loses about 5 % of its amplitude.
+/// After a gap of more than a second the analysis restarts. Returns an error for a relative threshold.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(CausalEda::new(settings, rate_hz)?))
 }
 
-/// The analysis of a whole recording at 1 to 2000 Hz, without moments of another contact.
+/// An analysis of a whole recording at 1 to 2000 Hz, with contact glitches removed.
 ///
-/// An error when it is too short (below 16 samples), has no usable sample or cannot be split.
+/// Returns an error when it is too short (below 16 samples), has no usable sample or cannot be split.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let signal = recording.channels.first().map_or(&[][..], |signal| &signal[..recording.len()]);
     let touched = without_glitches(signal, recording.rate_hz)?;
@@ -80,7 +78,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     Ok(Whole { events, windows: Box::new(store) })
 }
 
-/// The signal with what comes of a contact that is another for half a second left out.
+/// The signal without contact glitches.
 fn without_glitches(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     checked_rate(rate_hz)?;
     let glitches = glitches(signal, rate_hz);
@@ -88,10 +86,10 @@ fn without_glitches(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalErro
     Ok(each.map(|(&value, is_glitch)| if is_glitch { f64::NAN } else { value }).collect())
 }
 
-/// Where cvxEDA parts a signal, and of every which sample.
+/// The cvxEDA split, and the decimation factor at which it runs.
 fn cvx_split(signal: &[f64], rate_hz: f64) -> Result<(Split, usize), SignalError> {
     let mut few = thinned(signal, rate_hz, CVX_HZ)?;
-    // The fit leaves out what is missing; a line across it would be fitted.
+    // Missing samples must stay missing, or the fit would follow the interpolation.
     for (value, raw) in few.values.iter_mut().zip(signal.chunks(few.every)) {
         if !raw.iter().any(|&each| is_usable(each)) {
             *value = f64::NAN;
@@ -100,7 +98,7 @@ fn cvx_split(signal: &[f64], rate_hz: f64) -> Result<(Split, usize), SignalError
     Ok((cvx_eda(&few.values, few.rate_hz)?, few.every))
 }
 
-/// The gaps that responses cannot be believed beside.
+/// The gaps next to which responses are not credible.
 fn long_gaps(signal: &[f64], rate_hz: f64) -> Vec<std::ops::Range<f64>> {
     let longest = (LONGEST_GAP_SECS * rate_hz) as usize;
     let mut gaps = Vec::new();

@@ -1,4 +1,4 @@
-//! A skin conductance as it comes in.
+//! Causal analysis of skin conductance.
 
 use std::collections::VecDeque;
 
@@ -14,11 +14,11 @@ use crate::filter::Cascade;
 use crate::filter::butterworth::{high_pass, low_pass};
 use crate::gaps::is_usable;
 
-/// Samples are averaged down to this rate [Hz], or a little more.
+/// Samples are averaged down to this rate [Hz], or slightly above.
 const WORKING_HZ: f64 = 32.0;
-/// What is slower belongs to the level [Hz].
+/// The cut-off below which the signal is tonic [Hz].
 const PARTING_HZ: f64 = 0.01;
-/// Most events that wait to be asked for; older ones are let go of.
+/// The most events waiting to be read; older ones are dropped.
 const MOST_EVENTS: usize = 1024;
 
 /// The causal analysis.
@@ -28,21 +28,21 @@ pub(super) struct CausalEda {
     contact: SteadyContact,
     /// The last usable sample.
     held: f64,
-    /// Without what is too fast; `None` where there is no room for that.
+    /// The low-pass; `None` where the rate leaves no room for it.
     low: Option<Cascade>,
-    /// How late that is [samples of the working rate].
+    /// The delay of the low-pass [samples at the working rate].
     delay: f64,
     high: Cascade,
     detector: ResponseDetector,
-    /// How many samples of the working rate are missing at the moment.
+    /// The length of the current gap [samples at the working rate].
     missing: usize,
     longest_gap: usize,
-    /// The newest response while half of its amplitude is not gone: what its fall must reach.
+    /// The level at which the newest response has recovered by half, until it does.
     falling_to: Option<f64>,
     events: VecDeque<Event>,
 }
 
-/// Samples that are averaged.
+/// A group of samples to average.
 struct Group {
     size: usize,
     taken: usize,
@@ -109,7 +109,7 @@ impl CausalEda {
         self.watch(at_ns, known(phasic));
     }
 
-    /// Takes in a sample, or that it is missing.
+    /// Takes in a sample, or a missing one.
     fn hold(&mut self, conductance: f64) {
         if !is_usable(conductance) {
             self.missing = self.missing.saturating_add(1);
@@ -121,7 +121,7 @@ impl CausalEda {
         (self.held, self.missing) = (conductance, 0);
     }
 
-    /// Goes on after a long gap, at whatever level.
+    /// Restarts after a long gap at any level.
     fn begin_anew(&mut self, level: f64) {
         self.low.iter_mut().for_each(|low| low.settle(level));
         self.high.settle(level);
@@ -130,7 +130,7 @@ impl CausalEda {
         self.falling_to = None;
     }
 
-    /// Looks for responses, and for the end of the last one.
+    /// Detects responses, and the half recovery of the last one.
     fn watch(&mut self, at_ns: i64, phasic: f64) {
         if self.falling_to.is_some_and(|level| phasic <= level) {
             self.falling_to = None;
@@ -196,12 +196,12 @@ impl Group {
         Group { size, taken: 0, middle_ns: 0, conductance, temperature }
     }
 
-    /// The place of a mean among the samples.
+    /// The sample position of a group mean.
     fn sample(&self, place: f64) -> f64 {
         place * self.size as f64 + (self.size - 1) as f64 / 2.0
     }
 
-    /// Takes in a sample, and gives the means of the group that it completes.
+    /// Takes in a sample; returns the means of the group that it completes.
     fn push(
         &mut self,
         at_ns: i64,
@@ -233,7 +233,7 @@ impl Mean {
         }
     }
 
-    /// The mean, NaN of nothing; begins anew.
+    /// The mean, NaN if empty; resets the group.
     fn take(&mut self) -> f64 {
         let mean = self.sum / self.count as f64;
         *self = Mean::default();

@@ -1,4 +1,4 @@
-//! A skin conductance without what is faster than sweat glands.
+//! Removal of frequencies that sweat glands cannot produce.
 
 use super::checked_rate;
 use crate::error::SignalError;
@@ -6,18 +6,18 @@ use crate::filter::butterworth::low_pass;
 use crate::filter::zero_phase;
 use crate::gaps::bridged;
 
-/// Skin conductance has nothing faster than this [Hz].
+/// The upper limit of skin conductance [Hz].
 pub(super) const FASTEST_HZ: f64 = 3.0;
-/// Recordings below this rate [Hz] are left as they are: there is no room for the filter.
+/// Recordings below this rate [Hz] are not filtered: there is no room for the low-pass.
 pub(super) const LEAST_FILTERED_HZ: f64 = 7.0;
 /// Order of the low-pass.
 pub(super) const ORDER: u32 = 4;
 
-/// The signal [µS] below 3 Hz: Butterworth of order 4, with zero phase, as NeuroKit2's `eda_clean`.
+/// The signal [µS] below 3 Hz: Butterworth of order 4, zero-phase, as NeuroKit2's `eda_clean`.
 ///
-/// At less than 7 Hz nothing is filtered. Values that are [not usable](crate::gaps::is_usable) are
-/// bridged by straight lines. An error for a rate outside of 1 to 2000 Hz, without a usable value,
-/// and for a signal of less than 16 samples that is to be filtered.
+/// Below 7 Hz nothing is filtered. Values that are [not usable](crate::gaps::is_usable) are interpolated
+/// linearly. Returns an error for a rate outside 1 to 2000 Hz, without a usable value, and for fewer than 16
+/// samples if they are to be filtered.
 pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     checked_rate(rate_hz)?;
     if rate_hz < LEAST_FILTERED_HZ {

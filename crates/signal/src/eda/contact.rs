@@ -1,34 +1,35 @@
-//! Moments in which an electrode touches more or less than before and after.
+//! Glitches of electrode contact.
 
 use std::collections::VecDeque;
 
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, median_in_place};
 
-/// Samples are averaged down to this rate [Hz], or a little more.
+/// Samples are averaged down to this rate [Hz], or slightly above.
 const WORKING_HZ: f64 = 32.0;
-/// Half a second of other contact stands out of what is so long before and after [s].
+/// A glitch of half a second is compared with this time before and after it [s].
 const REACH_SECS: f64 = 0.625;
-/// An edge is no longer than this [s].
+/// The longest edge of a glitch [s].
 const EDGE_SECS: f64 = 0.15;
-/// So much of the change lies in either edge. Around a smooth peak it is three quarters where an edge
-/// is half of the reach, as at 4 Hz, and less elsewhere.
+/// The smallest share of the change that lies in either edge. Around a smooth peak it is three quarters where
+/// an edge is half of the reach, as at 4 Hz, and less elsewhere.
 const SUDDEN: f64 = 0.8;
-/// So much of all that changes from 0.6 s before does so in the edge: a trough between a fall and a rise
-/// is no glitch.
+/// The smallest share of the total variation since 0.6 s before that lies in the edge: a trough between a
+/// fall and a rise is not a glitch.
 const LEAST_OF_ALL: f64 = 0.5;
-/// What stands out by less makes no response, nor what is within so many standard deviations of noise [µS].
+/// The smallest glitch: below this no response results [µS]; nor within this many standard deviations of
+/// noise.
 const LEAST_US: f64 = 0.04;
 const LEAST_DEVIATIONS: f64 = 5.0;
 
-/// Noise is judged by so much of a signal that comes in [s].
+/// The length of signal from which noise is estimated [s].
 const NOISE_SECS: f64 = 10.0;
 
-/// Which samples of a skin conductance [µS] come of a contact that is another for half a second: they
-/// lie off the line from 0.6 s before to 0.6 s after, with a jump to them and one back.
+/// Whether each sample of a skin conductance [µS] belongs to a contact glitch of up to half a second: it lies
+/// off the line from 0.6 s before to 0.6 s after, with a jump there and one back.
 ///
-/// No gland does that: what it rises by in a second takes seconds to go. None is found at less than
-/// 4 Hz, nor in the first and the last 0.6 s.
+/// No sweat gland does that: a rise within a second takes seconds to recover. Below 4 Hz, and in the first
+/// and last 0.6 s, none is detected.
 pub(super) fn glitches(signal: &[f64], rate_hz: f64) -> Vec<bool> {
     let size = (rate_hz / WORKING_HZ).floor().max(1.0) as usize;
     let means: Vec<f64> = signal.chunks(size).map(mean).collect();
@@ -40,7 +41,7 @@ pub(super) fn glitches(signal: &[f64], rate_hz: f64) -> Vec<bool> {
     let mut found = vec![false; means.len()];
     for (begin, around) in means.windows(stretch.length()).enumerate() {
         if stretch.is_glitch(around, |off_us| off_us > least_us) {
-            // An edge within a group hides in its mean.
+            // An edge within a group is hidden by its mean.
             let margin = usize::from(size > 1);
             let place = begin + stretch.reach;
             found[place - margin..=place + margin].fill(true);
@@ -49,21 +50,21 @@ pub(super) fn glitches(signal: &[f64], rate_hz: f64) -> Vec<bool> {
     (0..signal.len()).map(|sample| found[sample / size]).collect()
 }
 
-/// A skin conductance that comes in, 0.6 s later and without such moments.
+/// Removes contact glitches causally, with a delay of 0.6 s.
 #[derive(Clone, Debug)]
 pub(super) struct SteadyContact {
     stretch: Option<Stretch>,
     times_ns: VecDeque<i64>,
-    /// The newest values, oldest first: enough to know noise by.
+    /// The newest values, oldest first: enough to estimate noise.
     newest: Vec<f64>,
     kept: usize,
     scratch: Vec<f64>,
-    /// What was returned last.
+    /// The value last returned.
     last: f64,
 }
 
 impl SteadyContact {
-    /// For a signal at a rate of 1 to 65 Hz.
+    /// Creates it for a rate of 1 to 65 Hz.
     pub(super) fn new(rate_hz: f64) -> SteadyContact {
         let stretch = Stretch::at(rate_hz);
         let length = stretch.map_or(1, Stretch::length);
@@ -73,8 +74,8 @@ impl SteadyContact {
         SteadyContact { stretch, times_ns, newest, kept, scratch, last: f64::NAN }
     }
 
-    /// Takes in the next value [µS], and returns one from before with its time, on the line for one that
-    /// the contact made. Nothing before 0.6 s have come in.
+    /// Takes in the next value [µS], and returns an earlier one with its time, interpolated within a glitch.
+    /// `None` during the first 0.6 s.
     pub(super) fn push(&mut self, at_ns: i64, value: f64) -> Option<(i64, f64)> {
         let Some(stretch) = self.stretch else { return Some((at_ns, value)) };
         if self.newest.len() == 2 * self.kept {
@@ -92,7 +93,7 @@ impl SteadyContact {
         Some((at_ns, self.last))
     }
 
-    /// What stands instead of a glitch: on the line from the last value to what is after it.
+    /// The replacement for a glitch: on the line from the last value to those after it.
     fn steady(&mut self, stretch: Stretch) -> Option<f64> {
         let begin = self.newest.len().checked_sub(stretch.length())?;
         let (newest, scratch) = (&self.newest, &mut self.scratch);
@@ -109,7 +110,7 @@ impl SteadyContact {
     }
 }
 
-/// What is looked at to judge the value in its middle.
+/// The stretch examined to judge the value at its centre.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     reach: usize,
@@ -117,7 +118,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// `None` at a rate [Hz] that has no room for a glitch.
+    /// `None` at a rate [Hz] too low to resolve a glitch.
     fn at(rate_hz: f64) -> Option<Stretch> {
         let reach = (REACH_SECS * rate_hz) as usize;
         let edge = ((EDGE_SECS * rate_hz) as usize).max(1);
@@ -128,12 +129,12 @@ impl Stretch {
         2 * self.reach + 1
     }
 
-    /// In the middle of the line from the first to the last value.
+    /// The midpoint of the line from the first to the last value.
     fn line_us(self, around: &[f64]) -> f64 {
         around[0].midpoint(around[2 * self.reach])
     }
 
-    /// How many values after its middle a glitch is over.
+    /// The number of values after the centre until the glitch has ended.
     fn end(self, around: &[f64]) -> usize {
         let Stretch { reach, edge } = self;
         let off_us = around[reach] - self.line_us(around);
@@ -150,7 +151,7 @@ impl Stretch {
     }
 }
 
-/// The first value after a change by most of so much, at once and by no more than that otherwise.
+/// The index after a jump that contains most of `change_us`, provided the total variation does not exceed it.
 fn jump(values: &[f64], edge: usize, change_us: f64) -> Option<usize> {
     let all = (values[values.len() - 1] - values[0]) / change_us;
     let least = SUDDEN.max(LEAST_OF_ALL * all.abs());
@@ -168,7 +169,7 @@ fn differences(values: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item 
     pairs.map(|(from, to)| (to - from).abs()).filter(|each| is_usable(*each))
 }
 
-/// What noise does not reach; its deviation is that of white noise with these differences.
+/// The amplitude above noise; the standard deviation is estimated from differences of white noise.
 fn least_us(differences: &mut [f64]) -> f64 {
     let deviation = |middle: f64| SIGMA_FROM_MAD * middle / std::f64::consts::SQRT_2;
     LEAST_DEVIATIONS * median_in_place(differences).map_or(0.0, deviation)

@@ -1,4 +1,4 @@
-//! Responses while the skin conductance comes in.
+//! Causal detection of skin conductance responses.
 
 use super::fall::Fall;
 use super::onset::{LONGEST_RISE_SECS, onset};
@@ -8,32 +8,32 @@ use super::{checked_rate, checked_threshold};
 use crate::error::{SignalError, checked};
 use crate::gaps::is_usable;
 
-/// How long a peak must stay unsurpassed [s].
+/// How long a peak must remain the highest [s].
 pub(super) const WAIT_SECS: f64 = 0.5;
 
-/// Finds responses in a phasic signal that comes in sample by sample.
+/// Detects responses in a phasic signal sample by sample.
 ///
-/// Those of [`find_responses`](super::find_responses) with an absolute threshold. A response is reported
-/// half a second after it is highest (at the first sample then), or when the next one begins before
-/// that: a rise that halts for longer counts as two. Its recovery is not yet known then. The output is
-/// the same bit for bit for any chunking, and no sample allocates. After a value that is not a [usable
-/// number](crate::gaps::is_usable) it starts anew.
+/// Equal to [`find_responses`](super::find_responses) with an absolute threshold. A response is reported half
+/// a second after its peak (at the first sample from then on), or when the next one begins earlier; a rise
+/// that pauses for longer counts as two. Its recovery is not yet known then. The output is bit-identical for
+/// any chunking, and no sample allocates. A value that is not a [usable number](crate::gaps::is_usable)
+/// resets the detector.
 #[derive(Clone, Debug)]
 pub struct ResponseDetector {
     rate_hz: f64,
     threshold_us: f64,
     wait: usize,
     reach: usize,
-    /// The newest values, as many as two rises and the wait take at least, and the same sharpened.
+    /// The newest values, enough for two rises and the wait, and the same sharpened.
     newest: Vec<f64>,
     sharp: Vec<f64>,
     sharpener: Sharpener,
-    /// How many samples came in.
+    /// The number of samples so far.
     count: u64,
-    /// The highest sharpened value since the last rise or trough, if it may still become a peak.
+    /// The maximum of the sharpened signal since the last rise or trough, if it may still become a peak.
     highest: Option<(u64, f64)>,
     lowest: f64,
-    /// Where the last rise had its peak: no other one begins before that.
+    /// The peak of the last rise; no other onset lies before it.
     last_peak: u64,
     rising: Option<Rising>,
 }
@@ -49,12 +49,12 @@ struct Rising {
 }
 
 impl ResponseDetector {
-    /// A detector for samples at a rate of 1 to 2000 Hz and an absolute threshold [µS].
+    /// Creates a detector for samples at 1 to 2000 Hz and an absolute threshold [µS].
     pub fn new(rate_hz: f64, threshold_us: f64) -> Result<ResponseDetector, SignalError> {
         ResponseDetector::waiting(rate_hz, threshold_us, WAIT_SECS)
     }
 
-    /// A detector that waits otherwise.
+    /// Creates a detector with another wait.
     pub(super) fn waiting(
         rate_hz: f64,
         threshold_us: f64,
@@ -103,7 +103,7 @@ impl ResponseDetector {
         self.response(rising)
     }
 
-    /// Forgets what was before.
+    /// Resets the detector.
     pub fn begin_anew(&mut self) {
         self.newest.clear();
         self.sharp.clear();
@@ -122,7 +122,7 @@ impl ResponseDetector {
         }
     }
 
-    /// The response that rises may be higher here.
+    /// Updates the peak of the rising response.
     fn climb(&mut self, place: u64, phasic: f64) {
         let Some(rising) = &mut self.rising else { return };
         let samples = (place - rising.onset) as usize;
@@ -155,7 +155,7 @@ impl ResponseDetector {
         Some((peak - (last - begin - onset) as u64, peak))
     }
 
-    /// Where a place is among the newest values; the first one for what is older.
+    /// The index of a position among the newest values; 0 for older ones.
     fn kept(&self, place: u64) -> usize {
         self.newest.len().saturating_sub((self.count - place) as usize)
     }
@@ -169,7 +169,7 @@ impl ResponseDetector {
         Rising { onset, fall, latest, peak: onset + samples as u64, amplitude_us }
     }
 
-    /// A response that ends where the next one begins.
+    /// Ends a response where the next one begins.
     fn cut(&self, mut rising: Rising, end: u64) -> Option<Response> {
         if rising.peak > end {
             let risen = &self.newest[self.kept(rising.onset)..=self.kept(end)];
@@ -191,7 +191,7 @@ impl ResponseDetector {
     }
 }
 
-/// Two rises, one of them known late.
+/// Enough for two rises, one of them known late.
 fn most_kept(reach: usize, wait: usize) -> usize {
     2 * (reach + wait + 1)
 }

@@ -1,27 +1,27 @@
-//! Responses to events.
+//! Event-related responses.
 
 use super::response::Response;
 use crate::error::{SignalError, checked};
 
-/// The response to an event, or that there was none.
+/// The response to an event, if any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventResponse {
     /// Whether there was one.
     pub responded: bool,
     /// Its amplitude [µS]; 0 without one, so that means over events are magnitudes.
     pub amplitude_us: f64,
-    /// From the event to its onset [s].
+    /// The time from the event to its onset [s].
     pub latency_secs: Option<f64>,
     /// The response.
     pub response: Option<Response>,
 }
 
-/// When a response to an event begins.
+/// The latencies of an event-related response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventWindow {
-    /// At the earliest, after the event [s].
+    /// The shortest latency [s].
     pub from_secs: f64,
-    /// At the latest, after the event [s].
+    /// The longest latency [s].
     pub to_secs: f64,
 }
 
@@ -33,12 +33,11 @@ impl Default for EventWindow {
 }
 
 impl EventWindow {
-    /// For each event (its sample, or a place between two) the first response that begins in its
-    /// window.
+    /// For each event (a possibly fractional sample) the first response whose onset lies in its window.
     ///
-    /// `responses` stand in the order of time. A response may answer two events whose windows
-    /// overlap. An event that is no finite number has none. An error unless
-    /// 0 ≤ from ≤ to ≤ 60 s, and for a rate outside of 1 to 2000 Hz.
+    /// `responses` must be in order of time. One response may belong to two events whose windows overlap. An
+    /// event that is not a finite number has none. Returns an error unless 0 ≤ from ≤ to ≤ 60 s, and for a
+    /// rate outside 1 to 2000 Hz.
     pub fn of(
         &self,
         responses: &[Response],

@@ -1,15 +1,15 @@
-//! Where the fall of an earlier response leads.
+//! Extrapolates the recovery of an earlier response.
 
-/// A fall goes on with this time constant [s]: few are shorter, and of a longer one a little of the
-/// response in it is missed, where the end of a shorter one would look like a response.
+/// The assumed recovery time constant [s]: few are shorter; a longer one slightly reduces the amplitude of
+/// the next response, whereas too long an assumption would create false ones.
 const FALL_SECS: f64 = 1.5;
-/// The slope of a fall is taken over so long before a response begins [s].
+/// The time before an onset over which the slope of the recovery is taken [s].
 const SLOPE_SECS: f64 = 0.75;
-/// A fall that is shallower than this share of the threshold is noise.
+/// A slope below this share of the threshold is noise.
 const SHALLOW: f64 = 0.25;
 
-/// The level that a signal would have had without the response that begins in it: where it is, or on
-/// an exponential with the slope that it fell by.
+/// The level that the signal would have without the response: constant, or an exponential decay with the
+/// slope before its onset.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fall {
     level_us: f64,
@@ -18,24 +18,24 @@ pub(super) struct Fall {
 }
 
 impl Fall {
-    /// The fall at the end of a signal, where a response begins.
+    /// The recovery at the end of a signal, where a response begins.
     pub(super) fn before(phasic: &[f64], rate_hz: f64, threshold_us: f64) -> Fall {
         let count = (SLOPE_SECS * rate_hz).round().max(1.0) as usize + 1;
         let newest = &phasic[phasic.len().saturating_sub(count)..];
-        // The slope is that in the middle of the stretch, less steep at its end.
+        // The fitted slope is that at the centre of the stretch; the decay is less steep at its end.
         let half_secs = newest.len().saturating_sub(1) as f64 / 2.0 / rate_hz;
         let depth_us = slope(newest) * rate_hz * FALL_SECS * (-half_secs / FALL_SECS).exp();
         let depth_us = if depth_us < -SHALLOW * threshold_us { depth_us } else { 0.0 };
         Fall { level_us: newest.last().copied().unwrap_or(0.0), depth_us, rate_hz }
     }
 
-    /// The level so many samples later.
+    /// The level after a number of samples.
     pub(super) fn level_us(&self, samples: usize) -> f64 {
         let secs = samples as f64 / self.rate_hz;
         self.level_us + self.depth_us * (1.0 - (-secs / FALL_SECS).exp())
     }
 
-    /// How many samples later a signal from there on is highest above the fall, and by how much [µS].
+    /// The index of the maximum of the signal above the extrapolated decay, and its height [µS].
     pub(super) fn highest(&self, phasic: &[f64]) -> (usize, f64) {
         let above = |(samples, value): (usize, &f64)| (samples, value - self.level_us(samples));
         let all = phasic.iter().enumerate().map(above);
@@ -43,7 +43,7 @@ impl Fall {
     }
 }
 
-/// Of the line of least squares [a sample]; 0 of fewer than two.
+/// The least-squares slope [per sample]; 0 with fewer than two values.
 fn slope(values: &[f64]) -> f64 {
     let middle = (values.len() as f64 - 1.0) / 2.0;
     let terms = values.iter().enumerate().map(|(place, value)| {

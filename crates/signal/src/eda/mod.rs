@@ -55,7 +55,7 @@ pub use thinned::{Thinned, thinned};
 
 use crate::error::{SignalError, checked};
 
-/// Slowest and fastest rate at which skin conductance is measured [Hz].
+/// The slowest and fastest supported rates [Hz].
 const RATES_HZ: (f64, f64) = (1.0, 2000.0);
 
 fn checked_rate(rate_hz: f64) -> Result<f64, SignalError> {

@@ -1,15 +1,15 @@
-//! Where a response begins.
+//! Onsets of responses.
 
-/// No sharpened response rises for longer [s]; most do for one.
+/// The longest rise of a sharpened response [s]; most take one.
 pub(super) const LONGEST_RISE_SECS: f64 = 3.0;
-/// A bend is no longer than this [s].
+/// The longest bend at the onset [s].
 const BEND_SECS: f64 = 0.25;
-/// A rise has begun where it has this share of its mean steepness.
+/// A rise has begun once it reaches this share of its mean slope.
 const STARTED: f64 = 0.25;
 
-/// The trough before a peak, the middle of a flat one; `None` when the signal begins in the rise.
+/// The trough before a peak (the centre of a flat one); `None` when the signal begins within the rise.
 ///
-/// NeuroKit2's onset.
+/// The onset as NeuroKit2 defines it.
 pub(super) fn nearest_trough(signal: &[f64], peak: usize) -> Option<usize> {
     let mut end = peak;
     let mut begin = peak;
@@ -22,14 +22,12 @@ pub(super) fn nearest_trough(signal: &[f64], peak: usize) -> Option<usize> {
     (begin > 0).then(|| usize::midpoint(begin, end))
 }
 
-/// The bend at which the rise to a peak begins: the sample furthest below the line from the lowest
-/// one to the peak. `None` when the rise is smaller than the threshold, or begins before the
-/// signal.
+/// The bend at which the rise to a peak begins: the sample farthest below the line from the minimum to the
+/// peak. `None` when the rise is smaller than the threshold, or begins before the signal.
 ///
-/// The lowest sample is sought back to where the signal was a threshold higher, so that a ripple in
-/// the rise does not part it; the bend, so that a level which creeps upwards, or is flat but for
-/// noise, does not belong to the response. `signal` holds no more than the longest rise before the
-/// peak.
+/// The minimum is searched back to where the signal was a threshold higher, so that ripples do not split the
+/// rise; the bend excludes slow drift and noise before the response. `signal` holds no more than the longest
+/// rise before the peak.
 pub(super) fn onset(signal: &[f64], peak: usize, rate_hz: f64, threshold_us: f64) -> Option<usize> {
     let height = *signal.get(peak)?;
     let mut lowest = peak;
@@ -47,7 +45,7 @@ pub(super) fn onset(signal: &[f64], peak: usize, rate_hz: f64, threshold_us: f64
     let is_risen = |place: &usize| signal[*place] - signal[*place - 1] > STARTED * steepness;
     let most = (BEND_SECS * rate_hz).ceil() as usize;
     let onset = bend - (lowest + 1..=bend).rev().take(most).take_while(is_risen).count();
-    // `>=` is false for what is no number.
+    // `>=` is false for NaN.
     (height - signal[onset] >= threshold_us && onset > 0).then_some(onset)
 }
 

@@ -1,31 +1,31 @@
-//! Whether a skin conductance can be one.
+//! Validity of skin conductance samples.
 
 use super::checked_rate;
 use super::contact::glitches;
 use crate::gaps::is_usable;
 
-/// What skin conductance can be [µS]; less means that an electrode is off.
+/// The plausible range of skin conductance [µS]; below it an electrode is off.
 const RANGE_US: std::ops::RangeInclusive<f64> = 0.05..=60.0;
-/// With this and more an electrode touches for certain [µS].
+/// Electrodes surely touch from this level on [µS].
 const FIRM_US: f64 = 0.2;
-/// Skin does not change faster [µS/s].
+/// The steepest plausible slope [µS/s].
 const STEEPEST_US_PER_SEC: f64 = 10.0;
-/// Slopes are taken over so long at least [s]: over less, the last digit of a converter is steep.
+/// The shortest time over which slopes are taken [s]: below it the converter's last digit is steep.
 const SLOPE_SECS: f64 = 0.25;
-/// What skin on which a device is worn can have [°C].
+/// The temperature of the skin below a worn device [°C].
 const SKIN_C: std::ops::RangeInclusive<f64> = 30.0..=40.0;
-/// What lies so near to an invalid sample is not believed either [s].
+/// Samples this close to an invalid one are invalid as well [s].
 pub(super) const SPREAD_SECS: f64 = 5.0;
-/// The same value for longer is no skin, but an input that is cut off or out of range [s].
+/// A value constant for longer means a disconnected or saturated input [s].
 const FLAT_SECS: f64 = 20.0;
 
-/// Which samples of a skin conductance [µS] are valid: the rules of Kleckner et al. (2018),
-/// doi:10.1109/TBME.2017.2758643, and that it moves at all.
+/// Whether each sample of a skin conductance [µS] is valid: the rules of Kleckner et al. (2018),
+/// doi:10.1109/TBME.2017.2758643, and that the signal varies.
 ///
-/// Invalid are samples that are missing, outside of 0.05 to 60 µS, where the slope over a quarter
-/// of a second surpasses 10 µS/s, where the contact is another for half a second, where the skin
-/// `temperature` [°C] of the same sample (empty without any) is outside of 30 to 40 °C, that have not
-/// changed for 20 s (or ever); and all within 5 s of one of these. None is valid at a rate outside of 1 to 2000 Hz.
+/// Invalid are samples that are missing, outside 0.05 to 60 µS, with a slope over a quarter of a second above
+/// 10 µS/s, within a contact glitch, with a skin `temperature` [°C] (may be empty) outside 30 to 40 °C, or
+/// constant for 20 s (or throughout), and all within 5 s of one of these. None is valid at a rate outside 1
+/// to 2000 Hz.
 pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<bool> {
     if checked_rate(rate_hz).is_err() {
         return vec![false; signal.len()];
@@ -43,7 +43,7 @@ pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<b
     valid
 }
 
-/// The share of [valid samples](valid_samples) [0..1], times how firmly the electrode touches: 0 at a
+/// The share of [valid samples](valid_samples) [0..1], weighted by how firmly the electrodes touch: 0 at a
 /// mean of 0.05 µS, 1 from 0.2 µS on. `None` without samples.
 pub fn quality(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Option<f64> {
     let valid = valid_samples(signal, temperature, rate_hz);
@@ -51,13 +51,13 @@ pub fn quality(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Option<f64>
     (!valid.is_empty()).then(|| share * firmness(signal))
 }
 
-/// How likely it is that skin is touched, by the mean of what can be.
+/// The certainty of skin contact from the mean plausible level [0..1].
 pub(super) fn firmness(signal: &[f64]) -> f64 {
     let touching = || signal.iter().filter(|value| RANGE_US.contains(value));
     let level_us = touching().sum::<f64>() / touching().count() as f64;
     let least_us = *RANGE_US.start();
     let firmness = (level_us - least_us) / (FIRM_US - least_us);
-    // Of nothing that touches.
+    // NaN without plausible samples.
     if firmness.is_finite() { firmness.clamp(0.0, 1.0) } else { 0.0 }
 }
 
@@ -65,7 +65,7 @@ fn refuse_steep(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     let step = (SLOPE_SECS * rate_hz).ceil() as usize;
     let most_us = STEEPEST_US_PER_SEC * step as f64 / rate_hz;
     for place in step..signal.len() {
-        // A difference to what is missing is no number, and refuses nothing.
+        // A difference to a missing sample is NaN, and rejects nothing.
         if (signal[place] - signal[place - step]).abs() > most_us {
             valid[place] = false;
         }
@@ -83,7 +83,7 @@ fn refuse_flat(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     }
 }
 
-/// Refuses what is less than `reach` away from what is refused.
+/// Also rejects what is less than `reach` away from a rejected sample.
 fn spread(valid: &mut [bool], reach: usize) {
     let run = |valid: &mut dyn Iterator<Item = &mut bool>| {
         let mut left = 0_usize;

@@ -1,4 +1,4 @@
-//! The responses of a whole recording.
+//! Responses of a whole recording.
 
 use super::fall::Fall;
 use super::onset::{LONGEST_RISE_SECS, nearest_trough, onset};
@@ -51,7 +51,7 @@ pub fn find_responses(
     Ok(found.iter().zip(ends).map(response).collect())
 }
 
-/// Each that rises in the sharpened signal and is as high as the threshold in the phasic one.
+/// The rises of the sharpened signal whose amplitude in the phasic signal reaches the threshold.
 fn absolute(phasic: &[f64], rate_hz: f64, least_us: f64) -> Vec<Response> {
     let mut sharpener = Sharpener::new(rate_hz);
     let sharp: Vec<f64> = phasic.iter().map(|&value| sharpener.push(value)).collect();
@@ -80,7 +80,7 @@ fn peaks(phasic: &[f64], least_us: f64) -> Vec<Peak> {
     find_peaks(phasic, &Rules { prominence: least_us..=f64::INFINITY, ..Rules::default() })
 }
 
-/// Onsets and peaks, of those that have an onset.
+/// Onsets and peaks, of peaks with a known onset.
 fn found(
     phasic: &[f64],
     peaks: &[Peak],
@@ -108,8 +108,8 @@ fn response(
     }
 }
 
-/// The sample at which the fall has reached a level: the highest at or below it, if there is a
-/// lower one before the lowest.
+/// The sample at which the recovery has reached a level: the highest at or below it, if there is a lower one
+/// before the minimum.
 fn recovery(fall: &[f64], level: f64) -> Option<usize> {
     let lowest = (0..fall.len()).reduce(|a, b| if fall[b] < fall[a] { b } else { a })?;
     let fall = &fall[..lowest];

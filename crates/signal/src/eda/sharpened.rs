@@ -1,21 +1,20 @@
-//! A phasic signal in which responses that ride on the fall of others stand out.
+//! A lead filter that separates responses superimposed on the recovery of others.
 
-/// Falls of responses are undone down to this time constant [s]: few fall faster, and a fall that is
-/// faster than what is undone would come back as a rise.
+/// The recovery time constant that it compensates [s]: few responses recover faster, and those would reappear
+/// as rises.
 const FALL_SECS: f64 = 1.5;
-/// What remains of a fall has this time constant [s].
+/// The time constant that remains [s].
 const REMAINING_SECS: f64 = 0.5;
-/// By how much of the threshold a rise must stand out in it, as amplitudes are judged unsharpened.
+/// The prominence required in the sharpened signal, relative to the threshold of the amplitude.
 pub(super) const SHARPER: f64 = 1.2;
-/// A response is highest no later than this after it is highest sharpened [s]; what still creeps upwards
-/// then is a level.
+/// The longest delay of a response's peak after its sharpened peak [s]; what still rises then is drift.
 pub(super) const LATER_SECS: f64 = 1.5;
 const GAIN: f64 = FALL_SECS / REMAINING_SECS;
 
-/// A lead filter, (1 + 1.5 s·p) / (1 + 0.5 s·p), of gain 1 for what is slow and 3 for what is fast.
+/// A lead filter, (1 + 1.5 s·p) / (1 + 0.5 s·p), with gain 1 at low and 3 at high frequencies.
 ///
-/// A response of one second's rise is about as high in it as in the signal, half a second earlier, and
-/// gone within a second and a half.
+/// A response with a rise of one second keeps about its height, peaks half a second earlier, and has decayed
+/// within a second and a half.
 #[derive(Clone, Debug)]
 pub(super) struct Sharpener {
     kept: f64,
@@ -27,7 +26,7 @@ impl Sharpener {
         Sharpener { kept: (-1.0 / (REMAINING_SECS * rate_hz)).exp(), slow: None }
     }
 
-    /// Takes in the next value; the first one counts as the level before.
+    /// Takes in the next value; the first one also counts as the previous level.
     pub(super) fn push(&mut self, value: f64) -> f64 {
         let slow = self.slow.unwrap_or(value);
         let slow = value + self.kept * (slow - value);

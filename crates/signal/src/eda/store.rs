@@ -1,4 +1,4 @@
-//! The stored data of a skin conductance, and the values of its spans.
+//! The store of an analysed skin conductance, and the values of its spans.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -13,37 +13,38 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Below this quality, no value is reported.
+/// The smallest quality for which values are reported.
 const LEAST_QUALITY: f64 = 0.5;
 /// The shortest span that has a slope or a rate [s].
 const LEAST_SECS: f64 = 10.0;
 
-/// A response with its times.
+/// A response with its times [ns].
 pub(super) struct Placed {
     response: Response,
     peak_ns: i64,
-    /// When half of the amplitude was gone.
+    /// The time of half recovery.
     recovered_ns: Option<i64>,
 }
 
-/// Samples, split and unsplit, with the responses among them.
+/// The samples, raw and split, with their responses.
 pub(super) struct Store {
     values: Vec<Value>,
-    /// As measured, with its gaps.
+    /// The raw signal, with gaps.
     pub(super) raw: Track,
-    /// Of the skin [°C]; at the samples of `raw`, or empty.
+    /// The skin temperature [°C] at the samples of `raw`, or empty.
     pub(super) temperature: VecDeque<f64>,
     pub(super) tonic: Track,
-    /// At the samples of `tonic`.
+    /// The phasic part at the samples of `tonic`.
     pub(super) phasic: VecDeque<f64>,
-    /// What the rhythm of the sympathetic nerves is seen in.
+    /// The signal at 2 Hz for the sympathetic band.
     pub(super) slow: Track,
     slow_down: SlowDown,
     pub(super) responses: VecDeque<Placed>,
 }
 
 impl Placed {
-    /// A response among samples of which each stands for `every`, with the time of each such.
+    /// Converts a response detected at a signal decimated by `every`; `at_ns` is the time of an original
+    /// sample.
     pub(super) fn new(response: &Response, every: f64, at_ns: impl Fn(f64) -> i64) -> Placed {
         let (onset, peak) = (response.onset * every, response.peak * every);
         let peak_ns = at_ns(peak);
@@ -56,7 +57,7 @@ impl Placed {
         self.response.onset < samples.end && self.response.peak > samples.start
     }
 
-    /// Takes in when half of the amplitude was gone.
+    /// Sets the time of half recovery of the newest response.
     pub(super) fn recover(&mut self, at_ns: i64) {
         self.recovered_ns = Some(at_ns);
         let secs = at_ns.saturating_sub(self.peak_ns) as f64 / 1e9;
@@ -76,7 +77,7 @@ impl Placed {
 }
 
 impl Store {
-    /// Without any samples yet, for a signal at `rate_hz`.
+    /// An empty store for a signal at `rate_hz`.
     pub(super) fn new(rate_hz: f64, values: Vec<Value>) -> Result<Store, SignalError> {
         let slow_down = SlowDown::new(rate_hz)?;
         Ok(Store {
@@ -103,14 +104,14 @@ impl Store {
         }
     }
 
-    /// Takes in a clean sample for the slow rhythm.
+    /// Takes in a clean sample for the sympathetic band.
     pub(super) fn push_slow(&mut self, at_ns: i64, clean: f64) {
         if let Some(slow) = self.slow_down.push(clean) {
             self.slow.push(at_ns, slow);
         }
     }
 
-    /// Goes on at another level, without a jump.
+    /// Restarts at another level, without a transient.
     pub(super) fn settle(&mut self, level: f64) {
         self.slow_down.settle(level);
     }
@@ -144,7 +145,7 @@ impl Store {
         let signal = self.raw.values(samples);
         let valid = valid_samples(&signal, &temperature, self.raw.rate_hz());
         let firmness = firmness(&signal[signal.len() - inside..]);
-        // What is missing counts once, as coverage.
+        // Missing data count once, as coverage.
         let there = self.raw.usable_in(span);
         let valid = valid[valid.len() - inside..].iter().filter(|&&each| each).count();
         if there > 0 { firmness * (valid as f64 / there as f64).min(1.0) } else { 0.0 }

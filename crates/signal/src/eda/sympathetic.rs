@@ -1,4 +1,4 @@
-//! The rhythm of the sympathetic nerves in a skin conductance.
+//! Sympathetic power in the spectrum of skin conductance.
 
 use super::checked_rate;
 use crate::error::SignalError;
@@ -8,39 +8,38 @@ use crate::spectrum::{Detrend, Rule, Taper, Welch};
 
 /// Its band [Hz].
 const BAND_HZ: (f64, f64) = (0.045, 0.25);
-/// The signal is brought down to this rate [Hz], or a little more.
+/// The signal is decimated to this rate [Hz], or slightly above.
 const SLOW_HZ: f64 = 2.0;
-/// What lies above this [Hz] is taken away before.
+/// The cut-off of the anti-aliasing low-pass [Hz].
 const KEPT_HZ: f64 = 0.8;
-/// Length of a segment [s], and of the shortest signal.
+/// The length of a segment, and of the shortest signal [s].
 pub(super) const SEGMENT_SECS: f64 = 64.0;
 
-/// Power of the sympathetic rhythm.
+/// Power in the sympathetic band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sympathetic {
     /// Between 0.045 and 0.25 Hz [µS²].
     pub power_us2: f64,
-    /// The same as a share of all power up to 0.8 Hz [0..1].
+    /// Its share of all power up to 0.8 Hz [0..1].
     pub share: f64,
 }
 
 /// Power of a skin conductance [µS] between 0.045 and 0.25 Hz, which follows sympathetic activity.
 ///
-/// Posada-Quintero et al. (2016), doi:10.1007/s10439-016-1606-6: low-pass at 0.8 Hz (here
-/// Butterworth of order 4), 2 Hz or a little more, Welch with segments of 64 s (Blackman, half
-/// overlapping), straight lines between the bins. In the place of their high-pass at 0.01 Hz, a
-/// straight line is taken off each segment, so that a window does not need what was long before it.
-/// The share is of all power, as in the paper; NeuroKit2's `EDA_SympatheticN` divides by the
-/// highest bin.
+/// Posada-Quintero et al. (2016), doi:10.1007/s10439-016-1606-6: low-pass at 0.8 Hz (here Butterworth of
+/// order 4), decimation to 2 Hz or slightly above, Welch with segments of 64 s (Blackman, 50 % overlap),
+/// trapezoids between bins. Instead of their high-pass at 0.01 Hz, each segment is detrended linearly, so
+/// that a window is independent of what precedes it. The share is of all power, as in the paper; NeuroKit2's
+/// `EDA_SympatheticN` divides by the highest bin.
 ///
-/// An error for less than 64 s, a rate outside of 1 to 2000 Hz, or without 64 s of usable samples.
+/// Returns an error for less than 64 s, a rate outside 1 to 2000 Hz, or without 64 s of usable samples.
 pub fn sympathetic(signal: &[f64], rate_hz: f64) -> Result<Sympathetic, SignalError> {
     let mut slow = SlowDown::new(rate_hz)?;
     let samples: Vec<f64> = signal.iter().filter_map(|&sample| slow.push(sample)).collect();
     of_slow(&samples, slow.rate_hz())
 }
 
-/// The same of a signal that was already slowed down.
+/// As [`sympathetic`], for a signal that is already decimated.
 pub(super) fn of_slow(slow: &[f64], rate_hz: f64) -> Result<Sympathetic, SignalError> {
     let segment = (SEGMENT_SECS * rate_hz).floor() as usize;
     if slow.len() < segment {
@@ -58,7 +57,7 @@ pub(super) fn of_slow(slow: &[f64], rate_hz: f64) -> Result<Sympathetic, SignalE
     }
 }
 
-/// Brings a signal down to about 2 Hz as it comes in.
+/// Decimates a signal to about 2 Hz, causally.
 #[derive(Clone, Debug)]
 pub(super) struct SlowDown {
     filter: Option<Cascade>,
@@ -76,12 +75,12 @@ impl SlowDown {
         Ok(SlowDown { filter, every, next: 0, rate_hz: rate_hz / every as f64 })
     }
 
-    /// The new rate [Hz].
+    /// The decimated rate [Hz].
     pub(super) fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
 
-    /// Takes in the next sample, and gives a slow one when it is due.
+    /// Takes in the next sample, and returns a decimated one when it is due.
     pub(super) fn push(&mut self, sample: f64) -> Option<f64> {
         let slow = self.filter.as_mut().map_or(sample, |filter| filter.push(sample));
         let is_due = self.next == 0;
@@ -89,7 +88,7 @@ impl SlowDown {
         is_due.then_some(slow)
     }
 
-    /// Goes on at another level, without a jump.
+    /// Restarts at another level, without a transient.
     pub(super) fn settle(&mut self, level: f64) {
         self.filter.iter_mut().for_each(|filter| filter.settle(level));
     }

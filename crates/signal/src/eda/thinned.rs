@@ -1,32 +1,32 @@
-//! Fewer samples, as many as a slow method needs.
+//! Decimation for slow methods.
 
 use super::checked_rate;
 use crate::error::SignalError;
 use crate::filter::butterworth::low_pass;
 use crate::filter::zero_phase;
 
-/// What is kept of a signal lies below this share of the new rate; half of it can be shown.
+/// The cut-off of the anti-aliasing low-pass, as a share of the new rate; Nyquist is one half.
 const KEPT: f64 = 0.4;
-/// Order of the low-pass before samples are left out; twice that, as it runs both ways.
+/// The order of the low-pass; twice that in effect, as it is zero-phase.
 const ORDER: u32 = 8;
 
-/// A signal of which only some samples were kept.
+/// A decimated signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thinned {
-    /// The samples that were kept, from the first one on.
+    /// The samples kept, from the first one on.
     pub values: Vec<f64>,
-    /// Every which sample was kept.
+    /// The decimation factor.
     pub every: usize,
     /// The new rate [Hz].
     pub rate_hz: f64,
 }
 
-/// The signal at a whole part of its rate, at `least_hz` [Hz] or above, but below twice that.
+/// The signal decimated by an integer to `least_hz` [Hz] or above, but below twice that.
 ///
-/// Against aliases, what lies above 0.4 of the new rate is taken away first: Butterworth of order 8
-/// with zero phase. A signal that is already below twice `least_hz` stays as it is. Values that are
-/// [not usable](crate::gaps::is_usable) are bridged when it is filtered. An error for a rate
-/// outside of 1 to 2000 Hz, and for a signal that is too short or has no usable value.
+/// A zero-phase Butterworth of order 8 at 0.4 of the new rate prevents aliasing. A signal already below twice
+/// `least_hz` is unchanged. Values that are [not usable](crate::gaps::is_usable) are bridged when it is
+/// filtered. Returns an error for a rate outside 1 to 2000 Hz, and for a signal that is too short or has no
+/// usable value.
 pub fn thinned(signal: &[f64], rate_hz: f64, least_hz: f64) -> Result<Thinned, SignalError> {
     checked_rate(rate_hz)?;
     let every = (rate_hz / least_hz).floor().clamp(1.0, 2000.0) as usize;

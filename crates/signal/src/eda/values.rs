@@ -1,4 +1,4 @@
-//! What the values are called, and how they are made.
+//! Names, units and recipes of the values.
 
 use std::borrow::Cow;
 
@@ -26,14 +26,14 @@ const VALUES: [(&str, &str, &str); 12] = [
     ("EDA_SympatheticN", "1", SYMPATHETIC_SHARE),
 ];
 
-/// How many values there are.
+/// The number of values.
 pub(super) const COUNT: usize = VALUES.len();
 
 const SYMPATHETIC: &str = "power 0.045-0.25 Hz of the clean signal: low-pass 0.8 Hz, 2 to 4 Hz, Welch 64 s, Blackman, \
      half overlapping, without line, lines between the bins";
 const SYMPATHETIC_SHARE: &str = "EDA_Sympathetic over the power up to 0.8 Hz";
 
-/// Of a whole recording.
+/// The values of a whole recording.
 pub(super) fn of_whole(settings: &Settings) -> Vec<Value> {
     let split = match settings.phasic {
         Phasic::HighPass => {
@@ -50,7 +50,7 @@ pub(super) fn of_whole(settings: &Settings) -> Vec<Value> {
     values(split, &threshold)
 }
 
-/// Of a signal that comes in.
+/// The values of a causal analysis.
 pub(super) fn of_causal(threshold_us: f64) -> Vec<Value> {
     let split =
         "causal Butterworth high-pass of order 2 at 0.01 Hz, tonic the rest, after low-pass 3 Hz";

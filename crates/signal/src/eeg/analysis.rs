@@ -1,10 +1,9 @@
-//! An EEG as the other signals are analysed: samples in, blinks and the values of windows out.
+//! The EEG behind the common analysis interface: samples in, blinks and the values of windows out.
 //!
-//! Each window is the average of the segments of 4 s that lie inside it; a segment begins every 2 s,
-//! counted from the first sample, so that the spectrum of each is taken once, when its last sample
-//! comes in. Spectra are of the samples as they were measured and the same live and afterwards, bit
-//! for bit; only blinks are found by other means. A window of 6 s or more holds at least one segment;
-//! of the beginning and the end of a window up to 2 s count for nothing.
+//! A window is the average of the 4 s segments within it. A segment begins every 2 s, counted from the first
+//! sample, so that each spectrum is computed once, when its last sample arrives. Spectra use the raw samples
+//! and are bit-identical live and afterwards; only blinks are detected by another method. A window of 6 s or
+//! more holds at least one segment; up to 2 s at its start and end are unused.
 
 use std::collections::VecDeque;
 
@@ -15,7 +14,7 @@ use super::known::Known;
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Track, Value, Whole, Windows};
 use crate::error::SignalError;
 
-/// How long the times of samples are remembered, for blinks that become known later [s].
+/// How long the times of samples are kept, for blinks that become known later [s].
 const LATE_SECS: f64 = 2.0;
 const CAUSAL_BLINKS: &str = "blinks: below 7 Hz (Butterworth 4, causal) in the mean of the channels \
     above the eyes, 0.05–0.5 s wide, out of both sides within 0.4 s by at least 30 µV and 5 σ of \
@@ -24,29 +23,29 @@ const WHOLE_BLINKS: &str = "blinks: below 7 Hz (Butterworth 2, zero phase) in th
     above the eyes, 0.05–0.5 s wide, out of both sides within 0.4 s by at least 30 µV and 5 σ of \
     standing out of ±0.15 s (interquartile range of the 60 s around)";
 
-/// How an EEG is analysed.
+/// Settings of the EEG analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The names of the channels, in their order: places of the 10–20 system (`F3`, `AF7`, `Fz`, also as in
-    /// `EEG Fz-Ref`) determine where asymmetry, workload and blinks are measured. A channel with an empty
-    /// name has no values of its own.
+    /// The names of the channels, in order: sites of the 10–20 system (`F3`, `AF7`, `Fz`, also as in `EEG
+    /// Fz-Ref`) select where asymmetry, workload and blinks are measured. A channel with an empty name has no
+    /// values of its own.
     pub channels: Vec<String>,
-    /// Segments with a greater root mean square between 1 and 45 Hz are left out as artefacts [µV];
-    /// usual without: 500. A laboratory's limit of ±100 µV is about 40.
+    /// Segments with a higher root mean square between 1 and 45 Hz are rejected as artefacts [µV]; default
+    /// 500. A common laboratory limit of ±100 µV corresponds to about 40.
     pub most_rms_uv: f64,
-    /// Whether segments with a blink are left out, too.
+    /// Whether segments with a blink are rejected as well.
     pub blinks: Blinks,
-    /// The channels in which blinks are looked for; those above the eyes when there is none.
+    /// The channels in which blinks are detected; by default those above the eyes.
     pub blink_channels: Vec<String>,
 }
 
-/// What becomes of segments with a blink.
+/// The treatment of segments with a blink.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Blinks {
-    /// They count: people blink every four seconds, and only slow bands of frontal channels suffer.
+    /// Used: people blink every four seconds, and only slow bands of frontal channels suffer.
     #[default]
     Kept,
-    /// They are left out of all channels, and missing from the coverage.
+    /// Rejected in all channels, and missing from the coverage.
     LeftOut,
 }
 
@@ -62,11 +61,11 @@ impl Default for Settings {
     }
 }
 
-/// An analysis of an EEG [µV] that comes in sample by sample, at a rate of 100 to 5000 Hz.
+/// A causal analysis of an EEG [µV] at 100 to 5000 Hz.
 ///
-/// Blinks are reported up to half a second after them, so that a window asked for at its end may lack the
-/// last one. Channels beyond those that the settings name are ignored. An error for another rate, no
-/// channel or more than 256, or an invalid limit.
+/// Blinks are reported up to half a second late, so a window queried right at its end may lack the last one.
+/// Channels without a name in the settings are ignored. Returns an error for another rate, no channel or more
+/// than 256, or an invalid limit.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let examiner = Examiner::new(rate_hz)?;
     let known = Known::new(settings, rate_hz, &examiner, CAUSAL_BLINKS)?;
@@ -84,9 +83,9 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
     }))
 }
 
-/// The analysis of a whole EEG [µV].
+/// An analysis of a whole EEG [µV].
 ///
-/// Channels beyond those that the settings name are left alone. Errors as of [`causal`].
+/// Channels without a name in the settings are ignored. Errors as for [`causal`].
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let mut examiner = Examiner::new(recording.rate_hz)?;
     let mut known = Known::new(settings, recording.rate_hz, &examiner, WHOLE_BLINKS)?;
@@ -107,7 +106,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     let mut frontal = Frontal::new(&known.blink_channels);
     let value = |index: usize, sample: usize| channel(index).get(sample).copied();
     let mixed = (0..samples).map(|k| frontal.mix(|index| value(index, k).unwrap_or(f64::NAN)));
-    // A recording without a usable sample, or of a few samples, has no blinks.
+    // A recording without a usable sample, or with too few, has no blinks.
     let blinks = find_blinks(&mixed.collect::<Vec<f64>>(), recording.rate_hz).unwrap_or_default();
     let event = |blink: super::Blink| known.keep(recording.time_ns(blink.sample), blink);
     Ok(Whole { events: blinks.into_iter().map(event).collect(), windows: Box::new(known) })
@@ -116,7 +115,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
 struct Running {
     known: Known,
     examiner: Examiner,
-    /// The samples of the segment that is not whole yet, of each channel.
+    /// The samples of the incomplete segment, by channel.
     pending: Vec<Vec<f64>>,
     pending_ns: Vec<i64>,
     blinks: Option<(Frontal, BlinkDetector)>,

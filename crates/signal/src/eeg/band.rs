@@ -1,8 +1,8 @@
-//! The bands of the EEG, and what is in them.
+//! The frequency bands of the EEG and their powers.
 
 use crate::spectrum::{Rule, Spectrum};
 
-/// How far from an edge a bin may lie and still stand on it [Hz]: less than any distance of bins.
+/// The tolerance for a bin to lie on a band's edge [Hz]; far below any bin spacing.
 const ON_EDGE_HZ: f64 = 1e-6;
 
 /// A band of the EEG.
@@ -21,7 +21,7 @@ pub enum Band {
 }
 
 impl Band {
-    /// All of them, from the slowest up.
+    /// All bands, from the slowest.
     pub const ALL: [Band; 5] = [Band::Delta, Band::Theta, Band::Alpha, Band::Beta, Band::Gamma];
 
     /// Its edges [Hz].
@@ -43,11 +43,11 @@ pub struct Powers {
 }
 
 impl Powers {
-    /// Of a [spectrum](super::spectrum): the trapezoids between the bins from one edge of a band to
-    /// the other, both included.
+    /// The band powers of a [spectrum](super::spectrum), integrated by the trapezoidal rule from edge to
+    /// edge, both included.
     ///
-    /// The interval that crosses an edge counts in no band where no bin stands on that edge, as in
-    /// the usual recipe with SciPy. `None` where a band has fewer than two bins.
+    /// Where no bin lies on an edge, the interval that crosses it belongs to neither band, as in the usual
+    /// recipe with SciPy. `None` where a band has fewer than two bins.
     pub fn of(spectrum: &Spectrum) -> Option<Powers> {
         let mut uv2 = [0.0; 5];
         for (band, power) in Band::ALL.into_iter().zip(&mut uv2) {
@@ -57,12 +57,12 @@ impl Powers {
         Some(Powers { uv2 })
     }
 
-    /// Of one band [µV²].
+    /// The power of one band [µV²].
     pub fn uv2(&self, band: Band) -> f64 {
         self.uv2[band as usize]
     }
 
-    /// Of all five bands together [µV²].
+    /// The total power of all five bands [µV²].
     pub fn total_uv2(&self) -> f64 {
         self.uv2.iter().sum()
     }
@@ -72,16 +72,15 @@ impl Powers {
         ratio(self.uv2(band), self.total_uv2())
     }
 
-    /// How much a person is engaged in a task: β / (α + θ) [1].
+    /// The engagement index: β / (α + θ) [1].
     ///
-    /// Pope, Bogart & Bartolome (1995), doi:10.1016/0301-0511(95)05116-3, from the sums over
-    /// channels. It compares conditions of one person; muscle raises beta. `None` without alpha and
-    /// theta.
+    /// Pope, Bogart & Bartolome (1995), doi:10.1016/0301-0511(95)05116-3, from sums over channels. For
+    /// comparing conditions within a person; muscle activity raises beta. `None` without alpha and theta.
     pub fn engagement(&self) -> Option<f64> {
         ratio(self.uv2(Band::Beta), self.uv2(Band::Alpha) + self.uv2(Band::Theta))
     }
 
-    /// Theta over alpha [1]: rises with drowsiness and with the load of working memory.
+    /// Theta over alpha [1]: rises with drowsiness and with working memory load.
     ///
     /// Blinks raise theta in frontal channels. `None` without alpha.
     pub fn theta_over_alpha(&self) -> Option<f64> {
@@ -89,12 +88,12 @@ impl Powers {
     }
 }
 
-/// Bounds between which all bins lie from one edge to the other, both included.
+/// Bounds that include the bins on both edges.
 pub(super) fn up_to((low_hz, high_hz): (f64, f64)) -> (f64, f64) {
     (low_hz - ON_EDGE_HZ, high_hz + ON_EDGE_HZ)
 }
 
-/// The quotient, if it is a number.
+/// The quotient, if it is finite.
 pub(super) fn ratio(above: f64, below: f64) -> Option<f64> {
     Some(above / below).filter(|ratio| ratio.is_finite())
 }

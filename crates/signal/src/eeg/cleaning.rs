@@ -1,21 +1,21 @@
-//! An EEG without drift and mains, to look at.
+//! Removal of drift and mains hum for display.
 
 use super::checked_rate_hz;
 use crate::error::SignalError;
 use crate::filter::{Design, butterworth, notch, zero_phase};
 
-/// What is slower is drift [Hz].
+/// The cut-off of the high-pass [Hz].
 const HIGH_PASS_HZ: f64 = 1.0;
-/// Frequency of mains over the width that is taken out.
+/// The quality factor of the notch.
 const NOTCH_QUALITY: f64 = 30.0;
 
-/// The filter that takes drift and mains off an EEG at a rate of 100 to 5000 Hz.
+/// The filter that removes drift and mains hum from an EEG at 100 to 5000 Hz.
 ///
-/// Butterworth high-pass of order 2 at 1 Hz, then a notch of quality 30 at `mains_hz` (50 or 60);
-/// without the notch where half the rate is not above it. Run it causally with
-/// [`Cascade::settled`](crate::filter::Cascade::settled), of a whole recording with [`clean`]. At
-/// 1 Hz half of the power is left, with zero phase a quarter: spectra are taken of the signal
-/// without it. An error for rates outside, or mains that are no frequency.
+/// Butterworth high-pass of order 2 at 1 Hz, then a notch of quality 30 at `mains_hz` (50 or 60), unless that
+/// exceeds the Nyquist frequency. For causal use, run it as
+/// [`Cascade::settled`](crate::filter::Cascade::settled); for a whole recording use [`clean`]. At 1 Hz it
+/// passes half of the power, zero-phase a quarter: spectra are therefore taken of the raw signal. Returns an
+/// error for other rates or an invalid mains frequency.
 pub fn cleaning(rate_hz: f64, mains_hz: f64) -> Result<Design, SignalError> {
     let rate_hz = checked_rate_hz(rate_hz)?;
     let high_pass = butterworth::high_pass(2, HIGH_PASS_HZ, rate_hz)?;
@@ -25,10 +25,10 @@ pub fn cleaning(rate_hz: f64, mains_hz: f64) -> Result<Design, SignalError> {
     high_pass.then(&notch(mains_hz, NOTCH_QUALITY, rate_hz)?)
 }
 
-/// A whole EEG without drift and mains: [`cleaning`] with zero phase.
+/// A whole EEG without drift and hum: [`cleaning`] with zero phase.
 ///
-/// Values that are no [usable numbers](crate::gaps::is_usable) are bridged. An error as there, and
-/// for a signal of a few samples or without a usable number.
+/// Values that are not [usable numbers](crate::gaps::is_usable) are bridged. Errors as for [`cleaning`], and
+/// for a signal that is too short or has no usable number.
 pub fn clean(signal: &[f64], rate_hz: f64, mains_hz: f64) -> Result<Vec<f64>, SignalError> {
     zero_phase(&cleaning(rate_hz, mains_hz)?, signal)
 }

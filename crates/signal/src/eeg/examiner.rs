@@ -1,4 +1,4 @@
-//! What takes one segment after the other: its power, and its quality.
+//! Power spectrum and quality of each segment.
 
 use super::band::Band;
 use super::quality::Quality;
@@ -7,25 +7,25 @@ use crate::error::SignalError;
 use crate::gaps::{bridge, is_usable};
 use crate::spectrum::Transform;
 
-/// Longest gap that a straight line may cross [s]: a lost packet.
+/// The longest gap that is interpolated linearly [s]: a lost packet.
 const SHORT_GAP_SECS: f64 = 0.1;
-/// Larger share of missing samples than a segment may have.
+/// The largest share of missing samples in a segment.
 const MOST_MISSING: f64 = 0.1;
-/// What stays the same for longer is flat [s].
+/// The longest time a signal may stay constant before it is flat [s].
 const FLAT_SECS: f64 = 0.2;
-/// So many samples in a row at the end of the range are no accident.
+/// The shortest run of samples at the end of the range that is saturation.
 const SATURATED_RUN: usize = 3;
-/// Mains of all countries [Hz], and how far from them their power is summed up.
+/// The mains frequencies, and the half-width of their bands [Hz].
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const MAINS_WIDTH_HZ: f64 = 1.0;
 
-/// Takes segments of 4 s; nothing is allocated after [`new`](Examiner::new).
+/// Examines segments of 4 s; nothing is allocated after [`new`](Examiner::new).
 pub(super) struct Examiner {
     rate_hz: f64,
     transform: Transform,
     segment: Vec<f64>,
     power: Vec<f64>,
-    /// How many bins there are up to the highest band.
+    /// The number of bins up to the highest band.
     bins: usize,
 }
 
@@ -44,17 +44,17 @@ impl Examiner {
         })
     }
 
-    /// How many samples a segment has.
+    /// The number of samples of a segment.
     pub(super) fn length(&self) -> usize {
         self.segment.len()
     }
 
-    /// How many samples the next segment begins after this one.
+    /// The hop between segments [samples].
     pub(super) fn step(&self) -> usize {
         self.length() - self.length() / 2
     }
 
-    /// The number of frequencies of [`power`](Self::power): 0 Hz and up, to one above 45 Hz.
+    /// The number of bins of [`power`](Self::power): from 0 Hz to one above 45 Hz.
     pub(super) fn bins(&self) -> usize {
         self.bins
     }
@@ -64,7 +64,7 @@ impl Examiner {
         bin as f64 * self.rate_hz / self.length() as f64
     }
 
-    /// The density of the last segment [µV² / Hz]; NaN where too much of it was missing.
+    /// The power density of the last segment [µV² / Hz]; NaN where too much of it was missing.
     pub(super) fn power(&self) -> &[f64] {
         &self.power[..self.bins]
     }
@@ -93,7 +93,7 @@ impl Examiner {
         }
     }
 
-    /// The power of the bins from one frequency to another [µV²].
+    /// The power between two frequencies [µV²].
     fn sum_uv2(&self, low_hz: f64, high_hz: f64) -> f64 {
         let step_hz = self.frequency_hz(1);
         let count = self.power.len();

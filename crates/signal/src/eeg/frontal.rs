@@ -1,29 +1,28 @@
-//! One signal of all channels above the eyes.
+//! The mean of the channels above the eyes.
 
 use crate::gaps::is_usable;
 
-/// The mean of channels: both eyes blink at once, while looking aside lifts one side and lowers the
-/// other.
+/// The mean of channels: both eyes blink at once, while looking sideways has opposite signs on the two sides.
 pub(super) struct Frontal {
     channels: Vec<Channel>,
 }
 
 struct Channel {
     index: usize,
-    /// The first usable sample, from which the others count: electrodes have offsets.
+    /// The first usable sample, subtracted as the electrodes' offset.
     first: f64,
     /// The last usable one.
     held: f64,
 }
 
 impl Frontal {
-    /// Of these channels of a sample.
+    /// Averages these channels.
     pub(super) fn new(channels: &[usize]) -> Frontal {
         let channel = |&index: &usize| Channel { index, first: f64::NAN, held: f64::NAN };
         Frontal { channels: channels.iter().map(channel).collect() }
     }
 
-    /// Takes in the next sample of all channels; NaN where none of them has one.
+    /// Takes in the next sample of all channels; returns NaN where none has one.
     pub(super) fn mix(&mut self, value: impl Fn(usize) -> f64) -> f64 {
         let (mut sum, mut count, mut is_there) = (0.0, 0.0, false);
         for channel in &mut self.channels {

@@ -1,46 +1,44 @@
-//! What is read from the spectra of particular places, and from the shape of a spectrum.
+//! Indices from the spectra of particular sites, and from the shape of a spectrum.
 
 use super::band::{Band, Powers, ratio, up_to};
 use crate::spectrum::Spectrum;
 
-/// Where the frequency of alpha is looked for [Hz].
+/// The search range of the alpha peak [Hz].
 const ALPHA_HZ: (f64, f64) = (7.0, 13.0);
-/// The frequencies between which the slope is fitted [Hz], and those of alpha, which stands out of it.
+/// The range of the slope's fit [Hz], and the alpha range excluded from it.
 const SLOPE_HZ: (f64, f64) = (2.0, 40.0);
 const BUMP_HZ: (f64, f64) = (7.0, 14.0);
 
 /// Mental workload: theta at Fz over alpha at Pz [1].
 ///
-/// Frontal theta rises and parietal alpha falls with the load of a task. Holm et al. (2009),
-/// doi:10.1100/tsw.2009.83. It compares conditions of one person; blinks raise theta at Fz. `None`
-/// without alpha at Pz.
+/// Frontal theta rises and parietal alpha falls with task load. Holm et al. (2009), doi:10.1100/tsw.2009.83.
+/// For comparing conditions within a person; blinks raise theta at Fz. `None` without alpha at Pz.
 pub fn workload(fz: &Powers, pz: &Powers) -> Option<f64> {
     ratio(fz.uv2(Band::Theta), pz.uv2(Band::Alpha))
 }
 
-/// Asymmetry of alpha between two frontal places: ln(right) − ln(left) [1].
+/// Frontal alpha asymmetry: ln(right) − ln(left) [1].
 ///
-/// Alpha is less where the cortex is more active: above 0, the left side is. Allen, Coan & Nazarian
-/// (2004), doi:10.1016/j.biopsycho.2004.03.007. `None` when one side has no alpha.
+/// Alpha is lower over the more active cortex: positive values mean greater left activity. Allen, Coan &
+/// Nazarian (2004), doi:10.1016/j.biopsycho.2004.03.007. `None` when one side has no alpha.
 pub fn asymmetry(left: &Powers, right: &Powers) -> Option<f64> {
     ratio(right.uv2(Band::Alpha), left.uv2(Band::Alpha)).map(f64::ln).filter(|ln| ln.is_finite())
 }
 
-/// The frequency of a person's alpha.
+/// The individual alpha frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlphaFrequency {
-    /// Of the highest bin between 7 and 13 Hz [Hz]; `None` where it stands at an edge: then there is
-    /// no peak, but the slope of something else.
+    /// The peak between 7 and 13 Hz [Hz]; `None` at an edge of the range, where it is not a peak but a slope.
     pub peak_hz: Option<f64>,
-    /// Centre of gravity of the power between 7 and 13 Hz [Hz]: there without a peak, too.
+    /// The centre of gravity of the power between 7 and 13 Hz [Hz]; defined without a peak, too.
     pub centre_hz: f64,
 }
 
-/// The individual frequency of alpha, of a [spectrum](super::spectrum).
+/// The individual alpha frequency of a [spectrum](super::spectrum).
 ///
 /// Σ f·P / Σ P and the maximum of P over the bins from 7 to 13 Hz, both included. Klimesch (1999),
-/// doi:10.1016/S0165-0173(98)00056-3. The peak is as fine as the bins (0.25 Hz); it is clearest with the
-/// eyes closed. `None` without bins or power.
+/// doi:10.1016/S0165-0173(98)00056-3. The peak's resolution is a bin (0.25 Hz); it is clearest with the eyes
+/// closed. `None` without bins or power.
 pub fn alpha_frequency(spectrum: &Spectrum) -> Option<AlphaFrequency> {
     let (low_hz, high_hz) = up_to(ALPHA_HZ);
     let bins = spectrum.bins(low_hz, high_hz);
@@ -52,12 +50,11 @@ pub fn alpha_frequency(spectrum: &Spectrum) -> Option<AlphaFrequency> {
     Some(AlphaFrequency { peak_hz: is_inside.then(|| hz[highest]), centre_hz })
 }
 
-/// How steeply power falls with frequency: the slope of log P over log f [1], about −1 to −2.
+/// The spectral slope: log P over log f [1], about −1 to −2.
 ///
-/// The line of least squares through the bins from 2 to 40 Hz but for those of alpha, from 7 to
-/// 14 Hz. A plain form of the aperiodic exponent of Donoghue et al. (2020),
-/// doi:10.1038/s41593-020-00744-x (with the sign of the slope); muscle makes it flatter. `None` with
-/// fewer than ten bins that have power.
+/// A least-squares line through the bins from 2 to 40 Hz, except for alpha, 7 to 14 Hz. A simple form of the
+/// aperiodic exponent of Donoghue et al. (2020), doi:10.1038/s41593-020-00744-x (with the sign of the slope);
+/// muscle activity flattens it. `None` with fewer than ten bins that have power.
 pub fn slope(spectrum: &Spectrum) -> Option<f64> {
     let (low_hz, high_hz) = up_to(SLOPE_HZ);
     let bins = spectrum.bins(low_hz, high_hz);

@@ -1,4 +1,4 @@
-//! What is known of an EEG, live or afterwards: its segments and its blinks.
+//! The store of an analysed EEG: its segments and blinks.
 
 use std::collections::VecDeque;
 
@@ -12,16 +12,16 @@ use super::site::{blink_channels, site};
 use crate::analysis::{Event, Measured, Reason, Span, Value, Windows};
 use crate::error::{SignalError, checked};
 
-/// Most channels.
+/// The largest number of channels.
 const MOST_CHANNELS: f64 = 256.0;
-/// Least and greatest limit of amplitude [µV].
+/// The supported range of the amplitude limit [µV].
 const LIMITS_UV: (f64, f64) = (1.0, 1e6);
 
-/// A store that answers for any span.
+/// The store, which can be queried for any span.
 pub(super) struct Known {
     pub(super) pieces: Pieces,
     pub(super) channels: usize,
-    /// The channels in which blinks are looked for.
+    /// The channels in which blinks are detected.
     pub(super) blink_channels: Vec<usize>,
     blinks: VecDeque<(i64, Blink)>,
     leave_out: Blinks,
@@ -61,7 +61,7 @@ impl Known {
         })
     }
 
-    /// Keeps a blink that was at a time [ns], and makes an event of it.
+    /// Stores a blink at a time [ns], and returns its event.
     pub(super) fn keep(&mut self, at_ns: i64, blink: Blink) -> Event {
         self.blinks.push_back((at_ns, blink));
         let details =
@@ -76,7 +76,7 @@ impl Known {
         }
     }
 
-    /// Whether a blink lies in a segment that blinks are to be kept out of.
+    /// Whether a segment is rejected because of a blink.
     fn is_left_out(&self, (begin_ns, end_ns): (i64, i64)) -> bool {
         let touches = |(at_ns, blink): &(i64, Blink)| {
             let around_ns = (blink.duration_secs * 1e9) as i64;
@@ -146,7 +146,7 @@ fn quality(reading: &Reading) -> Result<f64, Reason> {
     }
 }
 
-/// The channels for blinks that are named, or those above the eyes.
+/// The configured blink channels, or those above the eyes.
 fn chosen(settings: &Settings) -> Vec<usize> {
     if settings.blink_channels.is_empty() {
         return blink_channels(&settings.channels);

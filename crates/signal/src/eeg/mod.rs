@@ -46,17 +46,17 @@ pub use cleaning::{clean, cleaning};
 pub use indices::{AlphaFrequency, alpha_frequency, asymmetry, slope, workload};
 pub use quality::{LEAST_QUALITY, Quality};
 
-/// Length of a segment of which a spectrum is taken [s].
+/// The length of a spectral segment [s].
 pub const SEGMENT_SECS: f64 = 4.0;
-/// Rates of an EEG [Hz]: the highest band must lie below half of it.
+/// The supported rates [Hz]: the Nyquist frequency must exceed the highest band.
 pub const RATES_HZ: RangeInclusive<f64> = 100.0..=5000.0;
 
-/// The spectrum of an EEG [µV² / Hz], at a rate of 100 to 5000 Hz.
+/// The power spectrum of an EEG [µV² / Hz] at 100 to 5000 Hz.
 ///
-/// Welch's: Hann, segments of 4 s that overlap by half, without their means
-/// (`scipy.signal.welch(x, fs, nperseg=4 * fs)`). Welch (1967), doi:10.1109/TAU.1967.1161901.
-/// Segments with a sample that is no [usable number](crate::gaps::is_usable) are left out; an error
-/// when none is left, or the rate lies outside. A signal of less than 4 s is one segment.
+/// Welch's method: Hann window, segments of 4 s with 50 % overlap, means removed (`scipy.signal.welch(x, fs,
+/// nperseg=4 * fs)`). Welch (1967), doi:10.1109/TAU.1967.1161901. Segments with a sample that is not a
+/// [usable number](crate::gaps::is_usable) are left out; returns an error when none is left, or for another
+/// rate. A signal shorter than 4 s is one segment.
 pub fn spectrum(signal: &[f64], rate_hz: f64) -> Result<Spectrum, SignalError> {
     welch(rate_hz)?.of(signal)
 }

@@ -1,4 +1,4 @@
-//! The segments of all channels, so that a window is the average of those inside it.
+//! The segments of all channels, averaged over windows.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use super::quality::{LEAST_QUALITY, Quality};
 use crate::analysis::{LEAST_COVERAGE, Reason, Span};
 use crate::spectrum::Spectrum;
 
-/// Spectra and qualities, segment by segment and in each channel by channel.
+/// Spectra and qualities, by segment and channel.
 pub(super) struct Pieces {
     channels: usize,
     frequencies_hz: Vec<f64>,
@@ -16,27 +16,27 @@ pub(super) struct Pieces {
     step: f64,
     rate_hz: f64,
     most_rms_uv: f64,
-    /// When the first and the last sample of a segment were measured [ns].
+    /// The times of the first and the last sample of each segment [ns].
     times_ns: VecDeque<(i64, i64)>,
     powers: VecDeque<f64>,
     qualities: VecDeque<f64>,
 }
 
-/// What the segments of one channel in a span come to.
+/// The average over a channel's segments in a span.
 pub(super) struct Reading {
-    /// The average spectrum, or why there is none.
+    /// The average spectrum, or why it is missing.
     pub(super) spectrum: Result<Spectrum, Reason>,
-    /// The share of the segments that the span could hold which has data [0..1].
+    /// The share of the span's segments that have data [0..1].
     pub(super) present: f64,
-    /// The share which has data and is no artefact [0..1].
+    /// The share that have data and are not artefacts [0..1].
     pub(super) coverage: f64,
-    /// The mean over all segments [0..1].
+    /// The mean quality of all segments [0..1].
     pub(super) quality: f64,
 }
 
 impl Pieces {
-    /// Segments of so many channels, as `examiner` takes them; those of more than `most_rms_uv` [µV]
-    /// count as artefacts.
+    /// Creates a store for segments examined by `examiner`; those above `most_rms_uv` [µV] count as
+    /// artefacts.
     pub(super) fn new(
         examiner: &Examiner,
         rate_hz: f64,
@@ -56,19 +56,19 @@ impl Pieces {
         }
     }
 
-    /// Begins a segment: [`add`](Self::add) follows, once for each channel.
+    /// Begins a segment; [`add`](Self::add) must follow, once per channel.
     pub(super) fn begin(&mut self, begin_ns: i64, end_ns: i64) {
         self.times_ns.push_back((begin_ns, end_ns));
     }
 
-    /// Takes in the next channel of the segment, with what the examiner has just found.
+    /// Adds the next channel of the segment, as just examined.
     pub(super) fn add(&mut self, quality: Quality, power: &[f64]) {
         let is_too_high = quality.rms_uv > self.most_rms_uv;
         self.qualities.push_back(if is_too_high { 0.0 } else { quality.combined() });
         self.powers.extend(power);
     }
 
-    /// Lets go of segments that begin before a time [ns].
+    /// Drops the segments that begin before a time [ns].
     pub(super) fn forget(&mut self, before_ns: i64) {
         let gone = self.times_ns.partition_point(|&(begin_ns, _)| begin_ns < before_ns);
         self.times_ns.drain(..gone);
@@ -83,7 +83,7 @@ impl Pieces {
         begin..end.max(begin)
     }
 
-    /// What a channel comes to within a span, without the segments that are left out.
+    /// The average over a channel's segments within a span, without rejected ones.
     pub(super) fn read(
         &self,
         channel: usize,
@@ -129,14 +129,14 @@ impl Pieces {
         Spectrum { frequencies_hz: self.frequencies_hz.clone(), power: sum, segments }
     }
 
-    /// How many segments a span without gaps holds at least, wherever they begin.
+    /// The least number of segments in a gap-free span, wherever they begin.
     fn expected(&self, span: Span) -> f64 {
         let samples = (span.secs() * self.rate_hz).round();
         ((samples - self.length - self.step + 1.0) / self.step).floor() + 1.0
     }
 }
 
-/// The average of several spectra of the same frequencies; why there is none when all lack it.
+/// The mean of several spectra with the same bins, or the reason why all are missing.
 pub(super) fn mean(readings: &[Reading]) -> Result<Spectrum, Reason> {
     let told: Vec<&Spectrum> =
         readings.iter().filter_map(|reading| reading.spectrum.as_ref().ok()).collect();

@@ -1,41 +1,41 @@
-//! How far an EEG can be relied on.
+//! Signal quality of an EEG.
 
 use super::band::ratio;
 use super::examiner::Examiner;
 use crate::error::SignalError;
 
-/// Segments of less [quality](Quality::combined) count as artefacts: their power is not the brain's.
+/// Segments of a lower [quality](Quality::combined) are artefacts: their power is not the brain's.
 pub const LEAST_QUALITY: f64 = 0.1;
-/// Between which amplitudes an EEG is [µV], and at which it surely is none.
+/// The usual amplitude of an EEG [µV], and the impossible ones.
 const USUAL_UV: (f64, f64) = (1.0, 100.0);
 const TOO_LOW_UV: f64 = 0.1;
 const TOO_HIGH_UV: f64 = 1000.0;
-/// How many times the power of the EEG mains may have until nothing is left of the quality.
+/// The mains power relative to the EEG's at which the quality is zero.
 const MOST_MAINS: f64 = 1e4;
-/// The share of 30–45 Hz at which all is muscle: white noise has a third.
+/// The power share of 30–45 Hz at which the quality is zero: white noise has a third.
 const MOST_MUSCLE: f64 = 0.5;
 
-/// What speaks for and against a stretch of an EEG.
+/// The quality measures of a stretch of an EEG.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Root mean square between 1 and 45 Hz [µV]; NaN where too much is missing.
     pub rms_uv: f64,
-    /// Power within 1 Hz of 50 and 60 Hz, over that between 1 and 45 Hz [1].
+    /// Power within 1 Hz of 50 and 60 Hz, relative to 1–45 Hz [1].
     pub mains_ratio: f64,
-    /// The share of 30–45 Hz in the power between 1 and 45 Hz [0..1]: muscles.
+    /// The share of 30–45 Hz in the power of 1–45 Hz [0..1]: muscle activity.
     pub muscle_share: f64,
-    /// The share of samples that are the same for more than 0.2 s [0..1]: a fallen electrode.
+    /// The share of samples constant for more than 0.2 s [0..1]: a detached electrode.
     pub flat_share: f64,
-    /// The share of samples that lie, three in a row or more, at the end of the range [0..1].
+    /// The share of samples in runs of three or more at the end of the range [0..1].
     pub saturated_share: f64,
-    /// The share of samples that are no [usable numbers](crate::gaps::is_usable) [0..1].
+    /// The share of samples that are not [usable numbers](crate::gaps::is_usable) [0..1].
     pub missing_share: f64,
 }
 
 impl Quality {
-    /// Of a signal at a rate of 100 to 5000 Hz: the mean of its segments of 4 s.
+    /// The mean quality of the 4 s segments of a signal at 100 to 5000 Hz.
     ///
-    /// An error for another rate, or for less than one segment.
+    /// Returns an error for another rate, or less than one segment.
     pub fn of(signal: &[f64], rate_hz: f64) -> Result<Quality, SignalError> {
         let mut examiner = Examiner::new(rate_hz)?;
         let length = examiner.length();
@@ -77,7 +77,7 @@ impl Quality {
     }
 }
 
-/// From 1 up to a ratio of 1 down to 0 at `most`, with its logarithm.
+/// Falls logarithmically from 1 at a ratio of 1 to 0 at `most`.
 fn falls(ratio: f64, most: f64) -> f64 {
     if ratio.is_nan() {
         return 0.0;

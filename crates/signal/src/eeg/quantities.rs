@@ -1,4 +1,4 @@
-//! The values of an EEG in their order, with their recipes.
+//! The values of an EEG in order, with their recipes.
 
 use super::band::{Band, Powers};
 use super::indices::{alpha_frequency, asymmetry, slope, workload};
@@ -7,7 +7,7 @@ use super::site::{FRONTAL_PAIRS, channel_at};
 use crate::analysis::{Reason, Value};
 use crate::spectrum::Spectrum;
 
-/// The values from one spectrum.
+/// A value of one spectrum.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
     Power(Band),
@@ -19,7 +19,7 @@ pub(super) enum Shape {
     Slope,
 }
 
-/// What a value is computed of.
+/// The source of a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Quantity {
     /// The average spectrum of all channels.
@@ -56,7 +56,7 @@ impl Shape {
         Shape::Slope,
     ];
 
-    /// Its number.
+    /// Its value for a spectrum.
     pub(super) fn of(self, spectrum: &Spectrum) -> Result<f64, Reason> {
         let powers = || Powers::of(spectrum);
         let told = match self {
@@ -102,8 +102,8 @@ fn trapezoid(band: Band) -> String {
     format!("trapezoids over the bins from {low_hz} to {high_hz} Hz")
 }
 
-/// All values of these channels, with what they are computed of; `welch` and `blinks` say how
-/// spectra were taken and blinks found. Channels without a name count in what all come to only.
+/// All values of these channels, with their sources; `welch` and `blinks` describe the methods. Channels
+/// without a name contribute to averages only.
 pub(super) fn quantities(names: &[String], welch: &str, blinks: &str) -> Vec<(Quantity, Value)> {
     let mut all: Vec<(Quantity, Value)> = Shape::ALL
         .into_iter()
@@ -130,7 +130,7 @@ fn workload_value(names: &[String], welch: &str) -> (Quantity, Value) {
     (Quantity::Workload(channels), Value::of_channel("EEG_Workload", "", "1", method))
 }
 
-/// One for each pair of places that the channels have; one without an answer when there is none.
+/// An asymmetry for each available pair of sites; one that is always missing if there is none.
 fn asymmetry_values(names: &[String], welch: &str) -> Vec<(Quantity, Value)> {
     let value = |pair: &str| {
         let method = format!("ln alpha on the right − ln alpha on the left; {welch}");
@@ -158,7 +158,7 @@ fn blink_values(blinks: &str) -> [(Quantity, Value); 3] {
     ]
 }
 
-/// The index of two channels.
+/// The index computed from two channels.
 pub(super) fn of_pair(quantity: Quantity, readings: &[Reading]) -> Result<f64, Reason> {
     let (Quantity::Workload(channels) | Quantity::Asymmetry(channels)) = quantity else {
         return Err(Reason::Undefined);

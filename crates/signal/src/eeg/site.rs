@@ -1,15 +1,15 @@
-//! Where a channel's electrode sits, by its name.
+//! The electrode site of a channel, by its name.
 
-/// Pairs of frontal places, the left one first, in the order of preference.
+/// Pairs of frontal sites, left first, in order of preference.
 pub(super) const FRONTAL_PAIRS: [(&str, &str); 3] = [("F3", "F4"), ("AF7", "AF8"), ("F7", "F8")];
-/// Places above the eyes, and others where blinks still show, the best first.
+/// Sites above the eyes, and others where blinks still show, best first.
 const BLINK_SITES: [&[&str]; 2] = [
     &["FP1", "FP2", "FPZ", "AF7", "AF8", "AF3", "AF4", "AFZ", "VEOG", "VEOGU"],
     &["F7", "F8", "F3", "F4", "FZ", "F1", "F2", "F5", "F6"],
 ];
 
-/// The place of the international 10–20 system in a channel's name, in capitals: of `EEG Fz-Ref`, `Fz..`
-/// and `RAW_AF7` the first word that is not a general word for channels.
+/// The site of the international 10–20 system in a channel's name, in capitals: the first word of names such
+/// as `EEG Fz-Ref`, `Fz..` and `RAW_AF7` that is not a generic word for channels.
 pub(super) fn site(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
     let words = words.map(str::to_ascii_uppercase);
@@ -18,7 +18,7 @@ pub(super) fn site(name: &str) -> String {
     words.next().unwrap_or_default()
 }
 
-/// Which channel sits at a place.
+/// The channel at a site.
 pub(super) fn channel_at(names: &[String], place: &str) -> Option<usize> {
     names.iter().position(|name| site(name) == place)
 }

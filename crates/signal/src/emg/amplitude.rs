@@ -1,11 +1,11 @@
-//! What a frame of a signal in the muscle's band comes to, without a transform.
+//! Time-domain features of a frame.
 
-/// What a step must at least be to count [unit of the signal].
+/// The smallest steps that count [unit of the signal].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Thresholds {
-    /// From one side of zero to the other, for a zero crossing. 0: every change of sign counts.
+    /// The smallest difference of a zero crossing. 0: every change of sign counts.
     pub zero_crossing: f64,
-    /// On one side of a turn of the slope, for a slope sign change. 0: every turn counts.
+    /// The smallest difference on one side of a slope sign change. 0: every turn counts.
     pub slope_change: f64,
 }
 
@@ -40,7 +40,7 @@ impl Sums {
     }
 }
 
-/// The sum over pairs, in four parts that a processor adds at once.
+/// The sum over pairs, in four independent partial sums for SIMD.
 pub(super) fn sum(one: &[f64], other: &[f64], of: impl Fn(f64, f64) -> f64) -> f64 {
     let count = one.len().min(other.len());
     let (ones, one_rest) = one[..count].as_chunks::<4>();

@@ -18,38 +18,37 @@ use super::values::{measure, values};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::{SignalError, checked};
 
-/// Most channels that are taken.
+/// The largest number of channels.
 const MOST_CHANNELS: usize = 256;
-/// Bursts that were not asked for yet, of which the oldest are let go.
+/// The most bursts waiting to be read; the oldest are dropped.
 const MOST_EVENTS: usize = 4096;
 
-/// What is known of the signal beforehand.
+/// Settings of the analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The channels in their order: 1 to 256. Samples for further ones are left out.
+    /// The channels in order, 1 to 256. Further channels of a sample are ignored.
     pub channels: Vec<Channel>,
-    /// What the signal is measured in.
+    /// The unit of the signal.
     pub unit: String,
-    /// What a zero crossing and a slope sign change need [unit].
+    /// The thresholds of zero crossings and slope sign changes [unit].
     pub thresholds: Thresholds,
     /// How bursts are separated from rest.
     pub bursts: BurstSettings,
-    /// Which channels (indices) lie over muscles that work against each other.
+    /// Pairs of channels (indices) over antagonistic muscles.
     pub antagonists: Vec<[usize; 2]>,
 }
 
 /// A channel: a muscle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {
-    /// What it is called, as in `EMG_RMS/ch1`; empty for no more than `EMG_RMS`.
+    /// Its name, as in `EMG_RMS/ch1`; empty for just `EMG_RMS`.
     pub name: String,
-    /// The mean of the envelope (mean absolute value) during a maximal voluntary contraction [unit], if
-    /// that was measured.
+    /// The mean envelope (mean absolute value) during a maximal voluntary contraction [unit], if measured.
     pub mvc: Option<f64>,
 }
 
 impl Default for Settings {
-    /// One channel without a name, in mV, no thresholds, nothing known of its maximum.
+    /// One unnamed channel in mV, without thresholds or MVC.
     fn default() -> Settings {
         Settings {
             channels: vec![Channel::default()],
@@ -92,13 +91,13 @@ impl Settings {
     }
 }
 
-/// An analysis of a signal that comes in, at a rate of 100 Hz to 10 kHz.
+/// A causal analysis at 100 Hz to 10 kHz.
 ///
-/// The band and the envelope are late by 10 to 50 ms, which is not corrected in windows; bursts are
-/// reported when they have ended, at their corrected times, so that the number of those that begin in a
-/// window may grow afterwards. No sample allocates in steady state.
+/// The band-pass and the envelope are delayed by 10 to 50 ms, which windows do not correct; bursts are
+/// reported when they have ended, at corrected times, so the number of bursts in a window may grow
+/// afterwards. No sample allocates in steady state.
 ///
-/// An error for another rate, or settings out of their ranges.
+/// Returns an error for another rate, or settings out of range.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let store = settings.store(rate_hz)?;
     let detectors = settings.channels.iter().map(|_| BurstDetector::new(rate_hz, settings.bursts));
@@ -110,9 +109,9 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
     Ok(Box::new(Running { answers, detectors, opened_ns, taken, events: VecDeque::new() }))
 }
 
-/// An analysis of a whole recording: band and envelope without delay, rest from both sides.
+/// An analysis of a whole recording: band-pass and envelope without delay, rest from both sides.
 ///
-/// A channel without enough usable samples has gaps only. Errors as for [`causal`].
+/// A channel without enough usable samples has only gaps. Errors as for [`causal`].
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let mut store = settings.store(recording.rate_hz)?;
     let nothing = vec![f64::NAN; recording.len()];
@@ -162,7 +161,7 @@ struct Lane<'a> {
 
 impl Lane<'_> {
     fn of(raw: &[f64], rate_hz: f64) -> Lane<'_> {
-        // One that can't be filtered is too short, or has no usable sample.
+        // A channel that cannot be filtered is too short, or has no usable sample.
         let band = clean(raw, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
         let envelope = envelope(&band, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
         Lane { raw, band, envelope }
@@ -174,7 +173,7 @@ impl Lane<'_> {
     }
 }
 
-/// What spans are asked.
+/// The store, which can be queried for any span.
 struct Answers {
     settings: Settings,
     values: Vec<Value>,
@@ -194,7 +193,7 @@ impl Windows for Answers {
 struct Running {
     answers: Answers,
     detectors: Vec<BurstDetector>,
-    /// When what is open in each channel began [ns].
+    /// The start of the open burst of each channel [ns].
     opened_ns: Vec<i64>,
     taken: Vec<Taken>,
     events: VecDeque<Event>,

@@ -1,44 +1,44 @@
-//! From the raw signal to the muscle's band, and to how loud it is.
+//! The EMG band and its envelope.
 
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::filter::{Cascade, Design, butterworth, zero_phase};
 use crate::gaps::is_usable;
 
-/// Slowest and fastest rate that is taken [Hz].
+/// The slowest and fastest supported rates [Hz].
 pub const RATES_HZ: (f64, f64) = (100.0, 10_000.0);
-/// What a muscle's activity lies between [Hz], as far as the rate shows it.
+/// The band of muscle activity [Hz], as far as the rate permits.
 const LOW_HZ: f64 = 20.0;
 const HIGH_HZ: f64 = 450.0;
-/// Of half the sampling rate, what a filter can still end at.
+/// The highest cut-off, as a share of the Nyquist frequency.
 const MOST_OF_NYQUIST: f64 = 0.95;
 const ORDER: u32 = 4;
-/// What the envelope follows [Hz].
+/// The cut-off of the envelope [Hz].
 const ENVELOPE_HZ: f64 = 6.0;
 const ENVELOPE_ORDER: u32 = 2;
-/// Where muscles have most of their power [Hz]: the delay there is the delay of what is seen.
+/// The frequency of most EMG power [Hz], at which the delay is taken.
 const USUAL_HZ: f64 = 80.0;
 
-/// The band of a muscle's activity: Butterworth, order 4, from 20 Hz to the lesser of 450 Hz and 95 % of
-/// half the rate.
+/// The band of muscle activity: Butterworth, order 4, from 20 Hz to the lesser of 450 Hz and 95 % of the
+/// Nyquist frequency.
 ///
-/// An error for a rate outside of [`RATES_HZ`].
+/// Returns an error for a rate outside [`RATES_HZ`].
 pub fn band(rate_hz: f64) -> Result<Design, SignalError> {
     let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
     let high_hz = HIGH_HZ.min(rate_hz / 2.0 * MOST_OF_NYQUIST);
     butterworth::band_pass(ORDER, LOW_HZ, high_hz, rate_hz)
 }
 
-/// What makes an envelope of the rectified signal: Butterworth low-pass, order 2, 6 Hz.
+/// The filter of the rectified signal: Butterworth low-pass, order 2, 6 Hz.
 pub fn envelope_filter(rate_hz: f64) -> Result<Design, SignalError> {
     let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
     butterworth::low_pass(ENVELOPE_ORDER, ENVELOPE_HZ, rate_hz)
 }
 
-/// The [band](band()) of a whole recording, without delay: its mean taken off, then filtered forwards
-/// and backwards.
+/// The [band](band()) of a whole recording, without delay: mean removed, then filtered forwards and
+/// backwards.
 ///
-/// Samples that are not [usable](is_usable) are bridged. An error for a rate outside of
-/// [`RATES_HZ`], a recording of fewer than 28 samples, or one without a usable number.
+/// Samples that are not [usable](is_usable) are bridged. Returns an error for a rate outside [`RATES_HZ`], a
+/// recording of fewer than 28 samples, or one without a usable number.
 pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     let band = band(rate_hz)?;
     let usable = || signal.iter().filter(|&&sample| is_usable(sample));
@@ -47,19 +47,18 @@ pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     zero_phase(&band, &centred)
 }
 
-/// The envelope of a [cleaned](clean) recording, without delay: rectified, then a low-pass of 6 Hz
-/// forwards and backwards, never below zero. In the unit of the signal; its mean is the mean absolute
-/// value.
+/// The envelope of a [cleaned](clean) recording, without delay: rectified, then low-passed at 6 Hz forwards
+/// and backwards, never negative. In the unit of the signal; its mean is the mean absolute value.
 pub fn envelope(clean: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     let rectified: Vec<f64> = clean.iter().map(|sample| sample.abs()).collect();
     let envelope = zero_phase(&envelope_filter(rate_hz)?, &rectified)?;
     Ok(envelope.into_iter().map(|height| height.max(0.0)).collect())
 }
 
-/// The band and the envelope of a signal that comes in sample by sample.
+/// The band and the envelope of a signal, sample by sample.
 ///
-/// The same for any chunking; no sample allocates. A sample that is not usable counts as the one before
-/// it; before the first usable one, both are zero.
+/// Independent of chunking; no sample allocates. A sample that is not usable repeats the one before; before
+/// the first usable one, both outputs are zero.
 #[derive(Clone, Debug)]
 pub struct Cleaner {
     band: Cascade,
@@ -68,7 +67,7 @@ pub struct Cleaner {
 }
 
 impl Cleaner {
-    /// For a signal at a rate; an error when it lies outside of [`RATES_HZ`].
+    /// Creates it for a rate; an error outside [`RATES_HZ`].
     pub fn new(rate_hz: f64) -> Result<Cleaner, SignalError> {
         let (band, envelope) = (band(rate_hz)?, envelope_filter(rate_hz)?);
         let usual_hz = USUAL_HZ.min(rate_hz / 4.0);
@@ -77,12 +76,12 @@ impl Cleaner {
         Ok(Cleaner { band, envelope, delay_secs })
     }
 
-    /// How late the envelope is [s]: 45 ms or so.
+    /// The delay of the envelope [s], about 45 ms.
     pub fn delay_secs(&self) -> f64 {
         self.delay_secs
     }
 
-    /// Takes in the next sample; gives the band's and the envelope's.
+    /// Takes in the next sample; returns the band-passed sample and the envelope.
     pub fn push(&mut self, sample: f64) -> (f64, f64) {
         let band = self.band.push(sample);
         let band = if band.is_nan() { 0.0 } else { band };

@@ -1,28 +1,28 @@
-//! When a muscle was active.
+//! Detection of muscle activity.
 
 use super::band::{Cleaner, RATES_HZ, clean, envelope};
 use super::rest::{Rest, levels};
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// How bursts are separated from rest.
+/// The separation of bursts from rest.
 ///
-/// A double threshold: a burst begins where the envelope rises above the lower one, if it goes on to the
-/// upper one, and ends where it falls below the lower one for some time. Both are multiples of the
-/// envelope's height at rest, the 10 % quantile of its means over 0.1 s. (After Hodges & Bui 1996,
-/// doi:10.1016/S0921-884X(96)95190-5, who take a mean and a standard deviation of a rest that is known;
-/// here none is.) With a muscle at rest a tenth of the time at least, noise that stays the same gives no
-/// bursts, and what is less than about twice as loud as its mean is not found.
+/// A double threshold: a burst begins where the envelope exceeds the lower one, provided it goes on to the
+/// upper one, and ends where it falls below the lower one for some time. Both are multiples of the envelope
+/// at rest, the 10 % quantile of its means over 0.1 s. (After Hodges & Bui 1996,
+/// doi:10.1016/S0921-884X(96)95190-5, who use mean and standard deviation of a known rest.) If the muscle
+/// rests at least a tenth of the time, stationary noise gives no bursts; activity below about twice the noise
+/// is missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BurstSettings {
-    /// What the envelope must reach, over that at rest: 1 to 1000.
+    /// The upper threshold relative to rest: 1 to 1000.
     pub upper: f64,
-    /// Where a burst begins and ends, over the envelope at rest: 1 to `upper`.
+    /// The lower threshold relative to rest: 1 to `upper`.
     pub lower: f64,
     /// The shortest burst [s], 0 to 10.
     pub least_secs: f64,
-    /// Shorter pauses are none [s], 0 to 10.
+    /// The shortest pause between bursts [s], 0 to 10.
     pub pause_secs: f64,
-    /// How long rest is remembered [s], 10 to 600: the longest activity without rest is a little less.
+    /// The memory of the resting level [s], 10 to 600: slightly more than the longest activity without rest.
     pub memory_secs: f64,
 }
 
@@ -48,7 +48,7 @@ impl BurstSettings {
         Ok(())
     }
 
-    /// The recipe in words.
+    /// The recipe as text.
     pub(super) fn recipe(&self) -> String {
         let BurstSettings { upper, lower, least_secs, pause_secs, memory_secs } = self;
         format!(
@@ -58,23 +58,23 @@ impl BurstSettings {
     }
 }
 
-/// A span of activity.
+/// A burst of activity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Burst {
-    /// Where it begins [samples from the first one].
+    /// Its onset [samples from the first one].
     pub onset: f64,
-    /// Where it ends [samples from the first one].
+    /// Its end [samples from the first one].
     pub offset: f64,
-    /// Mean of the envelope in it [unit of the signal].
+    /// Its mean envelope [unit of the signal].
     pub mean: f64,
-    /// Greatest envelope in it [unit of the signal].
+    /// Its peak envelope [unit of the signal].
     pub peak: f64,
 }
 
-/// Bursts of a whole recording: band and envelope without delay, rest from both sides.
+/// Bursts of a whole recording: band-pass and envelope without delay, rest from both sides.
 ///
-/// An error for a rate outside of 100 Hz to 10 kHz, a recording of fewer than 28 samples, or one without a
-/// usable number.
+/// Returns an error for a rate outside 100 Hz to 10 kHz, a recording of fewer than 28 samples, or one without
+/// a usable number.
 pub fn find_bursts(signal: &[f64], rate_hz: f64) -> Result<Vec<Burst>, SignalError> {
     let envelope = envelope(&clean(signal, rate_hz)?, rate_hz)?;
     let mut all = Vec::new();
@@ -82,7 +82,7 @@ pub fn find_bursts(signal: &[f64], rate_hz: f64) -> Result<Vec<Burst>, SignalErr
     Ok(all)
 }
 
-/// Hands over the bursts of a whole recording, one after the other; one that the end cuts off ends there.
+/// Passes on each burst of a whole recording; one cut off by the end of the recording ends there.
 pub(super) fn bursts_of(
     signal: &[f64],
     envelope: &[f64],

@@ -1,47 +1,47 @@
-//! The equations of one step, solved along time.
+//! The linear system of one step, solved along time.
 
 use super::model::{AVERAGE, LEVEL, Model, Unknowns};
 
-/// An unknown in terms of those that are eliminated after it.
+/// An unknown expressed by those eliminated after it.
 #[derive(Clone, Copy, Default)]
 struct Row {
-    /// One over its pivot.
+    /// The reciprocal of its pivot.
     inverse: f64,
-    /// The shares of the two states after it.
+    /// The coefficients of the two states after it.
     states: [f64; 2],
-    /// The shares of the quantities of the level.
+    /// The coefficients of the unknowns of the level.
     level: [f64; LEVEL],
 }
 
-/// The symmetric, positive matrix of a step as L·D·Lᵀ.
+/// The LDLᵀ factorisation of the symmetric, positive definite matrix of a step.
 ///
-/// Unknowns are eliminated in the order of time: a state as soon as two others have followed, a
-/// spline when its reach ends, the line at last. No other unknown ever touches more than nine, so
-/// time and memory grow with the number of samples alone.
+/// Unknowns are eliminated in order of time: a state once two others have followed, a spline when its support
+/// ends, the line last. Each unknown couples to at most nine others, so time and memory are linear in the
+/// number of samples.
 pub(super) struct Factor {
     states: Vec<Row>,
     splines: Vec<Row>,
     line: [[f64; 2]; 2],
 }
 
-/// The unknowns that are under way: their equations are not yet complete.
+/// The active unknowns, whose equations are not yet complete.
 struct Front {
-    /// Three states among themselves, the oldest first.
+    /// The block of three states, the oldest first.
     states: [[f64; 3]; 3],
-    /// The states with the level.
+    /// The block of the states with the level.
     mixed: [[f64; LEVEL]; 3],
     level: [[f64; LEVEL]; LEVEL],
 }
 
 impl Factor {
-    /// Room for the steps of a model.
+    /// Allocates the factors for the steps of a model.
     pub(super) fn new(model: &Model) -> Factor {
         let states = vec![Row::default(); model.count];
         Factor { states, splines: vec![Row::default(); model.blocks() + 1], line: [[0.0; 2]; 2] }
     }
 
-    /// Factorises the matrix with the samples' weights in the fit, the weights of the drivers'
-    /// squares, and that of the splines' squares.
+    /// Factorises the matrix for the given weights of the samples in the fit, of the squared drivers, and of
+    /// the squared splines.
     pub(super) fn factorise(&mut self, model: &Model, fit: &[f64], drivers: &[f64], spline: f64) {
         let blocks = model.blocks();
         let mut front =
@@ -54,7 +54,7 @@ impl Factor {
                 if sample >= 2 {
                     self.states[sample - 2] = front.eliminate_state();
                 }
-                front.let_state_in();
+                front.shift_states();
             }
             self.splines[block] =
                 front.eliminate_spline(if block + 3 < blocks { spline } else { 0.0 });
@@ -62,14 +62,14 @@ impl Factor {
         self.splines[blocks] = front.eliminate_spline(0.0);
         for state in &mut self.states[model.count - 2..] {
             *state = front.eliminate_state();
-            front.let_state_in();
+            front.shift_states();
         }
         let [a, b] = [front.level[4], front.level[5]].map(|row| [row[4], row[5]]);
         let determinant = a[0] * b[1] - a[1] * b[0];
         self.line = [[b[1], -a[1]], [-b[0], a[0]]].map(|row| row.map(|each| each / determinant));
     }
 
-    /// Puts the solution in the place of the right-hand side.
+    /// Replaces the right-hand side by the solution.
     pub(super) fn solve(&self, model: &Model, sides: &mut Unknowns) {
         let (count, blocks) = (model.count, model.blocks());
         let mut level = sides.level(0);
@@ -121,13 +121,13 @@ impl Factor {
 }
 
 impl Row {
-    /// Takes this unknown out of the sides of those that come after it.
+    /// Forward substitution of this unknown into those that come after it.
     fn spread(&self, side: f64, states: &mut [f64], level: &mut [f64; LEVEL]) {
         states.iter_mut().zip(self.states).for_each(|(state, share)| *state -= share * side);
         level.iter_mut().zip(self.level).for_each(|(each, share)| *each -= share * side);
     }
 
-    /// The unknown, when those after it are known.
+    /// Back substitution of the unknown from those after it.
     fn gather(&self, side: f64, states: &[f64], level: &[f64; LEVEL]) -> f64 {
         let states: f64 = states.iter().zip(self.states).map(|(state, share)| state * share).sum();
         let level: f64 = level.iter().zip(self.level).map(|(each, share)| each * share).sum();
@@ -136,7 +136,7 @@ impl Row {
 }
 
 impl Front {
-    /// Adds what one sample says.
+    /// Adds the contribution of one sample.
     fn add(
         &mut self,
         model: &Model,
@@ -178,14 +178,14 @@ impl Front {
         Row { inverse, states, level }
     }
 
-    /// Moves on by a state.
-    fn let_state_in(&mut self) {
+    /// Shifts the front by one state.
+    fn shift_states(&mut self) {
         let [_, [_, a, b], [_, c, d]] = self.states;
         self.states = [[a, b, 0.0], [c, d, 0.0], [0.0; 3]];
         self.mixed = [self.mixed[1], self.mixed[2], [0.0; LEVEL]];
     }
 
-    /// Eliminates the oldest spline, and lets another one in, whose square weighs so much.
+    /// Eliminates the oldest spline, and adds a new one with the weight `next`.
     fn eliminate_spline(&mut self, next: f64) -> Row {
         let inverse = inverse(self.level[0][0]);
         let mut here = self.level[0];
@@ -217,7 +217,7 @@ impl Front {
     }
 }
 
-/// One over a pivot; of an unknown that is not there, nothing.
+/// The reciprocal of a pivot; 0 for an absent unknown.
 fn inverse(pivot: f64) -> f64 {
     if pivot > 0.0 { 1.0 / pivot } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! The optimum, approached through the inside of what is allowed.
+//! A primal–dual interior-point solver for the quadratic program.
 
 use super::factor::Factor;
 use super::model::{AVERAGE, Model, Unknowns};
@@ -7,13 +7,13 @@ use crate::error::SignalError;
 
 /// Most steps; recordings take ten to twenty-five.
 const MOST_STEPS: usize = 100;
-/// The optimum is reached when the duality gap is below this share of the cost (for a signal with a
-/// standard deviation of 1), and the equations hold as well.
+/// Convergence: the duality gap relative to the cost (for a signal with a standard deviation of 1), and the
+/// residual of the equations.
 const GAP: f64 = 1e-10;
 const RESIDUAL: f64 = 1e-8;
-/// Where the gap may stand when no further step can be made.
+/// The gap accepted when no further step is possible.
 const LEAST_GAP: f64 = 1e-6;
-/// How much of the way to the border a step goes at most.
+/// The largest share of the distance to the boundary that a step takes.
 const SHARE: f64 = 0.995;
 
 /// A primal–dual interior-point method: Mehrotra (1992), doi:10.1137/0802028.
@@ -24,17 +24,17 @@ pub(super) struct Interior<'a> {
     fit: &'a [f64],
     penalty: f64,
     unknowns: Unknowns,
-    /// The drivers as they shall become, all above zero.
+    /// The slacks of the drivers, all positive.
     slacks: Vec<f64>,
-    /// What each driver's bound costs, all above zero.
+    /// The multipliers of the drivers' bounds, all positive.
     prices: Vec<f64>,
-    /// Prices over slacks: how much the squares of the drivers weigh in a step.
+    /// Multipliers over slacks: the weights of the squared drivers in a step.
     ratios: Vec<f64>,
-    /// Sums of drivers that their slacks fall short of.
+    /// The residuals of the drivers' bounds.
     missing: Vec<f64>,
-    /// What the centring and the second order add to each price.
+    /// The centring and second-order terms of each multiplier.
     centring: Vec<f64>,
-    /// Weighted errors of the fit.
+    /// The weighted residuals of the fit.
     errors: Vec<f64>,
     scratch: Vec<f64>,
     step: Step,
@@ -48,7 +48,7 @@ struct Step {
 }
 
 impl<'a> Interior<'a> {
-    /// The beginning: drivers of a fit with squares in the place of bounds.
+    /// The starting point: a fit with a penalty on the squared drivers instead of bounds.
     pub(super) fn new(
         model: &'a Model,
         signal: &'a [f64],
@@ -119,7 +119,7 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// The gap and the residual, each as a share.
+    /// The relative duality gap and the relative residual.
     fn state(&mut self) -> (f64, f64) {
         self.refresh_errors();
         self.model.drivers(&self.unknowns.states, &mut self.missing);
@@ -152,7 +152,7 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// The cost's slope, with a weight for each driver in the scratch.
+    /// The gradient of the cost, with the weights of the drivers in the scratch buffer.
     fn gradient_into_step(&mut self) {
         let states = &mut self.step.unknowns.states;
         states.fill(0.0);
@@ -168,7 +168,7 @@ impl<'a> Interior<'a> {
         self.factor.factorise(self.model, self.fit, &self.ratios, LEVEL_PENALTY);
     }
 
-    /// The step of all that is sought, with the present centring.
+    /// Computes the search direction with the present centring.
     fn direction(&mut self) {
         for sample in self.bound() {
             let pull = self.ratios[sample] * self.missing[sample] - self.centring[sample];
@@ -188,7 +188,7 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// Makes one step; gives its length.
+    /// Makes one step; returns its length.
     fn advance(&mut self) -> f64 {
         self.factorise();
         self.direction();
@@ -241,7 +241,7 @@ impl<'a> Interior<'a> {
     }
 }
 
-/// Adds to each state what the values that it takes part in come to.
+/// The transpose of the driver's filter: adds each value to the states that it depends on.
 fn spread(values: &[f64], [now, before, earlier]: [f64; 3], states: &mut [f64]) {
     for (sample, value) in values.iter().enumerate().skip(2) {
         states[sample] += now * value;

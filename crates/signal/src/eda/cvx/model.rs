@@ -1,41 +1,41 @@
-//! What cvxEDA takes a skin conductance for, as sums over samples.
+//! The model of a skin conductance in cvxEDA, as sums over samples.
 
 use std::ops::Range;
 
 use super::{FAST_SECS, KNOT_SECS, SLOW_SECS};
 
-/// How many quantities determine the level at a sample: four splines and the two of a straight line.
+/// The number of coefficients of the level at a sample: four splines and the two of a line.
 pub(super) const LEVEL: usize = 6;
-/// The moving average of the Bateman function's discrete form.
+/// The moving-average part of the discretised Bateman function.
 pub(super) const AVERAGE: [f64; 3] = [1.0, 2.0, 1.0];
 
-/// The Bateman function as a filter, cubic splines on even knots, and a line.
+/// The Bateman function as a filter, cubic splines on equidistant knots, and a line.
 ///
-/// Block b holds the samples from knot b up to the next one; splines b − 1 to b + 2 reach into it.
+/// Block b holds the samples from knot b up to the next one, which splines b − 1 to b + 2 overlap.
 pub(super) struct Model {
-    /// The driver as weights of the newest three values of the filter's state, newest first.
+    /// The coefficients that give the driver from the newest three filter states, newest first.
     pub(super) driver: [f64; 3],
-    /// How many samples there are.
+    /// The number of samples.
     pub(super) count: usize,
-    /// How many of them from one knot to the next.
+    /// The number of samples between knots.
     knot: usize,
     /// The values of the four splines at each sample of a block.
     splines: Vec<[f64; 4]>,
 }
 
-/// A value for each quantity that is sought.
+/// The unknowns of the optimisation.
 #[derive(Clone)]
 pub(super) struct Unknowns {
     /// The state of the Bateman filter at each sample.
     pub(super) states: Vec<f64>,
-    /// The height of each spline.
+    /// The coefficient of each spline.
     pub(super) splines: Vec<f64>,
-    /// The beginning and the whole rise of the line.
+    /// The offset and the total rise of the line.
     pub(super) line: [f64; 2],
 }
 
 impl Unknowns {
-    /// The heights of the four splines of a block and of the line.
+    /// The coefficients of a block's four splines and of the line.
     pub(super) fn level(&self, block: usize) -> [f64; LEVEL] {
         let spline = |k: usize| block.checked_add(k)?.checked_sub(1);
         let height = |k: usize| spline(k).and_then(|k| self.splines.get(k)).copied().unwrap_or(0.0);
@@ -58,7 +58,7 @@ impl Model {
         Model { driver, count, knot, splines: splines(knot) }
     }
 
-    /// How many splines, and blocks, there are.
+    /// The number of blocks, which is that of splines.
     pub(super) fn blocks(&self) -> usize {
         self.count.div_ceil(self.knot)
     }
@@ -68,7 +68,7 @@ impl Model {
         block * self.knot..((block + 1) * self.knot).min(self.count)
     }
 
-    /// What the quantities of the level weigh at a sample of a block.
+    /// The weights of the level's coefficients at a sample of a block.
     pub(super) fn level_weights(&self, block: usize, sample: usize) -> [f64; LEVEL] {
         let [a, b, c, d] = self.splines[sample - block * self.knot];
         let exists = |k: usize| f64::from(u8::from(block + k >= 1 && block + k <= self.blocks()));
@@ -82,17 +82,17 @@ impl Model {
         Unknowns { states: vec![0.0; self.count], splines, line: [0.0; 2] }
     }
 
-    /// The driver of each sample; of the first two there is none.
+    /// The driver of each sample; undefined for the first two.
     pub(super) fn drivers(&self, states: &[f64], drivers: &mut [f64]) {
         filtered(states, self.driver, drivers);
     }
 
-    /// The responses at each sample; at the first two there is none.
+    /// The phasic part at each sample; undefined for the first two.
     pub(super) fn responses(states: &[f64], responses: &mut [f64]) {
         filtered(states, AVERAGE, responses);
     }
 
-    /// The level at each sample.
+    /// The tonic part at each sample.
     pub(super) fn levels(&self, unknowns: &Unknowns, levels: &mut [f64]) {
         for block in 0..self.blocks() {
             let heights = unknowns.level(block);
@@ -103,7 +103,7 @@ impl Model {
         }
     }
 
-    /// For each quantity of the level, the sum of values at samples by its weights.
+    /// The transpose of [`levels`](Self::levels): the weighted sums of values for each coefficient.
     pub(super) fn level_sums(&self, values: &[f64], sums: &mut Unknowns) {
         sums.splines.fill(0.0);
         sums.line = [0.0; 2];
@@ -131,8 +131,8 @@ fn filtered(values: &[f64], [now, before, earlier]: [f64; 3], filtered: &mut [f6
     }
 }
 
-/// The values at the samples of a block of the splines of the knot before it, its own, and the next
-/// two: a triangle folded with itself, with a peak of 1.
+/// The values at a block's samples of the splines of the previous knot, its own and the next two: a triangle
+/// convolved with itself, with a peak of 1.
 fn splines(knot: usize) -> Vec<[f64; 4]> {
     let knots = vec![1.0; knot];
     let folded = (0..3).fold(knots, |box_spline, _| moving_sums(&box_spline, knot));
@@ -145,7 +145,7 @@ fn splines(knot: usize) -> Vec<[f64; 4]> {
     (0..knot).map(|at| [at + knot, at, at - knot, at - 2 * knot].map(value)).collect()
 }
 
-/// The sums of all runs of `length` values, from the first value alone to the last one alone.
+/// The full convolution of values with `length` ones.
 fn moving_sums(values: &[f64], length: usize) -> Vec<f64> {
     let mut sum = 0.0;
     let sum_at = |place: usize| {

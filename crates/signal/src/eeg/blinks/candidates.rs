@@ -1,28 +1,28 @@
-//! What stands out of the signal before and after it, as a blink does and a step does not.
+//! Candidate blinks: peaks above the signal both before and after.
 
 use std::collections::VecDeque;
 
-/// What parts a blink from before and after lies within this time [s].
+/// The distance of the reference points before and after a blink [s].
 const REACH_SECS: f64 = 0.4;
-/// No two blinks peak faster after each other [s].
+/// The shortest time between the peaks of two blinks [s].
 const APART_SECS: f64 = 0.1;
-/// The lesser side is at least this share of the greater one: less is what a filter makes of a step.
+/// The smallest ratio of the lower to the higher side; below it the peak is a filtered step.
 const LEAST_BALANCE: f64 = 0.25;
-/// How long the lids are closed by half [s]: longer is sleep, or a movement of the eyes.
+/// The plausible width at half height [s]: longer ones are sleep or eye movements.
 const LEAST_SECS: f64 = 0.05;
 const MOST_SECS: f64 = 0.5;
 
-/// Something that may be a blink.
+/// A candidate blink.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// Where it peaks [samples of the working rate].
+    /// Its peak [samples at the working rate].
     pub(super) place: f64,
-    /// How far it stands out, less than 0 where it goes down [µV].
+    /// Its height, negative for a downward deflection [µV].
     pub(super) height_uv: f64,
     pub(super) duration_secs: f64,
 }
 
-/// Finds candidates in a signal without fast parts, each as soon as what follows it is known.
+/// Detects candidates in a low-passed signal, each as soon as the signal after it is known.
 #[derive(Clone, Debug)]
 pub(super) struct Candidates {
     rate_hz: f64,
@@ -40,12 +40,12 @@ impl Candidates {
         Candidates { rate_hz, reach, apart, window, count: 0 }
     }
 
-    /// How many samples after its peak a candidate is reported.
+    /// The delay of a candidate after its peak [samples].
     pub(super) fn reach(&self) -> usize {
         self.reach
     }
 
-    /// Takes in the next sample of the working rate.
+    /// Takes in the next sample at the working rate.
     pub(super) fn push(&mut self, value: f64) -> Option<Candidate> {
         self.window.push_back(value);
         self.count += 1;
@@ -57,7 +57,7 @@ impl Candidates {
         candidate
     }
 
-    /// The candidate in the middle of the window, of a signal times `sign`.
+    /// The candidate at the centre of the window, if any; `sign` selects the direction.
     fn middle(&self, sign: f64) -> Option<Candidate> {
         let middle = self.reach;
         let at = |index: usize| sign * self.window[index];
@@ -85,13 +85,13 @@ impl Candidates {
     }
 }
 
-/// Where, from a place on, a step of one sample crosses a level.
+/// The fractional position at which a step from a sample crosses a level.
 fn end_of_step(place: f64, from: f64, to: f64, level: f64) -> f64 {
     let part = (level - from) / (to - from);
     place + if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Where the parabola through three samples peaks, from the middle one.
+/// The vertex of the parabola through three samples, relative to the central one.
 fn vertex(before: f64, peak: f64, after: f64) -> f64 {
     let offset = 0.5 * (before - after) / (before - 2.0 * peak + after);
     if offset.is_finite() { offset.clamp(-0.5, 0.5) } else { 0.0 }

@@ -1,4 +1,4 @@
-//! Blinks while the EEG comes in.
+//! Causal blink detection.
 
 use super::candidates::Candidates;
 use super::noise::Noise;
@@ -8,21 +8,20 @@ use crate::error::SignalError;
 use crate::filter::Cascade;
 use crate::gaps::is_usable;
 
-/// Finds blinks in an EEG from above the eyes that comes in sample by sample.
+/// Detects blinks in a frontal EEG sample by sample.
 ///
-/// A blink is a peak of the signal below 7 Hz that stands out of what lies 0.4 s before and of what
-/// lies 0.4 s after it by at least 30 µV and 5 times what is usual (0.7413 · the interquartile range,
-/// in the last minute, of how far a sample lies from the mean of those 0.15 s before and after it),
-/// out of neither by less than a quarter of the other, is 0.05 to 0.5 s wide at half its height, and
-/// goes the way that most of them do: up or down, as the reference electrode has it. Steps of an
-/// electrode and movements of the eyes stand out on one side only, and what happens all the time
-/// raises its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012),
-/// which looks for peaks of more than 0.05 s above robust deviations, too.
+/// A blink is a peak of the signal below 7 Hz that exceeds the signal both 0.4 s before and 0.4 s after it by
+/// at least 30 µV and 5 times the usual variation (0.7413 · the interquartile range over the last minute of a
+/// sample's deviation from the mean of those 0.15 s before and after it), the lower side being at least a
+/// quarter of the higher. It is 0.05 to 0.5 s wide at half height and has the polarity of most, which depends
+/// on the reference electrode. Electrode steps and eye movements rise on one side only, and continuous
+/// activity raises its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012),
+/// which also looks for peaks of more than 0.05 s above robust deviations.
 ///
-/// A blink is reported less than half a second after its peak, from the third second on. The output is the
-/// same bit for bit for any chunking, and no sample allocates. Samples that are not [usable
-/// numbers](crate::gaps::is_usable) count as the one before them. Voluntary blinks of some strength, jerks
-/// and a loose electrode can look the same in one channel.
+/// A blink is reported less than half a second after its peak, from the third second on. The output is
+/// bit-identical for any chunking, and no sample allocates. Samples that are not [usable
+/// numbers](crate::gaps::is_usable) repeat the one before. Strong voluntary blinks, head jerks and loose
+/// electrodes can look the same in one channel.
 pub struct BlinkDetector {
     filter: Cascade,
     thinning: usize,
@@ -30,12 +29,12 @@ pub struct BlinkDetector {
     candidates: Candidates,
     noise: Noise,
     polarity: Polarity,
-    /// How late a peak comes out of the filter [samples].
+    /// The delay of a peak in the filter [samples].
     delay: f64,
 }
 
 impl BlinkDetector {
-    /// A detector for samples [µV] at a rate of 100 to 5000 Hz; an error when it lies outside.
+    /// Creates a detector for samples [µV] at 100 to 5000 Hz; an error for another rate.
     pub fn new(rate_hz: f64) -> Result<BlinkDetector, SignalError> {
         let low_pass = low_pass(4, rate_hz)?;
         let thinning = thinning(rate_hz);

@@ -1,4 +1,4 @@
-//! Blinks in the EEG above the eyes, causal and of whole recordings.
+//! Blinks in the frontal EEG, causal and of whole recordings.
 
 mod candidates;
 mod noise;
@@ -12,33 +12,33 @@ pub use whole::find_blinks;
 use crate::error::SignalError;
 use crate::filter::{Design, butterworth};
 
-/// Alpha and muscles are faster than a lid [Hz].
+/// The low-pass that removes alpha and muscle activity [Hz].
 const LOW_PASS_HZ: f64 = 7.0;
-/// Half of a blink's power is slower [Hz]: its delay in the filter is that of this.
+/// The median frequency of a blink's power, at which the filter's delay is taken [Hz].
 const BLINK_HZ: f64 = 3.0;
-/// Rates above twice this are thinned out towards it [Hz].
+/// Rates above twice this are decimated towards it [Hz].
 const WORKING_RATE_HZ: f64 = 100.0;
-/// A blink stands out by so many times what the signal usually does, and by so much [µV].
+/// The smallest height of a blink, relative to the usual variation and absolute [µV].
 const LEAST_RATIO: f64 = 5.0;
 const LEAST_UV: f64 = 30.0;
 
 /// A blink of the eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blink {
-    /// Where the lids are closed [samples from the first one], between samples.
+    /// The time of closed lids [samples from the first one], fractional.
     pub sample: f64,
-    /// How far it stands out of what is before and after it, whichever is less, below 7 Hz [µV].
+    /// Its height above the signal before and after it, whichever is less, below 7 Hz [µV].
     pub amplitude_uv: f64,
-    /// How long it stands out by half of that [s].
+    /// Its width at half of that height [s].
     pub duration_secs: f64,
 }
 
-/// The filter before the detection: of order 4, or of order 2 where it runs twice.
+/// The low-pass before the detection: of order 4, or 2 when applied both ways.
 fn low_pass(order: u32, rate_hz: f64) -> Result<Design, SignalError> {
     butterworth::low_pass(order, LOW_PASS_HZ, super::checked_rate_hz(rate_hz)?)
 }
 
-/// How many samples make one at the working rate.
+/// The decimation factor to the working rate.
 fn thinning(rate_hz: f64) -> usize {
     (rate_hz / WORKING_RATE_HZ).floor().max(1.0) as usize
 }

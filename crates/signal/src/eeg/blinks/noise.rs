@@ -1,4 +1,4 @@
-//! How much the signal usually changes.
+//! The usual variation of the signal.
 
 use std::collections::VecDeque;
 
@@ -6,24 +6,23 @@ use super::{LEAST_RATIO, LEAST_UV};
 use crate::gaps::is_usable;
 use crate::robust::quantile_in_place;
 
-/// Standard deviation of a normal distribution over its interquartile range, 1 / (2 Φ⁻¹(3/4)).
+/// Ratio of standard deviation to interquartile range of a normal distribution, 1 / (2 Φ⁻¹(3/4)).
 const SIGMA_FROM_IQR: f64 = 0.741_301_109_252_801;
-/// Over this time a blink rises, and falls [s].
+/// The time over which a blink rises or falls [s].
 const RISE_SECS: f64 = 0.15;
-/// How long what is usual is remembered [s], and how long it is learnt at first.
+/// The memory of the estimate [s], and the initial learning time.
 const MEMORY_SECS: f64 = 60.0;
 const LEARNING_SECS: f64 = 2.0;
 
-/// How far the signal usually stands out of the mean of what is 0.15 s before and after, as a standard
-/// deviation: 0.7413 times the range of the middle half of the last minute, which neither blinks nor
-/// drift raise much.
+/// The usual deviation of the signal from the mean of its values 0.15 s before and after, as a standard
+/// deviation: 0.7413 times the interquartile range over the last minute, robust to blinks and drift.
 pub(super) struct Noise {
     rise: usize,
     newest: VecDeque<f64>,
-    /// Of the last minute, in the order of a ring; NaN where there is none.
+    /// The deviations of the last minute in a ring buffer; NaN where one is missing.
     bends: Vec<f64>,
     next: usize,
-    /// Those there are, in any order: put in order as far as is asked, which is seldom.
+    /// Those present, partially sorted on demand.
     known: Vec<f64>,
     learning: usize,
     told: usize,
@@ -44,12 +43,12 @@ impl Noise {
         }
     }
 
-    /// How many samples are remembered.
+    /// The number of samples remembered.
     pub(super) fn length(&self) -> usize {
         self.bends.len()
     }
 
-    /// Takes in the next sample of the working rate; NaN for one that is missing.
+    /// Takes in the next sample at the working rate; NaN if it is missing.
     pub(super) fn push(&mut self, value: f64) {
         self.newest.pop_front();
         self.newest.push_back(value);
@@ -59,15 +58,14 @@ impl Noise {
         self.told = self.told.saturating_add(usize::from(bend.is_finite()));
     }
 
-    /// Whether something of a height [µV], up or down, stands out of what is usual; nothing does until
-    /// two seconds were seen.
+    /// Whether a height [µV], of either sign, exceeds the usual variation; never in the first two seconds.
     pub(super) fn is_surpassed_by(&mut self, height_uv: f64) -> bool {
         let height_uv = height_uv.abs();
         height_uv >= LEAST_UV
             && self.sigma_uv().is_some_and(|sigma_uv| height_uv >= LEAST_RATIO * sigma_uv)
     }
 
-    /// What is usual [µV].
+    /// The usual variation [µV].
     fn sigma_uv(&mut self) -> Option<f64> {
         if self.told < self.learning {
             return None;

@@ -1,16 +1,16 @@
-//! Whether blinks go up or down, which depends on the reference electrode.
+//! The polarity of blinks, which depends on the reference electrode.
 
 use super::candidates::Candidate;
 
-/// How much of what was seen before counts after the next candidate.
+/// The decay of earlier evidence per candidate.
 const KEPT: f64 = 0.95;
-/// So much higher than its neighbour is what is no mere rebound of it.
+/// A candidate this many times higher than its neighbour is not its rebound.
 const NO_REBOUND: f64 = 1.5;
 
-/// Weighs candidates of both directions.
+/// Weighs candidates of both polarities.
 ///
-/// Where blinks follow each other fast, what lies between two looks like one of the other direction:
-/// it comes right after one and is hardly higher, and does not count.
+/// Between blinks in quick succession the signal resembles a blink of the opposite polarity: such rebounds
+/// follow at once, are hardly higher, and do not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Polarity {
     balance_uv: f64,
@@ -18,8 +18,8 @@ pub(super) struct Polarity {
 }
 
 impl Polarity {
-    /// Whether a candidate has the polarity of most, including itself; `reach` is the range that counts as
-    /// near [samples].
+    /// Whether a candidate has the polarity of most, itself included; candidates within `reach` [samples] are
+    /// neighbours.
     pub(super) fn fits(&mut self, candidate: &Candidate, reach: usize) -> bool {
         if self.is_rebound(candidate, reach) {
             return false;

@@ -8,12 +8,11 @@ use crate::error::SignalError;
 use crate::filter::zero_phase;
 use crate::gaps::is_usable;
 
-/// The blinks of a whole EEG from above the eyes [µV], at a rate of 100 to 5000 Hz.
+/// The blinks of a whole frontal EEG [µV] at 100 to 5000 Hz.
 ///
-/// As [`BlinkDetector`](super::BlinkDetector) finds them, but of the signal filtered with zero phase,
-/// with what is usual in the half minutes before and after, and with the direction that is that of
-/// most in the whole recording. An error for another rate, and for a signal of a few samples or
-/// without a usable one.
+/// As [`BlinkDetector`](super::BlinkDetector), but with a zero-phase filter, the usual variation of half a
+/// minute before and after, and the polarity of most blinks in the recording. Returns an error for another
+/// rate, and for a signal that is too short or has no usable sample.
 pub fn find_blinks(signal: &[f64], rate_hz: f64) -> Result<Vec<Blink>, SignalError> {
     let thinning = thinning(rate_hz);
     let slow = zero_phase(&low_pass(2, rate_hz)?, signal)?;
@@ -35,7 +34,7 @@ pub fn find_blinks(signal: &[f64], rate_hz: f64) -> Result<Vec<Blink>, SignalErr
     Ok(found.iter().filter(fits).map(blink).collect())
 }
 
-/// The candidates that stand out of what is usual around them.
+/// The candidates above the usual variation around them.
 fn standing_out(slow: &[f64], is_there: &[bool], rate_hz: f64) -> Vec<Candidate> {
     let mut candidates = Candidates::new(rate_hz);
     let mut noise = Noise::new(rate_hz);
@@ -46,7 +45,7 @@ fn standing_out(slow: &[f64], is_there: &[bool], rate_hz: f64) -> Vec<Candidate>
         _ => f64::NAN,
     };
     (0..ahead).for_each(|index| noise.push(value(index)));
-    // At both ends the signal stays what it is there: what it stands out of may lie beyond.
+    // The signal is extended at both ends, so that candidates there have a reference.
     let (first, last) = (slow.first().copied(), slow.last().copied());
     let before = first.into_iter().flat_map(|first| std::iter::repeat_n(first, reach));
     let after = last.into_iter().flat_map(|last| std::iter::repeat_n(last, reach));
