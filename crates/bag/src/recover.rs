@@ -5,13 +5,13 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use crate::private;
 use mcap::records::{MessageHeader, op};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
 use crate::error::{BagError, Found};
 use crate::metadata::{FileSpan, Metadata, Topic};
+use crate::private;
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
 use crate::read::parse;

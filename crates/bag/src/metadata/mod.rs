@@ -10,11 +10,12 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use crate::private;
 use teampulse_core::qos::Qos;
 use teampulse_core::time::Time;
 
 use yaml::{YamlWriter, scalar};
+
+use crate::private;
 
 pub(crate) use parsed::ParsedMetadata;
 

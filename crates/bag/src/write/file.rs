@@ -6,7 +6,6 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::spill::Spill;
 use mcap::records::{MessageHeader, op};
 use mcap::{MAGIC, McapError, McapResult};
 use teampulse_core::stream::Schema;
@@ -17,6 +16,7 @@ use super::part::Attachment;
 use super::records::{all, counted, number, numbers, record, text};
 use super::summary::Summary;
 use crate::channel::Channel;
+use crate::spill::Spill;
 
 /// The size at which a chunk is closed [bytes], uncompressed.
 pub(super) const CHUNK_BYTES: u64 = 768 << 10;

@@ -8,6 +8,7 @@ mod summary;
 mod out;
 mod records;
 mod routes;
+mod options;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
@@ -16,23 +17,22 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::private;
 use mcap::records::MessageHeader;
 use rustix::process::{Resource, getrlimit};
-use teampulse_core::clock::Clock;
 use teampulse_core::data::Data;
 use teampulse_core::sample::{Record, Sample};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
 
 use crate::error::BagError;
-use crate::growth::Growth;
-use crate::metadata::{FileSpan, Metadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span, Version};
-use crate::write::chunk::Compression;
+use crate::metadata::{FileSpan, Metadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span};
+use crate::private;
 use crate::write::part::{Attachment, Part, nanos};
 use crate::write::routes::Routes;
 use crate::write::spare::{Spare, SpareFile, free_bytes};
 use teampulse_messages::convert::type_name;
+
+pub use options::{Options, Place};
 
 /// The metadata record that says which session a file belongs to.
 const SESSION_RECORD: &str = "teampulse";
@@ -40,58 +40,6 @@ const SESSION_RECORD: &str = "teampulse";
 /// A file whose index has become so large is followed by another, whatever the options say [bytes]: who
 /// reads the file holds its index in memory, where it takes two to three times as much.
 const INDEX_BYTES: u64 = 16 << 20;
-
-/// How a bag is written.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The session's name; kept in the bag.
-    pub session: String,
-    /// How its chunks are compressed.
-    pub compression: Compression,
-    /// A file of this size is followed by another [bytes]; `None` for no such limit.
-    pub split_bytes: Option<u64>,
-    /// A file that spans so much time is followed by another [s]; `None` for no such limit.
-    pub split_secs: Option<f64>,
-    /// The version of `metadata.yaml`.
-    pub metadata_version: Version,
-    /// Whether the bag makes its folder.
-    pub place: Place,
-    /// Words about the whole recording, kept in the bag.
-    pub notes: BTreeMap<String, String>,
-    /// The recording ends when the disk has less room than this [bytes].
-    pub keep_free_bytes: u64,
-    /// Where the growth of the recording is reported.
-    pub growth: Growth,
-    /// By whose time it is flushed.
-    pub clock: Clock,
-}
-
-/// Where a bag begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Place {
-    /// In a folder that it makes, and that must not be there yet.
-    #[default]
-    New,
-    /// In a folder that was made for it alone, so that no other recording takes the same name.
-    Claimed,
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options {
-            session: String::new(),
-            compression: Compression::default(),
-            split_bytes: None,
-            split_secs: None,
-            metadata_version: Version::default(),
-            place: Place::New,
-            notes: BTreeMap::new(),
-            keep_free_bytes: 64 << 20,
-            growth: Growth::default(),
-            clock: Clock::host(),
-        }
-    }
-}
 
 /// What was recorded.
 #[derive(Clone, Debug, PartialEq)]

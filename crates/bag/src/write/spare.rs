@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::private;
 use rustix::fs::{FallocateFlags, fallocate, statvfs};
+
+use crate::private;
 
 /// Room on the disk that can be given up once.
 pub(crate) trait Spare: Send {
