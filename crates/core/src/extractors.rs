@@ -5,8 +5,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::data::Data;
-use crate::feature::{Emitted, Extractor, Feature, OutputId, Outputs, Scope};
+use crate::feature::{Emitted, Extractor, Feature, OutputId, Outputs, Scope, pushed};
 use crate::panics::{Panic, caught};
+use crate::phases::Phases;
 use crate::sample::{Sample, Turn};
 use crate::stream::{Stream, StreamId, Subject};
 use crate::time::Time;
@@ -23,6 +24,8 @@ pub(crate) struct Extractors {
     shared: BTreeMap<(usize, Sharing), usize>,
     /// Who listens to a stream, by its id.
     listeners: BTreeMap<StreamId, Vec<usize>>,
+    /// Of everyone, for all extractors.
+    phases: Arc<Phases>,
     broken: Vec<Broken>,
 }
 
@@ -88,6 +91,7 @@ impl Extractors {
             at_work: Vec::new(),
             shared: BTreeMap::new(),
             listeners: BTreeMap::new(),
+            phases: Arc::default(),
             broken: Vec::new(),
         }
     }
@@ -98,6 +102,7 @@ impl Extractors {
         if !stream.beside.is_empty() {
             return;
         }
+        Arc::make_mut(&mut self.phases).join(id, stream);
         for feature in 0..self.features.len() {
             match self.at_work_on(feature, id, stream) {
                 Ok(None) => {}
@@ -110,7 +115,7 @@ impl Extractors {
                     let joins = |extractor: &mut dyn Extractor, outputs: &mut Outputs| {
                         extractor.join(id, stream, outputs);
                     };
-                    self.broken.extend(at_work.call(index, given, joins));
+                    self.broken.extend(at_work.call(index, &self.phases, given, joins));
                 }
                 Err(panic) => {
                     let (name, begins) = &mut self.features[feature];
@@ -165,15 +170,14 @@ impl Extractors {
 
     /// A sample was taken: all who listen to its stream get it.
     pub(crate) fn push(&mut self, sample: &Sample, given: &mut VecDeque<Given>) {
+        let is_taken = matches!(sample.turn, Turn::OnTime | Turn::Late);
+        let is_changed = is_taken && Arc::make_mut(&mut self.phases).push(sample);
         let Some(listeners) = self.listeners.get(&sample.stream) else { return };
         for &index in listeners {
-            let broken =
-                self.at_work[index].call(index, given, |extractor, outputs| match sample.turn {
-                    Turn::OnTime => extractor.push(sample, outputs),
-                    Turn::Late => extractor.push_late(sample, outputs),
-                    Turn::Duplicate | Turn::Excess => {}
-                });
-            self.broken.extend(broken);
+            let takes = |extractor: &mut dyn Extractor, outputs: &mut Outputs| {
+                pushed(extractor, (sample, sample.turn), is_changed, outputs);
+            };
+            self.broken.extend(self.at_work[index].call(index, &self.phases, given, takes));
         }
     }
 
@@ -183,7 +187,7 @@ impl Extractors {
             let ticks = |extractor: &mut dyn Extractor, outputs: &mut Outputs| {
                 extractor.tick(now, outputs);
             };
-            self.broken.extend(at_work.call(index, given, ticks));
+            self.broken.extend(at_work.call(index, &self.phases, given, ticks));
         }
     }
 
@@ -193,7 +197,7 @@ impl Extractors {
             let waits = |extractor: &mut dyn Extractor, _: &mut Outputs| {
                 extractor.stood_still(until);
             };
-            self.broken.extend(at_work.call(index, given, waits));
+            self.broken.extend(at_work.call(index, &self.phases, given, waits));
         }
     }
 
@@ -216,11 +220,15 @@ impl AtWork {
     fn call(
         &mut self,
         by: usize,
+        phases: &Arc<Phases>,
         given: &mut VecDeque<Given>,
         work: impl FnOnce(&mut dyn Extractor, &mut Outputs),
     ) -> Option<Broken> {
         let extractor = self.extractor.as_deref_mut()?;
-        match caught(|| work(extractor, &mut self.outputs)) {
+        self.outputs.phases = Some(Arc::clone(phases));
+        let worked = caught(|| work(extractor, &mut self.outputs));
+        self.outputs.phases = None;
+        match worked {
             Ok(()) => {
                 self.hand_on(by, given);
                 None

@@ -1,7 +1,10 @@
 //! Features: pure functions from streams to streams.
 
+use std::sync::Arc;
+
 use crate::data::Data;
-use crate::sample::Sample;
+use crate::phases::Phases;
+use crate::sample::{Sample, Turn};
 use crate::stream::{Stream, StreamId};
 use crate::time::Time;
 use crate::units::spelt;
@@ -11,7 +14,7 @@ use crate::units::spelt;
 /// Configuration is separate from state: one `Feature` starts an [`Extractor`] for each stream (or
 /// each subject) that it accepts.
 pub trait Feature: Send + Sync {
-    /// Whether it runs on this stream.
+    /// Whether it runs on this stream. One that works with phases accepts [their streams](Phases::hears), too.
     fn accepts(&self, stream: &Stream) -> bool;
 
     /// Whether each stream has an extractor of its own, or all streams about a subject share one.
@@ -42,6 +45,10 @@ pub trait Extractor: Send {
     /// for the first one, before its first sample. Declare outputs here.
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs);
 
+    /// Phases have begun, ended or become known with this sample, which is pushed next: [`Outputs::phases`]
+    /// are other than before.
+    fn phases_changed(&mut self, _by: &Sample, _out: &mut Outputs) {}
+
     /// A sample that came in its turn.
     fn push(&mut self, sample: &Sample, out: &mut Outputs);
 
@@ -56,9 +63,11 @@ pub trait Extractor: Send {
     fn stood_still(&mut self, _until: Time) {}
 }
 
-/// What an extractor gives.
+/// What an extractor gives, and the phases that its runner keeps for it.
 #[derive(Debug, Default)]
 pub struct Outputs {
+    /// `None` but in a call.
+    pub(crate) phases: Option<Arc<Phases>>,
     pub(crate) declared: Vec<Stream>,
     /// Which declarations are new or changed.
     pub(crate) news: Vec<OutputId>,
@@ -81,6 +90,11 @@ impl Outputs {
     /// An empty set: what a test hands to an extractor.
     pub fn new() -> Outputs {
         Outputs::default()
+    }
+
+    /// The phases of everyone, as published so far.
+    pub fn phases(&self) -> Arc<Phases> {
+        self.phases.clone().unwrap_or_default()
     }
 
     /// Declares a stream that this extractor gives; the same name again keeps its id and replaces
@@ -111,5 +125,69 @@ impl Outputs {
     /// The streams that were declared so far, in order; for tests.
     pub fn streams(&self) -> &[Stream] {
         &self.declared
+    }
+}
+
+/// An extractor outside of a session, with the phases on the streams that join it.
+pub struct Alone {
+    extractor: Box<dyn Extractor>,
+    phases: Arc<Phases>,
+}
+
+impl Alone {
+    /// This extractor.
+    pub fn new(extractor: Box<dyn Extractor>) -> Alone {
+        Alone { extractor, phases: Arc::default() }
+    }
+
+    fn call(&mut self, out: &mut Outputs, work: impl FnOnce(&mut dyn Extractor, &mut Outputs)) {
+        out.phases = Some(Arc::clone(&self.phases));
+        work(&mut *self.extractor, out);
+        out.phases = None;
+    }
+
+    fn take(&mut self, sample: &Sample, out: &mut Outputs, turn: Turn) {
+        let is_changed = Arc::make_mut(&mut self.phases).push(sample);
+        self.call(out, |extractor, out| pushed(extractor, (sample, turn), is_changed, out));
+    }
+}
+
+impl Extractor for Alone {
+    fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
+        Arc::make_mut(&mut self.phases).join(id, stream);
+        self.call(out, |extractor, out| extractor.join(id, stream, out));
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.take(sample, out, Turn::OnTime);
+    }
+
+    fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
+        self.take(sample, out, Turn::Late);
+    }
+
+    fn tick(&mut self, now: Time, out: &mut Outputs) {
+        self.call(out, |extractor, out| extractor.tick(now, out));
+    }
+
+    fn stood_still(&mut self, until: Time) {
+        self.extractor.stood_still(until);
+    }
+}
+
+/// Hands a sample to an extractor, after the phases that have changed with it.
+pub(crate) fn pushed(
+    extractor: &mut dyn Extractor,
+    (sample, turn): (&Sample, Turn),
+    phases_changed: bool,
+    out: &mut Outputs,
+) {
+    if phases_changed {
+        extractor.phases_changed(sample, out);
+    }
+    match turn {
+        Turn::OnTime => extractor.push(sample, out),
+        Turn::Late => extractor.push_late(sample, out),
+        Turn::Duplicate | Turn::Excess => {}
     }
 }

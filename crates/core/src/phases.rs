@@ -33,7 +33,7 @@ pub struct Phase {
 /// A phase begins when its event was measured. It ends after the length in its event, else at the start of
 /// the next one, or of one without a name, else with the session. A subject with phases on a stream of its
 /// own has those from then on; everyone else has the session's.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Phases {
     session: Vec<Phase>,
     own: BTreeMap<Subject, Vec<Phase>>,

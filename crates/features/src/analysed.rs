@@ -8,7 +8,7 @@ use serde::Deserialize;
 use teampulse_core::feature::{Extractor, Feature, Outputs, Scope};
 use teampulse_core::phases::Phases;
 use teampulse_core::registry::{Component, Entry, SettingsError};
-use teampulse_core::sample::Sample;
+use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 use teampulse_core::time::Time;
 
@@ -104,7 +104,7 @@ impl Feature for OfPeople {
         self.analyses(stream) || Phases::hears(stream)
     }
 
-    /// All streams share one, and with it the phases.
+    /// All streams share one: phases are reported in the order of their streams.
     fn scope(&self) -> Scope {
         Scope::Session
     }
@@ -113,25 +113,24 @@ impl Feature for OfPeople {
         Box::new(Analyses {
             analysis: (self.analysis, self.mains_hz),
             windows_secs: self.windows_secs.clone(),
-            phases: Phases::default(),
             running: BTreeMap::new(),
         })
     }
 }
 
-/// The analyses of all streams, and the phases.
+/// The analyses of all streams.
 struct Analyses {
     analysis: (&'static Analysis, Option<f64>),
     windows_secs: Vec<f64>,
-    phases: Phases,
     running: BTreeMap<StreamId, Running>,
 }
 
 impl Extractor for Analyses {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         if Phases::hears(stream) {
-            self.phases.join(id, stream);
-        } else if let Some(running) = self.running.get_mut(&id) {
+            return;
+        }
+        if let Some(running) = self.running.get_mut(&id) {
             running.join(stream, out);
         } else {
             let running = Running::begin(self.analysis, &self.windows_secs, stream, out);
@@ -141,16 +140,16 @@ impl Extractor for Analyses {
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         if let Some(running) = self.running.get_mut(&sample.stream) {
-            let phases = self.phases.of(&running.stream().subject());
-            running.push(sample, phases, out);
-        } else if self.phases.push(sample) && self.phases.is_over() {
-            self.end_phases(sample.measured, out);
+            let phases = out.phases();
+            running.push(sample, phases.of(&running.stream().subject()), out);
         }
     }
 
-    /// A late sample has no place in a window any more; a phase that is announced late has its place.
-    fn push_late(&mut self, sample: &Sample, _: &mut Outputs) {
-        self.phases.push(sample);
+    /// With the session, all phases are over.
+    fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
+        if by.turn == Turn::OnTime && out.phases().is_over() {
+            self.end_phases(by.measured, out);
+        }
     }
 
     fn tick(&mut self, now: Time, out: &mut Outputs) {
@@ -160,9 +159,9 @@ impl Extractor for Analyses {
 
 impl Analyses {
     fn end_phases(&mut self, now: Time, out: &mut Outputs) {
+        let phases = out.phases();
         for running in self.running.values_mut() {
-            let phases = self.phases.of(&running.stream().subject());
-            running.end_phases(phases, now, out);
+            running.end_phases(phases.of(&running.stream().subject()), now, out);
         }
     }
 }
@@ -179,11 +178,11 @@ mod tests {
     use std::sync::Arc;
 
     use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
-    use teampulse_core::sample::Turn;
     use teampulse_core::session_streams::{END, session_events};
     use teampulse_core::stream::Subject;
 
     use super::*;
+    use crate::drive::alone;
 
     const RATE_HZ: f64 = 4.0;
     const INPUT: StreamId = StreamId(0);
@@ -203,7 +202,7 @@ mod tests {
             let stream = Stream::raw("/humans/persons/p1/e4/temp", subject, Shape::Wave);
             let stream = Stream { signal: Signal::Temperature, rate_hz: RATE_HZ, ..stream };
             let stream = stream.with_channels(&[("temperature", "degC")]);
-            let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
+            let (mut extractor, mut out) = (alone(&*feature, &stream), Outputs::new());
             for (id, stream) in [(INPUT, stream), (EVENTS, session_events())] {
                 assert!(feature.accepts(&stream));
                 extractor.join(id, &stream, &mut out);
@@ -298,7 +297,7 @@ mod tests {
         let stream = Stream { signal: Signal::Ecg, rate_hz: RATE_HZ, ..stream };
         let stream = stream.with_channels(&[("ecg", "mV")]);
         let feature = built(Signal::Ecg, Some(vec![10.0]));
-        let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
+        let (mut extractor, mut out) = (alone(&*feature, &stream), Outputs::new());
         extractor.join(INPUT, &stream, &mut out);
         extractor.join(EVENTS, &session_events(), &mut out);
         let mut heart = Warming { extractor, out, now_secs: 0.0 };

@@ -1,7 +1,7 @@
 //! Drives an extractor through time, for the tests.
 
 use teampulse_core::data::{Data, Event, FeatureValues};
-use teampulse_core::feature::{Extractor, Feature, Outputs};
+use teampulse_core::feature::{Alone, Extractor, Feature, Outputs};
 use teampulse_core::registry::Component;
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::stream::{Shape, Signal, Stream, StreamId, Subject};
@@ -26,6 +26,11 @@ pub(crate) fn built<S: Component<dyn Feature, FeatureContext>>(settings: &str) -
     settings
         .build(&FeatureContext { windows_secs: vec![30.0], ..FeatureContext::default() })
         .expect("settings that build")
+}
+
+/// The extractor of a feature, which no session runs.
+pub(crate) fn alone(feature: &dyn Feature, stream: &Stream) -> Box<dyn Extractor> {
+    Box::new(Alone::new(feature.start(stream)))
 }
 
 /// A stream of the robot `r1` whose samples are plain numbers.
@@ -53,7 +58,7 @@ impl Drive {
     pub(crate) fn new(feature: &dyn Feature, stream: &Stream) -> Drive {
         assert!(feature.accepts(stream));
         let mut out = Outputs::new();
-        let mut extractor = feature.start(stream);
+        let mut extractor = alone(feature, stream);
         extractor.join(StreamId(0), stream, &mut out);
         Drive { extractor, out, next_tick_ns: 0 }
     }

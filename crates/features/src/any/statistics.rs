@@ -76,29 +76,26 @@ impl Feature for Every {
         has_numbers(stream) || Phases::hears(stream)
     }
 
-    /// All streams share one, and with it the phases.
+    /// All streams share one: phases are reported in the order of their streams.
     fn scope(&self) -> Scope {
         Scope::Session
     }
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         let windows_secs = self.windows_secs.clone();
-        Box::new(AtWork { windows_secs, phases: Phases::default(), tracked: BTreeMap::new() })
+        Box::new(AtWork { windows_secs, tracked: BTreeMap::new() })
     }
 }
 
-/// All streams at work, and the phases.
+/// All streams at work.
 struct AtWork {
     windows_secs: Vec<f64>,
-    phases: Phases,
     tracked: BTreeMap<StreamId, TrackedStream>,
 }
 
 impl Extractor for AtWork {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
-        if Phases::hears(stream) {
-            self.phases.join(id, stream);
-        } else {
+        if !Phases::hears(stream) {
             let begin = || TrackedStream::new(stream, &self.windows_secs);
             self.tracked.entry(id).or_insert_with(begin).join(stream, out);
         }
@@ -106,9 +103,14 @@ impl Extractor for AtWork {
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         if let Some(tracked) = self.tracked.get_mut(&sample.stream) {
-            tracked.push(sample, &self.phases, out);
-        } else if self.phases.push(sample) && self.phases.is_over() {
-            self.end_phases(sample.measured, out);
+            tracked.push(sample, &out.phases(), out);
+        }
+    }
+
+    /// With the session, all phases are over.
+    fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
+        if out.phases().is_over() {
+            self.end_phases(by.measured, out);
         }
     }
 
@@ -123,8 +125,9 @@ impl Extractor for AtWork {
 
 impl AtWork {
     fn end_phases(&mut self, now: Time, out: &mut Outputs) {
+        let phases = out.phases();
         for tracked in self.tracked.values_mut() {
-            tracked.end_phases(&self.phases, now, out);
+            tracked.end_phases(&phases, now, out);
         }
     }
 }

@@ -102,7 +102,6 @@ impl Feature for Estimating {
         Box::new(EstimatesExtractor {
             doubled_secs: self.doubled_secs,
             windows: self.windows.clone(),
-            phases: Phases::default(),
             of_session: None,
             events: BTreeMap::new(),
             states: BTreeMap::new(),
@@ -127,7 +126,6 @@ fn is_of_a_person(stream: &Stream) -> bool {
 struct EstimatesExtractor {
     doubled_secs: f64,
     windows: Vec<(Window, f64)>,
-    phases: Phases,
     /// The stream of the session's phases, as soon as there are any.
     of_session: Option<String>,
     /// The streams of events, by whom they are about and what they are called.
@@ -142,7 +140,6 @@ struct EstimatesExtractor {
 
 impl Extractor for EstimatesExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, _: &mut Outputs) {
-        self.phases.join(id, stream);
         if stream.shape == Shape::Event {
             self.events.insert(id, (stream.subject(), stream.name.clone()));
         }
@@ -162,21 +159,33 @@ impl Extractor for EstimatesExtractor {
         }
     }
 
+    fn phases_changed(&mut self, by: &Sample, _: &mut Outputs) {
+        let Some((subject, stream)) = self.events.get(&by.stream) else { return };
+        if subject.about == About::Session {
+            self.of_session = Some(stream.clone());
+            self.people.values_mut().for_each(|person| person.heed(stream));
+        } else if let Some(person) = self.people.get_mut(&subject.id) {
+            person.heed(stream);
+        }
+    }
+
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
         match &sample.data {
             Data::Feature(values) => {
                 let Some((id, window)) = self.states.get(&sample.stream) else { return };
                 let Some(person) = self.people.get_mut(id) else { return };
-                let phases = self.phases.of(person.subject());
-                person.take((*window, sample.measured), values, phases, out);
+                let phases = out.phases();
+                let own = phases.of(person.subject());
+                person.take((*window, sample.measured), values, own, out);
             }
             Data::Event(event) => self.hear(sample, event, out),
             _ => return,
         }
-        if self.phases.is_over() {
+        let phases = out.phases();
+        if phases.is_over() {
             for person in self.people.values_mut() {
-                let phases = self.phases.of(person.subject());
-                person.report_phases(sample.log_time, true, phases, out);
+                let own = phases.of(person.subject());
+                person.report_phases(sample.log_time, true, own, out);
             }
         }
     }
@@ -187,26 +196,19 @@ impl Extractor for EstimatesExtractor {
 
     fn tick(&mut self, now: Time, out: &mut Outputs) {
         let Some(second) = self.seconds.passed(now) else { return };
+        let phases = out.phases();
         for person in self.people.values_mut() {
-            let phases = self.phases.of(person.subject());
-            person.report(second, &self.windows, phases, out);
+            let own = phases.of(person.subject());
+            person.report(second, &self.windows, own, out);
         }
     }
 }
 
 impl EstimatesExtractor {
-    /// Something happened: a phase or a report, if it is one.
+    /// Something happened: a report, if it is one.
     fn hear(&mut self, sample: &Sample, event: &Event, out: &mut Outputs) {
         let Some((subject, stream)) = self.events.get(&sample.stream) else { return };
         let of_session = subject.about == About::Session;
-        if self.phases.push(sample) {
-            if of_session {
-                self.of_session = Some(stream.clone());
-                self.people.values_mut().for_each(|person| person.heed(stream));
-            } else if let Some(person) = self.people.get_mut(&subject.id) {
-                person.heed(stream);
-            }
-        }
         let isa = Isa::read(event).map(|isa| isa.person);
         let named = if of_session { isa } else { Some(subject.id.as_str()) };
         let person = match named {

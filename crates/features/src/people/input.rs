@@ -57,7 +57,7 @@ impl Feature for Inputs {
         is_input(stream) || Phases::hears(stream)
     }
 
-    /// One for the session, as all hear of the same phases.
+    /// One for the session: phases are reported in the order of people.
     fn scope(&self) -> Scope {
         Scope::Session
     }
@@ -65,7 +65,6 @@ impl Feature for Inputs {
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         Box::new(InputExtractor {
             windows_secs: self.windows_secs.clone(),
-            phases: Phases::default(),
             whose: BTreeMap::new(),
             people: BTreeMap::new(),
             seconds: WholeSeconds::default(),
@@ -76,7 +75,6 @@ impl Feature for Inputs {
 /// What everyone did.
 struct InputExtractor {
     windows_secs: Vec<f64>,
-    phases: Phases,
     /// Whose each stream of input is.
     whose: BTreeMap<StreamId, Subject>,
     people: BTreeMap<Subject, Activity>,
@@ -85,7 +83,6 @@ struct InputExtractor {
 
 impl Extractor for InputExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
-        self.phases.join(id, stream);
         if is_input(stream) {
             let known = self.people.entry(stream.subject());
             let person = known.or_insert_with(|| Activity::new(&self.windows_secs));
@@ -94,13 +91,17 @@ impl Extractor for InputExtractor {
         }
     }
 
-    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+    fn push(&mut self, sample: &Sample, _: &mut Outputs) {
         let whose = self.whose.get(&sample.stream);
         if let Some(person) = whose.and_then(|subject| self.people.get_mut(subject)) {
             person.push(sample);
         }
-        if self.phases.push(sample) && self.phases.is_over() {
-            self.end_phases(sample.measured, out);
+    }
+
+    /// With the session, all phases are over.
+    fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
+        if out.phases().is_over() {
+            self.end_phases(by.measured, out);
         }
     }
 
@@ -119,8 +120,9 @@ impl Extractor for InputExtractor {
 
 impl InputExtractor {
     fn end_phases(&mut self, now: Time, out: &mut Outputs) {
+        let phases = out.phases();
         for (subject, person) in &mut self.people {
-            person.end_phases(self.phases.of(subject), now, out);
+            person.end_phases(phases.of(subject), now, out);
         }
     }
 }

@@ -87,7 +87,6 @@ impl Feature for State {
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         Box::new(StateExtractor {
             stale_secs: self.stale_secs,
-            phases: Phases::default(),
             told_by: BTreeMap::new(),
             session: session_events().name,
             events: BTreeMap::new(),
@@ -101,7 +100,6 @@ impl Feature for State {
 /// The states of everyone.
 struct StateExtractor {
     stale_secs: f64,
-    phases: Phases,
     /// The stream of a person's own phases, where the session's do not apply.
     told_by: BTreeMap<String, String>,
     /// The stream of the session's phases.
@@ -115,9 +113,8 @@ struct StateExtractor {
 }
 
 impl Extractor for StateExtractor {
-    fn join(&mut self, id: StreamId, stream: &Stream, _: &mut Outputs) {
+    fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         let Some(window) = read_window(stream) else {
-            self.phases.join(id, stream);
             self.events.insert(id, (stream.about, stream.id.clone(), stream.name.clone()));
             return;
         };
@@ -125,21 +122,31 @@ impl Extractor for StateExtractor {
         let subject = stream.subject();
         let person = self.people.entry(stream.id.clone()).or_insert_with(|| {
             let mut person = Person::new(subject);
-            person.heed(self.phases.of(&stream.subject()));
+            person.heed(out.phases().of(&stream.subject()));
             person
         });
         person.join(id, stream, window);
     }
 
-    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
-        match (self.windows.get(&sample.stream), &sample.data) {
-            (Some((id, window)), Data::Feature(values)) => {
-                let Some(person) = self.people.get_mut(id) else { return };
-                person.take((sample.stream, sample.measured), *window, values);
-            }
-            _ => self.hear(sample),
+    fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
+        if let Some((About::Person, id, name)) = self.events.get(&by.stream) {
+            self.told_by.insert(id.clone(), name.clone());
         }
-        if self.phases.is_over() {
+        let phases = out.phases();
+        for person in self.people.values_mut() {
+            let own = phases.of(person.subject());
+            person.heed(own);
+        }
+    }
+
+    fn push(&mut self, sample: &Sample, out: &mut Outputs) {
+        if let (Some((id, window)), Data::Feature(values)) =
+            (self.windows.get(&sample.stream), &sample.data)
+        {
+            let Some(person) = self.people.get_mut(id) else { return };
+            person.take((sample.stream, sample.measured), *window, values);
+        }
+        if out.phases().is_over() {
             self.end(sample.log_time, out);
         }
     }
@@ -150,8 +157,9 @@ impl Extractor for StateExtractor {
 
     fn tick(&mut self, now: Time, out: &mut Outputs) {
         let Some(second) = self.seconds.passed(now) else { return };
+        let phases = out.phases();
         for person in self.people.values_mut() {
-            let phases = self.phases.of(person.subject());
+            let phases = phases.of(person.subject());
             let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
             person.report(phases, told_by, (second, self.stale_secs), out);
         }
@@ -159,23 +167,11 @@ impl Extractor for StateExtractor {
 }
 
 impl StateExtractor {
-    /// Hears of phases.
-    fn hear(&mut self, sample: &Sample) {
-        if !self.phases.push(sample) {
-            return;
-        }
-        if let Some((About::Person, id, name)) = self.events.get(&sample.stream) {
-            self.told_by.insert(id.clone(), name.clone());
-        }
-        for person in self.people.values_mut() {
-            person.heed(self.phases.of(person.subject()));
-        }
-    }
-
     /// The session has ended: what comes now is the last of its phases, and nothing passes any more.
     fn end(&mut self, at: Time, out: &mut Outputs) {
+        let phases = out.phases();
         for person in self.people.values_mut() {
-            let phases = self.phases.of(person.subject());
+            let phases = phases.of(person.subject());
             let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
             person.judge(phases, told_by, at, out);
             person.report_phases(phases, told_by, at, out);

@@ -10,7 +10,7 @@ use teampulse_messages::standard::sensor_msgs::BatteryState;
 use teampulse_signal::descriptive::describe;
 
 use super::*;
-use crate::drive::messages;
+use crate::drive::{alone, messages};
 
 const INPUT: StreamId = StreamId(0);
 const EVENTS: StreamId = StreamId(1);
@@ -41,7 +41,7 @@ impl Scene {
 
     fn in_windows(stream: &Stream, windows_secs: &[f64]) -> Scene {
         let feature = feature(windows_secs);
-        let (mut extractor, mut out) = (feature.start(stream), Outputs::new());
+        let (mut extractor, mut out) = (alone(&*feature, stream), Outputs::new());
         for (id, stream) in [(INPUT, stream), (EVENTS, &session_events())] {
             assert!(feature.accepts(stream));
             extractor.join(id, stream, &mut out);
