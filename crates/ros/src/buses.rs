@@ -1,6 +1,7 @@
-//! The buses of a session: each domain is joined once.
+//! The buses of a session: each is joined once.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use teampulse_core::clock;
@@ -18,17 +19,37 @@ pub struct Buses(Arc<Pool>);
 
 struct Pool {
     joining: Joining,
-    joined: Mutex<BTreeMap<u32, Joined>>,
+    joined: Mutex<BTreeMap<BusId, Joined>>,
 }
 
-/// A domain that was joined.
+/// Which bus is meant, as a study says it: `domain = 12`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum BusId {
+    /// A ROS domain, over DDS.
+    Domain(u32),
+}
+
+impl From<u32> for BusId {
+    fn from(domain: u32) -> BusId {
+        BusId::Domain(domain)
+    }
+}
+
+impl fmt::Display for BusId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let BusId::Domain(domain) = self;
+        write!(f, "ROS domain {domain}")
+    }
+}
+
+/// A bus that was joined.
 struct Joined {
     /// Before `bus`, on which it is reported.
     _clock: Option<Subscription>,
     bus: Arc<dyn Bus>,
 }
 
-/// How a domain that is not yet joined is joined.
+/// How a bus that is not yet joined is joined.
 enum Joining {
     /// Over DDS, as a node of this name.
     Dds { environment: Box<Environment>, node_name: String, clock: ReadClock },
@@ -59,20 +80,21 @@ impl Buses {
 
     /// These buses and no others, for tests.
     pub fn holding(buses: impl IntoIterator<Item = (u32, Arc<dyn Bus>)>) -> Buses {
-        let held = |(domain, bus)| (domain, Joined { _clock: None, bus });
+        let held = |(domain, bus)| (BusId::Domain(domain), Joined { _clock: None, bus });
         let joined = Mutex::new(buses.into_iter().map(held).collect());
         Buses(Arc::new(Pool { joining: Joining::Never, joined }))
     }
 
-    /// The bus of a domain, joined if it was not yet.
-    pub fn get(&self, domain: u32) -> Result<Arc<dyn Bus>, BusError> {
+    /// The bus that is meant, joined if it was not yet.
+    pub fn get(&self, id: impl Into<BusId>) -> Result<Arc<dyn Bus>, BusError> {
+        let id = id.into();
         let mut joined = self.0.joined.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = joined.get(&domain) {
+        if let Some(known) = joined.get(&id) {
             return Ok(Arc::clone(&known.bus));
         }
-        let new = self.0.joining.join(domain)?;
+        let new = self.0.joining.join(id)?;
         let bus = Arc::clone(&new.bus);
-        joined.insert(domain, new);
+        joined.insert(id, new);
         Ok(bus)
     }
 
@@ -92,11 +114,11 @@ impl Buses {
 }
 
 impl Joining {
-    fn join(&self, domain: u32) -> Result<Joined, BusError> {
+    fn join(&self, id: BusId) -> Result<Joined, BusError> {
         let refused = |reason: String| {
-            let (bus, hint) = (format!("ROS domain {domain}"), String::new());
-            Err(BusError::Join { bus, reason, hint })
+            Err(BusError::Join { bus: id.to_string(), reason, hint: String::new() })
         };
+        let BusId::Domain(domain) = id;
         if domain > HIGHEST_DOMAIN {
             return refused(format!("it is not a ROS domain: expected 0 to {HIGHEST_DOMAIN}"));
         }

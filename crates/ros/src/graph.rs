@@ -170,21 +170,41 @@ pub enum EndpointKind {
     Subscription,
 }
 
-/// The id of an endpoint on its bus.
+/// The id of an endpoint on its bus, with the participant that has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Gid(pub [u8; 16]);
+pub struct Gid {
+    participant: Participant,
+    id: [u8; 16],
+}
 
 impl Gid {
+    /// An endpoint of a participant whose id is no part of its own, as on Zenoh.
+    pub const fn of(participant: Participant, id: [u8; 16]) -> Gid {
+        Gid { participant, id }
+    }
+
+    /// An id that begins with that of the participant, as on DDS: all but the last four bytes.
+    pub const fn prefixed(id: [u8; 16]) -> Gid {
+        let mut participant = id;
+        let (_, entity) = participant.split_at_mut(12);
+        entity.copy_from_slice(&[0; 4]);
+        Gid { participant: Participant(participant), id }
+    }
+
+    /// The id alone, as its bus has it.
+    pub const fn bytes(self) -> [u8; 16] {
+        self.id
+    }
+
     /// The participant that has the endpoint.
-    pub fn participant(self) -> Participant {
-        let [prefix @ .., _, _, _, _] = self.0;
-        Participant(prefix)
+    pub const fn participant(self) -> Participant {
+        self.participant
     }
 }
 
-/// The id of a participant: what the ids of its endpoints begin with.
+/// The id of a participant: of 12 bytes on DDS, followed by zeros, and of 16 on Zenoh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Participant(pub [u8; 12]);
+pub struct Participant(pub [u8; 16]);
 
 impl fmt::Display for Participant {
     /// The part that differs between participants: without the number of the vendor before it, and
@@ -196,6 +216,30 @@ impl fmt::Display for Participant {
 
 impl fmt::Display for Gid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        self.id.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_participant_is_known_by_its_own_id_whether_or_not_its_endpoints_begin_with_it() {
+        let mut graph = Graph::default();
+        let prefixed = Gid::prefixed([7; 16]);
+        let (one, other) = (
+            Participant([1; 16]),
+            Participant([[1; 15].as_slice(), &[2]].concat().try_into().unwrap()),
+        );
+        graph.name_computer(prefixed.participant(), Some("laptop".into()));
+        graph.name_computer(one, Some("robot1".into()));
+        graph.name_computer(other, Some("robot2".into()));
+        let named = [prefixed, Gid::of(one, [9; 16]), Gid::of(other, [9; 16])];
+        assert_eq!(named.map(|gid| graph.computer(gid)), ["laptop", "robot1", "robot2"]);
+        assert_eq!(
+            Gid::prefixed([7; 16]).participant(),
+            Gid::prefixed([&[7; 12][..], &[8; 4]].concat().try_into().unwrap()).participant()
+        );
     }
 }

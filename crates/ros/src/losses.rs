@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn publishers_are_counted_apart() {
         let mut losses = Losses::new();
-        let (one, other) = (Gid([1; 16]), Gid([2; 16]));
+        let (one, other) = (Gid::prefixed([1; 16]), Gid::prefixed([2; 16]));
         assert_eq!(losses.observe(one, 1), 0);
         assert_eq!(losses.observe(other, 50), 0);
         assert_eq!(losses.observe(one, 2), 0);

@@ -103,7 +103,7 @@ impl Census {
 
     /// Takes in a participant's announcement of its nodes; ignores participants that are not present.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
-        let participant = Gid(info.gid);
+        let participant = Gid::prefixed(info.gid);
         let known = self.nodes.get(&participant);
         let is_news = known != Some(&info.node_entities_info_seq);
         if is_news && self.participants.contains_key(&participant) {
@@ -212,7 +212,7 @@ impl Census {
         let gids = |kind| {
             let of_kind =
                 ours.iter().filter(|each| each.kind == kind && names::is_ros(&each.topic));
-            of_kind.map(|each| each.gid.0).collect()
+            of_kind.map(|each| each.gid.bytes()).collect()
         };
         let node = NodeEntitiesInfo {
             node_namespace: namespace.to_owned(),
@@ -220,7 +220,7 @@ impl Census {
             reader_gid_seq: gids(EndpointKind::Subscription),
             writer_gid_seq: gids(EndpointKind::Publisher),
         };
-        ParticipantEntitiesInfo { gid: self.own.0, node_entities_info_seq: vec![node] }
+        ParticipantEntitiesInfo { gid: self.own.bytes(), node_entities_info_seq: vec![node] }
     }
 
     /// Who is there in ROS's terms.
@@ -251,7 +251,7 @@ impl Census {
 
 /// The ids of the endpoints of a node.
 fn gids(node: &NodeEntitiesInfo) -> impl Iterator<Item = Gid> {
-    node.reader_gid_seq.iter().chain(&node.writer_gid_seq).map(|gid| Gid(*gid))
+    node.reader_gid_seq.iter().chain(&node.writer_gid_seq).map(|gid| Gid::prefixed(*gid))
 }
 
 /// The types with which a topic is published, where there are several.
@@ -268,13 +268,13 @@ fn full_name(node: &NodeEntitiesInfo) -> String {
 mod tests {
     use super::*;
 
-    const OURS: Gid = Gid([1; 16]);
-    const ROBOT: Gid = Gid([2; 16]);
+    const OURS: Gid = Gid::prefixed([1; 16]);
+    const ROBOT: Gid = Gid::prefixed([2; 16]);
 
     fn found(kind: EndpointKind, participant: Gid, id: u8, topic: &str) -> Found {
         Found {
             kind,
-            gid: Gid([id; 16]),
+            gid: Gid::prefixed([id; 16]),
             participant,
             topic: topic.into(),
             type_name: "a::msg::dds_::X_".into(),
@@ -299,7 +299,10 @@ mod tests {
             reader_gid_seq: vec![[22; 16]],
             writer_gid_seq: vec![[21; 16]],
         };
-        census.hear(ParticipantEntitiesInfo { gid: ROBOT.0, node_entities_info_seq: vec![node] });
+        census.hear(ParticipantEntitiesInfo {
+            gid: ROBOT.bytes(),
+            node_entities_info_seq: vec![node],
+        });
         census
     }
 
@@ -317,11 +320,11 @@ mod tests {
     #[test]
     fn a_computer_is_called_by_what_its_participant_gives_else_by_its_node() {
         let mut census = census();
-        let robot = |census: &Census| census.graph().computer(Gid([2; 16]));
+        let robot = |census: &Census| census.graph().computer(Gid::prefixed([2; 16]));
         assert_eq!(robot(&census), "laptop2 (driver, 020202020202)");
         census.apply(Change::Participant(ROBOT, None));
         assert_eq!(robot(&census), "/r1/driver (020202020202)");
-        assert_eq!(census.graph().computer(Gid([3; 16])), "030303030303");
+        assert_eq!(census.graph().computer(Gid::prefixed([3; 16])), "030303030303");
     }
 
     #[test]
@@ -330,7 +333,9 @@ mod tests {
         assert_eq!(census.graph().services().count(), 0);
         let topic = "rq/r1/driver/probe_clockRequest";
         let mut server = found(EndpointKind::Subscription, ROBOT, 0, topic);
-        server.gid.0[..2].copy_from_slice(&[0x01, 0x10]);
+        let mut id = server.gid.bytes();
+        id[..2].copy_from_slice(&[0x01, 0x10]);
+        server.gid = Gid::prefixed(id);
         server.type_name = "teampulse_msgs::srv::dds_::ProbeClock_Request_".into();
         let gid = server.gid;
         census.apply(Change::Endpoint(server));
@@ -347,7 +352,7 @@ mod tests {
         let node = &info.node_entities_info_seq[0];
         assert_eq!(node.reader_gid_seq, [[11; 16]]);
         assert!(node.writer_gid_seq.is_empty());
-        assert_eq!(info.gid, OURS.0);
+        assert_eq!(info.gid, OURS.bytes());
     }
 
     #[test]
@@ -372,7 +377,7 @@ mod tests {
         let census = census();
         assert_eq!(census.nodes_that_publish("a/msg/X").len(), 1);
         assert_eq!(census.nodes_that_publish("a/msg/Y").len(), 0);
-        assert_eq!(census.server("rq/r1/driver/yRequest"), Some(Gid([22; 16])));
+        assert_eq!(census.server("rq/r1/driver/yRequest"), Some(Gid::prefixed([22; 16])));
         assert_eq!(census.server("rq/r1/driver/zRequest"), None);
     }
 

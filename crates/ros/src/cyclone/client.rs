@@ -31,7 +31,7 @@ impl Client {
         let topic = (&*service.request_topic, &*names::dds_type(request));
         let user_data = id.clone() + &shipped_hash(request);
         let writer = Writer::open(participant, topic, &QOS, &user_data, Box::new(|_| {}))?;
-        let own = writer.gid().0;
+        let own = writer.gid().bytes();
         let client = u64::from_be_bytes(*own.last_chunk().expect("an id has sixteen bytes"));
         let hear_ours = Box::new(move |told| {
             let ReaderEvent::Arrived(arrival) = told else { return };

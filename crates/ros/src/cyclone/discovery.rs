@@ -56,7 +56,7 @@ impl Discovery {
         // SAFETY: each reader's samples are of the structure that its topic is documented to have.
         unsafe {
             take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
-                let gid = Gid(sample.key.v);
+                let gid = Gid::prefixed(sample.key.v);
                 changes.push(if alive {
                     Change::Participant(gid, computer(sample.qos))
                 } else {
@@ -127,7 +127,7 @@ unsafe fn computer(policies: *const c::dds_qos_t) -> Option<String> {
 }
 
 fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: bool) -> Change {
-    let gid = Gid(sample.key.v);
+    let gid = Gid::prefixed(sample.key.v);
     if !alive {
         return Change::EndpointGone(gid);
     }
@@ -137,7 +137,7 @@ fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: 
     Change::Endpoint(Found {
         kind,
         gid,
-        participant: Gid(sample.participant_key.v),
+        participant: Gid::prefixed(sample.participant_key.v),
         topic,
         type_name,
         type_hash: names::type_hash(&user_data),

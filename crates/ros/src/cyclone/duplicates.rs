@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn a_message_is_seen_for_the_first_time_once() {
         let mut seen = Duplicates::default();
-        let (one, other) = (Gid([1; 16]), Gid([2; 16]));
+        let (one, other) = (Gid::prefixed([1; 16]), Gid::prefixed([2; 16]));
         assert!(seen.first_time(one, Some(5)));
         assert!(seen.first_time(other, Some(5)));
         assert!(seen.first_time(one, Some(1)), "what is transient local may come later");

@@ -25,7 +25,7 @@ impl Entity {
         let mut guid = dds_guid_t { v: [0; 16] };
         // SAFETY: the handle is ours and `guid` is writable. It stays zero if the call fails.
         unsafe { dds_get_guid(self.0, &raw mut guid) };
-        Gid(guid.v)
+        Gid::prefixed(guid.v)
     }
 }
 

@@ -117,7 +117,7 @@ fn publisher(reader: c::dds_entity_t, handle: u64) -> Option<Gid> {
     // SAFETY: the library returns null or a structure that is ours to free.
     unsafe {
         let endpoint = c::dds_get_matched_publication_data(reader, handle);
-        let gid = endpoint.as_ref().map(|endpoint| Gid(endpoint.key.v));
+        let gid = endpoint.as_ref().map(|endpoint| Gid::prefixed(endpoint.key.v));
         if !endpoint.is_null() {
             c::dds_builtintopic_free_endpoint(endpoint);
         }
@@ -129,7 +129,7 @@ fn publisher(reader: c::dds_entity_t, handle: u64) -> Option<Gid> {
 fn stand_in(handle: u64) -> Gid {
     let mut gid = [0; 16];
     gid[..8].copy_from_slice(&handle.to_be_bytes());
-    Gid(gid)
+    Gid::prefixed(gid)
 }
 
 unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_void) {

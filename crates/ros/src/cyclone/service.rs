@@ -24,7 +24,7 @@ const CYCLONE_DDS: [u8; 2] = [0x01, 0x10];
 /// Whether the server with this id speaks this mapping: others put the call elsewhere, and take
 /// ours for a part of the message.
 pub(super) fn speaks_it(server: Gid) -> bool {
-    server.0.starts_with(&CYCLONE_DDS)
+    server.bytes().starts_with(&CYCLONE_DDS)
 }
 
 /// Which request a message is, or answers.

@@ -123,7 +123,7 @@ impl Writer {
                     if endpoint.is_null() {
                         return false;
                     }
-                    let reader = Gid((*endpoint).key.v);
+                    let reader = Gid::prefixed((*endpoint).key.v);
                     c::dds_builtintopic_free_endpoint(endpoint);
                     reader.participant() == entity.participant()
                 })

@@ -212,7 +212,7 @@ impl State {
     /// An id that begins with that of its participant.
     fn next_gid(&mut self, member: &Member) -> Gid {
         let number = u128::from(self.next_number());
-        Gid((u128::from(member.number) << 64 | number).to_be_bytes())
+        Gid::prefixed((u128::from(member.number) << 64 | number).to_be_bytes())
     }
 
     fn writers_of(&self, topic: &str) -> impl Iterator<Item = &Writer> {
@@ -352,7 +352,7 @@ impl State {
 
 impl Member {
     fn participant(&self) -> Participant {
-        Gid((u128::from(self.number) << 64).to_be_bytes()).participant()
+        Gid::prefixed((u128::from(self.number) << 64).to_be_bytes()).participant()
     }
 
     fn appear_in(&self, graph: &mut Graph) {

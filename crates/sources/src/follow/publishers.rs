@@ -187,9 +187,9 @@ impl Publishers {
 mod tests {
     use super::*;
 
-    const A: Gid = Gid([1; 16]);
-    const B: Gid = Gid([2; 16]);
-    const C: Gid = Gid([3; 16]);
+    const A: Gid = Gid::prefixed([1; 16]);
+    const B: Gid = Gid::prefixed([2; 16]);
+    const C: Gid = Gid::prefixed([3; 16]);
 
     fn at(millis: i64) -> Time {
         Time::from_nanos(1_700_000_000_000_000_000 + millis * 1_000_000)
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn there_is_room_for_a_few_and_a_place_is_used_again() {
         let mut publishers = Publishers::default();
-        let many: BTreeSet<Gid> = (0..=20).map(|id| Gid([id; 16])).collect();
+        let many: BTreeSet<Gid> = (0..=20).map(|id| Gid::prefixed([id; 16])).collect();
         publishers.show(&many, at(0));
         let first = *many.first().unwrap();
         let mut last = Place::Unknown;
@@ -279,8 +279,8 @@ mod tests {
         assert_eq!(last, Place::Refused);
         publishers.show(&[first, B].into(), at(300));
         talk(&mut publishers, first, 300, 600);
-        publishers.place(Gid([77; 16]), at(600));
-        assert_ne!(publishers.place(Gid([77; 16]), at(800)), Place::Refused);
+        publishers.place(Gid::prefixed([77; 16]), at(600));
+        assert_ne!(publishers.place(Gid::prefixed([77; 16]), at(800)), Place::Refused);
         assert_ne!(publishers.place(C, at(900)), Place::Heard);
     }
 }

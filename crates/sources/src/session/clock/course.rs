@@ -106,8 +106,8 @@ mod tests {
 
     use super::*;
 
-    const A: Gid = Gid([1; 16]);
-    const B: Gid = Gid([2; 16]);
+    const A: Gid = Gid::prefixed([1; 16]);
+    const B: Gid = Gid::prefixed([2; 16]);
 
     fn secs(secs: f64) -> Time {
         Time::from_nanos((secs * 1e9) as i64)
@@ -185,7 +185,7 @@ mod tests {
             let (mut last, mut host) = (Time::from_nanos(i64::MIN), 0.0);
             for (nanos, who) in told {
                 host += 0.5;
-                let (now, _) = course.hear(Gid([who; 16]), Time::from_nanos(nanos / 4), secs(host));
+                let (now, _) = course.hear(Gid::prefixed([who; 16]), Time::from_nanos(nanos / 4), secs(host));
                 prop_assert!(now >= last);
                 last = now;
             }
