@@ -1,10 +1,10 @@
-//! Ticks: how time passes for everything that must judge silence.
+//! The periodic ticks by which silence is measured.
 
-/// A silence longer than this many ticks is passed over: the count begins anew after it. At ten
-/// ticks a second that is a day.
+/// The longest silence for which ticks are made up [ticks]; after a longer one the sequence restarts. At
+/// ten ticks a second this is a day.
 const LONGEST_SILENCE: i64 = 864_000;
 
-/// The whole multiples of a period, each given once and in order.
+/// The multiples of a period, each returned once and in order.
 #[derive(Clone, Debug)]
 pub struct Ticks {
     period_nanos: i64,
@@ -17,8 +17,8 @@ impl Ticks {
         Ticks { period_nanos: period_nanos.max(1), last: None }
     }
 
-    /// The ticks after the last one given, up to and including `now` [ns]. The first call gives no tick: it
-    /// sets when time begins.
+    /// The ticks after the last one returned, up to and including `now` [ns]. The first call returns none:
+    /// it sets the starting point.
     pub fn until(&mut self, now: i64) -> impl Iterator<Item = i64> + use<> {
         let (last, newest) = self.due(now);
         self.last = Some(newest.max(last));
@@ -26,7 +26,7 @@ impl Ticks {
         (last.saturating_add(1)..=newest).map(move |tick| tick * period_nanos)
     }
 
-    /// The first of the ticks that [`until`](Self::until) gives: the others can be had afterwards.
+    /// The first of the ticks that [`until`](Self::until) would return; later calls return the rest.
     pub fn next_until(&mut self, now: i64) -> Option<i64> {
         let (last, newest) = self.due(now);
         let next = last.saturating_add(1).min(newest.max(last));
@@ -34,7 +34,7 @@ impl Ticks {
         (next > last).then(|| next * self.period_nanos)
     }
 
-    /// The last tick that was given, or passed over, and the newest that is due at `now` [ns].
+    /// The last tick that was returned or skipped, and the newest that is due at `now` [ns].
     fn due(&self, now: i64) -> (i64, i64) {
         let newest = now.div_euclid(self.period_nanos);
         let known = self.last.filter(|last| newest.saturating_sub(*last) <= LONGEST_SILENCE);

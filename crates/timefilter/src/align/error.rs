@@ -1,47 +1,47 @@
-//! What an aligner refuses.
+//! The errors of an aligner.
 
 use std::fmt;
 
-/// What an aligner refuses; each fits after "failed to align: ".
+/// The errors of an aligner; each message fits after "failed to align: ".
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AlignError {
-    /// The text names no policy.
+    /// The text is not a policy.
     Policy {
-        /// The text, its first 64 characters.
+        /// The first 64 characters of the text.
         got: String,
     },
     /// A time is out of range.
     Time {
-        /// What it is the time of.
+        /// What the time belongs to.
         what: &'static str,
-        /// The shortest that is allowed [ns].
+        /// The shortest time allowed [ns].
         least_nanos: i64,
-        /// What was given [ns].
+        /// The given time [ns].
         got_nanos: i64,
     },
     /// A number is out of range.
     Number {
-        /// What it is the number of.
+        /// What the number counts.
         what: &'static str,
-        /// The largest that is allowed; the smallest is one.
+        /// The largest number allowed; the smallest is one.
         most: usize,
-        /// What was given.
+        /// The given number.
         got: usize,
     },
-    /// There are as many sources already as there can be.
+    /// There are too many sources.
     Crowded {
-        /// How many there can be at once.
+        /// The most sources at once.
         most: usize,
     },
-    /// Time has begun to pass: a source joins at a time now.
+    /// Time has started: a source can only be added with the time at which it joins.
     Begun,
-    /// The source has left, or is another aligner's.
+    /// The source has left, or belongs to another aligner.
     Unknown,
-    /// The values are no whole samples of the source.
+    /// The number of values is not a multiple of the source's channels.
     Channels {
-        /// How many channels the source has.
+        /// The number of channels of the source.
         expected: usize,
-        /// How many values were given.
+        /// The number of values given.
         got: usize,
     },
 }

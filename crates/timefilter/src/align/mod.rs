@@ -1,11 +1,11 @@
-//! Alignment: values of many streams at common times, onto a grid or onto a pivot stream.
+//! Alignment: resampling many streams at common times, on a grid or at the samples of a pivot stream.
 //!
-//! A view: the input is not changed, and everything that a row left out is reported ([`Aside`]) and counted
+//! The input is not changed, and every sample that rows left out is reported ([`Aside`]) and counted
 //! ([`Counts`]). See [`Aligner`].
 //!
-//! A sample whose values are all NaN is no value: nothing is held, interpolated or counted with
-//! it, but it shows that its source is there. In a sample with some numbers each NaN is carried on
-//! as it is: it is held as NaN, a line with a NaN at one end is NaN, and windows pass over it.
+//! A sample whose values are all NaN is blank: it is not held, interpolated or counted, but shows that its
+//! source is alive. In a sample with some numbers each NaN is kept: it is held as NaN, a line with a NaN at
+//! one end is NaN, and windows skip it.
 
 mod aligner;
 mod row;

@@ -1,19 +1,19 @@
-//! How the value of a stream at a time is made from its samples.
+//! How a stream's value at a given time is computed from its samples.
 
 use std::fmt;
 use std::str::FromStr;
 
 use super::error::AlignError;
 
-/// The longest time that a policy or a source may be given: one day [ns].
+/// The longest duration in a policy or in the settings of a source: one day [ns].
 pub const LONGEST_NANOS: i64 = 86_400 * SECOND_NANOS;
 const SECOND_NANOS: i64 = 1_000_000_000;
 const MILLISECOND_NANOS: i64 = 1_000_000;
 
-/// How the value of a stream at a time is made from its samples.
+/// How a stream's value at a given time is computed from its samples.
 ///
-/// In words, as settings and command lines have it: `exact`, `nearest:20ms`, `hold:2s`,
-/// `linear:0.5s`, `mean:1s`, and `min`, `max`, `last`, `count` like `mean`.
+/// In settings and command lines: `exact`, `nearest:20ms`, `hold:2s`, `linear:0.5s`, `mean:1s`, and `min`,
+/// `max`, `last`, `count` like `mean`.
 ///
 /// ```
 /// use teampulse_timefilter::align::Policy;
@@ -27,33 +27,33 @@ const MILLISECOND_NANOS: i64 = 1_000_000;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Policy {
-    /// The sample measured at that very nanosecond.
+    /// The sample measured at exactly this nanosecond.
     Exact,
-    /// The sample measured nearest to it, the earlier of two as near.
+    /// The sample measured closest to this time, the earlier one of a tie.
     Nearest {
-        /// How far it may be [ns, 0 to a day].
+        /// The largest distance [ns, 0 to a day].
         tolerance_nanos: i64,
     },
-    /// The last sample until then.
+    /// The last sample measured at or before this time.
     Hold {
-        /// How old it may be, to be held rather than stale [ns, 0 to a day].
+        /// The largest age at which it is held rather than stale [ns, 0 to a day].
         max_age_nanos: i64,
     },
-    /// On the straight line between the samples before and after.
+    /// Linear interpolation between the samples before and after.
     Linear {
-        /// How far apart those may be [ns, 0 to a day].
+        /// The longest gap between those [ns, 0 to a day].
         max_gap_nanos: i64,
     },
-    /// One number for all samples of the window that ends there: those measured in (t − length, t].
+    /// An aggregate of all samples in the window that ends at this time: those measured in (t − length, t].
     Window {
-        /// How long the window is [ns, 1 to a day].
+        /// The length of the window [ns, 1 to a day].
         length_nanos: i64,
-        /// The number.
+        /// The aggregate.
         aggregate: Aggregate,
     },
 }
 
-/// What a window gives, channel by channel; NaN values do not count.
+/// The aggregate of a window, channel by channel; NaN values are skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aggregate {
     /// The arithmetic mean.
@@ -64,12 +64,12 @@ pub enum Aggregate {
     Max,
     /// The newest value.
     Last,
-    /// How many values there are; zero is a value.
+    /// The number of values; zero is a valid result.
     Count,
 }
 
 impl Policy {
-    /// The policy itself if its times are in range.
+    /// Checks that the durations of the policy are in range.
     pub(super) fn checked(self) -> Result<Policy, AlignError> {
         let (least_nanos, got_nanos) = match self {
             Policy::Exact => return Ok(self),
@@ -148,7 +148,7 @@ impl FromStr for Policy {
     }
 }
 
-/// A time such as `0.5s` or `20ms` [ns].
+/// Parses a duration such as `0.5s` or `20ms` [ns].
 fn nanos_from(text: &str) -> Option<i64> {
     let (number, unit_nanos) = match text.strip_suffix("ms") {
         Some(number) => (number, MILLISECOND_NANOS),
@@ -167,7 +167,7 @@ mod tests {
     const WORDS: [&str; 8] = ["nearest", "hold", "linear", "mean", "min", "max", "last", "count"];
 
     #[test]
-    fn a_policy_that_is_none_is_reported_with_what_was_expected() {
+    fn an_invalid_policy_is_reported_with_the_expected_form() {
         for text in ["", "exact:1s", "linear", "linear:", "linear:1", "linear:xs", "hold:infs"] {
             let error = text.parse::<Policy>().expect_err(text).to_string();
             assert!(error.contains("expected") && error.contains(text), "{error}");

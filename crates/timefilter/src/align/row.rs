@@ -1,19 +1,19 @@
-//! What an aligner gives out.
+//! The output of an aligner.
 
 use super::settings::SourceId;
 
-/// Something that an aligner gives out, in the order in which it happens.
+/// An output of an aligner; outputs come in order of time.
 #[derive(Clone, Copy, Debug)]
 pub enum Output<'a> {
     /// The values of all sources at one time.
     Row(&'a Row<'a>),
-    /// A sample that rows went without.
+    /// A sample that rows left out.
     Aside(Aside<'a>),
-    /// A source came or went.
+    /// A source fell silent, fell behind or came back.
     News(News),
 }
 
-/// The values of all sources at one time. Rows come in order, no two at the same time.
+/// The values of all sources at one time. Rows come in order of strictly increasing time.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
     /// The time [ns since the Unix epoch].
@@ -23,15 +23,15 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// The cells of all sources, always in the same order; a source that joins takes the place of
-    /// one that left, or the last.
+    /// The cells of all sources, always in the same order; a source that joins takes the place of one that
+    /// left, or the last place.
     #[inline]
     pub fn cells(&self) -> impl ExactSizeIterator<Item = (SourceId, Cell<'a>)> + use<'a> {
         let values = self.values;
         self.columns.iter().map(move |column| (column.source, column.cell(values)))
     }
 
-    /// The cell of one source; `None` if it is not there (any more).
+    /// The cell of one source; `None` if the source has left or does not exist.
     pub fn cell(&self, source: SourceId) -> Option<Cell<'a>> {
         let column = self.columns.iter().find(|column| column.source == source)?;
         Some(column.cell(self.values))
@@ -41,43 +41,41 @@ impl<'a> Row<'a> {
 /// The value of one source at the time of its row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell<'a> {
-    /// The values, one a channel. All NaN where there is none: always when the validity is
-    /// [`Validity::Gap`] or [`Validity::Missing`].
+    /// The values, one per channel. All NaN if there is none: always when the validity is [`Validity::Gap`]
+    /// or [`Validity::Missing`].
     pub values: &'a [f64],
-    /// The row's time less that of the newest sample which the values come from [ns]: negative
-    /// when that was measured later, as happens with `linear` and `nearest`. Without values, how
-    /// long ago the last sample until then was measured; `i64::MAX` if there never was one.
+    /// The row's time less that of the newest sample used for the values [ns]: negative if that was
+    /// measured later, as with `linear` and `nearest`. Without values, the time since the last sample at or
+    /// before the row was measured; `i64::MAX` if there never was one.
     pub age_nanos: i64,
-    /// What the values are worth.
+    /// How reliable the values are.
     pub validity: Validity,
 }
 
-/// What the values of a cell are worth.
+/// How reliable the values of a cell are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Validity {
-    /// As the policy asks for: measured at that time (`exact`, `hold`), within the tolerance
-    /// (`nearest`), between neighbours that are close enough (`linear`), or from a window whose
-    /// samples are complete.
+    /// As the policy requires: measured at that time (`exact`, `hold`), within the tolerance (`nearest`),
+    /// between neighbours that are close enough (`linear`), or from a window whose samples are complete.
     Fresh,
-    /// The last value, not older than its maximum age (`hold`). In available mode also `linear`,
-    /// not older than the maximum gap: its next sample is not there yet.
+    /// The last value, not older than its maximum age (`hold`). In available mode also for `linear`, not
+    /// older than the maximum gap: the next sample has not arrived yet.
     Held,
-    /// The last value, older than its maximum age; or of whatever age, because its source is
-    /// silent.
+    /// The last value, older than its maximum age, or of any age because its source is silent.
     Stale,
-    /// No value: the samples before and after are further apart than the maximum gap (`linear`),
-    /// or its source has ended and there is none after.
+    /// No value: the samples before and after are further apart than the maximum gap (`linear`), or its
+    /// source has ended and there is no later sample.
     Gap,
-    /// No value: there was no sample yet; or none at that time (`exact`), within the tolerance
-    /// (`nearest`), or in the window.
+    /// No value: there was no sample yet, or none at that time (`exact`), within the tolerance (`nearest`)
+    /// or in the window.
     Missing,
-    /// The last value, or none: the row did not wait any longer for this source, which delivers,
-    /// but too late. Its samples for this row are set aside as [`Why::Late`] when they come.
+    /// The last value, or none: the row no longer waited for this source, whose data arrive too late. Its
+    /// samples for this row are reported as [`Why::Late`] when they arrive.
     Late,
 }
 
 impl Validity {
-    /// In one word, as tables have it.
+    /// The validity as a word, for tables.
     pub fn word(self) -> &'static str {
         match self {
             Validity::Fresh => "fresh",
@@ -90,37 +88,37 @@ impl Validity {
     }
 }
 
-/// A sample that rows went without. Each is counted, too: see [`super::Counts`].
+/// A sample that rows left out. Each is also counted: see [`super::Counts`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aside<'a> {
-    /// Whose it is.
+    /// The source of the sample.
     pub source: SourceId,
-    /// When it was measured [ns since the Unix epoch].
+    /// When the sample was measured [ns since the Unix epoch].
     pub measured: i64,
-    /// Its values, one a channel.
+    /// The values, one per channel.
     pub values: &'a [f64],
-    /// Why rows went without it.
+    /// Why rows left it out.
     pub why: Why,
 }
 
-/// Why rows went without a sample.
+/// Why rows left a sample out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Why {
-    /// It was measured at or before the time of the newest row, and came after that. Later rows
-    /// still use it where they can: it may be the last value, or in their window.
+    /// It was measured at or before the time of the newest row, but arrived after that row was issued.
+    /// Later rows still use it where they can: it may be the last value, or in their window.
     Late,
-    /// It claims to be measured more than a second after its arrival ([`super::AHEAD_NANOS`]).
+    /// Its time of measurement is more than a second after its arrival ([`super::AHEAD_NANOS`]).
     Ahead,
-    /// It was the oldest of more samples than its source's capacity, while rows had to wait.
+    /// It was the oldest sample when its source's capacity was exceeded while rows had to wait.
     Crowded,
 }
 
-/// A source came or went. All by session time, so that a recording gives the same.
+/// A change in whether rows wait for a source. It depends on session time only, so a replay gives the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
-    /// It was silent for its idle time-out; rows do not wait for it any more.
+    /// It was silent for its idle time-out; rows no longer wait for it.
     Silent(SourceId),
-    /// It delivers, but so late that rows do not wait for it any more.
+    /// It delivers data too late; rows no longer wait for it.
     Behind(SourceId),
     /// Rows wait for it again.
     Back(SourceId),

@@ -1,12 +1,12 @@
-//! The samples of one source that rows to come may need.
+//! The samples of one source that future rows may need.
 
-/// Samples in order of their times, equal ones in order of arrival: a ring that grows up to its
-/// capacity and stays as large.
+/// Samples in order of time, equal ones in order of arrival: a ring buffer that grows up to its capacity
+/// and never shrinks.
 #[derive(Clone, Debug)]
 pub(super) struct Samples {
-    /// As many as the ring has places: a power of two.
+    /// The times; its length is the size of the ring, a power of two.
     times: Vec<i64>,
-    /// As many times the channels.
+    /// The values; its length is that of the times multiplied by the number of channels.
     values: Vec<f64>,
     channels: usize,
     capacity: usize,
@@ -29,7 +29,7 @@ impl Samples {
         }
     }
 
-    /// The most memory that they ever take [B].
+    /// The most memory that the buffer can use [B].
     pub fn bytes_bound(&self) -> usize {
         self.capacity.next_power_of_two().max(self.times.len()) * 8 * (1 + self.channels)
     }
@@ -44,13 +44,13 @@ impl Samples {
         self.len >= self.capacity
     }
 
-    /// The time of the sample at a place; the oldest is at 0.
+    /// The time of the sample at an index; the oldest is at 0.
     #[inline]
     pub fn time(&self, place: usize) -> Option<i64> {
         if place < self.len { Some(self.times[self.slot(place)]) } else { None }
     }
 
-    /// The place of the first sample after a time.
+    /// The index of the first sample after a time.
     pub fn place_after(&self, time: i64) -> usize {
         let (mut before, mut after) = (0, self.len);
         while before < after {
@@ -64,14 +64,14 @@ impl Samples {
         before
     }
 
-    /// The values of the sample at a place below [`Samples::len`].
+    /// The values of the sample at an index below [`Samples::len`].
     #[inline]
     pub fn values(&self, place: usize) -> &[f64] {
         let begin = self.slot(place) * self.channels;
         &self.values[begin..begin + self.channels]
     }
 
-    /// Takes in a sample after all that are not newer. Expects room: see [`Samples::is_full`].
+    /// Inserts a sample after all that are not newer. There must be room: see [`Samples::is_full`].
     #[inline]
     pub fn insert(&mut self, time: i64, values: &[f64]) {
         if self.len == self.times.len() {

@@ -5,59 +5,58 @@ use super::policy::{LONGEST_NANOS, Policy};
 
 /// The most sources at once.
 pub const MOST_SOURCES: usize = 4_096;
-/// The most numbers that one source may keep: its capacity times its channels (128 MiB).
+/// The most numbers that one source may buffer: its capacity times its channels (128 MiB).
 pub const MOST_NUMBERS: usize = 1 << 24;
 
 /// The times of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Onto {
-    /// The whole multiples of a period [ns, 1 to a day].
+    /// The multiples of a period [ns, 1 to a day].
     ///
-    /// The first row is the first one at or after the earliest sample. When no source delivers,
-    /// rows go on for [`super::ROWS_IN_SILENCE`] periods and then rest until one does; those left
-    /// out are counted.
+    /// The first row is the first one at or after the earliest sample. When no source delivers, rows
+    /// continue for [`super::ROWS_IN_SILENCE`] periods and then pause until one does; those left out are
+    /// counted.
     Grid {
-        /// From one row to the next [ns].
+        /// The time between rows [ns].
         period_nanos: i64,
     },
-    /// The samples of one source, the first that is added; its own policy is not asked. Samples
-    /// with one and the same time make one row, of the last.
+    /// The samples of one source, the first that is added; its own policy is ignored. Several samples with
+    /// the same time give one row, with the values of the last.
     Pivot,
 }
 
-/// When rows are given out.
+/// When rows are issued.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// When nothing that is still expected could change them, or its source's time is out: the
-    /// same from a recording as from the session it came from, for recordings and statistics.
+    /// When no outstanding sample could change them, or the time-out of its source has expired: identical
+    /// in a session and in a replay of its recording; for recordings and statistics.
     Reproducible,
-    /// At their time (a grid) or as soon as the pivot's sample is there, with what is there: for
-    /// screens. As every sample comes after its time, none is called late, except a pivot's that
-    /// comes after a later one.
+    /// At their time (a grid) or when the pivot's sample arrives, with the data available then; for
+    /// displays. As every sample arrives after its time, none counts as late, except a pivot's sample that
+    /// arrives after a later one.
     Available,
 }
 
 /// A source of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SourceSettings {
-    /// How many values a sample has; at least one.
+    /// The number of values in a sample; at least one.
     pub channels: usize,
-    /// How its values at a row's time are made.
+    /// How the values at a row's time are computed.
     pub policy: Policy,
-    /// Bounded lateness: a sample may come after one that was measured so much later [ns, 0 to a
-    /// day]; the watermark is that far behind the newest sample.
+    /// Bounded lateness: a sample may arrive after one measured this much later [ns, 0 to a day]; the
+    /// watermark is this far behind the newest sample.
     pub lateness_nanos: i64,
-    /// Idle time-out: rows wait so long for a source that says nothing, and, beyond its lateness,
-    /// for one that is behind [ns of session time, 1 to a day].
+    /// Idle time-out: rows wait this long for a silent source and, beyond its lateness, for one that is
+    /// behind [ns of session time, 1 to a day].
     pub idle_nanos: i64,
-    /// How many samples are kept at most; at least one. Should hold what comes in the longest time
-    /// that rows may have to wait for any source.
+    /// The most samples that are buffered; at least one. It should hold the samples of the longest time
+    /// that rows may wait for any source.
     pub capacity: usize,
 }
 
 impl SourceSettings {
-    /// One channel, in order (no lateness), an idle time-out of two seconds, and at most 4096
-    /// samples kept.
+    /// One channel, no lateness, an idle time-out of two seconds, and at most 4096 buffered samples.
     pub fn new(policy: Policy) -> SourceSettings {
         SourceSettings {
             channels: 1,
@@ -88,7 +87,7 @@ fn number(what: &'static str, most: usize, got: usize) -> Result<(), AlignError>
     if in_range { Ok(()) } else { Err(AlignError::Number { what, most, got }) }
 }
 
-/// A source of one aligner, as long as it is there.
+/// The identifier of a source of one aligner, valid until the source leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SourceId {
     pub(super) place: u32,
@@ -100,21 +99,23 @@ pub struct SourceId {
 pub struct Sample<'a> {
     /// When it was measured [ns since the Unix epoch].
     pub measured: i64,
-    /// When it arrived [ns of session time]; one before the time of the session counts as that.
+    /// When it arrived [ns of session time]; a time before the current session time counts as the current
+    /// one.
     pub arrival: i64,
-    /// Its values, one a channel.
+    /// The values, one per channel.
     pub values: &'a [f64],
 }
 
-/// Samples that arrived at once.
+/// Samples that arrived together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run<'a> {
-    /// When the first was measured [ns since the Unix epoch].
+    /// When the first sample was measured [ns since the Unix epoch].
     pub measured: i64,
-    /// From one sample to the next [ns].
+    /// The sampling period [ns].
     pub period_nanos: f64,
-    /// When they arrived [ns of session time]; one before the time of the session counts as that.
+    /// When they arrived [ns of session time]; a time before the current session time counts as the current
+    /// one.
     pub arrival: i64,
-    /// Their values, sample by sample.
+    /// The values, sample by sample.
     pub values: &'a [f64],
 }

@@ -6,18 +6,18 @@ use super::samples::Samples;
 use super::settings::{SourceId, SourceSettings};
 use super::watermark::{Presence, Watermark};
 
-/// What has become of a source's samples so far.
+/// The numbers of a source's samples by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// All that were given.
+    /// All samples received.
     pub received: u64,
-    /// Those that came after a row of their time or later: [`super::Why::Late`].
+    /// Those that arrived after a row of their time or later was issued: [`super::Why::Late`].
     pub late: u64,
-    /// Those that claimed to be measured after their arrival: [`super::Why::Ahead`].
+    /// Those with a time of measurement after their arrival: [`super::Why::Ahead`].
     pub ahead: u64,
-    /// Those that there was no room for: [`super::Why::Crowded`].
+    /// Those for which there was no room: [`super::Why::Crowded`].
     pub crowded: u64,
-    /// Those without a single number: they show that the source is there, and are no values.
+    /// Those with only NaN values: they show that the source is alive, and are otherwise ignored.
     pub blank: u64,
 }
 
@@ -43,8 +43,7 @@ impl Source {
         }
     }
 
-    /// Whether samples that are still expected could change its cell at `row`. No row before that
-    /// is to come.
+    /// Whether outstanding samples could change the cell at `row`. No earlier row will follow.
     #[inline]
     pub fn could_change(&mut self, row: i64) -> bool {
         if self.watermark.presence != Presence::Awaited {
@@ -53,14 +52,14 @@ impl Source {
         let complete_until = self.watermark.complete_until;
         complete_until < row || {
             self.forget_before(row);
-            // Its neighbours are there: so it mostly is, and no policy asks for more.
+            // Usually both neighbours have arrived, and no policy needs more.
             let is_between = self.samples.time(1).is_some_and(|after| after <= complete_until);
             !is_between && complete_until < self.decided_by(row)
         }
     }
 
-    /// The time until which its samples decide on its cell at `row`: the third of \psi's answers
-    /// (created, does not exist, more is needed) holds while the watermark is before it.
+    /// The time until which samples affect the cell at `row`: while the watermark is before it, more data
+    /// are needed (the third of \psi's interpolation results: created, does not exist, insufficient data).
     #[inline]
     fn decided_by(&self, row: i64) -> i64 {
         let (before, after) = self.neighbours(row);
@@ -81,8 +80,8 @@ impl Source {
         }
     }
 
-    /// The times of the last sample at or before `row` and of the first after it. Expects
-    /// [`Source::forget_before`] to have been called for it, and no window.
+    /// The times of the last sample at or before `row` and of the first after it. Requires that
+    /// [`Source::forget_before`] was called for the row, and no window.
     #[inline]
     fn neighbours(&self, row: i64) -> (Option<i64>, Option<i64>) {
         match self.samples.time(0) {
@@ -91,7 +90,7 @@ impl Source {
         }
     }
 
-    /// Forgets what no row from `row` on needs. The last sample before is always kept.
+    /// Drops samples that no row from `row` on needs. The last sample before it is always kept.
     #[inline]
     pub fn forget_before(&mut self, row: i64) {
         match self.policy {
@@ -111,8 +110,8 @@ impl Source {
         }
     }
 
-    /// Keeps a sample for rows after `last`, unless it is blank or of no use to them; at capacity
-    /// instead of the oldest.
+    /// Buffers a sample for rows after `last`, unless it is blank or not needed; at capacity it replaces
+    /// the oldest.
     #[inline]
     pub fn keep<F>(&mut self, measured: i64, values: &[f64], last: Option<i64>, out: &mut F)
     where
@@ -139,7 +138,7 @@ impl Source {
         self.samples.insert(measured, values);
     }
 
-    /// Whether a row after `row` may need a sample.
+    /// Whether a row after `row` may need a sample measured at this time.
     pub fn is_of_use_after(&self, row: i64, measured: i64) -> bool {
         match (self.policy, self.samples.time(0)) {
             (_, None) => true,
@@ -148,13 +147,13 @@ impl Source {
         }
     }
 
-    /// Whether it may say more.
+    /// Whether the source may still deliver samples.
     #[inline]
     pub fn is_here(&self) -> bool {
         !matches!(self.watermark.presence, Presence::Ended | Presence::Left)
     }
 
-    /// Whether all that it could say until `row` is there.
+    /// Whether all samples up to `row` have arrived.
     #[inline]
     pub fn is_complete(&self, row: i64) -> bool {
         self.watermark.complete_until >= row
@@ -166,9 +165,9 @@ fn distance(time: Option<i64>, row: i64) -> i64 {
     time.map_or(i64::MAX, |time| i64::try_from(time.abs_diff(row)).unwrap_or(i64::MAX))
 }
 
-/// How a cell is made of a source's samples.
+/// Computes cells from a source's samples.
 impl Source {
-    /// Writes the values at `row` and says how old they are [ns] and what they are worth.
+    /// Writes the values at `row`; returns their age [ns] and validity.
     #[inline]
     pub fn cell(&mut self, row: i64, available: bool, values: &mut [f64]) -> (i64, Validity) {
         self.forget_before(row);
@@ -260,8 +259,8 @@ impl Source {
         (if later < earlier { -later } else { earlier }, Validity::Fresh)
     }
 
-    /// The last value, while more could have come: held while it may be, then stale; late or stale
-    /// if the row did not wait.
+    /// The last value, while later samples are still possible: held up to its maximum age, then stale; late
+    /// or stale if the row did not wait.
     fn last(
         &self,
         row: i64,
@@ -282,7 +281,7 @@ impl Source {
         (age_nanos, validity)
     }
 
-    /// No value, if that is sure; else the last one.
+    /// No value if that is certain, otherwise the last one.
     pub(super) fn none(&self, row: i64, available: bool, values: &mut [f64]) -> (i64, Validity) {
         let before = self.last_until(row);
         let age_nanos = before.map_or(i64::MAX, |(_, before)| row.saturating_sub(before));
@@ -299,14 +298,14 @@ impl Source {
         }
     }
 
-    /// The place and the time of the last sample until `row`.
+    /// The index and the time of the last sample at or before `row`.
     fn last_until(&self, row: i64) -> Option<(usize, i64)> {
         let until = |&place: &usize| self.samples.time(place).is_some_and(|time| time <= row);
         let place = (0..self.samples.len()).take_while(until).last()?;
         Some((place, self.samples.time(place)?))
     }
 
-    /// What a value is worth that the row did not wait for.
+    /// The validity of a value for which the row did not wait.
     pub(super) fn unawaited(&self) -> Validity {
         match self.watermark.presence {
             Presence::Awaited | Presence::Behind => Validity::Late,
@@ -315,7 +314,7 @@ impl Source {
     }
 }
 
-/// No value.
+/// Fills the cell with NaN.
 pub(super) fn absent(values: &mut [f64], age_nanos: i64, validity: Validity) -> (i64, Validity) {
     values.fill(f64::NAN);
     (age_nanos, validity)

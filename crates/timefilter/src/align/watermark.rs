@@ -1,17 +1,17 @@
-//! How far a source has come, and whether rows wait for it.
+//! The watermark of a source, and whether rows wait for the source.
 
 use super::settings::SourceSettings;
 
-/// How far a source has come: all that it measured until its watermark is thought to be there.
+/// The watermark of a source: all samples measured up to it are assumed to have arrived.
 #[derive(Clone, Debug)]
 pub(super) struct Watermark {
     lateness_nanos: i64,
     idle_nanos: i64,
-    /// The newest sample's time less the lateness [ns]; all of it once nothing more is expected.
+    /// The newest sample's time less the lateness [ns]; `i64::MAX` once no more samples are expected.
     pub complete_until: i64,
     /// The newest sample's time [ns]; `i64::MIN` without any.
     pub newest: i64,
-    /// When it last said something [ns of session time].
+    /// When the source last delivered [ns of session time].
     heard: i64,
     pub presence: Presence,
 }
@@ -21,13 +21,13 @@ pub(super) struct Watermark {
 pub(super) enum Presence {
     /// Rows wait for it.
     Awaited,
-    /// It says nothing.
+    /// The source is silent.
     Silent,
-    /// It delivers too late.
+    /// The source delivers too late.
     Behind,
-    /// It has said all, as all others have.
+    /// The source has ended, like all others.
     Ended,
-    /// It has said all, and goes from the rows after its last sample.
+    /// The source has ended, and leaves the rows after its last sample.
     Left,
 }
 
@@ -43,7 +43,7 @@ impl Watermark {
         }
     }
 
-    /// Takes a sample into account; says whether the source is back after a silence.
+    /// Records a sample; returns whether the source is back after a silence.
     #[inline]
     pub fn hear(&mut self, measured: i64, now: i64) -> bool {
         self.heard = now;
@@ -57,30 +57,30 @@ impl Watermark {
         was_silent
     }
 
-    /// Its time begins.
+    /// Starts the time-out of the source.
     pub fn begin(&mut self, now: i64) {
         self.heard = now;
     }
 
-    /// When it will count as silent, if it says nothing until then [ns of session time].
+    /// When the source will count as silent if no sample arrives before [ns of session time].
     pub fn silent_from(&self) -> Option<i64> {
         let may_fall_silent = matches!(self.presence, Presence::Awaited | Presence::Behind);
         may_fall_silent.then(|| self.heard.saturating_add(self.idle_nanos))
     }
 
-    /// What it has measured is all there: nothing else is expected for now.
+    /// Completes the watermark of a silent source: no more samples are expected for now.
     pub fn fall_silent(&mut self) {
         self.presence = Presence::Silent;
         self.complete_until = self.complete_until.max(self.newest);
     }
 
-    /// It has said all.
+    /// Ends the source.
     pub fn end(&mut self, presence: Presence) {
         self.presence = presence;
         self.complete_until = i64::MAX;
     }
 
-    /// Whether rows wait for a source again that was behind: its time would not be out at once.
+    /// Whether rows wait again for a source that was behind: its time-out would not expire at once.
     pub fn catch_up(&mut self, now: i64) -> bool {
         let due = self.complete_until.saturating_add(self.patience_nanos());
         let catches_up = self.presence == Presence::Behind && due > now;
@@ -90,7 +90,7 @@ impl Watermark {
         catches_up
     }
 
-    /// How long a row waits for it at most [ns after the row's time].
+    /// The longest time that a row waits for the source [ns after the row's time].
     #[inline]
     pub fn patience_nanos(&self) -> i64 {
         self.lateness_nanos + self.idle_nanos

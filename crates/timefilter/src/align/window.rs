@@ -1,4 +1,4 @@
-//! One number for all samples of a window.
+//! Aggregates over the samples of a window.
 
 use super::policy::Aggregate;
 use super::row::Validity;

@@ -4,26 +4,26 @@ use super::onset::Onset;
 
 /// The grid on which lags are compared [s].
 const GRID_SECS: f64 = 0.001;
-/// The lag between two onsets is taken to be known no better than this [s], and no worse.
+/// The assumed uncertainty of the lag between two onsets is limited to this range [s].
 const KNOWN_SECS: (f64, f64) = (0.01, 0.1);
-/// Lags nearer than this belong to one peak [s].
+/// The largest distance between lags of one peak [s].
 const PEAK_SECS: f64 = 0.05;
 
 /// The lags at which two streams agree best.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Peaks {
-    /// The best [s], between the points of the grid.
+    /// The best lag [s], interpolated between grid points.
     pub lag_secs: f64,
     /// The correlation there [0..1].
     pub correlation: f64,
-    /// The next best lag [s] and the correlation there; `None` when no other onsets agree.
+    /// The second best lag [s] and the correlation there; `None` if no other onsets agree.
     pub next: Option<(f64, f64)>,
 }
 
-/// The best lags within `max_lag_secs` either way; `None` when no two onsets are that near.
+/// Finds the best lags within `max_lag_secs` either way; `None` if no two onsets are that close.
 ///
-/// Each onset is a pulse as wide as it is uncertain. As there is nothing between the pulses, pairs
-/// of them are added up instead of whole signals.
+/// Each onset is a pulse as wide as its uncertainty. As the signals are zero between pulses, the pairs of
+/// pulses are summed instead of the whole signals.
 pub(super) fn correlate(a: &[Onset], b: &[Onset], max_lag_secs: f64) -> Option<Peaks> {
     let grid = sum_of_pairs(a, b, max_lag_secs);
     let norm = ((a.len() * b.len()) as f64).sqrt();
@@ -38,7 +38,7 @@ pub(super) fn correlate(a: &[Onset], b: &[Onset], max_lag_secs: f64) -> Option<P
     })
 }
 
-/// The onsets that belong together at a lag, each at most once.
+/// The pairs of onsets that match at a lag; each onset is in at most one pair.
 pub(super) fn pairs(a: &[Onset], b: &[Onset], lag_secs: f64) -> Vec<(Onset, Onset)> {
     let mut pairs = Vec::new();
     let mut rest = b;
@@ -58,7 +58,7 @@ pub(super) fn pairs(a: &[Onset], b: &[Onset], lag_secs: f64) -> Vec<(Onset, Onse
     pairs
 }
 
-/// The correlation at each point of the grid, from the most negative lag on, not normalised.
+/// The unnormalised correlation at each grid point, from the most negative lag on.
 fn sum_of_pairs(a: &[Onset], b: &[Onset], max_lag_secs: f64) -> Vec<f64> {
     let reach = reach(max_lag_secs);
     let mut grid = vec![0.0; 2 * reach + 1];
@@ -81,23 +81,23 @@ fn sum_of_pairs(a: &[Onset], b: &[Onset], max_lag_secs: f64) -> Vec<f64> {
     grid
 }
 
-/// How far the lag between two onsets may be off [s].
+/// The uncertainty of the lag between two onsets [s].
 fn known(a: &Onset, b: &Onset) -> f64 {
     (2.0 * (a.half_span_secs + b.half_span_secs)).clamp(KNOWN_SECS.0, KNOWN_SECS.1)
 }
 
-/// How wide a peak may be [s].
+/// The width of a peak [s].
 fn peak_width(a: &[Onset], b: &[Onset]) -> f64 {
     let widest = |onsets: &[Onset]| onsets.iter().fold(0.0, |most, it| it.half_span_secs.max(most));
     (2.0 * (widest(a) + widest(b))).clamp(PEAK_SECS, 4.0 * KNOWN_SECS.1)
 }
 
-/// Points of the grid from no lag to the longest.
+/// The number of grid points from zero to the longest lag.
 fn reach(max_lag_secs: f64) -> usize {
     (max_lag_secs / GRID_SECS).ceil() as usize
 }
 
-/// The place of the highest point above zero among some.
+/// The index of the highest positive point among those selected.
 fn highest(grid: &[f64], among: impl Fn(usize) -> bool) -> Option<usize> {
     let places = (0..grid.len()).filter(|place| among(*place) && grid[*place] > 0.0);
     places.max_by(|a, b| grid[*a].total_cmp(&grid[*b]))

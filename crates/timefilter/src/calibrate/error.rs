@@ -3,20 +3,20 @@ use std::fmt;
 /// Why no lag could be found. The message fits after "failed to".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CalibrationError {
-    /// There are too few samples to know what is quiet and what is an event.
+    /// There are too few samples to tell events from the quiet level.
     Short(Which),
-    /// Nothing stands out from the noise.
+    /// No event exceeds the noise.
     Quiet(Which),
-    /// Both saw events, but none of them within the longest lag of one another.
+    /// Both streams have events, but none within the longest lag of each other.
     Apart {
-        /// The longest lag that was looked for [s].
+        /// The longest lag searched [s].
         max_lag_secs: f64,
     },
     /// Two lags explain the events about equally well.
     Ambiguous {
-        /// The one [s].
+        /// The best lag [s].
         lag_secs: f64,
-        /// The other [s].
+        /// The second best lag [s].
         next_lag_secs: f64,
     },
 }
@@ -24,9 +24,9 @@ pub enum CalibrationError {
 /// One of the two streams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// The one whose times are taken to be right.
+    /// The stream whose times are taken to be right.
     Reference,
-    /// The one that is calibrated.
+    /// The stream that is calibrated.
     Stream,
 }
 

@@ -1,11 +1,11 @@
-//! Calibration: how much later one stream shows an event than another that saw the same one.
+//! Calibration: the lag between two streams that recorded the same events.
 //!
-//! Someone taps a sensor beside a button, or switches a light before a camera, a few times. Each stream is
-//! reduced to its onsets (the moments at which it leaves its quiet level), their cross-correlation shows
-//! which belong together, and each pair gives a lag.
+//! Someone taps a sensor beside a button, or switches a light in front of a camera, a few times. Each
+//! stream is reduced to its onsets (the moments at which it leaves its quiet level); their
+//! cross-correlation shows which onsets match, and each pair gives a lag.
 //!
-//! **What the lag means.** It is how much later stream B shows the event than stream A, by their corrected
-//! times. When A's times are right, the latency of B's device is its present one plus the lag, with the
+//! **Meaning of the lag.** It is how much later stream B shows the event than stream A, by their corrected
+//! times. If A's times are right, the latency of B's device is its present value plus the lag, with the
 //! uncertainty stated here.
 
 mod onset;
@@ -17,55 +17,55 @@ pub use error::{CalibrationError, Which};
 use correlate::{Peaks, correlate, pairs};
 use onset::Onset;
 
-/// The longest lag that is looked for [s].
+/// The longest lag that can be searched [s].
 pub const LONGEST_LAG_SECS: f64 = 60.0;
 
-/// The next best lag must stay below this share of the best one's correlation.
+/// The correlation of the second best lag, relative to the best one, above which the result is ambiguous.
 const AMBIGUOUS_SHARE: f64 = 0.75;
 
-/// What a stream saw.
+/// The data of a stream.
 #[derive(Clone, Copy, Debug)]
 pub enum Seen<'a> {
     /// Samples of one or more channels, in any order and at any rate.
     Samples {
-        /// When each was measured [ns].
+        /// The time of measurement of each sample [ns].
         times: &'a [i64],
-        /// Sample by sample, each with its channels: a whole number for each time. A sample with a
-        /// number that is not finite is passed over.
+        /// The values sample by sample, all channels of a sample together. A sample with a value that is
+        /// not finite is ignored.
         values: &'a [f64],
     },
-    /// Moments at which something happened [ns].
+    /// The times of discrete events [ns].
     Events(&'a [i64]),
 }
 
-/// How much later a stream shows what its reference showed.
+/// The lag of a stream behind its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// How much later, by their corrected times [s]; negative when it is earlier.
+    /// The lag by corrected times [s]; negative if the stream is earlier.
     pub lag_secs: f64,
-    /// Half the width of the interval that holds the lag with a probability of 95 % [s].
+    /// Half the width of the 95 % interval of the lag [s].
     ///
-    /// The scatter of the events' lags (Student's t), and at least half the time in which the
-    /// streams rose and a quarter of their sample intervals, however many events there were: so
-    /// much is unknown of what a sensor stamps.
+    /// It covers the scatter of the events' lags (Student's t), and at least half the rise time of the
+    /// streams plus a quarter of their sampling periods, regardless of the number of events: it is unknown
+    /// which part of its period a sensor timestamps.
     pub uncertainty_secs: f64,
-    /// How many events both saw.
+    /// The number of events in both streams.
     pub events: usize,
     /// The cross-correlation of the onsets at the best lag [0..1].
     pub correlation: f64,
-    /// The cross-correlation at the next best lag [0..1]; 0 when there is none.
+    /// The cross-correlation at the second best lag [0..1]; 0 if there is none.
     pub next_correlation: f64,
 }
 
 impl Calibration {
-    /// Whether it is good enough to be written down: most onsets of both have a partner.
+    /// Whether the result is good enough to be saved: most onsets of both streams are paired.
     pub fn is_trustworthy(&self) -> bool {
         self.correlation >= 0.4
     }
 }
 
-/// Finds how much later `stream` shows the events that `reference` showed; a lag of up to
-/// `max_lag_secs` [s, at most [`LONGEST_LAG_SECS`]] either way is looked for.
+/// Finds how much later `stream` shows the events in `reference`, for lags of up to `max_lag_secs` [s, at
+/// most [`LONGEST_LAG_SECS`]] either way.
 pub fn calibrate(
     reference: Seen<'_>,
     stream: Seen<'_>,
@@ -104,7 +104,7 @@ impl Seen<'_> {
         }
     }
 
-    /// Its onsets in order, by seconds since `origin`.
+    /// The onsets in order, in seconds since `origin`.
     fn onsets(&self, origin: i64) -> Result<Vec<Onset>, onset::Missing> {
         match self {
             Seen::Samples { times, values } => onset::of_samples(times, values, origin),
@@ -124,13 +124,14 @@ fn mean(lags: &[f64]) -> (f64, f64) {
     (mean, student_t(lags.len() - 1) * (squares / (count - 1.0) / count).sqrt())
 }
 
-/// How well the onsets themselves are known, those of both streams together [s].
+/// The time resolution of the onsets of both streams together [s].
 fn resolution(pairs: &[(Onset, Onset)]) -> f64 {
     let squares = pairs.iter().map(|(a, b)| a.half_span_secs.powi(2) + b.half_span_secs.powi(2));
     (squares.sum::<f64>() / pairs.len().max(1) as f64).sqrt()
 }
 
-/// The 97.5 % quantile of Student's t; by its expansion around the normal one from ten on, to 0.1 %.
+/// The 97.5 % quantile of Student's t; from ten degrees of freedom on by expansion around the normal
+/// quantile, to 0.1 %.
 fn student_t(freedom: usize) -> f64 {
     const FIRST: [f64; 9] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262];
     const NORMAL: f64 = 1.959_964;

@@ -2,47 +2,47 @@
 
 use super::{CalibrationError, Which};
 
-/// The quiet level is the running median of so long before a sample [s] …
+/// The quiet level is the running median over this time before a sample [s] …
 const QUIET_SECS: f64 = 0.4;
-/// … of at least so many samples …
+/// … over at least this many samples …
 const QUIET_LEAST: usize = 5;
-/// … and of so many spread over it, which bounds the work.
+/// … and at most this many, evenly spread, which bounds the work.
 const QUIET_MOST: usize = 31;
-/// An onset rises above the median deviation by so many times its scaled median spread: in normal
-/// noise that is near five standard deviations, for one channel and for three.
+/// The threshold of an onset above the median deviation, in scaled median absolute deviations: in normal
+/// noise about five standard deviations, for one channel and for three.
 const STANDS_OUT: f64 = 7.0;
-/// … and at least so much of the largest deviation, where there is no noise.
+/// … and its least height relative to the largest deviation, for signals without noise.
 const LEAST_RISE: f64 = 0.02;
-/// Below so many times the spread a sample is quiet.
+/// The height below which a sample is quiet, in scaled median absolute deviations.
 const IS_QUIET: f64 = 3.0;
-/// An event comes to at least this share of the largest deviation …
+/// The least height of an event relative to the largest deviation …
 const LEAST_SHARE: f64 = 0.2;
-/// … and its rise ends at a peak that has at least this share of the event's own.
+/// … and the least height of the peak that ends its rise, relative to the event's.
 const PEAK_SHARE: f64 = 0.3;
-/// Before an onset it was quiet for so long [s]: what follows sooner is the same event ringing on.
+/// The least quiet time before an onset [s]: anything sooner is the same event ringing on.
 const APART_SECS: f64 = 0.2;
-/// A rise lasts no longer [s], nor than the intervals of two or three samples.
+/// The longest rise [s], extended to two or three sampling periods where those are longer.
 const RISE_SECS: f64 = 0.06;
-/// A rise over a gap of more sample intervals than this does not show when it happened.
+/// The longest gap in a rise, in sampling periods: beyond it the time of the onset is unknown.
 const GAP_INTERVALS: f64 = 3.0;
-/// The share of a short event's first sample is weighed no less than this: a compromise between
-/// sensors that average over their interval and those that take a moment of it.
+/// The least weight of the share in a short event's first sample: a compromise between sensors that average
+/// over their period and those that sample an instant.
 const LEAST_LASTS: f64 = 0.5;
-/// So many of the largest onsets are looked at.
+/// The most onsets that are used, the largest first.
 const MOST: usize = 1000;
 
 /// A moment at which a stream leaves its quiet level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Onset {
-    /// When it left the quiet level, as exactly as its first samples show [s].
+    /// When it left the quiet level, as precisely as its first samples show [s].
     pub at_secs: f64,
-    /// Half of the time in which it rose, and a quarter of the interval, as sensors differ in what
-    /// of their interval they stamp [s].
+    /// Half the rise time plus a quarter of the sampling period, as sensors differ in which part of their
+    /// period they timestamp [s].
     pub half_span_secs: f64,
     height: f64,
 }
 
-/// What is missing for an onset.
+/// Why there is no onset.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Missing {
     Samples,
@@ -58,7 +58,7 @@ impl Missing {
     }
 }
 
-/// The onsets of events: the events themselves. Equal ones are one.
+/// The onsets of events are the events themselves, without duplicates.
 pub(super) fn of_events(times: &[i64], origin: i64) -> Result<Vec<Onset>, Missing> {
     let mut times = times.to_vec();
     times.sort_unstable();
@@ -97,10 +97,10 @@ pub(super) fn of_samples(
     if onsets.is_empty() { Err(Missing::Event) } else { Ok(onsets) }
 }
 
-/// Samples in order of time, no two at once, all of them finite.
+/// Samples in order of time, with distinct times and finite values.
 struct Samples {
     secs: Vec<f64>,
-    /// Sample by sample.
+    /// The values, sample by sample.
     values: Vec<f64>,
     width: usize,
 }
@@ -121,8 +121,8 @@ impl Samples {
         }
     }
 
-    /// How far each sample is from the quiet level before it, all channels together, as a share of
-    /// the largest; `None` when nothing ever moves.
+    /// The deviation of each sample from the quiet level before it, over all channels, relative to the
+    /// largest deviation; `None` if the signal never moves.
     fn deviations(&self) -> Option<Vec<f64>> {
         let mut begin = 0;
         let mut squares = vec![0.0; self.secs.len()];
@@ -149,7 +149,7 @@ impl Samples {
         values.fold(0.0, |largest, value| value.abs().max(largest))
     }
 
-    /// The median of a channel over some samples, or over as many as are enough.
+    /// The median of a channel over some samples, subsampled where there are many.
     fn median(&self, channel: usize, begin: usize, end: usize) -> f64 {
         let mut some = [0.0; QUIET_MOST];
         let stride = (end - begin).div_ceil(QUIET_MOST).max(1);
@@ -161,7 +161,7 @@ impl Samples {
         median(&mut some[..count])
     }
 
-    /// The median time from one sample to the next [s].
+    /// The median sampling period [s].
     fn interval_secs(&self) -> f64 {
         let mut intervals: Vec<f64> = self.secs.windows(2).map(|two| two[1] - two[0]).collect();
         median(&mut intervals)
@@ -193,8 +193,7 @@ impl Rises<'_> {
         onsets
     }
 
-    /// The onset whose rise passes the threshold at a place; `None` when it comes to little, or
-    /// lies in a gap.
+    /// The onset whose rise crosses the threshold at an index; `None` if it is too small or lies in a gap.
     fn onset(&self, place: usize) -> Option<Onset> {
         let begin = self.begin(place)?;
         let ends_secs = self.secs[place] + RISE_SECS.max(2.5 * self.interval_secs);
@@ -206,19 +205,20 @@ impl Rises<'_> {
                 && event.get(k + 1).is_none_or(|next| *next <= event[*k])
         })?;
         let gap_secs = self.secs[begin + 1] - self.secs[begin];
-        let is_told = height >= LEAST_SHARE && gap_secs <= GAP_INTERVALS * self.interval_secs;
-        is_told.then(|| Onset {
+        let is_clear = height >= LEAST_SHARE && gap_secs <= GAP_INTERVALS * self.interval_secs;
+        is_clear.then(|| Onset {
             at_secs: self.secs[begin + 1] + self.interval_secs * self.part(begin + 1),
             half_span_secs: (self.secs[end] - self.secs[begin]) / 2.0 + self.interval_secs / 4.0,
             height,
         })
     }
 
-    /// Where in its interval the first sample of an event saw it begin, from the middle on [-0.5..0.5].
+    /// The time of the onset within the sampling period of the event's first sample, relative to its middle
+    /// [-0.5..0.5].
     ///
-    /// A step fills the rest of the interval, so the sample's share of the step gives the exact time when
-    /// the sensor averages over the interval, and a full share means "before" when it samples a moment of
-    /// it. The shorter an event lasts, the less its share shows, and the middle is the better estimate.
+    /// A step fills the rest of the period, so the first sample's share of the step gives the exact time if
+    /// the sensor averages over the period; a full share means "before" if it samples an instant. The
+    /// shorter an event, the less its share shows, and the better the middle is as an estimate.
     fn part(&self, first: usize) -> f64 {
         let [at, next, then] =
             [0, 1, 2].map(|k| self.deviations.get(first + k).copied().unwrap_or(0.0));
@@ -227,7 +227,7 @@ impl Rises<'_> {
         lasts.max(LEAST_LASTS) * (0.5 - share)
     }
 
-    /// The last quiet sample before the one that passes the threshold.
+    /// The index of the last quiet sample before the one that crosses the threshold.
     fn begin(&self, place: usize) -> Option<usize> {
         let is_rising = |k: &usize| {
             self.deviations[*k] > self.quiet && self.deviations[*k] < self.deviations[k + 1]
@@ -237,7 +237,7 @@ impl Rises<'_> {
     }
 }
 
-/// The median of deviations, and their median distance from it scaled to a standard deviation.
+/// The median of deviations, and their median absolute deviation scaled to a standard deviation.
 fn spread(deviations: &[f64]) -> (f64, f64) {
     let mut sorted = deviations.to_vec();
     let middle = median(&mut sorted);
@@ -247,7 +247,7 @@ fn spread(deviations: &[f64]) -> (f64, f64) {
     (middle, 1.4826 * median(&mut sorted))
 }
 
-/// The upper median; 0 of nothing. Reorders the values.
+/// The upper median; 0 for an empty slice. Reorders the values.
 fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;

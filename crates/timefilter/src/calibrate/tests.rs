@@ -9,7 +9,7 @@ fn stamps(secs: impl IntoIterator<Item = f64>) -> Vec<i64> {
     secs.into_iter().map(|secs| 1_700_000_000_000_000_000 + (secs * SECOND) as i64).collect()
 }
 
-/// A stream of `rate_hz` over 20 s that shows blows which ring on for a while.
+/// A stream of `rate_hz` over 20 s with impacts that ring on for a while.
 fn ringing(blows: &[f64], rate_hz: f64) -> (Vec<i64>, Vec<f64>) {
     let secs: Vec<f64> = (0..(20.0 * rate_hz) as u32).map(|k| f64::from(k) / rate_hz).collect();
     let ring = |since: f64| if since < 0.0 { 0.0 } else { (-since / 0.05).exp() };
@@ -88,7 +88,7 @@ fn events_at_even_intervals_are_ambiguous() {
 }
 
 #[test]
-fn what_cannot_be_reported_is_said() {
+fn each_failure_has_its_own_error() {
     let presses = stamps(TAPS);
     let (times, values) = ringing(&later(0.08), 100.0);
     let still = vec![9.8; times.len()];
@@ -119,7 +119,7 @@ fn onsets_without_a_partner_make_it_untrustworthy() {
 }
 
 #[test]
-fn numbers_that_are_none_are_passed_over() {
+fn values_that_are_not_finite_are_ignored() {
     let (times, mut values) = ringing(&later(0.08), 100.0);
     for (place, value) in values.iter_mut().enumerate().skip(20).step_by(97) {
         *value = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][place % 3];

@@ -1,4 +1,4 @@
-//! Packets that beat with the events at which a link takes them: delays go through a saw-tooth.
+//! Packets that beat with the connection events of a link, so that delays follow a saw-tooth.
 
 mod teeth;
 
@@ -6,67 +6,67 @@ pub(super) use self::teeth::Teeth;
 use super::epoch::Packet;
 use super::fit::Point;
 
-/// How many arrivals are looked at.
+/// The number of arrivals in a window.
 const ARRIVALS: usize = 64;
-/// How well arrivals lie on a lattice: the length of their mean direction.
+/// The least mean resultant length at which arrivals lie on a lattice.
 const ON_LATTICE: f64 = 0.8;
-/// How near to a whole part of the period a step of delays is, as a part of itself.
+/// How close to an integer fraction of the period a step of delays must be, relative to the step.
 const NEAR: f64 = 0.2;
-/// The shortest interval of a Bluetooth link, nearly [s].
+/// Slightly less than the shortest interval of a Bluetooth link [s].
 const SHORTEST_SECS: f64 = 0.0074;
 /// The longest interval of a link [s].
 const LONGEST_SECS: f64 = 0.11;
-/// How many events a period may have.
+/// The most events in a period.
 const MOST_EVENTS: f64 = 40.0;
-/// For how long after the last step of delays they are taken to beat [ns].
+/// How long after the last step delays count as beating [ns].
 const BEATS_NANOS: i64 = 3_600_000_000_000;
-/// What is stated of a saw-tooth that is not followed, as a part of its height.
+/// The stated uncertainty of a saw-tooth that is not followed, as a fraction of its height.
 const STATED: f64 = 0.6;
-/// How high the gate is for a saw-tooth, as a part of its height: it may be half of that above what is in the middle
-/// of its band, and step.
+/// The height of the gate for a saw-tooth, as a multiple of its height: a delay may be half of that above
+/// the middle of its band, and step.
 const GATE: f64 = 2.2;
-/// After a longer pause bins show no step [s].
+/// The longest pause across which bins can show a step [s].
 const PAUSE_SECS: f64 = 10.0;
-/// How many packets that came later than the ones before them are looked at, each so much at least [s].
+/// The number of packets with a sudden extra delay in the window, and the least such delay [s].
 const LATER: usize = 8;
 const LATER_SECS: f64 = 0.003;
-/// Every how many of them.
+/// The number of such packets between two searches.
 const LOOKS: usize = 4;
-/// How many of them came later by whole intervals, where the interval was known and where not, and how near to
-/// these, as a part.
+/// How many of those packets must be late by whole intervals: with a known interval, and without; and how
+/// close to whole ones [fraction].
 const STILL: usize = 4;
 const WHOLE: usize = 6;
 const NEAR_WHOLE: f64 = 0.15;
-/// How little delays change from one packet to the next where they beat, as a part of the interval, and what
-/// never counts as more [s]; of so many of them, as the rest may be of packets that failed.
+/// How little delays change between packets that beat, as a fraction of the interval, and the change that
+/// is always allowed [s]; tested on the steadiest share of them, as the others may have been retransmitted.
 const STEADIEST: usize = ARRIVALS * 2 / 5;
 const STEADY: f64 = 0.02;
 const STEADY_SECS: f64 = 0.0003;
-/// Packets that come so regularly, at intervals of no more than this [s], may be those of polls, which beat.
+/// The regularity above which packets with a period of at most this [s] may come from polling, which beats.
 const POLLED: f64 = 0.99;
 const POLLED_SECS: f64 = 0.02;
 
-/// The events of a link of which a period has a whole number.
+/// A link whose connection interval divides the packet period.
 ///
-/// A packet waits for the next event. When a period of packets is a whole number of intervals the wait
-/// changes only by the difference of the two clocks, and steps by an interval when an event is missed, or
-/// when a packet failed and was sent again. These steps show the length of the interval. With packets that
-/// never fail and come as regularly as polls do, the interval may be their own.
+/// A packet waits for the next event. If the packet period is a whole number of intervals, the wait changes
+/// only by the difference of the two clocks, and steps by an interval when an event is missed or a packet
+/// is retransmitted. These steps show the length of the interval. If packets are never retransmitted and
+/// are as regular as polls, the interval may be the packet period itself.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beat {
     arrivals: [i64; ARRIVALS],
     count: usize,
-    /// From packet to packet [s]; 0 where they are irregular.
+    /// The packet period [s]; 0 if irregular.
     period: f64,
     /// The interval [s], and when delays last stepped by it.
     known: Option<(f64, i64)>,
     device: i64,
-    /// By how much the last packets were delayed more than the ones before them [s].
+    /// The change of delay from packet to packet over the last packets [s].
     changes: [f64; ARRIVALS],
-    /// The last of these that were much, and how many there were.
+    /// The last large increases of the delay, and their number.
     later: [f64; LATER],
     steps: usize,
-    /// The interval that there may be [s]; 0 for none.
+    /// The suspected interval [s]; 0 for none.
     suspected: f64,
     /// The lowest point of the last bin.
     lowest: Option<Point>,
@@ -90,7 +90,7 @@ impl Default for Beat {
 }
 
 impl Beat {
-    /// A packet arrived; they come each `period` [s].
+    /// Takes a packet; packets are sent every `period` [s].
     pub fn push(&mut self, packet: Packet, period: f64) {
         let Packet { device, arrival } = packet;
         if self.count > 0 {
@@ -111,7 +111,8 @@ impl Beat {
         }
     }
 
-    /// The lowest point of a bin that is over: whether delays stepped since the one before.
+    /// Takes the lowest point of a closed bin, and checks whether delays have stepped since the previous
+    /// one.
     pub fn bin(&mut self, lowest: Point) {
         let before = self.lowest.replace(lowest);
         if let Some(before) = before.filter(|before| lowest.device - before.device < PAUSE_SECS) {
@@ -122,7 +123,7 @@ impl Beat {
         }
     }
 
-    /// Delays have stepped by so much [s].
+    /// Handles a step of the delays [s].
     fn stepped(&mut self, step: f64) {
         if step <= 0.0 || self.count < ARRIVALS || self.period <= 0.0 || step > LONGEST_SECS {
             return;
@@ -139,22 +140,22 @@ impl Beat {
         }
     }
 
-    /// From one event to the next, as far as there are any [s]; 0 where nothing shows any.
+    /// The interval between events [s]; 0 if none is known.
     pub fn interval(&self) -> f64 {
         self.known.map_or(self.suspected, |(interval, _)| interval)
     }
 
-    /// How wrong a time may be where its place between two events is not followed [s].
+    /// The uncertainty of a time whose phase between two events is unknown [s].
     pub fn secs(interval: f64) -> f64 {
         STATED * interval
     }
 
-    /// How high bins may be above the line for it [s].
+    /// How high bins may be above the line because of the saw-tooth [s].
     pub fn height_secs(&self) -> f64 {
         GATE * self.interval()
     }
 
-    /// A packet came so much later than the one before it [s].
+    /// Handles a packet that was delayed by `later` more than the one before it [s].
     fn step(&mut self, later: f64) {
         self.changes[self.count % ARRIVALS] = later;
         if !(LATER_SECS..4.0 * LONGEST_SECS).contains(&later) {
@@ -189,7 +190,7 @@ impl Beat {
         changes[STEADIEST] < (STEADY * interval).max(STEADY_SECS)
     }
 
-    /// How many of the packets that came later did so by whole intervals.
+    /// The number of delayed packets that were late by whole intervals.
     fn whole(&self, interval: f64) -> usize {
         let (mut single, mut more) = (0, 0);
         for later in self.later.map(|later| later / interval) {
@@ -197,11 +198,12 @@ impl Beat {
             single += usize::from(is_whole && (0.5..1.5).contains(&later));
             more += usize::from(is_whole && later >= 1.5);
         }
-        // Most packets that fail do so once; where none did, it is a part of the interval.
+        // Most packets are retransmitted only once; if none is late by one interval, this is a fraction of
+        // the true one.
         if single >= more { single + more } else { 0 }
     }
 
-    /// The length of the mean direction of arrivals on a circle of this interval [0..1].
+    /// The mean resultant length of arrivals modulo this interval [0..1].
     fn direction(&self, interval: f64) -> f64 {
         let (mut x, mut y) = (0.0, 0.0);
         for arrival in self.arrivals {

@@ -1,6 +1,6 @@
-//! Counters that come to their end and begin at zero, made into time that only goes on.
+//! Conversion of wrapping counters to continuous time.
 
-/// A counter of ticks of a device, of any width.
+/// A device's tick counter of any width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counter {
     bits: u32,
@@ -8,7 +8,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// A counter of `bits` (1 to 64) that counts `hz` ticks a second.
+    /// A counter of `bits` (1 to 64) with a rate of `hz` ticks per second.
     ///
     /// ```
     /// use teampulse_timefilter::clock::Counter;
@@ -20,23 +20,23 @@ impl Counter {
         Counter { bits: bits.clamp(1, 64), hz }
     }
 
-    /// The time of a count since the counter was last at zero [ns]; 0 without a usable rate.
+    /// The time since the counter was last at zero [ns]; 0 without a usable rate.
     pub fn nanos(&self, ticks: u64) -> i64 {
         let ticks = ticks & (u64::MAX >> (64 - self.bits));
         if self.hz > 0.0 { (ticks as f64 * (1e9 / self.hz)).round() as i64 } else { 0 }
     }
 
-    /// After which time it is at zero again [ns]; `None` when that is more than a century.
+    /// The time after which the counter wraps [ns]; `None` if that is more than a century.
     pub fn wraps_nanos(&self) -> Option<i64> {
         let period = f64::from(self.bits).exp2() * (1e9 / self.hz);
         (1.0..3e18).contains(&period).then(|| period.round() as i64)
     }
 }
 
-/// Puts the turns of a wrapping clock one after the other.
+/// Unwraps a wrapping clock.
 #[derive(Clone, Debug)]
 pub(super) struct Unwrap {
-    /// After which time the clock is at zero again [ns].
+    /// The time after which the clock wraps [ns].
     period: Option<i64>,
     last: Option<Turned>,
     furthest_turn: i64,
@@ -53,10 +53,10 @@ impl Unwrap {
         Unwrap { period: period.filter(|&period| period > 1), last: None, furthest_turn: 0 }
     }
 
-    /// The device's time with its turns counted [ns], and whether it has just wrapped.
+    /// The unwrapped device time [ns], and whether the clock has just wrapped.
     ///
-    /// It is the one nearest to where the clock ought to be: at its last reading, or, after a
-    /// silence of half a turn, as much later as the arrivals are.
+    /// Of the possible times it is the one nearest to the expected one: the last reading or, after a
+    /// silence of half a turn, the last reading plus the time between arrivals.
     pub fn follow(&mut self, device: i64, arrival: i64) -> (i64, bool) {
         let Some(period) = self.period else { return (device, false) };
         let device = device.rem_euclid(period);

@@ -1,15 +1,14 @@
-//! The lower envelope of delays: what arrival less device time is when nothing held a packet up.
+//! The lower envelope of delays: arrival less device time of packets that were not held up.
 //!
-//! Bluetooth, Wi-Fi and USB only ever add to the shortest delay. So the smallest `arrival - device`
-//! of each two seconds is kept, for half an hour, and a line is laid low through these by asymmetric
-//! least squares (an expectile; Newey & Powell 1987, doi:10.2307/1911031), iteratively reweighted;
-//! what lies far above counts by its sign alone (Huber). Its slope is the clock's skew, which quartz
-//! keeps within about 100 ppm.
+//! Bluetooth, Wi-Fi and USB only ever add to the shortest delay. So the smallest `arrival - device` of
+//! every two seconds is kept for half an hour, and a low line is fitted to these by iteratively reweighted
+//! asymmetric least squares (an expectile; Newey & Powell 1987, doi:10.2307/1911031); distant points count
+//! by their sign alone (Huber). Its slope is the clock's skew, which for quartz is within about 100 ppm.
 //!
-//! How long points are remembered is weighed: the more their noise, the longer; and the longer, the
-//! more a skew that drifts with temperature bends away from the line. What is stated is both: the
-//! standard error of the line's end with the correlation that residuals have (Newey & West 1987,
-//! doi:10.2307/1913610), and what a drift of the skew would do to it.
+//! The memory of the fit is a trade-off: noise calls for a longer one, but over a longer one a skew that
+//! drifts with temperature bends the delays away from the line. The stated uncertainty covers both: the
+//! standard error at the end of the line with autocorrelated residuals (Newey & West 1987,
+//! doi:10.2307/1913610), and the effect of a drift of the skew.
 //!
 //! All constants were chosen on seeds 1 to 100 of the links of `bench/timefilter`.
 
@@ -18,51 +17,51 @@ use std::collections::VecDeque;
 use super::fit::{Expected, Fit, Point, line_under};
 use super::straight::Straight;
 
-/// How long a bin is [ns].
+/// The duration of a bin [ns].
 pub(super) const BIN_NANOS: i64 = 2_000_000_000;
 /// How long bins are kept [s].
 pub(super) const WINDOW_SECS: f64 = 1800.0;
 const BINS: usize = 900;
-/// The drift of skew for which noise is traded: with a memory of τ it is `DRIFT · τ²` of error
-/// [1/s].
+/// The drift of the skew assumed in the trade-off against noise: with a memory of τ it is `DRIFT · τ²` of
+/// error [1/s].
 const DRIFT: f64 = 3e-8;
-/// How long points are remembered at least and at most (to a weight of 1/e) [s].
+/// The shortest and the longest memory of points (to a weight of 1/e) [s].
 const MEMORY_SECS: (f64, f64) = (60.0, 600.0);
-/// After so many times the memory a point counts no more.
+/// The age beyond which a point is ignored, as a multiple of the memory.
 const FORGOTTEN: f64 = 4.0;
-/// The spread of skews among clocks with a quartz (standard deviation, as a slope).
+/// The standard deviation of the skew of quartz clocks [1].
 pub(super) const USUAL_SKEW: f64 = 50e-6;
-/// How many times that a clock must be off to be called poor.
+/// The multiple of that from which a clock counts as poor.
 const POOR: f64 = 6.0;
-/// The spread of skews among clocks that have shown to be poor.
+/// The standard deviation of the skew of clocks that have proved to be poor [1].
 pub(super) const POOR_SKEW: f64 = 0.03;
-/// No clock is that poor: delays that change as fast are those of a link that is slow.
+/// The skew beyond any clock's [1]: delays that change this fast are those of a slow link.
 pub(super) const INCREDIBLE: f64 = 0.05;
-/// By how many standard errors its slope must show it.
+/// The number of standard errors by which a slope must exceed the limit.
 const POOR_ERRORS: f64 = 3.0;
-/// With fewer bins since a silence, and more than so many before it, it runs as it did, but for what temperature may
-/// have done to it (standard deviation, as a slope).
+/// With fewer bins than this since a silence, and more before it, the clock is taken to run as before,
+/// except for the effect of temperature (standard deviation of the skew).
 const SEEN: usize = 16;
 const KNOWN: usize = 32;
 const SILENT_SKEW: f64 = 4e-6;
-/// How many bins it takes to say so, at the beginning of a clock and after it was seen wrong.
+/// The number of bins needed to call a clock poor: at its start, and after a wrong verdict.
 const POOR_BINS: (usize, usize) = (6, 30);
 
 /// The smallest delays of the last bins.
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     bins: VecDeque<Point>,
-    /// How far slopes spread among clocks of this kind.
+    /// The standard deviation of the skew of such clocks.
     usual_skew: f64,
     poor: bool,
-    /// How many bins it takes to say so.
+    /// The number of bins needed to call the clock poor.
     poor_bins: usize,
-    /// The spread of points when there were enough of them [s].
+    /// The spread of points when there were last enough of them [s].
     spread: f64,
 }
 
 impl Envelope {
-    /// What it allocates [B].
+    /// The memory that it allocates [B].
     pub const BYTES: usize = (BINS + 1) * size_of::<Point>();
 
     pub fn new(usual_skew: f64) -> Envelope {
@@ -70,7 +69,7 @@ impl Envelope {
         Envelope { bins, usual_skew, poor: false, poor_bins: POOR_BINS.0, spread: 0.0 }
     }
 
-    /// Takes the lowest point of a bin that is over.
+    /// Takes the lowest point of a closed bin.
     pub fn push(&mut self, lowest: Point) {
         if self.bins.len() == BINS {
             self.bins.pop_front();
@@ -82,7 +81,7 @@ impl Envelope {
         }
     }
 
-    /// Forgets all bins but the last ones.
+    /// Drops all but the `last` newest bins.
     pub fn keep(&mut self, last: usize) {
         let old = self.bins.len().saturating_sub(last);
         self.bins.drain(..old);
@@ -94,21 +93,21 @@ impl Envelope {
         self.bins.iter().copied()
     }
 
-    /// How many bins there are.
+    /// The number of bins.
     pub fn len(&self) -> usize {
         self.bins.len()
     }
 
-    /// Whether the clock runs as no usual one does.
+    /// Whether the skew is outside the usual range.
     pub fn is_poor(&self) -> bool {
         self.poor
     }
 
-    /// Lays a line under the bins and the lowest point of the open one, beginning with `guess`; points
-    /// scatter by `scatter` at least [s].
+    /// Fits a line under the bins and the lowest point of the open one, starting from `guess`; points
+    /// scatter by at least `scatter` [s].
     ///
-    /// A slope that cannot be that of a usual clock widens what is held possible. One that cannot be that of
-    /// any clock is the link's: the clock is then taken to run as it should, from its fastest packet.
+    /// A slope outside the usual range widens the prior. A slope beyond that of any clock is due to the
+    /// link: the clock is then taken to run at its nominal rate from its fastest packet on.
     pub fn fit(&mut self, open: Option<Point>, guess: Fit, scatter: f64) -> Fit {
         let points = || self.bins.iter().copied().chain(open);
         let count = points().count();
@@ -121,7 +120,7 @@ impl Envelope {
         let points = || self.bins.iter().skip(from).copied().chain(open);
         let seen = points().count();
         if seen < SEEN && count > KNOWN {
-            // After a silence nothing but the clock's own course is known of how fast it runs.
+            // After a silence, the rate is known only from the clock's own history.
             let expected = Expected { skew: SILENT_SKEW, slope: guess.slope, scatter };
             let fit = line_under(points, device, memory, expected, guess);
             return fit.no_surer(self.spread / (seen as f64).sqrt());
@@ -152,7 +151,7 @@ impl Envelope {
     }
 }
 
-/// How long points are remembered whose mean distance from their line is this [s].
+/// The memory for points with this mean distance from their line [s].
 pub(super) fn memory_secs(spread: f64) -> f64 {
     (spread / DRIFT).sqrt().clamp(MEMORY_SECS.0, MEMORY_SECS.1)
 }

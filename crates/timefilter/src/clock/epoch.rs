@@ -1,4 +1,4 @@
-//! One epoch of a device's clock: from when it began to run to when it is set or begins anew.
+//! One epoch of a device's clock: the time between two resets, over which its readings are continuous.
 
 mod raised;
 
@@ -10,52 +10,56 @@ use super::line::OffsetMap;
 
 pub(super) use self::raised::RAISED_LONG;
 
-/// How long an epoch is young [s]: its first packets may all have been held up, so that what looks
-/// like a clock running ahead is only the envelope being found.
+/// How long an epoch counts as young [s]: its first packets may all have been delayed, so that a clock that
+/// seems to run ahead is only the envelope converging.
 const YOUNG_SECS: f64 = 30.0;
-/// From when on it is known how far a packet is ahead [s].
+/// The age of an epoch from which it is known how early a packet is [s].
 const SURE_SECS: f64 = 10.0;
-/// What is never a jump [s].
+/// The largest deviation that is never a jump [s].
 const STEADY_SECS: f64 = 0.25;
-/// What is never a jump in a young epoch, nor a packet too old to be from this epoch [s].
+/// The largest deviation that is never a jump in a young epoch, and the age beyond which a packet is not
+/// from this epoch [s].
 const LOOSE_SECS: f64 = 10.0;
-/// A bin whose lowest delay is further above the line than so many times the spread, and than
-/// this [s], is raised: it does not count until it is clear why.
+/// A bin whose lowest delay exceeds the line by more than this multiple of the spread, and by more than the
+/// constant below [s], is raised: it is excluded until the reason is clear.
 const GATE_SPREADS: f64 = 6.0;
 const GATE_SECS: f64 = 0.004;
-/// Nor is one raised that is no further above it than so many times what is stated of it, which grows in silences.
+/// A bin within this multiple of the line's stated uncertainty, which grows during silences, is not raised
+/// either.
 const GATE_ERRORS: f64 = 1.5;
 const GATE_MOST_SECS: f64 = 0.02;
-/// By how much the skew may be wrong with which a line goes on in a silence, and what is one [s].
+/// The error of the skew with which a line is extrapolated over a silence, and the shortest pause that
+/// counts as one [s].
 const SILENT_SKEW: f64 = 20e-6;
 const SILENT_SECS: f64 = 30.0;
-/// So many bins below the line by as much show that all before were held up.
+/// The number of consecutive bins below the line, by more than the gate, that show that all earlier ones were
+/// delayed.
 const FALLEN_BINS: usize = 3;
 
-/// Every how many bins a line is laid, once an epoch is not young.
+/// The interval between fits once an epoch is no longer young [bins].
 const FIT_EVERY: i64 = 2;
-/// What is not known yet of a young epoch's line [s²]: divided by its age.
+/// The additional uncertainty of a young epoch's line [s²], divided by its age.
 const YOUNG_ERROR: f64 = 0.15;
-/// How fast the output may be corrected when all has settled: 0.5 ms a second.
+/// The slowest slew rate of the output, reached once the fit has settled: 0.5 ms per second.
 const SLOWEST_SLEW: f64 = 0.5e-3;
-/// How fast at most.
+/// The fastest slew rate.
 const FASTEST_SLEW: f64 = 0.4;
 
-/// A packet: the device's time at its last sample, turns counted, and its arrival [ns].
+/// A packet: the unwrapped device time of its last sample, and its arrival [ns].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Packet {
     pub device: i64,
     pub arrival: i64,
 }
 
-/// What a packet says of the clock.
+/// What a packet implies about the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
-    /// It goes on as it did.
+    /// The clock runs on unchanged.
     Runs,
-    /// This packet is not from a clock that goes on as it did: so much ahead [s].
+    /// The packet does not fit the clock: it is early by this much [s].
     Astray(f64),
-    /// It has been set, and these packets are of the new time: so much ahead [s].
+    /// The clock was set forward by this much [s], as [`Epoch::raised`] packets show.
     Set(f64),
 }
 
@@ -66,28 +70,30 @@ pub(super) struct Epoch {
     envelope: Envelope,
     fit: Fit,
     line: OffsetMap,
-    /// The number of the bin that is open, and its lowest point.
+    /// The number of the open bin, and its lowest point.
     bin: i64,
     lowest: Option<(Point, Packet)>,
     delays: Delays,
     raised: Raised,
     fallen: usize,
-    /// When the last bin was, and how long it was silent before the bins that are in no line so far [s].
+    /// The device time of the last bin, and the length of the silence before the bins that are not fitted
+    /// yet [s].
     last: f64,
     silent: f64,
     beat: Beat,
     teeth: Teeth,
-    /// Whether the line is one through steps of delays.
+    /// Whether the line was fitted to the steps of the delays.
     is_through_steps: bool,
-    /// How many packets were taken.
+    /// The number of packets taken.
     taken: u64,
 }
 
 impl Epoch {
-    /// What it allocates [B].
+    /// The memory that an epoch allocates [B].
     pub const BYTES: usize = Envelope::BYTES + OffsetMap::BYTES + Teeth::LIVE_BYTES;
 
-    /// Begins with its first packet; slopes of clocks of this kind spread by `usual_skew`.
+    /// Starts an epoch with its first packet; the skews of clocks of this kind have the standard deviation
+    /// `usual_skew`.
     pub fn begin(first: Packet, usual_skew: f64) -> Epoch {
         let point = Point { device: 0.0, delay: 0.0 };
         Epoch {
@@ -109,8 +115,9 @@ impl Epoch {
         }
     }
 
-    /// Takes a packet, unless it is astray. Where numbers vouch for the clock, delays do not show
-    /// that it was set; packets come every `period` [s] of its time, or irregularly (0).
+    /// Takes a packet, unless it is astray. If `vouched`, sample indices show that the clock runs on, so
+    /// delays are not taken for a clock reset. Packets come every `period` [s] of device time, or
+    /// irregularly (0).
     pub fn take(&mut self, packet: Packet, vouched: bool, period: f64) -> Verdict {
         let point = self.point(packet);
         let ahead = self.ahead(packet);
@@ -134,17 +141,17 @@ impl Epoch {
         verdict
     }
 
-    /// The packets that show the new time after the clock was set.
+    /// The packets that show the new time after a clock reset.
     pub fn raised(&self) -> &[Packet] {
         &self.raised.packets[RAISED_BINS - self.raised.bins.min(RAISED_BINS)..]
     }
 
-    /// How many bins are raised, and how far above the line the last one is [s].
+    /// The number of consecutive raised bins, and how far the last one is above the line [s].
     pub fn raised_secs(&self) -> (usize, f64) {
         (self.raised.bins, self.raised.height)
     }
 
-    /// From one of the events that packets beat with to the next [s]; 0 where there are none.
+    /// The interval between the link events that packets beat with [s]; 0 if there are none.
     pub fn beat_interval(&self) -> f64 {
         self.beat.interval()
     }
@@ -154,35 +161,35 @@ impl Epoch {
         device.saturating_sub(self.origin.device)
     }
 
-    /// Settles the map up to a device time since the epoch began [ns].
+    /// Fixes the map up to a device time since the epoch began [ns].
     pub fn settle(&mut self, since: i64) {
         self.line.settle(since);
     }
 
-    /// The session's time of a device time since the epoch began, before the fixed latency is taken
-    /// off [ns].
+    /// The session time of a device time since the epoch began, before the fixed latency is subtracted
+    /// [ns].
     pub fn at(&self, since: i64) -> i64 {
         self.session(since, self.line.at(since))
     }
 
-    /// The same by another map: `offset` is the session's time less the device's, both since the
-    /// epoch began [ns].
+    /// The session time by another map; `offset` is session time less device time, both since the epoch
+    /// began [ns].
     pub fn session(&self, since: i64, offset: f64) -> i64 {
         self.origin.arrival.saturating_add(since).saturating_add(offset.round() as i64)
     }
 
-    /// How far the device's time is ahead of arrivals [s], as far as delays can show it.
+    /// The offset of device time from arrivals, positive when ahead, as far as delays show it [s].
     pub fn offset_secs(&self) -> f64 {
         let origin = i128::from(self.origin.device) - i128::from(self.origin.arrival);
         origin as f64 / 1e9 - self.line.at(self.line.frontier()) / 1e9
     }
 
-    /// How much faster than the session's clock it runs [ppm]; NaN until it can be estimated.
+    /// The clock's rate error relative to the session's clock [ppm]; NaN until it can be estimated.
     pub fn skew_ppm(&self) -> f64 {
         if self.envelope.len() < 2 { f64::NAN } else { self.fit.ppm() }
     }
 
-    /// Whether it runs as no usual clock does.
+    /// Whether the skew is outside the usual range.
     pub fn is_poor(&self) -> bool {
         self.envelope.is_poor()
     }
@@ -192,8 +199,8 @@ impl Epoch {
         self.delays.rms()
     }
 
-    /// Half the width of the 95 % interval of the map itself, the fixed latency apart [s], for all of a batch
-    /// that lasts so long [s].
+    /// Half the width of the 95 % interval of the map over a batch of duration `span` [s], excluding the
+    /// fixed latency [s].
     pub fn uncertainty_secs(&self, span: f64) -> f64 {
         let now = self.line.frontier();
         let age = seconds(now);
@@ -208,33 +215,32 @@ impl Epoch {
             + beat
     }
 
-    /// A packet's place in the epoch.
+    /// A packet's device time and delay in the epoch.
     pub fn point(&self, packet: Packet) -> Point {
         let device = self.since(packet.device);
         let arrival = packet.arrival.saturating_sub(self.origin.arrival);
         Point { device: seconds(device), delay: seconds(arrival.saturating_sub(device)) }
     }
 
-    /// How far the device is ahead of where the envelope has it at this arrival [s]; negative for a
-    /// packet that was held up.
+    /// How early a packet arrived relative to the envelope [s]; negative for a delayed packet.
     fn ahead(&self, packet: Packet) -> f64 {
         let point = self.point(packet);
         let arrival = seconds(packet.arrival.saturating_sub(self.origin.arrival));
         point.device - self.fit.device_at(arrival)
     }
 
-    /// How far a packet is ahead, and how uncertain that is [s]; `None` in a young epoch.
+    /// How early a packet arrived, and the uncertainty of that [s]; `None` in a young epoch.
     pub fn seems_ahead(&self, packet: Packet) -> Option<(f64, f64)> {
         let is_young = seconds(self.line.frontier()) < SURE_SECS;
         (!is_young).then(|| (self.ahead(packet), self.uncertainty_secs(0.0)))
     }
 
-    /// How far a packet may be ahead, or a bin behind, and the clock still be as it was [s].
+    /// How early a packet, or how late a bin, may be without indicating a jump [s].
     fn limit(&self, age: f64) -> f64 {
         if age < YOUNG_SECS { LOOSE_SECS } else { STEADY_SECS.max(5.0 * self.delays.rms()) }
     }
 
-    /// Ends a bin: the envelope learns from it, unless all of it came too late.
+    /// Closes a bin and adds it to the envelope, unless all of its packets were delayed.
     fn close(&mut self, vouched: bool) -> Verdict {
         let Some((point, packet)) = self.lowest.take() else { return Verdict::Runs };
         self.beat.bin(point);
@@ -274,10 +280,10 @@ impl Epoch {
         Verdict::Runs
     }
 
-    /// Follows the saw-tooth of delays that beat, as far as they do.
+    /// Follows the saw-tooth of delays that beat with link events.
     fn follow(&mut self, bin: Point) {
         let interval = self.beat.interval();
-        if self.teeth.are_of(interval) {
+        if self.teeth.have_height(interval) {
             self.teeth.push(bin);
             return;
         }
@@ -287,18 +293,18 @@ impl Epoch {
         }
     }
 
-    /// How far above the line a bin is raised [s].
+    /// How far above the line a bin must be to count as raised [s].
     fn gate(&self, age: f64) -> f64 {
         if age < YOUNG_SECS {
             return LOOSE_SECS;
         }
-        // Packets that beat go through all of their saw-tooth.
+        // With beating packets, delays cover the whole saw-tooth.
         let stated = GATE_ERRORS * self.fit.uncertainty_at(age, age);
         let unsure = stated.max(SILENT_SKEW * self.silent).min(GATE_MOST_SECS);
         GATE_SECS.max(GATE_SPREADS * self.fit.spread).max(unsure).max(self.beat.height_secs())
     }
 
-    /// The clock was set by so much [ns]; its map goes on from there.
+    /// Continues the map after the clock was set forward by `nanos` [ns].
     pub fn shift(&mut self, nanos: i64) {
         self.origin.device = self.origin.device.saturating_add(nanos);
         self.lowest = None;
@@ -314,7 +320,7 @@ impl Epoch {
         self.line.lead_to(self.fit.at(age) * 1e9, self.fit.slope, within, slew);
     }
 
-    /// Lays a line through the steps of a saw-tooth, or else under all bins.
+    /// Fits a line to the steps of a saw-tooth if there is one, otherwise under all bins.
     fn lay(&mut self, open: Option<Point>) {
         if self.teeth.are_followed() {
             self.is_through_steps = true;
@@ -324,7 +330,7 @@ impl Epoch {
             return;
         }
         self.is_through_steps = false;
-        // The lowest of many is nearer to the lowest that there is.
+        // The more packets in a bin, the closer its minimum is to the shortest possible delay.
         let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
         let scatter = self.delays.rms() / in_bin.max(1.0);
         self.fit = self.envelope.fit(open, self.fit, scatter);
@@ -343,7 +349,7 @@ struct Delays {
 }
 
 impl Delays {
-    /// Takes one delay [s]. A stall counts no more than any long delay.
+    /// Takes one delay [s]. A stall has no more weight than any long delay.
     fn push(&mut self, delay: f64) {
         self.count = (self.count + 1.0).min(1000.0);
         let most = if self.count < 10.0 { 0.1 } else { 4.0 * self.rms() + 0.005 };

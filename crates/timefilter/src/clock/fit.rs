@@ -1,66 +1,66 @@
-//! A low line through points, with what is known of how good it is.
+//! A low line through points, with an estimate of its error.
 
-/// The drift of skew that is stated [1/s].
+/// The stated drift of the skew [1/s].
 const STATED_DRIFT: f64 = 1e-8;
-/// What warming up adds to that at first [1/s], and how long that takes [s].
+/// The initial additional drift of the skew during warm-up [1/s], and the duration of the warm-up [s].
 const WARM_UP_DRIFT: f64 = 1e-7;
 const WARM_UP_SECS: f64 = 200.0;
-/// Weight of what lies above the line; below it, the rest of one.
+/// The weight of points above the line; those below weigh one minus this.
 const ABOVE: f64 = 0.35;
-/// How many times the mean distance a point may be above the line before its weight falls.
+/// The distance above the line beyond which weights fall, as a multiple of the mean distance.
 const FAR: f64 = 1.0;
-/// The least spread of delays: a computer's own clock readings [s].
+/// The least spread of delays: the resolution of a computer's own clock readings [s].
 pub(super) const LEAST_SPREAD: f64 = 1e-6;
-/// How many standard errors are stated: twice those of a 95 % interval, as errors last for minutes
-/// and the statistics know only as many of these as fit into the memory.
+/// The number of standard errors stated: twice those of a 95 % interval, as errors last for minutes and the
+/// statistics contain only as many of these as fit into the memory.
 const ERRORS: f64 = 2.0;
-/// How long residuals are taken to be correlated, as a part of the memory.
+/// The correlation time of residuals, as a fraction of the memory.
 const CORRELATED: f64 = 0.5;
-/// No residual counts for more than so many spreads in the next one.
+/// The most that a residual contributes to the next spread, in spreads.
 const OUTLYING: f64 = 4.0;
 const ITERATIONS: usize = 12;
-/// How many points more than there are would make their scatter certain, as far as a line is held back by it.
+/// The number of additional points at which the scatter of a regularised line would be certain.
 const FEW: f64 = 4.0;
 
-/// What is expected of a line before its points are seen.
+/// The prior of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {
-    /// How far slopes spread.
+    /// The standard deviation of slopes.
     pub skew: f64,
-    /// Around which slope.
+    /// The mean slope.
     pub slope: f64,
-    /// How far points scatter at least [s].
+    /// The least scatter of points [s].
     pub scatter: f64,
 }
 
-/// One packet: device time since the epoch began [s], and the arrival less it [s].
+/// One packet: device time since the epoch began [s], and its delay, arrival less device time [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     pub device: f64,
     pub delay: f64,
 }
 
-/// A line under the points, with what is known of how good it is.
+/// A line under the points, with an estimate of its error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
-    /// Where the line's delay is given [s of device time].
+    /// The device time at which `delay` is given [s].
     pub device: f64,
-    /// The delay there [s].
+    /// The delay at `device` [s].
     pub delay: f64,
-    /// How the delay grows with device time.
+    /// The slope of the delay over device time.
     pub slope: f64,
-    /// Mean distance of the points from the line [s].
+    /// The mean distance of the points from the line [s].
     pub spread: f64,
-    /// Standard error of the delay at `device` [s].
+    /// The standard error of the delay at `device` [s].
     error: f64,
-    /// Standard error of the slope.
+    /// The standard error of the slope.
     slope_error: f64,
-    /// What a skew that drifts by 1/s would do to the delay at `device` [s²].
+    /// The effect of a skew that drifts by 1/s on the delay at `device` [s²].
     bend: f64,
 }
 
 impl Fit {
-    /// A level line through the first point.
+    /// A line of slope zero through the first point.
     pub fn level(point: Point) -> Fit {
         Fit {
             device: point.device,
@@ -73,8 +73,9 @@ impl Fit {
         }
     }
 
-    /// The line through `points` of which each is so uncertain in its value and in its time [s], or as they show
-    /// by themselves; given at a device time [s]. The nearer ones count for more, with a memory [s].
+    /// Fits a line to `points`, given at device time `device` [s]. Points are uncertain by `fine` in value
+    /// and `coarse` in time [s], or by their own scatter if that is larger; closer ones weigh more, by the
+    /// `memory` [s].
     pub fn through(points: &[Point], device: f64, memory: f64, fine: f64, coarse: f64) -> Fit {
         let nearest =
             points.iter().map(|point| (point.device - device).abs()).fold(f64::MAX, f64::min);
@@ -103,7 +104,7 @@ impl Fit {
             slope_square += of_slope * of_slope;
             bend += share * x * x;
         }
-        // Two points more or less lie on any line.
+        // One or two effective points lie on any line.
         let count = weights * weights / weight_squares;
         let shown =
             if count > 2.5 { (residuals / weights * count / (count - 2.0)).sqrt() } else { 0.0 };
@@ -119,7 +120,7 @@ impl Fit {
         }
     }
 
-    /// A line at a point, of which half the width of the 95 % interval there is known to be `stated` [s].
+    /// A line through a point, with a 95 % interval of half-width `stated` there [s].
     pub fn stated(point: Point, slope: f64, stated: f64) -> Fit {
         Fit { slope, error: stated / ERRORS, ..Fit::level(point) }
     }
@@ -129,24 +130,24 @@ impl Fit {
         self.delay + self.slope * (device - self.device)
     }
 
-    /// The device time at which what was sent without delay arrives at `arrival` [s].
+    /// The device time at which a packet sent without delay arrives at `arrival` [s].
     pub fn device_at(&self, arrival: f64) -> f64 {
         (arrival - self.delay + self.slope * self.device) / (1.0 + self.slope)
     }
 
-    /// How much faster than the session's clock the device's runs [ppm].
+    /// The clock's rate error relative to the session's clock [ppm].
     pub fn ppm(&self) -> f64 {
         -self.slope / (1.0 + self.slope) * 1e6
     }
 
-    /// What a skew that drifts by so much [1/s] would do to the delay [s].
+    /// The effect of a skew that drifts by `drift` [1/s] on the delay [s].
     pub fn bend_secs(&self, drift: f64) -> f64 {
         drift * self.bend
     }
 
     /// Half the width of the 95 % interval of the delay at a device time [s].
     ///
-    /// `age` is how long the device has been running at least [s]: it warms up first.
+    /// `age` is the least time for which the device has been running [s]: it warms up first.
     pub fn uncertainty_at(&self, device: f64, age: f64) -> f64 {
         let drift = STATED_DRIFT + WARM_UP_DRIFT * (-age / WARM_UP_SECS).exp();
         let beyond = (device - self.device).abs();
@@ -154,14 +155,13 @@ impl Fit {
         ERRORS * self.error.hypot(self.slope_error * beyond) + drift * bend
     }
 
-    /// The same line, whose standard error is so much at least [s].
+    /// The same line with a standard error of at least `error` [s].
     pub fn no_surer(self, error: f64) -> Fit {
         Fit { error: self.error.max(error), ..self }
     }
 }
 
-/// The line under `points` around a device time [s], as they are weighed with a memory to both sides
-/// [s].
+/// Fits the line under `points` around a device time [s], weighted by a memory to both sides [s].
 pub(super) fn line_around(
     points: &[Point],
     device: f64,
@@ -173,7 +173,7 @@ pub(super) fn line_around(
     line_under(|| points.iter().copied(), device, memory, expected, guess)
 }
 
-/// The expectile line under `points`, given at `device` [s].
+/// Fits the expectile line under `points`, given at `device` [s].
 pub(super) fn line_under<I: Iterator<Item = Point>>(
     points: impl Fn() -> I,
     device: f64,
@@ -235,7 +235,7 @@ pub(super) fn line_under<I: Iterator<Item = Point>>(
     }
 }
 
-/// The mean distance of points from a line that has the delay and slope `line` at `device` [s].
+/// The mean distance of points from the line with the delay and slope `line` at `device` [s].
 fn mean_residual(
     points: impl Iterator<Item = Point>,
     device: f64,
@@ -247,7 +247,7 @@ fn mean_residual(
     (sum / count).max(LEAST_SPREAD)
 }
 
-/// Sums of what residuals do to the line, in stretches: neighbours are correlated (Bartlett's
+/// Sums of the influence of residuals on the line, over stretches: neighbours are correlated (Bartlett's
 /// kernel).
 #[derive(Clone, Copy, Debug)]
 struct Errors {
@@ -256,7 +256,7 @@ struct Errors {
     sum: (f64, f64),
     before: (f64, f64),
     squares: (f64, f64),
-    /// The same of each residual alone: few stretches may happen to cancel out.
+    /// The same for each residual alone: a few stretches may cancel out by chance.
     alone: (f64, f64),
 }
 
@@ -292,7 +292,7 @@ impl Errors {
     }
 }
 
-/// How much each point has to say in a line.
+/// The influence of a point on a line.
 #[derive(Clone, Copy, Debug)]
 struct Shares {
     w: f64,
@@ -301,18 +301,18 @@ struct Shares {
 }
 
 impl Shares {
-    /// In its value at x = 0, for a weight of one.
+    /// The influence on the value at x = 0, for a weight of one.
     fn share(&self, x: f64) -> f64 {
         1.0 / self.w - self.centre * self.slope_share(x)
     }
 
-    /// In its slope.
+    /// The influence on the slope.
     fn slope_share(&self, x: f64) -> f64 {
         (x - self.centre) / self.squares
     }
 }
 
-/// Weighted sums of a straight line's least squares.
+/// The weighted sums of a linear least-squares fit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     w: f64,
@@ -335,8 +335,8 @@ impl Sums {
         self.count += 1.0;
     }
 
-    /// The variance of points around the line that they have by themselves [s²]: not around the one that it
-    /// holds back, which would hold itself.
+    /// The variance of points around their own unregularised line [s²]; around the regularised one it would
+    /// reinforce the prior.
     fn variance(&self, expected: Expected) -> f64 {
         let squares = (self.xx - self.x * self.x / self.w).max(f64::MIN_POSITIVE);
         let product = self.xy - self.x * self.y / self.w;

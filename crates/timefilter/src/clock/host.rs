@@ -1,17 +1,17 @@
-//! The clock model of a source that stamps by this host's clock.
+//! The clock model of a source whose timestamps come from this host's clock.
 
 use super::{ClockKind, ClockModel, ClockState, Corrected, Stamps};
 
-/// How far a stamp may be from its arrival and still be believed [ns].
+/// How far a timestamp may be from its arrival and still be accepted [ns].
 const BELIEVED_NANOS: u64 = 1_000_000_000;
 
-/// How long after the first arrival what was kept for a late joiner may arrive [ns].
+/// How long after the first arrival stored samples for a late joiner may arrive [ns].
 const KEPT_NANOS: i64 = 2_000_000_000;
 
-/// A source that stamps by the host's clock, or not at all.
+/// The model of a source that uses the host's clock, or no timestamps at all.
 ///
-/// A stamp within one second of its arrival is taken as it is; any other, and a missing one, is
-/// replaced by the arrival.
+/// A timestamp within one second of its arrival is used unchanged; any other, and a missing one, is
+/// replaced by the arrival time.
 #[derive(Clone, Debug, Default)]
 pub struct Host {
     disbelieved: u64,
@@ -21,29 +21,29 @@ pub struct Host {
 /// Whether a source delivers samples from before the subscription.
 #[derive(Clone, Copy, Debug, Default)]
 enum History {
-    /// It does not.
+    /// It delivers none.
     #[default]
     None,
-    /// It may, and nothing came yet.
+    /// It may; nothing has arrived yet.
     Expected,
-    /// It does, until then [ns since the Unix epoch].
+    /// It does, until this time [ns since the Unix epoch].
     Until(i64),
 }
 
 impl Host {
-    /// A source that keeps samples for late joiners, and delivers them at once: what arrives in the first
-    /// two seconds may have stamps of any age.
+    /// Creates the model of a source that stores samples for late joiners and delivers them at once:
+    /// samples that arrive in the first two seconds may have timestamps of any age.
     pub fn with_history() -> Host {
         Host { history: History::Expected, ..Host::default() }
     }
 
-    /// A source that stamps its samples with the time of something older: a stamp may be as early as it
-    /// likes.
+    /// Creates the model of a source whose timestamps refer to earlier events: there is no limit on their
+    /// age.
     pub fn that_takes_long() -> Host {
         Host { history: History::Until(i64::MAX), ..Host::default() }
     }
 
-    /// How many stamps were not believed.
+    /// The number of rejected timestamps.
     pub fn disbelieved(&self) -> u64 {
         self.disbelieved
     }
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_kept_for_a_late_joiner_is_believed_when_it_joins_and_only_then() {
+    fn stored_samples_are_accepted_only_when_a_late_joiner_joins() {
         const SECOND: i64 = 1_000_000_000;
         let mut host = Host::with_history();
         let now = 600 * SECOND;

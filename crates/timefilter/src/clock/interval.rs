@@ -1,34 +1,35 @@
-//! The connection interval of a Bluetooth Low Energy link, from arrivals alone.
+//! The connection interval of a Bluetooth Low Energy link, estimated from arrival times alone.
 
 use std::f64::consts::TAU;
 
-/// How many arrivals make a window.
+/// The number of arrivals in a window.
 const WINDOW: usize = 64;
-/// What all intervals are whole multiples of [s], and how many of it are the shortest and the longest that is
-/// looked for: 7.5 to 100 ms (Bluetooth Core Specification 5.4, volume 6, part B, 4.5.1).
+/// The unit of connection intervals [s], and the shortest and longest interval searched for in units: 7.5
+/// to 100 ms (Bluetooth Core Specification 5.4, volume 6, part B, 4.5.1).
 const UNIT_SECS: f64 = 0.001_25;
 const SHORTEST_UNITS: usize = 6;
 const LONGEST_UNITS: usize = 80;
-/// How well arrivals lie on a lattice: the length of their mean direction on its circle.
+/// The least mean resultant length of arrivals, taken modulo the interval, at which they lie on a lattice.
 const ON_LATTICE: f64 = 0.85;
-/// By how much a part of an interval fits better where it is the interval.
+/// The margin by which a fraction of an interval must fit better to replace it.
 const BETTER: f64 = 0.03;
-/// Where more than this part of steps is the same, and fewer than that part are packets of one event, a packet's
-/// period may be any number of events.
+/// If more than `SAME_STEP` of the steps are equal and fewer than the other share are packets of one event,
+/// a packet's period may be any number of events.
 const SAME_STEP: f64 = 0.95;
 const SAME_EVENT: f64 = 0.05;
 
-/// Finds the connection interval of a link.
+/// Estimates the connection interval of a link.
 ///
-/// Packets arrive at the events of the link, which are one interval apart; so arrivals lie on a lattice. The
-/// longest interval that fits two windows of 64 arrivals in turn is the link's. None is found where arrivals
-/// lie on no lattice (Wi-Fi, USB, messages that were relayed), or where each packet comes the same number of
-/// events after the one before (10 Hz over an interval of 50 ms): then 50, 25 and 12.5 ms look alike.
+/// Packets arrive at the connection events of the link, which are one interval apart, so arrivals lie on a
+/// lattice. The estimate is the longest interval that fits two consecutive windows of 64 arrivals. There is
+/// none where arrivals lie on no lattice (Wi-Fi, USB, relayed messages), or where packets are always the
+/// same number of events apart (10 Hz over an interval of 50 ms): 50, 25 and 12.5 ms are then
+/// indistinguishable.
 #[derive(Clone, Debug)]
 pub struct ConnectionInterval {
     arrivals: [i64; WINDOW],
     count: usize,
-    /// What the last window showed, in units.
+    /// The interval found in the last window [units].
     last: Option<usize>,
     known: Option<usize>,
 }
@@ -40,7 +41,7 @@ impl Default for ConnectionInterval {
 }
 
 impl ConnectionInterval {
-    /// A packet arrived [ns].
+    /// Takes the arrival time of a packet [ns].
     pub fn push(&mut self, arrival: i64) {
         self.arrivals[self.count] = arrival;
         self.count += 1;
@@ -54,12 +55,12 @@ impl ConnectionInterval {
         }
     }
 
-    /// The interval [s]; `None` before two windows have agreed on one. A link may change it while it lasts.
+    /// The interval [s]; `None` until two windows agree on one. A link may change its interval at any time.
     pub fn secs(&self) -> Option<f64> {
         self.known.map(|units| units as f64 * UNIT_SECS)
     }
 
-    /// The longest interval on whose lattice the window lies, in units.
+    /// The longest interval on whose lattice the window lies [units].
     fn find(&self) -> Option<usize> {
         (SHORTEST_UNITS..=LONGEST_UNITS).rev().find(|&units| {
             let fits = self.direction(units);
@@ -67,7 +68,7 @@ impl ConnectionInterval {
         })
     }
 
-    /// The length of the mean direction of arrivals on a circle of that many units [0..1].
+    /// The mean resultant length of arrivals modulo this interval [0..1].
     fn direction(&self, units: usize) -> f64 {
         let per_nano = TAU / (units as f64 * UNIT_SECS * 1e9);
         let (mut x, mut y) = (0.0, 0.0);
@@ -78,14 +79,14 @@ impl ConnectionInterval {
         f64::hypot(x, y) / WINDOW as f64
     }
 
-    /// Whether some packets are between the events, at those of a half, a third or a quarter of the interval.
+    /// Whether packets also arrive between the events, at a half, a third or a quarter of the interval.
     fn has_better_part(&self, units: usize, fits: f64) -> bool {
         (2..=4)
             .filter(|parts| units.is_multiple_of(*parts) && units / parts >= SHORTEST_UNITS)
             .any(|parts| self.direction(units / parts) > fits + BETTER)
     }
 
-    /// Whether nearly each packet came the same number of events after the one before.
+    /// Whether almost every packet came the same number of events after the previous one.
     fn is_ambiguous(&self, units: usize) -> bool {
         let nanos = units as f64 * UNIT_SECS * 1e9;
         let mut steps: [i64; WINDOW - 1] = std::array::from_fn(|k| {
@@ -112,7 +113,7 @@ mod tests {
     use super::*;
     use crate::clock::simulated::Device;
 
-    /// What a link with that interval, or none (0), makes of packets sent at a period, both in seconds.
+    /// The estimate for packets sent at `period` [s] over a link with this interval [s, 0 for none].
     fn found(interval: f64, period: f64, fails: f64, packets: usize) -> Option<f64> {
         let mut random = Device::new(1.0);
         let mut finder = ConnectionInterval::default();

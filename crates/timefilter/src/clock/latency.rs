@@ -1,46 +1,45 @@
-//! The fixed latency of a device: what no one-way stamp can show.
+//! The fixed latency of a device, which cannot be observed from one-way timestamps.
 
-/// The shortest time that a sample takes from being measured to its arrival.
+/// The shortest time from the measurement of a sample to its arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
-    /// The time itself [s].
+    /// The latency [s].
     pub secs: f64,
-    /// Half the width of the interval that holds it with a probability of 95 % [s].
+    /// Half the width of its 95 % interval [s].
     pub uncertainty_secs: f64,
 }
 
 impl Latency {
-    /// Over Bluetooth, when nothing more is known: a sensor's filters, its buffer and at least one
-    /// connection event, which are 7.5 to 50 ms apart on an ordinary host.
+    /// The default for Bluetooth: a sensor's filters, its buffer and at least one connection event, which
+    /// are 7.5 to 50 ms apart on an ordinary host.
     pub const BLUETOOTH: Latency = Latency::new(0.050, 0.050);
-    /// Over Wi-Fi, when nothing more is known: one medium access and the stacks of both ends.
+    /// The default for Wi-Fi: one medium access and the network stacks of both ends.
     pub const WIFI: Latency = Latency::new(0.005, 0.005);
-    /// Over USB, when nothing more is known: from a mouse polled each millisecond to a camera that
-    /// reads a frame out.
+    /// The default for USB: from a mouse polled every millisecond to the readout of a camera frame.
     pub const USB: Latency = Latency::new(0.020, 0.020);
 
-    /// A latency and its uncertainty [s].
+    /// Creates a latency with its uncertainty [s].
     pub const fn new(secs: f64, uncertainty_secs: f64) -> Latency {
         Latency { secs, uncertainty_secs }
     }
 }
 
-/// What is known of a kind of device before any is calibrated.
+/// The prior knowledge of a kind of device, before calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownDevice {
-    /// Its name, as streams have it: `polar_h10`.
+    /// The device's name in streams: `polar_h10`.
     pub name: &'static str,
-    /// Its fixed latency.
+    /// The fixed latency.
     pub latency: Latency,
-    /// After which time its counter is at zero again [ns]; `None` when it never is, or when it has
-    /// none.
+    /// The time after which the device's counter wraps [ns]; `None` if it does not wrap or there is no
+    /// counter.
     pub wraps_nanos: Option<i64>,
-    /// Where the figures come from.
+    /// The source of the figures.
     pub source: &'static str,
 }
 
 impl KnownDevice {
-    /// The device of that name, or of the longest name in the table that begins it:
+    /// Finds a device by its name, or by the longest name in the table that is a prefix of it:
     /// `shimmer3_gsr` is a `shimmer3`.
     pub fn find(name: &str) -> Option<&'static KnownDevice> {
         DEVICES
@@ -59,15 +58,15 @@ impl KnownDevice {
     }
 }
 
-/// Whether a name is `word`, alone or followed by an underscore and more.
+/// Whether a name is `word`, alone or followed by an underscore and a suffix.
 fn begins(name: &str, word: &str) -> bool {
     name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
 }
 
 const BLUETOOTH: &str = "no published figure: any Bluetooth Low Energy sensor";
 
-/// The devices that are known. Latencies are `(middle, half of the 95 % interval)` in milliseconds,
-/// wide where nobody has published a measurement; `calibrate` narrows them.
+/// The known devices. Latencies are `(centre, half of the 95 % interval)` [ms], wide where no measurement
+/// is published; `calibrate` narrows them.
 pub const DEVICES: &[KnownDevice] = &[
     KnownDevice::new("polar_h10", (50.0, 50.0), BLUETOOTH),
     KnownDevice::new("polar_verity_sense", (50.0, 50.0), BLUETOOTH),

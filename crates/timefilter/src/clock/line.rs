@@ -1,47 +1,46 @@
-//! The map from a device's time to the session's: straight pieces that join.
+//! The map from device time to session time: continuous and piecewise linear.
 
 use std::collections::VecDeque;
 
-/// How many pieces are kept for device times that come late.
+/// The number of pieces kept for late device times.
 const KNOTS: usize = 64;
-/// The steepest that a piece may be: it keeps the map strictly increasing.
+/// The steepest slope of a piece: it keeps the map strictly increasing.
 const STEEPEST: f64 = 0.5;
 
-/// Offsets of the session's time from the device's, as a continuous line of straight pieces.
+/// The offset of session time from device time, as a continuous piecewise linear function.
 ///
-/// What has been mapped is settled: a bend begins where the newest mapped device time lies, so that
-/// an older one is mapped by the same function later. Device times at least 4 ns apart keep their
-/// order.
+/// Mapped times are final: a bend starts at the newest mapped device time, so that an older one is later
+/// mapped by the same function. Device times at least 4 ns apart keep their order.
 #[derive(Clone, Debug)]
 pub(super) struct OffsetMap {
-    /// In order of device time, at least one.
+    /// The knots in order of device time, at least one.
     knots: VecDeque<Knot>,
     frontier: i64,
 }
 
-/// Where a piece begins.
+/// The start of a piece.
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     /// Device time since the epoch's first reading [ns].
     device: i64,
-    /// The session's time less the device's there [ns].
+    /// Session time less device time at the knot [ns].
     offset: f64,
-    /// How the offset grows with device time.
+    /// The slope of the offset over device time.
     slope: f64,
 }
 
 impl OffsetMap {
-    /// What it allocates [B].
+    /// The memory that it allocates [B].
     pub const BYTES: usize = (KNOTS + 2) * size_of::<Knot>();
 
-    /// A level line at `offset` [ns].
+    /// A constant offset [ns].
     pub fn level(offset: f64) -> OffsetMap {
         let mut knots = VecDeque::with_capacity(KNOTS + 2);
         knots.push_back(Knot { device: 0, offset, slope: 0.0 });
         OffsetMap { knots, frontier: 0 }
     }
 
-    /// The offset at a device time [ns], without settling it.
+    /// The offset at a device time [ns], without fixing the map up to it.
     pub fn at(&self, device: i64) -> f64 {
         let newest = self.knots.len() - 1;
         let piece = self.knots.iter().rposition(|knot| knot.device <= device);
@@ -49,17 +48,17 @@ impl OffsetMap {
         knot.offset + knot.slope * (i128::from(device) - i128::from(knot.device)) as f64
     }
 
-    /// What lies before this device time is settled [ns].
+    /// Fixes the map up to a device time [ns].
     pub fn settle(&mut self, device: i64) {
         self.frontier = self.frontier.max(device);
     }
 
-    /// The newest device time that is settled [ns].
+    /// The newest device time up to which the map is fixed [ns].
     pub fn frontier(&self) -> i64 {
         self.frontier
     }
 
-    /// From the frontier on, leads to the offset `target` over `within` [ns] and goes on with
+    /// Steers the map from the frontier to the offset `target` over `within` [ns] and continues with
     /// `slope`, correcting by no more than `limit` (a slope).
     pub fn lead_to(&mut self, target: f64, slope: f64, within: f64, limit: f64) {
         let here = Knot { device: self.frontier, offset: self.at(self.frontier), slope };

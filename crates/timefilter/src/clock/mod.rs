@@ -1,7 +1,7 @@
-//! Clock models: when a sample was measured, by the session's clock, and how sure that is.
+//! Clock models: when a sample was measured, by the session's clock, and with what uncertainty.
 //!
-//! There is one model for each device (or computer) that has a clock, shared by all of its
-//! streams. A model is a function of the stamps that it was given so far, and of ticks.
+//! Each device (or computer) with a clock has one model, shared by all of its streams. A model depends only
+//! on the stamps and ticks it has received so far.
 
 mod host;
 mod latency;
@@ -33,32 +33,29 @@ pub use remote::Remote;
 pub use sample_index::SampleIndex;
 pub use smooth::{Smoothed, Smoother};
 
-/// The stamps of one reading: of one sample, or of a batch that came at once.
+/// The timestamps of one reading: a single sample, or a batch of samples that arrived together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stamps {
-    /// The device's own clock at the first sample [ns], as the device gave it; `None` when it has
-    /// none.
+    /// The device's own clock at the first sample [ns], as the device reported it; `None` when it has none.
     pub device: Option<i64>,
-    /// The stamp that its source put on the first sample [ns since the Unix epoch]; `None` when it
-    /// put none.
+    /// The timestamp that the source put on the first sample [ns since the Unix epoch]; `None` without one.
     pub source: Option<i64>,
-    /// What that stamp says.
+    /// What the source's timestamp refers to.
     pub says: Says,
     /// When the reading arrived, by the session's clock [ns since the Unix epoch].
     pub arrival: i64,
-    /// Which of its source's streams it belongs to.
+    /// The stream of the source that the reading belongs to.
     pub stream: u32,
-    /// The number of the first sample among all samples of its stream, lost ones counted.
+    /// The index of the first sample in its stream, counting lost samples.
     pub index: u64,
-    /// How many samples came at once; at least one.
+    /// The number of samples in the batch; at least one.
     pub count: u32,
-    /// From one sample of the batch to the next, by the device's clock or nominally [ns]; 0 for a
-    /// single sample.
+    /// The sampling period within the batch, by the device's clock or nominal [ns]; 0 for a single sample.
     pub period_nanos: f64,
 }
 
 impl Stamps {
-    /// The stamps of a single sample that only arrived.
+    /// The stamps of a single sample of which only the arrival time is known.
     pub fn arrived(arrival: i64) -> Stamps {
         Stamps {
             device: None,
@@ -72,96 +69,94 @@ impl Stamps {
         }
     }
 
-    /// From the first to the last sample of the batch [ns].
+    /// The time from the first to the last sample of the batch [ns].
     pub fn span_nanos(&self) -> f64 {
         f64::from(self.count.saturating_sub(1)) * self.period_nanos
     }
 }
 
-/// What a source's stamp says.
+/// What a source's timestamp refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Says {
-    /// When it was sent, or little before: the fastest messages arrive at once.
+    /// When the message was sent, or slightly earlier: the fastest messages arrive almost immediately.
     Sent,
-    /// When a device measured it, as its computer has it: its way there may have been long, and the same for
-    /// all.
+    /// When a device took the measurement, by its computer's clock: the delay until then may be long and
+    /// constant.
     Measured,
-    /// When something happened that was kept for those who join later.
+    /// When something happened that was stored for late joiners.
     Kept,
 }
 
-/// A reading's place in time.
+/// A reading placed in session time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corrected {
     /// When its first sample was measured, by the session's clock [ns since the Unix epoch].
     pub measured: i64,
-    /// From one sample of the batch to the next, by the session's clock [ns].
+    /// The sampling period within the batch, by the session's clock [ns].
     pub period_nanos: f64,
-    /// Whether its stamp could not be believed, so that its arrival stands in.
+    /// Whether the timestamp was rejected and the arrival time used instead.
     pub disbelieved: bool,
 }
 
-/// What is known of a clock.
+/// The current estimate of a clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockState {
-    /// How it is modelled.
+    /// How the clock is modelled.
     pub kind: ClockKind,
-    /// How often it has begun anew.
+    /// The number of times that the clock has been reset or restarted.
     pub epoch: u32,
-    /// How far it is ahead of the session's clock [s]; NaN where unknown.
+    /// The clock's offset, positive when ahead of the session's clock [s]; NaN where unknown.
     pub offset_secs: f64,
-    /// How much faster than the session's clock it runs [ppm]; NaN where unknown.
+    /// The clock's rate error relative to the session's clock, positive when fast [ppm]; NaN where unknown.
     pub skew_ppm: f64,
-    /// The spread of delays around their lower envelope, as a standard deviation [s]; NaN where
-    /// unknown.
+    /// The standard deviation of delays around their lower envelope [s]; NaN where unknown.
     pub jitter_secs: f64,
-    /// Half the width of the interval that holds the true time of a sample with a probability of
-    /// 95 % [s]; NaN where unknown.
+    /// Half the width of the 95 % interval of a sample's true time [s]; NaN where unknown.
     pub uncertainty_secs: f64,
 }
 
-/// How a clock is modelled. The numbers stand in recordings.
+/// How a clock is modelled. The discriminants appear in recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ClockKind {
-    /// The source stamps by this host's clock, or not at all.
+    /// The source uses this host's clock, or no timestamps at all.
     Host = 0,
-    /// A device's ticks against their arrival.
+    /// A device's timestamps compared with their arrival times.
     OneWay = 1,
-    /// Another computer's stamps, and probes that went there and back.
+    /// Another computer's timestamps, and round-trip probes of its clock.
     TwoWay = 2,
-    /// No clock: a steady rate and numbered samples.
+    /// No clock: a constant rate and numbered samples.
     SampleIndex = 3,
-    /// Another computer's stamps against their arrival.
+    /// Another computer's timestamps compared with their arrival times.
     Remote = 4,
 }
 
-/// One exchange with another computer's clock, as its caller saw it.
+/// One round-trip measurement of another computer's clock, as seen by the requester.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
     /// When the reply arrived, by the session's clock [ns since the Unix epoch].
     pub arrival: i64,
-    /// How far the other clock was ahead, half the way there and half the way back assumed [s].
+    /// The offset of the other clock, positive when ahead, assuming a symmetric path [s].
     pub offset_secs: f64,
-    /// How long the exchange took, without the time spent over there [s].
+    /// The round-trip time, excluding the processing time at the other end [s].
     pub round_trip_secs: f64,
 }
 
-/// A clock of a device or a computer, as it is modelled.
+/// A model of the clock of a device or computer.
 pub trait ClockModel: Send {
-    /// The place in time of the next reading.
+    /// Places the next reading in session time.
     fn correct(&mut self, stamps: &Stamps) -> Corrected;
 
-    /// An exchange with this clock has ended.
+    /// Takes the result of a round-trip probe of this clock.
     fn probe(&mut self, _probe: &Probe) {}
 
-    /// Time passes: it is `now`, and all that arrived before was handed over.
+    /// Advances session time to `now` [ns]; everything that arrived earlier has been passed to the model.
     fn tick(&mut self, _now: i64) {}
 
-    /// What is known of the clock.
+    /// The current estimate of the clock.
     fn state(&self) -> ClockState;
 
-    /// What happened to the clock since the last call, oldest first; `None` when all is reported.
+    /// The oldest clock event that has not been reported yet; `None` when there is none.
     fn news(&mut self) -> Option<News> {
         None
     }

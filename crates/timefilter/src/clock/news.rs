@@ -1,48 +1,48 @@
-//! Reports of what happens to clocks.
+//! Reports of clock events.
 
 use std::fmt;
 
-/// Something that happened to a clock.
+/// A clock event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum News {
-    /// It began anew near zero, as a device does that was switched on again: a new epoch.
+    /// The clock restarted near zero, as after the device was switched on again: a new epoch.
     Restarted {
         /// The number of the new epoch.
         epoch: u32,
     },
-    /// It stepped: a new epoch.
+    /// The clock was set: a new epoch.
     Jumped {
         /// The number of the new epoch.
         epoch: u32,
-        /// By how much, ahead when positive [s].
+        /// The size of the step, positive when set forward [s].
         secs: f64,
     },
-    /// Its counter came to its end and began at zero; no new epoch.
+    /// The counter wrapped; no new epoch.
     Wrapped,
-    /// It runs faster or slower than clocks do.
+    /// The clock is faster or slower than is usual.
     Fast {
-        /// How much faster than the session's clock [ppm].
+        /// The rate error relative to the session's clock [ppm].
         ppm: f64,
     },
-    /// Its samples come at another rate than was declared; a new epoch where their numbers are all
-    /// that is known of its time.
+    /// The sampling rate is not the declared one; a new epoch if device time is derived from sample
+    /// indices.
     WrongRate {
-        /// What was declared [Hz].
+        /// The declared rate [Hz].
         declared_hz: f64,
-        /// What is true [Hz].
+        /// The true rate [Hz].
         hz: f64,
     },
-    /// Its stamps are off, and are shifted from now on.
+    /// The computer's timestamps are off, and are shifted from now on.
     Off {
-        /// How far it is ahead of the session's clock [s].
+        /// The offset, positive when ahead of the session's clock [s].
         secs: f64,
     },
-    /// Its stamps are right again, and are taken as they are.
+    /// The computer's timestamps are right again, and are used unchanged.
     Trusted,
 }
 
 impl News {
-    /// The number that belongs to it: how far off [s], how fast [ppm] or what rate [Hz]; NaN where there is none.
+    /// The value of the event: offset or step [s], rate error [ppm] or rate [Hz]; NaN where there is none.
     pub fn value(&self) -> f64 {
         match self {
             News::Jumped { secs, .. } | News::Off { secs } => *secs,

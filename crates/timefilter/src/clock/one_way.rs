@@ -1,4 +1,4 @@
-//! The clock model of a device that stamps what it sends, and is never asked.
+//! The clock model of a device that timestamps its data and cannot be probed.
 
 mod astray;
 
@@ -8,56 +8,56 @@ use self::astray::Astray;
 use super::counter::Unwrap;
 use super::envelope::USUAL_SKEW;
 use super::epoch::{Epoch, Packet, Verdict};
-use super::trains::{Trains, Word};
+use super::trains::{IndexCheck, Trains};
 use super::{ClockKind, ClockModel, ClockState, Corrected, KnownDevice, Latency, News, Stamps};
 
-/// How near to zero a clock is that began anew, beside how long it was silent [ns].
+/// How close to zero a restarted clock must be, in addition to the preceding silence [ns].
 const NEAR_ZERO_NANOS: i64 = 10_000_000_000;
-/// A clock this far back began anew from a fixed date [s].
+/// A clock this far back has restarted at a fixed date [s].
 const FAR_BACK_SECS: f64 = 86_400.0;
 /// The longest batch [ns].
 const LONGEST_BATCH_NANOS: f64 = 3.6e12;
-/// The most reports that are kept until they are taken.
+/// The most reports that are queued.
 const NEWS: usize = 16;
 
-/// What is known of a device's clock beforehand.
+/// The prior knowledge of a device's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OneWaySettings {
     /// The fixed latency of the device.
     pub latency: Latency,
-    /// After which time its counter is at zero again [ns]; `None` when it never is.
+    /// The time after which its counter wraps [ns]; `None` if it does not.
     pub wraps_nanos: Option<i64>,
-    /// How much clocks of this kind differ in speed (standard deviation) [ppm, 0.001 to 100,000;
-    /// what is out of range counts as the nearest that is not, and NaN as a quartz's].
+    /// The standard deviation of the skew of such clocks [ppm, clamped to 0.001 to 100,000; NaN counts as
+    /// the value for quartz].
     pub usual_skew_ppm: f64,
 }
 
 impl OneWaySettings {
-    /// A quartz clock that does not wrap.
+    /// The settings of a quartz clock that does not wrap.
     pub fn new(latency: Latency) -> OneWaySettings {
         OneWaySettings { latency, wraps_nanos: None, usual_skew_ppm: USUAL_SKEW * 1e6 }
     }
 
-    /// The same within range.
+    /// The settings clamped to their ranges.
     pub(super) fn sound(self) -> OneWaySettings {
-        let told = self.usual_skew_ppm;
-        let skew_ppm = if told.is_nan() { USUAL_SKEW * 1e6 } else { told.clamp(1e-3, 1e5) };
+        let skew_ppm = self.usual_skew_ppm;
+        let skew_ppm = if skew_ppm.is_nan() { USUAL_SKEW * 1e6 } else { skew_ppm.clamp(1e-3, 1e5) };
         OneWaySettings { usual_skew_ppm: skew_ppm, ..self }
     }
 
-    /// What the table of devices knows of one.
+    /// The settings of a known device.
     pub fn of(device: &KnownDevice) -> OneWaySettings {
         OneWaySettings { wraps_nanos: device.wraps_nanos, ..OneWaySettings::new(device.latency) }
     }
 }
 
-/// A device's ticks against their arrival.
+/// The model of a device's timestamps by their arrival.
 ///
-/// The lower envelope of the delays shows how the device's clock runs; the fixed latency, which no stamp
-/// can show, is subtracted. The map from device time to session time is strictly increasing in steps of 4
-/// ns or more, and bends by no more than 0.5 ms a second once it has settled. It steps only when the clock
-/// was set or restarted: that is a new epoch, and is reported. A packet that cannot be placed before this
-/// is decided is placed at its arrival, and is disbelieved.
+/// The lower envelope of the delays shows the rate of the device's clock; the fixed latency, which
+/// timestamps cannot show, is subtracted. The map from device time to session time is strictly increasing
+/// in steps of 4 ns or more, and its slope changes by no more than 0.5 ms per second once it has settled.
+/// It steps only when the clock was set or restarted: that starts a new epoch, and is reported. A packet
+/// that cannot be placed before this is decided is placed at its arrival and marked as disbelieved.
 #[derive(Clone, Debug)]
 pub struct OneWay {
     settings: OneWaySettings,
@@ -65,37 +65,38 @@ pub struct OneWay {
     trains: Trains,
     epoch: Option<Epoch>,
     epochs: u32,
-    /// How often it could not be said by how much the clock was set.
+    /// The number of clock resets of unknown size.
     courses: u32,
     astray: Astray,
     last_arrival: i64,
-    /// How long the last batch was, by the device's clock [s].
+    /// The duration of the last batch by the device's clock [s].
     span_secs: f64,
     told_fast: bool,
-    /// Whether device time is made of the numbers, which then say nothing of it.
+    /// Whether device time is derived from the sample indices, so that they cannot confirm it.
     counts: bool,
     news: VecDeque<News>,
 }
 
-/// Where a reading lies in its epoch, as the device's time since that began [ns].
+/// A reading's position in its epoch, as device time since the start of the epoch [ns].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
-    /// Which course of its clock it is in: epochs between which it was set by a known time are one.
+    /// The course of the clock that it belongs to: epochs between which the clock was set by a known amount
+    /// share one.
     pub course: u32,
     pub first: i64,
     pub last: i64,
     pub packet: Packet,
     pub count: u32,
-    /// Which of the device's streams it belongs to.
+    /// The slot of its stream among the device's.
     pub train: usize,
 }
 
 impl OneWay {
-    /// The most memory that one takes, itself included [B]; when an epoch begins there are two of
-    /// them for a moment.
+    /// The most memory that one instance uses, itself included [B]; at the start of an epoch there are
+    /// briefly two.
     pub const MOST_BYTES: usize = size_of::<OneWay>() + 2 * Epoch::BYTES + NEWS * size_of::<News>();
 
-    /// A clock of which nothing has been heard so far.
+    /// Creates a model that has no data yet.
     pub fn new(settings: OneWaySettings) -> OneWay {
         let settings = settings.sound();
         OneWay {
@@ -114,12 +115,12 @@ impl OneWay {
         }
     }
 
-    /// The clock of a device whose time is made of the numbers of its samples.
+    /// Creates the model of a device whose time is derived from sample indices.
     pub(super) fn counting(settings: OneWaySettings) -> OneWay {
         OneWay { counts: true, ..OneWay::new(settings) }
     }
 
-    /// Finds a reading's place; `None` when it has no device time or one that is not believed.
+    /// Locates a reading; `None` if it has no device time or one that is rejected.
     pub(super) fn place(&mut self, stamps: &Stamps) -> Option<Placed> {
         let raw = stamps.device?;
         let (device, wrapped) = self.unwrap.follow(raw, stamps.arrival);
@@ -129,14 +130,14 @@ impl OneWay {
         let packet = Packet { device: last, arrival: stamps.arrival };
         let ahead = self.epoch.as_ref().and_then(|epoch| epoch.seems_ahead(packet));
         match self.trains.hold(train, stamps, device, ahead) {
-            Word::Goes => {}
-            Word::Wait => return None,
-            Word::Set(nanos) => self.shift(nanos, raw),
+            IndexCheck::Consistent => {}
+            IndexCheck::Wait => return None,
+            IndexCheck::Set(nanos) => self.shift(nanos, raw),
         }
-        if let Some((said_nanos, nanos)) = self.trains.take_wrong(train) {
-            // Batches ended elsewhere than was thought: what was learned is void.
+        if let Some((declared_nanos, nanos)) = self.trains.take_wrong(train) {
+            // The batch period was wrong, so the fit is invalid.
             self.end_epoch();
-            self.report(News::WrongRate { declared_hz: 1e9 / said_nanos, hz: 1e9 / nanos });
+            self.report(News::WrongRate { declared_hz: 1e9 / declared_nanos, hz: 1e9 / nanos });
             return self.place(stamps);
         }
         let (vouched, period) = self.trains.vouches(train, stamps);
@@ -154,7 +155,7 @@ impl OneWay {
         Some(Placed { course, first, last, packet, count, train })
     }
 
-    /// What it counts has another rate than was declared [Hz]: what was learned is void.
+    /// Restarts the model because the true sampling rate [Hz] is not the declared one.
     pub(super) fn begin_anew(&mut self, declared_hz: f64, hz: f64) {
         self.end_epoch();
         self.trains = Trains::default();
@@ -167,17 +168,17 @@ impl OneWay {
         self.epoch = None;
     }
 
-    /// What it was begun with.
+    /// The settings that the model was created with.
     pub(super) fn settings(&self) -> OneWaySettings {
         self.settings
     }
 
-    /// The latency to be taken off [ns].
+    /// The latency to subtract [ns].
     pub(super) fn latency_nanos(&self) -> i64 {
         (self.settings.latency.secs * 1e9).round() as i64
     }
 
-    /// Stands in for a time that is not known: the arrival, less the latency and the batch's length.
+    /// The fallback for an unknown time: the arrival, less the latency and the duration of the batch.
     pub(super) fn arrived(&self, stamps: &Stamps) -> Corrected {
         let before = self.latency_nanos().saturating_add(sane(stamps.span_nanos()) as i64);
         Corrected {
@@ -187,7 +188,7 @@ impl OneWay {
         }
     }
 
-    /// The state, as a model of this kind.
+    /// The state, reported as a model of this kind.
     pub(super) fn state_as(&self, kind: ClockKind) -> ClockState {
         let latency = self.settings.latency;
         let unknown = ClockState {
@@ -209,13 +210,13 @@ impl OneWay {
         })
     }
 
-    /// The epoch that a reading was placed in.
+    /// The epoch of the last placed reading.
     pub(super) fn epoch(&self) -> Option<&Epoch> {
         self.epoch.as_ref()
     }
 
-    /// Gives times to a reading whose first and last samples have these session times, the latency
-    /// not yet taken off [ns].
+    /// Places a reading whose first and last samples have these session times, before the latency is
+    /// subtracted [ns].
     pub(super) fn between(&mut self, placed: Placed, first: i64, last: i64) -> Corrected {
         let latency = self.latency_nanos();
         let mut measured = first.saturating_sub(latency);
@@ -232,7 +233,7 @@ impl OneWay {
         Corrected { measured, period_nanos: period_nanos.max(0.0), disbelieved: false }
     }
 
-    /// From the first to the last sample of a batch [ns].
+    /// The time from the first to the last sample of a batch [ns].
     fn span(&mut self, train: usize, stamps: &Stamps) -> i64 {
         let span = sane(stamps.span_nanos());
         if stamps.count < 2 || span < 1.0 {
@@ -242,7 +243,7 @@ impl OneWay {
         sane(steps * self.trains.period(train, span / steps)) as i64
     }
 
-    /// The clock was set by so much.
+    /// Handles a clock that was set forward by `nanos`.
     fn shift(&mut self, nanos: i64, raw: i64) {
         let Some(epoch) = &mut self.epoch else { return };
         epoch.shift(nanos);
@@ -262,7 +263,7 @@ impl OneWay {
         });
     }
 
-    /// Gives a packet to the epoch, or begins a new one; whether it is believed.
+    /// Passes a packet to the epoch, or starts a new one; returns whether the packet is accepted.
     fn take(&mut self, packet: Packet, raw: i64, vouched: bool, period: f64) -> bool {
         let Some(epoch) = &mut self.epoch else {
             self.begin(&[packet]);
@@ -299,7 +300,7 @@ impl OneWay {
         true
     }
 
-    /// Begins an epoch with its first packets, of which there is at least one.
+    /// Starts an epoch with its first packets, at least one.
     fn begin(&mut self, packets: &[Packet]) {
         self.epochs += u32::from(self.epoch.is_some());
         self.courses += u32::from(self.epoch.is_some());
@@ -337,7 +338,7 @@ impl ClockModel for OneWay {
     }
 }
 
-/// A length of a batch that can be computed with [ns].
+/// The duration of a batch limited to a usable range [ns].
 fn sane(span_nanos: f64) -> f64 {
     if span_nanos > 0.0 { span_nanos.min(LONGEST_BATCH_NANOS) } else { 0.0 }
 }

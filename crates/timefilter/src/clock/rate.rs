@@ -1,21 +1,21 @@
-//! The rate of samples as it is, whatever was declared.
+//! The true sampling rate, estimated independently of the declared one.
 
-/// How many packets are looked at.
+/// The number of packets in the window.
 const POINTS: usize = 32;
-/// How many must be there.
+/// The least number of packets for an estimate.
 const ENOUGH: usize = 8;
-/// They are no nearer to each other than this [ns]: eight seconds of them are kept.
+/// The least distance between packets in the window [ns], so that it covers eight seconds.
 const APART_NANOS: i64 = 250_000_000;
-/// For how long they must have come [ns].
+/// The least duration that packets must cover [ns].
 const LONG_NANOS: i64 = 4_000_000_000;
-/// A rate is wrong that is further off than this, as a logarithm.
+/// The least deviation of a wrong rate [natural logarithm of the ratio].
 const WRONG: f64 = 0.1;
-/// No rate is taken that is further off than this, as a logarithm.
+/// The largest deviation that is accepted [natural logarithm of the ratio].
 const ABSURD: f64 = 2.5;
-/// How near to each other the halves of what is seen must be, as a part.
+/// How close the estimates of both halves of the window must be [fraction].
 const AGREE: f64 = 0.05;
 
-/// Packets of numbered samples and when they came.
+/// The sample indices of packets and their arrivals.
 #[derive(Clone, Debug)]
 pub(super) struct Rate {
     points: [(u64, i64); POINTS],
@@ -29,8 +29,8 @@ impl Default for Rate {
 }
 
 impl Rate {
-    /// Takes the number of a packet's last sample, and its arrival. Gives the period of samples [ns]
-    /// where that is surely not `declared`.
+    /// Takes the index of a packet's last sample, and its arrival. Returns the sampling period [ns] if it
+    /// certainly differs from `declared`.
     pub fn push(&mut self, number: u64, arrival: i64, declared: f64) -> Option<f64> {
         let newest = self.points[POINTS - 1];
         let goes_on =

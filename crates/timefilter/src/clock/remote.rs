@@ -1,4 +1,4 @@
-//! The clock model of another computer, which stamps its messages itself.
+//! The clock model of another computer, which timestamps its own messages.
 
 mod line;
 mod envelope;
@@ -19,54 +19,53 @@ use self::shift::Shift;
 use self::strangers::Strangers;
 use super::{ClockKind, ClockModel, ClockState, Corrected, News, Probe, Says, Stamps};
 
-/// A computer may be ahead by so much and still be trusted: clocks that are kept in step over a
-/// network differ by less [ns].
+/// How far ahead a computer may be and still be trusted [ns]: synchronised clocks differ by less.
 const TRUSTED_AHEAD_NANOS: i64 = 2_000_000;
-/// A computer may seem to be behind by so much and still be trusted, as its messages may have been
-/// on their way for that long [ns].
+/// How far behind a computer may seem and still be trusted [ns]: its messages may have been in transit for
+/// that long.
 const TRUSTED_BEHIND_NANOS: i64 = 50_000_000;
-/// So much sooner than any message before may one be, and still be of the same clock [ns].
+/// How much earlier than all messages before it one may be and still belong to the same clock [ns].
 const SOONER_NANOS: i64 = 100_000_000;
-/// So much later than the fastest may a message be, and still be believed [ns].
+/// How much later than the fastest message one may be and still be accepted [ns].
 const LATER_NANOS: i64 = 1_000_000_000;
-/// How long stamps must agree before their clock is taken to be known [ns].
+/// How long timestamps must agree before their clock counts as known [ns].
 const KNOWN_NANOS: i64 = 500_000_000;
-/// How long all stamps must be elsewhere before the clock is taken to have jumped [ns].
+/// How long all timestamps must deviate before the clock counts as having jumped [ns].
 const JUMPED_NANOS: i64 = 3_000_000_000;
-/// What the fastest message may have taken, and no one-way stamp can show [ns].
+/// The delay that even the fastest message may have, which one-way timestamps cannot show [ns].
 const PATH_NANOS: f64 = 10e6;
-/// What a sample that a device measured may have taken to the computer that stamps it [ns]: the way of a
-/// sensor, a batch apart.
+/// The delay that a device's sample may have before its computer timestamps it [ns]: the sensor's path,
+/// excluding batching.
 const SENSED_NANOS: f64 = 300e6;
-/// The most reports that wait.
+/// The most reports that are queued.
 const NEWS: usize = 16;
 
-/// Another computer that stamps its messages.
+/// The model of another computer that timestamps its messages.
 ///
-/// The fastest of its messages show how far its clock is off: if their stamps lie after their arrival it is
+/// Its fastest messages show its offset: if their timestamps are later than their arrival the clock is
 /// ahead, and if even they seem old it is behind, or the path is long. A clock less than 2 ms ahead and
-/// less than 50 ms behind is trusted: its stamps are used as they are. The stamps of any other are shifted
-/// by the estimated offset. With probes the offset is known to half their round trip, and one of more than
-/// 2 ms, or of more than its uncertainty, is corrected.
+/// less than 50 ms behind is trusted: its timestamps are used unchanged. The timestamps of any other clock
+/// are shifted by the estimated offset. With probes the offset is known to within half the round trip, and
+/// an offset of more than 2 ms, or of more than its uncertainty, is corrected.
 ///
-/// Stamps after their arrival mean a clock that is ahead: only the delay is unknown then, and assumed to be
-/// within 10 ms. Stamps before their arrival may mean a clock that is behind as well as messages that are
-/// sent late, which cannot be distinguished without probes: the stated uncertainty is then all of that time
-/// and the delay. It grows by corrections that are still pending and by what the last messages and bursts
-/// of probes say against the known line, as after a jump.
+/// Timestamps later than their arrival mean a clock that is ahead: only the delay is then unknown, and
+/// assumed to be below 10 ms. Timestamps earlier than their arrival mean either a clock that is behind or
+/// messages that are sent late, which cannot be distinguished without probes: the stated uncertainty is
+/// then that whole time plus the delay. Pending corrections increase it, and so do recent messages and
+/// bursts of probes that contradict the fitted line, as after a jump.
 ///
-/// The shift follows offset and skew by slewing, so that within an epoch later stamps have later
-/// times. A stamp that is more than a second older than the fastest would be, unless it goes on in
-/// order where its stream was (what a network held up), or more than 0.1 s younger, is not believed,
-/// and moves nothing. When all stamps are like that for three seconds the
-/// clock has jumped. A stamp of zero is none.
+/// The shift follows offset and skew by slewing, so that within an epoch time order is preserved. A
+/// timestamp is rejected, and has no effect on the model, if it is more than 0.1 s earlier than the fastest
+/// messages allow or more than one second later, unless it continues its stream in order (a network
+/// backlog). If all timestamps are rejected for three seconds, the clock has jumped. A timestamp of zero
+/// counts as missing.
 ///
-/// Stamps that say when a device measured something ([`Says::Measured`]) lie behind their arrival by the
-/// device's way, so they show a clock that is ahead, and never one that is behind: without probes, and
-/// without messages that say when they were sent, they are taken as they are, and nothing is known of the
+/// Timestamps of when a device took a measurement ([`Says::Measured`]) precede their arrival by the
+/// device's delay, so they can show that a clock is ahead but never that it is behind. Without probes and
+/// without messages that state when they were sent they are used unchanged, and nothing is known of the
 /// clock.
 ///
-/// No time lies more than 2 ms after its arrival.
+/// No reading is placed more than 2 ms after its arrival.
 #[derive(Clone, Debug, Default)]
 pub struct Remote {
     envelope: Envelope,
@@ -75,9 +74,9 @@ pub struct Remote {
     backlogs: Backlogs,
     shift: Shift,
     doubt: Doubt,
-    /// Whether any stamp said when its message was sent.
-    hears_sending: bool,
-    /// `None` until its clock is known.
+    /// Whether any timestamp referred to the sending of its message.
+    has_send_stamps: bool,
+    /// Whether the clock is trusted; `None` until it is known.
     trusted: Option<bool>,
     epoch: u32,
     now: i64,
@@ -106,7 +105,7 @@ impl ClockModel for Remote {
         }
         let last = source.saturating_add(stamps.span_nanos() as i64);
         let delay = arrival.saturating_sub(last);
-        self.hears_sending |= stamps.says == Says::Sent;
+        self.has_send_stamps |= stamps.says == Says::Sent;
         let is_held_up = self.is_held_up(stamps, last, delay);
         if !is_held_up {
             self.consider(delay, stamps.says);
@@ -117,7 +116,7 @@ impl ClockModel for Remote {
                 return arrived(true);
             }
         }
-        let shows = !is_held_up && self.shows_the_way(delay, stamps.says);
+        let shows = !is_held_up && self.is_path_delay(delay, stamps.says);
         if let Some(offset) = self.offset().filter(|_| shows) {
             self.compare(delay, offset);
             self.envelope.push(arrival, delay);
@@ -162,17 +161,16 @@ impl ClockModel for Remote {
 }
 
 impl Remote {
-    /// The most memory that one takes, itself included [B]; a vector that grows is there twice for
-    /// a moment.
+    /// The most memory that one instance uses, itself included [B]; a growing vector briefly exists twice.
     pub const MOST_BYTES: usize = size_of::<Remote>()
         + 2 * (Envelope::BYTES + Bursts::BYTES + Shift::BYTES + NEWS * size_of::<News>());
 
-    /// Time passes.
+    /// Advances the model to `now`.
     fn pass(&mut self, now: i64) {
         self.now = self.now.max(now);
         match self.envelope.pass(self.now) {
             Found::LinearFit => self.judge(),
-            // Where probes say that the clock is the same, it is the way that has become long.
+            // If probes show that the clock is unchanged, the path has become longer.
             Found::Elsewhere(delay) if self.probed().is_none() => self.jump(delay),
             Found::Elsewhere(_) | Found::Nothing => {}
         }
@@ -181,7 +179,7 @@ impl Remote {
         }
     }
 
-    /// Whether a message with this delay, by its stamp, is of the clock that is known.
+    /// Whether the delay of a message, by its timestamp, fits the known clock.
     fn believes(&self, delay: i64) -> bool {
         match self.offset() {
             Some(offset) => {
@@ -192,7 +190,7 @@ impl Remote {
         }
     }
 
-    /// Whether a message is too late to be believed for itself, but goes on where its stream was.
+    /// Whether a message is too late to be accepted on its own, but continues its stream in order.
     fn is_held_up(&mut self, stamps: &Stamps, last: i64, delay: i64) -> bool {
         let ahead = match (self.offset(), stamps.says) {
             (Some(offset), _) => offset.at(self.now),
@@ -203,13 +201,13 @@ impl Remote {
         late > LATER_NANOS && self.backlogs.goes_on(stamps.stream, last, self.now, late)
     }
 
-    /// Whether a delay is that of the way between the computers, as far as is known.
-    fn shows_the_way(&self, delay: i64, says: Says) -> bool {
+    /// Whether a delay is that of the path between the computers, as far as is known.
+    fn is_path_delay(&self, delay: i64, says: Says) -> bool {
         let Some(fastest) = self.envelope.line() else { return says == Says::Sent };
-        says == Says::Sent || !self.hears_sending || delay < fastest.at(self.now)
+        says == Says::Sent || !self.has_send_stamps || delay < fastest.at(self.now)
     }
 
-    /// Learns from a delay what the clock is, or that it is another than it was.
+    /// Establishes the clock from a delay, or detects that it has changed.
     fn consider(&mut self, delay: i64, says: Says) {
         let known = self.offset().is_some();
         if known && self.believes(delay) {
@@ -231,7 +229,7 @@ impl Remote {
         }
     }
 
-    /// Holds a delay against what is known.
+    /// Compares a delay with the known offset.
     fn compare(&mut self, delay: i64, offset: LinearFit) {
         let fastest = self.envelope.line().map_or(delay, |line| line.at(self.now));
         let late = delay.saturating_sub(fastest) as f64;
@@ -239,7 +237,7 @@ impl Remote {
         self.doubt.push(self.now, late, ahead.max(-late));
     }
 
-    /// The clock has jumped: now the fastest messages have this delay.
+    /// Handles a jump of the clock; `delay` is the new delay of the fastest messages.
     fn jump(&mut self, delay: i64) {
         let before = self.offset().map_or(0, |offset| offset.at(self.now));
         let secs = delay.saturating_add(before).saturating_neg() as f64 * 1e-9;
@@ -281,44 +279,44 @@ impl Remote {
         self.shift.steer(target.at(self.now), target.slope);
     }
 
-    /// Whether a clock that is ahead by this much needs no correction. What is corrected must come
-    /// twice as near before it is trusted again.
+    /// Whether a clock this far ahead needs no correction. A corrected clock must come within half the
+    /// limit before it is trusted again.
     fn is_near(&self, ahead: i64) -> bool {
         let (most_ahead, most_behind) = match self.probed() {
             Some(_) => {
                 let most = TRUSTED_AHEAD_NANOS.max(self.bursts.uncertainty_nanos() as i64);
                 (most, most)
             }
-            None if self.hears_sending => (TRUSTED_AHEAD_NANOS, TRUSTED_BEHIND_NANOS),
+            None if self.has_send_stamps => (TRUSTED_AHEAD_NANOS, TRUSTED_BEHIND_NANOS),
             None => (TRUSTED_AHEAD_NANOS, LATER_NANOS),
         };
         let strictness = if self.trusted == Some(false) { 2 } else { 1 };
         (-most_behind / strictness..=most_ahead / strictness).contains(&ahead)
     }
 
-    /// How wrong a time may be [ns]: by pending corrections, by what cannot be observed, and by what
-    /// contradicts the known line.
+    /// The uncertainty of a time [ns]: pending corrections, unobservable delays, and contradictions of the
+    /// fitted line.
     fn uncertainty_nanos(&self) -> f64 {
         let Some(offset) = self.offset() else { return f64::NAN };
         let ahead = offset.at(self.now) as f64;
         let probes = self.probed().map(|_| &self.bursts);
-        let is_told = probes.is_some() || ahead > 0.0;
-        let left = if is_told && self.trusted == Some(false) { 0.0 } else { ahead.abs() };
-        let way = if self.hears_sending { PATH_NANOS } else { SENSED_NANOS };
+        let is_observed = probes.is_some() || ahead > 0.0;
+        let left = if is_observed && self.trusted == Some(false) { 0.0 } else { ahead.abs() };
+        let way = if self.has_send_stamps { PATH_NANOS } else { SENSED_NANOS };
         let line = probes.map_or(way, Bursts::uncertainty_nanos);
         let contradiction = probes.map_or(0.0, |probes| probes.doubt_nanos(self.now));
         let doubt = self.doubt.nanos(probes).max(contradiction);
         (left + line + self.unsteered_nanos() + doubt).max(self.arrival_nanos())
     }
 
-    /// What the shift is still away from where it is steered to [ns].
+    /// The remaining difference between the shift and its target [ns].
     fn unsteered_nanos(&self) -> f64 {
         let Some(offset) = self.offset().filter(|_| self.shift.is_used()) else { return 0.0 };
         let target = if self.trusted == Some(false) { offset.at(self.now) } else { 0 };
         target.saturating_sub(self.shift.newest()).saturating_abs() as f64
     }
 
-    /// How wrong an arrival that stands in may be [ns]; 0 where none does.
+    /// The uncertainty of an arrival time used instead of a timestamp [ns]; 0 if none is.
     fn arrival_nanos(&self) -> f64 {
         if self.doubt.believes_all() {
             return 0.0;
@@ -332,12 +330,13 @@ impl Remote {
         PATH_NANOS.max(way as f64) + if spread.is_nan() { 0.0 } else { 2.0 * spread }
     }
 
-    /// How far the clock is ahead [ns]: by probes where there are any, else by stamps.
+    /// The offset of the clock [ns]: from probes if there are any, otherwise from timestamps.
     fn offset(&self) -> Option<LinearFit> {
         self.probed().or_else(|| self.envelope.line().map(LinearFit::reversed))
     }
 
-    /// The same by probes, unless what stamps the messages is another clock than what answers.
+    /// The offset from probes, unless the probes are answered by a different clock than that of the
+    /// timestamps.
     fn probed(&self) -> Option<LinearFit> {
         let probed = self.bursts.line()?;
         let fastest = self.envelope.line().map(|line| line.at(self.now));

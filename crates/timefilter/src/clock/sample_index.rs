@@ -4,37 +4,36 @@ use super::one_way::{OneWay, OneWaySettings};
 use super::rate::Rate;
 use super::{ClockKind, ClockModel, ClockState, Corrected, Latency, News, Stamps};
 
-/// How much the true rates of such devices differ from their nominal ones (standard deviation)
-/// [ppm]: a Polar H10 is within 2 % at room temperature, others within 5 %.
+/// The standard deviation of the true rates of such devices around the nominal rate [ppm]: a Polar H10 is
+/// within 2 % at room temperature, others within 5 %.
 const USUAL_SKEW_PPM: f64 = 10_000.0;
 
-/// For how long a declared rate is held against what comes [ns].
+/// How long a declared rate is checked against the observed one [ns].
 const DOUBTED_NANOS: i64 = 20_000_000_000;
 
-/// No clock: a steady rate, and numbered samples.
+/// The model of a device without a clock: a constant rate and numbered samples.
 ///
-/// The samples' numbers, at the nominal rate, stand in for the device's time; their true rate is
-/// estimated from arrivals. A jump in the numbers is a gap in time. A pause that the numbers do not
-/// show begins a new epoch. So does a declared rate that is found to be wrong, by a quarter to four
-/// times, within the first seconds.
+/// Sample indices at the nominal rate replace device time; the true rate is estimated from arrivals. A jump
+/// in the indices is a gap in time. A pause that the indices do not show starts a new epoch, as does a
+/// declared rate that proves wrong by a factor between a quarter and four within the first seconds.
 #[derive(Clone, Debug)]
 pub struct SampleIndex {
     declared_hz: f64,
     period_nanos: f64,
     clock: OneWay,
     rate: Rate,
-    /// Until when the rate is doubted; `None` before the first reading.
+    /// When the check of the declared rate ends [ns]; `None` before the first reading.
     doubted: Option<i64>,
-    /// Where the numbers are counted from: a number, and what stands for its device time [ns].
+    /// The reference for device time: a sample index and the device time assigned to it [ns].
     origin: (u64, f64),
 }
 
 impl SampleIndex {
-    /// The most memory that one takes, itself included [B].
+    /// The most memory that one instance uses, itself included [B].
     pub const MOST_BYTES: usize = size_of::<SampleIndex>() + OneWay::MOST_BYTES;
 
-    /// A stream of nominally `rate_hz` samples a second. Without a usable rate, readings are placed
-    /// at their arrival, less the latency.
+    /// Creates the model of a stream with a nominal rate of `rate_hz`. Without a usable rate, readings are
+    /// placed at their arrival, less the latency.
     pub fn new(rate_hz: f64, latency: Latency) -> SampleIndex {
         let usable = rate_hz.is_finite() && rate_hz > 0.0;
         let period_nanos = if usable { 1e9 / rate_hz } else { f64::NAN };
@@ -49,24 +48,24 @@ impl SampleIndex {
         }
     }
 
-    /// The true rate as far as it is known [Hz].
+    /// The estimated true rate [Hz].
     pub fn rate_hz(&self) -> f64 {
         let skew = self.clock.state().skew_ppm * 1e-6;
         1e9 / self.period_nanos * if skew.is_nan() { 1.0 } else { 1.0 + skew }
     }
 
-    /// The same before its first reading.
+    /// A new model with the same settings.
     pub(super) fn again(&self) -> SampleIndex {
         SampleIndex::new(self.declared_hz, self.clock.settings().latency)
     }
 
-    /// What its clock was begun with.
+    /// The settings of the underlying clock model.
     pub(super) fn settings(&self) -> OneWaySettings {
         self.clock.settings()
     }
 
-    /// The stamps with the sample's number in place of the device's time; and what was declared
-    /// [Hz], where that has just been found to be wrong.
+    /// Replaces device time in the stamps by that of the sample index. Also returns the declared rate [Hz]
+    /// if it has just been found to be wrong.
     pub(super) fn by_number(&mut self, stamps: &Stamps) -> (Stamps, Option<f64>) {
         let last = stamps.index.saturating_add(u64::from(stamps.count.saturating_sub(1)));
         let declared_hz = 1e9 / self.period_nanos;
@@ -85,14 +84,14 @@ impl SampleIndex {
         (Stamps { device, period_nanos: self.period_nanos, ..*stamps }, wrong)
     }
 
-    /// What stands for the device's time of a number [ns].
+    /// The device time assigned to a sample index [ns].
     fn device(&self, index: u64) -> f64 {
         let since = i128::from(index) - i128::from(self.origin.0);
         self.origin.1 + since as f64 * self.period_nanos
     }
 }
 
-/// How a clock is modelled that counts samples.
+/// The clock settings of a device that counts samples.
 pub(super) fn settings(latency: Latency) -> OneWaySettings {
     OneWaySettings { usual_skew_ppm: USUAL_SKEW_PPM, ..OneWaySettings::new(latency) }
 }
@@ -152,8 +151,8 @@ mod tests {
         for declared in [13.0, 30.0, 80.0, 135.0, 210.0] {
             let (mut clock, mut device) = (SampleIndex::new(declared, LATENCY), Device::new(55.0));
             run(&mut clock, &mut device, 10);
-            let told = clock.news();
-            assert!(matches!(told, Some(News::WrongRate { .. })), "{declared}: {told:?}");
+            let news = clock.news();
+            assert!(matches!(news, Some(News::WrongRate { .. })), "{declared}: {news:?}");
             let error = run(&mut clock, &mut device, 110);
             assert!(error.abs() < 0.01, "{declared}: {error}");
             assert!((clock.rate_hz() - 55.0).abs() < 0.05, "{declared}: {}", clock.rate_hz());

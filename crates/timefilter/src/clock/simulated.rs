@@ -1,4 +1,4 @@
-//! A device of which everything is known, for tests.
+//! A simulated device with a known clock, for tests.
 
 use super::Stamps;
 
@@ -11,19 +11,19 @@ pub struct Device {
     pub now: i64,
     /// The device's clock now [ns].
     pub clock: i64,
-    /// How fast the device's clock runs.
+    /// The rate of the device's clock.
     pub rate: f64,
-    /// After which time the clock is at zero again [ns].
+    /// The time after which the clock wraps [ns].
     pub wraps: i64,
-    /// Samples a batch.
+    /// The number of samples in a batch.
     pub batch: u32,
-    /// The number of the next sample.
+    /// The index of the next sample.
     pub index: u64,
-    /// From one sample to the next [ns].
+    /// The sampling period [ns].
     pub period: i64,
-    /// What every packet takes [s].
+    /// The least delay of a packet [s].
     pub least_delay: f64,
-    /// What a packet takes longer in the mean [s].
+    /// The mean additional delay of a packet [s].
     pub tail: f64,
     last_arrival: i64,
     seed: u64,
@@ -46,7 +46,7 @@ impl Device {
         }
     }
 
-    /// The next packet: when its first sample was measured in truth [ns], and its stamps.
+    /// The next packet: the true time of its first sample [ns], and its stamps.
     pub fn send(&mut self) -> (i64, Stamps) {
         let (first, device) = (self.now, self.clock);
         let length = i64::from(self.batch) * self.period;
@@ -66,7 +66,7 @@ impl Device {
         (first, stamps)
     }
 
-    /// A number from 0 to below 1 (splitmix64).
+    /// A uniform random number in [0, 1) (splitmix64).
     pub fn uniform(&mut self) -> f64 {
         self.seed = self.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.seed;

@@ -1,4 +1,4 @@
-//! Better times afterwards: the same clock models, with what came later known too.
+//! Offline smoothing: the clock models with knowledge of later timestamps too.
 
 use super::beat::{Beat, Teeth};
 use super::envelope::{BIN_NANOS, INCREDIBLE, POOR_SKEW, memory_secs};
@@ -9,37 +9,37 @@ use super::sample_index::{self, SampleIndex};
 use super::straight::Straight;
 use super::{ClockKind, ClockModel, ClockState, Corrected, Latency, News, Stamps};
 
-/// How far apart the map's nodes are [s].
+/// The spacing of the map's nodes [s].
 const NODE_SECS: f64 = 20.0;
-/// With points to both sides, how long they are remembered as a part of what it is with one.
+/// The memory with points on both sides, as a fraction of that with points on one side.
 const BOTH_SIDES: f64 = 0.4;
-/// How many times that points are looked for.
+/// The multiple of the memory within which points are used.
 const REACH: f64 = 4.0;
-/// The drift of skew that is stated beside that of the live model [1/s]: a line to both sides has
-/// little other error.
+/// The stated drift of the skew in addition to that of the live model [1/s]: a fit to points on both sides
+/// has little other error.
 const DRIFT: f64 = 2e-8;
-/// The drift of skew that is stated between nodes [1/s].
+/// The stated drift of the skew between nodes [1/s].
 const BETWEEN_DRIFT: f64 = 3e-8;
-/// How many nodes before delays rose for good are left out.
+/// The number of nodes dropped before delays rose permanently.
 const RISING_NODES: usize = 2;
-/// Over how long the slope is taken with which the map goes on behind its last node [s].
+/// The span over which the slope for extrapolation beyond the last node is taken [s].
 const FAR_SECS: f64 = 120.0;
-/// How many points are enough.
+/// The number of points that suffice for a fit.
 const ENOUGH: usize = 16;
-/// The steepest that the map may be between nodes; it keeps it strictly increasing.
+/// The steepest slope of the map between nodes; it keeps the map strictly increasing.
 const STEEPEST: f64 = 0.5;
 
-/// What a clock went through between two times at which it was set by nobody knows how much.
+/// The history of a clock between two resets of unknown size.
 #[derive(Clone, Debug, Default)]
 struct Course {
     bins: Vec<Bin>,
-    /// How many of the last bins are raised, by the live model's word.
+    /// The length of the current run of raised bins, according to the live model.
     run: usize,
-    /// How far above the line the last of them is [s].
+    /// The height of the last raised bin above the line [s].
     height: f64,
-    /// From one of the events that packets beat with to the next [s]; 0 where there are none.
+    /// The interval between the link events that packets beat with [s]; 0 if there are none.
     beat_interval: f64,
-    /// Whether it ran as no usual clock does.
+    /// Whether the skew was outside the usual range.
     is_poor: bool,
 }
 
@@ -47,16 +47,16 @@ struct Course {
 #[derive(Clone, Copy, Debug)]
 struct Bin {
     point: Point,
-    /// Whether all of it was held up.
+    /// Whether all of its packets were delayed.
     is_raised: bool,
 }
 
 impl Course {
-    /// A bin is over: so many of the last are raised, by so much [s]. A run of them that ends by
-    /// coming back was held up; one that becomes the rule was not.
+    /// Takes the length of the current run of raised bins and the height of its last bin [s] when a bin
+    /// closes. A run that falls back to the line was delayed; one that lasts was not.
     fn heights(&mut self, (run, height): (usize, f64)) {
         let closed = self.bins.len();
-        // A run that is counted anew goes on: its link is too slow.
+        // A run whose count restarts continues: its link is too slow.
         let is_anew = (1..self.run).contains(&run);
         let before = if is_anew { run - 1 } else { self.run };
         if run > before {
@@ -71,17 +71,17 @@ impl Course {
     }
 }
 
-/// Collects all stamps of a device, in the order in which they arrived.
+/// Collects all timestamps of a device, in order of arrival.
 #[derive(Clone, Debug)]
 pub struct Smoother {
     source: Source,
     clock: OneWay,
-    /// For each course of its clock, the lowest point of each bin.
+    /// The lowest point of each bin, by course of the clock.
     courses: Vec<Course>,
 }
 
 impl Smoother {
-    /// A device that stamps what it sends.
+    /// Creates a smoother for a device with its own clock.
     pub fn new(settings: OneWaySettings) -> Smoother {
         let settings = settings.sound();
         Smoother {
@@ -91,14 +91,14 @@ impl Smoother {
         }
     }
 
-    /// A device without a clock, of nominally `rate_hz` samples a second.
+    /// Creates a smoother for a device without a clock, with a nominal rate of `rate_hz`.
     pub fn of_samples(rate_hz: f64, latency: Latency) -> Smoother {
         let source = Source::Numbered(Box::new(SampleIndex::new(rate_hz, latency)));
         let clock = OneWay::counting(sample_index::settings(latency));
         Smoother { source, clock, courses: Vec::new() }
     }
 
-    /// Takes the stamps of the next reading. Keeps 16 bytes for each two seconds.
+    /// Takes the stamps of the next reading. Uses 16 bytes for every two seconds.
     pub fn push(&mut self, stamps: &Stamps) {
         let stamps = self.source.stamps(stamps, &mut self.clock);
         let Some(placed) = self.clock.place(&stamps) else { return };
@@ -121,7 +121,7 @@ impl Smoother {
         }
     }
 
-    /// The clock, to be given the same stamps once more, in the same order.
+    /// Returns the smoothed clock, which expects the same stamps again in the same order.
     pub fn finish(self) -> Smoothed {
         let settings = self.source.settings();
         let skew = settings.usual_skew_ppm * 1e-6;
@@ -134,10 +134,10 @@ impl Smoother {
     }
 }
 
-/// A clock whose whole course is known.
+/// A clock whose complete history is known.
 ///
-/// A `ClockModel` that knows later stamps too: its error is about half of the causal one's, and it
-/// has no warm-up. Epochs are the same as the causal model's.
+/// A `ClockModel` that also knows later timestamps: its error is about half that of the causal model, and
+/// there is no warm-up. Epochs are those of the causal model.
 #[derive(Clone, Debug)]
 pub struct Smoothed {
     source: Source,
@@ -172,7 +172,7 @@ impl ClockModel for Smoothed {
     }
 }
 
-/// Where device times come from.
+/// The source of device times.
 #[derive(Clone, Debug)]
 enum Source {
     Stamped(OneWaySettings),
@@ -193,7 +193,7 @@ impl Source {
         }
     }
 
-    /// The same before its first reading.
+    /// A new source with the same settings.
     fn again(self) -> Source {
         match self {
             Source::Stamped(_) => self,
@@ -216,7 +216,7 @@ impl Source {
     }
 }
 
-/// The offset over an epoch: straight between nodes.
+/// The offset over an epoch: piecewise linear between nodes.
 #[derive(Clone, Debug)]
 struct Map {
     nodes: Vec<Node>,
@@ -231,7 +231,7 @@ struct Node {
 }
 
 impl Map {
-    /// Lays a line through the bins around each node.
+    /// Fits a line to the bins around each node.
     fn new(course: &Course, usual_skew: f64) -> Map {
         let free: Vec<Point> =
             course.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect();
@@ -252,13 +252,13 @@ impl Map {
             let error = fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT) + beat_secs;
             let node = Node { device, delay, slope, error };
             nodes.push(nodes.last().map_or(node, |before| node.near(before)));
-            // A long silence needs no nodes: the next one is where stamps come again.
+            // A long silence needs no nodes: the next one is where timestamps resume.
             let next = free.get(free.partition_point(|bin| bin.device <= device));
             let Some(next) = next else { break };
             device = (device + NODE_SECS).max(next.device).min(last.device);
         }
         if course.run > 0 {
-            // The last bins before delays rose may have risen already.
+            // Delays may already have been rising in the last bins.
             nodes.truncate(nodes.len().saturating_sub(RISING_NODES).max(1));
         }
         let end = nodes.len() - 1;
@@ -266,7 +266,7 @@ impl Map {
         if let Some(far) = nodes.iter().rev().copied().find(is_far) {
             nodes[end].slope = (nodes[end].delay - far.delay) / (nodes[end].device - far.device);
         }
-        // Nobody knows of what is still raised at the end whether it would have come back.
+        // It is unknown whether bins that are still raised at the end would have fallen back.
         let until = course.bins.len() - course.run.min(course.bins.len());
         if let (Some(bin), Some(node)) = (course.bins.get(until), nodes.last().copied()) {
             let error = node.error + course.height;
@@ -290,8 +290,8 @@ impl Map {
         }
     }
 
-    /// Half the width of the 95 % interval there [s]: between nodes, where nothing is known for long, a
-    /// skew that drifts bends away from the straight line.
+    /// Half the width of the 95 % interval [s]: far from the nodes, a drifting skew bends the true offset
+    /// away from the straight line.
     fn error_at(&self, device: f64) -> f64 {
         let after = self.nodes.partition_point(|node| node.device <= device);
         let before = self.nodes.get(after.saturating_sub(1));
@@ -308,14 +308,14 @@ impl Map {
 }
 
 impl Node {
-    /// The node, no steeper from `before` than the map may be.
+    /// The node, with the slope from `before` limited to the steepest that the map allows.
     fn near(self, before: &Node) -> Node {
         let most = STEEPEST * (self.device - before.device);
         Node { delay: self.delay.clamp(before.delay - most, before.delay + most), ..self }
     }
 }
 
-/// Nodes by the steps of a saw-tooth that high [s]; `None` where there is none to be followed.
+/// Nodes from the steps of a saw-tooth of height `interval` [s]; `None` if it cannot be followed.
 fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
     let mut teeth = Teeth::whole();
     teeth.begin(interval);
@@ -333,7 +333,7 @@ fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
     teeth.are_followed().then(|| levels.into_iter().map(node).collect())
 }
 
-/// The line around a device time, from enough points.
+/// Fits a line around a device time to sufficiently many points.
 fn around(bins: &[Point], device: f64, usual_skew: f64, guess: Fit) -> Fit {
     let within = |secs: f64| {
         let from = bins.partition_point(|bin| bin.device < device - secs);

@@ -1,21 +1,21 @@
-//! The straight line that points have by themselves, whatever is expected of it.
+//! The straight line that points define by themselves, without a prior.
 
 use super::fit::{LEAST_SPREAD, Point};
 
-/// How strongly neighbours may be correlated.
+/// The largest correlation assumed between neighbours.
 const CORRELATED: f64 = 0.95;
 
-/// A slope, and how sure it is.
+/// A slope and its standard error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Straight {
     pub slope: f64,
-    /// Its standard error, widened where there are few points.
+    /// The standard error, widened where there are few points.
     pub error: f64,
 }
 
 impl Straight {
-    /// The least squares of points that scatter by `scatter` at least [s]; residuals are correlated as
-    /// those of neighbours are.
+    /// The least-squares fit to points that scatter by at least `scatter` [s]; residuals are as correlated
+    /// as neighbours are.
     pub fn through(points: impl Iterator<Item = Point> + Clone, scatter: f64) -> Straight {
         let (mut count, mut device, mut delay) = (0.0, 0.0, 0.0);
         for point in points.clone() {

@@ -1,37 +1,37 @@
-//! The streams of a device: how far apart their samples are, and whether numbers and device time go
-//! on together.
+//! The streams of a device: their sampling periods, and whether sample indices and device time advance
+//! consistently.
 
 mod train;
 
 use self::train::{KNOWN, TOLERANCE, Train, Wrong};
 use super::Stamps;
 
-/// How many streams a device may have; more share places.
+/// The most streams that are followed; further ones replace the oldest.
 const TRAINS: usize = 8;
-/// For how long after a step that was not understood numbers do not vouch [ns].
+/// How long after an unexplained step sample indices do not vouch for the clock [ns].
 const UNEXPLAINED_NANOS: i64 = 60_000_000_000;
 
-/// What is known of each stream.
+/// The state of each stream.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trains {
     trains: [Option<Train>; TRAINS],
-    /// The place that is given away next.
+    /// The slot that is reused next.
     next: usize,
 }
 
-/// What a packet's number says of its device time.
+/// What a packet's sample index implies about device time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Word {
-    /// They go on together, or nothing can be said.
-    Goes,
-    /// Perhaps the clock was set; wait for what follows.
+pub(super) enum IndexCheck {
+    /// They are consistent, or nothing can be concluded.
+    Consistent,
+    /// The clock may have been set; wait for more packets.
     Wait,
-    /// The clock was set, ahead by so much [ns].
+    /// The clock was set forward by this much [ns].
     Set(i64),
 }
 
 impl Trains {
-    /// The place of the stream of a packet; it is begun where it is new.
+    /// The slot of a packet's stream, which is added if it is new.
     pub fn of(&mut self, stamps: &Stamps, device: i64) -> usize {
         let known =
             |train: &Option<Train>| train.is_some_and(|train| train.stream == stamps.stream);
@@ -48,39 +48,38 @@ impl Trains {
         self.trains[place].as_mut()
     }
 
-    /// From one sample of a batch to the next [ns]: what was learned, while it is near to what its
-    /// driver says.
-    pub fn period(&mut self, place: usize, said_nanos: f64) -> f64 {
-        let Some(train) = self.at(place) else { return said_nanos };
+    /// The sampling period [ns]: the learned value if it is close to the declared one.
+    pub fn period(&mut self, place: usize, declared_nanos: f64) -> f64 {
+        let Some(train) = self.at(place) else { return declared_nanos };
         if train.wrong != Wrong::No {
             return train.period_nanos;
         }
-        let near = (train.period_nanos / said_nanos - 1.0).abs() <= TOLERANCE;
-        if near { train.period_nanos } else { said_nanos }
+        let near = (train.period_nanos / declared_nanos - 1.0).abs() <= TOLERANCE;
+        if near { train.period_nanos } else { declared_nanos }
     }
 
-    /// What a stream's driver said the period is and what it is instead [ns], where that has just been found.
+    /// The declared and the true period [ns], if the declared one has just been found to be wrong.
     pub fn take_wrong(&mut self, place: usize) -> Option<(f64, f64)> {
         let train = self.at(place)?;
-        let Wrong::Found(said_nanos) = train.wrong else { return None };
+        let Wrong::Found(declared_nanos) = train.wrong else { return None };
         train.wrong = Wrong::Reported;
-        Some((said_nanos, train.period_nanos))
+        Some((declared_nanos, train.period_nanos))
     }
 
-    /// Holds a packet's number against its device time; it came so much ahead of where the envelope
-    /// has it [s], as far as there is one, which is uncertain by `spread` [s].
+    /// Compares a packet's index with its device time. `ahead` is how early it arrived relative to the
+    /// envelope and the uncertainty of that [s], if known.
     pub fn hold(
         &mut self,
         place: usize,
         stamps: &Stamps,
         device: i64,
         ahead: Option<(f64, f64)>,
-    ) -> Word {
-        self.at(place).map_or(Word::Goes, |train| train.hold(stamps, device, ahead))
+    ) -> IndexCheck {
+        self.at(place).map_or(IndexCheck::Consistent, |train| train.hold(stamps, device, ahead))
     }
 
-    /// Whether numbers show that the device's clock goes on, whatever delays are; and from one
-    /// packet to the next [s], 0 where that is irregular.
+    /// Whether sample indices show that the device's clock runs on, regardless of delays; and the packet
+    /// period [s], 0 if irregular.
     pub fn vouches(&self, place: usize, stamps: &Stamps) -> (bool, f64) {
         let Some(train) = &self.trains[place] else { return (false, 0.0) };
         if train.packets < KNOWN || train.rough > train.most_rough() {
@@ -90,19 +89,19 @@ impl Trains {
         (explained, train.period_nanos * f64::from(stamps.count) / 1e9)
     }
 
-    /// Where the batch before this one ended [ns, session's time].
+    /// The end of the previous batch [ns of session time].
     pub fn end_before(&self, place: usize) -> i64 {
         self.trains[place].map_or(i64::MIN, |train| train.end)
     }
 
-    /// A batch ended there [ns, session's time].
+    /// Records the end of a batch [ns of session time].
     pub fn ended(&mut self, place: usize, end: i64) {
         if let Some(train) = self.at(place) {
             train.end = train.end.max(end);
         }
     }
 
-    /// What came to be in another epoch says nothing of where the last batch ended.
+    /// Starts a new epoch: the ends of earlier batches no longer apply.
     pub fn begin(&mut self) {
         for train in self.trains.iter_mut().flatten() {
             train.end = i64::MIN;

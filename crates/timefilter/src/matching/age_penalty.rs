@@ -1,20 +1,20 @@
-//! What lateness costs, to the nanosecond as ROS computes it.
+//! The penalty for lateness, to the nanosecond as ROS computes it.
 
 const NANOS_PER_SEC: i64 = 1_000_000_000;
 
-/// Makes an earlier set preferred to a slightly narrower later one.
+/// A penalty that makes an earlier set preferable to a slightly shorter later one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AgePenalty {
     factor: f64,
 }
 
 impl AgePenalty {
-    /// A lateness counts 1 + `penalty` times; negative and NaN count as 0.
+    /// Creates a penalty that weights lateness by 1 + `penalty`; negative and NaN count as 0.
     pub(super) fn new(penalty: f64) -> AgePenalty {
         AgePenalty { factor: 1.0 + penalty.max(0.0) }
     }
 
-    /// Whether a lateness counts as much as a gain, or more.
+    /// Whether the weighted lateness is at least the gain.
     #[inline]
     pub(super) fn outweighs(self, late_nanos: i64, gain_nanos: i64) -> bool {
         if late_nanos == 0 {
@@ -22,18 +22,18 @@ impl AgePenalty {
         }
         let product = late_nanos as f64 * self.factor;
         let difference = product - gain_nanos as f64;
-        // ROS's rounding is far within this: only what is nearer needs it.
+        // ROS's rounding error is far below this; only closer values need the exact computation.
         if difference.abs() > 1.0 + product.abs() * 1e-14 {
             return difference > 0.0;
         }
         self.weigh(late_nanos) >= gain_nanos
     }
 
-    /// The lateness as it counts [ns].
+    /// The weighted lateness [ns].
     ///
-    /// The product of a `ros::Duration` and a double: seconds and nanoseconds become one double,
-    /// and the product is cut into whole seconds and rounded nanoseconds again. This is up to a
-    /// few nanoseconds off, and which sets come out depends on it.
+    /// As the product of a `ros::Duration` and a double: seconds and nanoseconds become one double, and the
+    /// product is split into whole seconds and rounded nanoseconds again. The result is off by up to a few
+    /// nanoseconds, which affects the sets that are found.
     #[cold]
     fn weigh(self, late_nanos: i64) -> i64 {
         let secs = late_nanos.div_euclid(NANOS_PER_SEC);
@@ -45,13 +45,13 @@ impl AgePenalty {
     }
 }
 
-/// `f64::floor`, without a call into the C library on processors that lack the instruction.
+/// `f64::floor`, without a call to the C library on processors that lack the instruction.
 fn floor(x: f64) -> i64 {
     let cut = x as i64;
     cut.saturating_sub(i64::from(cut as f64 > x))
 }
 
-/// `f64::round` of what is not negative, likewise.
+/// `f64::round` for values that are not negative, likewise.
 fn round(x: f64) -> i64 {
     let cut = x as i64;
     cut.saturating_add(i64::from(x - cut as f64 >= 0.5))

@@ -1,4 +1,4 @@
-//! Sets of messages with stamps near each other.
+//! Sets of messages with approximately equal stamps.
 
 use super::age_penalty::AgePenalty;
 use super::drops::Drops;
@@ -6,32 +6,32 @@ use super::interval::Interval;
 use super::queue::Queue;
 use super::{DropReason, Listener, Message, Set};
 
-/// How [`ApproximateTime`] matches.
+/// The settings of [`ApproximateTime`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateSettings {
-    /// What is special to each topic; there are as many topics as these.
+    /// The settings of each topic; their number is the number of topics.
     pub topics: Vec<TopicSettings>,
-    /// How much more a later end of a set counts against it than a later start counts for it;
-    /// 0.1 in ROS. Negative and NaN count as 0.
+    /// The extra weight of a set's later end against its later start; 0.1 in ROS. Negative and NaN count as
+    /// 0.
     pub age_penalty: f64,
-    /// The longest interval from a set's oldest to its newest stamp [ns]; without end in ROS.
-    /// Negative counts as 0. Where stamps are out of order, a set may be longer than that: a search
-    /// begins within the interval, and goes on to what is better by the age penalty.
+    /// The longest interval from a set's oldest to its newest stamp [ns]; unlimited in ROS. Negative counts
+    /// as 0. If stamps are out of order, a set may be longer: a search starts within the interval, and
+    /// continues to sets that the age penalty makes better.
     pub max_interval_nanos: i64,
 }
 
-/// What is special to a topic.
+/// The settings of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicSettings {
-    /// How many messages may wait; 0 counts as 1, and with less than 2 many are dropped.
+    /// The most messages that may be queued; 0 counts as 1, and a queue below 2 drops many.
     pub queue_size: usize,
-    /// The least time from one stamp to the next [ns], 0 in ROS. Where it is known, a set is out
-    /// sooner, since nothing better can follow; where it is wrong, it may be another set.
+    /// The least time between consecutive stamps [ns], 0 in ROS. A known bound makes sets available sooner,
+    /// since no better one can follow; a wrong one may change the sets.
     pub lower_bound_nanos: i64,
 }
 
 impl ApproximateSettings {
-    /// ROS's settings for a number of topics, each with a queue of that size.
+    /// The settings of ROS for a number of topics, each with a queue of `queue_size`.
     pub fn new(topics: usize, queue_size: usize) -> ApproximateSettings {
         ApproximateSettings {
             topics: vec![TopicSettings { queue_size, lower_bound_nanos: 0 }; topics],
@@ -41,41 +41,39 @@ impl ApproximateSettings {
     }
 }
 
-/// The sets of ROS's C++ `message_filters::sync_policies::ApproximateTime`, for any number of
-/// topics.
+/// The sets of ROS's C++ `message_filters::sync_policies::ApproximateTime`, for any number of topics.
 ///
-/// The newest of the oldest messages is the *pivot*: the next set has it, unless a queue overflows
-/// before. Of all sets around the pivot the shortest is given out, as soon as no message to come can
+/// The newest of the topics' oldest messages is the *pivot*: the next set contains it, unless a queue
+/// overflows before. Of all sets around the pivot the shortest is emitted, as soon as no future message can
 /// make a shorter one; an older set is preferred to a slightly shorter one
-/// ([`ApproximateSettings::age_penalty`]). So there are at most as many sets as the slowest topic
-/// has messages, and none while a topic is silent. Sets do not cross: of each topic, a later set has
-/// a later arrival.
+/// ([`ApproximateSettings::age_penalty`]). So there are at most as many sets as the slowest topic has
+/// messages, and none while a topic is silent. Sets do not cross: a later set has a later arrival of each
+/// topic.
 ///
-/// Sets are those of `message_filters` 1.15.15 to the message, where stamps are what `ros::Time`
-/// can hold. Stamps out of order are taken as they are. Memory is bounded by the queue sizes, and
-/// nothing is allocated once the queues have grown.
+/// The sets are identical to those of `message_filters` 1.15.15 for stamps that `ros::Time` can represent.
+/// Stamps out of order are not corrected. Memory is bounded by the queue sizes, and nothing is allocated
+/// once the queues have grown.
 #[derive(Clone, Debug)]
 pub struct ApproximateTime<T> {
     age_penalty: AgePenalty,
     max_interval_nanos: i64,
     queues: Vec<Queue<T>>,
-    /// Of each topic, the stamp of the oldest message that is not passed over. Stale where there
-    /// is none.
+    /// The stamp of each topic's oldest message that is not passed over; outdated if there is none.
     heads: Vec<i64>,
-    /// Of each topic, the stamp of the message after that. Stale where there is none.
+    /// The stamp of each topic's next message after that; outdated if there is none.
     seconds: Vec<i64>,
-    /// How many topics have such a message.
+    /// The number of topics with a message that is not passed over.
     ready: usize,
-    /// Of each topic, whether a message was lost that might have been better than its head.
+    /// Whether each topic has lost a message that might have been better than its head.
     lossy: Vec<bool>,
-    /// Whether there is such a topic.
+    /// Whether any topic has.
     is_lossy: bool,
     /// The best set so far: the oldest message of each queue.
     candidate: Option<Candidate>,
-    /// The topics of the messages that are passed over in the search for a better set, in turn.
+    /// The topics of the messages passed over in the search for a better set, in order.
     passed: Vec<usize>,
     ahead: Ahead,
-    /// The set that is given out.
+    /// The set that is being emitted.
     set: Vec<Option<Message<T>>>,
     drops: Drops,
 }
@@ -88,17 +86,16 @@ struct Candidate {
     end: i64,
 }
 
-/// What the search ahead looks at: of each topic a message that is here, or the earliest that can
-/// come.
+/// The state of the search ahead: for each topic the next message, or the earliest that can arrive.
 #[derive(Clone, Debug)]
 struct Ahead {
     stamps: Vec<i64>,
-    /// How far beyond the heads.
+    /// The number of messages beyond each head.
     passed: Vec<usize>,
 }
 
 impl<T> ApproximateTime<T> {
-    /// Nothing waits.
+    /// Creates a matcher with empty queues.
     pub fn new(settings: &ApproximateSettings) -> ApproximateTime<T> {
         let topics = settings.topics.len();
         ApproximateTime {
@@ -141,23 +138,23 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// How many messages of a topic wait for a set; 0 for an unknown one.
+    /// The number of queued messages of a topic; 0 for an unknown one.
     pub fn waiting(&self, topic: usize) -> usize {
         self.queues.get(topic).map_or(0, Queue::len)
     }
 
-    /// How many messages of a topic were dropped for a reason; unknown topics are counted together.
+    /// The number of messages of a topic dropped for a reason; unknown topics are counted together.
     pub fn dropped(&self, topic: usize, reason: DropReason) -> u64 {
         self.drops.count(topic, reason)
     }
 
-    /// Whether there is a message of each topic that is not passed over.
+    /// Whether each topic has a message that is not passed over.
     #[inline]
     fn is_ready(&self) -> bool {
         self.ready == self.queues.len()
     }
 
-    /// Looks at interval after interval while there is a message of each topic.
+    /// Examines successive intervals while there is a message of each topic.
     #[inline]
     fn search(&mut self, listener: &mut impl Listener<T>) {
         let mut interval = Interval::of(&self.heads);
@@ -201,14 +198,15 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// Nothing lost from these topics could have been better than what they have now.
+    /// Clears the loss flags of all topics but `last`: no lost message could have been better than their
+    /// heads.
     fn trust_all_but(&mut self, last: usize) {
         self.is_lossy = self.lossy[last];
         self.lossy.fill(false);
         self.lossy[last] = self.is_lossy;
     }
 
-    /// Why no search can begin with this interval.
+    /// The reason why no search can start with this interval.
     #[inline]
     fn objection(&self, interval: &Interval) -> Option<DropReason> {
         if interval.end.saturating_sub(interval.start) > self.max_interval_nanos {
@@ -222,13 +220,13 @@ impl<T> ApproximateTime<T> {
         !self.costs(interval.end, best, interval.start.saturating_sub(best.start))
     }
 
-    /// Whether no set that ends then or later can be better: it must contain the pivot.
+    /// Whether no set that ends then or later can be better, as it must contain the pivot.
     #[inline]
     fn is_too_late(&self, end: i64, best: &Candidate) -> bool {
         self.costs(end, best, best.pivot_stamp.saturating_sub(best.start))
     }
 
-    /// Whether a later start by `gain_nanos` does not make up for the end.
+    /// Whether a start that is later by `gain_nanos` does not compensate for the end.
     #[inline]
     fn costs(&self, end: i64, best: &Candidate, gain_nanos: i64) -> bool {
         self.age_penalty.outweighs(end.saturating_sub(best.end), gain_nanos)
@@ -241,7 +239,7 @@ impl<T> ApproximateTime<T> {
         *self.candidate.insert(candidate)
     }
 
-    /// Drops what was passed over on the way to a better set.
+    /// Drops the messages passed over before a better set was found.
     #[inline]
     fn drop_passed(&mut self, listener: &mut impl Listener<T>) {
         for topic in self.passed.drain(..) {
@@ -259,9 +257,8 @@ impl<T> ApproximateTime<T> {
         self.advance(topic);
     }
 
-    /// Whether the candidate is best whatever comes, given that nothing comes before the pivot or
-    /// sooner after its predecessor than the lower bound. The interval's first topic has no message
-    /// any more.
+    /// Whether the candidate stays best for any future messages, which come neither before the pivot nor
+    /// sooner after their predecessor than the lower bound. The interval's first topic has no message left.
     fn is_best_to_come(&mut self, mut interval: Interval, best: &Candidate) -> bool {
         let stamps = &mut self.ahead.stamps;
         stamps.copy_from_slice(&self.heads);
@@ -275,7 +272,7 @@ impl<T> ApproximateTime<T> {
             if self.is_better(&interval, best) {
                 return false;
             }
-            // Neither holds, so the start is before the pivot: it is a message that is here.
+            // Neither holds, so the start is before the pivot and belongs to a message that has arrived.
             let first = interval.first;
             let Ahead { stamps, passed } = &mut self.ahead;
             passed[first] += 1;
@@ -283,7 +280,7 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// Gives the candidate out; all messages that were passed over count again.
+    /// Emits the candidate; messages that were passed over become available again.
     #[inline]
     fn publish(&mut self, listener: &mut impl Listener<T>) {
         self.candidate = None;
@@ -294,7 +291,7 @@ impl<T> ApproximateTime<T> {
         listener.set(Set::of(&mut self.set));
     }
 
-    /// Drops the oldest message of a full queue; a search begins anew without it.
+    /// Drops the oldest message of a full queue; the search restarts without it.
     fn shed(&mut self, topic: usize, listener: &mut impl Listener<T>) {
         let searching = self.candidate.take().is_some();
         if searching {
@@ -308,7 +305,7 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// All messages that were passed over count again.
+    /// Makes all messages that were passed over available again.
     #[inline]
     fn rewind(&mut self) {
         self.passed.clear();
@@ -333,7 +330,7 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// The head of the topic has gone.
+    /// Updates the stamps of a topic whose head has gone.
     #[inline]
     fn advance(&mut self, topic: usize) {
         self.heads[topic] = self.seconds[topic];
@@ -349,7 +346,7 @@ mod tests {
 
     const SEC: i64 = 1_000_000_000;
 
-    /// The stamps of all sets that come of messages `(topic, stamp)`.
+    /// The stamps of all sets found in messages `(topic, stamp)`.
     fn sets(settings: &ApproximateSettings, messages: &[(usize, i64)]) -> Vec<Vec<i64>> {
         let mut matching = ApproximateTime::new(settings);
         let mut sets = Vec::new();

@@ -1,27 +1,27 @@
-//! Why messages are dropped, and how many were.
+//! Why messages are dropped, and counts by reason.
 
 use std::fmt;
 
 /// Why a message is in no set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DropReason {
-    /// It was the oldest of more messages than its topic may keep.
+    /// It was the oldest message in a queue that overflowed.
     QueueFull,
-    /// Another topic has no message near enough for the longest interval of a set.
+    /// Another topic has no message close enough for the longest interval of a set.
     NoPartner,
-    /// The topic that would decide about its set has lost messages to a full queue, so that a
-    /// better set may be lost too.
+    /// The topic that determines its set has lost messages to a full queue, so that a better set may be
+    /// lost too.
     PartnerLost,
     /// A better set was found, or a later one was complete first.
     Overtaken,
-    /// Another message of its topic came with the same stamp, where only one can be matched.
+    /// Another message of its topic arrived with the same stamp, and only one can be matched.
     Replaced,
     /// There is no such topic.
     UnknownTopic,
 }
 
 impl DropReason {
-    /// All of them.
+    /// All reasons.
     pub const ALL: [DropReason; 6] = [
         DropReason::QueueFull,
         DropReason::NoPartner,
@@ -45,10 +45,10 @@ impl fmt::Display for DropReason {
     }
 }
 
-/// How many messages were dropped, by topic and reason.
+/// The numbers of dropped messages, by topic and reason.
 #[derive(Clone, Debug)]
 pub(super) struct Drops {
-    /// For each topic, and one for all that are unknown.
+    /// Counts for each topic, and for all unknown topics together.
     counts: Vec<[u64; DropReason::ALL.len()]>,
 }
 

@@ -7,21 +7,20 @@ use super::{DropReason, Listener, Message, Set};
 
 /// The sets of ROS's C++ `message_filters::sync_policies::ExactTime`, for any number of topics.
 ///
-/// A set is given out as soon as all topics have a message with its stamp; whatever is older is
-/// dropped with it. Memory is bounded by the queue size, and nothing is allocated once the queue
-/// has been full.
+/// A set is emitted as soon as all topics have a message with its stamp; all older messages are dropped
+/// with it. Memory is bounded by the queue size, and nothing is allocated once the queue has been full.
 #[derive(Clone, Debug)]
 pub struct ExactTime<T> {
     topics: usize,
     queue_size: usize,
-    /// The messages that wait: rows with a place for each topic.
+    /// The queued messages: rows with a place for each topic.
     messages: Vec<Option<Message<T>>>,
-    /// Whose messages each row holds.
+    /// The stamp and occupancy of each row.
     rows: Vec<Row>,
     free_rows: Vec<usize>,
-    /// The rows that wait, oldest stamp first.
+    /// The queued rows, oldest stamp first.
     waiting: VecDeque<Waiting>,
-    /// Where a stamp was looked for last, by its [`shelf`].
+    /// The row where a stamp was last found, by its [`shelf`].
     recent: [usize; 1 << SHELF_BITS],
     drops: Drops,
 }
@@ -29,7 +28,7 @@ pub struct ExactTime<T> {
 #[derive(Clone, Copy, Debug)]
 struct Row {
     stamp: i64,
-    /// How many topics have no message with the stamp; all of them in a free row.
+    /// The number of topics without a message of this stamp; all of them in a free row.
     missing: usize,
 }
 
@@ -41,7 +40,7 @@ struct Waiting {
 
 const SHELF_BITS: u32 = 6;
 
-/// Where to look first for a stamp: stamps in regular steps are spread well.
+/// The cache index of a stamp; stamps at regular intervals are spread well.
 #[inline]
 fn shelf(stamp: i64) -> usize {
     (stamp.wrapping_mul(0x9e37_79b9_7f4a_7c15_u64.cast_signed()).cast_unsigned()
@@ -49,8 +48,8 @@ fn shelf(stamp: i64) -> usize {
 }
 
 impl<T> ExactTime<T> {
-    /// Nothing waits. `queue_size` is how many stamps may wait for messages; 0 counts as 1 (ROS has
-    /// no bound then).
+    /// Creates a matcher with an empty queue. `queue_size` is the most stamps that may wait for messages; 0
+    /// counts as 1 (in ROS it means no limit).
     pub fn new(topics: usize, queue_size: usize) -> ExactTime<T> {
         ExactTime {
             topics,
@@ -85,7 +84,7 @@ impl<T> ExactTime<T> {
         }
     }
 
-    /// How many messages of a topic wait for a set; 0 for an unknown one.
+    /// The number of queued messages of a topic; 0 for an unknown one.
     pub fn waiting(&self, topic: usize) -> usize {
         let is_here = |waiting: &&Waiting| {
             topic < self.topics && self.messages[waiting.row * self.topics + topic].is_some()
@@ -93,12 +92,12 @@ impl<T> ExactTime<T> {
         self.waiting.iter().filter(is_here).count()
     }
 
-    /// How many messages of a topic were dropped for a reason; unknown topics are counted together.
+    /// The number of messages of a topic dropped for a reason; unknown topics are counted together.
     pub fn dropped(&self, topic: usize, reason: DropReason) -> u64 {
         self.drops.count(topic, reason)
     }
 
-    /// The row of a stamp, a new one if none waits.
+    /// The row of a stamp; a new one if there is none.
     #[inline]
     fn row_of(&mut self, stamp: i64) -> usize {
         let shelf = shelf(stamp);
@@ -130,7 +129,7 @@ impl<T> ExactTime<T> {
         }
     }
 
-    /// A free row for a stamp.
+    /// Takes a free row for a stamp.
     #[inline]
     fn begin(&mut self, stamp: i64) -> usize {
         let row = self.free_rows.pop().unwrap_or_else(|| self.add_row());
@@ -152,7 +151,7 @@ impl<T> ExactTime<T> {
         self.free_rows.push(row);
     }
 
-    /// Gives a complete set out, and drops all older ones.
+    /// Emits a complete set, and drops all older ones.
     #[inline]
     fn publish(&mut self, row: usize, listener: &mut impl Listener<T>) {
         self.free(row);
@@ -185,7 +184,7 @@ impl<T> ExactTime<T> {
 mod tests {
     use super::*;
 
-    /// The stamps of all sets that come of messages `(topic, stamp)`.
+    /// The stamps of all sets found in messages `(topic, stamp)`.
     fn sets(matching: &mut ExactTime<()>, messages: &[(usize, i64)]) -> Vec<i64> {
         let mut stamps = Vec::new();
         for &(topic, stamp) in messages {

@@ -1,15 +1,15 @@
-//! How far apart the stamps of a set are.
+//! The time span of a set's stamps.
 
 use std::hint::select_unpredictable;
 
-/// From the oldest to the newest stamp among one of each topic.
+/// The interval from the oldest to the newest stamp, with one stamp per topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Interval {
     pub start: i64,
     pub end: i64,
-    /// The first topic with the oldest.
+    /// The first topic with the oldest stamp.
     pub first: usize,
-    /// The last topic with the newest.
+    /// The last topic with the newest stamp.
     pub last: usize,
 }
 

@@ -5,20 +5,20 @@ use super::DropReason;
 /// A message with its stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message<T> {
-    /// When it was measured [ns since the Unix epoch]; any number.
+    /// When the message was measured [ns since the Unix epoch]; any value.
     pub stamp: i64,
-    /// What it holds, or a handle to that.
+    /// The content of the message, or a handle to it.
     pub payload: T,
 }
 
-/// One message of each topic, in the order of topics; what is not taken out of it is dropped.
+/// One message of each topic, in the order of topics; messages that are not taken out are dropped.
 #[derive(Debug)]
 pub struct Set<'a, T> {
     places: std::slice::IterMut<'a, Option<Message<T>>>,
 }
 
 impl<'a, T> Set<'a, T> {
-    /// The messages of places that are all taken.
+    /// Creates a set from places that are all occupied.
     #[inline]
     pub(super) fn of(places: &'a mut [Option<Message<T>>]) -> Set<'a, T> {
         Set { places: places.iter_mut() }
@@ -50,14 +50,14 @@ impl<T> Drop for Set<'_, T> {
     }
 }
 
-/// Receives sets, and messages that do not get into one.
+/// Receives sets, and messages that are in no set.
 ///
-/// A closure that takes a [`Set`] is a listener who does not care about the others.
+/// A closure that takes a [`Set`] is a listener that ignores dropped messages.
 pub trait Listener<T> {
-    /// A set is complete.
+    /// Called with a complete set.
     fn set(&mut self, set: Set<'_, T>);
 
-    /// A message of `topic` will be in no set, because of `reason`.
+    /// Called with a message of `topic` that will be in no set, and the `reason`.
     fn dropped(&mut self, _topic: usize, _message: Message<T>, _reason: DropReason) {}
 }
 

@@ -1,8 +1,8 @@
 //! Matching messages into sets, as ROS's `message_filters` does.
 //!
-//! A set has one message of each topic, and each message is in one set at most. The sets follow from
-//! the stamps and the order of arrival alone. Whatever was pushed is in a set, or waits, or was
-//! dropped for a [`DropReason`].
+//! A set has one message of each topic, and each message is in at most one set. The sets depend only on the
+//! stamps and the order of arrival. Every message is in a set, is queued, or was dropped for a
+//! [`DropReason`].
 
 mod message;
 mod drops;

@@ -1,25 +1,25 @@
-//! The messages of one topic that wait for a set.
+//! The queue of one topic's messages.
 
 use super::{Message, TopicSettings};
 
-/// A ring of messages, some of the oldest of which are passed over.
+/// A ring buffer of messages, some of the oldest of which may be passed over.
 ///
-/// Places count all messages of the topic, so that a message keeps its place; they wrap around.
+/// Positions count all messages of the topic, so that a message keeps its position; they wrap around.
 #[derive(Clone, Debug)]
 pub(super) struct Queue<T> {
     settings: TopicSettings,
-    /// As many as there are payloads: a power of two.
+    /// As many entries as there are payloads: a power of two.
     stamps: Vec<i64>,
     payloads: Vec<Option<T>>,
-    /// The place of the oldest message.
+    /// The position of the oldest message.
     oldest: usize,
-    /// The place of the oldest that is not passed over.
+    /// The position of the oldest message that is not passed over.
     head: usize,
-    /// The place of the next to come.
+    /// The position of the next message to arrive.
     next: usize,
 }
 
-/// How many places a ring has at first.
+/// The initial size of the ring.
 const SMALLEST: usize = 16;
 
 impl<T> Queue<T> {
@@ -58,7 +58,7 @@ impl<T> Queue<T> {
         self.next = self.next.wrapping_add(1);
     }
 
-    /// The oldest message, which leaves.
+    /// Removes the oldest message.
     #[inline]
     pub fn take_oldest(&mut self) -> Option<Message<T>> {
         let slot = self.slot(self.oldest);
@@ -72,13 +72,13 @@ impl<T> Queue<T> {
         self.head != self.next
     }
 
-    /// The stamp of the oldest message that is not passed over; any number where there is none.
+    /// The stamp of the oldest message that is not passed over; any value if there is none.
     #[inline]
     pub fn head_stamp(&self) -> i64 {
         self.stamps[self.slot(self.head)]
     }
 
-    /// The stamp of the message after that, likewise.
+    /// The stamp of the message after the head; any value if there is none.
     #[inline]
     pub fn second_stamp(&self) -> i64 {
         self.stamps[self.slot(self.head.wrapping_add(1))]
@@ -89,13 +89,13 @@ impl<T> Queue<T> {
         self.head = self.head.wrapping_add(1);
     }
 
-    /// All messages that were passed over count again.
+    /// Makes all messages that were passed over available again.
     #[inline]
     pub fn rewind(&mut self) {
         self.head = self.oldest;
     }
 
-    /// The stamp of the message so many after the head, or the earliest that can come there.
+    /// The stamp of the message `passed` after the head, or the earliest that can arrive there.
     #[inline]
     pub fn stamp_ahead(&self, passed: usize, pivot_stamp: i64) -> i64 {
         let place = self.head.wrapping_add(passed);

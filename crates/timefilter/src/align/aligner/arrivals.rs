@@ -1,4 +1,4 @@
-//! How an aligner takes samples.
+//! How an aligner receives samples.
 
 use super::super::row::{Aside, News, Output, Why};
 use super::super::settings::{Mode, Onto};
@@ -51,7 +51,7 @@ impl Aligner {
         self.pivot.is_some_and(|pivot| pivot.place as usize == place && self.place(pivot).is_ok())
     }
 
-    /// Forgets what no row to come needs of a source whose samples are at capacity.
+    /// Drops samples that no future row needs from a source at capacity.
     #[cold]
     pub(super) fn make_room(&mut self, place: usize, measured: i64) {
         let now = self.now.unwrap_or(measured);
@@ -67,7 +67,7 @@ impl Aligner {
         }
     }
 
-    /// Moves the end of what a grid may have rows for; over a hole in which no source delivered.
+    /// Extends the time range for which a grid may issue rows; skips gaps in which no source delivered.
     #[inline]
     pub(super) fn extend<F: FnMut(Output<'_>)>(&mut self, measured: i64, out: &mut F) {
         let Onto::Grid { period_nanos } = self.onto else { return };
@@ -88,7 +88,7 @@ impl Aligner {
         }
     }
 
-    /// Gives the rows before a hole and goes on behind it; before the first sample there is none.
+    /// Issues the rows before a gap and continues after it; before the first sample there is no gap.
     #[cold]
     pub(super) fn cross_hole<F>(&mut self, period_nanos: i64, measured: i64, out: &mut F)
     where
@@ -104,7 +104,7 @@ impl Aligner {
         self.waits_for = None;
     }
 
-    /// Goes on with the first row at or after a time; there is none near the end of all time.
+    /// Continues with the first row at or after a time; there is none near the end of the range of time.
     #[cold]
     pub(super) fn skip_to(&mut self, period_nanos: i64, time: i64) {
         let after = multiple_from(period_nanos, time);
@@ -117,8 +117,8 @@ impl Aligner {
         self.next = after.map(|after| after.max(next));
     }
 
-    /// Before the first row of a reproducible grid: lets it be no later than a sample, unless that
-    /// came too late for rows to wait for it, or is too old for rows without end. Says whether it
+    /// Before the first row of a reproducible grid, moves it to no later than a sample, unless the sample
+    /// came too late for rows to wait for it, or is too old to bound the number of rows. Returns whether it
     /// did.
     #[inline]
     pub(super) fn begin_rows(&mut self, measured: i64) -> bool {
@@ -141,7 +141,7 @@ impl Aligner {
         is_earlier
     }
 
-    /// Whether the next row may not have to wait any longer, after a source has delivered.
+    /// Whether the next row may be ready after a source has delivered.
     #[inline]
     pub(super) fn may_settle<F: FnMut(Output<'_>)>(&mut self, place: usize, out: &mut F) -> bool {
         let Some(source) = &self.sources[place] else { return false };
@@ -167,7 +167,7 @@ impl Aligner {
     }
 }
 
-/// The first whole multiple of a period at or after a time.
+/// The first multiple of a period at or after a time.
 #[inline]
 fn multiple_from(period_nanos: i64, time: i64) -> Option<i64> {
     match time.rem_euclid(period_nanos) {

@@ -13,25 +13,25 @@ use super::settings::{
 use super::source::{Counts, Source};
 use super::watermark::Presence;
 
-/// How much later than its arrival a sample may claim to be measured [ns].
+/// How far a sample's time of measurement may be after its arrival [ns].
 pub const AHEAD_NANOS: i64 = 1_000_000_000;
-/// For how many periods rows of a grid go on when no source delivers: five minutes at 64 Hz.
+/// The number of grid periods for which rows continue when no source delivers: five minutes at 64 Hz.
 pub const ROWS_IN_SILENCE: i64 = 19_200;
 
-/// The values of many sources at common times: a view that throws nothing away.
+/// Aligns many sources to common times, and reports every sample that it leaves out.
 ///
-/// A pure function of what it is given and in which order. Extra ticks, and the cutting of runs
-/// into pieces that arrive at the same time, change nothing.
+/// The output depends only on the inputs and their order. Extra ticks, and splitting runs into parts with
+/// the same arrival time, change nothing.
 ///
-/// A row is given out when no sample that is still expected could change it: each source is
-/// complete up to its watermark, which is its newest sample's time less its bounded lateness. A
-/// source that says nothing for its idle time-out is not waited for; nor is one that has not come
-/// as far as a row when its lateness and idle time-out have passed since the row's time. Both come
-/// back by themselves: with the next sample, and when they have caught up.
+/// A row is issued when no outstanding sample could change it: each source is complete up to its watermark,
+/// which is its newest sample's time less its bounded lateness. Rows do not wait for a source that has been
+/// silent for its idle time-out, nor for one that has not reached a row when its lateness and idle time-out
+/// have passed since the row's time. Both return automatically: with the next sample, and when they have
+/// caught up.
 ///
-/// Whatever the times are: n samples give no more than (n + 1) · ([`ROWS_IN_SILENCE`] + 1) rows,
-/// and ticks none beyond these. A row costs a step for each source, and one for each sample in a
-/// window.
+/// The output is bounded for any input times: n samples give at most (n + 1) · ([`ROWS_IN_SILENCE`] + 1)
+/// rows, and ticks give none beyond these. The cost of a row is linear in the number of sources and of
+/// samples in its windows.
 #[derive(Clone, Debug)]
 pub struct Aligner {
     onto: Onto,
@@ -39,40 +39,41 @@ pub struct Aligner {
     sources: Vec<Option<Source>>,
     pivot: Option<SourceId>,
     serial: u32,
-    /// A column for each source that is there, in their order, and the values of all.
+    /// A column for each present source, in their order, and all their values.
     columns: Vec<Column>,
     values: Vec<f64>,
-    /// The session's time; `None` before it begins.
+    /// The session time; `None` before it starts.
     now: Option<i64>,
-    /// The newest sample of all; `i64::MIN` without any.
+    /// The newest sample of any source; `i64::MIN` without any.
     newest: i64,
     /// The next row of a grid.
     next: Option<i64>,
     /// The time of the newest row.
     last: Option<i64>,
-    /// Up to when a grid may have rows before another sample comes; `i64::MIN` before the first.
+    /// The time until which a grid may issue rows before another sample arrives; `i64::MIN` before the
+    /// first.
     reach: i64,
-    /// All sources before this place are complete for the next row, or are not waited for.
+    /// All sources before this index are complete for the next row, or are not waited for.
     settled: usize,
-    /// Which source the next row waits for, and until when that must be complete at least.
+    /// The source that the next row waits for, and the time up to which it must be complete.
     waits_for: Option<(usize, i64)>,
-    /// When the next row is given out without more samples.
+    /// When the next row is issued without further samples.
     row_due: i64,
-    /// No source falls silent before.
+    /// The earliest time at which a source can fall silent.
     silence_due: i64,
     /// The longest time that a row waits for any source [ns].
     patience_nanos: i64,
-    /// How many sources have left, and are still in the rows.
+    /// The number of sources that have ended but are still in the rows.
     leaving: usize,
     rows: u64,
     skipped: u64,
 }
 
-/// Never, as a time when something is due.
+/// A due time that is never reached.
 const NEVER: i64 = i64::MAX;
 
 impl Aligner {
-    /// An aligner without sources. The period of a grid is refused unless it is 1 ns to a day.
+    /// Creates an aligner without sources. The period of a grid must be 1 ns to a day.
     pub fn new(onto: Onto, mode: Mode) -> Result<Aligner, AlignError> {
         if let Onto::Grid { period_nanos } = onto {
             checked("grid's period", 1, period_nanos)?;
@@ -101,9 +102,9 @@ impl Aligner {
         })
     }
 
-    /// Adds a source that is there from the beginning, before any time has passed; rows wait for its first
-    /// sample up to its idle time-out. Refuses what is out of range, and more than
-    /// [`MOST_SOURCES`](super::MOST_SOURCES) at once.
+    /// Adds a source that is present from the start, before any time has passed; rows wait for its first
+    /// sample up to its idle time-out. Fails for settings out of range, and for more than
+    /// [`MOST_SOURCES`](super::MOST_SOURCES) sources at once.
     pub fn add(&mut self, settings: SourceSettings) -> Result<SourceId, AlignError> {
         if self.now.is_some() {
             return Err(AlignError::Begun);
@@ -111,8 +112,7 @@ impl Aligner {
         self.admit(settings)
     }
 
-    /// Adds a source at `now` [ns of session time], with everything that falls due until then given out
-    /// before.
+    /// Adds a source at `now` [ns of session time], after issuing everything that is due until then.
     pub fn join<F>(
         &mut self,
         settings: SourceSettings,
@@ -148,8 +148,8 @@ impl Aligner {
         Ok(id)
     }
 
-    /// A source has ended, at the time of the last sample or tick: its samples are used up to the last, then
-    /// it is gone from the rows.
+    /// Ends a source at the time of the last sample or tick: its samples are used up to the last one, then
+    /// it leaves the rows.
     pub fn leave<F>(&mut self, source: SourceId, mut out: F) -> Result<(), AlignError>
     where
         F: FnMut(Output<'_>),
@@ -184,8 +184,8 @@ impl Aligner {
         Ok(())
     }
 
-    /// Takes samples of a source that arrived at once: the same as each by itself, with the
-    /// arrival of all.
+    /// Takes samples of a source that arrived together: equivalent to pushing each with their common
+    /// arrival time.
     pub fn push_run<F>(
         &mut self,
         source: SourceId,
@@ -208,12 +208,12 @@ impl Aligner {
         Ok(())
     }
 
-    /// Time passes: it is `now` [ns of session time], and all that arrived before was pushed.
+    /// Advances session time to `now` [ns]; all samples that arrived earlier must have been pushed.
     pub fn tick<F: FnMut(Output<'_>)>(&mut self, now: i64, mut out: F) {
         self.advance(now, &mut out);
     }
 
-    /// Nothing more will come: gives out the rows up to the newest sample. No source may say more.
+    /// Ends the input: issues the rows up to the newest sample. No source may deliver afterwards.
     pub fn finish<F: FnMut(Output<'_>)>(&mut self, mut out: F) {
         for source in self.sources.iter_mut().flatten() {
             if source.is_here() {
@@ -223,25 +223,25 @@ impl Aligner {
         self.settle_anew(&mut out);
     }
 
-    /// What has become of a source's samples so far; `None` when it is gone from the rows.
+    /// The numbers of a source's samples by outcome; `None` once it has left the rows.
     pub fn counts(&self, source: SourceId) -> Option<Counts> {
         let present = self.sources.get(source.place as usize)?.as_ref()?;
         (present.id == source).then_some(present.counts)
     }
 
-    /// How many rows were given out.
+    /// The number of rows issued.
     pub fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// How many rows of a grid were left out, because no source delivered.
+    /// The number of grid rows left out because no source delivered.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// The most memory that it takes with its present sources [B]: for each its capacity, rounded
-    /// up to a power of two, times 8 B for each channel and 8 B for the time, and what is kept of a
-    /// source and of a row.
+    /// The most memory that the aligner uses with its present sources [B]: for each source its capacity,
+    /// rounded up to a power of two, times 8 B per channel plus 8 B for the time, and the overhead per
+    /// source and row.
     pub fn bytes_bound(&self) -> usize {
         let of_samples = |source: &Source| source.samples.bytes_bound() + 8 * source.channels;
         let of_source = size_of::<Option<Source>>() + size_of::<Column>();

@@ -1,4 +1,4 @@
-//! When an aligner gives out which row.
+//! When an aligner issues a row.
 
 use super::super::row::{News, Output, Row};
 use super::super::settings::{Mode, Onto};
@@ -12,7 +12,7 @@ impl Aligner {
         self.settle(out);
     }
 
-    /// Gives out all rows that are due.
+    /// Issues all rows that are due.
     #[inline]
     pub(super) fn settle<F: FnMut(Output<'_>)>(&mut self, out: &mut F) {
         self.waits_for = None;
@@ -42,7 +42,7 @@ impl Aligner {
         }
     }
 
-    /// Whether it is time for a row in available mode.
+    /// Whether a row is due in available mode.
     #[inline]
     pub(super) fn is_time(&mut self, row: i64) -> bool {
         let is_grid = self.onto != Onto::Pivot;
@@ -52,7 +52,7 @@ impl Aligner {
         !is_grid || (row <= self.reach && self.now.is_some_and(|now| row <= now))
     }
 
-    /// Whether nothing that is waited for can change a row.
+    /// Whether no awaited sample can change a row.
     #[inline]
     pub(super) fn is_decided<F: FnMut(Output<'_>)>(&mut self, row: i64, out: &mut F) -> bool {
         let now = self.now.unwrap_or(i64::MIN);
@@ -74,8 +74,7 @@ impl Aligner {
         self.onto == Onto::Pivot || row <= self.newest || self.is_due_in_silence(row, now)
     }
 
-    /// Whether a row that no source has reached is given out all the same: as late as if one were
-    /// waited for.
+    /// Whether a row that no source has reached is due anyway: as late as if a source were awaited.
     #[cold]
     pub(super) fn is_due_in_silence(&mut self, row: i64, now: i64) -> bool {
         if row > self.reach || !self.sources.iter().flatten().any(Source::is_here) {
@@ -85,7 +84,7 @@ impl Aligner {
         self.row_due <= now
     }
 
-    /// Gives out a row.
+    /// Issues a row.
     pub(super) fn give<F: FnMut(Output<'_>)>(&mut self, row: i64, out: &mut F) {
         if self.leaving > 0 {
             self.let_go(row);

@@ -22,7 +22,7 @@ impl Aligner {
         self.sources[place].as_ref().map_or(1, |source| source.channels)
     }
 
-    /// Lets go of the sources that have left before `row`.
+    /// Removes the sources that left before `row`.
     pub(super) fn let_go(&mut self, row: i64) {
         let is_over = |source: &Source| {
             source.watermark.presence == Presence::Left && source.watermark.newest < row
@@ -36,7 +36,7 @@ impl Aligner {
         self.arrange();
     }
 
-    /// Gives each source its columns, after one has come or gone.
+    /// Assigns columns to the sources after one has joined or left.
     pub(super) fn arrange(&mut self) {
         self.columns.clear();
         let mut begin = 0;

@@ -1,10 +1,10 @@
-//! How session time passes for an aligner.
+//! How session time advances for an aligner.
 
 use super::super::row::{News, Output};
 use super::{Aligner, NEVER};
 
 impl Aligner {
-    /// Lets session time pass, and gives out what falls due, each thing at its own time.
+    /// Advances session time, and issues everything that falls due, each at its own time.
     #[inline]
     pub(super) fn advance<F: FnMut(Output<'_>)>(&mut self, now: i64, out: &mut F) {
         if let Some(before) = self.now {

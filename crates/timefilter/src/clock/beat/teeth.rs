@@ -1,52 +1,52 @@
-//! What a saw-tooth of delays says of a clock: where it steps, the truth is known.
+//! The steps of a saw-tooth of delays, at which the true offset of a clock is known.
 //!
-//! A packet waits for the next event of its link, for an interval at most. So the true offset lies between
-//! the lowest delay and an interval below it, and nothing shows where, until the delays step by an
-//! interval: there the wait was zero or restarted from zero, whichever delay is the lower. These moments
-//! are knots; between and after them the clock runs straight, as far as clocks do, and never leaves the
-//! band.
+//! A packet waits for the next event of its link, for at most an interval. So the true offset lies between
+//! the lowest delay and one interval below it, and nothing shows where, until the delays step by an
+//! interval: there the wait was zero or restarted from zero, whichever delay is lower. These moments are
+//! knots; between and after them the clock is taken to run at a nearly constant rate, within the band.
 
 use crate::clock::fit::{Fit, Point};
 
-/// How near to the delay of its tooth a bin is, and to a whole step from it, as a part of the interval.
+/// How close a bin must be to the present tooth, or to a whole step from it, as a fraction of the interval.
 const NEAR: f64 = 0.25;
-/// So many bins in a row that are higher make a step: in fewer, all packets may have failed.
+/// The number of consecutive higher bins that make a step: in fewer, all packets may have been
+/// retransmitted.
 const HIGHER: u32 = 5;
-/// So many that are lower do, and that are neither.
+/// The number of lower bins that make a step, and of bins that fit no tooth that end the present one.
 const LOWER: u32 = 2;
 const NEITHER: u32 = 5;
-/// After a longer pause nobody knows how many steps there were [s].
+/// The longest pause over which steps can be counted [s].
 const PAUSE_SECS: f64 = 10.0;
-/// A step back so soon after a step is the same one: packets that are sent a little earlier or later are on
-/// either side of it [s].
+/// The time within which a step back undoes the last step [s]: packets sent slightly earlier or later fall
+/// on either side of it.
 const SAME_SECS: f64 = 60.0;
-/// Where more than such a part of bins is off its tooth, teeth are too short to be followed, and how many bins
-/// that is the mean of.
+/// The share of bins off their tooth above which teeth are too short to be followed, and the number of bins
+/// over which the share is averaged.
 const OFF: f64 = 0.35;
 const OFF_BINS: f64 = 30.0;
-/// How far a knot is from the truth (standard deviation) in value and in time [s].
+/// The standard error of a knot in value and in time [s].
 const FINE_SECS: f64 = 0.03e-3;
 const BIN_SECS: f64 = 1.0;
 /// The uncertainty stated between two events that do not show where the true offset lies, as a share of the
 /// interval.
 const STATED: f64 = 0.52;
-/// The first tooth begins anywhere. How fast the ones after it are run through, as a part of the fastest that they
-/// can be for its length, and half the 95 % interval of that.
+/// The first tooth starts at an unknown phase. The assumed rate of the following ones, as a fraction of the
+/// fastest possible for its length, and half the 95 % interval of that.
 const FASTER: f64 = 0.6;
 const ABOUT: f64 = 0.5;
-/// For so long after a knot nothing shows how its tooth grows [s].
+/// How long after a knot the slope of its tooth cannot be estimated [s].
 const FLAT_SECS: f64 = 20.0;
-/// No device's clock is further off than this (as a slope).
+/// The largest skew that is assumed [1].
 const MOST_SKEW: f64 = 200e-6;
 
-/// How many steps the live model keeps.
+/// The number of steps that the live model keeps.
 const STEPS: usize = 16;
-/// How long steps are remembered [s], and the drift of skew that is stated between them, beside that of other
+/// The memory of steps [s], and the stated drift of the skew between them, in addition to that of other
 /// lines [1/s].
 const LIVE: Memory = Memory { secs: 150.0, drift: 1.5e-8 };
-/// The same with steps to both sides.
+/// The same with steps on both sides.
 const HINDSIGHT: Memory = Memory { secs: 100.0, drift: 0.7e-8 };
-/// How near to each other intervals are that are one, as a part.
+/// How close intervals must be to count as equal [fraction].
 const SAME_INTERVAL: f64 = 0.01;
 
 struct Memory {
@@ -54,43 +54,43 @@ struct Memory {
     drift: f64,
 }
 
-/// A saw-tooth that is followed bin by bin.
+/// A saw-tooth, followed bin by bin.
 #[derive(Clone, Debug)]
 pub(in crate::clock) struct Teeth {
-    /// How high it is [s]; 0 where there is none.
+    /// The height of a tooth [s]; 0 if there is none.
     interval: f64,
-    /// The lowest delay of the present tooth, where it was seen last; there is none before the first bin.
+    /// The last lowest delay of the present tooth; `None` before the first bin.
     level: Option<Point>,
-    /// The newest bin [s].
+    /// The device time of the newest bin [s].
     newest: f64,
-    /// From when on the present tooth was seen [s], and for how long the one before the last step was.
+    /// When the present tooth was first seen [s], and the duration of the one before the last step.
     since: f64,
     before: f64,
     higher: u32,
     lower: u32,
-    /// The first of the bins that are lower.
+    /// The first of the current run of lower bins.
     fallen: Point,
     neither: u32,
-    /// The part of bins that are off their tooth.
+    /// The share of bins that are off their tooth.
     off: f64,
-    /// Whether the last step was up (1) or down (-1); 0 where there was a pause since.
+    /// Whether the last step was up (1) or down (-1); 0 after a pause.
     direction: f64,
-    /// Where it stepped, oldest first.
+    /// The points where delays stepped, oldest first.
     knots: Vec<Point>,
-    /// How many are kept.
+    /// The most knots that are kept.
     most: usize,
 }
 
 impl Teeth {
-    /// What a live model keeps its steps in [B].
+    /// The memory that a live model uses for its steps [B].
     pub const LIVE_BYTES: usize = (STEPS + 1) * size_of::<Point>();
 
-    /// None so far, for a live model: the last steps will be kept.
+    /// Creates a live model, which keeps only the last steps.
     pub fn live() -> Teeth {
         Teeth::keeping(Some(STEPS))
     }
 
-    /// None so far; all steps will be kept.
+    /// Creates a model that keeps all steps.
     pub fn whole() -> Teeth {
         Teeth::keeping(None)
     }
@@ -114,12 +114,12 @@ impl Teeth {
         }
     }
 
-    /// Whether teeth are so high [s].
-    pub fn are_of(&self, interval: f64) -> bool {
+    /// Whether teeth have this height [s].
+    pub fn have_height(&self, interval: f64) -> bool {
         (interval - self.interval).abs() <= SAME_INTERVAL * interval
     }
 
-    /// Forgets all; teeth are so high from now on [s].
+    /// Resets the model to teeth of the height `interval` [s].
     pub fn begin(&mut self, interval: f64) {
         self.knots.clear();
         let knots = std::mem::take(&mut self.knots);
@@ -162,13 +162,13 @@ impl Teeth {
         }
     }
 
-    /// A tooth is seen of which nobody knows which one it is.
+    /// Starts from a tooth whose number of steps from the previous one is unknown.
     fn anchor(&mut self, bin: Point) {
         (self.level, self.newest, self.since) = (Some(bin), bin.device, bin.device);
         (self.higher, self.lower, self.neither, self.direction) = (0, 0, 0, 0.0);
     }
 
-    /// It stepped at a knot, and is at `bin` now.
+    /// Records a step at a knot; `bin` is the present point.
     fn step(&mut self, knot: Point, bin: Point, direction: f64) {
         let last = self.knots.last().copied();
         let is_back = self.direction * direction < 0.0;
@@ -188,22 +188,22 @@ impl Teeth {
         (self.higher, self.lower, self.neither) = (0, 0, 0);
     }
 
-    /// The delay of the present tooth, where it was seen just now.
+    /// The last point of the present tooth, if the newest bin was on it.
     pub fn level(&self) -> Option<Point> {
         self.level.filter(|level| level.device >= self.newest)
     }
 
-    /// Whether there are teeth, long enough to be followed.
+    /// Whether there are teeth that last long enough to be followed.
     pub fn are_followed(&self) -> bool {
         self.interval > 0.0 && self.off <= OFF && self.level.is_some()
     }
 
-    /// The line where a tooth is at `level`, through the steps so far.
+    /// The line at `level` of the present tooth, through the steps so far.
     pub fn live_line(&self, level: Point) -> Fit {
         self.line(level, &LIVE)
     }
 
-    /// The line where a tooth is at `level`, through the steps to both sides.
+    /// The line at `level` of a tooth, through the steps on both sides.
     pub fn line_with_hindsight(&self, level: Point) -> Fit {
         self.line(level, &HINDSIGHT)
     }
@@ -229,15 +229,15 @@ impl Teeth {
         Fit::stated(Point { device, delay }, slope, error.min(within))
     }
 
-    /// The delay where a tooth is at `level` [s], how it grows and how wrong it may be [s], behind the only knot so
-    /// far or before it: it is run through no faster than it lasts.
+    /// The true delay [s], its slope and its uncertainty [s] at `level`, after or before the only knot so
+    /// far: a tooth passes no faster than it lasts.
     fn behind(&self, knot: Point, level: Point) -> (f64, f64, f64) {
         let passed = level.device - knot.device;
         let lasted = passed.abs().max(self.before).max(self.newest - self.since).max(1.0);
         if self.direction == 0.0 {
             return (knot.delay, 0.0, 2.0 * FINE_SECS + MOST_SKEW * passed.abs());
         }
-        // By how much the link's clock and the device's are apart shows in the tooth itself.
+        // The slope of the tooth itself shows the difference between the clocks of link and device.
         let is_higher = (passed > 0.0) == (self.direction > 0.0);
         let began = knot.delay + if is_higher { self.interval } else { 0.0 };
         let flat = if passed.abs() > FLAT_SECS { (level.delay - began) / passed } else { 0.0 };

@@ -1,11 +1,12 @@
 use crate::clock::simulated::SECOND;
 use crate::clock::{ClockModel, Latency, OneWay, OneWaySettings, Smoother, Stamps};
 
-/// When the second of the steps comes, about: from then on the truth is known [s].
+/// The approximate time of the second step, from which on the truth is known [s].
 const KNOWN_SECS: i64 = 1050;
 
-/// What a clock that runs 100 ppm fast sends each `period` over a link with events each `interval` [ns]: its stamps,
-/// and when it was measured [ns]. Every fiftieth packet fails and comes with the next event.
+/// The packets of a clock that runs 100 ppm fast, sent every `period` over a link with events every
+/// `interval` [ns]: their stamps, and the true time of measurement [ns]. Every fiftieth packet fails and is
+/// sent again at the next event.
 fn beating(period: i64, interval: i64, secs: i64) -> Vec<(Stamps, i64)> {
     let packet = |number: i64| {
         let device = number * period;
@@ -28,7 +29,7 @@ fn settings() -> OneWaySettings {
     OneWaySettings::new(Latency::new(0.0, 0.0))
 }
 
-/// How wrong each packet's time is, and what is stated [ms].
+/// The error of each packet's time, and the stated uncertainty [ms].
 fn errors(clock: &mut dyn ClockModel, packets: &[(Stamps, i64)]) -> Vec<(f64, f64)> {
     let error = |(stamps, truth): &(Stamps, i64)| {
         let error = (clock.correct(stamps).measured - truth) as f64 / 1e6;
@@ -64,7 +65,7 @@ fn with_hindsight_the_truth_in_all_of_a_saw_tooth_is_known() {
 }
 
 #[test]
-fn what_is_polled_is_half_an_interval_off_at_most_before_a_step() {
+fn polled_data_are_off_by_at_most_half_an_interval_before_a_step() {
     let interval = 8_000_000;
     let packets = beating(interval, interval, 70);
     let packets: Vec<_> =

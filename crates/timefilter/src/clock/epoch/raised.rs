@@ -1,29 +1,29 @@
-//! Bins of which all packets were held up.
+//! Bins in which all packets were delayed.
 
 use super::Packet;
 
-/// How near to each other the delays of raised bins are after a jump [s].
+/// How close the delays of raised bins must be after a jump [s].
 const AGREE_SECS: f64 = 0.05;
-/// How many bins of high delays in agreement mean that the clock was set back.
+/// The number of raised bins with similar delays that show that the clock was set back.
 pub(super) const RAISED_BINS: usize = 4;
-/// After how many raised bins the way has become longer for good.
+/// The number of raised bins after which the path delay has increased permanently.
 pub(in crate::clock) const RAISED_LONG: usize = 450;
-/// By how much delays may change in half of that and be of a way that is longer for good [s].
+/// How much delays may change over half of those bins for the increase to be permanent [s].
 const GROWN_SECS: f64 = 0.5;
 
-/// Bins in a row in which all came late.
+/// A run of consecutive raised bins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Raised {
     pub bins: usize,
-    /// Whether all agree with each other.
+    /// Whether their delays are similar.
     agree: bool,
     delay: f64,
-    /// How far the last one is above the line [s].
+    /// How far the last bin is above the line [s].
     pub height: f64,
-    /// Whether numbers show that the clock goes on.
+    /// Whether sample indices show that the clock runs on.
     pub vouched: bool,
     pub packets: [Packet; RAISED_BINS],
-    /// The lowest delays of the first half of so many bins as last, and of the second.
+    /// The lowest delay in each half of the run.
     halves: [f64; 2],
 }
 
@@ -43,8 +43,8 @@ impl Default for Raised {
 }
 
 impl Raised {
-    /// Whether the way has become longer for good: it lasts, and delays do not go on growing as those of a
-    /// link that is too slow do.
+    /// Whether the path delay has increased permanently: the run is long, and its delays do not keep
+    /// growing as on an overloaded link.
     pub fn lasts(&mut self) -> bool {
         if self.bins < RAISED_LONG {
             return false;
@@ -57,15 +57,15 @@ impl Raised {
         is_steady
     }
 
-    /// By how much the line may be wrong because of them [s]. A clock that goes on while delays grow
-    /// gradually is a slow link; of one that was raised at once even numbers may not show that it stood
-    /// still with its samples.
+    /// The additional uncertainty of the line due to the run [s]. A clock that runs on while delays grow
+    /// gradually means a slow link; after a sudden rise, the device may have stopped sampling together with
+    /// its clock, which sample indices do not show.
     pub fn unclear(&self) -> f64 {
         if self.vouched && !self.agree { 0.0 } else { self.height }
     }
 
-    /// Takes a bin's lowest delay and how far that is above the line; whether the bins now show that
-    /// the clock was set back: they were raised at once, and by the same.
+    /// Adds a bin by its lowest delay and its height above the line. Returns whether the clock was set
+    /// back: the bins were raised suddenly, all by the same amount.
     pub fn push(&mut self, delay: f64, height: f64, packet: Packet) -> bool {
         self.agree &= self.bins == 0 || (delay - self.delay).abs() < AGREE_SECS;
         let half = &mut self.halves[usize::from(self.bins >= RAISED_LONG / 2)];

@@ -1,15 +1,15 @@
-//! Packets that do not fit their clock, until it is clear whether it was set.
+//! Packets that do not fit their clock, held until it is clear whether the clock was set.
 
 use crate::clock::epoch::Packet;
 
-/// How many packets must agree that the clock was set.
+/// The number of packets that must agree that the clock was set.
 pub const AGREEING: usize = 3;
-/// For how long they must [ns]: a burst of old packets agrees for a moment only.
+/// How long they must agree [ns]: a burst of old packets agrees only briefly.
 const AGREEING_NANOS: i64 = 100_000_000;
-/// How near to each other they are [ns].
+/// How close their delays must be [ns].
 const AGREE_NANOS: u64 = 250_000_000;
 
-/// Packets in a row that are not of the epoch, but of one clock that runs.
+/// A run of packets that do not fit the epoch, but are consistent with each other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Astray {
     count: usize,
@@ -23,7 +23,7 @@ impl Default for Astray {
 }
 
 impl Astray {
-    /// Takes a packet; whether there are enough that agree.
+    /// Takes a packet; returns whether enough packets agree.
     pub fn push(&mut self, packet: Packet) -> bool {
         let delay = |packet: Packet| packet.arrival.saturating_sub(packet.device);
         let newest = self.packets[self.count.clamp(1, AGREEING) - 1];

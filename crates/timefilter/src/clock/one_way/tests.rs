@@ -11,7 +11,7 @@ fn news(clock: &mut OneWay) -> Vec<News> {
     std::iter::from_fn(|| clock.news()).collect()
 }
 
-/// Feeds what a device sends in some seconds; the error of the last sample [s].
+/// Feeds the packets of some seconds to the clock; returns the error of the last sample [s].
 fn run(clock: &mut OneWay, device: &mut Device, secs: i64) -> f64 {
     let mut error = f64::NAN;
     let end = device.now + secs * SECOND;
@@ -44,8 +44,8 @@ fn a_clock_that_runs_two_percent_fast_is_followed_and_reported() {
             let error = run(&mut clock, &mut device, 3) - device.least_delay;
             assert!(error.abs() < 0.01, "{error}");
         }
-        let told = news(&mut clock);
-        assert!(matches!(told[..], [News::Fast { .. }]), "{told:?}");
+        let reported = news(&mut clock);
+        assert!(matches!(reported[..], [News::Fast { .. }]), "{reported:?}");
         assert!((clock.state().skew_ppm - (rate - 1.0) * 1e6).abs() < 100.0);
         assert_eq!(clock.state().epoch, 0);
     }
@@ -64,7 +64,7 @@ fn a_clock_that_is_set_begins_a_new_epoch() {
             [News::Jumped { epoch: 1, secs }] => {
                 assert!((secs - hours as f64 * 3600.0).abs() < 1.0, "{secs}");
             }
-            ref told => panic!("{told:?}"),
+            ref reported => panic!("{reported:?}"),
         }
     }
 }
@@ -202,8 +202,10 @@ fn a_clock_that_is_set_by_little_is_found_within_a_second_by_its_numbers() {
         device.clock += step_ms * 1_000_000;
         let error = run(&mut clock, &mut device, 1) - device.least_delay;
         assert!(error.abs() < 0.01, "{step_ms}: {error}");
-        let told = news(&mut clock);
-        let [News::Jumped { epoch: 1, secs }] = told[..] else { panic!("{step_ms}: {told:?}") };
+        let reported = news(&mut clock);
+        let [News::Jumped { epoch: 1, secs }] = reported[..] else {
+            panic!("{step_ms}: {reported:?}")
+        };
         assert!((secs - step_ms as f64 / 1e3).abs() < 0.005, "{step_ms}: {secs}");
     }
 }
@@ -221,7 +223,7 @@ fn packets_that_are_sent_once_more_in_a_row_are_no_clock_that_was_set_back() {
             if round % 50 == 49 {
                 let arrival = stamps.arrival;
                 for again in last.split_off(last.len() - packets) {
-                    // Whoever counts what comes gives each a number of its own.
+                    // A driver that numbers packets on arrival gives each repeat its own index.
                     device.index += 1;
                     let index = device.index - 1;
                     clock.correct(&Stamps { arrival, index, ..again });
@@ -241,8 +243,8 @@ fn a_period_that_is_declared_wrong_is_reported_and_corrected() {
         let mut worst = 0.0_f64;
         for k in 0..200 {
             let (truth, stamps) = device.send();
-            let said = Stamps { period_nanos: stamps.period_nanos * wrong, ..stamps };
-            let corrected = clock.correct(&said);
+            let declared = Stamps { period_nanos: stamps.period_nanos * wrong, ..stamps };
+            let corrected = clock.correct(&declared);
             let last = corrected.measured as f64 + 72.0 * corrected.period_nanos;
             let true_last = truth as f64 + 72.0 * stamps.period_nanos;
             if k > 100 {
@@ -250,8 +252,8 @@ fn a_period_that_is_declared_wrong_is_reported_and_corrected() {
                 worst = worst.max(error.abs());
             }
         }
-        let told = news(&mut clock);
-        let [News::WrongRate { hz, .. }] = told[..] else { panic!("{wrong}: {told:?}") };
+        let reported = news(&mut clock);
+        let [News::WrongRate { hz, .. }] = reported[..] else { panic!("{wrong}: {reported:?}") };
         assert!((hz - 130.0).abs() < 0.1 && worst < 0.015, "{wrong}: {hz} Hz, {worst} s");
     }
 }
@@ -262,8 +264,8 @@ fn a_clock_that_runs_fast_is_found_within_16_seconds() {
         let (mut clock, mut device) = (model(), Device::new(10.0));
         (device.rate, device.tail) = (1.0 + f64::from(ppm) * 1e-6, 0.010);
         run(&mut clock, &mut device, 16);
-        let told = news(&mut clock);
-        let [News::Fast { ppm: found }] = told[..] else { panic!("{ppm}: {told:?}") };
+        let reported = news(&mut clock);
+        let [News::Fast { ppm: found }] = reported[..] else { panic!("{ppm}: {reported:?}") };
         assert!((found - f64::from(ppm)).abs() < 500.0, "{ppm}: {found}");
     }
 }

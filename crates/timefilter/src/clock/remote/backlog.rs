@@ -1,36 +1,35 @@
-//! Messages that were held up on their way and come late, but in order.
+//! Messages delayed in a backlog, which arrive late but in order.
 
-/// How many streams of a computer are followed; more share places.
+/// The most streams of a computer that are followed; further ones share slots.
 const STREAMS: usize = 16;
-/// For so long may all be equally late [ns]: a backlog becomes less, a clock that was set back does
-/// not.
+/// How long messages may be equally late [ns]: a backlog shrinks, a clock that was set back does not.
 const STEADY_NANOS: i64 = 1_000_000_000;
-/// What is equally late [ns].
+/// The largest difference at which messages count as equally late [ns].
 const EQUAL_NANOS: u64 = 100_000_000;
-/// Nothing is believed that is later than this [ns].
+/// The latest that a message may be and still be accepted [ns].
 const LATEST_NANOS: i64 = 600_000_000_000;
 
-/// How each stream of a computer goes on.
+/// The state of each stream of a computer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Backlogs {
     streams: [Option<Course>; STREAMS],
     next: usize,
 }
 
-/// One stream's last message.
+/// The last message of one stream.
 #[derive(Clone, Copy, Debug)]
 struct Course {
     stream: u32,
     stamp: i64,
-    /// Whether its stamp was believed.
+    /// Whether its timestamp was accepted.
     believed: bool,
-    /// Since when messages are equally late, and how late [ns].
+    /// Since when messages have been equally late, and how late [ns].
     late: Option<(i64, i64)>,
 }
 
 impl Backlogs {
-    /// Whether a message that is too late goes on where its stream was: in order after a message
-    /// that was believed, and not as late as those before it for long.
+    /// Whether a late message continues its stream: in order after an accepted message, and not equally
+    /// late for too long.
     pub fn goes_on(&mut self, stream: u32, stamp: i64, arrival: i64, late: i64) -> bool {
         let Some(course) = self.of(stream) else { return false };
         let steady = course.late.filter(|(_, before)| before.abs_diff(late) < EQUAL_NANOS);
@@ -43,7 +42,7 @@ impl Backlogs {
         goes_on
     }
 
-    /// A message was judged by how late it is alone.
+    /// Records a message that was judged by its lateness alone.
     pub fn judged(&mut self, stream: u32, stamp: i64, believed: bool) {
         let course = Course { stream, stamp, believed, late: None };
         if let Some(known) = self.of(stream) {

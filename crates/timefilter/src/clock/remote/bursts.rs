@@ -1,27 +1,27 @@
-//! Bursts of probes: the fastest of each counts.
+//! Bursts of probes, of which the fastest probe is used.
 
 use std::collections::VecDeque;
 
 use super::super::Probe;
 use super::line::{LinearFit, Point};
 
-/// A burst lasts no longer than this [ns].
+/// The longest duration of a burst [ns].
 const BURST_NANOS: i64 = 1_000_000_000;
-/// How many bursts count.
+/// The number of bursts that are kept.
 const BURSTS: usize = 30;
-/// After so long without a burst the last ones say nothing of now [ns].
+/// How long after the last burst the offset remains valid [ns].
 const STALE_NANOS: i64 = 60_000_000_000;
-/// What takes longer says too little [s].
+/// The longest round trip that is used [s].
 const SLOWEST_SECS: f64 = 1.0;
-/// No clock is further off [s]: 290 years are what fits.
+/// The largest offset that is accepted [s]: 290 years, the range of timestamps.
 const FURTHEST_SECS: f64 = 9.2e9;
-/// A burst that is elsewhere by more than is uncertain and this is another clock's [ns].
+/// The deviation, beyond the uncertainty, at which a burst belongs to a different clock [ns].
 const ELSEWHERE_NANOS: f64 = 2_000_000.0;
-/// From how many bursts on the skew is known.
+/// The number of bursts from which the skew is known.
 const SKEW_BURSTS: usize = 4;
-/// How far a clock may drift while its skew is unknown [1].
+/// The assumed drift of a clock while its skew is unknown [1].
 const SKEWED: f64 = 5e-4;
-/// No exchange is better known than this [ns].
+/// The least uncertainty of a probe [ns].
 const FINEST: f64 = 1_000.0;
 
 /// The last bursts of probes.
@@ -29,9 +29,9 @@ const FINEST: f64 = 1_000.0;
 pub(super) struct Bursts {
     open: Option<(i64, Exchange)>,
     closed: VecDeque<Exchange>,
-    /// The last burst, where it was elsewhere.
+    /// The last burst, if it deviated from the line.
     astray: Option<Exchange>,
-    /// How far the last burst was from what was known before, and how fast it came to that.
+    /// The deviation of the last burst from the previous line, and how fast it may have grown.
     away: Away,
     /// When a burst last agreed with the line.
     agreed: Option<i64>,
@@ -39,20 +39,20 @@ pub(super) struct Bursts {
     spread: f64,
 }
 
-/// The fastest exchange of a burst.
+/// The fastest probe of a burst.
 #[derive(Clone, Copy, Debug)]
 struct Exchange {
     at: i64,
     offset: i64,
-    /// How far the offset may be wrong [ns].
+    /// The uncertainty of the offset [ns].
     uncertainty: f64,
 }
 
-/// A contradiction.
+/// A deviation from the line.
 #[derive(Clone, Copy, Debug, Default)]
 struct Away {
     nanos: f64,
-    /// By how much it may grow [1].
+    /// The rate at which it may grow [1].
     rate: f64,
 }
 
@@ -65,26 +65,26 @@ impl Away {
 }
 
 impl Bursts {
-    /// What they allocate at most [B].
+    /// The most memory that it allocates [B].
     pub(super) const BYTES: usize = BURSTS.next_power_of_two() * size_of::<Exchange>();
 
-    /// How far the other clock is ahead [ns]; `None` where no burst shows it.
+    /// The offset of the other clock, positive when ahead [ns]; `None` without a recent burst.
     pub(super) fn line(&self) -> Option<LinearFit> {
         self.line
     }
 
-    /// Whether its slope was found, not only assumed.
+    /// Whether the slope was estimated rather than assumed.
     pub(super) fn knows_skew(&self) -> bool {
         self.closed.len() >= SKEW_BURSTS
     }
 
-    /// How far the line may be wrong [ns]; NaN where there is none.
+    /// The uncertainty of the line [ns]; NaN without one.
     pub(super) fn uncertainty_nanos(&self) -> f64 {
         let lowest = self.closed.iter().map(|each| each.uncertainty).reduce(f64::min);
         lowest.map_or(f64::NAN, |lowest| lowest + self.spread)
     }
 
-    /// How far the clock may be from the line for what the last burst said, and since then [ns].
+    /// How far the clock may be from the line according to the last burst and the time since then [ns].
     pub(super) fn doubt_nanos(&self, now: i64) -> f64 {
         let newest = self.astray.as_ref().or(self.closed.back());
         let Some(newest) = newest else { return 0.0 };
@@ -92,12 +92,12 @@ impl Bursts {
         self.away.nanos + rate * now.saturating_sub(newest.at).max(0) as f64
     }
 
-    /// When a burst last agreed with the line; `None` before.
+    /// When a burst last agreed with the line; `None` before the first.
     pub(super) fn agreed(&self) -> Option<i64> {
         self.agreed
     }
 
-    /// A probe has ended. What is absurd is passed over.
+    /// Takes a probe. Implausible ones are ignored.
     pub(super) fn push(&mut self, probe: &Probe) {
         let sound = probe.offset_secs.abs() <= FURTHEST_SECS
             && (0.0..=SLOWEST_SECS).contains(&probe.round_trip_secs);
@@ -116,7 +116,7 @@ impl Bursts {
         }
     }
 
-    /// Time passes; says whether the line is another now.
+    /// Advances to `now`; returns whether the line has changed.
     pub(super) fn pass(&mut self, now: i64) -> bool {
         let ended = |(began, _): &mut (i64, Exchange)| now.saturating_sub(*began) > BURST_NANOS;
         if let Some((_, exchange)) = self.open.take_if(ended) {
@@ -135,7 +135,8 @@ impl Bursts {
         self.away = Away::default();
         let mut agreed = self.line.map(|_| exchange.at);
         if let Some(line) = self.line.filter(|_| self.is_elsewhere(&exchange)) {
-            // One may be an exchange that stalled on one way only; two are a clock that was set.
+            // A single deviating burst may be due to a delay in one direction; two mean that the clock was
+            // set.
             let Some(before) = self.astray.replace(exchange) else {
                 let last = self.closed.back().map_or(line.origin, |last| last.at);
                 self.away = Away::between(&exchange, last, line.at(exchange.at));

@@ -1,26 +1,26 @@
-//! What the last messages say against what is taken to be known.
+//! Contradictions between the last messages and the fitted line.
 
 use super::bursts::Bursts;
 
-/// How many messages are the last ones.
+/// The number of messages considered.
 const LAST: usize = 5;
 /// When even the fastest of them is later than usual by this factor, the line is in doubt.
 const UNUSUAL: f64 = 3.0;
-/// How fast it is forgotten what is usual, a message.
+/// The forgetting factor of the usual lateness, per message.
 const FORGETS: f64 = 0.005;
 
-/// How far the last messages lie from the line that is known.
+/// The residuals of the last messages from the fitted line.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Doubt {
     last: [Residual; LAST],
     messages: u64,
-    /// The square of how late the fastest of the last messages usually is.
+    /// The mean square of the lateness of the fastest of the last messages.
     usual_square: f64,
-    /// Since when all are late, and what was too late then.
+    /// Since when all messages have been late, and the limit of lateness then.
     late: Option<(i64, f64)>,
 }
 
-/// How far a message lies from the line that is known.
+/// The residual of a message from the fitted line.
 #[derive(Clone, Copy, Debug, Default)]
 struct Residual {
     late_nanos: f64,
@@ -29,7 +29,7 @@ struct Residual {
 }
 
 impl Doubt {
-    /// A message came so much later than the fastest do, or so much earlier than it can be.
+    /// Takes how much later than the fastest messages one came, or how much earlier than is possible.
     pub(super) fn push(&mut self, now: i64, late_nanos: f64, early_nanos: f64) {
         self.keep(Residual { late_nanos, early_nanos, is_disbelieved: false });
         if self.messages < LAST as u64 {
@@ -43,21 +43,21 @@ impl Doubt {
         self.usual_square += forgets * (least * least - self.usual_square);
     }
 
-    /// A message came whose stamp was not believed.
+    /// Records a message whose timestamp was rejected.
     pub(super) fn disbelieve(&mut self) {
         self.keep(Residual { is_disbelieved: true, ..Residual::default() });
     }
 
-    /// Whether the last messages were all believed.
+    /// Whether the timestamps of all the last messages were accepted.
     pub(super) fn believes_all(&self) -> bool {
         self.last.iter().all(|each| !each.is_disbelieved)
     }
 
-    /// How far the line may be elsewhere [ns]. Lateness that began before probes agreed with the
-    /// line is the way's.
+    /// How far the line may be off [ns]. Lateness that began before probes last agreed with the line is due
+    /// to the path.
     pub(super) fn nanos(&self, probes: Option<&Bursts>) -> f64 {
         let early = self.last.iter().map(|each| each.early_nanos).fold(0.0, f64::max);
-        // Even the earliest of them may be as late as is usual.
+        // Even the earliest of them may have the usual lateness.
         let early = early + early.min(self.too_late_nanos());
         let agreed = probes.and_then(Bursts::agreed);
         let late = self.late.filter(|(since, _)| agreed.is_none_or(|agreed| agreed <= *since));
@@ -70,7 +70,7 @@ impl Doubt {
         self.messages = self.messages.saturating_add(1);
     }
 
-    /// From when on the last messages are later than usual [ns].
+    /// The lateness beyond which the last messages are unusual [ns].
     fn too_late_nanos(&self) -> f64 {
         UNUSUAL * self.usual_square.sqrt()
     }
@@ -84,7 +84,7 @@ impl Doubt {
 mod tests {
     use super::*;
 
-    /// Messages that are late by turns, each by so much more.
+    /// Messages with a cycling lateness in steps of `more_nanos`.
     fn after(messages: i64, more_nanos: f64) -> Doubt {
         let mut doubt = Doubt::default();
         for k in 0..500 + messages {
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_believed_is_remembered_for_some_messages() {
+    fn a_rejected_stamp_is_remembered_for_some_messages() {
         let mut doubt = after(0, 0.0);
         doubt.disbelieve();
         assert!(!doubt.believes_all());

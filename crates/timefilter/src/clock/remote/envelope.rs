@@ -4,82 +4,81 @@ use std::collections::VecDeque;
 
 use super::line::{LinearFit, Point};
 
-/// The fastest message of so much time counts [ns].
+/// The duration of a bin, which contributes its fastest message [ns].
 const BIN_NANOS: i64 = 2_000_000_000;
-/// How many bins count: two minutes.
+/// The number of bins kept: two minutes.
 const BINS: usize = 60;
-/// A bin's fastest message may be later than the envelope by so much and still belong to it [ns].
+/// How far the fastest message of a bin may be above the envelope and still belong to it [ns].
 const BELONGS_NANOS: i64 = 100_000_000;
-/// After so many bins in a row that do not, the envelope is elsewhere.
+/// The number of consecutive bins above the envelope after which it has moved.
 const ELSEWHERE: usize = 10;
-/// How far below the fastest messages the envelope is.
+/// The expectile of delays that the envelope follows.
 const EXPECTILE: f64 = 0.05;
-/// From how many bins on the skew is known.
+/// The number of bins from which the skew is known.
 const SKEW_BINS: usize = 8;
-/// How fast the spread forgets, a message.
+/// The forgetting factor of the spread, per message.
 const FORGETS: f64 = 0.005;
 
-/// The lower envelope of delays: what the fastest messages take, by their stamps.
+/// The lower envelope of delays: the delay of the fastest messages, according to their timestamps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Envelope {
     line: Option<LinearFit>,
     bins: VecDeque<Point>,
     open: Option<Bin>,
-    /// The lowest delays of the last bins that did not belong.
+    /// The lowest delays of the last bins above the envelope.
     raised: Vec<i64>,
     messages: u64,
     square: f64,
 }
 
-/// A bin that is being filled.
+/// The bin that is being filled.
 #[derive(Clone, Copy, Debug)]
 struct Bin {
     number: i64,
     messages: u64,
     lowest: Point,
-    /// The lowest but one: a single stamp that is wrong is not the fastest message.
+    /// The second lowest: a single wrong timestamp must not pass for the fastest message.
     second: Point,
 }
 
-/// What passing time brings to light.
+/// The result of advancing time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Found {
-    /// Nothing.
+    /// Nothing has changed.
     Nothing,
-    /// A better line.
+    /// The line was refitted.
     LinearFit,
-    /// For long all delays were higher than the line: this is the lowest of them [ns].
+    /// All delays have been above the line for long; the lowest of them [ns].
     Elsewhere(i64),
 }
 
 impl Envelope {
-    /// What it allocates at most [B].
+    /// The most memory that it allocates [B].
     pub(super) const BYTES: usize = (BINS + 1).next_power_of_two() * size_of::<Point>()
         + ELSEWHERE.next_power_of_two() * size_of::<i64>();
 
-    /// An envelope of which one point is known.
+    /// Creates an envelope from one known point.
     pub(super) fn new(now: i64, nanos: i64) -> Envelope {
         let line = Some(LinearFit { origin: now, nanos, slope: 0.0 });
         Envelope { line, ..Envelope::default() }
     }
 
-    /// What the fastest messages take; `None` before that is known.
+    /// The delay of the fastest messages; `None` until it is known.
     pub(super) fn line(&self) -> Option<LinearFit> {
         self.line
     }
 
-    /// Whether its slope was found, not only assumed.
+    /// Whether the slope was estimated rather than assumed.
     pub(super) fn knows_skew(&self) -> bool {
         self.bins.len() >= SKEW_BINS
     }
 
-    /// How far messages lie above it, root mean square [ns]; NaN before the first.
+    /// The root mean square of delays above the envelope [ns]; NaN before the first message.
     pub(super) fn spread_nanos(&self) -> f64 {
         if self.messages == 0 { f64::NAN } else { self.square.sqrt() }
     }
 
-    /// A message came with this delay [ns]; the first one begins an envelope of which nothing is
-    /// known.
+    /// Takes the delay of a message [ns]; the first one starts the envelope if there is none yet.
     pub(super) fn push(&mut self, now: i64, nanos: i64) {
         let line = *self.line.get_or_insert(LinearFit { origin: now, nanos, slope: 0.0 });
         self.messages += 1;
@@ -95,7 +94,7 @@ impl Envelope {
         }
     }
 
-    /// Time passes.
+    /// Advances to `now`, which may close a bin.
     pub(super) fn pass(&mut self, now: i64) -> Found {
         let number = now.div_euclid(BIN_NANOS);
         match self.open.take_if(|bin| bin.number != number) {

@@ -1,47 +1,48 @@
-//! Lines: an offset or a delay, and how it changes.
+//! Linear fits: an offset or a delay as a linear function of time.
 
-/// Clocks of computers differ in rate by about this much [ns/s].
+/// The typical rate difference between the clocks of computers [ns/s].
 const USUAL_SKEW: f64 = 1e5;
-/// Points are no better than this [ns].
+/// The least noise of points [ns].
 const FINEST: f64 = 50_000.0;
-/// How often weights are found anew; they settle sooner.
+/// The number of reweighting rounds; weights converge sooner.
 const ROUNDS: usize = 12;
 
-/// A time that changes steadily.
+/// A duration that changes linearly with time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct LinearFit {
-    /// When it was `nanos` [ns].
+    /// The reference time [ns].
     pub(super) origin: i64,
-    /// What it was then [ns].
+    /// The value at the reference time [ns].
     pub(super) nanos: i64,
-    /// By how much it grows [1].
+    /// The slope [1].
     pub(super) slope: f64,
 }
 
-/// A point for a line to pass by.
+/// A point to fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     pub(super) at: i64,
     pub(super) nanos: i64,
-    /// How much it counts [0..1].
+    /// The weight [0..1].
     pub(super) weight: f64,
 }
 
 impl LinearFit {
-    /// What it is at a time [ns].
+    /// The value at a time [ns].
     pub(super) fn at(self, time: i64) -> i64 {
         let since = time.saturating_sub(self.origin) as f64;
         self.nanos.saturating_add((self.slope * since) as i64)
     }
 
-    /// The same with the other sign.
+    /// The negated fit.
     pub(super) fn reversed(self) -> LinearFit {
         LinearFit { nanos: self.nanos.saturating_neg(), slope: -self.slope, ..self }
     }
 
-    /// The line for which points below weigh `1 − expectile` and those above `expectile`, with its
-    /// spread [ns]: a half is the least squares, and little a lower bound that some noise may
-    /// cross. Skew is taken to be usual as far as the points leave it open. `None` without points.
+    /// Fits an expectile line: residuals below weigh `1 − expectile`, those above weigh `expectile`.
+    /// Returns the line and its spread [ns]. An expectile of 0.5 is least squares; a small one is a lower
+    /// bound robust against some noise. The skew is regularised towards the usual range where the points
+    /// leave it open. `None` without points.
     pub(super) fn fit(
         points: impl Iterator<Item = Point> + Clone,
         expectile: f64,
@@ -92,7 +93,7 @@ impl Sums {
         self.wxy += w * x * y;
     }
 
-    /// Level and slope, where the square of the slope costs `ridge`.
+    /// Solves for level and slope, with the ridge penalty `ridge` on the squared slope.
     fn solve(&self, ridge: f64) -> (f64, f64) {
         let across = self.wxx - self.wx * self.wx / self.w + ridge;
         let slope = (self.wxy - self.wx * self.wy / self.w) / across;
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_only_late_does_not_lift_the_lower_line() {
+    fn late_points_do_not_lift_the_lower_line() {
         let late = points(|k| (k * 7919 % 13) * 3_000_000);
         let (line, _) = LinearFit::fit(late.into_iter(), 0.05).unwrap();
         let truth = 1_500_000_000 + 4_720_000;
@@ -131,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_line() {
+    fn no_points_have_no_line() {
         assert!(LinearFit::fit([].into_iter(), 0.5).is_none());
     }
 }

@@ -1,26 +1,26 @@
-//! By how much stamps are shifted: a line of many pieces, steered from where it has come to.
+//! The shift of timestamps: piecewise linear, and steered from its present value.
 
 use std::collections::VecDeque;
 
-/// How many corners are remembered, for stamps that come out of their turn.
+/// The number of knots kept, for timestamps that arrive out of order.
 const CORNERS: usize = 16;
-/// Within how much time an error is worked off [ns].
+/// The time within which an error is corrected [ns].
 const WITHIN_NANOS: f64 = 3e9;
-/// No clock is taken to be faster or slower than this [1].
+/// The largest skew that is assumed [1].
 const SKEWED: f64 = 5e-4;
-/// No error is worked off faster than this [1].
+/// The fastest correction of an error [1].
 const FASTEST: f64 = 0.5;
-/// How far beyond its last corner the line is drawn [ns]: an hour.
+/// How far the shift is extrapolated beyond its last knot [ns]: one hour.
 const FURTHEST_NANOS: i64 = 3_600_000_000_000;
 
-/// The shift of stamps: a continuous function of the stamp, so steep nowhere that a later stamp
-/// would be shifted before an earlier one.
+/// The shift of timestamps: a continuous function of the timestamp, limited in slope so that it preserves
+/// their order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shift {
     corners: VecDeque<Corner>,
-    /// How it goes on behind the last corner.
+    /// The slope beyond the last knot.
     slope: f64,
-    /// The latest stamp so far.
+    /// The latest timestamp so far.
     latest: Option<i64>,
 }
 
@@ -31,36 +31,36 @@ struct Corner {
 }
 
 impl Shift {
-    /// What it allocates at most [B].
+    /// The most memory that it allocates [B].
     pub(super) const BYTES: usize = CORNERS.next_power_of_two() * size_of::<Corner>();
 
-    /// A stamp, shifted.
+    /// Shifts a timestamp.
     pub(super) fn apply(&mut self, stamp: i64) -> i64 {
         self.latest = self.latest.max(Some(stamp));
         self.of(stamp)
     }
 
-    /// The same for a stamp of long ago, which settles nothing.
+    /// Shifts an old timestamp, without fixing the shift up to it.
     pub(super) fn of(&self, stamp: i64) -> i64 {
         stamp.saturating_sub(self.at(stamp))
     }
 
-    /// Whether any stamp was shifted by it.
+    /// Whether any timestamp has been shifted.
     pub(super) fn is_used(&self) -> bool {
         self.latest.is_some()
     }
 
-    /// What the latest stamp was shifted by [ns].
+    /// The shift of the latest timestamp [ns].
     pub(super) fn newest(&self) -> i64 {
         self.latest.map_or(0, |latest| self.at(latest))
     }
 
-    /// From the latest stamp on it approaches this offset [ns], which itself changes by `slope`;
-    /// before the first stamp it is there at once.
+    /// Steers the shift towards `target` [ns], which changes with `slope`, from the latest timestamp on;
+    /// before the first timestamp the shift is set at once.
     pub(super) fn steer(&mut self, target: i64, slope: f64) {
         let slope = slope.clamp(-SKEWED, SKEWED);
         let Some(latest) = self.latest else {
-            // Where the first stamp will lie is not known: until then the offset stands still.
+            // The first timestamp is not known yet: until then the offset is constant.
             self.corners = VecDeque::from([Corner { stamp: i64::MIN, offset: target }]);
             self.slope = 0.0;
             return;

@@ -1,17 +1,17 @@
-//! Delays that are not of the clock that is known: one day one of them may be.
+//! Delays that do not fit the known clock, one cluster of which may become the new clock.
 
-/// How many kinds of delays are remembered.
+/// The number of clusters kept.
 const KINDS: usize = 4;
-/// Delays that differ by no more are of one kind [ns].
+/// The largest difference of delays in one cluster [ns].
 const KIND_NANOS: u64 = 1_000_000_000;
-/// How many messages make a clock.
+/// The number of messages that establish a clock.
 const MESSAGES: u32 = 3;
 
-/// The delays of messages whose stamps were not believed, sorted into kinds.
+/// The delays of messages with rejected timestamps, clustered.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Strangers([Option<Kind>; KINDS]);
 
-/// Delays that are near each other.
+/// A cluster of similar delays.
 #[derive(Clone, Copy, Debug)]
 struct Kind {
     lowest: i64,
@@ -21,7 +21,7 @@ struct Kind {
 }
 
 impl Strangers {
-    /// Takes a delay. Gives the lowest of its kind once that has come for so long.
+    /// Takes a delay. Returns the lowest delay of its cluster once that has lasted for `patience`.
     pub(super) fn push(&mut self, now: i64, delay: i64, patience: i64) -> Option<i64> {
         let of_kind = |kind: &&mut Kind| kind.lowest.abs_diff(delay) <= KIND_NANOS;
         if let Some(kind) = self.0.iter_mut().flatten().find(of_kind) {
@@ -37,7 +37,6 @@ impl Strangers {
         None
     }
 
-    /// Forgets all.
     pub(super) fn forget(&mut self) {
         *self = Strangers::default();
     }

@@ -7,13 +7,13 @@ use super::*;
 const START: i64 = 1_700_000_000_000_000_000;
 const SECOND: i64 = 1_000_000_000;
 
-/// A computer whose clock is ahead and fast, and whose messages take their time.
+/// A computer with a clock that is ahead and fast, and with delayed messages.
 struct Computer {
     ahead_nanos: i64,
     fast_ppm: i64,
     remote: Remote,
     news: Vec<News>,
-    /// How far times lay from the truth at worst, from the tenth second on [ns].
+    /// The largest error of times from the tenth second on [ns].
     worst_nanos: i64,
     disbelieved: usize,
     messages: usize,
@@ -31,7 +31,7 @@ impl Computer {
         time + self.ahead_nanos + (time - START) / 1_000_000 * self.fast_ppm
     }
 
-    /// Messages at 50 Hz of which the fastest take 1 ms and most some more.
+    /// Sends messages at 50 Hz, of which the fastest take 1 ms and most take longer.
     fn run(&mut self, from_secs: i64, to_secs: i64) {
         for k in from_secs * 50..to_secs * 50 {
             let sent = START + k * SECOND / 50;
@@ -52,7 +52,7 @@ impl Computer {
         corrected
     }
 
-    /// A burst of probes of which the fastest takes 0.4 ms, unevenly.
+    /// Sends a burst of probes of which the fastest takes 0.4 ms, with asymmetric paths.
     fn probed(&mut self, at_secs: i64) {
         for k in 0..8 {
             let sent = START + at_secs * SECOND + k * 64_000_000;
@@ -110,7 +110,7 @@ fn a_clock_that_is_off_is_shifted_to_within_its_fastest_message() {
 }
 
 #[test]
-fn stamps_alone_do_not_give_a_late_publisher_from_a_clock_that_is_behind() {
+fn stamps_alone_cannot_distinguish_a_late_publisher_from_a_clock_that_is_behind() {
     for held_nanos in [20_000_000, 200_000_000, 800_000_000] {
         let mut computer = Computer::new(0, 0);
         for k in 0..1_000 {
@@ -136,7 +136,7 @@ fn stamps_after_their_arrival_are_a_clock_that_is_ahead() {
 }
 
 #[test]
-fn probes_give_a_late_publisher_from_a_clock_that_is_behind() {
+fn probes_distinguish_a_late_publisher_from_a_clock_that_is_behind() {
     let mut computer = Computer::new(0, 0);
     for k in 0..3_000 {
         let measured = START + k * SECOND / 50;
@@ -167,7 +167,7 @@ fn probes_give_the_offset_to_half_their_round_trip() {
 }
 
 #[test]
-fn without_probes_for_a_minute_the_stamps_give_again() {
+fn after_a_minute_without_probes_timestamps_are_used_again() {
     let mut computer = Computer::new(1_500_000_000, 40);
     computer.run_with_probes(0, 60);
     computer.run(60, 180);
@@ -200,7 +200,7 @@ fn a_single_stamp_that_is_far_off_moves_nothing() {
 }
 
 #[test]
-fn what_a_network_held_up_keeps_its_stamps() {
+fn messages_delayed_by_the_network_keep_their_timestamps() {
     let mut computer = Computer::new(0, 0);
     computer.run(0, 60);
     let believed = computer.disbelieved;
@@ -214,7 +214,7 @@ fn what_a_network_held_up_keeps_its_stamps() {
 }
 
 #[test]
-fn what_was_kept_for_late_joiners_does_not_set_the_clock() {
+fn stored_samples_for_late_joiners_do_not_set_the_clock() {
     let mut computer = Computer::new(0, 0);
     for k in 0..5 {
         let kept = computer.arrives(START - 600 * SECOND + k, START);
@@ -254,7 +254,7 @@ fn a_clock_that_is_set_in_a_small_step_is_followed_without_one() {
     assert_eq!(state.epoch, 0);
 }
 
-/// Of how many messages the true time lies outside of what is stated then [0..1].
+/// The fraction of messages whose true time is outside the stated interval [0..1].
 fn outside(computer: &mut Computer, seconds: Range<i64>, probe_secs: Option<i64>) -> f64 {
     let (mut outside, mut all) = (0, 0);
     for k in seconds.start * 50..seconds.end * 50 {
@@ -302,7 +302,7 @@ fn however_fast_a_clock_runs_the_stated_uncertainty_holds_the_truth() {
 }
 
 #[test]
-fn a_way_that_becomes_long_is_not_taken_for_doubt_of_a_probed_clock() {
+fn a_longer_path_does_not_cast_doubt_on_a_probed_clock() {
     let mut computer = Computer::new(0, 0);
     computer.run_with_probes(0, 60);
     for k in 0..1_000 {
@@ -347,7 +347,7 @@ fn any_stamp() -> impl Strategy<Value = i64> {
 
 proptest! {
     #[test]
-    fn any_stamps_and_probes_are_met(
+    fn any_stamps_and_probes_are_handled(
         given in prop::collection::vec(
             (any::<Option<i64>>(), any::<i64>(), any::<u32>(), any::<f64>(), any::<f64>()),
             0..200,
@@ -394,7 +394,7 @@ proptest! {
     }
 }
 
-/// A computer that sends waves of a device: measured 70 ms before they arrive, two a second.
+/// Sends a device's waves at 2 Hz, each measured 70 ms before its arrival.
 fn sends_waves(computer: &mut Computer, from_secs: i64, to_secs: i64) -> (i64, usize) {
     let (mut worst_nanos, mut disbelieved) = (0, 0);
     for k in from_secs * 2..to_secs * 2 {
@@ -415,7 +415,7 @@ fn a_device_that_takes_long_is_no_clock_that_is_behind() {
     let mut computer = Computer::new(0, 0);
     assert_eq!(sends_waves(&mut computer, 0, 300), (0, 0));
     assert!(computer.remote.state().offset_secs.is_nan() && computer.news.is_empty());
-    // Messages show that it is in step; and probes, that it is so to a millisecond.
+    // Messages show that the clock is in step, and probes confirm it to within a millisecond.
     computer.run(300, 330);
     assert_eq!(sends_waves(&mut computer, 330, 600), (0, 0));
     for second in (600..640).step_by(4) {
@@ -464,7 +464,7 @@ fn waves_that_a_network_held_up_keep_their_stamps_though_nothing_is_known_of_the
 }
 
 #[test]
-fn what_was_kept_is_placed_by_what_is_known_of_the_clock_and_says_nothing_of_it() {
+fn stored_samples_are_placed_by_the_known_clock_and_do_not_affect_it() {
     let mut computer = Computer::new(1_500_000_000, 0);
     computer.run(0, 60);
     let before = computer.remote.state();

@@ -1,84 +1,85 @@
 //! One stream of a device.
 
-use super::Word;
+use super::IndexCheck;
 use crate::clock::Stamps;
 
-/// How far a batch's period may be from what its driver says, as a fraction.
+/// How far a batch's period may deviate from the declared one [fraction].
 pub(super) const TOLERANCE: f64 = 0.1;
-/// How near to each other the periods of packets are that contradict it, as a fraction.
+/// How close the periods of packets must be to contradict the declared one [fraction].
 const AGREED: f64 = 0.02;
-/// Over how many packets a period is averaged.
+/// The number of packets over which a period is averaged.
 const AVERAGED: f64 = 32.0;
-/// How many device times are remembered, to know what is sent twice.
+/// The number of recent device times kept to detect repeated packets.
 const RECENT: usize = 64;
-/// How many packets in a row are sent twice at most.
+/// The most packets in a row that may be repeats.
 const REPEATS: u32 = 4;
-/// What is no step of a clock [s].
+/// The largest deviation that is never a clock step [s].
 const STEP_SECS: f64 = 0.04;
-/// How many times what is usual a step is.
+/// The least clock step, as a multiple of the usual deviation.
 const STEP_ROUGHS: f64 = 8.0;
-/// From how many packets on it is known how regular they are.
+/// The number of packets after which their regularity is known.
 pub(super) const KNOWN: u32 = 16;
-/// How rough device times may be for numbers to vouch for them, as a part of the period [1], and
-/// how much at most [s].
+/// The roughest device times for which indices vouch, as a multiple of the period, and their upper limit
+/// [s].
 const ROUGH: f64 = 2.0;
 const MOST_ROUGH_SECS: f64 = 0.1;
-/// How many packets show that the clock has stepped: of many samples, and of one.
+/// The number of packets that confirm a clock step: of many samples each, and of one.
 const AGREEING: (u32, u32) = (2, 3);
-/// For how long packets must be late where the clock may have been set back by a whole number of them, or
-/// these were sent twice [ns], and how many at most.
+/// How long packets must be late to distinguish a clock set back by a whole number of packets from repeats
+/// [ns], and the most packets that this takes.
 const BACK_NANOS: f64 = 0.5e9;
 const MOST_BACK: u32 = 50;
-/// For how many packets it is looked out for that they come too early.
+/// The number of packets within which early arrivals are looked for.
 const EARLY: u32 = 8;
 
 /// One stream.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Train {
     pub stream: u32,
-    /// The newest packet's first sample: its device time and its number.
+    /// The device time and index of the newest packet's first sample.
     device: i64,
     index: u64,
     pub period_nanos: f64,
-    /// By what its driver says the period is [ns]; 0 for single samples.
-    said_nanos: f64,
+    /// The declared period [ns]; 0 for single samples.
+    declared_nanos: f64,
     observed: f64,
-    /// What the period seems to be instead [ns], and how many packets in a row agree on that.
+    /// The observed period that contradicts the declared one [ns], and the number of consecutive packets
+    /// that agree on it.
     other_nanos: f64,
     agreeing: u32,
     pub wrong: Wrong,
     pub packets: u32,
-    /// The usual distance of device times from where numbers have them [ns].
+    /// The usual deviation of device times from those predicted by the indices [ns].
     pub rough: f64,
     recent: [i64; RECENT],
-    /// How many packets in a row were sent twice, and from how many samples back they went on.
+    /// The number of consecutive repeated packets, and the number of samples by which they went back.
     repeats: u32,
     went_back: u32,
     step: Option<Step>,
     pub unexplained: i64,
-    /// Where the last batch ended, in the session's time.
+    /// The end of the last batch [ns of session time].
     pub end: i64,
 }
 
-/// Whether a period is not what its driver says.
+/// Whether the declared period is wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wrong {
     No,
-    /// It was found, and is still to be reported: the reported value [ns].
+    /// It was found to be wrong and is still to be reported; holds the declared value [ns].
     Found(f64),
     Reported,
 }
 
-/// A step of device time that numbers do not have.
+/// A step of device time that the indices do not show.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     nanos: f64,
     device: i64,
     index: u64,
     packets: u32,
-    /// How many packets must show it.
+    /// The number of packets required to confirm it.
     enough: u32,
-    /// The least and the most that packets since then were ahead of their envelope [ns].
+    /// The least and the greatest lead of packets since then over the envelope [ns].
     least: f64,
     most: f64,
 }
@@ -90,7 +91,7 @@ impl Train {
             device,
             index: stamps.index,
             period_nanos: stamps.period_nanos.max(0.0),
-            said_nanos: stamps.period_nanos,
+            declared_nanos: stamps.period_nanos,
             observed: 0.0,
             other_nanos: 0.0,
             agreeing: 0,
@@ -110,26 +111,27 @@ impl Train {
         (ROUGH * self.period_nanos).min(MOST_ROUGH_SECS * 1e9)
     }
 
-    /// How far a device time is from where a number has it after another one [ns].
+    /// The deviation of a device time from the one predicted by its index, relative to an earlier packet
+    /// [ns].
     fn off(&self, stamps: &Stamps, device: i64, after: (i64, u64)) -> f64 {
         let numbers = stamps.index.wrapping_sub(after.1) as i64;
         (i128::from(device) - i128::from(after.0)) as f64 - numbers as f64 * self.period_nanos
     }
 
-    pub fn hold(&mut self, stamps: &Stamps, device: i64, ahead: Option<(f64, f64)>) -> Word {
+    pub fn hold(&mut self, stamps: &Stamps, device: i64, ahead: Option<(f64, f64)>) -> IndexCheck {
         let numbers = stamps.index.wrapping_sub(self.index) as i64;
         let is_known = self.packets > 0 && self.recent.contains(&device);
         if is_known && self.repeats < REPEATS {
-            // Sent twice: its number is another, or its own once more.
+            // A repeated packet, either with an index of its own or with its original one.
             if numbers > 0 {
                 self.repeats += 1;
                 self.went_back +=
                     if device < self.device || self.went_back > 0 { stamps.count } else { 0 };
                 self.renumber(stamps, 1);
             }
-            return Word::Goes;
+            return IndexCheck::Consistent;
         }
-        // So many are not sent twice: the clock was set back by just so many periods.
+        // More packets than can be repeats: the clock was set back by exactly that many periods.
         if is_known && self.repeats == REPEATS {
             self.repeats += 1;
             self.renumber(stamps, -i64::from(REPEATS));
@@ -141,20 +143,20 @@ impl Train {
         }
         let off = self.off(stamps, device, (self.device, self.index));
         if numbers <= 0 && self.packets > 0 {
-            return Word::Goes;
+            return IndexCheck::Consistent;
         }
         let known = self.packets >= KNOWN && self.rough <= self.most_rough();
         let usual = (STEP_SECS * 1e9).max(STEP_ROUGHS * self.rough);
         let may_be_set = back_nanos >= usual && !is_known;
         if !known || self.step.is_none() && off.abs() < usual && !may_be_set {
             self.learn(stamps, device, numbers, off);
-            return Word::Goes;
+            return IndexCheck::Consistent;
         }
         let Some((ahead, unsure)) = ahead else {
             self.go_on(stamps, device);
-            return Word::Goes;
+            return IndexCheck::Consistent;
         };
-        // So many packets in a row were sent twice, or the clock was set back by just as many.
+        // Either these packets were repeated, or the clock was set back by exactly as many.
         if self.step.is_none() && may_be_set {
             let (least, most) = (f64::MAX, f64::MIN);
             let (device, index) = (self.device, self.index);
@@ -166,24 +168,24 @@ impl Train {
         self.stepped(stamps, device, off, (ahead * 1e9, unsure * 1e9))
     }
 
-    /// Device time is not where numbers have it.
+    /// Handles a device time that deviates from its index.
     fn stepped(
         &mut self,
         stamps: &Stamps,
         device: i64,
         off: f64,
         (ahead, unsure): (f64, f64),
-    ) -> Word {
+    ) -> IndexCheck {
         let tolerance = (STEP_SECS * 0.5e9).max(4.0 * self.rough);
         let again = self.step.filter(|step| {
             self.off(stamps, device, (step.device, step.index)).abs() < tolerance
                 && device > step.device
         });
         if again.is_none() && off.abs() < tolerance {
-            // It was a packet that came out of its turn.
+            // The packet was out of order.
             self.step = None;
             self.go_on(stamps, device);
-            return Word::Goes;
+            return IndexCheck::Consistent;
         }
         let (least, most) =
             again.map_or((ahead, ahead), |step| (step.least.min(ahead), step.most.max(ahead)));
@@ -195,17 +197,18 @@ impl Train {
         self.step = Some(Step { nanos, device, index, packets, enough, least, most });
         self.keep(device);
         if nanos < 0.0 {
-            // Set back by so much, all is late by at least as much; and by no more, for the best.
+            // If the clock was set back, every packet is late by at least that much, and the fastest by no
+            // more.
             let late_enough = -most > (-0.8 * nanos - unsure).max(-0.6 * nanos);
             if !late_enough {
                 return self.pass_over(stamps, device);
             }
             if packets < enough {
-                return Word::Wait;
+                return IndexCheck::Wait;
             }
             let by_as_much = -most < -nanos + STEP_SECS * 1e9 + unsure;
             if !by_as_much && packets < EARLY + enough {
-                return Word::Wait;
+                return IndexCheck::Wait;
             }
             return if by_as_much {
                 self.confirm(stamps, device, nanos)
@@ -214,7 +217,7 @@ impl Train {
                 self.pass_over(stamps, device)
             };
         }
-        // Samples are missing, or it was set ahead: then packets come before they can.
+        // Either samples are missing, or the clock was set forward: then packets arrive impossibly early.
         let early = most > 0.6 * nanos && most < nanos + STEP_SECS * 1e9 + unsure;
         if early && packets >= enough {
             return self.confirm(stamps, device, nanos);
@@ -222,10 +225,14 @@ impl Train {
         if packets >= EARLY || most < 0.3 * nanos && packets >= enough {
             return self.pass_over(stamps, device);
         }
-        if ahead > unsure.min(STEP_SECS * 0.5e9) { Word::Wait } else { Word::Goes }
+        if ahead > unsure.min(STEP_SECS * 0.5e9) {
+            IndexCheck::Wait
+        } else {
+            IndexCheck::Consistent
+        }
     }
 
-    /// So many packets more have numbers of their own.
+    /// Shifts the expected indices by a number of packets.
     fn renumber(&mut self, stamps: &Stamps, packets: i64) {
         let more = (packets * i64::from(stamps.count)) as u64;
         self.index = self.index.wrapping_add(more);
@@ -234,17 +241,17 @@ impl Train {
         }
     }
 
-    fn confirm(&mut self, stamps: &Stamps, device: i64, nanos: f64) -> Word {
+    fn confirm(&mut self, stamps: &Stamps, device: i64, nanos: f64) -> IndexCheck {
         self.step = None;
         self.go_on(stamps, device);
-        Word::Set(nanos as i64)
+        IndexCheck::Set(nanos as i64)
     }
 
-    /// What happened is no step of the clock.
-    fn pass_over(&mut self, stamps: &Stamps, device: i64) -> Word {
+    /// Discards a step that was not one of the clock.
+    fn pass_over(&mut self, stamps: &Stamps, device: i64) -> IndexCheck {
         self.step = None;
         self.go_on(stamps, device);
-        Word::Goes
+        IndexCheck::Consistent
     }
 
     fn go_on(&mut self, stamps: &Stamps, device: i64) {
@@ -264,13 +271,13 @@ impl Train {
         let passed = (i128::from(device) - i128::from(self.device)) as f64;
         let period = passed / numbers.max(1) as f64;
         let near = |period: f64| {
-            self.said_nanos <= 0.0 || (period / self.said_nanos - 1.0).abs() <= TOLERANCE
+            self.declared_nanos <= 0.0 || (period / self.declared_nanos - 1.0).abs() <= TOLERANCE
         };
         if numbers > 0 && passed > 0.0 && near(period) {
             self.observed = (self.observed + 1.0).min(AVERAGED);
             self.period_nanos += (period - self.period_nanos) / self.observed;
         }
-        if numbers > 0 && passed > 0.0 && self.said_nanos > 0.0 {
+        if numbers > 0 && passed > 0.0 && self.declared_nanos > 0.0 {
             self.doubt(period, near(period));
         }
         if self.packets > 1 {
@@ -280,7 +287,8 @@ impl Train {
         self.go_on(stamps, device);
     }
 
-    /// A packet shows this period [ns]: many in a row that agree on another one than is said are right.
+    /// Takes an observed period [ns]: many packets in a row that agree on another period refute the
+    /// declared one.
     fn doubt(&mut self, period: f64, is_near: bool) {
         let agrees = (period / self.other_nanos - 1.0).abs() < AGREED;
         self.agreeing = if is_near {
@@ -294,8 +302,8 @@ impl Train {
             self.other_nanos = period;
         }
         if self.agreeing >= KNOWN {
-            self.wrong = Wrong::Found(self.said_nanos);
-            (self.period_nanos, self.said_nanos) = (self.other_nanos, self.other_nanos);
+            self.wrong = Wrong::Found(self.declared_nanos);
+            (self.period_nanos, self.declared_nanos) = (self.other_nanos, self.other_nanos);
             (self.observed, self.agreeing, self.rough) = (1.0, 0, 0.0);
         }
     }
