@@ -3,6 +3,7 @@
 pub mod robots;
 pub mod ros_people;
 pub mod topics;
+pub mod wearables;
 pub mod simulated;
 pub mod session;
 pub mod claims;
@@ -24,6 +25,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<robots::Robots>("robots"),
     Entry::new::<ros_people::RosPeople>("people"),
     Entry::new::<topics::Topics>("topics"),
+    Entry::new::<wearables::empatica_e4::EmpaticaE4>("empatica_e4"),
 ];
 
 /// What sources are built with.

@@ -1,0 +1,101 @@
+//! A session with a device over a link of bytes.
+
+use std::time::Duration;
+
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::source::SourceError;
+use teampulse_devices::{ByteSession, Output};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::time::{sleep, timeout};
+
+use super::worn::Worn;
+
+/// The longest time without a look at the session.
+const LOOK: Duration = Duration::from_secs(1);
+/// How long a device may take to accept what is written.
+const WRITE_PATIENCE: Duration = Duration::from_secs(5);
+/// How long a device has to end its session.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// A session with a device that a person wears. It goes on when the link is up again.
+pub(super) struct Conversation<S> {
+    pub(super) session: S,
+    pub(super) worn: Worn,
+    /// The time of the session.
+    pub(super) clock: Stopwatch,
+}
+
+impl<S: ByteSession> Conversation<S> {
+    /// Holds it over a link until the link is lost, the device gives up or the session of teampulse is over;
+    /// the device is then asked to stop.
+    pub(super) async fn hold<L>(&mut self, mut link: L, outlet: &Outlet) -> Result<(), SourceError>
+    where
+        L: AsyncRead + AsyncWrite + Unpin,
+    {
+        self.session.start(self.clock.elapsed());
+        let mut bytes = [0; 4096];
+        let mut leaving: Option<Stopwatch> = None;
+        loop {
+            if self.carry_out(&mut link, outlet).await? {
+                return Ok(());
+            }
+            if leaving.as_ref().is_some_and(|since| since.elapsed() >= FAREWELL) {
+                return Ok(());
+            }
+            tokio::select! {
+                read = link.read(&mut bytes) => match read {
+                    Ok(0) if leaving.is_some() => return Ok(()),
+                    Ok(0) => return Err(gone("go on: the connection was closed")),
+                    Ok(count) => {
+                        let now = self.clock.elapsed();
+                        self.session.receive(bytes.get(..count).unwrap_or_default(), now);
+                    }
+                    Err(error) => return Err(gone(&format!("read from the device: {error}"))),
+                },
+                () = sleep(self.pause()) => {}
+                () = outlet.closed(), if leaving.is_none() => {
+                    leaving = Some(Stopwatch::start());
+                    self.session.stop(self.clock.elapsed());
+                }
+            }
+            self.session.tick(self.clock.elapsed());
+        }
+    }
+
+    /// How long nothing has to be done, unless bytes arrive.
+    fn pause(&self) -> Duration {
+        let left = |at: Duration| at.saturating_sub(self.clock.elapsed());
+        self.session.next_tick().map_or(LOOK, left).min(LOOK)
+    }
+
+    /// Carries out what the session asks for and hands over what it gives; whether it has ended.
+    async fn carry_out<L>(&mut self, link: &mut L, outlet: &Outlet) -> Result<bool, SourceError>
+    where
+        L: AsyncWrite + Unpin,
+    {
+        while let Some(output) = self.session.poll() {
+            match output {
+                Output::Request(request) => {
+                    let written = timeout(WRITE_PATIENCE, link.write_all(&request)).await;
+                    let late = |_| gone("write to the device: it accepts nothing");
+                    let failed = |error| gone(&format!("write to the device: {error}"));
+                    written.map_err(late)?.map_err(failed)?;
+                }
+                Output::Stream(stream) => self.worn.declare(&stream, outlet),
+                Output::Reading(reading) => self.worn.offer(&reading, outlet),
+                Output::Event(event) => self.worn.report(event, outlet),
+                Output::Done(result) => {
+                    let failed = |error| gone(&format!("go on: {error}"));
+                    return result.map(|()| true).map_err(failed);
+                }
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// An error after which the device is tried again.
+fn gone(message: &str) -> SourceError {
+    SourceError::Gone { message: message.to_owned(), hint: "is the device on, and near?".into() }
+}
