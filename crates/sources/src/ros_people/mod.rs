@@ -32,6 +32,7 @@ use descriptions::Descriptions;
 /// network outage.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "People")]
 pub struct RosPeople {
     /// The namespaces of the people. A `*` stands for any part of a token; the token that holds it
     /// is the person's id, a pseudonym: `p001` for `/humans/persons/*`.
