@@ -1,4 +1,4 @@
-//! Channels: the topics of one file, each with a type, as a bag has them.
+//! Channels: the topics of one file, each with a type, as stored in a bag.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use teampulse_messages::convert::shape_of;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::fields::starts_with_header;
 
-/// The keys of a channel's metadata: rosbag2's, then ours.
+/// The keys of a channel's metadata: those of rosbag2, then ours.
 const QOS_KEY: &str = "offered_qos_profiles";
 const HASH_KEY: &str = "topic_type_hash";
 const ORIGIN_KEY: &str = "teampulse_origin";
@@ -20,7 +20,7 @@ const PUBLISHER_KEY: &str = "teampulse_publisher";
 const DERIVED: &str = "derived";
 const OWN: &str = "own";
 
-/// A channel as it stands in an MCAP file.
+/// A channel as recorded in an MCAP file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Channel {
     pub topic: String,
@@ -30,8 +30,7 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    /// The channel of a stream whose samples are of the type `schema`; `qos` is the YAML of its
-    /// profiles.
+    /// Creates the channel of a stream with samples of type `schema`; `qos` is the YAML of its profiles.
     pub(crate) fn of(stream: &Stream, schema: &Arc<Schema>, qos: String) -> Channel {
         let origin = if stream.origin == Origin::Derived { DERIVED } else { "raw" };
         let shape = if matches!(stream.shape, Shape::Message(_)) { "message" } else { OWN };
@@ -53,10 +52,10 @@ impl Channel {
         }
     }
 
-    /// The stream as far as the channel describes it: all else is in its description, if the bag has one.
+    /// The stream as far as the channel describes it; the rest is in its description, if the bag has one.
     ///
-    /// What was not recorded by teampulse is raw and about the robot that its name begins with; a topic
-    /// without a namespace, such as `/tf`, is about none.
+    /// A topic that teampulse did not record is raw, and about the robot named by its first token; a topic
+    /// without a namespace, such as `/tf`, is about nobody.
     pub(crate) fn stream(&self) -> Stream {
         let mut tokens = self.topic.split('/').skip(1);
         let subject = match (tokens.next(), tokens.next()) {
@@ -72,19 +71,19 @@ impl Channel {
         stream
     }
 
-    /// The shape of its samples. What came over ROS stays a message, whatever its type.
+    /// The shape of its samples. ROS messages stay messages, whatever their type.
     pub(crate) fn shape(&self) -> Shape {
         let is_ours = self.is(SHAPE_KEY, OWN) || is_description(&self.topic, &self.schema.name);
         if is_ours { shape_of(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
     }
 
-    /// Whether others than teampulse recorded it.
+    /// Whether it was recorded by software other than teampulse.
     pub(crate) fn is_foreign(&self) -> bool {
         !self.metadata.contains_key(ORIGIN_KEY)
     }
 
-    /// Whether its messages begin with a header that nobody has read yet: teampulse keeps the stamp
-    /// as the publish time.
+    /// Whether its messages start with a header that has not been parsed yet: teampulse stores the stamp as
+    /// the publish time.
     pub(crate) fn has_unread_headers(&self) -> bool {
         self.is_foreign()
             && Definition::of(&self.schema).is_ok_and(|each| starts_with_header(&each))
@@ -95,7 +94,7 @@ impl Channel {
     }
 }
 
-/// The type hash in a channel's metadata; empty where there is none.
+/// The type hash in a channel's metadata; empty if there is none.
 pub(crate) fn type_hash(metadata: &BTreeMap<String, String>) -> String {
     metadata.get(HASH_KEY).cloned().unwrap_or_default()
 }

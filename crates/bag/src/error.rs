@@ -1,4 +1,4 @@
-//! What can go wrong with a bag.
+//! The errors of reading and writing bags.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,52 +6,52 @@ use std::path::{Path, PathBuf};
 use mcap::McapError;
 use thiserror::Error;
 
-/// What can go wrong with a bag. The message fits after "failed to".
+/// An error in reading or writing a bag. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub enum BagError {
-    /// A recording never overwrites another.
+    /// The folder of a new recording already exists; recordings are never overwritten.
     #[error("record to {}: it exists already", path.display())]
     Exists {
         /// The folder.
         path: PathBuf,
     },
-    /// The disk has no more room; what was recorded before is whole.
+    /// The disk is full; everything recorded before is intact.
     #[error("record to {}: the disk is full", path.display())]
     DiskFull {
         /// The bag's folder.
         path: PathBuf,
     },
-    /// It is something else.
+    /// The path is not a bag.
     #[error("open {}: {found}, not an MCAP bag", path.display())]
     NotABag {
         /// The file or folder.
         path: PathBuf,
-        /// What it seems to be.
+        /// What it appears to be instead.
         found: Found,
     },
-    /// Somebody deleted or moved what was being recorded.
+    /// A file was deleted or moved while it was being recorded.
     #[error("record to {}: it was deleted while it was recorded", path.display())]
     Deleted {
         /// The file.
         path: PathBuf,
     },
-    /// The operating system refused.
+    /// The operating system returned an error.
     #[error("{doing} {}: {error}", path.display())]
     Io {
-        /// What was tried: `read`, `write`.
+        /// The operation: `read`, `write`.
         doing: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// Why it was refused.
+        /// The error of the operating system.
         #[source]
         error: io::Error,
     },
-    /// A file's contents make no sense here.
+    /// The contents of a file are invalid.
     #[error("read {} at byte {offset}: {reason}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// The offset in the file [bytes].
         offset: u64,
         /// What was expected and found.
         reason: String,
@@ -61,25 +61,25 @@ pub enum BagError {
     Format {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The error of the encoder.
         #[source]
         error: McapError,
     },
 }
 
-/// What was found where a bag was expected.
+/// What a path contains instead of a bag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Found {
-    /// An `SQLite` file of something else, or a broken one.
+    /// An `SQLite` file of another application, or a broken one.
     #[error("an SQLite file that is not a recording of rosbag2")]
     Sqlite,
-    /// A file of rosbag2 that can be read, but not mended.
+    /// A file of rosbag2 that can be read, but not repaired.
     #[error("a recording in SQLite or a compressed file")]
     Foreign,
     /// A bag of ROS 1.
     #[error("a ROS 1 bag")]
     Ros1,
-    /// A recording that was compressed with something else than Zstandard, or a file that can't be unpacked.
+    /// A recording compressed with something other than Zstandard, or a file that can't be decompressed.
     #[error("a recording whose compression can't be undone")]
     Compressed,
     /// A folder without any MCAP file.
@@ -112,7 +112,7 @@ impl BagError {
     }
 }
 
-/// What helps against what the operating system refused.
+/// The hint for an error of the operating system.
 fn hint_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, NotFound, PermissionDenied, ReadOnlyFilesystem};
     match error.kind() {
@@ -131,7 +131,7 @@ fn hint_of(error: &io::Error) -> &'static str {
     }
 }
 
-/// What helps where a recording can't be read.
+/// The hint for a recording that can't be read.
 fn hint_of_reading(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::NotFound => "give the folder of a recording, or its file",
@@ -142,7 +142,7 @@ fn hint_of_reading(error: &io::Error) -> &'static str {
     }
 }
 
-/// Too many files are open, in this process and on this machine.
+/// The error code for too many open files, in this process or on this machine.
 const EMFILE: i32 = 24;
 const ENFILE: i32 = 23;
 

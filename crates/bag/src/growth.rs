@@ -1,23 +1,23 @@
-//! How a recording grows on the disk, for those who show it.
+//! The size of a recording on the disk, for display.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// How a recording grows on the disk: written by who records, read by who shows it. Clones are one.
+/// The progress of a recording on the disk, shared between its writer and its displays by cloning.
 #[derive(Clone, Debug, Default)]
 pub struct Growth(Arc<Mutex<OnDisk>>);
 
-/// What of a recording is on the disk.
+/// The part of a recording that is on the disk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OnDisk {
-    /// How far the recording has come.
+    /// The stage of the recording.
     pub stage: Stage,
-    /// How much was synced to the disk, in all files [bytes].
+    /// The bytes synced to the disk, in all files.
     pub synced_bytes: u64,
-    /// How much room the disk had left at the last sync [bytes]; `None` before.
+    /// The free space on the disk at the last sync [bytes]; `None` before the first.
     pub free_bytes: Option<u64>,
 }
 
-/// How far a recording has come.
+/// The stage of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Stage {
     /// Nothing is recorded.
@@ -25,40 +25,40 @@ pub enum Stage {
     NotBegun,
     /// It is being recorded.
     Open,
-    /// It ended with the session, and is whole.
+    /// It ended with the session, and is complete.
     Finished,
-    /// It ended before the session, and why.
+    /// It ended before the session, for this reason.
     EndedEarly(String),
 }
 
 impl Growth {
-    /// What is on the disk now.
+    /// The present state of the recording on the disk.
     pub fn on_disk(&self) -> OnDisk {
         self.lock().clone()
     }
 
-    /// A recording begins; a second one of a session adds to the first.
+    /// Starts a recording; a second one of the same session adds to the first.
     pub fn begin(&self) {
         self.lock().stage = Stage::Open;
     }
 
-    /// So much more was synced [bytes], and the disk has so much room left [bytes].
+    /// Adds newly synced bytes, and records the free space on the disk [bytes].
     pub fn synced(&self, more_bytes: u64, free_bytes: u64) {
         self.add(more_bytes);
         self.lock().free_bytes = Some(free_bytes);
     }
 
-    /// So much more was synced [bytes].
+    /// Adds newly synced bytes.
     pub fn add(&self, more_bytes: u64) {
         self.lock().synced_bytes += more_bytes;
     }
 
-    /// The recording is whole.
+    /// Marks the recording as complete.
     pub fn finish(&self) {
         self.lock().stage = Stage::Finished;
     }
 
-    /// The recording ended before its session.
+    /// Marks the recording as ended before its session.
     pub fn end_early(&self, why: impl Into<String>) {
         self.lock().stage = Stage::EndedEarly(why.into());
     }

@@ -1,4 +1,4 @@
-//! The pace of a playback: as it was recorded, slower, faster, or held.
+//! The pace of a playback: original speed, slower, faster, or paused.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::time::Time;
 use tokio::sync::watch;
 
-/// The hand on a playback: clones hold the same one.
+/// A control of the pace of a playback; clones control the same one.
 #[derive(Clone, Debug)]
 pub struct Pace(watch::Sender<Speed>);
 
@@ -16,31 +16,31 @@ struct Speed {
     paused: bool,
 }
 
-/// Below this a rate means standing still, which is what pausing is for.
+/// The slowest rate; below it a playback would effectively be paused.
 const SLOWEST: f64 = 1e-3;
 
 impl Pace {
-    /// Plays at `rate` times the recorded pace.
+    /// Creates a control that plays at `rate` times the recorded speed.
     pub fn new(rate: f64) -> Pace {
         Pace(watch::Sender::new(Speed { rate: rate.max(SLOWEST), paused: false }))
     }
 
-    /// Plays on at `rate` times the recorded pace.
+    /// Changes the rate to `rate` times the recorded speed.
     pub fn set_rate(&self, rate: f64) {
         self.0.send_modify(|speed| speed.rate = rate.max(SLOWEST));
     }
 
-    /// Holds the playback, or lets it go on.
+    /// Pauses or resumes the playback.
     pub fn set_paused(&self, paused: bool) {
         self.0.send_modify(|speed| speed.paused = paused);
     }
 
-    /// Whether it is held.
+    /// Whether the playback is paused.
     pub fn is_paused(&self) -> bool {
         self.0.borrow().paused
     }
 
-    /// Begins to keep this pace at a moment of the recording, which is now by `clock`.
+    /// Starts pacing at a position in the recording, which corresponds to the present time of `clock`.
     pub(crate) fn keep(&self, clock: Clock, position: Time) -> Pacer {
         let mut speeds = self.0.subscribe();
         let speed = *speeds.borrow_and_update();
@@ -49,22 +49,22 @@ impl Pace {
     }
 }
 
-/// Keeps the pace of one playback.
+/// Paces one playback.
 #[derive(Debug)]
 pub(crate) struct Pacer {
-    /// Held, so that the speeds don't end.
+    /// Held so that the channel of speeds stays open.
     _pace: Pace,
     speeds: watch::Receiver<Speed>,
     speed: Speed,
     clock: Clock,
-    /// When the current speed began, by the clock.
+    /// When the current speed was set, by the clock.
     since: Time,
-    /// Where in the recording that was.
+    /// The position in the recording at that time.
     position: Time,
 }
 
 impl Pacer {
-    /// Waits until the playback is at `due` in the recording.
+    /// Waits until the playback reaches `due` in the recording.
     pub(crate) async fn reach(&mut self, due: Time) {
         loop {
             self.follow();
@@ -75,14 +75,14 @@ impl Pacer {
         }
     }
 
-    /// How long it is until `due`; `None` while the playback is held.
+    /// The time until `due` is reached; `None` while the playback is paused.
     fn left(&self, due: Time) -> Option<Duration> {
         let left_secs = due.secs_since(self.position) / self.speed.rate
             - self.clock.now().secs_since(self.since);
         (!self.speed.paused).then(|| Duration::try_from_secs_f64(left_secs).unwrap_or_default())
     }
 
-    /// Waits so long, or until the speed changes.
+    /// Waits for this long, or until the speed changes.
     async fn wait(&mut self, left: Option<Duration>) {
         let changed = self.speeds.changed();
         match left {
@@ -91,7 +91,7 @@ impl Pacer {
         }
     }
 
-    /// Goes on at the speed that is wanted, from where the playback is now.
+    /// Applies the requested speed from the present position on.
     fn follow(&mut self) {
         let wanted = *self.speeds.borrow_and_update();
         if wanted == self.speed {

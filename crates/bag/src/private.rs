@@ -1,38 +1,37 @@
-//! Files about people, which others on the same machine can't read, whatever the umask.
+//! Private files about people: unreadable for other users of the machine, whatever the umask.
 
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
-/// Folders can be opened by their owner alone.
+/// The mode of folders: accessible by their owner only.
 const FOLDER: u32 = 0o700;
-/// Files can be read and written by their owner alone.
+/// The mode of files: readable and writable by their owner only.
 const FILE: u32 = 0o600;
 
-/// Creates a file for writing, or empties it. One that was there, and could be read by others, can't be
-/// any more.
+/// Creates or truncates a file for writing. An existing file that others could read becomes private.
 pub fn create(path: &Path) -> io::Result<File> {
     owned(OpenOptions::new().write(true).create(true).truncate(true).mode(FILE).open(path)?)
 }
 
-/// Creates a file for writing that must not be there yet.
+/// Creates a file for writing; fails if it exists.
 pub fn create_new(path: &Path) -> io::Result<File> {
     owned(OpenOptions::new().write(true).create_new(true).mode(FILE).open(path)?)
 }
 
-/// Writes a file, or replaces what was in it.
+/// Writes a file, replacing its contents.
 pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
     io::Write::write_all(&mut create(path)?, contents.as_ref())
 }
 
-/// Creates a folder that must not be there yet.
+/// Creates a folder; fails if it exists.
 pub fn create_folder(path: &Path) -> io::Result<()> {
     DirBuilder::new().mode(FOLDER).create(path)?;
     restrict_folder(path)
 }
 
-/// Creates a folder and those above it that are missing; those that are there stay as they are.
+/// Creates a folder and its missing parents; existing folders keep their permissions.
 pub fn create_folders(path: &Path) -> io::Result<()> {
     if path.as_os_str().is_empty() || path.is_dir() {
         return Ok(());
@@ -46,8 +45,8 @@ pub fn create_folders(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The umask may have taken away the owner's own rights, and the file may be from before. A file system
-/// without such rights (a USB stick's) refuses, and has nothing to restrict.
+/// The umask may have removed the owner's own rights, and the file may be an existing one. A file system
+/// without permissions (such as a USB stick's) returns an error, and has nothing to restrict.
 fn owned(file: File) -> io::Result<File> {
     let is_private = file.metadata()?.permissions().mode() & 0o777 == FILE;
     if !is_private {

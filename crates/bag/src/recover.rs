@@ -1,4 +1,4 @@
-//! Making a damaged bag whole again.
+//! Repairing damaged bags.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -21,31 +21,30 @@ use crate::write::part::{Attachment, Part};
 use crate::write::spare::SpareFile;
 use teampulse_messages::convert::type_name;
 
-/// What was done to a bag.
+/// The result of repairing a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
     /// Each file, in the bag's order.
     pub files: Vec<RecoveredFile>,
 }
 
-/// What was done to one file.
+/// The result of repairing one file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecoveredFile {
     /// The file.
     pub path: PathBuf,
-    /// How many messages it holds now.
+    /// The number of messages that it contains now.
     pub messages: u64,
-    /// How many messages it held originally and lacks now; `None` where that is not recorded.
+    /// The number of original messages that are missing now; `None` if that was not recorded.
     pub lost_messages: Option<u64>,
-    /// What was cut from it; empty for a file that was whole and was left as it is.
+    /// The parts cut from it; empty for an intact file, which is not changed.
     pub damage: Vec<Damage>,
-    /// Where the damaged file was kept, when something was lost from its middle.
+    /// The path of the damaged original, kept if anything was lost from its middle.
     pub original: Option<PathBuf>,
 }
 
 impl RecoveredFile {
-    /// Whether messages were lost that had been recorded; not so for the end of a recording that was
-    /// never finished.
+    /// Whether recorded messages were lost; the end of an unfinished recording does not count.
     pub fn is_lossy(&self) -> bool {
         self.lost_messages.is_some_and(|lost| lost > 0) || self.is_torn()
     }
@@ -55,11 +54,11 @@ impl RecoveredFile {
     }
 }
 
-/// Makes a bag whole: reads all of it, and writes each file that was cut or damaged anew with every
-/// chunk that is whole, in its order. `metadata.yaml` is written again.
+/// Repairs a bag: reads all of it, and rewrites each truncated or damaged file with all intact chunks, in
+/// order. `metadata.yaml` is rewritten.
 ///
-/// The old file stays until the new one is safely on the disk, and is kept beside it as
-/// `<name>.mcap.orig` when something was lost from its middle.
+/// The old file stays until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if
+/// anything was lost from its middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
     let mut bag = Bag::open(path)?;
     if let Some(made) = bag.parts().iter().find(|part| part.is_made) {
@@ -78,7 +77,7 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     Ok(Report { files })
 }
 
-/// Notes what was lost: the repaired files do not show it any more.
+/// Notes the losses, as the repaired files no longer show them.
 fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
     let lossy = files.iter().filter(|file| !file.damage.is_empty() && file.is_lossy());
     let lost = lossy.map(|file| {
@@ -113,7 +112,7 @@ fn recover_file(
     Ok(recovered)
 }
 
-/// Puts a whole file in the place of a damaged one.
+/// Replaces a damaged file by its repaired version.
 fn replace(index: &Index, recovered: &mut RecoveredFile) -> Result<(), BagError> {
     let path = &index.path;
     let unfinished = path.with_extension("mcap.recovering");
@@ -129,15 +128,14 @@ fn replace(index: &Index, recovered: &mut RecoveredFile) -> Result<(), BagError>
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(BagError::io("write", folder))
 }
 
-/// `<name>.mcap.orig`, with a number behind it where that is taken.
+/// `<name>.mcap.orig`, with a numeric suffix if that exists.
 fn free_name(path: &Path) -> PathBuf {
     let numbered = (2..).map(|number| path.with_extension(format!("mcap.orig{number}")));
     let mut names = std::iter::once(path.with_extension("mcap.orig")).chain(numbered);
     names.find(|name| !name.exists()).expect("there are more numbers than files")
 }
 
-/// Writes all that can be read into another file, and that to the disk; says how many messages it
-/// has.
+/// Writes everything readable to another file and syncs it; returns the number of messages.
 fn rewrite(index: &Index, path: &Path) -> Result<u64, BagError> {
     let file = private::create(path).map_err(BagError::io("write", path))?;
     let disk = file.try_clone().map_err(BagError::io("write", path))?;
@@ -160,7 +158,7 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// Copies attachments and metadata records; one that can't be read is left out.
+/// Copies attachments and metadata records; unreadable ones are skipped.
 fn copy_extras(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
     for extra in &index.extras {
         let Ok(body) = index.read_extra(extra) else { continue };
@@ -182,7 +180,7 @@ fn copy_extras(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
     Ok(())
 }
 
-/// Copies all messages as they stand in the file, each to the channel that it was in.
+/// Copies all messages in file order, each to its original channel.
 fn copy_messages(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
     let mut channels = BTreeMap::new();
     for (id, channel) in &index.channels {
@@ -202,7 +200,7 @@ fn copy_messages(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
     Ok(())
 }
 
-/// What `metadata.yaml` has to say about a bag.
+/// The metadata of a bag for `metadata.yaml`.
 fn describe(bag: &Bag) -> Metadata {
     let topics = bag.streams().iter().map(|known| Topic {
         name: known.stream.name.clone(),

@@ -1,12 +1,12 @@
-//! The topic on which streams are described.
+//! The topic of stream descriptions.
 
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::teampulse_msgs as msgs;
 
-/// The topic on which streams are described.
+/// The topic of stream descriptions.
 pub(crate) const DESCRIPTIONS_TOPIC: &str = "/teampulse/streams";
 
-/// Whether a topic with a type is the one on which streams are described.
+/// Whether this topic and type are those of stream descriptions.
 pub(crate) fn is_description(topic: &str, type_name: &str) -> bool {
     topic == DESCRIPTIONS_TOPIC && type_name == msgs::StreamDescription::NAME
 }

@@ -1,4 +1,4 @@
-//! The bag as a sink: everything that the pump gives, onto the disk.
+//! The bag as a sink: records all output of the pump to the disk.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,15 +24,15 @@ use crate::growth::Growth;
 use crate::write::part::Attachment;
 use crate::write::{BagWriter, Options};
 
-/// How often what was written is handed to the disk: with the writing itself, not more than a
+/// The interval at which written data are synced to the disk: including the writing itself, at most a
 /// second of a recording can be lost.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
 /// The name under which the study is attached.
 pub const STUDY_NAME: &str = "study.toml";
 
-/// The note of a bag that ended before its session did: why.
+/// The key of the note that states why a bag ended before its session.
 pub const ENDED_NOTE: &str = "teampulse.ended_early";
-/// The note of a bag with which a recording goes on: the folder of the bag before it.
+/// The key of the note with the folder of the bag that a recording continues.
 pub const CONTINUES_NOTE: &str = "teampulse.continues";
 
 /// Records a session into a bag.
@@ -40,9 +40,9 @@ pub const CONTINUES_NOTE: &str = "teampulse.continues";
 pub struct BagSink {
     /// The bag's folder; it must not exist yet.
     pub folder: PathBuf,
-    /// The study's text, attached to the bag; may be empty.
+    /// The text of the study, attached to the bag; may be empty.
     pub study: String,
-    /// How the bag is written.
+    /// The options for writing the bag.
     pub options: Options,
 }
 
@@ -65,7 +65,7 @@ impl Sink for BagSink {
 }
 
 impl BagSink {
-    /// Creates the bag. An error says that there is none.
+    /// Creates the bag. If this fails, there is none.
     pub fn begin(self) -> Result<Recording, SinkError> {
         let growth = &self.options.growth;
         let writer = BagWriter::create(&self.folder, &self.options).map_err(|error| {
@@ -93,30 +93,30 @@ pub struct Recording {
     writer: BagWriter,
     growth: Growth,
     folder: PathBuf,
-    /// What is still to be attached.
+    /// The study, until it is attached.
     study: String,
-    /// Whether it goes on where another bag ended, and what holds from before is still to be written.
+    /// Whether it continues another bag, and the state of that one is still to be written.
     is_continued: bool,
     losses: BTreeMap<String, Losses>,
     clock: Clock,
     flush_due: Time,
     /// The log time of the newest record.
     last: Time,
-    /// How many records were received and not yet written.
+    /// The number of records received but not written yet.
     unwritten: u64,
 }
 
 /// A recording that ended before its session.
 #[derive(Debug)]
 pub struct Broken {
-    /// Why.
+    /// The error that ended it.
     pub error: SinkError,
-    /// How many messages it has received that may not be in its bag, as the disk did not take them: those
-    /// of the last second. 0 where the bag could be ended.
+    /// The number of received messages that may not be in the bag because the disk did not take them: those
+    /// of the last second. 0 if the bag could be finished.
     pub unwritten: u64,
 }
 
-/// The losses of a stream, from its last status.
+/// The losses of a stream according to its last status.
 #[derive(Clone, Copy)]
 struct Losses {
     on_the_way: Option<u64>,
@@ -124,8 +124,8 @@ struct Losses {
 }
 
 impl Recording {
-    /// The same recording, continued where the bag `before` ended: at its start all streams are described,
-    /// and the phases that still hold are published again, with their remaining length.
+    /// Continues the recording of the bag `before`: at its start all streams are described, and active
+    /// phases are published again with their remaining duration.
     #[must_use]
     pub fn continuing(mut self, before: &Path) -> Recording {
         self.writer.note(CONTINUES_NOTE, before.display().to_string());
@@ -133,8 +133,8 @@ impl Recording {
         self
     }
 
-    /// Records until the inbox is closed, or nothing more can be recorded. Whatever happens, the bag is
-    /// ended as well as it can be, and says in its notes and by a last event if it ended early.
+    /// Records until the inbox is closed, or recording fails. In any case the bag is finished as far as
+    /// possible, and states in its notes and by a last event if it ended early.
     pub fn record(mut self, inbox: &Inbox) -> Result<(), Broken> {
         let taken = caught(|| self.take_all(inbox));
         let (unwritten, unsynced) = (self.unwritten, self.writer.unsynced());
@@ -152,7 +152,7 @@ impl Recording {
         };
         if let Some(why) = &lost {
             self.writer.note(ENDED_NOTE, format!("failed to {why}"));
-            // What can't be written any more is said elsewhere.
+            // If this can't be written either, the error is reported elsewhere.
             drop(caught(|| self.say_why(inbox.streams(), why)));
         }
         let (folder, growth) = (self.folder.clone(), self.growth.clone());
@@ -177,7 +177,7 @@ impl Recording {
         })
     }
 
-    /// Takes all that comes, in portions.
+    /// Records everything from the inbox, in portions.
     fn take_all(&mut self, inbox: &Inbox) -> Result<(), BagError> {
         loop {
             let left_nanos = self.flush_due.nanos_since(self.clock.now());
@@ -199,8 +199,8 @@ impl Recording {
         }
     }
 
-    /// What stands before the first record: the study and, of a recording that goes on, which streams
-    /// there are, and what holds from `before`.
+    /// Writes the start of the bag: the study and, for a continued recording, the descriptions of its
+    /// streams and the active phases of `before`.
     fn begin_with(
         &mut self,
         streams: &Streams,
@@ -225,7 +225,7 @@ impl Recording {
         }
         for StandingEvent { id, stream, event, device_time, source_time } in holds {
             let event = Data::Event(Arc::new(event));
-            // They are of the first record's time, just after this one.
+            // Their time is that of the first record, just after this one.
             let early = Duration::from_nanos(log_time.nanos_since(at) as u64);
             let device_time =
                 device_time.map(|ticks| ticks.saturating_sub(early.as_nanos() as i64));
@@ -255,7 +255,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Says why the bag ends here, as an event behind its last message: it is in the bag alone.
+    /// Records the reason for the early end as an event after the last message, in the bag only.
     fn say_why(&mut self, streams: &Streams, why: &SinkError) -> Result<(), BagError> {
         let (id, stream) = streams
             .find(&session_events().name)
@@ -285,7 +285,7 @@ impl Recording {
     }
 }
 
-/// A record of this recording's own.
+/// Creates a record of this recording itself.
 fn record((id, stream): (StreamId, &Arc<Stream>), log_time: Time, data: Data) -> Record {
     encoded(stream, sample(id, log_time, data))
 }
@@ -309,8 +309,8 @@ fn sample(id: StreamId, log_time: Time, data: Data) -> Sample {
     }
 }
 
-/// The same failure, of a bag that could not be ended either: it has no index, and its `metadata.yaml` is
-/// from its beginning.
+/// Extends a failure to a bag that could not be finished either: it has no index, and its `metadata.yaml`
+/// is that of its start.
 fn unended(lost: SinkError, folder: &Path) -> SinkError {
     let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = lost;
     if !folder.exists() {
@@ -322,12 +322,12 @@ fn unended(lost: SinkError, folder: &Path) -> SinkError {
     SinkError::Lost { message, hint }
 }
 
-/// Nothing was recorded.
+/// The error of a recording that never started.
 fn failed(error: &BagError) -> SinkError {
     SinkError::Failed { message: error.to_string(), hint: error.hint().to_owned() }
 }
 
-/// The recording ended before its session.
+/// The error of a recording that ended before its session.
 fn lost(error: &BagError) -> SinkError {
     SinkError::Lost { message: error.to_string(), hint: error.hint().to_owned() }
 }

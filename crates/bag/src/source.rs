@@ -1,4 +1,4 @@
-//! A bag as a source: what was recorded, handed over again.
+//! The bag as a source: replays a recording.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -22,17 +22,17 @@ use crate::read::messages::Message;
 use crate::read::{Bag, described};
 use teampulse_messages::convert::type_name;
 
-/// After so many readings other tasks have their turn.
+/// The number of readings after which other tasks may run.
 const TURN: usize = 256;
 
-/// Where nothing at all was recorded for longer than this, nothing was watched: a session that watches
-/// anything records a status twice a minute. So a log time that is wrong by a day is no day of silence.
+/// The longest silence that counts as part of a recording: an active session records a status twice a
+/// minute. A log time that is wrong by a day therefore does not cause a day of silence.
 const PAUSE: Duration = Duration::from_secs(600);
 
-/// Hands a recording over: each reading at the log time that it had, in the order that it had.
+/// Replays a recording: each reading at its log time, in the recorded order.
 ///
-/// A raw stream is declared where its description stands in the bag, so that a replay learns of it
-/// when the session did. Descriptions and statuses are not handed over: they are made anew.
+/// A raw stream is declared at its description in the bag, so that a replay learns of it when the session
+/// did. Descriptions and statuses are not replayed: the new session generates its own.
 #[derive(Debug)]
 pub struct BagSource {
     bag: Arc<Bag>,
@@ -44,30 +44,30 @@ pub struct BagSource {
     unread: Arc<Unread>,
 }
 
-/// Which stamps samples of our own shapes are handed over with.
+/// The timestamps with which samples of our own types are replayed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OwnStamps {
-    /// Those that their sources put on them.
+    /// Those of their sources.
     Sent,
-    /// Where the recording has placed them in time.
+    /// Those at which the recording placed them.
     Placed,
 }
 
-/// What of a bag is handed over.
+/// Which streams of a bag are replayed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// What came from outside: what a replay starts from.
+    /// Raw streams only: the input of a replay.
     Raw,
-    /// What was computed from it as well.
+    /// Derived streams as well.
     RawAndDerived,
 }
 
-/// The parts of a bag that could not be read while it was handed over.
+/// The parts of a bag that could not be read during the replay.
 #[derive(Debug, Default)]
 pub struct Unread(Mutex<BTreeSet<(PathBuf, u64)>>);
 
 impl BagSource {
-    /// Hands over all of a bag, once and as fast as it is taken.
+    /// Replays all of a bag, once and as fast as possible.
     pub fn new(bag: Arc<Bag>, selection: Selection) -> BagSource {
         BagSource {
             bag,
@@ -80,41 +80,41 @@ impl BagSource {
         }
     }
 
-    /// Hands samples of our own shapes over with the times at which the recording has placed them, not
-    /// with the stamps that their sources put on them.
+    /// Replays samples of our own types with the times at which the recording placed them, instead of the
+    /// timestamps of their sources.
     #[must_use]
     pub fn as_placed(mut self) -> BagSource {
         self.stamps = OwnStamps::Placed;
         self
     }
 
-    /// Begins at a log time.
+    /// Starts at a log time.
     #[must_use]
     pub fn starting(mut self, from: Time) -> BagSource {
         self.from = Some(from);
         self
     }
 
-    /// Keeps a pace.
+    /// Follows a pace.
     #[must_use]
     pub fn paced(mut self, pace: Pace) -> BagSource {
         self.pace = Some(pace);
         self
     }
 
-    /// Hands it over so many times, each behind the one before.
+    /// Replays it this many times in succession.
     #[must_use]
     pub fn repeated(mut self, times: u64) -> BagSource {
         self.repeats = times;
         self
     }
 
-    /// What could not be read and was passed over; it is filled while the source runs.
+    /// The unreadable parts that were skipped; filled while the source runs.
     pub fn unread(&self) -> Arc<Unread> {
         Arc::clone(&self.unread)
     }
 
-    /// From the first log time to just behind the last.
+    /// The duration from the first log time to just after the last.
     fn duration(&self) -> Duration {
         let (first, last) = self.bag.bounds().unwrap_or_default();
         let first = self.from.map_or(first, |from| from.max(first));
@@ -139,12 +139,12 @@ impl Source for BagSource {
     }
 }
 
-/// One run of a source.
+/// One run of the source.
 struct Playback<'a> {
     source: &'a BagSource,
     outlet: &'a Outlet,
     pacer: Option<Pacer>,
-    /// For each stream of the bag, what was declared of it.
+    /// The declaration of each stream of the bag, once made.
     declared: Vec<Option<(StreamId, Stream)>>,
 }
 
@@ -158,7 +158,7 @@ impl<'a> Playback<'a> {
         playback
     }
 
-    /// Plays the bag once, `shift` later than it was recorded.
+    /// Replays the bag once, shifted by `shift`.
     async fn play(&mut self, shift: Duration) -> Result<(), SourceError> {
         let source = self.source;
         let mut last = None;
@@ -187,14 +187,14 @@ impl<'a> Playback<'a> {
                 tokio::task::yield_now().await;
             }
         }
-        // Features computed in a silence at the end show how long the session lasted.
+        // Features computed during a silence at the end show how long the session lasted.
         if let Some(last) = last {
             self.outlet.pass(last);
         }
         Ok(())
     }
 
-    /// The reading that a message is; `None` for one that is not handed over.
+    /// The reading of a message; `None` if it is not replayed.
     fn reading(&mut self, message: &Message) -> Result<Option<Reading>, SourceError> {
         let bag_stream = &self.source.bag.streams()[message.stream];
         let known = &bag_stream.stream;
@@ -218,7 +218,7 @@ impl<'a> Playback<'a> {
                     .map_err(|error| undecodable(known, message, &error))?;
                 let stream = self.declare_as(message);
                 let device_time = decoded.device_time;
-                // Others' publish time is when a message was sent, by whatever clock.
+                // The publish time by other writers is when a message was sent, by an unknown clock.
                 let source_time = match self.source.stamps {
                     OwnStamps::Sent if !bag_stream.is_foreign => Some(message.publish_time),
                     OwnStamps::Sent | OwnStamps::Placed => Some(decoded.stamp),
@@ -237,7 +237,7 @@ impl<'a> Playback<'a> {
         is_wanted && !is_word
     }
 
-    /// Declares all at the beginning, as a playback from the middle does not meet the descriptions.
+    /// Declares all streams at the start, as a replay from the middle misses their descriptions.
     fn declare_all(&mut self, at: Time) {
         for (place, known) in self.source.bag.streams().iter().enumerate() {
             if self.selects(&known.stream) {
@@ -252,10 +252,10 @@ impl<'a> Playback<'a> {
         if !self.selects(&description) {
             return;
         }
-        // Each file of a bag begins with the descriptions of before, under their old stamps.
+        // Each file of a bag starts with the earlier descriptions, under their original stamps.
         let is_repeated = message.publish_time != message.log_time;
         let Some(place) = self.source.bag.place(&description) else {
-            // Of this stream nothing but its description was recorded.
+            // Only the description of this stream was recorded.
             self.outlet.declare_at(Stream::clone(&description), message.log_time);
             return;
         };
@@ -265,7 +265,7 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// A stream of the bag with its current description. A description without news is placed where the
+    /// A stream of the bag with its current description. An unchanged description is placed where the
     /// definition of the type became known.
     fn described(&self, place: usize, description: &Stream) -> Stream {
         let known = &self.source.bag.streams()[place];
@@ -281,8 +281,8 @@ impl<'a> Playback<'a> {
         with_schema(stream, schema)
     }
 
-    /// The id of a message's stream, which is declared first where it is new, or where the
-    /// definition of its type has become known.
+    /// The id of a message's stream, which is first declared if it is new, or if the definition of its type
+    /// has become known.
     fn declare_as(&mut self, message: &Message) -> StreamId {
         let place = message.stream;
         let stream = match &self.declared[place] {
@@ -294,7 +294,7 @@ impl<'a> Playback<'a> {
             },
             None => Stream::clone(&self.source.bag.streams()[place].stream),
         };
-        // Just before the message, so that this keeps its log time.
+        // Just before the message, so that the message keeps its log time.
         self.declare(place, stream, message.log_time - Duration::from_nanos(1))
     }
 
@@ -305,7 +305,7 @@ impl<'a> Playback<'a> {
     }
 }
 
-/// The stream with its type as it was known at some moment.
+/// The stream with its type as known at some time.
 fn with_schema(stream: Stream, schema: Option<&Arc<Schema>>) -> Stream {
     match schema {
         Some(schema) => Stream { shape: Shape::Message(Arc::clone(schema)), ..stream },
@@ -314,12 +314,12 @@ fn with_schema(stream: Stream, schema: Option<&Arc<Schema>>) -> Stream {
 }
 
 impl Unread {
-    /// Whether all that was asked for could be read.
+    /// Whether everything requested could be read.
     pub fn is_empty(&self) -> bool {
         self.places().is_empty()
     }
 
-    /// Notes damage, and warns of it the first time; other errors end the source.
+    /// Records damage, with a warning the first time; other errors end the source.
     fn pass_over(&self, error: BagError) -> Result<(), SourceError> {
         let BagError::Damaged { path, offset, reason } = error else { return Err(fatal(&error)) };
         let shown = path.display().to_string();

@@ -1,4 +1,4 @@
-//! Bytes that grow with the recording, and not with the memory.
+//! A buffer that spills to the disk, so that memory does not grow with the recording.
 
 use std::fs::File;
 use std::io;
@@ -6,39 +6,39 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
-/// So much stays in memory [bytes].
+/// The most bytes held in memory.
 const IN_MEMORY: usize = 64 << 10;
 
-/// Bytes that are kept until they are asked for: in memory as long as they are few, then in a file without
-/// a name, which vanishes with the process.
+/// A buffer of bytes: in memory while it is small, then in an unnamed file, which is deleted with the
+/// process.
 ///
-/// What can't be put into that file, as on a full disk, stays in memory.
+/// Bytes that can't be written to that file, such as on a full disk, stay in memory.
 #[derive(Debug)]
 pub struct Spill {
     folder: PathBuf,
     file: Option<File>,
-    /// How much is in the file [bytes].
+    /// The number of bytes in the file.
     spilled_bytes: u64,
     rest: Vec<u8>,
 }
 
 impl Spill {
-    /// Nothing yet; the file will be on the disk of this folder.
+    /// Creates an empty buffer; its file will be on the disk of `folder`.
     pub fn new(folder: &Path) -> Spill {
         Spill { folder: folder.to_owned(), file: None, spilled_bytes: 0, rest: Vec::new() }
     }
 
-    /// How much is kept [bytes].
+    /// The number of bytes in the buffer.
     pub fn len(&self) -> u64 {
         self.spilled_bytes + self.rest.len() as u64
     }
 
-    /// Whether nothing is kept.
+    /// Whether the buffer is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Keeps what is appended.
+    /// Appends the bytes that `put` produces.
     pub fn append(&mut self, put: impl FnOnce(&mut Vec<u8>)) {
         put(&mut self.rest);
         if self.rest.len() >= IN_MEMORY && self.spill().is_ok() {
@@ -47,7 +47,7 @@ impl Spill {
         }
     }
 
-    /// Gives all that was kept, in portions.
+    /// Passes all bytes to `take`, in portions.
     pub fn read(&self, mut take: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
         let mut portion = vec![0; IN_MEMORY.min(self.spilled_bytes as usize)];
         let mut at = 0;
@@ -61,7 +61,7 @@ impl Spill {
         take(&self.rest)
     }
 
-    /// Gives what was kept from one place to another; nothing from beyond the end.
+    /// Returns the bytes in a range, truncated at the end of the buffer.
     pub fn read_range(&self, range: Range<u64>) -> io::Result<Vec<u8>> {
         let in_file = range.start..range.end.min(self.spilled_bytes);
         let mut bytes = vec![0; in_file.end.saturating_sub(in_file.start) as usize];

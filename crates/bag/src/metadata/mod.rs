@@ -21,11 +21,11 @@ pub(crate) use parsed::ParsedMetadata;
 
 /// The name of the file in a bag's folder.
 pub(crate) const FILE_NAME: &str = "metadata.yaml";
-/// The metadata record in which rosbag2 keeps the text of `metadata.yaml`.
+/// The metadata record in which rosbag2 stores the text of `metadata.yaml`.
 pub(crate) const ROSBAG2_RECORD: &str = "rosbag2";
-/// The key of that text in it.
+/// The key of that text in the record.
 pub(crate) const SERIALIZED_KEY: &str = "serialized_metadata";
-/// What a bag without a distribution of its own says; its formats are those of this one.
+/// The distribution stated in our bags, which use its formats.
 const ROS_DISTRO: &str = "jazzy";
 
 /// A version of `metadata.yaml`.
@@ -38,7 +38,7 @@ pub enum Version {
     V9,
 }
 
-/// What `metadata.yaml` says about a bag.
+/// The contents of `metadata.yaml`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Metadata {
     pub version: Version,
@@ -57,14 +57,14 @@ pub(crate) struct Topic {
     pub messages: u64,
 }
 
-/// What one file of a bag spans.
+/// The times and the message count of one file of a bag.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct FileSpan {
     pub path: String,
     pub span: Span,
 }
 
-/// A count of messages and the times of the first and the last.
+/// A message count, and the times of the first and the last message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Span {
     pub messages: u64,
@@ -83,7 +83,7 @@ impl Span {
         self.last = self.last.max(at);
     }
 
-    /// Both spans as one.
+    /// Combines both spans.
     pub(crate) fn join(self, other: Span) -> Span {
         match (self.messages, other.messages) {
             (_, 0) => self,
@@ -98,12 +98,12 @@ impl Span {
 }
 
 impl Metadata {
-    /// What is in all files together.
+    /// The span of all files together.
     pub(crate) fn span(&self) -> Span {
         self.files.iter().fold(Span::default(), |all, file| all.join(file.span))
     }
 
-    /// The text of `metadata.yaml`.
+    /// Serialises the metadata as the text of `metadata.yaml`.
     pub(crate) fn to_yaml(&self) -> String {
         let mut text = String::from("rosbag2_bagfile_information:\n");
         for line in self.body().lines() {
@@ -112,7 +112,7 @@ impl Metadata {
         text
     }
 
-    /// The same without its one top key, as it stands in an MCAP file.
+    /// Serialises it without the single top-level key, as stored in an MCAP file.
     pub(crate) fn body(&self) -> String {
         let mut out = YamlWriter::default();
         let number = if self.version == Version::V9 { 9 } else { 5 };
@@ -146,7 +146,7 @@ impl Metadata {
         out.line(0, format_args!("ros_distro: {ROS_DISTRO}"));
     }
 
-    /// Writes `metadata.yaml` into the bag's folder, all or nothing.
+    /// Writes `metadata.yaml` into the bag's folder, atomically.
     pub(crate) fn save(&self, folder: &Path) -> io::Result<()> {
         let unfinished = folder.join(".metadata.yaml.new");
         let mut file = private::create(&unfinished)?;

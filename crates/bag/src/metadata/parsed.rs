@@ -1,31 +1,31 @@
-//! What is read out of the `metadata.yaml` of any writer.
+//! The parsed contents of a `metadata.yaml` by any writer.
 
 use std::collections::BTreeMap;
 
 use super::Version;
 use super::yaml::{split_entry, unquoted};
 
-/// What a reader takes from the `metadata.yaml` of any writer: the rest is in the files themselves.
+/// The fields of a `metadata.yaml` that a reader needs; the rest is taken from the files themselves.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ParsedMetadata {
     /// The version of the description.
     pub version: Version,
     /// The storage plugin: `mcap` or `sqlite3`.
     pub storage: String,
-    /// What rosbag2 compressed beside the storage: nothing, `FILE` or `MESSAGE`.
+    /// The compression added by rosbag2 to that of the storage: none, `FILE` or `MESSAGE`.
     pub compression_mode: String,
-    /// With what: `zstd`, as a rule.
+    /// The compression format, usually `zstd`.
     pub compression_format: String,
     /// The bag's files, in order, relative to its folder.
     pub files: Vec<String>,
-    /// How many messages each of them holds, by its name.
+    /// The number of messages in each file, by its name.
     pub messages: BTreeMap<String, u64>,
-    /// What its writer added.
+    /// The custom data of the writer.
     pub custom: BTreeMap<String, String>,
 }
 
 impl ParsedMetadata {
-    /// Reads what is needed out of block-style YAML, and skips the rest.
+    /// Parses the fields needed from block-style YAML, and skips the rest.
     pub(crate) fn read(text: &str) -> ParsedMetadata {
         let mut parsed = ParsedMetadata::default();
         let (mut section, mut file) = (String::new(), String::new());
@@ -54,7 +54,7 @@ impl ParsedMetadata {
         parsed
     }
 
-    /// Reads the same without its one top key, as it stands in an MCAP file.
+    /// Parses the text without its single top-level key, as stored in an MCAP file.
     pub(crate) fn read_body(body: &str) -> ParsedMetadata {
         let lines: Vec<String> = body.lines().map(|line| format!("  {line}")).collect();
         ParsedMetadata::read(&lines.join("\n"))

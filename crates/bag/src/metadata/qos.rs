@@ -1,4 +1,4 @@
-//! Quality of service as rosbag2 writes it: a YAML sequence, in words since version 9 and in the
+//! Quality of service as rosbag2 writes it: a YAML sequence with names since version 9, and with the
 //! numbers of `rmw` before.
 
 use std::fmt::Write;
@@ -8,11 +8,11 @@ use teampulse_core::qos::{Durability, History, Liveliness, Qos, Reliability};
 
 use crate::metadata::Version;
 
-/// What "no limit" is called in the durations of ROS 2 [ns].
+/// The value for "no limit" in ROS 2 durations [ns].
 const INFINITE_NANOS: u64 = i64::MAX as u64;
 const NANOS_PER_SEC: u64 = 1_000_000_000;
 
-/// The profiles as a YAML sequence, without indentation; empty sequences are as rosbag2 has them.
+/// Serialises the profiles as a YAML sequence without indentation; empty sequences look as in rosbag2.
 pub(crate) fn write(profiles: &[Qos], version: Version) -> String {
     if profiles.is_empty() {
         return if version == Version::V9 { "[]".into() } else { String::new() };
@@ -43,7 +43,7 @@ fn profile(qos: &Qos, version: Version) -> String {
     text
 }
 
-/// The words of rosbag2 and the numbers of `rmw/types.h`.
+/// The names used by rosbag2 and the numbers of `rmw/types.h`.
 fn history(history: History) -> (&'static str, u8) {
     match history {
         History::KeepLast(_) => ("keep_last", 1),
@@ -79,7 +79,7 @@ fn duration(limit: Option<Duration>) -> String {
     format!("\n    sec: {}\n    nsec: {}", nanos / NANOS_PER_SEC, nanos % NANOS_PER_SEC)
 }
 
-/// Reads profiles of any version; what is unknown in them stays as ROS 2's default.
+/// Parses profiles of any version; unknown entries get ROS 2's defaults.
 pub(crate) fn read(text: &str) -> Vec<Qos> {
     let mut profiles = Vec::new();
     let mut limit = Limit::default();
@@ -99,7 +99,7 @@ pub(crate) fn read(text: &str) -> Vec<Qos> {
     profiles
 }
 
-/// The duration whose seconds and nanoseconds are being read.
+/// The duration that is being parsed.
 #[derive(Default)]
 struct Limit {
     of: String,
@@ -132,7 +132,7 @@ fn read_field(qos: &mut Qos, limit: &mut Limit, key: &str, value: &str) {
     }
 }
 
-/// A duration of ROS 2; none where it is endless, or zero, which is how `rmw` leaves it open.
+/// A ROS 2 duration; `None` if it is infinite, or zero, which `rmw` uses for unspecified.
 fn finite(secs: u64, nanos: u64) -> Option<Duration> {
     let nanos = secs.saturating_mul(NANOS_PER_SEC).saturating_add(nanos);
     (nanos != 0 && nanos < INFINITE_NANOS).then(|| Duration::from_nanos(nanos))

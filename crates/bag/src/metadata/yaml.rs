@@ -1,10 +1,10 @@
-//! The little YAML that `metadata.yaml` needs: blocks of lines, and scalars.
+//! The subset of YAML that `metadata.yaml` needs: block-style mappings and sequences, and scalars.
 
 use std::fmt::Write as _;
 
 use super::Span;
 
-/// YAML being written, two spaces a level.
+/// A YAML writer with an indentation of two spaces per level.
 #[derive(Default)]
 pub(super) struct YamlWriter(pub(super) String);
 
@@ -31,7 +31,7 @@ impl YamlWriter {
     }
 }
 
-/// A string as a YAML scalar on one line: plain where that is safe, else in double quotes.
+/// Formats a string as a single-line YAML scalar: plain where that is safe, otherwise double-quoted.
 pub(super) fn scalar(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/_.-".contains(c);
     let is_plain = text.starts_with(|c: char| c == '/' || c.is_ascii_alphabetic())
@@ -49,7 +49,7 @@ fn quoted(text: &str) -> String {
             '\\' => quoted.push_str("\\\\"),
             '\n' => quoted.push_str("\\n"),
             '\t' => quoted.push_str("\\t"),
-            // Control characters and the line breaks of Unicode, which YAML would fold.
+            // Control characters, and Unicode line breaks, which YAML would fold.
             c if c.is_control() || "\u{2028}\u{2029}\u{feff}".contains(c) => {
                 write!(quoted, "\\u{:04x}", c as u32).expect("a string takes what is written");
             }
@@ -60,7 +60,7 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Key and value of a line; the key may be quoted.
+/// Splits a line into key and value; the key may be quoted.
 pub(super) fn split_entry(line: &str) -> Option<(String, String)> {
     let end_of_key = if line.starts_with('"') { closing_quote(line)? + 1 } else { line.find(':')? };
     let (key, rest) = line.split_at(end_of_key);

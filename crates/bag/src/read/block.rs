@@ -1,4 +1,4 @@
-//! A run of records in a file: a chunk, or messages that stand between chunks.
+//! A block of records in a file: a chunk, or consecutive messages outside of chunks.
 
 use std::fs::File;
 
@@ -10,25 +10,25 @@ use crate::read::chunk::{Extent, unpack};
 use crate::read::fields::Fields;
 use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at};
 
-/// No chunk has more messages than these: writers end one after a few megabytes.
+/// The most messages in a chunk: writers close one after a few megabytes.
 const MOST_MESSAGES: usize = 2_000_000;
 
-/// Where a run of records is, and what it spans.
+/// The location and the time range of a block of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// Where it begins in its file.
+    /// Its offset in the file [bytes].
     pub offset: u64,
-    /// How long it is [bytes].
+    /// Its length [bytes].
     pub length: u64,
     /// The first log time in it [ns].
     pub first: u64,
     /// The last log time in it [ns].
     pub last: u64,
-    /// Whether all of it is in the file.
+    /// Whether it is completely in the file.
     pub extent: Extent,
 }
 
-/// The messages of a block, in the order of their log time; equal ones as they stand in the file.
+/// The messages of a block by log time; those with equal times are in file order.
 #[derive(Clone, Debug)]
 pub(crate) struct Contents {
     pub entries: Vec<Entry>,
@@ -42,14 +42,14 @@ pub(crate) struct Entry {
     pub sequence: u32,
     pub log_time: u64,
     pub publish_time: u64,
-    /// Where its bytes begin in the contents.
+    /// The offset of its bytes in the contents.
     pub start: usize,
-    /// Where they end.
+    /// The end of its bytes in the contents.
     pub end: usize,
 }
 
 impl Entry {
-    /// Reads the header of a message record.
+    /// Parses the header of a message record.
     fn read(body: &[u8], body_at: usize) -> McapResult<Entry> {
         let mut fields = Fields::new(body);
         Ok(Entry {
@@ -64,7 +64,7 @@ impl Entry {
 }
 
 impl Block {
-    /// Reads the records of it; those of a chunk are unpacked.
+    /// Reads the records of the block; those of a chunk are decompressed.
     pub(crate) fn records(&self, file: &File) -> McapResult<Bytes> {
         let bytes = Bytes::from(read_at(file, self.offset, self.length)?);
         match bytes.first() {
@@ -76,7 +76,7 @@ impl Block {
         }
     }
 
-    /// Reads its messages.
+    /// Reads the messages of the block.
     pub(crate) fn load(&self, file: &File) -> McapResult<Contents> {
         let records = self.records(file)?;
         let is_message = |record: &McapResult<RawRecord<'_>>| {
@@ -97,7 +97,7 @@ impl Block {
                 Err(error) => return Err(error),
             }
         }
-        // As they stand in the file where times are equal; sorting in place takes no room.
+        // Messages with equal times stay in file order; sorting in place needs no memory.
         entries.sort_unstable_by_key(|entry: &Entry| (entry.log_time, entry.start));
         Ok(Contents { entries, records })
     }

@@ -1,4 +1,4 @@
-//! Chunks: runs of records that are compressed together and guarded by a checksum.
+//! Chunks: records that are compressed together and protected by a checksum.
 
 use std::io::Read;
 
@@ -8,16 +8,16 @@ use mcap::{McapError, McapResult};
 use crate::read::fields::Fields;
 use crate::read::records::LIMIT_BYTES;
 
-/// Whether a chunk stands in its file as it was written.
+/// Whether a chunk is completely in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// From its first byte to its last: its checksum must be right.
+    /// Complete: its checksum must match.
     Whole,
-    /// The file ends inside it: what can be read is taken.
+    /// Truncated by the end of the file: whatever can be read is used.
     Cut,
 }
 
-/// The records of a chunk, from its contents in the file.
+/// Decompresses the records of a chunk.
 pub(crate) fn unpack(body: &Bytes, extent: Extent) -> McapResult<Bytes> {
     let (header, packed_at) = Header::read(body)?;
     let packed = body.slice(packed_at..);
@@ -44,7 +44,7 @@ struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    /// Reads the header in front of a chunk's records, and says where these begin.
+    /// Parses the header of a chunk; also returns the offset of its records.
     fn read(body: &'a [u8]) -> McapResult<(Header<'a>, usize)> {
         let mut fields = Fields::new(body);
         let _times = fields.bytes(16)?;
@@ -77,8 +77,8 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// At once into the room that it claims, which is taken only as it is filled: a window to decompress by
-    /// would come on top.
+    /// Decompresses directly into a buffer of the stated size, whose memory is used only as it is filled; a
+    /// separate decompression window would need additional memory.
     fn unpack_zstd(&self, packed: &[u8]) -> (Vec<u8>, std::io::Result<()>) {
         let mut records = Vec::with_capacity(self.unpacked_bytes as usize);
         let unpacked = zstd::bulk::Decompressor::new()
@@ -92,7 +92,7 @@ impl<'a> Header<'a> {
         }
         let calculated = crc32fast::hash(&records);
         match self.crc {
-            // MCAP: zero means that there is none.
+            // MCAP: zero means that there is no checksum.
             0 => Ok(records),
             saved if saved == calculated => Ok(records),
             saved => Err(McapError::BadChunkCrc { saved, calculated }),
@@ -100,7 +100,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// All that a decoder gives, up to the announced length, and how it ended.
+/// Reads the output of a decoder up to the stated length; also returns how it ended.
 fn read_all(
     decoder: std::io::Result<impl Read>,
     announced_bytes: u64,

@@ -1,11 +1,11 @@
-//! The fields of a record, one after the other. No length is believed: nothing is allocated for
-//! what a record only claims to hold.
+//! The fields of a record, parsed in order. Lengths are not trusted: nothing is allocated before the bytes
+//! are known to be there.
 
 use std::collections::BTreeMap;
 
 use mcap::{McapError, McapResult};
 
-/// The fields of a record that are still to be read.
+/// The remaining fields of a record.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fields<'a>(&'a [u8]);
 
@@ -14,7 +14,7 @@ impl<'a> Fields<'a> {
         Fields(body)
     }
 
-    /// What was not yet read.
+    /// The remaining bytes.
     pub(crate) fn rest(self) -> &'a [u8] {
         self.0
     }
@@ -35,7 +35,7 @@ impl<'a> Fields<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// So many bytes.
+    /// The next `length` bytes.
     pub(crate) fn bytes(&mut self, length: u64) -> McapResult<&'a [u8]> {
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         let (bytes, rest) = self.0.split_at_checked(length).ok_or(McapError::UnexpectedEoc)?;
@@ -43,7 +43,7 @@ impl<'a> Fields<'a> {
         Ok(bytes)
     }
 
-    /// Bytes with their length in front.
+    /// The next bytes, prefixed with their length.
     pub(crate) fn counted(&mut self) -> McapResult<&'a [u8]> {
         let length = self.u32()?;
         self.bytes(length.into())
@@ -53,7 +53,7 @@ impl<'a> Fields<'a> {
         self.counted().map(|text| String::from_utf8_lossy(text).into_owned())
     }
 
-    /// A map with its length in bytes in front.
+    /// The next map, prefixed with its length in bytes.
     pub(crate) fn map<K: Ord, V>(
         &mut self,
         key: impl Fn(&mut Fields<'a>) -> McapResult<K>,

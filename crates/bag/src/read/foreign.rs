@@ -1,5 +1,4 @@
-//! Files of rosbag2 that are no plain MCAP: recordings in `SQLite`, and what it compressed as a whole or
-//! message by message.
+//! Files of rosbag2 that are not plain MCAP: recordings in `SQLite`, and compressed files and messages.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -18,18 +17,19 @@ use crate::read::sqlite;
 
 const SQLITE: &[u8] = b"SQLite format 3\0";
 const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
-/// The kinds of files that a recording is made of.
+/// The file extensions of recordings.
 pub(crate) const KINDS: [&str; 4] = [".mcap", ".db3", ".mcap.zstd", ".db3.zstd"];
-/// A file may unpack to so many times its size, and so much more [bytes]: what is larger is a bomb.
+/// The largest ratio by which a file may be decompressed, and the additional allowance [bytes]: anything
+/// larger is a decompression bomb.
 const MOST_TIMES: u64 = 1000;
 const MOST_MORE: u64 = 64 << 20;
 
-/// Whether a message is one that rosbag2 compressed: no CDR begins so.
+/// Whether rosbag2 compressed this message: CDR never starts with these bytes.
 pub(crate) fn is_packed(message: &[u8]) -> bool {
     message.starts_with(ZSTD)
 }
 
-/// A message as it was before rosbag2 compressed it; one that it did not compress stays as it is.
+/// Decompresses a message; one that is not compressed is returned unchanged.
 pub(crate) fn unpacked(message: &[u8]) -> io::Result<Cow<'_, [u8]>> {
     if !is_packed(message) {
         return Ok(Cow::Borrowed(message));
@@ -42,17 +42,17 @@ pub(crate) fn unpacked(message: &[u8]) -> io::Result<Cow<'_, [u8]>> {
     Ok(Cow::Owned(plain))
 }
 
-/// How much a file may unpack to [bytes].
+/// The most bytes that a file may be decompressed to.
 pub(crate) fn most_unpacked(file: &File) -> io::Result<u64> {
     Ok(file.metadata()?.len().saturating_mul(MOST_TIMES).saturating_add(MOST_MORE))
 }
 
-/// What is said of messages that can't be unpacked.
+/// The note about messages that can't be decompressed.
 pub(crate) fn unreadable(count: u64) -> Option<String> {
     (count > 0).then(|| format!("{count} messages can't be unpacked"))
 }
 
-/// A file whose messages were compressed one by one, as one in which they are not.
+/// Converts a file with individually compressed messages into one with plain messages.
 pub(crate) fn with_plain_messages(index: &Index) -> Result<Opened, BagError> {
     let format = |error| BagError::Format { path: index.path.clone(), error };
     let most = most_unpacked(&index.file).map_err(BagError::io("unpack", &index.path))?;
@@ -69,7 +69,7 @@ pub(crate) fn with_plain_messages(index: &Index) -> Result<Opened, BagError> {
     Ok(Opened { file, is_made: true, damage: unreadable(unreadable_count) })
 }
 
-/// Copies all messages as they stand in a file, unpacked; gives how many can't be.
+/// Copies all messages in file order, decompressed; returns the number that can't be.
 fn copy_plain(
     index: &Index,
     out: &mut Writer<BufWriter<File>>,
@@ -85,7 +85,7 @@ fn copy_plain(
     }
     let (mut unreadable_count, mut bytes) = (0, 0);
     for block in &index.blocks {
-        // What is damaged was noted already where the file was opened.
+        // This damage was noted when the file was opened.
         let Ok(contents) = block.load(&index.file) else { continue };
         let mut entries = contents.entries;
         entries.sort_by_key(|entry| entry.start);
@@ -104,17 +104,17 @@ fn copy_plain(
     Ok(unreadable_count)
 }
 
-/// A file as MCAP.
+/// A file opened as MCAP.
 pub(crate) struct Opened {
     pub file: File,
-    /// Whether it was made of the original.
+    /// Whether it was converted from the original.
     pub is_made: bool,
-    /// What of the original can't be read, if anything.
+    /// What can't be read of the original, if anything.
     pub damage: Option<String>,
 }
 
-/// Opens a file. One that is no MCAP is made one, in a file without a name that is gone when it is closed:
-/// unpacked, and a database copied message by message.
+/// Opens a file. One that is not MCAP is converted to an unnamed file, which is deleted when it is closed:
+/// it is decompressed, and a database is copied message by message.
 pub(crate) fn open(path: &Path) -> Result<Opened, BagError> {
     let file = File::open(path).map_err(BagError::io("open", path))?;
     if !begins_with(&file, ZSTD) {
@@ -136,7 +136,7 @@ pub(crate) fn open(path: &Path) -> Result<Opened, BagError> {
     Ok(Opened { damage: damage.or(opened.damage), ..opened })
 }
 
-/// A file without a name for what is made of another.
+/// Creates an unnamed file for a conversion.
 pub(crate) fn unnamed(path: &Path) -> Result<File, BagError> {
     tempfile::tempfile().map_err(BagError::io("unpack", path))
 }
@@ -148,7 +148,7 @@ fn begins_with(file: &File, magic: &[u8]) -> bool {
     at.rewind().and(is_read).is_ok() && start == magic
 }
 
-/// Unpacks as much as can be; gives what kept it from the rest.
+/// Decompresses as much as possible; returns the error that prevented the rest.
 fn unpack(file: &File, out: &mut File) -> io::Result<Option<String>> {
     let most_bytes = most_unpacked(file)?;
     let mut decoder = zstd::Decoder::new(BufReader::new(file))?;

@@ -1,4 +1,4 @@
-//! What one file of a bag holds: from its index, or, where it has none, from reading all of it.
+//! The contents of one file of a bag: from its index or, if there is none, by reading the whole file.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,54 +22,54 @@ use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at, split_pref
 use crate::read::scan::scan;
 use crate::schema::is_description;
 
-/// The footer with the magic bytes behind it [bytes].
+/// The length of the footer and the magic bytes after it [bytes].
 const FOOTER_BYTES: u64 = 37;
 
-/// What one file holds, and where.
+/// The contents of one file, with their locations.
 #[derive(Debug)]
 pub(crate) struct Index {
     pub path: PathBuf,
     pub file: File,
-    /// Whether that is not what stands at the path, but was made of it.
+    /// Whether `file` was converted from the one at the path.
     pub is_made: bool,
     pub blocks: Vec<Block>,
     pub channels: BTreeMap<u16, Arc<Channel>>,
     pub counts: BTreeMap<u16, u64>,
     pub span: Span,
-    /// Blocks that hold descriptions of streams, by their place.
+    /// The indices of blocks that contain stream descriptions.
     pub describing: Vec<usize>,
     /// Attachments and metadata records.
     pub extras: Vec<Extra>,
     pub damage: Vec<Damage>,
-    /// How many messages were written to it, as its statistics say.
+    /// The number of messages according to the statistics of the file.
     pub stated_messages: Option<u64>,
     schemas: BTreeMap<u16, Arc<Schema>>,
 }
 
-/// A record beside the messages: an attachment or a metadata record.
+/// A record other than a message: an attachment or a metadata record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Extra {
     pub opcode: u8,
     pub offset: u64,
-    /// How long it is, with its prefix [bytes].
+    /// Its length, including the prefix [bytes].
     pub length: u64,
 }
 
-/// Something in a file that is not as it was written.
+/// A damaged part of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Where it begins in the file.
+    /// Its offset in the file [bytes].
     pub offset: u64,
-    /// How much of the file can't be read [bytes]; 0 where only the index is missing.
+    /// The number of bytes that can't be read; 0 if only the index is missing.
     pub lost_bytes: u64,
     /// What was expected and found.
     pub reason: String,
-    /// Whether it is no more than the missing end of a file that was not finished.
+    /// Whether it is only the missing end of an unfinished file.
     pub is_tail: bool,
 }
 
 impl Index {
-    /// Finds out what a file holds; one that was cut or damaged is read as far as it can be.
+    /// Finds the contents of a file; one that is truncated or damaged is read as far as possible.
     pub(crate) fn open(path: &Path) -> Result<Index, BagError> {
         let index = Index::of(path, foreign::open(path)?)?;
         if !index.begins_packed() {
@@ -94,7 +94,7 @@ impl Index {
         Ok(index)
     }
 
-    /// Whether its first message was compressed by itself, and all others with it.
+    /// Whether its first message, and so every message, was compressed individually.
     fn begins_packed(&self) -> bool {
         let is_own = |channel: &Arc<Channel>| !channel.is_foreign();
         if self.channels.values().any(is_own) {
@@ -112,7 +112,7 @@ impl Index {
         let Err(error) = index.read_summary() else { return Ok(index) };
         let scanned = scan(Index::empty(path, index.file));
         let mut index = scanned.map_err(BagError::io("read", path))?;
-        // A file may do without an index. One that should have one, and hasn't, was damaged.
+        // An index is optional. A file that should have one but does not is damaged.
         if index.damage.is_empty() && !matches!(error, McapError::BadIndex) {
             index.damage.push(Damage {
                 offset: index.file.metadata().map_err(BagError::io("read", path))?.len(),
@@ -141,7 +141,7 @@ impl Index {
         }
     }
 
-    /// Reads the summary at the end. Fails when there is none, or it is incomplete.
+    /// Reads the summary at the end. Fails if it is missing or incomplete.
     fn read_summary(&mut self) -> McapResult<()> {
         let summary = read_summary(&self.file)?;
         let (mut chunks, mut statistics) = (Vec::new(), None);
@@ -172,7 +172,7 @@ impl Index {
         Ok(())
     }
 
-    /// Whether the summary names all that the file holds.
+    /// Whether the summary lists everything in the file.
     fn is_complete(&self, statistics: &Statistics, chunks: usize) -> bool {
         statistics.channels as usize == self.channels.len()
             && statistics.chunks as usize == chunks
@@ -181,7 +181,7 @@ impl Index {
                 == Some(statistics.messages)
     }
 
-    /// Reads all messages, and notes the blocks that can't be read as damage.
+    /// Reads all messages, and records unreadable blocks as damage.
     pub(crate) fn check(&mut self) {
         for block in &self.blocks {
             if let Err(error) = block.load(&self.file) {
@@ -195,13 +195,13 @@ impl Index {
         }
     }
 
-    /// Whether a channel is the one on which streams are described.
+    /// Whether a channel carries stream descriptions.
     pub(crate) fn describes(&self, id: u16) -> bool {
         let channel = self.channels.get(&id);
         channel.is_some_and(|channel| is_description(&channel.topic, &channel.schema.name))
     }
 
-    /// Takes note of a schema or a channel; others are of no interest.
+    /// Stores a schema or a channel; other records are ignored.
     pub(crate) fn define(&mut self, opcode: u8, body: &[u8]) -> McapResult<()> {
         match opcode {
             op::SCHEMA => {
@@ -238,7 +238,7 @@ impl Index {
         self.extras.push(Extra { opcode, offset, length });
     }
 
-    /// The contents of a record beside the messages.
+    /// The contents of an attachment or metadata record.
     pub(crate) fn read_extra(&self, extra: &Extra) -> McapResult<Bytes> {
         let bytes = Bytes::from(read_at(&self.file, extra.offset, extra.length)?);
         let record = Records::new(&bytes).next().ok_or(McapError::UnexpectedEof)??;
@@ -248,7 +248,7 @@ impl Index {
         Ok(bytes.slice_ref(record.body))
     }
 
-    /// The notes of a recording in a metadata record that keeps a copy of `metadata.yaml`.
+    /// The notes of a recording in a metadata record with a copy of `metadata.yaml`.
     pub(crate) fn read_notes(&self, extra: &Extra) -> Option<BTreeMap<String, String>> {
         let body = (extra.opcode == op::METADATA).then(|| self.read_extra(extra).ok())??;
         let (name, record) = parse::metadata(&body).ok()?;
@@ -266,7 +266,7 @@ fn span(statistics: &Statistics) -> Span {
     }
 }
 
-/// A file that was cut inside its first bytes still counts as MCAP; other kinds are named.
+/// A file truncated within its first bytes still counts as MCAP; other formats are identified.
 fn check_magic(path: &Path, file: &File) -> Result<(), BagError> {
     let length = file.metadata().map_err(BagError::io("open", path))?.len();
     let start = match read_at(file, 0, length.min(16)) {
@@ -287,7 +287,7 @@ fn check_magic(path: &Path, file: &File) -> Result<(), BagError> {
     Err(BagError::NotABag { path: path.to_owned(), found })
 }
 
-/// The summary section, its checksum checked.
+/// The summary section, after checking its checksum.
 fn read_summary(file: &File) -> McapResult<Vec<u8>> {
     let footer_at = file.metadata()?.len().checked_sub(FOOTER_BYTES);
     let footer_at = footer_at.ok_or(McapError::UnexpectedEof)?;

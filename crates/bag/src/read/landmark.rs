@@ -1,4 +1,4 @@
-//! Finding back into the records of a file, past bytes that make no sense.
+//! Resynchronisation with the records of a file after invalid bytes.
 
 use std::fs::File;
 
@@ -9,17 +9,18 @@ use crate::read::block::Block;
 use crate::read::chunk::Extent;
 use crate::read::records::{PREFIX_BYTES, read_at, split_prefix};
 
-/// So much of a file is searched at once [bytes].
+/// The number of bytes searched at a time.
 const WINDOW_BYTES: u64 = 4 << 20;
-/// The end of the data with its prefix [bytes].
+/// The length of the data end record, including the prefix [bytes].
 const DATA_END_BYTES: u64 = PREFIX_BYTES as u64 + 4;
 
-/// Whether there is such a kind of record; those from 0x80 on are anybody's.
+/// Whether this is the opcode of a known record; those from 0x80 on are private.
 pub(crate) fn is_known(opcode: u8) -> bool {
     matches!(opcode, op::HEADER..=op::DATA_END | 0x80..)
 }
 
-/// Kind and length of the record at some place, with its prefix; `None` where the file ends before.
+/// The opcode and the length of the record at an offset, including the prefix; `None` if the file ends
+/// before it.
 pub(crate) fn prefix_at(file: &File, offset: u64) -> McapResult<Option<(u8, u64)>> {
     if file.metadata()?.len() < offset.saturating_add(PREFIX_BYTES as u64) {
         return Ok(None);
@@ -32,14 +33,14 @@ fn with_prefix((opcode, body_bytes): (u8, u64)) -> (u8, u64) {
     (opcode, body_bytes.saturating_add(PREFIX_BYTES as u64))
 }
 
-/// Whether a record of a known kind seems to stand at some place.
+/// Whether there appears to be a record of a known kind at an offset.
 pub(crate) fn is_record(file: &File, offset: u64) -> McapResult<bool> {
     let left_bytes = file.metadata()?.len().saturating_sub(offset);
     let prefix = prefix_at(file, offset)?;
     Ok(prefix.is_some_and(|(opcode, length)| is_known(opcode) && length <= left_bytes))
 }
 
-/// Where the next chunk stands that is whole and holds messages, or the end of the data.
+/// The offset of the next intact chunk with messages, or of the end of the data.
 pub(crate) fn next_landmark(file: &File, from: u64) -> McapResult<Option<u64>> {
     let file_bytes = file.metadata()?.len();
     let mut begin = from;

@@ -1,4 +1,4 @@
-//! The messages of a bag in their order, over all its files.
+//! The messages of a bag in order, across all its files.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -16,36 +16,35 @@ use crate::read::index::Index;
 use crate::read::records::LIMIT_BYTES;
 use crate::write::part::nanos;
 
-/// The chunks that overlap in time may together be so large [bytes].
+/// The most bytes of time-overlapping chunks that may be open together.
 const OPEN_BYTES: u64 = 4 * LIMIT_BYTES;
 
-/// A message as it was recorded.
+/// A recorded message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Its stream, by its place in [`Bag::streams`].
+    /// The index of its stream in [`Bag::streams`].
     pub stream: usize,
     /// When it was received.
     pub log_time: Time,
-    /// When it was published; the log time where that is not known.
+    /// When it was published; the log time if that is unknown.
     pub publish_time: Time,
-    /// Its type, as it was known when it was recorded.
+    /// Its type as known at the time of recording.
     pub schema: Arc<Schema>,
-    /// Its number, as its writer counted.
+    /// Its sequence number.
     pub sequence: u32,
-    /// Its bytes: CDR with its four-byte header.
+    /// The payload: CDR with its four-byte header.
     pub cdr: Bytes,
 }
 
-/// The messages of a bag by log time; equal ones as they stand in the files, one file after the
-/// other.
+/// The messages of a bag by log time; those with equal times are in file order, one file after the other.
 ///
-/// A chunk that can't be read gives one error and is passed over. Only chunks that overlap in time
-/// are in memory at once.
+/// An unreadable chunk yields one error and is skipped. Only chunks that overlap in time are in memory
+/// together.
 #[derive(Debug)]
 pub struct Messages<'a> {
     bag: &'a Bag,
     from: u64,
-    /// Blocks that are not yet open, the last one first.
+    /// Blocks that are not open yet, the last one first.
     closed: Vec<Place>,
     open: BTreeMap<(usize, u64), Cursor>,
     open_bytes: u64,
@@ -60,14 +59,14 @@ struct Place {
     block: Block,
 }
 
-/// An open block and how far it was read.
+/// An open block and the read position in it.
 #[derive(Debug)]
 struct Cursor {
     contents: Contents,
     next: usize,
 }
 
-/// Where the next message of an open block belongs: by time, then by its place.
+/// The sort key of the next message of an open block: by time, then by position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Head {
     log_time: u64,
@@ -87,7 +86,7 @@ impl<'a> Messages<'a> {
         Messages { bag, from, closed, open: BTreeMap::new(), open_bytes: 0, heads }
     }
 
-    /// The next closed block, when a message of it may come before those of the open ones.
+    /// The next closed block, if it may contain messages earlier than those of the open ones.
     fn due(&mut self) -> Option<Place> {
         let next = self.closed.last()?;
         let is_due =
@@ -112,7 +111,7 @@ impl<'a> Messages<'a> {
         Ok(())
     }
 
-    /// Takes the message of a head, and moves its block on.
+    /// Takes the message of a head, and advances its block.
     fn take(&mut self, head: Head) -> Option<(Entry, Bytes)> {
         let key = (head.part, head.offset);
         let cursor = self.open.get_mut(&key)?;

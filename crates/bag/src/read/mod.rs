@@ -33,26 +33,26 @@ use crate::read::messages::Messages;
 use crate::read::notes::kept_notes;
 use teampulse_messages::convert::type_name;
 
-/// The note of a bag that says what was lost to damage before it was made whole or computed again.
+/// The note of a bag that lists what was lost to damage before it was repaired or recomputed.
 pub const DAMAGE_NOTE: &str = "teampulse.damage";
 
-/// A bag: all that is known about it without reading its messages.
+/// A bag: everything known about it without reading its messages.
 ///
-/// Bags of other writers open as well, and so do bags that were cut: those are read as far as they
-/// can be, see [`Bag::damage`].
+/// Bags of other writers can be opened too, and so can truncated ones: these are read as far as possible,
+/// see [`Bag::damage`].
 #[derive(Debug)]
 pub struct Bag {
     path: PathBuf,
     parts: Vec<Index>,
     streams: Vec<BagStream>,
-    /// The places of the streams.
+    /// The indices of the streams.
     places: HashMap<Key, usize>,
-    /// For each part, what its channels carry.
+    /// The streams of each part's channels.
     channels: Vec<BTreeMap<u16, Carried>>,
     metadata: ParsedMetadata,
 }
 
-/// What a channel carries: a stream, by its place, with its type as it was known there.
+/// The stream of a channel, by its index, with its type as known there.
 #[derive(Clone, Debug)]
 pub(crate) struct Carried {
     pub stream: usize,
@@ -62,20 +62,20 @@ pub(crate) struct Carried {
 /// A stream of a bag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BagStream {
-    /// The stream, as it was last described.
+    /// The stream according to its last description.
     pub stream: Arc<Stream>,
-    /// How many messages of it are in the bag.
+    /// The number of its messages in the bag.
     pub messages: u64,
-    /// Whether others than teampulse recorded it.
+    /// Whether it was recorded by software other than teampulse.
     pub(crate) is_foreign: bool,
-    /// Whether its stamps are to be read out of its messages.
+    /// Whether its stamps must be parsed from its messages.
     pub(crate) has_unread_headers: bool,
-    /// Its type, as it became known.
+    /// The versions of its type, in order of appearance.
     pub(crate) schemas: Vec<Arc<Schema>>,
 }
 
 impl Bag {
-    /// Opens a bag's folder, or one MCAP file.
+    /// Opens a bag folder, or a single MCAP file.
     pub fn open(path: &Path) -> Result<Bag, BagError> {
         let (files, metadata) = if path.is_dir() { files_of(path)? } else { only(path) };
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
@@ -91,47 +91,46 @@ impl Bag {
         Ok(bag)
     }
 
-    /// The path by which it was opened.
+    /// The path of the bag.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its streams: topics, each with one type, raw and derived apart; in the order of their
-    /// channels.
+    /// Its streams: topics with one type each, raw and derived separately; in the order of their channels.
     pub fn streams(&self) -> &[BagStream] {
         &self.streams
     }
 
-    /// How many messages it holds.
+    /// The number of messages in the bag.
     pub fn messages_count(&self) -> u64 {
         self.span().messages
     }
 
-    /// The log times of its first and its last message; `None` for an empty bag.
+    /// The log times of the first and the last message; `None` for an empty bag.
     pub fn bounds(&self) -> Option<(Time, Time)> {
         let span = self.span();
         (span.messages > 0).then_some((span.first, span.last))
     }
 
-    /// What its writer noted about the recording: the session's name, counts of lost messages.
+    /// The writer's notes about the recording: the session's name, counts of lost messages.
     pub fn notes(&self) -> &BTreeMap<String, String> {
         &self.metadata.custom
     }
 
-    /// What is not as it was written, with the file it is in.
+    /// The damaged parts, each with its file.
     pub fn damage(&self) -> impl Iterator<Item = (&Path, &Damage)> {
         let parts = self.parts.iter();
         parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
     }
 
-    /// Reads all of it, so that [`Bag::damage`] names each part that can't be read.
+    /// Reads the whole bag, so that [`Bag::damage`] lists each unreadable part.
     pub fn check(&mut self) {
         self.parts.iter_mut().for_each(Index::check);
     }
 
-    /// What of its messages was lost to damage, in a few words; `None` where nothing is known to be
-    /// lost. It is not known before [`Bag::check`]. The missing end of a file that was not finished
-    /// doesn't count: until then nothing was lost.
+    /// A short description of the messages lost to damage; `None` if none are known to be lost. It is
+    /// available only after [`Bag::check`]. The missing end of an unfinished file does not count, as
+    /// nothing before it was lost.
     pub fn lost_to_damage(&self) -> Option<String> {
         let torn: Vec<&Damage> =
             self.damage().map(|(_, damage)| damage).filter(|damage| !damage.is_tail).collect();
@@ -145,14 +144,14 @@ impl Bag {
         (!damage.is_empty()).then(|| damage.join("; "))
     }
 
-    /// How many messages were written to it, as its statistics and `metadata.yaml` say, and are not
-    /// found in it.
+    /// The number of messages that were written according to its statistics and `metadata.yaml`, but are
+    /// missing.
     pub fn missing(&self) -> u64 {
         let parts = self.parts.iter().zip(self.stated_messages());
         parts.map(|(part, stated)| stated.unwrap_or(0).saturating_sub(part.span.messages)).sum()
     }
 
-    /// The contents of the last attachment of a name; `None` when there is none.
+    /// The contents of the last attachment with this name; `None` if there is none.
     pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, BagError> {
         let mut found = None;
         for part in &self.parts {
@@ -172,7 +171,7 @@ impl Bag {
         Ok(found)
     }
 
-    /// Its messages from a log time on, or all.
+    /// All messages, or those from a log time on.
     pub fn messages(&self, from: Option<Time>) -> Messages<'_> {
         Messages::new(self, from)
     }
@@ -185,7 +184,7 @@ impl Bag {
         &mut self.parts
     }
 
-    /// How many messages were written to each part, as its statistics or else `metadata.yaml` say.
+    /// The number of messages written to each part, according to its statistics or else `metadata.yaml`.
     pub(crate) fn stated_messages(&self) -> Vec<Option<u64>> {
         let stated = |part: &Index| {
             let name = part.path.file_name()?.to_str()?;
@@ -218,7 +217,7 @@ impl Bag {
         }
     }
 
-    /// Describes streams that others recorded, and nobody described, by their topics and types.
+    /// Describes streams of other writers that have no description, by their topics and types.
     pub fn describe_foreign(&mut self, describe: impl Fn(&str, &str) -> Option<Stream>) {
         for known in self.streams.iter_mut().filter(|known| known.is_foreign) {
             let is_blank = known.stream.channels.is_empty();
@@ -229,8 +228,8 @@ impl Bag {
         }
     }
 
-    /// Completes the streams from their descriptions. An unreadable one is skipped: the stream stays as its
-    /// channel describes it.
+    /// Completes the streams from their descriptions. An unreadable description is skipped: the stream
+    /// stays as its channel describes it.
     fn read_descriptions(&mut self) {
         let mut described = Vec::new();
         for part in &self.parts {
@@ -257,14 +256,14 @@ impl Bag {
         }
     }
 
-    /// The place of the stream that a description is of.
+    /// The index of the stream to which a description belongs.
     pub(crate) fn place(&self, description: &Stream) -> Option<usize> {
         self.places.get(&key(description)).copied()
     }
 }
 
-/// The stream of a channel with all that its description adds: the type and the quality of service
-/// stay as the channel has them.
+/// The stream of a channel, completed by its description: the type and the quality of service stay those of
+/// the channel.
 pub(crate) fn described(channel: &Stream, description: &Stream) -> Stream {
     Stream {
         shape: channel.shape.clone(),
@@ -274,15 +273,14 @@ pub(crate) fn described(channel: &Stream, description: &Stream) -> Stream {
     }
 }
 
-/// What a stream of a bag is known by: its name, its origin and its type.
+/// The key of a stream in a bag: its name, its origin and its type.
 type Key = (String, Origin, String);
 
 fn key(stream: &Stream) -> Key {
     (stream.name.clone(), stream.origin, type_name(&stream.shape).to_owned())
 }
 
-/// The place of a channel's stream among those of the bag; a definition that became known replaces
-/// an empty one.
+/// The index of a channel's stream among those of the bag; a definition found later replaces an empty one.
 fn place_of(
     streams: &mut Vec<BagStream>,
     places: &mut HashMap<Key, usize>,
@@ -316,7 +314,7 @@ fn only(file: &Path) -> (Vec<PathBuf>, ParsedMetadata) {
     (vec![file.to_owned()], ParsedMetadata::default())
 }
 
-/// The files of a bag's folder, in order: as `metadata.yaml` says, else by their numbers.
+/// The files of a bag's folder, in order: as listed in `metadata.yaml`, otherwise by number.
 fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     let text = fs::read_to_string(folder.join(FILE_NAME)).unwrap_or_default();
     let metadata = ParsedMetadata::read(&text);
@@ -326,17 +324,17 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     if is_compressed && !matches!(metadata.compression_format.as_str(), "" | "zstd") {
         return not_a_bag(Found::Compressed);
     }
-    // Older versions wrote the folder's name in front.
+    // Older versions prefixed the folder's name.
     let named =
         metadata.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
     let mut files: Vec<PathBuf> = named.collect();
     for found in files_in(folder)? {
-        // One that rosbag2 unpacked beside the packed one is the same.
+        // A decompressed copy that rosbag2 left beside the compressed file is the same file.
         if !files.iter().any(|file| unpacked_name(file) == unpacked_name(&found)) {
             files.push(found);
         }
     }
-    // Written as they will be called, or as they were before they were compressed.
+    // Files may be listed by their final names, or by their names before compression.
     for file in &mut files {
         let packed = PathBuf::from(format!("{}.zstd", file.display()));
         if !file.exists() && packed.exists() {
@@ -346,7 +344,7 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, metadata)) }
 }
 
-/// A file's name as it is when it is not compressed.
+/// A file's name without the extension for compression.
 fn unpacked_name(file: &Path) -> PathBuf {
     if file.extension().is_some_and(|kind| kind == "zstd") {
         file.with_extension("")
@@ -355,7 +353,8 @@ fn unpacked_name(file: &Path) -> PathBuf {
     }
 }
 
-/// The files of recordings in a folder, those of one by their numbers; packed ones behind unpacked ones.
+/// The files of recordings in a folder, in numerical order for each recording; compressed ones after plain
+/// ones.
 fn files_in(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     let entries = fs::read_dir(folder).map_err(BagError::io("open", folder))?;
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));

@@ -1,4 +1,4 @@
-//! The notes of a recording, where `metadata.yaml` has none.
+//! The notes of a recording whose `metadata.yaml` has none.
 
 use std::collections::BTreeMap;
 
@@ -10,11 +10,12 @@ use crate::read::block::Block;
 use crate::read::index::Index;
 use teampulse_messages::convert::type_name;
 
-/// So many blocks at the end of a file are read for statuses, which come every second.
+/// The number of blocks at the end of a file that are searched for statuses, which are written every
+/// second.
 const LAST_BLOCKS: usize = 8;
 
-/// The notes in the last copy of `metadata.yaml` that the files keep, and the losses in the last
-/// statuses where they keep none.
+/// The notes in the last copy of `metadata.yaml` in the files or, without one, the losses in the last
+/// statuses.
 pub(crate) fn kept_notes(parts: &[Index]) -> BTreeMap<String, String> {
     let kept = |part: &Index| part.extras.iter().rev().find_map(|extra| part.read_notes(extra));
     let mut parts = parts.iter().rev();
@@ -34,7 +35,7 @@ fn last_losses(part: &Index) -> BTreeMap<String, String> {
     notes
 }
 
-/// Notes the losses in the statuses of a block; an unreadable one is skipped.
+/// Adds the losses in the statuses of a block to the notes; an unreadable block is skipped.
 fn note_losses(part: &Index, block: &Block, notes: &mut BTreeMap<String, String>) {
     let Ok(contents) = block.load(&part.file) else { return };
     let status = type_name(&Shape::Status);

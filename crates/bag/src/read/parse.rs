@@ -1,4 +1,4 @@
-//! What the records beside messages and chunks say.
+//! Parsers for records other than messages and chunks.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::block::Block;
 use super::chunk::Extent;
 use super::fields::Fields;
 
-/// A channel as its record has it: with the number of its schema.
+/// A channel record, with the id of its schema.
 #[derive(Debug)]
 pub(crate) struct ChannelRecord {
     pub id: u16,
@@ -19,7 +19,7 @@ pub(crate) struct ChannelRecord {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What the statistics at the end of a file say.
+/// The statistics at the end of a file.
 #[derive(Debug)]
 pub(crate) struct Statistics {
     pub messages: u64,
@@ -30,7 +30,7 @@ pub(crate) struct Statistics {
     pub counts: BTreeMap<u16, u64>,
 }
 
-/// An attachment as its record has it.
+/// An attachment record.
 #[derive(Debug)]
 pub(crate) struct AttachmentRecord<'a> {
     pub log_time: u64,
@@ -39,7 +39,7 @@ pub(crate) struct AttachmentRecord<'a> {
     pub bytes: &'a [u8],
 }
 
-/// A schema with its number.
+/// Parses a schema and its id.
 pub(crate) fn schema(body: &[u8]) -> McapResult<(u16, Schema)> {
     let mut fields = Fields::new(body);
     let id = fields.u16()?;
@@ -58,7 +58,7 @@ pub(crate) fn channel(body: &[u8]) -> McapResult<ChannelRecord> {
     })
 }
 
-/// Where a chunk is, and which channels have messages in it.
+/// Parses the location of a chunk, and the channels with messages in it.
 pub(crate) fn chunk_index(body: &[u8]) -> McapResult<(Block, BTreeMap<u16, u64>)> {
     let mut fields = Fields::new(body);
     let (first, last) = (fields.u64()?, fields.u64()?);
@@ -84,7 +84,7 @@ pub(crate) fn statistics(body: &[u8]) -> McapResult<Statistics> {
     })
 }
 
-/// Where an attachment or a metadata record is, and how long.
+/// Parses the offset and the length of an attachment or a metadata record.
 pub(crate) fn extra_index(body: &[u8]) -> McapResult<(u64, u64)> {
     let mut fields = Fields::new(body);
     Ok((fields.u64()?, fields.u64()?))
@@ -99,13 +99,13 @@ pub(crate) fn attachment(body: &[u8]) -> McapResult<AttachmentRecord<'_>> {
     Ok(AttachmentRecord { log_time, name, media_type, bytes: fields.bytes(length)? })
 }
 
-/// A metadata record: its name and its contents.
+/// Parses a metadata record: its name and its contents.
 pub(crate) fn metadata(body: &[u8]) -> McapResult<(String, BTreeMap<String, String>)> {
     let mut fields = Fields::new(body);
     Ok((fields.string()?, fields.map(Fields::string, Fields::string)?))
 }
 
-/// Where the summary begins and its checksum, as the footer says.
+/// Parses the footer: the offset of the summary and its checksum.
 pub(crate) fn footer(body: &[u8]) -> McapResult<(u64, u32)> {
     let mut fields = Fields::new(body);
     let summary_start = fields.u64()?;

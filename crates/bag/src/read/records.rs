@@ -1,4 +1,4 @@
-//! The records of an MCAP file, one after the other.
+//! The records of an MCAP file, in order.
 
 use std::fs::File;
 use std::io;
@@ -6,27 +6,26 @@ use std::os::unix::fs::FileExt;
 
 use mcap::{McapError, McapResult};
 
-/// Before a record stand its kind and its length [bytes].
+/// The length of the prefix of a record: its opcode and its length [bytes].
 pub(crate) const PREFIX_BYTES: usize = 9;
-/// No record, and no chunk, may be longer than this [bytes]: a damaged length must not fill the
-/// memory.
+/// The most bytes in a record or a chunk: a damaged length must not exhaust the memory.
 pub(crate) const LIMIT_BYTES: u64 = 256 << 20;
 
-/// The records in a run of bytes. The first that is not whole ends it with an error.
+/// Iterates over the records in a buffer. The first incomplete one ends it with an error.
 #[derive(Clone, Debug)]
 pub(crate) struct Records<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-/// A record as it stands in the bytes.
+/// A record in a buffer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RawRecord<'a> {
-    /// What kind it is.
+    /// Its opcode.
     pub opcode: u8,
     /// Its contents.
     pub body: &'a [u8],
-    /// Where its contents begin in the run.
+    /// The offset of its contents in the buffer.
     pub body_at: usize,
 }
 
@@ -62,13 +61,13 @@ impl<'a> Iterator for Records<'a> {
     }
 }
 
-/// Kind and length of a record.
+/// Splits a prefix into opcode and length.
 pub(crate) fn split_prefix(prefix: &[u8; PREFIX_BYTES]) -> (u8, u64) {
     let [opcode, length @ ..] = *prefix;
     (opcode, u64::from_le_bytes(length))
 }
 
-/// Reads a part of a file; one that is absurdly long, or beyond the end, is refused.
+/// Reads a part of a file; fails if it is too long, or beyond the end.
 pub(crate) fn read_at(file: &File, offset: u64, length: u64) -> McapResult<Vec<u8>> {
     if length > LIMIT_BYTES {
         return Err(McapError::ChunkTooLarge(length));

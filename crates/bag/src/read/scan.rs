@@ -1,4 +1,4 @@
-//! Reading a whole file for what it holds: the way into files without an index.
+//! Scanning a whole file, for files without an index.
 
 use std::io;
 
@@ -13,11 +13,11 @@ use crate::read::landmark::{is_known, is_record, next_landmark, prefix_at};
 use crate::read::parse;
 use crate::read::records::{PREFIX_BYTES, Records, read_at};
 
-/// Messages that stand between chunks are read in runs of about this [bytes].
+/// The approximate size of the blocks in which messages outside of chunks are read [bytes].
 const RUN_BYTES: u64 = 1 << 20;
 
-/// Finds out what a file holds by reading it from its beginning; past what makes no sense it goes on
-/// with the next chunk that is whole.
+/// Finds the contents of a file by reading it from the start; after invalid bytes it continues with the
+/// next intact chunk.
 pub(crate) fn scan(index: Index) -> io::Result<Index> {
     let file_bytes = index.file.metadata()?.len();
     let at = MAGIC.len() as u64;
@@ -41,16 +41,16 @@ struct Scan {
     index: Index,
     file_bytes: u64,
     at: u64,
-    /// Up to where the messages are known to be as they were written.
+    /// The offset up to which the messages are known to be intact [bytes].
     checked: u64,
-    /// Whether the end of the data was met: behind it stands the summary.
+    /// Whether the end of the data was reached: the summary follows.
     is_over: bool,
-    /// Where a run of messages between chunks began.
+    /// The offset of a block of messages outside of chunks.
     run: Option<u64>,
 }
 
 impl Scan {
-    /// Takes the next record; says whether another may follow.
+    /// Reads the next record; returns whether another may follow.
     fn step(&mut self) -> McapResult<bool> {
         match prefix_at(&self.index.file, self.at)? {
             None => self.resume("the file ends without an index", true),
@@ -64,7 +64,7 @@ impl Scan {
         }
     }
 
-    /// Takes a record that is all there.
+    /// Handles a complete record.
     fn take(&mut self, opcode: u8, length: u64) -> McapResult<bool> {
         if opcode == op::MESSAGE {
             self.extend_run(length)?;
@@ -84,7 +84,7 @@ impl Scan {
         Ok(true)
     }
 
-    /// Takes a chunk; the length of one that can't be read is believed when a record follows it.
+    /// Handles a chunk; the length of an unreadable one is trusted if a record follows it.
     fn take_chunk(&mut self, length: u64) -> McapResult<bool> {
         match self.add(self.block(length, Extent::Whole)) {
             Err(McapError::Io(error)) => return Err(error.into()),
@@ -98,8 +98,8 @@ impl Scan {
         Ok(true)
     }
 
-    /// Goes on at the next landmark, past what makes no sense. Where there is none, the file ends
-    /// here: unfinished when all before that makes sense.
+    /// Continues at the next landmark after invalid bytes. If there is none, the file ends here: as an
+    /// unfinished one if everything before is valid.
     fn resume(&mut self, reason: &str, is_cut: bool) -> McapResult<bool> {
         self.end_run()?;
         if self.is_over {
@@ -121,12 +121,12 @@ impl Scan {
         Ok(false)
     }
 
-    /// Takes what is there of a chunk that the file ends in.
+    /// Handles a chunk truncated by the end of the file.
     fn take_cut(&mut self) -> McapResult<()> {
         match prefix_at(&self.index.file, self.at)? {
             Some((op::CHUNK, _)) => match self.add(self.block(self.left_bytes(), Extent::Cut)) {
                 Err(McapError::Io(error)) => Err(error.into()),
-                // Cut before its first record: `resume` reports the missing end once.
+                // Truncated before its first record: `resume` reports the missing end once.
                 _ => Ok(()),
             },
             _ => Ok(()),
@@ -146,7 +146,7 @@ impl Scan {
         if self.at - begun >= RUN_BYTES { self.end_run() } else { Ok(()) }
     }
 
-    /// Makes a block of the messages since the last chunk.
+    /// Closes the block of messages since the last chunk.
     fn end_run(&mut self) -> McapResult<()> {
         let Some(begun) = self.run.take() else { return Ok(()) };
         let end = std::mem::replace(&mut self.at, begun);
@@ -155,7 +155,7 @@ impl Scan {
         taken
     }
 
-    /// Takes a block at the current place; one that can't be read is noted as damage.
+    /// Adds a block at the current offset; an unreadable one is recorded as damage.
     fn take_block(&mut self, length: u64, extent: Extent) -> McapResult<()> {
         match self.add(self.block(length, extent)) {
             Err(McapError::Io(error)) => Err(error.into()),

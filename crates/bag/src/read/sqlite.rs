@@ -1,7 +1,7 @@
 //! Recordings of rosbag2 in `SQLite` (`.db3`), of Dashing to Rolling.
 //!
-//! Read with the library itself, compiled in (`rusqlite`, half a minute of building): a recording that was
-//! not closed has its newest messages in a journal beside it, and files of others may hold anything.
+//! Uses the library itself, compiled in (`rusqlite`, half a minute of building): an unclosed recording has
+//! its newest messages in a journal file, and foreign files may contain anything.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -19,10 +19,10 @@ use crate::error::{BagError, Found};
 use crate::read::foreign::{Opened, most_unpacked, unnamed, unpacked, unreadable};
 use crate::read::records::LIMIT_BYTES;
 
-/// What of a recording stands in tables; only the first two are always there.
+/// The tables of a recording that are read; only the first two always exist.
 const TABLES: [&str; 3] = ["topics", "messages", "message_definitions"];
 
-/// How a recording is opened that is changed by nobody.
+/// The flags for a recording that nobody is writing.
 const READ_ONLY: OpenFlags =
     OpenFlags::SQLITE_OPEN_READ_ONLY.union(OpenFlags::SQLITE_OPEN_NO_MUTEX);
 
@@ -31,16 +31,16 @@ struct Topic {
     name: String,
     type_name: String,
     format: String,
-    /// Since Foxy.
+    /// Present since Foxy.
     qos: String,
-    /// Since Iron.
+    /// Present since Iron.
     hash: String,
 }
 
-/// Topics by their numbers.
+/// Topics by their ids.
 type Topics = BTreeMap<i64, Topic>;
 
-/// The messages of a database at `database` as an MCAP file; errors name `path`.
+/// Converts the messages of a database at `database` to an MCAP file; errors name `path`.
 pub(crate) fn into_mcap(path: &Path, database: &Path) -> Result<Opened, BagError> {
     let (tables, topics) = open(path, database)?;
     let definitions = tables.definitions().unwrap_or_default();
@@ -63,12 +63,12 @@ pub(crate) fn into_mcap(path: &Path, database: &Path) -> Result<Opened, BagError
     Ok(Opened { file, is_made: true, damage: damage.or(unreadable(unreadable_count)) })
 }
 
-/// What `SQLite` keeps beside a database that is written, behind its name: while it is there, what was cut off
-/// is taken back, or what is new stands in it.
+/// The suffixes of the files that `SQLite` keeps beside an open database: while they exist, an interrupted
+/// transaction must be rolled back, or new data are in them.
 const BESIDE: [&str; 2] = ["-journal", "-wal"];
 
-/// The tables of a database, and its topics. A recording that was cut off may have to be put in order first;
-/// as nothing is changed where it stands, that is done to a copy.
+/// Opens the tables of a database, and its topics. An interrupted recording may need recovery first; as the
+/// original must not change, that is done on a copy.
 fn open(path: &Path, database: &Path) -> Result<(Tables, Topics), BagError> {
     let read = |tables: Tables| tables.topics().map(|topics| (tables, topics));
     let is_cut_off = || BESIDE.iter().any(|kind| beside(database, kind).exists());
@@ -86,7 +86,7 @@ fn open(path: &Path, database: &Path) -> Result<(Tables, Topics), BagError> {
             fs::copy(from, beside(&copy, kind)).map_err(BagError::io("unpack", path))?;
         }
     }
-    // The copy is gone with its folder; what is open of it stays until it is closed.
+    // The copy is deleted with its folder; its open files stay until they are closed.
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     Tables::open_with(&copy, flags).and_then(read).map_err(not_a_bag(path))
 }
@@ -101,7 +101,7 @@ fn beside(database: &Path, kind: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// A channel for each topic, by the topic's number.
+/// Adds a channel for each topic; returns them by topic id.
 fn channels(
     out: &mut Writer<BufWriter<File>>,
     topics: &Topics,
@@ -124,7 +124,7 @@ fn channels(
 /// The tables of a recording.
 struct Tables {
     connection: Connection,
-    /// The columns of each.
+    /// The columns of each table.
     columns: BTreeMap<String, Vec<String>>,
 }
 
@@ -133,8 +133,8 @@ impl Tables {
         Tables::open_with(database, READ_ONLY)
     }
 
-    /// A file without its end: the library reads it as far as it goes only where it takes tables to be under
-    /// repair.
+    /// Opens a truncated file: the library reads as much as possible only when tables are declared to be
+    /// under repair.
     fn open_torn(database: &Path) -> rusqlite::Result<Tables> {
         let connection = Connection::open_with_flags(database, READ_ONLY)?;
         connection.set_db_config(DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true)?;
@@ -149,7 +149,7 @@ impl Tables {
         connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, LIMIT_BYTES as i32)?;
         let mut tables = Tables { connection, columns: BTreeMap::new() };
         for name in TABLES {
-            // A view, or a column that is computed, could keep us busy for ever.
+            // A view, or a computed column, could run for ever.
             let kind = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1 \
                         AND sql NOT LIKE 'CREATE VIRTUAL%' AND sql NOT LIKE '% AS %(%'";
             let count: i64 = tables.connection.query_row(kind, [name], |row| row.get(0))?;
@@ -164,7 +164,7 @@ impl Tables {
         Ok(tables)
     }
 
-    /// A column, or else what stands for it in files of older versions.
+    /// A column, or its substitute for files of older versions.
     fn column(&self, table: &str, name: &'static str, or: &'static str) -> &'static str {
         let columns = self.columns.get(table);
         let is_there = columns.is_some_and(|columns| columns.iter().any(|column| column == name));
@@ -200,8 +200,8 @@ impl Tables {
         self.connection.prepare(query)?.query_map([], definition)?.collect()
     }
 
-    /// Copies the messages in the order in which they were recorded, and gives the error that kept it from
-    /// the rest, and how many could not be unpacked.
+    /// Copies the messages in recorded order; returns the error that prevented the rest, and the number
+    /// that could not be decompressed.
     fn copy(
         &self,
         channels: &BTreeMap<i64, u16>,
@@ -254,7 +254,7 @@ impl Tables {
     }
 }
 
-/// A cell as text, whatever it holds.
+/// A cell as text, whatever its type.
 fn text(row: &Row<'_>, place: usize) -> rusqlite::Result<String> {
     Ok(match row.get_ref(place)? {
         ValueRef::Text(bytes) | ValueRef::Blob(bytes) => {

@@ -1,4 +1,4 @@
-//! Chunks: records that are compressed together, and where in them each message is.
+//! Chunks: records that are compressed together, and the offset of each message in them.
 
 use std::io::{self, ErrorKind, Write};
 
@@ -6,19 +6,19 @@ use mcap::records::{MessageHeader, op};
 
 use super::records::{all, number, numbers, record, text};
 
-/// The most room that is kept for the next chunk when one has been much larger [bytes].
+/// The most buffer space kept for the next chunk after a much larger one [bytes].
 const ROOM_BYTES: usize = 4 << 20;
-/// A message of more than this has a chunk of its own, for which it is not copied [bytes].
+/// The size from which a message gets a chunk of its own, without being copied [bytes].
 pub(super) const LARGE_BYTES: usize = 8 << 20;
-/// A large message that takes more than this when it is compressed is written as it is [bytes].
+/// The compressed size from which a large message is stored uncompressed [bytes].
 const MOST_PACKED_BYTES: usize = 32 << 20;
-/// The fastest but for its negative levels.
+/// The fastest level except for the negative ones.
 const ZSTD_LEVEL: i32 = 1;
 
-/// How the chunks of a bag are compressed.
+/// The compression of the chunks of a bag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all: the fastest.
+    /// No compression: the fastest.
     None,
     /// LZ4: about half the size.
     Lz4,
@@ -34,7 +34,7 @@ pub(super) struct Chunk {
     messages: Vec<Place>,
 }
 
-/// Where a message is in its chunk.
+/// The position of a message in its chunk.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     channel: u16,
@@ -42,7 +42,7 @@ struct Place {
     at: u64,
 }
 
-/// The place of a chunk in its file.
+/// The location of a chunk in its file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     first: u64,
@@ -50,7 +50,7 @@ pub(super) struct Span {
     unpacked_bytes: u64,
     packed_bytes: u64,
     compression: &'static str,
-    /// Where the chunk begins in the file, and how long it is with its prefix [bytes].
+    /// The offset of the chunk in the file, and its length including the prefix [bytes].
     begin: u64,
     length: u64,
 }
@@ -60,17 +60,17 @@ impl Chunk {
         self.records.is_empty()
     }
 
-    /// How large it is, uncompressed [bytes].
+    /// Its uncompressed size [bytes].
     pub(super) fn len(&self) -> u64 {
         self.records.len() as u64
     }
 
-    /// How much of the index of its file it will take [bytes], at most.
+    /// The most bytes that it will need in the index of its file.
     pub(super) fn index_bytes(&self) -> u64 {
         128 + 10 * self.messages.len() as u64
     }
 
-    /// Takes a record that is no message.
+    /// Adds a record other than a message.
     pub(super) fn add(&mut self, opcode: u8, fill: impl FnOnce(&mut Vec<u8>)) {
         record(&mut self.records, opcode, fill);
     }
@@ -87,7 +87,8 @@ impl Chunk {
         });
     }
 
-    /// Takes a message but for its contents, so many bytes: [`end`](Chunk::end) is given these.
+    /// Adds a message without its contents, whose length is `bytes`: these are passed to
+    /// [`end`](Chunk::end).
     pub(super) fn add_large(&mut self, header: &MessageHeader, bytes: usize) {
         self.add_message(header, &[]);
         let header_bytes = 22;
@@ -96,9 +97,9 @@ impl Chunk {
         self.records[length_at..length_at + 8].copy_from_slice(&length.to_le_bytes());
     }
 
-    /// Ends the chunk, which begins at a place in its file, with the contents of a large message, if it has
-    /// one: hands the parts of its record and then those of its messages' index to `put`, and gives its
-    /// entry in the index of the file.
+    /// Closes the chunk, which starts at `begin` in its file, with the contents of a large message, if it
+    /// has one. Passes the parts of its record and of its message index to `put`; returns its entry in the
+    /// index of the file.
     pub(super) fn end(
         &mut self,
         begin: u64,
@@ -124,7 +125,7 @@ impl Chunk {
             numbers(out, [packed_bytes]);
         });
         let length = head.len() as u64 + packed_bytes;
-        // What is packed belongs to the record, too.
+        // The compressed data are part of the record, too.
         head[1..9].copy_from_slice(&(length - 9).to_le_bytes());
         put(&head)?;
         parts.into_iter().try_for_each(&mut put)?;
@@ -136,7 +137,7 @@ impl Chunk {
         Ok(entry)
     }
 
-    /// Puts the index of the messages of each channel; gives the chunk's entry in that of the file.
+    /// Writes the message index of each channel; returns the chunk's entry in the index of the file.
     fn end_index(
         &mut self,
         span: &Span,
@@ -176,13 +177,13 @@ fn put_header(out: &mut Vec<u8>, header: &MessageHeader) {
     numbers(out, [header.log_time, header.publish_time]);
 }
 
-/// What stands in a chunk: how it is compressed, and its bytes in two parts.
+/// A compressed chunk: its compression, and its bytes in two parts.
 struct Packed<'a> {
     compression: &'static str,
     parts: [&'a [u8]; 2],
 }
 
-/// What compresses the chunks of a file.
+/// The compressor for the chunks of a file.
 pub(super) struct Packer {
     how: How,
     packed: Vec<u8>,
@@ -204,7 +205,7 @@ impl Packer {
         Ok(Packer { how, packed: Vec::new() })
     }
 
-    /// Compresses the parts of a chunk, of which the second is empty but for a large message.
+    /// Compresses the parts of a chunk; the second is empty except for a large message.
     fn pack<'a>(&'a mut self, parts: [&'a [u8]; 2]) -> io::Result<Packed<'a>> {
         let (compression, most_bytes) = (self.how.name(), self.how.most_packed(parts));
         let mut packed = Bounded { bytes: std::mem::take(&mut self.packed), most_bytes };
@@ -238,7 +239,7 @@ impl Packer {
 }
 
 impl How {
-    /// What MCAP calls it.
+    /// The name of the compression in MCAP.
     fn name(&self) -> &'static str {
         match self {
             How::Not => "",
@@ -247,7 +248,7 @@ impl How {
         }
     }
 
-    /// How much it may make of the parts of a chunk [bytes].
+    /// The most bytes that the compressed parts of a chunk may have.
     fn most_packed(&self, [records, large]: [&[u8]; 2]) -> usize {
         match self {
             _ if !large.is_empty() => MOST_PACKED_BYTES,
@@ -257,7 +258,7 @@ impl How {
     }
 }
 
-/// Bytes in memory, up to so many: more are refused.
+/// A bounded buffer in memory: writes beyond the bound fail.
 struct Bounded {
     bytes: Vec<u8>,
     most_bytes: usize,
@@ -277,7 +278,7 @@ impl Write for Bounded {
     }
 }
 
-/// Without checksums of blocks, which not all tools for MCAP read; the chunk has its own.
+/// Without block checksums, which not all MCAP tools can read; the chunk has its own.
 fn lz4_frame<W: Write>(to: W) -> io::Result<lz4::Encoder<W>> {
     lz4::EncoderBuilder::new().block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum).build(to)
 }

@@ -1,5 +1,5 @@
-//! An MCAP file while it is written. What it holds is written as it comes; in memory are the open chunk and
-//! what the file says of its channels, so that a recording of many hours takes no more than a short one.
+//! An MCAP file being written. Its contents are written immediately; only the open chunk and the index of
+//! the channels are in memory, so that a recording of many hours needs no more memory than a short one.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
@@ -21,7 +21,7 @@ use crate::spill::Spill;
 /// The size at which a chunk is closed [bytes], uncompressed.
 pub(super) const CHUNK_BYTES: u64 = 768 << 10;
 
-/// An MCAP file while it is written. Chunks are built in memory and reach the file whole.
+/// An MCAP file being written. Chunks are built in memory and written as a whole.
 ///
 /// Format: <https://mcap.dev/spec>.
 pub(super) struct McapFile<W: Write> {
@@ -30,7 +30,7 @@ pub(super) struct McapFile<W: Write> {
     chunk: Chunk,
     schemas: Vec<Arc<Schema>>,
     channels: Vec<OfChannel>,
-    /// The places of the schemas and of the channels of each name.
+    /// The indices of the schemas and channels with each name.
     named_schemas: HashMap<String, Vec<usize>>,
     named_channels: HashMap<String, Vec<usize>>,
     /// The log times of the first and of the last message.
@@ -47,14 +47,14 @@ struct OfChannel {
     messages: u64,
 }
 
-/// The entries in the index of the file of one kind of record.
+/// The index entries of the file, by kind of record.
 struct Indexes {
     entries: Spill,
     count: u32,
 }
 
 impl<W: Write> McapFile<W> {
-    /// Begins a file in this folder, which `to` writes.
+    /// Starts a file in this folder, which `to` writes.
     pub(super) fn begin(to: W, folder: &Path, compression: Compression) -> McapResult<McapFile<W>> {
         let indexes = || Indexes { entries: Spill::new(folder), count: 0 };
         let mut file = McapFile {
@@ -78,7 +78,7 @@ impl<W: Write> McapFile<W> {
         Ok(file)
     }
 
-    /// Adds a channel, or finds the one that is as this.
+    /// Adds a channel, or finds an identical one.
     pub(super) fn channel(&mut self, channel: &Channel) -> McapResult<u16> {
         let mut named = self.named_channels.get(&channel.topic).into_iter().flatten();
         if let Some(place) = named.find(|place| self.channels[**place].channel == *channel) {
@@ -93,7 +93,7 @@ impl<W: Write> McapFile<W> {
         Ok(id)
     }
 
-    /// The number of a schema; 0 for one without a name.
+    /// The id of a schema; 0 if it has no name.
     fn schema(&mut self, schema: &Arc<Schema>) -> McapResult<u16> {
         if schema.name.is_empty() {
             return Ok(0);
@@ -177,20 +177,20 @@ impl<W: Write> McapFile<W> {
         Ok(())
     }
 
-    /// Hands all that was written to the operating system.
+    /// Flushes all written data to the operating system.
     pub(super) fn flush(&mut self) -> McapResult<()> {
         self.end_chunk()?;
         self.out.flush()
     }
 
-    /// How much the index of the file takes [bytes], at most, with the open chunk.
+    /// The most bytes that the index of the file needs, including the open chunk.
     pub(super) fn index_bytes(&self) -> u64 {
         let kinds = [&self.chunks, &self.attachments, &self.metadata];
         let ended: u64 = kinds.into_iter().map(|kind| kind.entries.len()).sum();
         ended + self.chunk.index_bytes()
     }
 
-    /// Ends the file with its index.
+    /// Finishes the file with its index.
     pub(super) fn finish(&mut self) -> McapResult<()> {
         self.end_chunk()?;
         let crc = self.out.restart_crc();
@@ -226,7 +226,7 @@ impl<W: Write> McapFile<W> {
         self.out.flush()
     }
 
-    /// What the statistics of the file say.
+    /// The statistics record of the file.
     fn statistics(&self) -> Vec<u8> {
         let mut out = Vec::new();
         let (first, last) = self.times.unwrap_or((0, 0));
@@ -252,7 +252,7 @@ impl<W: Write> McapFile<W> {
         if self.chunk.is_empty() { Ok(()) } else { self.end_chunk_with(&[]) }
     }
 
-    /// Ends the chunk with the contents of a large message, if it has one.
+    /// Closes the chunk with the contents of a large message, if it has one.
     fn end_chunk_with(&mut self, large: &[u8]) -> McapResult<()> {
         let out = &mut self.out;
         let begin = out.len();

@@ -37,8 +37,8 @@ pub use options::{Options, Place};
 /// The metadata record that says which session a file belongs to.
 const SESSION_RECORD: &str = "teampulse";
 
-/// A file whose index has become so large is followed by another, whatever the options say [bytes]: who
-/// reads the file holds its index in memory, where it takes two to three times as much.
+/// The index size from which a file is followed by another, regardless of the options [bytes]: readers hold
+/// the index in memory, where it needs two to three times as much.
 const INDEX_BYTES: u64 = 16 << 20;
 
 /// What was recorded.
@@ -46,9 +46,9 @@ const INDEX_BYTES: u64 = 16 << 20;
 pub struct Summary {
     /// The bag's folder.
     pub folder: PathBuf,
-    /// How many files it has.
+    /// The number of its files.
     pub files: usize,
-    /// How many messages, in all files.
+    /// The number of messages in all files.
     pub messages: u64,
     /// The log time of the first message; [`Time::EPOCH`] without any.
     pub first: Time,
@@ -58,9 +58,8 @@ pub struct Summary {
 
 /// A bag being written: a folder of MCAP files with a `metadata.yaml`.
 ///
-/// It holds no thread and no timer: the caller says when to [`flush`](BagWriter::flush). After
-/// [`BagError::DiskFull`] the bag can still be finished; space for that is kept back from the
-/// beginning.
+/// It uses no thread and no timer: the caller decides when to [`flush`](BagWriter::flush). After
+/// [`BagError::DiskFull`] the bag can still be finished; space for that is reserved from the start.
 pub struct BagWriter {
     folder: PathBuf,
     name: String,
@@ -68,27 +67,27 @@ pub struct BagWriter {
     spare: Arc<Mutex<dyn Spare>>,
     part: Part<File>,
     disk: File,
-    /// How much of the current file was synced [bytes].
+    /// The number of bytes of the current file that were synced.
     synced_bytes: u64,
     finished: Vec<FileSpan>,
     routes: Routes,
     descriptions: Vec<Record>,
-    /// The places of the descriptions of each name.
+    /// The indices of the descriptions with each name.
     described: HashMap<String, Vec<usize>>,
     custom: BTreeMap<String, String>,
-    /// How many messages were written since the disk had all of them.
+    /// The number of messages written since the last complete sync.
     unsynced: u64,
 }
 
 impl BagWriter {
-    /// Creates the folder, unless that was done for it, and begins its first file.
+    /// Creates the folder, unless it exists for this bag, and starts the first file.
     pub fn create(folder: &Path, options: &Options) -> Result<BagWriter, BagError> {
         match options.place {
             Place::New => create_folder(folder)?,
             Place::Claimed => check_claimed(folder)?,
         }
         Self::begin(folder, options).inspect_err(|_| {
-            // Nothing was recorded; what can't be taken away does no harm.
+            // Nothing was recorded; if the folder can't be removed, it does no harm.
             drop(fs::remove_dir_all(folder));
         })
     }
@@ -101,7 +100,7 @@ impl BagWriter {
         let mut options = options.clone();
         let metadata_version = options.metadata_version;
         if let Some(limit_bytes) = getrlimit(Resource::Fsize).current {
-            // This account may write no larger files: half of that leaves room for the index.
+            // The file size limit of this account: half of it leaves room for the index.
             let most_bytes = limit_bytes / 2;
             options.split_bytes =
                 options.split_bytes.or(Some(most_bytes)).map(|at| at.min(most_bytes));
@@ -141,8 +140,8 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Hands all that was written to the disk: what comes after this can be lost, what came before
-    /// can't. Also looks after the free space.
+    /// Syncs all written data to the disk: only data written afterwards can be lost. Also checks the free
+    /// space.
     pub fn flush(&mut self) -> Result<(), BagError> {
         if self.part.flush()? {
             self.check_there()?;
@@ -153,7 +152,7 @@ impl BagWriter {
         self.check_full()
     }
 
-    /// How many messages were written since the last flush: what a disk that fails now may not have.
+    /// The number of messages written since the last flush: those that may be lost if the disk fails now.
     pub fn unsynced(&self) -> u64 {
         self.unsynced
     }
@@ -164,14 +163,14 @@ impl BagWriter {
         self.check_full()
     }
 
-    /// Keeps a word about the whole recording: it stands in `metadata.yaml` as custom data.
+    /// Adds a note about the whole recording, stored in `metadata.yaml` as custom data.
     pub fn note(&mut self, key: &str, value: String) {
         self.custom.insert(key.to_owned(), value);
     }
 
-    /// Ends the bag.
+    /// Finishes the bag.
     pub fn finish(mut self) -> Result<Summary, BagError> {
-        // Its time has come: the rest fits into what was kept back.
+        // The rest needs the reserved space.
         self.spare.lock().unwrap_or_else(PoisonError::into_inner).release();
         let metadata = self.metadata();
         self.part.annotate(ROSBAG2_RECORD, &serialized(&metadata))?;
@@ -212,7 +211,7 @@ impl BagWriter {
             || self.options.split_secs.is_some_and(is_long)
     }
 
-    /// Ends the current file and begins the next, with the descriptions of all streams.
+    /// Finishes the current file and starts the next, with the descriptions of all streams.
     pub fn split(&mut self, now: Time) -> Result<(), BagError> {
         let number = self.finished.len() + 1;
         let path = self.folder.join(format!("{}_{number}.mcap", self.name));
@@ -272,7 +271,7 @@ impl BagWriter {
         if self.part.is_full() { Err(self.disk_full()) } else { Ok(()) }
     }
 
-    /// What was deleted would be written on into nowhere.
+    /// Writes to a deleted file would be lost.
     fn check_there(&self) -> Result<(), BagError> {
         let file = self.disk.metadata().map_err(BagError::io("write", &self.folder))?;
         if file.nlink() == 0 {
@@ -281,7 +280,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Reports how much is on the disk now, and fails where too little room is left.
+    /// Reports the number of bytes on the disk, and fails if too little space is left.
     fn note_sync(&mut self) -> Result<(), BagError> {
         let free_bytes = free_bytes(&self.folder).map_err(BagError::io("write", &self.folder))?;
         let written_bytes = self.part.written_bytes();
@@ -296,7 +295,7 @@ impl BagWriter {
     }
 }
 
-/// How long a file is [bytes]; 0 where that can't be known.
+/// The length of a file [bytes]; 0 if it is unknown.
 fn length(file: &File) -> u64 {
     file.metadata().map_or(0, |file| file.len())
 }
@@ -311,7 +310,7 @@ fn create_folder(folder: &Path) -> Result<(), BagError> {
     })
 }
 
-/// A folder that was made for a bag has none yet.
+/// Checks that a folder created for a bag does not contain one yet.
 fn check_claimed(folder: &Path) -> Result<(), BagError> {
     let entries = fs::read_dir(folder).map_err(BagError::io("record to", folder))?;
     let is_bag = |name: &Path| name.extension().is_some_and(|end| end == "mcap");
@@ -322,7 +321,7 @@ fn check_claimed(folder: &Path) -> Result<(), BagError> {
     Ok(())
 }
 
-/// Begins a file; also gives another handle of it, to sync it by.
+/// Starts a file; also returns a second handle for syncing it.
 fn begin(
     path: &Path,
     spare: &Arc<Mutex<dyn Spare>>,
@@ -331,7 +330,7 @@ fn begin(
     let file = private::create_new(path).map_err(BagError::io("create", path))?;
     let disk = file.try_clone().map_err(BagError::io("create", path))?;
     let part = Part::begin(path, file, Arc::clone(spare), options.compression);
-    // A file that has no room to begin in would be taken for a damaged part of the bag.
+    // A file without room for its start would be taken for a damaged part of the bag.
     let mut part = part.inspect_err(|_| drop(fs::remove_file(path)))?;
     let software = concat!("teampulse ", env!("CARGO_PKG_VERSION")).to_owned();
     let session = [("session", options.session.clone()), ("software", software)];
@@ -343,9 +342,8 @@ fn serialized(metadata: &Metadata) -> BTreeMap<String, String> {
     [(SERIALIZED_KEY.to_owned(), metadata.body())].into()
 }
 
-/// The second time of a message in the bag: the source's own stamp, whether it could be believed or not;
-/// where it put none, the log time of what comes from elsewhere (as MCAP wants it), and `measured` for what
-/// is ours.
+/// The publish time of a message in the bag: the source's own stamp, whether plausible or not; without one,
+/// the log time for external messages (as MCAP requires), and `measured` for our own.
 fn publish_time(record: &Record, log_time: Time) -> Time {
     let Sample { measured, source_time, .. } = record.sample;
     match record.stream.shape {

@@ -1,4 +1,4 @@
-//! Where the bytes of a file go, counted and with their checksum.
+//! The output of a file, with its length and checksum.
 
 use std::io::{self, BufWriter, Write};
 
@@ -6,11 +6,11 @@ use mcap::{McapError, McapResult};
 
 use super::records::record;
 
-/// Small records are gathered up to this [bytes].
+/// The size of the buffer for small records [bytes].
 const BUFFER_BYTES: usize = 64 << 10;
 
-/// Where the bytes of a file go. What comes behind bytes that could not be written is refused: nobody
-/// knows how many of these are there.
+/// The output of a file. After a failed write everything is refused, as it is unknown how many of the bytes
+/// were written.
 pub(super) struct Out<W: Write> {
     to: BufWriter<W>,
     at: u64,
@@ -24,12 +24,12 @@ impl<W: Write> Out<W> {
         Out { to, at: 0, crc: crc32fast::Hasher::new(), has_failed: false }
     }
 
-    /// How much was written [bytes].
+    /// The number of bytes written.
     pub(super) fn len(&self) -> u64 {
         self.at
     }
 
-    /// An error when something could not be written.
+    /// Fails if an earlier write failed.
     pub(super) fn check(&self) -> McapResult<()> {
         if self.has_failed { Err(McapError::AttemptedWriteAfterFailure) } else { Ok(()) }
     }
@@ -47,7 +47,7 @@ impl<W: Write> Out<W> {
         Ok(self.write(bytes)?)
     }
 
-    /// The same, without a look at what was before.
+    /// Appends bytes without checking for earlier failures.
     pub(super) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let written = self.to.write_all(bytes);
         self.has_failed |= written.is_err();
@@ -56,12 +56,12 @@ impl<W: Write> Out<W> {
         written
     }
 
-    /// From now on everything is refused.
+    /// Refuses all further writes.
     pub(super) fn fail(&mut self) {
         self.has_failed = true;
     }
 
-    /// Hands all that was written to the operating system.
+    /// Flushes all written data to the operating system.
     pub(super) fn flush(&mut self) -> McapResult<()> {
         self.check()?;
         let flushed = self.to.flush();
@@ -69,7 +69,7 @@ impl<W: Write> Out<W> {
         Ok(flushed?)
     }
 
-    /// The checksum of what was written since it was asked for last.
+    /// The checksum of the bytes since the last call.
     pub(super) fn restart_crc(&mut self) -> u32 {
         std::mem::replace(&mut self.crc, crc32fast::Hasher::new()).finalize()
     }

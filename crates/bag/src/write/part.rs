@@ -1,4 +1,4 @@
-//! One file of a bag while it is written.
+//! One file of a bag being written.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -16,7 +16,7 @@ use crate::write::chunk::Compression;
 use crate::write::file::{CHUNK_BYTES, McapFile};
 use crate::write::spare::{Backed, Progress, Spare, is_full};
 
-/// One file of a bag while it is written, with what it takes to end it on a full disk.
+/// One file of a bag being written, with the reserve needed to finish it on a full disk.
 pub(crate) struct Part<F: Write> {
     path: PathBuf,
     file: McapFile<Backed<F>>,
@@ -28,15 +28,15 @@ pub(crate) struct Part<F: Write> {
     pending: bool,
 }
 
-/// A file that is whole.
+/// A finished file.
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub file: FileSpan,
-    /// Whether the disk became full, so that nothing may follow.
+    /// Whether the disk became full, so that no file may follow.
     pub is_full: bool,
 }
 
-/// What an MCAP file carries beside messages.
+/// An attachment of an MCAP file.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachment<'a> {
     /// Its name: `study.toml`.
@@ -50,7 +50,7 @@ pub struct Attachment<'a> {
 }
 
 impl<F: Write> Part<F> {
-    /// Begins a file at `path`, which `file` writes.
+    /// Starts a file at `path`, which `file` writes.
     pub(crate) fn begin(
         path: &Path,
         file: F,
@@ -75,7 +75,7 @@ impl<F: Write> Part<F> {
         Ok(part)
     }
 
-    /// Adds a channel, or finds the one that is as this.
+    /// Adds a channel, or finds an identical one.
     pub(crate) fn channel(&mut self, channel: &Channel) -> Result<u16, BagError> {
         let Channel { topic, schema, encoding, metadata } = channel;
         let id = self.file.channel(channel).map_err(self.error())?;
@@ -112,7 +112,7 @@ impl<F: Write> Part<F> {
         self.file.annotate(name, metadata).map_err(self.error())
     }
 
-    /// Hands all that was written to the operating system; says whether there was anything.
+    /// Flushes all written data to the operating system; returns whether there were any.
     pub(crate) fn flush(&mut self) -> Result<bool, BagError> {
         if !std::mem::take(&mut self.pending) {
             return Ok(false);
@@ -122,40 +122,40 @@ impl<F: Write> Part<F> {
         Ok(true)
     }
 
-    /// Ends the file with its index.
+    /// Finishes the file with its index.
     pub(crate) fn finish(mut self) -> Result<Ended, BagError> {
         self.file.finish().map_err(self.error())?;
         Ok(Ended { file: self.file_span(), is_full: self.is_full() })
     }
 
-    /// Whether the disk is full, so that the file must be ended now.
+    /// Whether the disk is full, so that the file must be finished now.
     pub(crate) fn is_full(&self) -> bool {
         self.progress.is_full()
     }
 
-    /// How much of it is in the file by now [bytes].
+    /// The number of bytes written to the file.
     pub(crate) fn written_bytes(&self) -> u64 {
         self.progress.written_bytes()
     }
 
-    /// How much its index will take [bytes], at most, beside what it says of its channels.
+    /// The most bytes that its index will need, excluding the channels.
     pub(crate) fn index_bytes(&self) -> u64 {
         self.file.index_bytes()
     }
 
-    /// What it spans so far.
+    /// The times and the number of its messages so far.
     pub(crate) fn span(&self) -> Span {
         self.span
     }
 
-    /// What `metadata.yaml` says about it.
+    /// Its entry in `metadata.yaml`.
     pub(crate) fn file_span(&self) -> FileSpan {
         let name = self.path.file_name().unwrap_or_default();
         FileSpan { path: name.to_string_lossy().into_owned(), span: self.span }
     }
 
-    /// Keeps back what ending the file would take: two chunks, as large as they may get, and the
-    /// index of all chunks so far.
+    /// Reserves the space needed to finish the file: two chunks of maximum size, and the index of all
+    /// chunks so far.
     fn keep_room(&self) -> Result<(), BagError> {
         let summary_bytes = 2 * self.described_bytes + self.index_bytes();
         let bytes = 4 * CHUNK_BYTES + 2 * self.largest_bytes + summary_bytes;
@@ -181,7 +181,7 @@ fn disk_full(path: &Path) -> BagError {
     BagError::DiskFull { path: path.parent().unwrap_or(path).to_owned() }
 }
 
-/// A moment as MCAP has it; those before 1970 are not in its range.
+/// A time in the representation of MCAP; those before 1970 are out of range.
 pub(crate) fn nanos(time: Time) -> u64 {
     u64::try_from(time.nanos()).unwrap_or(0)
 }
@@ -195,7 +195,7 @@ mod tests {
     use crate::read::index::Index;
     use teampulse_core::stream::Schema;
 
-    /// A disk with little room.
+    /// A disk with little free space.
     #[derive(Clone, Default)]
     struct Disk {
         contents: Arc<Mutex<Vec<u8>>>,
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// Space kept back on that disk.
+    /// Space reserved on that disk.
     struct KeptBack {
         disk: Disk,
         bytes: u64,
@@ -253,8 +253,8 @@ mod tests {
         Channel { topic: "/x".into(), schema: Arc::new(schema), encoding: "cdr".into(), metadata }
     }
 
-    /// Writes messages of so many bytes until it is refused, then ends the file; gives what the
-    /// file holds.
+    /// Writes messages of this size until a write fails, then finishes the file; returns the file's
+    /// contents.
     fn fill(room_bytes: u64, message_bytes: usize) -> (FileSpan, Index) {
         let disk = Disk::default();
         disk.room_bytes.store(room_bytes, Ordering::Relaxed);

@@ -1,6 +1,6 @@
-//! The records of MCAP, put together.
+//! Encoders for MCAP records.
 
-/// Appends a record; `fill` appends what it holds.
+/// Appends a record; `fill` appends its contents.
 pub(super) fn record(out: &mut Vec<u8>, opcode: u8, fill: impl FnOnce(&mut Vec<u8>)) {
     out.push(opcode);
     let length_at = out.len();
@@ -11,30 +11,30 @@ pub(super) fn record(out: &mut Vec<u8>, opcode: u8, fill: impl FnOnce(&mut Vec<u
     out[length_at..begin].copy_from_slice(&length.to_le_bytes());
 }
 
-/// Appends a number; MCAP has them all with the least byte first.
+/// Appends a number in little-endian byte order, as all of MCAP.
 pub(super) fn number<const N: usize>(out: &mut Vec<u8>, little_endian: [u8; N]) {
     out.extend_from_slice(&little_endian);
 }
 
-/// Appends numbers of 64 bits.
+/// Appends 64-bit numbers.
 pub(super) fn numbers<const N: usize>(out: &mut Vec<u8>, all: [u64; N]) {
     for each in all {
         number(out, each.to_le_bytes());
     }
 }
 
-/// Appends bytes with their length in front.
+/// Appends bytes, prefixed with their length.
 pub(super) fn counted(out: &mut Vec<u8>, bytes: &[u8]) {
     number(out, (bytes.len() as u32).to_le_bytes());
     out.extend_from_slice(bytes);
 }
 
-/// Appends a text with its length in front.
+/// Appends a string, prefixed with its length.
 pub(super) fn text(out: &mut Vec<u8>, text: &str) {
     counted(out, text.as_bytes());
 }
 
-/// Appends entries, each appended by `put`, with their length in bytes in front.
+/// Appends entries with `put`, prefixed with their length in bytes.
 pub(super) fn all<T>(
     out: &mut Vec<u8>,
     entries: impl IntoIterator<Item = T>,

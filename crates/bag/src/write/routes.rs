@@ -1,4 +1,4 @@
-//! Where the samples of each stream go: its topic in the bag, its channel in the current file.
+//! The routes of streams: the topic in the bag, and the channel in the current file.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -13,17 +13,17 @@ use crate::error::BagError;
 use crate::metadata::{Topic, Version, qos};
 use crate::write::part::Part;
 
-/// Where the samples of each stream go.
+/// The routes of all streams.
 pub(super) struct Routes {
     version: Version,
-    /// For each stream of the session, its way into the current file.
+    /// The route of each stream of the session into the current file.
     slots: Vec<Option<Slot>>,
     topics: Vec<(Topic, Origin)>,
-    /// The places of the topics of each name.
+    /// The indices of the topics with each name.
     named: HashMap<String, Vec<usize>>,
 }
 
-/// The way of one stream, as it was declared when its channel was opened.
+/// The route of one stream, as declared when its channel was opened.
 struct Slot {
     stream: Arc<Stream>,
     route: Route,
@@ -41,13 +41,13 @@ impl Routes {
         Routes { version, slots: Vec::new(), topics: Vec::new(), named: HashMap::new() }
     }
 
-    /// The way of a record; `None` when its stream is new in this file, or declared anew.
+    /// The route of a record; `None` if its stream is new in this file, or was declared again.
     pub(super) fn find(&self, record: &Record) -> Option<Route> {
         let slot = self.slots.get(record.sample.stream.0 as usize)?.as_ref()?;
         Arc::ptr_eq(&slot.stream, &record.stream).then_some(slot.route)
     }
 
-    /// Opens a channel for a record's stream; the same as before if all that it says is the same.
+    /// Opens a channel for a record's stream; an identical declaration keeps the channel.
     pub(super) fn register(
         &mut self,
         record: &Record,
@@ -72,12 +72,12 @@ impl Routes {
         self.topics[route.topic].0.messages += 1;
     }
 
-    /// Forgets the channels of the file before.
+    /// Clears the channels of the previous file.
     pub(super) fn begin_file(&mut self) {
         self.slots.clear();
     }
 
-    /// The topics so far, with their counts.
+    /// The topics so far, with their message counts.
     pub(super) fn topics(&self) -> Vec<Topic> {
         self.topics.iter().map(|(topic, _)| topic.clone()).collect()
     }
@@ -90,8 +90,8 @@ impl Routes {
         &mut self.slots[index]
     }
 
-    /// The topic of a stream. Its quality of service stays as it was at first: readers distinguish channels
-    /// of one topic by it.
+    /// The index of a stream's topic. Its quality of service stays the initial one: readers distinguish
+    /// channels of one topic by it.
     fn topic(&mut self, stream: &Stream, type_name: &str) -> usize {
         let named = self.named.entry(stream.name.clone()).or_default();
         let is_known = |place: &&usize| {

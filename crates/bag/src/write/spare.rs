@@ -1,4 +1,4 @@
-//! Space that is kept back on the disk, so that a recording on a full disk can still be ended well.
+//! Reserved space on the disk, so that a recording on a full disk can still be finished.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -12,14 +12,14 @@ use crate::private;
 
 /// Room on the disk that can be given up once.
 pub(crate) trait Spare: Send {
-    /// Keeps at least so much back [bytes].
+    /// Reserves at least `bytes`.
     fn grow_to(&mut self, bytes: u64) -> io::Result<()>;
 
-    /// Gives it up.
+    /// Releases the space.
     fn release(&mut self);
 }
 
-/// An allocated file without a name: it vanishes with the process.
+/// An allocated unnamed file: it is deleted with the process.
 #[derive(Debug)]
 pub(crate) struct SpareFile {
     folder: PathBuf,
@@ -27,7 +27,7 @@ pub(crate) struct SpareFile {
     kept_bytes: u64,
 }
 
-/// Space is kept back in steps of this [bytes].
+/// The step in which space is reserved [bytes].
 const STEP_BYTES: u64 = 1 << 20;
 
 impl SpareFile {
@@ -56,7 +56,7 @@ impl Spare for SpareFile {
         let allocated = fallocate(&file, FallocateFlags::empty(), 0, bytes);
         self.file = Some(file);
         match allocated.map_err(io::Error::from) {
-            // A file system that can't keep space back: the guard of free space must do.
+            // A file system that can't reserve space: the check of the free space must suffice.
             Err(error) if !is_full(&error) => Ok(()),
             Err(full) => Err(full),
             Ok(()) => {
@@ -72,18 +72,18 @@ impl Spare for SpareFile {
     }
 }
 
-/// Whether an error says that there is no more room.
+/// Whether an error means that the disk is full.
 pub(crate) fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
 }
 
-/// How much room an ordinary user has on the disk of a folder [bytes].
+/// The free space for ordinary users on the disk of a folder [bytes].
 pub(crate) fn free_bytes(folder: &Path) -> io::Result<u64> {
     let disk = statvfs(folder)?;
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
 }
 
-/// What is known about the file that is being written, by all who write it.
+/// The state of the file that is being written, shared by its writers.
 #[derive(Debug, Default)]
 pub(crate) struct Progress {
     written_bytes: AtomicU64,
@@ -91,19 +91,19 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// How long the file is [bytes].
+    /// The length of the file [bytes].
     pub(crate) fn written_bytes(&self) -> u64 {
         self.written_bytes.load(Ordering::Relaxed)
     }
 
-    /// Whether the disk is full, and the spare space is being used.
+    /// Whether the disk is full, and the reserved space is being used.
     pub(crate) fn is_full(&self) -> bool {
         self.full.load(Ordering::Relaxed)
     }
 }
 
-/// A file whose end can be written even on a full disk: it then gives up the spare space, and says
-/// so by its [`Progress`].
+/// A file whose end can be written even on a full disk: it then releases the reserved space, and reports
+/// that by its [`Progress`].
 pub(crate) struct Backed<F> {
     file: F,
     spare: Arc<Mutex<dyn Spare>>,

@@ -8,7 +8,7 @@ use mcap::{MAGIC, McapResult};
 use super::out::Out;
 use super::records::{number, numbers, record};
 
-/// The index at the end of a file, while it is written: where each kind of record stands in it.
+/// The index at the end of a file being written: the location of each group of records in it.
 pub(super) struct Summary {
     begin: u64,
     groups: Vec<(u8, u64, u64)>,
@@ -19,7 +19,7 @@ impl Summary {
         Summary { begin: out.len(), groups: Vec::new() }
     }
 
-    /// Puts the records of one kind.
+    /// Writes the records of one kind.
     pub(super) fn group<W: Write>(
         &mut self,
         out: &mut Out<W>,
@@ -34,7 +34,7 @@ impl Summary {
         Ok(())
     }
 
-    /// Puts where they stand, and the footer.
+    /// Writes the locations of the groups, and the footer.
     pub(super) fn end<W: Write>(self, out: &mut Out<W>) -> McapResult<()> {
         let offsets_at = out.len();
         for (opcode, begin, length) in self.groups {
@@ -48,7 +48,7 @@ impl Summary {
             numbers(out, [self.begin, offsets_at]);
             number(out, [0; 4]);
         });
-        // The checksum guards all of the index up to itself.
+        // The checksum covers the index up to itself.
         footer.truncate(footer.len() - 4);
         out.put(&footer)?;
         let crc = out.restart_crc();
