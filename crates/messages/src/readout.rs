@@ -16,23 +16,23 @@ pub struct Readout {
     numbers: Vec<f64>,
 }
 
-/// Where the numbers are.
+/// The location of the numbers.
 #[derive(Debug)]
 enum Layout {
-    /// The sample, each sample of a wave, or the values of a feature are these many numbers.
+    /// All numbers of the sample, `width` each: of the sample, of each sample of a wave, or of a feature.
     Plain { width: usize },
-    /// They are fields of a message.
+    /// Fields of a message.
     Fields(Fields),
 }
 
 impl Readout {
-    /// Reads every channel that the stream declares; `None` while the definition of its messages is
-    /// not known, or where they have no such fields.
+    /// Reads every declared channel of the stream; `None` if the definition of its messages is unknown or
+    /// lacks such fields.
     pub fn of(stream: &Stream) -> Option<Readout> {
         Readout::of_channels(stream, &stream.channels)
     }
 
-    /// Reads these channels, whatever the stream declares.
+    /// Reads these channels, regardless of those that the stream declares.
     pub fn of_channels(stream: &Stream, channels: &[Channel]) -> Option<Readout> {
         let layout = match &stream.shape {
             Shape::Sample | Shape::Wave | Shape::Feature => Layout::Plain { width: channels.len() },
@@ -46,8 +46,8 @@ impl Readout {
         Some(Readout { layout, scales, numbers: Vec::new() })
     }
 
-    /// A number for each channel, NaN where the message has none, and of a wave those of all of its
-    /// samples, one after the other; `None` when the sample can't be read at all.
+    /// Returns a number for each channel, NaN for those missing in the message; for a wave, those of all
+    /// samples in sequence. `None` if the sample can't be read at all.
     pub fn read(&mut self, data: &Data) -> Option<&[f64]> {
         match (&self.layout, data) {
             (Layout::Plain { width }, Data::Sample(numbers)) if numbers.len() == *width => {
@@ -74,7 +74,7 @@ impl Readout {
     }
 }
 
-/// The definition that came with a type, or else the one that is shipped.
+/// The definition in the schema, or else the shipped one.
 pub fn definition(schema: &Schema) -> Option<Definition> {
     let own = Definition::of(schema).ok();
     own.or_else(|| Definition::of(&*shipped(&schema.name)?).ok())

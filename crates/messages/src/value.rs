@@ -1,4 +1,4 @@
-//! Any message as a list of its values, each with its path.
+//! A message as a list of its values, each with its path.
 
 use std::fmt;
 
@@ -8,19 +8,19 @@ use crate::definition::{Count, Definition, EMPTY, Field, Kind, Number, Struct};
 /// A value of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// A truth value.
+    /// A boolean.
     Bool(bool),
-    /// A whole number with a sign.
+    /// A signed integer.
     Int(i64),
-    /// A whole number without.
+    /// An unsigned integer.
     Uint(u64),
-    /// A short floating-point number.
+    /// A single-precision floating-point number.
     Float32(f32),
-    /// A floating-point number.
+    /// A double-precision floating-point number.
     Float64(f64),
     /// A string.
     Text(String),
-    /// So many values, too many to list.
+    /// The number of values in a field with too many to list.
     Many(usize),
 }
 
@@ -38,11 +38,12 @@ impl fmt::Display for Value {
     }
 }
 
-/// So many values are listed; of fields with several only the count from then on.
+/// The most values that are listed; after that, fields with several values are listed by their number of
+/// values.
 const MOST_VALUES: usize = 100_000;
 
-/// The values of a message, each with its path, in their order. Of a field with more than `limit`
-/// values only their count is listed, and of one behind the first hundred thousand.
+/// The values of a message in order, each with its path. A field with more than `limit` values is listed
+/// only by their number, and so is one after the first hundred thousand values.
 pub fn flatten(
     definition: &Definition,
     cdr: &[u8],

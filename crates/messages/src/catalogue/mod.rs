@@ -1,4 +1,4 @@
-//! The definitions that are shipped: of the common packages as ROS 2 Jazzy has them, and our own.
+//! The shipped definitions: those of the common packages as in ROS 2 Jazzy, and our own.
 
 mod packages;
 
@@ -9,7 +9,7 @@ use teampulse_core::stream::Schema;
 
 use crate::definition::{Definition, assemble};
 
-/// The `.msg` texts by full name of the type, each with its schema once that was asked for.
+/// The `.msg` texts by full type name, each with its schema once requested.
 static SHIPPED: LazyLock<BTreeMap<String, Shipped>> = LazyLock::new(|| {
     let shipped = |(name, text)| (name, Shipped { text, schema: OnceLock::new() });
     packages::texts().into_iter().map(shipped).collect()
@@ -20,13 +20,13 @@ struct Shipped {
     schema: OnceLock<Arc<Schema>>,
 }
 
-/// The schema of a type of which the definition is shipped, with its text and its hash.
+/// The schema of a type with a shipped definition, including its text and hash.
 pub fn shipped(type_name: &str) -> Option<Arc<Schema>> {
     let shipped = SHIPPED.get(type_name)?;
     Some(Arc::clone(shipped.schema.get_or_init(|| Arc::new(schema(type_name)))))
 }
 
-/// The full names of all types of which the definition is shipped, in alphabetical order.
+/// The full names of all types with a shipped definition, in alphabetical order.
 pub fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.keys().map(String::as_str)
 }

@@ -1,5 +1,5 @@
-/// The packages of which definitions are shipped. In each text a line `[Type]` begins a type, and
-/// its `.msg` text follows; `[srv/Type]` is one that belongs to a service.
+/// The packages with shipped definitions. In each text a line `[Type]` starts a type, followed by its
+/// `.msg` text; `[srv/Type]` starts a type that belongs to a service.
 const PACKAGES: [(&str, &str); 21] = [
     ("action_msgs", include_str!("../../definitions/action_msgs.msgs")),
     ("builtin_interfaces", include_str!("../../definitions/builtin_interfaces.msgs")),
@@ -27,7 +27,7 @@ const PACKAGES: [(&str, &str); 21] = [
     ("wireless_msgs", include_str!("../../definitions/wireless_msgs.msgs")),
 ];
 
-/// Our own definitions are those of the package that ROS users build, word for word.
+/// Our own definitions, identical to those of the package that ROS users build.
 const OWN: [(&str, &str); 6] = [
     ("Event", include_str!("../../../../msgs/teampulse_msgs/msg/Event.msg")),
     ("Feature", include_str!("../../../../msgs/teampulse_msgs/msg/Feature.msg")),
@@ -40,11 +40,11 @@ const OWN: [(&str, &str); 6] = [
     ("Wave", include_str!("../../../../msgs/teampulse_msgs/msg/Wave.msg")),
 ];
 
-/// Our own services, word for word too.
+/// Our own services, likewise.
 const OWN_SERVICES: [(&str, &str); 1] =
     [("ProbeClock", include_str!("../../../../msgs/teampulse_msgs/srv/ProbeClock.srv"))];
 
-/// The `.msg` text of each type, by its full name.
+/// The `.msg` texts of all types, by full name.
 pub(super) fn texts() -> Vec<(String, &'static str)> {
     let own = OWN.iter().map(|(name, text)| (format!("teampulse_msgs/msg/{name}"), *text));
     let services = OWN_SERVICES.iter().flat_map(|(name, text)| halves(name, text));
@@ -52,13 +52,13 @@ pub(super) fn texts() -> Vec<(String, &'static str)> {
     others.chain(own).chain(services).collect()
 }
 
-/// What is asked of one of our services, and what it answers.
+/// The request and the response type of one of our services.
 fn halves(name: &str, text: &'static str) -> impl Iterator<Item = (String, &'static str)> {
     let halves = text.split("---\n").zip(["Request", "Response"]);
     halves.map(move |(text, half)| (format!("teampulse_msgs/srv/{name}_{half}"), text))
 }
 
-/// The types of a package, each with its full name and its text.
+/// The types of a package, each with its full name and text.
 fn types(package: &str, text: &'static str) -> impl Iterator<Item = (String, &'static str)> {
     let bodies = text.split("\n[");
     bodies.filter_map(move |body| {

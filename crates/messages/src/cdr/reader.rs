@@ -1,6 +1,6 @@
 use super::{Cdr, CdrError};
 
-/// Reads values from a message, one after the other.
+/// Reads the values of a message in order.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     body: &'a [u8],
@@ -10,7 +10,7 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Begins at the first value of a message with its four-byte header.
+    /// Starts at the first value of a message with its four-byte header.
     pub fn new(cdr: &'a [u8]) -> Result<Reader<'a>, CdrError> {
         let (header, body) = cdr.split_first_chunk::<4>().ok_or(CdrError::NoHeader(cdr.len()))?;
         let (big_endian, widest_alignment) = match u16::from_be_bytes([header[0], header[1]]) {
@@ -23,22 +23,22 @@ impl<'a> Reader<'a> {
         Ok(Reader { body, at: 0, big_endian, widest_alignment })
     }
 
-    /// The next value.
+    /// Reads the next value.
     pub fn read<T: Cdr>(&mut self) -> Result<T, CdrError> {
         T::read(self)
     }
 
-    /// How many bytes are left, padding included.
+    /// The number of remaining bytes, including padding.
     pub fn left(&self) -> usize {
         self.body.len() - self.at
     }
 
-    /// Whether numbers come with their highest byte first.
+    /// Whether numbers are in big-endian byte order.
     pub fn is_big_endian(&self) -> bool {
         self.big_endian
     }
 
-    /// The next bytes, as they are.
+    /// Reads the next `count` bytes.
     pub fn bytes(&mut self, count: usize) -> Result<&'a [u8], CdrError> {
         self.expect(count, 1)?;
         let bytes = &self.body[self.at..self.at + count];
@@ -46,7 +46,7 @@ impl<'a> Reader<'a> {
         Ok(bytes)
     }
 
-    /// The bytes of the next number, behind its padding.
+    /// Reads the bytes of the next number, after its padding.
     pub fn number<const N: usize>(&mut self) -> Result<[u8; N], CdrError> {
         self.align(N)?;
         let number = self.body[self.at..].first_chunk().ok_or(self.short(N as u64))?;
@@ -54,7 +54,7 @@ impl<'a> Reader<'a> {
         Ok(*number)
     }
 
-    /// The bytes of the next `count` numbers of `width` bytes each, behind their padding.
+    /// Reads the bytes of the next `count` numbers of `width` bytes each, after their padding.
     pub fn numbers(&mut self, count: usize, width: usize) -> Result<&'a [u8], CdrError> {
         if count == 0 {
             return Ok(&[]);
@@ -64,21 +64,22 @@ impl<'a> Reader<'a> {
         self.bytes(count * width)
     }
 
-    /// The count of a sequence whose items take `item_bytes` at least; it fits into what is left.
+    /// Reads the length of a sequence whose items have at least `item_bytes`; checks that it fits into the
+    /// remaining bytes.
     pub fn count(&mut self, item_bytes: usize) -> Result<usize, CdrError> {
         let count = self.read::<u32>()? as usize;
         self.expect(count, item_bytes)?;
         Ok(count)
     }
 
-    /// The bytes of the next string, without its closing zero.
+    /// Reads the bytes of the next string, without its terminating zero.
     pub fn text(&mut self) -> Result<&'a [u8], CdrError> {
         let count = self.count(1)?;
         let bytes = self.bytes(count)?;
         Ok(bytes.strip_suffix(b"\0").unwrap_or(bytes))
     }
 
-    /// The next string of 16-bit units, without a closing zero.
+    /// Reads the next string of 16-bit units, without its terminating zero.
     pub fn wide_text(&mut self) -> Result<String, CdrError> {
         let units: Vec<u16> = self.read()?;
         let text = units.strip_suffix(&[0]).unwrap_or(&units);

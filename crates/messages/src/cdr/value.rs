@@ -2,9 +2,9 @@ use teampulse_core::time::Time;
 
 use super::{CdrError, Reader, Writer};
 
-/// A value that has a CDR form.
+/// A value that can be serialised as CDR.
 pub trait Cdr: Sized {
-    /// How many bytes it takes at least, padding not counted.
+    /// The least number of bytes in its CDR form, excluding padding.
     const LEAST_BYTES: usize = 1;
 
     /// Appends it to a message.
@@ -13,14 +13,14 @@ pub trait Cdr: Sized {
     /// Reads it from a message.
     fn read(from: &mut Reader<'_>) -> Result<Self, CdrError>;
 
-    /// Appends many of them.
+    /// Appends a slice of values.
     fn write_all(items: &[Self], to: &mut Writer) {
         for item in items {
             item.write(to);
         }
     }
 
-    /// Reads so many of them.
+    /// Reads `count` values.
     fn read_all(count: usize, from: &mut Reader<'_>) -> Result<Vec<Self>, CdrError> {
         (0..count).map(|_| Self::read(from)).collect()
     }
@@ -73,8 +73,8 @@ impl Cdr for bool {
     }
 }
 
-/// With its count and a closing zero. What is not UTF-8 is replaced character by character, as a
-/// robot with an old locale should still be read.
+/// A string: its length and a terminating zero. Invalid UTF-8 is replaced character by character, so that
+/// the messages of a robot with an old locale can still be read.
 impl Cdr for String {
     const LEAST_BYTES: usize = 4;
 
@@ -87,7 +87,7 @@ impl Cdr for String {
     }
 }
 
-/// A sequence: its count and its items.
+/// A sequence: its length and its items.
 impl<T: Cdr> Cdr for Vec<T> {
     const LEAST_BYTES: usize = 4;
 
@@ -101,7 +101,7 @@ impl<T: Cdr> Cdr for Vec<T> {
     }
 }
 
-/// An array: its items alone.
+/// An array: only its items.
 impl<T: Cdr, const N: usize> Cdr for [T; N] {
     fn write(&self, to: &mut Writer) {
         T::write_all(self, to);

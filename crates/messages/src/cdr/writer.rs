@@ -4,12 +4,12 @@ use super::Cdr;
 
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// Writes values into a message, one after the other.
+/// Writes values into a message in order.
 #[derive(Clone, Debug)]
 pub struct Writer(Vec<u8>);
 
 impl Writer {
-    /// A message with nothing but its header.
+    /// Creates a message with only its header.
     pub fn new() -> Writer {
         Writer(HEADER.to_vec())
     }
@@ -32,7 +32,7 @@ impl Writer {
         T::write_all(items, self);
     }
 
-    /// Appends bytes as they are.
+    /// Appends raw bytes.
     pub fn bytes(&mut self, bytes: &[u8]) {
         self.0.extend_from_slice(bytes);
     }
@@ -43,12 +43,12 @@ impl Writer {
         self.0.resize(HEADER.len() + body.next_multiple_of(width), 0);
     }
 
-    /// Appends the count of a sequence, which is at most that of `u32`.
+    /// Appends the length of a sequence, limited to the range of `u32`.
     fn count(&mut self, count: usize) {
         self.write(&u32::try_from(count).expect("a message is shorter than 4 GiB"));
     }
 
-    /// Makes room for `count` numbers of `width` bytes each, behind their padding.
+    /// Makes room for `count` numbers of `width` bytes each, after their padding.
     pub fn numbers(&mut self, count: usize, width: usize) -> &mut [u8] {
         if count > 0 {
             self.align(width);
@@ -58,7 +58,7 @@ impl Writer {
         &mut self.0[begin..]
     }
 
-    /// The message.
+    /// Returns the message.
     pub fn finish(self) -> Bytes {
         Bytes::from(self.0)
     }

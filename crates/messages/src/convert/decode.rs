@@ -8,15 +8,15 @@ use super::{DecodeError, Decoded};
 use crate::standard::std_msgs::Header;
 use crate::standard::{Message, teampulse_msgs as msgs};
 
-/// The largest message of ours that is read [bytes]: what it becomes takes a few times as much. A wave of two
-/// million numbers fits.
+/// The largest of our messages that is read [bytes]: its decoded form is a few times as large. A wave of
+/// two million numbers fits.
 const LARGEST_BYTES: usize = 16 << 20;
 
-/// So much of a word that is not in its list is shown [characters].
+/// The most characters of an unknown word that are shown.
 const LONGEST_WORD: usize = 60;
 
-/// The sample that a message of one of our six types holds, with its texts [cut and
-/// cleaned](teampulse_core::text).
+/// Decodes a message of one of our six types into a sample, with [cut and cleaned](teampulse_core::text)
+/// texts.
 pub fn decode(type_name: &str, cdr: &[u8]) -> Result<Decoded, DecodeError> {
     if cdr.len() > LARGEST_BYTES {
         return Err(DecodeError::Large(cdr.len()));

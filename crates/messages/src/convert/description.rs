@@ -11,16 +11,15 @@ use crate::standard::teampulse_msgs::StreamDescription;
 const ABOUT: [About; 4] = [About::Person, About::Robot, About::Team, About::Session];
 const ORIGINS: [Origin; 2] = [Origin::Raw, Origin::Derived];
 
-/// The most channels of a stream from outside.
+/// The most channels of an external stream.
 pub const MOST_CHANNELS: usize = 1024;
 
-/// The most channels of a stream that was computed from such ones, and the most that it can have been
-/// computed from.
+/// The most channels of a stream derived from such streams, and the most inputs that it can have.
 const MOST_DERIVED: usize = 16 * MOST_CHANNELS;
 
 impl StreamDescription {
-    /// The description of a stream. The quality of service and the publisher are not part of it: a bag
-    /// keeps them with its channels, and the bus with its endpoints.
+    /// The description of a stream. It does not include the quality of service and the publisher: bags
+    /// store them with their channels, and the bus with its endpoints.
     pub fn of(stream: &Stream, header: Header) -> StreamDescription {
         StreamDescription {
             header,
@@ -48,8 +47,8 @@ impl StreamDescription {
         }
     }
 
-    /// The stream that is described. The schema of a message from elsewhere has its definition and
-    /// its hash only if they are [shipped](crate::catalogue::shipped). Its texts are cut and cleaned.
+    /// The described stream. The schema of an external message type has a definition and a hash only if
+    /// they are [shipped](crate::catalogue::shipped). Texts are cut and cleaned.
     pub fn stream(&self) -> Result<Stream, DecodeError> {
         expect_length("units", self.units.len(), self.channels.len())?;
         let origin = coded("origin", &ORIGINS, self.origin)?;
@@ -67,7 +66,7 @@ impl StreamDescription {
         let channel = |((name, unit), scale): ((&String, &String), f64)| Channel {
             name: name.clone(),
             unit: unit.clone(),
-            // A publisher that sets no scale may send 0, which would make every number 0.
+            // A publisher that sets no scale may send 0, which would turn every number into 0.
             scale: if scale == 0.0 { 1.0 } else { scale },
         };
         let channels = self.channels.iter().zip(&self.units).zip(scales);
@@ -98,13 +97,13 @@ impl StreamDescription {
     }
 }
 
-/// The scale of each channel; none where all are 1.
+/// The scale of each channel; empty if all are 1.
 fn scales(channels: &[Channel]) -> Vec<f64> {
     let is_plain = channels.iter().all(|channel| channel.scale.total_cmp(&1.0).is_eq());
     if is_plain { Vec::new() } else { channels.iter().map(|channel| channel.scale).collect() }
 }
 
-/// The place of a value in the list of its codes.
+/// The index of a value in the list of its codes.
 fn code<T: PartialEq>(all: &[T], value: &T) -> u8 {
     let place = all.iter().position(|each| each == value);
     place.expect("the list has every value") as u8

@@ -1,5 +1,5 @@
-//! Descriptions that earlier versions recorded, with one scale for all channels and without a stream's family
-//! and window: the one place where a stream's name is taken apart.
+//! Descriptions recorded by earlier versions, with one scale for all channels and without a stream's family
+//! and window: the only place where a stream's name is parsed.
 
 use teampulse_core::stream::{About, Origin, Schema, Shape, Stream, Window};
 
@@ -9,7 +9,7 @@ use crate::definition::Definition;
 use crate::standard::Message;
 use crate::standard::teampulse_msgs::StreamDescription;
 
-/// The stream that a recorded description is of, by the definition that the recording has of its type.
+/// The stream of a recorded description, decoded with the definition in the recording.
 pub fn description(schema: &Schema, cdr: &[u8]) -> Result<Stream, DecodeError> {
     let has = |definition: &Definition, field: &str| {
         definition.root().fields.iter().any(|each| each.name == field)
@@ -24,7 +24,7 @@ pub fn description(schema: &Schema, cdr: &[u8]) -> Result<Stream, DecodeError> {
     }
 }
 
-/// A description as it was, with one scale.
+/// Decodes a description in its earlier form, with a single scale.
 fn decode(cdr: &[u8], has_family: bool) -> Result<StreamDescription, CdrError> {
     let mut from = Reader::new(cdr)?;
     let mut description = StreamDescription {
@@ -55,8 +55,8 @@ fn decode(cdr: &[u8], has_family: bool) -> Result<StreamDescription, CdrError> {
     Ok(description)
 }
 
-/// The stream with what its name says: `<input>/<family>/<window>`, `<family>/events`, and
-/// `<topic>/publisher_2` for what a second publisher sent.
+/// Adds the fields encoded in the stream's name: `<input>/<family>/<window>`, `<family>/events`, and
+/// `<topic>/publisher_2` for the messages of a second publisher.
 fn with_fields(mut stream: Stream) -> Stream {
     let is_raw = stream.origin == Origin::Raw;
     if let Some((topic, last)) = stream.name.rsplit_once('/') {
@@ -74,7 +74,7 @@ fn with_fields(mut stream: Stream) -> Stream {
     stream
 }
 
-/// The window of the last word of a name: `w30`, `w2_5`, `phases`.
+/// The window in the last token of a name: `w30`, `w2_5`, `phases`.
 fn window(word: &str) -> Option<Window> {
     if word == "phases" {
         return Some(Window::Phases);

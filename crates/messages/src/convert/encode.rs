@@ -6,8 +6,8 @@ use teampulse_core::status::StreamStatus;
 use crate::standard::std_msgs::Header;
 use crate::standard::{Message, teampulse_msgs as msgs};
 
-/// The sample as a ROS message: CDR with its four-byte header. What came as a message stays as it
-/// came, byte for byte.
+/// Encodes the sample as a ROS message: CDR with its four-byte header. A sample that was received as a
+/// message is unchanged.
 pub fn encode(sample: &Sample) -> Bytes {
     match &sample.data {
         Data::Sample(values) => reading(sample, values).encode(),

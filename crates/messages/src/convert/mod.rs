@@ -1,4 +1,4 @@
-//! From [`Data`] to its ROS message and back.
+//! Conversion between [`Data`] and its ROS message.
 
 mod encode;
 mod decode;
@@ -18,60 +18,60 @@ pub use earlier::description;
 pub use encode::encode;
 pub use schema::{schema_of, shape_of, type_name};
 
-/// A sample from one of our own messages.
+/// A sample decoded from one of our own messages.
 #[derive(Clone, Debug)]
 pub struct Decoded {
-    /// The stamp of its header: when it was measured, or for a description when it was declared.
+    /// The stamp of its header: the time of measurement or, for a description, of declaration.
     pub stamp: Time,
     /// The device's own clock [ns]; `None` when it has none.
     pub device_time: Option<i64>,
-    /// Its number in the stream; `None` for shapes that are not numbered on the wire.
+    /// Its index in the stream; `None` for shapes without an index on the wire.
     pub index: Option<u64>,
-    /// What it holds.
+    /// The content of the sample.
     pub data: Data,
 }
 
-/// Why a message is not one of ours.
+/// Why a message can't be decoded as one of ours.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DecodeError {
-    /// Its bytes are no such message.
+    /// Its bytes are not a valid message of this type.
     #[error(transparent)]
     Cdr(#[from] CdrError),
     /// Its type is not one of ours.
     #[error("read a {0}: it is not a type of teampulse_msgs")]
     Type(String),
-    /// A field holds a word that is not in its list.
+    /// A field contains a word that is not in its list.
     #[error("read {field} {word:?}: expected one of {expected}")]
     Word {
         /// The field.
         field: &'static str,
-        /// What it holds.
+        /// The value of the field.
         word: String,
-        /// What it may hold.
+        /// The valid values.
         expected: String,
     },
-    /// A field holds a code that is not in its list.
+    /// A field contains a code that is not in its list.
     #[error("read {field} {code}: it is not a known code")]
     Code {
         /// The field.
         field: &'static str,
-        /// What it holds.
+        /// The value of the field.
         code: u8,
     },
-    /// A field has another length than the rest of the message asks for.
+    /// The length of a field does not match the rest of the message.
     #[error("read {length} {field}: expected {expected}")]
     Length {
         /// The field.
         field: &'static str,
-        /// How many it has.
+        /// The length of the field.
         length: usize,
-        /// How many it should have.
+        /// The length expected.
         expected: String,
     },
     /// It is larger than any device sends.
     #[error("read a message of {0} bytes: expected at most 16 MiB")]
     Large(usize),
-    /// The period of a wave is no span of time.
+    /// The period of a wave is not a valid duration.
     #[error("read a period of {0} ns: expected a finite one that is not negative")]
     Period(f64),
 }

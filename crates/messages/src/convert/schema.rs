@@ -26,7 +26,7 @@ pub fn type_name(shape: &Shape) -> &str {
     }
 }
 
-/// The shape of samples that come as messages of this type.
+/// The shape of samples received as messages of this type.
 pub fn shape_of(schema: &Arc<Schema>) -> Shape {
     match schema.name.as_str() {
         msgs::Sample::NAME => Shape::Sample,
@@ -39,7 +39,7 @@ pub fn shape_of(schema: &Arc<Schema>) -> Shape {
     }
 }
 
-/// The schema of a type by its name: without definition and hash unless they are shipped.
+/// The schema of a type by its name: without definition and hash unless these are shipped.
 pub(super) fn named(type_name: &str) -> Arc<Schema> {
     let unknown = || {
         Arc::new(Schema {

@@ -5,23 +5,23 @@ use thiserror::Error;
 use super::name::referenced;
 use super::sections::separator;
 
-/// How many types a definition is made of at most.
+/// The most types in a definition.
 const MOST_PARTS: usize = 1000;
 
-/// Why a definition could not be put together.
+/// Why a definition could not be assembled.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum AssembleError {
-    /// The text of a type is not to be had.
+    /// The text of a type is not available.
     #[error("find the text of {0}")]
     Missing(String),
-    /// It is made of more types than any sensible one.
+    /// It refers to more types than is reasonable.
     #[error("put {0} together: it is made of more than {MOST_PARTS} types")]
     Endless(String),
 }
 
-/// Puts the definition of a type together from the `.msg` texts of all that it is made of, in the
-/// order in which rosbag2 writes it: what a type refers to comes behind it, by name, each type once.
-/// Each text is asked for by the full name of its type.
+/// Assembles the definition of a type from the `.msg` texts of all types that it refers to, in the order of
+/// rosbag2: referenced types follow by name, each type once. Each text is requested by the full name of its
+/// type.
 pub fn assemble<T: AsRef<str>>(
     type_name: &str,
     text_of: impl FnMut(&str) -> Option<T>,

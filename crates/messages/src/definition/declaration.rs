@@ -1,6 +1,6 @@
 use super::{Count, Kind, Number, Problem};
 
-/// What one line of a definition says.
+/// A declaration: one line of a definition.
 #[derive(Debug)]
 pub(super) struct Declaration<'a> {
     pub name: &'a str,
@@ -9,24 +9,24 @@ pub(super) struct Declaration<'a> {
     pub value: Value<'a>,
 }
 
-/// A type as it is written.
+/// A type as written in a declaration.
 #[derive(Debug)]
 pub(super) enum Item<'a> {
     Plain(Kind),
     Named(&'a str),
 }
 
-/// What stands behind the name.
+/// The value after the name.
 #[derive(Debug)]
 pub(super) enum Value<'a> {
-    /// The value that a field begins with; empty for none.
+    /// The default of a field; empty for none.
     Default(&'a str),
-    /// The value that the name stands for.
+    /// The value of a constant.
     Constant(&'a str),
 }
 
 impl<'a> Declaration<'a> {
-    /// Reads a line; `None` when it says nothing.
+    /// Parses a line; `None` for a blank line or a comment.
     pub fn read(line: &'a str) -> Result<Option<Declaration<'a>>, Problem> {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
@@ -60,7 +60,7 @@ fn name_and_value(rest: &str) -> Result<(&str, Value<'_>), Problem> {
     }
 }
 
-/// The type and how many of it: `uint8[4]`, `string[<=5]`, `float64[]`.
+/// The type and the number of its values: `uint8[4]`, `string[<=5]`, `float64[]`.
 fn split_count(written: &str) -> Option<(&str, Count)> {
     let Some((item, count)) = written.strip_suffix(']').and_then(|rest| rest.rsplit_once('['))
     else {
@@ -108,16 +108,16 @@ fn number(word: &str) -> Option<Number> {
     })
 }
 
-/// A count of at least one, in decimal digits.
+/// A positive decimal number.
 fn positive(digits: &str) -> Option<u64> {
     let all_digits = digits.bytes().all(|byte| byte.is_ascii_digit());
     digits.parse().ok().filter(|count| all_digits && *count > 0)
 }
 
-/// The longest name of a package, a type or a field [bytes], as ROS's own tools have it.
+/// The longest name of a package, a type or a field [bytes], as in ROS's own tools.
 const LONGEST_NAME: usize = 255;
 
-/// Whether a word can name a package, a type or a field.
+/// Whether a word is a valid name of a package, a type or a field.
 pub(super) fn is_name(word: &str) -> bool {
     word.len() <= LONGEST_NAME
         && word.starts_with(|c: char| c.is_ascii_alphabetic())

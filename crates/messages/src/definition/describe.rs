@@ -8,7 +8,8 @@ const IN_BOUNDED_SEQUENCE: u8 = 96;
 const IN_SEQUENCE: u8 = 144;
 
 impl Definition {
-    /// The type and all that it is made of, as a node answers `get_type_description`.
+    /// The description of the type and of all types that it refers to, as in the response of
+    /// `get_type_description`.
     pub fn type_description(&self) -> messages::TypeDescription {
         let mut referenced = BTreeMap::new();
         collect(&self.root, &mut referenced);
@@ -19,7 +20,7 @@ impl Definition {
     }
 }
 
-/// The types that a type is made of, directly or not, by name.
+/// Collects the types that a type refers to, directly or not, by name.
 fn collect<'a>(within: &'a Struct, referenced: &mut BTreeMap<&'a str, &'a Struct>) {
     for field in &within.fields {
         if let Kind::Struct(nested) = &field.kind
@@ -61,7 +62,7 @@ fn field_type(field: &Field) -> messages::FieldType {
     messages::FieldType { type_id: type_id + times, capacity, string_capacity, nested_type_name }
 }
 
-/// The codes of `type_description_interfaces/msg/FieldType`; its `CHAR` is none of ROS 2's.
+/// The codes of `type_description_interfaces/msg/FieldType`; its `CHAR` does not exist in ROS 2.
 fn number_id(number: Number) -> u8 {
     match number {
         Number::Int8 => 2,

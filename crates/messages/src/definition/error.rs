@@ -2,48 +2,48 @@ use thiserror::Error;
 
 use super::link::DEEPEST;
 
-/// Why a text is not the definition of a type.
+/// Why a text is not a valid type definition.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DefinitionError {
-    /// A line is not understood.
+    /// A line can't be parsed.
     #[error("read line {line} of the definition of {type_name}: {problem}")]
     Line {
-        /// The type that was to be defined.
+        /// The type being defined.
         type_name: String,
-        /// The line in the text, counted from 1.
+        /// The line number in the text, starting at 1.
         line: usize,
-        /// What is wrong with it.
+        /// The problem with the line.
         problem: Problem,
     },
-    /// The name of the type is no such name.
+    /// This is not a valid type name.
     #[error("read a type named {0:?}: expected package/msg/Type")]
     Name(String),
     /// Only the name of the type is known.
     #[error("read the definition of {0}: it is not known")]
     Unknown(String),
-    /// It is written in another language.
+    /// It is written in a different language.
     #[error("read the definition of {type_name}: expected ros2msg, not {encoding}")]
     Encoding {
-        /// The type that was to be defined.
+        /// The type being defined.
         type_name: String,
         /// The language.
         encoding: String,
     },
 }
 
-/// What is wrong with a line of a definition.
+/// The problem with a line of a definition.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Problem {
-    /// It has no name behind its type.
+    /// The name is missing after the type.
     #[error("expected a type and a name, got {0:?}")]
     Incomplete(String),
-    /// Something else stands where the name of a field should.
+    /// This is not a valid field name.
     #[error("{0:?} is not the name of a field")]
     FieldName(String),
     /// Two fields have the same name.
     #[error("there are two fields named {0}")]
     Twice(String),
-    /// The type can't be read.
+    /// This is not a valid type.
     #[error("{0:?} is not a type")]
     Type(String),
     /// The type is not defined in the text.
@@ -58,15 +58,15 @@ pub enum Problem {
     /// Types are nested too deep.
     #[error("types are nested more than {DEEPEST} deep")]
     Deep,
-    /// A message would be larger than any message is.
+    /// The message would exceed the size limit.
     #[error("it takes {0} bytes at least")]
     Large(u64),
-    /// The line between two types is not followed by a name.
+    /// The separator between two types is not followed by a name.
     #[error("expected `MSG: package/Type` below the line between two types")]
     Separator,
 }
 
-/// What is wrong with which line.
+/// A problem, and the line that has it.
 pub(super) struct Misread {
     pub line: usize,
     pub problem: Problem,

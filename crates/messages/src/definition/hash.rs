@@ -14,7 +14,7 @@ impl Definition {
     }
 }
 
-/// The description without default values, spaced as REP 2016 has it. Every name in it is free of
+/// The description without default values, formatted according to REP 2016. Names in it contain no
 /// characters that JSON would escape.
 fn json(description: &TypeDescription) -> String {
     format!(

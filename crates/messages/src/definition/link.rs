@@ -7,17 +7,17 @@ use super::name::{checked_name, full_name, package_of};
 use super::sections::{Section, split};
 use super::{Constant, Count, DefinitionError, EMPTY, Field, Kind, Number, Problem, Struct};
 
-/// How deep types may be nested.
+/// The maximum nesting depth of types.
 pub(super) const DEEPEST: usize = 32;
 
-/// How much room the fixed parts of a message may take [bytes].
+/// The largest total size of the fixed-size fields of a message [bytes].
 const LARGEST_BYTES: u64 = 1 << 30;
 
-/// Reads a type and all that it is made of.
+/// Reads a type and all types that it refers to.
 pub(super) fn read(type_name: &str, text: &str) -> Result<Arc<Struct>, DefinitionError> {
     let type_name = checked_name(type_name)?;
     let root = split(&type_name, text).and_then(|sections| {
-        // Of two types with one name the first counts.
+        // Of two types with the same name, the first is used.
         let sections = sections.into_iter().rev().collect();
         let mut linker = Linker { sections, done: BTreeMap::new(), open: Vec::new() };
         linker.link(&type_name, 1)
@@ -25,16 +25,16 @@ pub(super) fn read(type_name: &str, text: &str) -> Result<Arc<Struct>, Definitio
     root.map_err(|Misread { line, problem }| DefinitionError::Line { type_name, line, problem })
 }
 
-/// Reads types as they are needed: each once, and all that a type is made of before the type.
+/// Reads types on demand, each once, and referenced types before the types that contain them.
 struct Linker<'a> {
     sections: BTreeMap<String, Section<'a>>,
     done: BTreeMap<String, Arc<Struct>>,
-    /// The types that are being read, each a part of the one before.
+    /// The types being read, each a part of the previous one.
     open: Vec<String>,
 }
 
 impl Linker<'_> {
-    /// The type of a full name that was met in this line.
+    /// The type with this full name, as referenced in a line.
     fn link(&mut self, name: &str, line: usize) -> Result<Arc<Struct>, Misread> {
         let wrong = |problem| Err(Misread { line, problem });
         if let Some(done) = self.done.get(name) {
@@ -115,7 +115,7 @@ fn constant(line: &Declaration<'_>, value: &str) -> Result<Constant, Problem> {
     }
 }
 
-/// What a type without fields is given.
+/// The field that stands for an empty type.
 fn placeholder() -> Field {
     Field {
         name: EMPTY.to_owned(),

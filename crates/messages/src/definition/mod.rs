@@ -1,4 +1,4 @@
-//! Definitions of message types: the fields of a type and of all that it is made of.
+//! Definitions of message types: the fields of a type and of all types that it refers to.
 
 mod structure;
 mod error;
@@ -26,19 +26,19 @@ pub struct Definition {
 }
 
 impl Definition {
-    /// Reads a definition in the form that rosbag2 stores: the `.msg` text of the type, then that of
-    /// each type it is made of behind a line of 80 `=` and a line `MSG: package/Type`.
+    /// Parses a definition in rosbag2's format: the `.msg` text of the type, then those of the types that
+    /// it refers to, each after a line of 80 `=` and a line `MSG: package/Type`.
     pub fn parse(type_name: &str, text: &str) -> Result<Definition, DefinitionError> {
         link::read(type_name, text).map(|root| Definition { root })
     }
 
-    /// The `.msg` texts of which a definition is made: its own first, each with the full name of its
-    /// type. [`assemble`] puts them together again.
+    /// The `.msg` texts in a definition: its own first, each with the full name of its type. [`assemble`]
+    /// joins them again.
     pub fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
         sections::parts(type_name, text)
     }
 
-    /// Reads the definition of a schema.
+    /// Parses the definition in a schema.
     pub fn of(schema: &Schema) -> Result<Definition, DefinitionError> {
         let type_name = || schema.name.clone();
         match schema.encoding.as_str() {

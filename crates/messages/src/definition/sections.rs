@@ -6,7 +6,7 @@ use super::{DefinitionError, Problem};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Section<'a> {
     pub text: &'a str,
-    /// How many lines come before it in the whole text.
+    /// The number of lines before it in the whole text.
     pub lines_before: usize,
 }
 
@@ -32,7 +32,7 @@ pub(super) fn split<'a>(root: &str, text: &'a str) -> Result<Vec<(String, Sectio
     Ok(sections)
 }
 
-/// The texts of a type and of all that it is made of.
+/// The texts of a type and of all types that it refers to.
 pub(super) fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
     let type_name = checked_name(type_name)?;
     let sections = split(&type_name, text)
@@ -45,7 +45,7 @@ pub(super) fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>
     Ok(parts.collect())
 }
 
-/// What stands between two types, the second of which has this full name.
+/// The separator before the type with this full name.
 pub(super) fn separator(full_name: &str) -> String {
     format!("\n{:=<80}\nMSG: {}\n", "", short_name(full_name))
 }

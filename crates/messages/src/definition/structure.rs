@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-/// The name of the field that a type without any is given, as CDR has no empty struct.
+/// The name of the placeholder field in a type without fields, as CDR has no empty struct.
 pub const EMPTY: &str = "structure_needs_at_least_one_member";
 
 /// The fields of one type.
@@ -8,7 +8,7 @@ pub const EMPTY: &str = "structure_needs_at_least_one_member";
 pub struct Struct {
     /// The full name: `sensor_msgs/msg/BatteryState`.
     pub name: String,
-    /// Its fields in their order; there is at least one, see [`EMPTY`].
+    /// Its fields in order; there is at least one, see [`EMPTY`].
     pub fields: Vec<Field>,
     /// Its constants.
     pub constants: Vec<Constant>,
@@ -21,22 +21,22 @@ pub struct Struct {
 pub struct Field {
     /// Its name.
     pub name: String,
-    /// What it holds.
+    /// The type of its values.
     pub kind: Kind,
-    /// How many of them.
+    /// The number of its values.
     pub count: Count,
-    /// The value it begins with, as it is written in the definition; empty for none.
+    /// The default value, as written in the definition; empty for none.
     pub default: String,
 }
 
-/// What a field holds.
+/// The type of a field's values.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// A number.
     Number(Number),
-    /// A string, of at most so many bytes.
+    /// A string, with its bound [bytes].
     Text(Option<u64>),
-    /// A string of 16-bit units, of at most so many.
+    /// A string of 16-bit units, with its bound [units].
     WideText(Option<u64>),
     /// A message.
     Struct(Arc<Struct>),
@@ -47,7 +47,7 @@ pub enum Kind {
 #[expect(missing_docs, reason = "the names say it all")]
 pub enum Number {
     Bool,
-    /// Eight bits without a sign that mean anything.
+    /// An uninterpreted octet.
     Byte,
     /// Since ROS 2 the same as `uint8`.
     Char,
@@ -63,32 +63,32 @@ pub enum Number {
     Float64,
 }
 
-/// How many values a field holds.
+/// The number of values in a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Count {
-    /// One.
+    /// A single value.
     One,
-    /// Always so many.
+    /// A fixed-size array.
     Array(u64),
-    /// Any number up to so many.
+    /// A bounded sequence.
     AtMost(u64),
-    /// Any number.
+    /// An unbounded sequence.
     Any,
 }
 
-/// A name for a value.
+/// A named constant.
 #[derive(Debug)]
 pub struct Constant {
     /// Its name.
     pub name: String,
-    /// What it holds: a number or a text.
+    /// Its type: a number or a string.
     pub kind: Kind,
-    /// The value, as it is written in the definition.
+    /// Its value, as written in the definition.
     pub value: String,
 }
 
 impl Kind {
-    /// How many bytes a value takes at least, padding not counted.
+    /// The least number of bytes of a value, excluding padding.
     pub fn least_bytes(&self) -> u64 {
         match self {
             Kind::Number(number) => number.bytes() as u64,
@@ -109,14 +109,14 @@ impl Struct {
         Struct { name, fields, constants, least_bytes, depth }
     }
 
-    /// How many bytes a value takes at least, padding not counted.
+    /// The least number of bytes of a value, excluding padding.
     pub fn least_bytes(&self) -> u64 {
         self.least_bytes
     }
 }
 
 impl Field {
-    /// How many bytes it takes at least, padding not counted.
+    /// The least number of bytes of the field, excluding padding.
     pub fn least_bytes(&self) -> u64 {
         match self.count {
             Count::One => self.kind.least_bytes(),
@@ -127,7 +127,7 @@ impl Field {
 }
 
 impl Number {
-    /// How many bytes it takes.
+    /// The size of the number [bytes].
     pub fn bytes(self) -> usize {
         match self {
             Number::Bool | Number::Byte | Number::Char | Number::Int8 | Number::Uint8 => 1,

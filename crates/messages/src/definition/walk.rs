@@ -2,14 +2,14 @@ use super::{Count, Field, Kind, Number, Struct};
 use crate::cdr::{CdrError, Reader};
 
 impl Struct {
-    /// Passes over a message of this type.
+    /// Skips a message of this type.
     pub(crate) fn skip(&self, from: &mut Reader<'_>) -> Result<(), CdrError> {
         self.fields.iter().try_for_each(|field| field.skip(from))
     }
 }
 
 impl Field {
-    /// Passes over the field.
+    /// Skips the field.
     pub(crate) fn skip(&self, from: &mut Reader<'_>) -> Result<(), CdrError> {
         let count = self.count.read(&self.kind, from)?;
         self.kind.skip(count, from)
@@ -17,7 +17,7 @@ impl Field {
 }
 
 impl Count {
-    /// How many values there are: as the message says where the definition does not.
+    /// Reads the number of values, unless the definition fixes it.
     pub(crate) fn read(self, kind: &Kind, from: &mut Reader<'_>) -> Result<usize, CdrError> {
         match self {
             Count::One => Ok(1),
@@ -28,7 +28,7 @@ impl Count {
 }
 
 impl Kind {
-    /// Passes over so many values.
+    /// Skips `count` values.
     pub(crate) fn skip(&self, count: usize, from: &mut Reader<'_>) -> Result<(), CdrError> {
         match self {
             Kind::Number(number) => from.numbers(count, number.bytes()).map(|_| ()),
@@ -40,7 +40,7 @@ impl Kind {
 }
 
 impl Number {
-    /// The next number.
+    /// Reads the next number.
     pub(crate) fn read(self, from: &mut Reader<'_>) -> Result<f64, CdrError> {
         Ok(match self {
             Number::Bool => f64::from(u8::from(from.read::<bool>()?)),

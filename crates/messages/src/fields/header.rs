@@ -4,7 +4,7 @@ use crate::cdr::Reader;
 use crate::definition::{Count, Definition, Kind};
 use crate::standard::{Message, std_msgs::Header};
 
-/// Whether a type's messages begin with a `std_msgs/Header`, and so with a stamp.
+/// Whether messages of a type start with a `std_msgs/Header`, and so with a stamp.
 pub fn starts_with_header(definition: &Definition) -> bool {
     definition.root().fields.first().is_some_and(|first| match &first.kind {
         Kind::Struct(nested) => nested.name == Header::NAME && first.count == Count::One,
@@ -12,8 +12,8 @@ pub fn starts_with_header(definition: &Definition) -> bool {
     })
 }
 
-/// The stamp of a message whose type [starts with a header](starts_with_header); `None` when the
-/// message is too short or the stamp was never set.
+/// The stamp of a message whose type [starts with a header](starts_with_header); `None` if the message is
+/// too short or the stamp is zero.
 pub fn header_stamp(cdr: &[u8]) -> Option<Time> {
     let stamp = Reader::new(cdr).and_then(|mut from| from.read::<Time>());
     stamp.ok().filter(|stamp| *stamp != Time::EPOCH)

@@ -1,13 +1,13 @@
 use crate::definition::{Count, Definition, EMPTY, Kind, Struct};
 
-/// How many paths are listed: more than any sensible message has.
+/// The most paths that are listed: more than any reasonable message has.
 const MOST: usize = 2000;
 
-/// How many fields are looked at for them: types without any number can be nested without end.
+/// The most fields that are visited: types without numbers can be nested extensively.
 const MOST_FIELDS: usize = 10 * MOST;
 
-/// The paths of all numbers in a message of a type; of many values the first. Strings, which may
-/// spell numbers, are among them.
+/// The paths of all numbers in a message of a type, with the first value of each array. Strings are
+/// included, as they may contain numbers.
 pub fn numbers(definition: &Definition) -> Vec<String> {
     let mut listing = Listing { paths: Vec::new(), fields: 0 };
     listing.collect(definition.root(), "");
@@ -16,7 +16,7 @@ pub fn numbers(definition: &Definition) -> Vec<String> {
 
 struct Listing {
     paths: Vec<String>,
-    /// How many fields were looked at.
+    /// The number of fields visited.
     fields: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Numbers out of messages by the paths of their fields.
+//! Reading numbers from messages by field paths.
 //!
 //! ```
 //! use teampulse_messages::catalogue::shipped;
@@ -32,7 +32,7 @@ pub use header::{header_stamp, starts_with_header};
 pub use listing::numbers;
 pub use path::{Path, Step};
 
-/// The fields of a type that are wanted, ready to be read out of its messages.
+/// Selected fields of a type, compiled for reading from its messages.
 #[derive(Clone, Debug)]
 pub struct Fields {
     plan: plan::Plan,
@@ -40,7 +40,7 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Finds the fields of these paths in a type.
+    /// Compiles the fields at these paths of a type.
     pub fn compile<P: AsRef<str>>(
         definition: &Definition,
         paths: &[P],
@@ -52,9 +52,9 @@ impl Fields {
 
     /// Reads the numbers of a message into `out`, in the order of the paths.
     ///
-    /// Truth values are 0 or 1. A string counts as the number that it spells; one that spells none,
-    /// and an index beyond the end of a sequence, is NaN. The message is walked once, and nothing is
-    /// allocated when `out` has the room.
+    /// Booleans are 0 or 1. A string is parsed as a number; one that is not a number, and an index beyond
+    /// the end of a sequence, give NaN. The message is traversed once, and nothing is allocated if `out`
+    /// has the capacity.
     pub fn read(&self, cdr: &[u8], out: &mut Vec<f64>) -> Result<(), CdrError> {
         out.clear();
         out.resize(self.count, f64::NAN);
@@ -65,7 +65,7 @@ impl Fields {
 /// Why a path does not lead to a number.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FieldError {
-    /// It is not written as a path.
+    /// This is not a valid path.
     #[error("read the path {0:?}: expected names with dots between, as in `status[0].level`")]
     Path(String),
     /// There is no such field.
@@ -75,29 +75,29 @@ pub enum FieldError {
         type_name: String,
         /// The path.
         path: String,
-        /// A path that there is.
+        /// A similar path that exists.
         nearest: Option<String>,
     },
-    /// The path ends at a message.
+    /// The path ends at a message instead of a number.
     #[error("read `{path}` as a number: it is a {type_name}")]
     Message {
         /// The path.
         path: String,
-        /// What it leads to.
+        /// The type of that message.
         type_name: String,
     },
-    /// The path names many values.
+    /// The path lacks an index into several values.
     #[error("read `{0}` as a number: it has several values, the first one is `{0}[0]`")]
     Many(String),
-    /// The path counts where there is one value.
+    /// The path has an index into a single value.
     #[error("read `{0}`: it has a single value, which has no index")]
     One(String),
-    /// The path counts beyond what there can ever be.
+    /// The index exceeds the bound of the field.
     #[error("read `{path}`: it has at most {most} values")]
     Beyond {
         /// The path.
         path: String,
-        /// How many values there can be.
+        /// The most values that the field can have.
         most: u64,
     },
 }

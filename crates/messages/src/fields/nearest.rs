@@ -1,7 +1,7 @@
 use super::numbers;
 use crate::definition::Definition;
 
-/// The path that was probably meant: one that ends in what was asked for, or the most alike.
+/// The path that was probably meant: one that ends with the given text, or the most similar.
 pub(super) fn nearest(definition: &Definition, asked: &str) -> Option<String> {
     let paths = numbers(definition);
     let end = format!(".{asked}");

@@ -3,7 +3,7 @@ use std::str::FromStr;
 
 use super::FieldError;
 
-/// The way from a message to one of its values: `status[0].values[2].value`.
+/// The path from a message to one of its values: `status[0].values[2].value`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Path(Vec<Step>);
 
@@ -12,12 +12,12 @@ pub struct Path(Vec<Step>);
 pub struct Step {
     /// The field.
     pub field: String,
-    /// Which of its values, counted from 0; `None` for a field with one.
+    /// The index of the value, starting at 0; `None` for a field with a single value.
     pub index: Option<u64>,
 }
 
 impl Path {
-    /// The steps, from the message inwards; there is at least one.
+    /// The steps, from the outermost inwards; there is at least one.
     pub fn steps(&self) -> &[Step] {
         &self.0
     }

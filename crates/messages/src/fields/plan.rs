@@ -4,22 +4,22 @@ use super::resolve::ResolvedPath;
 use crate::cdr::{CdrError, Reader};
 use crate::definition::{Count, Kind, Number, Struct};
 
-/// What to do with each field of a message, up to the last that is wanted.
+/// The actions for the fields of a message, up to the last selected one.
 #[derive(Clone, Debug)]
 pub(super) struct Plan(Vec<Step>);
 
-/// What to do with one field.
+/// The action for one field.
 #[derive(Clone, Debug)]
 enum Step {
-    /// Nobody wants it.
+    /// Skips the field.
     Skip(Kind, Count),
-    /// Its one value is wanted.
+    /// Reads its single value.
     Read(Target),
-    /// Of its many values these are wanted, in the order of their indices.
+    /// Reads the selected ones of its values, in order of their indices.
     Pick { kind: Kind, count: Count, picks: Vec<(usize, Target)> },
 }
 
-/// What to do with one value, and where in the output the number goes.
+/// The action for one value, with the index of the number in the output.
 #[derive(Clone, Debug)]
 enum Target {
     Number(Number, Vec<usize>),
@@ -28,11 +28,11 @@ enum Target {
     Struct(Plan),
 }
 
-/// The rest of a path that leads through a field or a value, and its place in the output.
+/// The rest of a path through a field or value, and its index in the output.
 type Rest<'a> = (usize, &'a [(usize, Option<u64>)]);
 
 impl Plan {
-    /// The plan that follows these ways; their numbers go to the output in their order.
+    /// Creates the plan for these paths; their numbers appear in the output in this order.
     pub fn new(root: &Struct, ways: &[ResolvedPath]) -> Plan {
         let wanted: Vec<Rest<'_>> = ways.iter().map(Vec::as_slice).enumerate().collect();
         let mut plan = Plan::of(root, &wanted);
@@ -59,7 +59,7 @@ impl Plan {
         Plan(steps.collect())
     }
 
-    /// Reads what is wanted of the next message.
+    /// Reads the selected values of the next message.
     pub fn read(&self, from: &mut Reader<'_>, out: &mut [f64]) -> Result<(), CdrError> {
         self.0.iter().try_for_each(|step| step.read(from, out))
     }
@@ -128,7 +128,7 @@ impl Target {
     }
 }
 
-/// The number that a text spells; NaN when it spells none.
+/// Parses a text as a number; NaN if it is not one.
 fn spelled(text: Option<&str>) -> f64 {
     text.and_then(|text| text.trim().parse().ok()).unwrap_or(f64::NAN)
 }

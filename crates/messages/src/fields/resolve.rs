@@ -1,7 +1,7 @@
 use super::{FieldError, Path, Step, nearest};
 use crate::definition::{Count, Definition, Field, Kind};
 
-/// A path in terms of a type: at each step the place of the field and the index of its value.
+/// A path resolved for a type: the field index and the value index of each step.
 pub(super) type ResolvedPath = Vec<(usize, Option<u64>)>;
 
 /// Resolves a path against a type.
@@ -33,7 +33,7 @@ pub(super) fn resolve(definition: &Definition, text: &str) -> Result<ResolvedPat
     }
 }
 
-/// Whether a step has an index exactly where there are many values.
+/// Checks that a step has an index if and only if the field has several values.
 fn expect_index(field: &Field, step: &Step, path: &str) -> Result<(), FieldError> {
     match (field.count, step.index) {
         (Count::One, None) | (Count::Any, Some(_)) => Ok(()),

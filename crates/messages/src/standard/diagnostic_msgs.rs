@@ -1,31 +1,31 @@
-//! `diagnostic_msgs`: what a robot says about its own parts.
+//! `diagnostic_msgs`: a robot's reports about its own components.
 
 use super::message;
 use super::std_msgs::Header;
 
-/// The states of several parts.
+/// The states of several components.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DiagnosticArray {
-    /// When.
+    /// The time of the report.
     pub header: Header,
-    /// A state for each part.
+    /// The state of each component.
     pub status: Vec<DiagnosticStatus>,
 }
 
 message!(DiagnosticArray { header, status } = "diagnostic_msgs/msg/DiagnosticArray");
 
-/// The state of one part.
+/// The state of one component.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DiagnosticStatus {
     /// One of the codes below.
     pub level: u8,
-    /// The part.
+    /// The name of the component.
     pub name: String,
-    /// What is the matter.
+    /// A description of the state.
     pub message: String,
-    /// Which piece of hardware it is.
+    /// The id of the hardware.
     pub hardware_id: String,
-    /// What was measured.
+    /// The measurements.
     pub values: Vec<KeyValue>,
 }
 
@@ -35,13 +35,13 @@ message!(
 );
 
 impl DiagnosticStatus {
-    /// The part works.
+    /// The component works normally.
     pub const OK: u8 = 0;
-    /// It works, and something is unusual.
+    /// The component works, with a warning.
     pub const WARN: u8 = 1;
-    /// It fails.
+    /// The component has failed.
     pub const ERROR: u8 = 2;
-    /// It has not been heard of.
+    /// The component no longer reports.
     pub const STALE: u8 = 3;
 }
 

@@ -1,9 +1,9 @@
-//! `geometry_msgs`: what odometry and commands are made of.
+//! `geometry_msgs`: the parts of odometry and commands.
 
 use super::message;
 use super::std_msgs::Header;
 
-/// A place [m].
+/// A position [m].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     /// Forward.
@@ -16,14 +16,14 @@ pub struct Point {
 
 message!(Point { x, y, z } = "geometry_msgs/msg/Point");
 
-/// A direction with a length, in the unit of what it stands for.
+/// A vector, in the unit of the quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector3 {
-    /// Forward, or about the forward axis.
+    /// The forward component, or that about the forward axis.
     pub x: f64,
-    /// To the left, or about the left axis.
+    /// The leftward component, or that about the left axis.
     pub y: f64,
-    /// Up, or about the vertical axis.
+    /// The upward component, or that about the vertical axis.
     pub z: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct Quaternion {
 message!(Quaternion { x, y, z, w } = "geometry_msgs/msg/Quaternion");
 
 impl Quaternion {
-    /// The orientation of something on the ground that looks to `yaw_rad` [rad].
+    /// The orientation of an object on the ground with heading `yaw_rad` [rad].
     pub fn from_yaw(yaw_rad: f64) -> Quaternion {
         let (z, w) = (yaw_rad / 2.0).sin_cos();
         Quaternion { x: 0.0, y: 0.0, z, w }
@@ -64,12 +64,12 @@ impl Default for Quaternion {
     }
 }
 
-/// A place and an orientation.
+/// A position and an orientation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Where [m].
+    /// The position [m].
     pub position: Point,
-    /// Which way round.
+    /// The orientation.
     pub orientation: Quaternion,
 }
 
@@ -78,7 +78,7 @@ message!(Pose { position, orientation } = "geometry_msgs/msg/Pose");
 /// A pose at a time, in a frame: the goal of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseStamped {
-    /// When, and in which frame.
+    /// The time and the frame.
     pub header: Header,
     /// The pose.
     pub pose: Pose,
@@ -86,12 +86,12 @@ pub struct PoseStamped {
 
 message!(PoseStamped { header, pose } = "geometry_msgs/msg/PoseStamped");
 
-/// A pose and how well it is known.
+/// A pose with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseWithCovariance {
     /// The pose.
     pub pose: Pose,
-    /// Row by row, of x, y, z [m] and the rotations about x, y, z [rad].
+    /// The covariance, row by row, of x, y, z [m] and the rotations about x, y, z [rad].
     pub covariance: [f64; 36],
 }
 
@@ -103,23 +103,23 @@ impl Default for PoseWithCovariance {
     }
 }
 
-/// A speed and a rate of turning.
+/// A linear and an angular velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
-    /// Speed [m/s].
+    /// The linear velocity [m/s].
     pub linear: Vector3,
-    /// Rate of turning [rad/s].
+    /// The angular velocity [rad/s].
     pub angular: Vector3,
 }
 
 message!(Twist { linear, angular } = "geometry_msgs/msg/Twist");
 
-/// A twist and how well it is known.
+/// A twist with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwistWithCovariance {
     /// The twist.
     pub twist: Twist,
-    /// Row by row, of the speeds [m/s] and the rates of turning [rad/s].
+    /// The covariance, row by row, of the linear [m/s] and the angular velocity [rad/s].
     pub covariance: [f64; 36],
 }
 

@@ -1,4 +1,4 @@
-//! The messages that are published or read here, as plain structs; one module a package.
+//! The messages published or read here, as plain structs; one module per package.
 //!
 //! Any other message is read by its definition; see [`fields`](crate::fields).
 
@@ -18,20 +18,20 @@ use bytes::Bytes;
 
 use crate::cdr::{Cdr, CdrError, Reader, Writer};
 
-/// A message with a name of its own.
+/// A message type with its ROS name.
 pub trait Message: Cdr {
     /// The full name of its type: `sensor_msgs/msg/BatteryState`.
     const NAME: &'static str;
 
-    /// The message as CDR with its four-byte header.
+    /// Encodes the message as CDR with its four-byte header.
     fn encode(&self) -> Bytes {
         let mut writer = Writer::new();
         self.write(&mut writer);
         writer.finish()
     }
 
-    /// Reads the message from CDR with its four-byte header. Bytes behind it are ignored, as
-    /// middlewares pad messages.
+    /// Decodes the message from CDR with its four-byte header. Trailing bytes are ignored, as middlewares
+    /// pad messages.
     fn decode(cdr: &[u8]) -> Result<Self, CdrError> {
         Reader::new(cdr)?.read()
     }

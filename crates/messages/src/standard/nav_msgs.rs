@@ -4,16 +4,16 @@ use super::geometry_msgs::{PoseWithCovariance, TwistWithCovariance};
 use super::message;
 use super::std_msgs::Header;
 
-/// Where a robot is and how it moves, by its own reckoning.
+/// The pose and the velocity of a robot by odometry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Odometry {
-    /// When, and the frame of `pose`.
+    /// The time, and the frame of `pose`.
     pub header: Header,
     /// The frame of `twist`: the robot's own.
     pub child_frame_id: String,
-    /// Where it is.
+    /// The pose.
     pub pose: PoseWithCovariance,
-    /// How it moves.
+    /// The velocity.
     pub twist: TwistWithCovariance,
 }
 

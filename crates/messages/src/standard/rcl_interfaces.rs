@@ -2,7 +2,7 @@
 
 use super::message;
 
-/// What is asked by name: values, types or descriptions of parameters.
+/// Defines requests with the names of parameters.
 macro_rules! named {
     ($(#[$doc:meta])* $name:ident = $ros_name:literal) => {
         $(#[$doc])*
@@ -17,40 +17,40 @@ macro_rules! named {
 }
 
 named!(
-    /// Asks a node for the values of parameters.
+    /// Requests the values of parameters.
     GetParametersRequest = "rcl_interfaces/srv/GetParameters_Request"
 );
 named!(
-    /// Asks a node for the types of parameters.
+    /// Requests the types of parameters.
     GetParameterTypesRequest = "rcl_interfaces/srv/GetParameterTypes_Request"
 );
 named!(
-    /// Asks a node to describe parameters.
+    /// Requests the descriptions of parameters.
     DescribeParametersRequest = "rcl_interfaces/srv/DescribeParameters_Request"
 );
 
-/// The values of parameters, in the order in which they were asked for.
+/// The values of parameters, in the order of the request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GetParametersResponse {
-    /// A value each; not set for a parameter that the node does not have.
+    /// The values; not set for a parameter that the node does not have.
     pub values: Vec<ParameterValue>,
 }
 
 message!(GetParametersResponse { values } = "rcl_interfaces/srv/GetParameters_Response");
 
-/// The types of parameters, in the order in which they were asked for.
+/// The types of parameters, in the order of the request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GetParameterTypesResponse {
-    /// One of the codes of [`ParameterValue`] each.
+    /// The types, as codes of [`ParameterValue`].
     pub types: Vec<u8>,
 }
 
 message!(GetParameterTypesResponse { types } = "rcl_interfaces/srv/GetParameterTypes_Response");
 
-/// What parameters are, in the order in which they were asked for.
+/// The descriptions of parameters, in the order of the request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DescribeParametersResponse {
-    /// A description each.
+    /// The descriptions.
     pub descriptors: Vec<ParameterDescriptor>,
 }
 
@@ -58,18 +58,18 @@ message!(
     DescribeParametersResponse { descriptors } = "rcl_interfaces/srv/DescribeParameters_Response"
 );
 
-/// Asks a node which parameters it has.
+/// Requests the names of a node's parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ListParametersRequest {
-    /// Only those that are below one of these; all where there are none.
+    /// The prefixes of the parameters to list; all parameters if empty.
     pub prefixes: Vec<String>,
-    /// How many tokens a name may have below its prefix; 0 is any number.
+    /// The maximum number of tokens after the prefix; 0 for no limit.
     pub depth: u64,
 }
 
 message!(ListParametersRequest { prefixes, depth } = "rcl_interfaces/srv/ListParameters_Request");
 
-/// Which parameters a node has.
+/// The names of a node's parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ListParametersResponse {
     /// Their names and prefixes.
@@ -83,13 +83,13 @@ message!(ListParametersResponse { result } = "rcl_interfaces/srv/ListParameters_
 pub struct ListParametersResult {
     /// The full names.
     pub names: Vec<String>,
-    /// What stands before the last dot of those that have one; each once.
+    /// The prefix of each name with a dot, up to the last dot; each once.
     pub prefixes: Vec<String>,
 }
 
 message!(ListParametersResult { names, prefixes } = "rcl_interfaces/msg/ListParametersResult");
 
-/// Asks a node to set parameters, each for itself.
+/// Sets parameters independently of each other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersRequest {
     /// Their new values.
@@ -98,16 +98,16 @@ pub struct SetParametersRequest {
 
 message!(SetParametersRequest { parameters } = "rcl_interfaces/srv/SetParameters_Request");
 
-/// Whether each parameter was set.
+/// The results of setting parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersResponse {
-    /// A result for each.
+    /// The result for each parameter.
     pub results: Vec<SetParametersResult>,
 }
 
 message!(SetParametersResponse { results } = "rcl_interfaces/srv/SetParameters_Response");
 
-/// Asks a node to set parameters, all or none.
+/// Sets parameters atomically: all or none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersAtomicallyRequest {
     /// Their new values.
@@ -119,7 +119,7 @@ message!(
         "rcl_interfaces/srv/SetParametersAtomically_Request"
 );
 
-/// Whether all of them were set.
+/// The result of setting parameters atomically.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersAtomicallyResponse {
     /// One result for all.
@@ -131,12 +131,12 @@ message!(
         "rcl_interfaces/srv/SetParametersAtomically_Response"
 );
 
-/// Whether a parameter was set.
+/// The result of setting a parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersResult {
-    /// Whether it was.
+    /// Whether the parameter was set.
     pub successful: bool,
-    /// Why not.
+    /// The reason if it was not set.
     pub reason: String,
 }
 
@@ -153,24 +153,24 @@ pub struct Parameter {
 
 message!(Parameter { name, value } = "rcl_interfaces/msg/Parameter");
 
-/// What a parameter is.
+/// The description of a parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterDescriptor {
     /// Its name.
     pub name: String,
-    /// One of the codes of [`ParameterValue`].
+    /// The type, as a code of [`ParameterValue`].
     pub r#type: u8,
-    /// A sentence for people.
+    /// A human-readable description.
     pub description: String,
-    /// What its value must meet besides the ranges, in words.
+    /// Constraints other than the ranges, in words.
     pub additional_constraints: String,
-    /// Whether it can't be set while the node runs.
+    /// Whether it can't be changed while the node runs.
     pub read_only: bool,
     /// Whether its type may change.
     pub dynamic_typing: bool,
-    /// The range of a number; at most one.
+    /// The range of a floating-point parameter; at most one.
     pub floating_point_range: Vec<FloatingPointRange>,
-    /// The range of a whole number; at most one.
+    /// The range of an integer parameter; at most one.
     pub integer_range: Vec<IntegerRange>,
 }
 
@@ -187,14 +187,14 @@ message!(
     } = "rcl_interfaces/msg/ParameterDescriptor"
 );
 
-/// The range of a parameter that is a number.
+/// The range of a floating-point parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FloatingPointRange {
-    /// The least.
+    /// The lower bound.
     pub from_value: f64,
-    /// The greatest.
+    /// The upper bound.
     pub to_value: f64,
-    /// The step between; 0 for any number.
+    /// The step size; 0 for no restriction.
     pub step: f64,
 }
 
@@ -202,14 +202,14 @@ message!(
     FloatingPointRange { from_value, to_value, step } = "rcl_interfaces/msg/FloatingPointRange"
 );
 
-/// The range of a parameter that is a whole number.
+/// The range of an integer parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IntegerRange {
-    /// The least.
+    /// The lower bound.
     pub from_value: i64,
-    /// The greatest.
+    /// The upper bound.
     pub to_value: i64,
-    /// The step between; 0 for any number.
+    /// The step size; 0 for no restriction.
     pub step: u64,
 }
 
@@ -218,25 +218,25 @@ message!(IntegerRange { from_value, to_value, step } = "rcl_interfaces/msg/Integ
 /// The value of a parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterValue {
-    /// One of the codes below: which of the fields holds it.
+    /// The type, as one of the codes below, which determines the field with the value.
     pub r#type: u8,
     /// The value of [`ParameterValue::BOOL`].
     pub bool_value: bool,
-    /// That of type 2.
+    /// The value of type 2.
     pub integer_value: i64,
-    /// That of type 3.
+    /// The value of type 3.
     pub double_value: f64,
-    /// That of type 4.
+    /// The value of type 4.
     pub string_value: String,
-    /// That of type 5.
+    /// The value of type 5.
     pub byte_array_value: Vec<u8>,
-    /// That of type 6.
+    /// The value of type 6.
     pub bool_array_value: Vec<bool>,
-    /// That of type 7.
+    /// The value of type 7.
     pub integer_array_value: Vec<i64>,
-    /// That of type 8.
+    /// The value of type 8.
     pub double_array_value: Vec<f64>,
-    /// That of type 9.
+    /// The value of type 9.
     pub string_array_value: Vec<String>,
 }
 
@@ -258,10 +258,10 @@ message!(
 impl ParameterValue {
     /// The type of a parameter that has no value, or that the node does not have.
     pub const NOT_SET: u8 = 0;
-    /// The type of one that is true or false.
+    /// The type of a boolean parameter.
     pub const BOOL: u8 = 1;
 
-    /// The value of a parameter that is true or false.
+    /// The value of a boolean parameter.
     pub fn bool(value: bool) -> ParameterValue {
         ParameterValue { r#type: ParameterValue::BOOL, bool_value: value, ..Default::default() }
     }

@@ -1,4 +1,4 @@
-//! `rmw_dds_common`: which nodes a DDS participant has, and which endpoints each node.
+//! `rmw_dds_common`: the nodes of a DDS participant, and the endpoints of each node.
 
 use bytes::Bytes;
 
@@ -7,7 +7,7 @@ use crate::cdr::{CdrError, Reader, Writer};
 /// The id of a participant or an endpoint.
 pub type Gid = [u8; 16];
 
-/// How many bytes an id takes on the wire.
+/// The width of a GID on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GidWidth {
     /// 24, padded with zeros: up to Humble.
@@ -32,9 +32,9 @@ pub struct NodeEntitiesInfo {
     pub node_namespace: String,
     /// Its name.
     pub node_name: String,
-    /// The endpoints with which it reads.
+    /// The readers of the node.
     pub reader_gid_seq: Vec<Gid>,
-    /// The endpoints with which it writes.
+    /// The writers of the node.
     pub writer_gid_seq: Vec<Gid>,
 }
 
@@ -53,8 +53,8 @@ impl ParticipantEntitiesInfo {
         to.finish()
     }
 
-    /// Reads the message from CDR, and finds out how wide its ids are: the width with which it ends
-    /// where the bytes do.
+    /// Decodes the message from CDR, and detects the width of its GIDs: the one with which the message ends
+    /// exactly.
     pub fn decode(cdr: &[u8]) -> Result<(ParticipantEntitiesInfo, GidWidth), CdrError> {
         let iron = ParticipantEntitiesInfo::read(cdr, GidWidth::Iron);
         let humble = ParticipantEntitiesInfo::read(cdr, GidWidth::Humble);
@@ -67,7 +67,7 @@ impl ParticipantEntitiesInfo {
         }
     }
 
-    /// The message, and how many bytes are left behind it.
+    /// Reads the message; also returns the number of bytes left after it.
     fn read(cdr: &[u8], width: GidWidth) -> Result<(ParticipantEntitiesInfo, usize), CdrError> {
         let mut from = Reader::new(cdr)?;
         let gid = width.read(&mut from)?;
@@ -79,7 +79,7 @@ impl ParticipantEntitiesInfo {
 }
 
 impl NodeEntitiesInfo {
-    /// Two strings and two sequences, each with its count.
+    /// Two strings and two sequences, each with a length.
     const LEAST_BYTES: usize = 16;
 
     fn write(&self, width: GidWidth, to: &mut Writer) {
@@ -104,7 +104,7 @@ impl NodeEntitiesInfo {
 }
 
 impl GidWidth {
-    /// How many bytes an id takes.
+    /// The width of a GID [bytes].
     pub fn bytes(self) -> usize {
         match self {
             GidWidth::Humble => 24,

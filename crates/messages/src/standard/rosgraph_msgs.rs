@@ -4,7 +4,7 @@ use teampulse_core::time::Time;
 
 use super::message;
 
-/// What the time is, for all who follow `/clock`.
+/// The time published on `/clock`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clock {
     /// The time.

@@ -3,10 +3,10 @@
 use super::message;
 use super::std_msgs::Header;
 
-/// The state of a battery; NaN where a quantity is not measured.
+/// The state of a battery; NaN for quantities that are not measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BatteryState {
-    /// When.
+    /// The time of measurement.
     pub header: Header,
     /// Voltage [V].
     pub voltage: f32,
@@ -14,13 +14,13 @@ pub struct BatteryState {
     pub temperature: f32,
     /// Current [A], negative while discharging.
     pub current: f32,
-    /// Charge that is left [Ah].
+    /// The remaining charge [Ah].
     pub charge: f32,
-    /// Charge when last full [Ah].
+    /// The charge when last full [Ah].
     pub capacity: f32,
-    /// Charge when new and full [Ah].
+    /// The charge when new and full [Ah].
     pub design_capacity: f32,
-    /// Charge that is left [0..1]; some drivers send percent.
+    /// The state of charge [0..1]; some drivers send percent.
     pub percentage: f32,
     /// One of the `STATUS_…` codes.
     pub power_supply_status: u8,
@@ -28,13 +28,13 @@ pub struct BatteryState {
     pub power_supply_health: u8,
     /// One of the `TECHNOLOGY_…` codes.
     pub power_supply_technology: u8,
-    /// Whether there is a battery at all.
+    /// Whether a battery is present.
     pub present: bool,
     /// Voltage of each cell [V]; empty where not measured.
     pub cell_voltage: Vec<f32>,
     /// Temperature of each cell [°C]; empty where not measured.
     pub cell_temperature: Vec<f32>,
-    /// Where it is plugged in.
+    /// The location or slot of the battery.
     pub location: String,
     /// Its serial number.
     pub serial_number: String,
@@ -62,53 +62,53 @@ message!(
 );
 
 impl BatteryState {
-    /// Not known whether it charges.
+    /// The charging state is unknown.
     pub const STATUS_UNKNOWN: u8 = 0;
-    /// It is being charged.
+    /// The battery is charging.
     pub const STATUS_CHARGING: u8 = 1;
-    /// It is being discharged.
+    /// The battery is discharging.
     pub const STATUS_DISCHARGING: u8 = 2;
-    /// It is on a charger that does not charge.
+    /// The battery is on a charger but not charging.
     pub const STATUS_NOT_CHARGING: u8 = 3;
-    /// It is full.
+    /// The battery is full.
     pub const STATUS_FULL: u8 = 4;
-    /// Its health is not known.
+    /// The health is unknown.
     pub const HEALTH_UNKNOWN: u8 = 0;
-    /// It is in good health.
+    /// The health is good.
     pub const HEALTH_GOOD: u8 = 1;
     /// Lithium ion.
     pub const TECHNOLOGY_LION: u8 = 2;
 }
 
-/// One temperature.
+/// A temperature measurement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Temperature {
-    /// When, and where.
+    /// The time and the location of the measurement.
     pub header: Header,
     /// Temperature [°C].
     pub temperature: f64,
-    /// Its variance [°C²]; 0 where unknown.
+    /// The variance [°C²]; 0 if unknown.
     pub variance: f64,
 }
 
 message!(Temperature { header, temperature, variance } = "sensor_msgs/msg/Temperature");
 
-/// An uncompressed picture.
+/// An uncompressed image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// When, and the camera's optical frame.
+    /// The time, and the camera's optical frame.
     pub header: Header,
-    /// How many rows [px].
+    /// The number of rows [px].
     pub height: u32,
-    /// How many columns [px].
+    /// The number of columns [px].
     pub width: u32,
-    /// How pixels are coded: `rgb8`, `mono16`.
+    /// The pixel encoding: `rgb8`, `mono16`.
     pub encoding: String,
-    /// 1 when wide pixels come with their highest byte first.
+    /// 1 if multi-byte pixels are in big-endian byte order.
     pub is_bigendian: u8,
     /// The length of a row [bytes].
     pub step: u32,
-    /// Row by row.
+    /// The pixels, row by row.
     pub data: Vec<u8>,
 }
 

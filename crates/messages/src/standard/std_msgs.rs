@@ -4,19 +4,19 @@ use teampulse_core::time::Time;
 
 use super::message;
 
-/// When something was measured, and in which frame.
+/// The time of a measurement, and its coordinate frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Header {
-    /// When it was measured.
+    /// The time of measurement.
     pub stamp: Time,
-    /// The frame of its coordinates; empty where it has none.
+    /// The coordinate frame; empty if there is none.
     pub frame_id: String,
 }
 
 message!(Header { stamp, frame_id } = "std_msgs/msg/Header");
 
 impl Header {
-    /// A header with a stamp and no frame.
+    /// A header with a stamp and without a frame.
     pub fn at(stamp: Time) -> Header {
         Header { stamp, frame_id: String::new() }
     }

@@ -1,43 +1,42 @@
-//! `teampulse_msgs`: our own six, and our service. The package in `msgs/` documents them for ROS
-//! users.
+//! `teampulse_msgs`: our six messages and our service. The package in `msgs/` documents them for ROS users.
 
 use teampulse_core::time::Time;
 
 use super::message;
 use super::std_msgs::Header;
 
-/// The `device_time` of a device that has no clock.
+/// The `device_time` of a device without a clock.
 pub const NO_DEVICE_TIME: i64 = i64::MIN;
 
-/// One reading, a number for each channel.
+/// A reading with one number per channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
     /// When it was measured.
     pub header: Header,
-    /// By the device's own clock [ns]; [`NO_DEVICE_TIME`] when it has none.
+    /// The time by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
-    /// Its number in the stream; a jump is a gap.
+    /// Its index in the stream; a jump is a gap.
     pub index: u64,
-    /// A number for each channel.
+    /// The values, one per channel.
     pub values: Vec<f64>,
 }
 
 message!(Sample { header, device_time, index, values } = "teampulse_msgs/msg/Sample");
 
-/// A run of samples with one period.
+/// A batch of samples with a constant period.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wave {
     /// When its first sample was measured.
     pub header: Header,
-    /// The same by the device's own clock [ns]; [`NO_DEVICE_TIME`] when it has none.
+    /// The time of its first sample by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
-    /// The number of the wave in its stream; a jump is a gap.
+    /// The index of the wave in its stream; a jump is a gap.
     pub index: u64,
-    /// Time from one sample to the next [ns].
+    /// The sampling period [ns].
     pub period_ns: f64,
-    /// How many numbers a sample has.
+    /// The number of channels in a sample.
     pub channels: u32,
-    /// Sample by sample.
+    /// The values, sample by sample.
     pub samples: Vec<f64>,
 }
 
@@ -52,15 +51,15 @@ pub struct Feature {
     pub header: Header,
     /// Length of the window [s].
     pub window_secs: f64,
-    /// How much of the window had data [0..1].
+    /// The share of the window with data [0..1].
     pub coverage: f32,
-    /// How good the data were [0..1].
+    /// The quality of the data [0..1].
     pub quality: f32,
-    /// A value for each channel; NaN where there is none.
+    /// The values, one per channel; NaN if there is none.
     pub values: Vec<f64>,
-    /// The standard uncertainty of each value; empty when none can be stated.
+    /// The standard uncertainty of each value; empty if unknown.
     pub sigmas: Vec<f64>,
-    /// Why a value is missing, as the codes of [`Reason`](teampulse_core::data::Reason).
+    /// The reason for each missing value, as a code of [`Reason`](teampulse_core::data::Reason).
     pub reasons: Vec<u8>,
 }
 
@@ -69,20 +68,20 @@ message!(
         "teampulse_msgs/msg/Feature"
 );
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Event {
-    /// When it happened or began.
+    /// The time at which it happened or started.
     pub header: Header,
-    /// The same by the device's own clock [ns]; [`NO_DEVICE_TIME`] when it has none.
+    /// That time by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
-    /// A word of [`EventKind`](teampulse_core::data::EventKind).
+    /// The kind, as a word of [`EventKind`](teampulse_core::data::EventKind).
     pub kind: String,
-    /// Which one.
+    /// The label that distinguishes events of one kind.
     pub label: String,
-    /// A number that belongs to it; NaN for none.
+    /// The associated number; NaN for none.
     pub value: f64,
-    /// How long it lasted or will last [s]; 0 for a moment, NaN where unknown.
+    /// The duration, past or expected [s]; 0 for an instant, NaN if unknown.
     pub duration_secs: f64,
 }
 
@@ -90,7 +89,7 @@ message!(
     Event { header, device_time, kind, label, value, duration_secs } = "teampulse_msgs/msg/Event"
 );
 
-/// What a stream is, on `/teampulse/streams`.
+/// The description of a stream, published on `/teampulse/streams`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StreamDescription {
     /// When it was declared.
@@ -99,35 +98,36 @@ pub struct StreamDescription {
     pub name: String,
     /// The full name of its type.
     pub r#type: String,
-    /// A word of [`Signal`](teampulse_core::stream::Signal).
+    /// The signal, as a word of [`Signal`](teampulse_core::stream::Signal).
     pub signal: String,
-    /// A code of [`About`](teampulse_core::stream::About): 0 person, 1 robot, 2 team, 3 session.
+    /// What the stream is about, as a code of [`About`](teampulse_core::stream::About): 0 person, 1 robot,
+    /// 2 team, 3 session.
     pub about: u8,
-    /// The subject; empty for the team and the session.
+    /// The id of the subject; empty for the team and the session.
     pub id: String,
-    /// The device that measures.
+    /// The measuring device.
     pub device: String,
-    /// A code of [`Origin`](teampulse_core::stream::Origin): 0 raw, 1 derived.
+    /// The origin, as a code of [`Origin`](teampulse_core::stream::Origin): 0 raw, 1 derived.
     pub origin: u8,
-    /// The streams it was computed from.
+    /// The streams that it was computed from.
     pub inputs: Vec<String>,
-    /// How it was computed.
+    /// The method of computation.
     pub method: String,
-    /// What its numbers are called.
+    /// The names of the channels.
     pub channels: Vec<String>,
     /// The unit of each channel.
     pub units: Vec<String>,
-    /// The declared rate [Hz]; 0 where irregular.
+    /// The declared rate [Hz]; 0 if irregular.
     pub rate_hz: f64,
-    /// Factor from each of the message's own numbers to its unit; empty where all are 1.
+    /// The factors that convert the message's numbers to the units; empty if all are 1.
     pub scales: Vec<f64>,
-    /// One sentence for people.
+    /// A human-readable sentence.
     pub doc: String,
-    /// What feature it is; empty for what is raw.
+    /// The family of the feature; empty for a raw stream.
     pub family: String,
-    /// Length of its windows [s]; 0 without any, [`PHASES`](Self::PHASES) for whole phases.
+    /// The length of its windows [s]; 0 without any, [`PHASES`](Self::PHASES) for whole phases.
     pub window_secs: f64,
-    /// The topic that another publisher is heard on; empty for any other stream.
+    /// The topic shared with another publisher; empty for any other stream.
     pub beside: String,
 }
 
@@ -155,48 +155,48 @@ message!(
 );
 
 impl StreamDescription {
-    /// The `window_secs` of values that are each of a whole phase.
+    /// The `window_secs` of values that cover a whole phase each.
     pub const PHASES: f64 = -1.0;
 }
 
-/// How a stream is doing, on `/teampulse/status`.
+/// The state of a stream, published on `/teampulse/status`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StreamStatus {
-    /// When this was so.
+    /// The time of the status.
     pub header: Header,
     /// The stream's topic.
     pub name: String,
-    /// A code of [`State`](teampulse_core::status::State).
+    /// The state, as a code of [`State`](teampulse_core::status::State).
     pub state: u8,
-    /// Why it is not OK.
+    /// The reason if the state is not OK.
     pub reason: String,
     /// Its rate over the last seconds [Hz].
     pub rate_hz: f64,
-    /// Time since its last sample [s]; NaN before the first.
+    /// The time since its last sample [s]; NaN before the first.
     pub age_secs: f64,
-    /// How many samples were taken.
+    /// The number of samples received.
     pub received: u64,
-    /// How many were lost on the way here; −1 where that can't be known.
+    /// The number of samples lost before reception; −1 if unknown.
     pub lost_source: i64,
-    /// How many were lost in the session's own queue.
+    /// The number of samples lost in the session's own queue.
     pub lost_queue: u64,
-    /// How many came out of their turn.
+    /// The number of samples that arrived out of order.
     pub late: u64,
-    /// How many came twice.
+    /// The number of duplicate samples.
     pub duplicates: u64,
-    /// How its clock is modelled: 0 = by the host's.
+    /// The kind of clock model: 0 = the host's clock.
     pub clock: u8,
-    /// How often its clock has begun anew.
+    /// The number of times that its clock was reset or restarted.
     pub epoch: u32,
-    /// How far its clock is ahead of the session's [s]; NaN where unknown.
+    /// The offset of its clock, positive when ahead of the session's [s]; NaN if unknown.
     pub offset_secs: f64,
-    /// How much faster its clock runs [ppm]; NaN where unknown.
+    /// The rate error of its clock, positive when fast [ppm]; NaN if unknown.
     pub skew_ppm: f64,
-    /// The jitter of its delays [s]; NaN where unknown.
+    /// The jitter of its delays [s]; NaN if unknown.
     pub jitter_secs: f64,
-    /// The uncertainty of its times [s]; NaN where unknown.
+    /// The uncertainty of its times [s]; NaN if unknown.
     pub sigma_secs: f64,
-    /// The median time from measuring to arrival [s]; NaN where unknown.
+    /// The median latency from measurement to arrival [s]; NaN if unknown.
     pub latency_secs: f64,
 }
 
@@ -224,27 +224,27 @@ message!(
 );
 
 impl StreamStatus {
-    /// The `lost_source` of a stream whose losses can't be known.
+    /// The `lost_source` of a stream whose losses are unknown.
     pub const LOST_UNKNOWN: i64 = -1;
 }
 
-/// Asks another computer for its clock.
+/// Requests a reading of another computer's clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProbeClockRequest {
-    /// When this was sent, by the caller's clock.
+    /// When the request was sent, by the client's clock.
     pub sent: Time,
 }
 
 message!(ProbeClockRequest { sent } = "teampulse_msgs/srv/ProbeClock_Request");
 
-/// What another computer's clock shows.
+/// The reading of another computer's clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProbeClockResponse {
-    /// What the caller sent.
+    /// The time in the request.
     pub sent: Time,
-    /// When the request arrived, by the clock of this computer.
+    /// When the request arrived, by the server's clock.
     pub received: Time,
-    /// When this was sent, by the same clock.
+    /// When the response was sent, by the server's clock.
     pub replied: Time,
 }
 

@@ -1,15 +1,15 @@
-//! `type_description_interfaces`: how a node provides the definition of a type that it uses.
+//! `type_description_interfaces`: how a node provides the definitions of its types.
 
 use super::message;
 
-/// Asks a node for a type.
+/// Requests the definition of a type.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GetTypeDescriptionRequest {
     /// The full name: `sensor_msgs/msg/BatteryState`.
     pub type_name: String,
     /// The type hash: `RIHS01_…`.
     pub type_hash: String,
-    /// Whether the text of the definition is wanted.
+    /// Whether to include the text of the definition.
     pub include_type_sources: bool,
 }
 
@@ -18,18 +18,18 @@ message!(
         "type_description_interfaces/srv/GetTypeDescription_Request"
 );
 
-/// A node's answer about a type.
+/// The response with the definition of a type.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GetTypeDescriptionResponse {
-    /// Whether it knows the type.
+    /// Whether the node knows the type.
     pub successful: bool,
-    /// Why not.
+    /// The reason if it does not.
     pub failure_reason: String,
-    /// The type.
+    /// The description of the type.
     pub type_description: TypeDescription,
-    /// The text of the type and of all that it refers to.
+    /// The texts of the type and of all types that it refers to.
     pub type_sources: Vec<TypeSource>,
-    /// Anything else.
+    /// Additional information.
     pub extra_information: Vec<KeyValue>,
 }
 
@@ -43,10 +43,10 @@ message!(
     } = "type_description_interfaces/srv/GetTypeDescription_Response"
 );
 
-/// A type with all that it refers to.
+/// A type with all types that it refers to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TypeDescription {
-    /// The type itself.
+    /// The description of the type itself.
     pub type_description: IndividualTypeDescription,
     /// The types that it refers to, directly or not, by name.
     pub referenced_type_descriptions: Vec<IndividualTypeDescription>,
@@ -57,7 +57,7 @@ message!(
         "type_description_interfaces/msg/TypeDescription"
 );
 
-/// One type.
+/// The description of a single type.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IndividualTypeDescription {
     /// The full name.
@@ -78,7 +78,7 @@ pub struct Field {
     pub name: String,
     /// Its type.
     pub r#type: FieldType,
-    /// Its default value as text; empty for none.
+    /// The default value as text; empty for none.
     pub default_value: String,
 }
 
@@ -87,13 +87,13 @@ message!(Field { name, r#type, default_value } = "type_description_interfaces/ms
 /// The type of a field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FieldType {
-    /// Which kind of type.
+    /// The type code.
     pub type_id: u8,
     /// The length of an array, the bound of a sequence; 0 for none.
     pub capacity: u64,
     /// The bound of a string; 0 for none.
     pub string_capacity: u64,
-    /// The full name of a type that is itself a message; empty for any other.
+    /// The full name of a nested message type; empty for any other.
     pub nested_type_name: String,
 }
 
@@ -107,7 +107,7 @@ message!(
 pub struct TypeSource {
     /// The full name of the type.
     pub type_name: String,
-    /// How the text is written: `msg`, `idl`.
+    /// The format of the text: `msg`, `idl`.
     pub encoding: String,
     /// The text.
     pub raw_file_contents: String,

@@ -2,26 +2,26 @@
 
 use super::message;
 
-/// The state of a wireless link. It has no stamp.
+/// The state of a wireless link, without a stamp.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Connection {
     /// Bit rate [Mbit/s].
     pub bitrate: f32,
-    /// Power of the sender [dBm].
+    /// The transmit power [dBm].
     pub txpower: i16,
-    /// Link quality as the driver writes it: `57/70`.
+    /// The link quality as written by the driver: `57/70`.
     pub link_quality_raw: String,
-    /// Link quality [0..1].
+    /// The link quality [0..1].
     pub link_quality: f32,
-    /// Received power [dBm].
+    /// The received signal power [dBm].
     pub signal_level: i16,
-    /// Power of the noise [dBm].
+    /// The noise power [dBm].
     pub noise_level: i16,
-    /// Name of the network.
+    /// The name of the network.
     pub essid: String,
-    /// Address of the access point.
+    /// The address of the access point.
     pub bssid: String,
-    /// Frequency of the channel, in the unit of the driver: [GHz] from `iwconfig`.
+    /// The frequency of the channel, in the driver's unit: [GHz] from `iwconfig`.
     pub frequency: f64,
 }
 
