@@ -1,4 +1,4 @@
-//! The bus: plain ROS names and raw CDR, whatever carries them.
+//! The bus: ROS names and raw CDR, independent of the transport.
 
 use std::sync::Arc;
 
@@ -12,23 +12,23 @@ use tokio::sync::{broadcast, watch};
 
 use crate::graph::{Gid, Graph};
 
-/// Something that carries ROS messages: DDS on one domain, or memory.
+/// A transport of ROS messages: DDS in one domain, or memory.
 ///
-/// Topic and type names are ROS's own (`/robot1/odom`, `nav_msgs/msg/Odometry`); what they are
-/// called on the wire stays inside.
+/// Topic and type names are ROS's own (`/robot1/odom`, `nav_msgs/msg/Odometry`); the mapping to names on
+/// the wire is internal.
 #[async_trait]
 pub trait Bus: Send + Sync {
-    /// What it is called in messages: `ROS domain 0`.
+    /// The name of the bus in messages: `ROS domain 0`.
     fn name(&self) -> String;
 
-    /// Who is there, always the newest; our own endpoints included.
+    /// The latest graph; our own endpoints are included.
     fn graph(&self) -> watch::Receiver<Arc<Graph>>;
 
-    /// What goes wrong between endpoints, as it happens.
+    /// Problems between endpoints, as they occur.
     fn incidents(&self) -> broadcast::Receiver<Incident>;
 
-    /// Subscribes to a topic. `deliver` is called on a thread of the bus for each message and must
-    /// not wait. The subscription ends when it is dropped.
+    /// Subscribes to a topic. `deliver` is called on a thread of the bus for each message and must not
+    /// block. The subscription ends when it is dropped.
     fn subscribe(
         &self,
         topic: &str,
@@ -37,7 +37,7 @@ pub trait Bus: Send + Sync {
         deliver: Deliver,
     ) -> Result<Subscription, BusError>;
 
-    /// Begins to publish on a topic; ends when the publisher is dropped.
+    /// Starts to publish on a topic; ends when the publisher is dropped.
     fn publish(
         &self,
         topic: &str,
@@ -48,8 +48,8 @@ pub trait Bus: Send + Sync {
     /// The full name of our node: `/teampulse`.
     fn node(&self) -> String;
 
-    /// Offers a service, of the type `teampulse_msgs/srv/ProbeClock`. `answer` is called on a thread
-    /// of the bus for each request and must not wait. The service ends when it is dropped.
+    /// Offers a service of type `teampulse_msgs/srv/ProbeClock`. `answer` is called on a thread of the bus
+    /// for each request and must not block. The service ends when it is dropped.
     fn serve(
         &self,
         service: &str,
@@ -57,8 +57,8 @@ pub trait Bus: Send + Sync {
         answer: Answer,
     ) -> Result<Subscription, BusError>;
 
-    /// Becomes a client of a service: of all who offer one of this name, but for ourselves. `hear` is
-    /// called on a thread of the bus for each answer to what this client asked, and must not wait.
+    /// Creates a client of all servers of this service except our own. `hear` is called on a thread of the
+    /// bus for each reply to this client's requests, and must not block.
     fn client(
         &self,
         service: &str,
@@ -70,23 +70,23 @@ pub trait Bus: Send + Sync {
     async fn definition(&self, type_name: &str, hash: &str) -> Result<Schema, BusError>;
 }
 
-/// The quality of service that a subscription asks for.
+/// The quality of service that a subscription requests.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// What suits everything that is offered, as rosbag2 chooses it, and chosen again when
-    /// publishers join; keeps the last `depth` messages.
+    /// A QoS compatible with all offers, as rosbag2 chooses it, and adapted when publishers join; keeps the
+    /// last `depth` messages.
     Adaptive {
-        /// How many messages are kept until they are taken.
+        /// The number of messages kept until they are taken.
         depth: u32,
     },
-    /// Exactly this.
+    /// Exactly this QoS.
     Exactly(Qos),
 }
 
-/// What is called for each message.
+/// The callback for each message.
 pub type Deliver = Arc<dyn Fn(Arrival) + Send + Sync>;
 
-/// A message as it arrives.
+/// A received message.
 #[derive(Clone, Debug)]
 pub struct Arrival {
     /// CDR with its four-byte header.
@@ -95,31 +95,32 @@ pub struct Arrival {
     pub source_time: Option<Time>,
     /// Who published it.
     pub publisher: Gid,
-    /// Its number among the publisher's messages, where it can be known; consecutive.
+    /// The publisher's sequence number, where known; consecutive.
     pub sequence: Option<u64>,
 }
 
-/// What is called for each request: CDR with its four-byte header, and so is the answer. `None`
-/// leaves the request without one.
+/// The callback for each request. Request and reply are CDR with its four-byte header. `None` sends no
+/// reply.
 pub type Answer = Arc<dyn Fn(&[u8]) -> Option<Bytes> + Send + Sync>;
 
-/// What is called for each reply.
+/// The callback for each reply.
 pub type Hear = Arc<dyn Fn(Reply) + Send + Sync>;
 
-/// A reply as it arrives.
+/// A received reply.
 #[derive(Clone, Debug)]
 pub struct Reply {
-    /// The number that the request was given.
+    /// The sequence number of the request.
     pub number: i64,
     /// CDR with its four-byte header.
     pub bytes: Bytes,
-    /// Who answered.
+    /// The server that replied.
     pub server: Gid,
 }
 
-/// The asking end of a service.
+/// The client end of a service.
 pub trait Client: Send + Sync {
-    /// Sends a request: CDR with its four-byte header, at most once. Its reply carries the same number.
+    /// Sends a request: CDR with its four-byte header, at most once. Its reply carries the same sequence
+    /// number.
     fn ask(&self, number: i64, request: &[u8]) -> Result<(), BusError>;
 }
 
@@ -138,34 +139,34 @@ pub trait Publisher: Send + Sync {
     /// Publishes a message: CDR with its four-byte header, at most once, stamped now.
     fn publish(&self, cdr: &[u8]) -> Result<(), BusError>;
 
-    /// The same, with a given stamp.
+    /// Publishes a message with a given timestamp.
     fn publish_at(&self, cdr: &[u8], stamp: Time) -> Result<(), BusError>;
 
-    /// How many subscribers are matched now.
+    /// The number of matched subscribers.
     fn subscribers(&self) -> usize;
 }
 
-/// Something that goes wrong between endpoints.
+/// A problem between endpoints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Incident {
-    /// A publisher and a subscriber ask for what the other does not offer: nothing flows.
+    /// The QoS of a publisher and of a subscriber are incompatible: no messages are exchanged.
     IncompatibleQos {
         /// The topic.
         topic: String,
-        /// The policy on which they differ: `reliability`.
+        /// The incompatible policy: `reliability`.
         policy: String,
-        /// Whether it is our subscription that asks for too much, or a foreign one of our topic.
+        /// Whether the subscription is ours, or a foreign one of our topic.
         ours: bool,
     },
-    /// A publisher missed the deadline that it promised.
+    /// A publisher missed the deadline that it offered.
     DeadlineMissed {
         /// The topic.
         topic: String,
-        /// How often since the subscription began.
+        /// The number of missed deadlines since the subscription started.
         total: u64,
     },
-    /// This machine dropped packets because our receive buffers were full. What reliable publishers
-    /// send again is not lost.
+    /// This machine dropped packets because our receive buffers were full. Messages that reliable
+    /// publishers retransmit are not lost.
     Overflow {
         /// The number of packets since the previous report.
         packets: u64,
@@ -179,7 +180,7 @@ pub enum Incident {
     },
 }
 
-/// What can go wrong on a bus. The message fits after "failed to".
+/// An error of a bus. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub enum BusError {
     /// The bus can't be joined.
@@ -187,19 +188,19 @@ pub enum BusError {
     Join {
         /// The bus.
         bus: String,
-        /// What the library says.
+        /// The error of the library.
         reason: String,
         /// What the user can do; may be empty.
         hint: String,
     },
-    /// A variable of the environment means nothing.
+    /// An environment variable has an invalid value.
     #[error("read the environment: {variable} is {value:?}, expected {expected}")]
     Variable {
         /// The variable: `ROS_DOMAIN_ID`.
         variable: &'static str,
         /// Its value.
         value: String,
-        /// What it could be.
+        /// The valid values.
         expected: String,
     },
     /// A topic can't be subscribed to or published on.
@@ -209,7 +210,7 @@ pub enum BusError {
         topic: String,
         /// The type.
         type_name: String,
-        /// What the library says.
+        /// The error of the library.
         reason: String,
     },
     /// A message can't be published.
@@ -217,15 +218,15 @@ pub enum BusError {
     Publish {
         /// The topic.
         topic: String,
-        /// What the library says.
+        /// The error of the library.
         reason: String,
     },
-    /// No participant provides a definition.
+    /// No participant provided a definition.
     #[error("find the definition of {type_name}: {reason}")]
     Definition {
         /// The type.
         type_name: String,
-        /// What was tried.
+        /// The attempts that were made.
         reason: String,
     },
 }

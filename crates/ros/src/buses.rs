@@ -44,41 +44,41 @@ impl fmt::Display for BusId {
 
 /// A bus that was joined.
 struct Joined {
-    /// Before `bus`, on which it is reported.
+    /// Declared before `bus`, which it uses, to be dropped first.
     _clock: Option<Subscription>,
     bus: Arc<dyn Bus>,
 }
 
 /// How a bus that is not yet joined is joined.
 enum Joining {
-    /// Over DDS, as a node of this name.
+    /// Over DDS, as a node with this name.
     Dds { environment: Box<Environment>, node_name: String, clock: ReadClock },
-    /// Each in memory, with nobody else there.
+    /// As a separate bus in memory, without other participants.
     Apart,
-    /// Not at all.
+    /// No further domains can be joined.
     Never,
 }
 
 impl Buses {
-    /// The ROS domains in reach, joined at first use as a node of this name: `teampulse`. Others who probe
-    /// its clock receive the machine's clock.
+    /// The ROS domains of the environment, joined on first use as a node named `node_name`: `teampulse`.
+    /// Clock probes by others are answered with the machine's clock.
     pub fn new(environment: Environment, node_name: &str) -> Buses {
         Buses::with_clock(environment, node_name, Arc::new(clock::wall))
     }
 
-    /// The same, with another clock for those who ask.
+    /// The same, answering clock probes with another clock.
     pub fn with_clock(environment: Environment, node_name: &str, clock: ReadClock) -> Buses {
         let (environment, node_name) = (Box::new(environment), node_name.to_owned());
         let joining = Joining::Dds { environment, node_name, clock };
         Buses(Arc::new(Pool { joining, joined: Mutex::default() }))
     }
 
-    /// Buses that nobody else is on, to try out what would be run on others.
+    /// Isolated buses, for dry runs.
     pub fn apart() -> Buses {
         Buses(Arc::new(Pool { joining: Joining::Apart, joined: Mutex::default() }))
     }
 
-    /// These buses and no others, for tests.
+    /// Only the given buses, for tests.
     pub fn holding(buses: impl IntoIterator<Item = (u32, Arc<dyn Bus>)>) -> Buses {
         let held = |(domain, bus)| (BusId::Domain(domain), Joined { _clock: None, bus });
         let joined = Mutex::new(buses.into_iter().map(held).collect());
@@ -98,13 +98,13 @@ impl Buses {
         Ok(bus)
     }
 
-    /// The buses that were joined so far.
+    /// The buses joined so far.
     pub fn joined(&self) -> Vec<Arc<dyn Bus>> {
         let joined = self.0.joined.lock().unwrap_or_else(PoisonError::into_inner);
         joined.values().map(|known| Arc::clone(&known.bus)).collect()
     }
 
-    /// The domain that is meant where none is named.
+    /// The default domain.
     pub fn default_domain(&self) -> Result<u32, BusError> {
         match &self.0.joining {
             Joining::Dds { environment, .. } => environment.domain(),
@@ -144,7 +144,7 @@ impl Joining {
     }
 }
 
-/// Why a domain could not be joined, with what in the environment may be the reason.
+/// Extends an error with settings of the environment that may be its cause.
 fn explained(error: BusError, environment: &Environment) -> BusError {
     let BusError::Join { bus, reason, .. } = error else { return error };
     let set = [

@@ -1,4 +1,4 @@
-//! Probes of other computers' clocks, and replies with ours.
+//! Probes of other computers' clocks, and replies to theirs.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,32 +18,32 @@ use crate::graph::{Gid, Graph};
 
 /// The type of the service.
 const PROBE_CLOCK: &str = "teampulse_msgs/srv/ProbeClock";
-/// How many requests make a burst.
+/// The number of requests in a burst.
 const BURST: u32 = 8;
-/// From one request of a burst to the next.
+/// The time between requests of a burst.
 const WITHIN_BURST: Duration = Duration::from_millis(64);
-/// From one burst to the next.
+/// The time between bursts.
 const BETWEEN_BURSTS: Duration = Duration::from_secs(4);
-/// A reply that took longer says nothing [ns].
+/// The longest round trip of a usable reply [ns].
 const LONGEST_NANOS: i64 = 1_000_000_000;
-/// How many services are asked at most.
+/// The most services that are probed.
 const MOST_ASKED: usize = 64;
-/// How many replies wait to be read; of one burst there are fewer.
+/// The most replies that are queued; one burst has fewer.
 const WAITING: usize = 4096;
 
-/// The time of the clock that is reported to others.
+/// Reads the clock that is reported to others.
 pub type ReadClock = Arc<dyn Fn() -> Time + Send + Sync>;
 
-/// What one exchange with another computer's clock found.
+/// The result of one probe of another computer's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exchange {
-    /// How far it is ahead of ours [s]: half the round trip at most wrong.
+    /// The offset of the other clock, positive when ahead [s]; its error is at most half the round trip.
     pub offset_secs: f64,
-    /// How long the exchange took, without the time spent over there [s].
+    /// The round-trip time, excluding the processing time at the other end [s].
     pub round_trip_secs: f64,
 }
 
-/// Offers the service `probe_clock` of our node: others ask it how far our clock is ahead.
+/// Offers the service `probe_clock` of our node, through which others measure the offset of our clock.
 pub fn serve_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusError> {
     let answer = move |request: &[u8]| {
         let received = clock();
@@ -53,8 +53,8 @@ pub fn serve_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusE
     bus.serve(&format!("{}/probe_clock", bus.node()), PROBE_CLOCK, Arc::new(answer))
 }
 
-/// Probes the clocks of all other computers, in bursts, until it is dropped; `on_exchange` is called with the
-/// result of each exchange and the name of the computer. A lost reply is simply missing.
+/// Probes the clocks of all other computers, in bursts, until it is dropped; `on_exchange` is called with
+/// the name of the computer and each result. Lost replies are ignored.
 pub async fn probe_clocks(
     bus: &dyn Bus,
     clock: &Clock,
@@ -82,19 +82,19 @@ pub async fn probe_clocks(
     }
 }
 
-/// What an exchange found, and who answered.
+/// The result of a probe, and the server that replied.
 type Found = (Gid, Exchange);
 
-/// The clients by name of their service; `None` for one that the bus would not have.
+/// The clients by service name; `None` for a client that could not be created.
 type Clients = BTreeMap<String, Option<Box<dyn Client>>>;
 
-/// The names of other participants' services that report a clock.
+/// The names of other participants' clock services.
 fn services(graph: &Graph) -> impl Iterator<Item = &String> {
     let others = graph.services_of(PROBE_CLOCK).filter(|each| !each.own);
     others.map(|service| &service.name).take(MOST_ASKED)
 }
 
-/// Becomes a client of each service that is new, and forgets those that are gone.
+/// Creates clients of new services, and drops those of services that are gone.
 fn meet(
     bus: &dyn Bus,
     clock: &Clock,
@@ -112,7 +112,7 @@ fn meet(
         let hear = move |reply: Reply| {
             let arrived = clock.now();
             if let Some(exchange) = exchange(&reply, arrived) {
-                // With so many waiting, one more or less makes no difference.
+                // When the queue is full, losing a reply makes no difference.
                 sender.try_send((reply.server, exchange)).ok();
             }
         };
@@ -131,7 +131,7 @@ fn ask(clock: &Clock, clients: &Clients, number: u32) {
     }
 }
 
-/// The result in a reply; `None` for an impossible one.
+/// The result in a reply; `None` if it is impossible.
 fn exchange(reply: &Reply, arrived: Time) -> Option<Exchange> {
     let Response { sent, received, replied } = Response::decode(&reply.bytes).ok()?;
     let took = arrived.nanos_since(sent);
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::memory::MemoryBus;
 
-    /// Probes for a while; returns the results.
+    /// Probes for some time; returns the results.
     async fn probed(bus: &dyn Bus, clock: &Clock, secs: u64) -> Vec<(String, Exchange)> {
         let told = Mutex::default();
         let probing = probe_clocks(bus, clock, |computer, exchange| {

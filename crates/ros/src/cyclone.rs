@@ -55,41 +55,40 @@ use subscription::Listening;
 use type_server::TypeServer;
 use writer::{Met, Writer};
 
-/// How to take part in a domain.
+/// The settings of a participant.
 #[derive(Clone, Debug)]
 pub struct Participation {
-    /// The domain.
+    /// The domain id.
     pub domain: u32,
     /// The namespace of our node: `/`.
     pub namespace: String,
     /// The name of our node: `teampulse`.
     pub node_name: String,
-    /// The configuration of Cyclone DDS, as [`configuration`](configuration::configuration)
-    /// writes it.
+    /// The configuration of Cyclone DDS, as written by [`configuration`](configuration::configuration).
     pub configuration: String,
-    /// The width of ids in the announcement of our node; `None` takes that of the first announcement
+    /// The width of GIDs in the announcement of our node; `None` takes that of the first announcement
     /// received, and until then that of ROS 2 Iron and later.
     pub gid_width: Option<GidWidth>,
-    /// Where ROS packages are installed: the source of types that no participant provides.
+    /// The install prefixes of ROS packages: the source of types that no participant provides.
     pub prefixes: Vec<PathBuf>,
 }
 
 /// A participant of a ROS 2 domain.
 ///
-/// It has one node. All that it publishes and subscribes to is that node's, and what it publishes
-/// it does not hear itself. A [`Deliver`] must neither wait nor drop its own subscription.
+/// It has one node, which owns all of its publishers and subscriptions and does not receive its own
+/// messages. A [`Deliver`] must neither block nor drop its own subscription.
 pub struct CycloneBus {
     name: String,
     prefixes: Vec<PathBuf>,
     watcher: Option<JoinHandle<()>>,
-    /// Before `site`, in whose participant they live.
+    /// Declared before `site`, whose participant it uses, to be dropped first.
     _types: TypeServer,
     _parameters: ParameterServer,
     site: Arc<Site>,
 }
 
 impl CycloneBus {
-    /// Joins a domain. All participants of a process in one domain need the same configuration.
+    /// Joins a domain. All participants of a process in the same domain need the same configuration.
     pub fn join(participation: Participation) -> Result<Arc<dyn Bus>, BusError> {
         let name = format!("ROS domain {}", participation.domain);
         match CycloneBus::open(name.clone(), participation) {
@@ -118,7 +117,7 @@ impl CycloneBus {
     }
 }
 
-/// Whether we subscribe to `/clock`, asked as long as the site is there.
+/// Returns whether we subscribe to `/clock`; `false` once the site is gone.
 fn follows_clock(site: &Arc<Site>) -> FollowsClock {
     let site = Arc::downgrade(site);
     Arc::new(move || {
@@ -233,14 +232,14 @@ fn not_opened(topic: &str, type_name: &str, reason: String) -> BusError {
     BusError::Topic { topic: topic.to_owned(), type_name: type_name.to_owned(), reason }
 }
 
-/// The types of what is asked of a service of this type, and of what it answers.
+/// The request and the response type of a service type.
 fn halves(type_name: &str) -> [String; 2] {
     [format!("{type_name}_Request"), format!("{type_name}_Response")]
 }
 
-/// A service that we offer.
+/// A service offered by us.
 struct Serving {
-    /// Before `_participant`, in which it lives.
+    /// Declared before `_participant`, which it uses, to be dropped first.
     _server: Server,
     _participant: Arc<Participant>,
 }
@@ -248,7 +247,7 @@ struct Serving {
 /// A client of a service.
 struct Asking {
     service: String,
-    /// Before `_participant`, in which it lives.
+    /// Declared before `_participant`, which it uses, to be dropped first.
     client: client::Client,
     _participant: Arc<Participant>,
 }
@@ -260,7 +259,7 @@ impl Client for Asking {
     }
 }
 
-/// Closes a subscription when it is dropped, whoever else holds it for a moment.
+/// Closes a subscription when it is dropped, even if others still hold it briefly.
 struct Closing(Arc<Listening>);
 
 impl Drop for Closing {
@@ -272,7 +271,7 @@ impl Drop for Closing {
 /// A publisher of one topic.
 struct Publishing {
     topic: String,
-    /// Before `_participant`, in which it lives.
+    /// Declared before `_participant`, which it uses, to be dropped first.
     writer: Writer,
     _participant: Arc<Participant>,
 }

@@ -1,4 +1,4 @@
-//! Definitions of types: put together from the texts of their parts, and taken apart again.
+//! Type definitions: assembled from the texts of their parts, and split again.
 
 mod installed;
 
@@ -10,11 +10,11 @@ use teampulse_core::stream::Schema;
 use teampulse_messages::definition::{Definition, DefinitionError, Problem};
 use teampulse_messages::standard::type_description_interfaces::TypeSource;
 
-/// How many types a definition is made of at most.
+/// The most types in a definition.
 const MOST_PARTS: usize = 1000;
 
-/// The schema of a type from the texts of its parts, of which each is asked for by its full name;
-/// it must have the given hash, unless that is empty.
+/// The schema of a type, assembled from the texts of its parts, which are requested by their full names; it
+/// must have the given hash, unless that is empty.
 pub(crate) fn linked(
     type_name: &str,
     hash: &str,
@@ -35,7 +35,7 @@ pub(crate) fn linked(
     Err("it is made of too many types".into())
 }
 
-/// The texts of which a definition is made: its own first, and each with the name of its type.
+/// The texts of a definition: its own first, each with the name of its type.
 pub(crate) fn sources(schema: &Schema) -> Vec<TypeSource> {
     let mut sources = vec![source(&schema.name)];
     let mut lines = schema.text.split_inclusive('\n');
@@ -59,7 +59,7 @@ fn verified(definition: &Definition, hash: &str, text: String) -> Result<Schema,
     Ok(Schema { name, encoding, text, hash: actual })
 }
 
-/// Appends the text of a part, as rosbag2 does.
+/// Appends the text of a part, in the format of rosbag2.
 fn append(text: &mut String, part: &str, part_text: &str) {
     let title = part.replace("/msg/", "/");
     write!(text, "\n{:=<80}\nMSG: {title}\n{part_text}", "").expect("a string takes it");
@@ -78,7 +78,7 @@ fn is_separator(line: &str) -> bool {
     line.len() >= 80 && line.bytes().all(|byte| byte == b'=')
 }
 
-/// The full name in a title: `MSG: std_msgs/Header` is `std_msgs/msg/Header`.
+/// The full name in a separator: `MSG: std_msgs/Header` is `std_msgs/msg/Header`.
 fn full_name(title: &str) -> String {
     let name = title.trim().strip_prefix("MSG:").unwrap_or_default().trim();
     match name.split_once('/') {

@@ -1,4 +1,4 @@
-//! The health of every stream on `/diagnostics`, for the tools that ROS users have already.
+//! The health of every stream on `/diagnostics`, for standard ROS tools.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,20 +19,20 @@ use crate::bus::{Bus, Publisher};
 use crate::privacy::PrivacyFilter;
 use crate::sink::Publish;
 
-/// The topic that monitors of ROS listen to.
+/// The standard topic of ROS diagnostics.
 const TOPIC: &str = "/diagnostics";
-/// How long it is waited for statuses at a time; silence changes nothing.
+/// The longest wait for statuses at a time; a silence has no effect.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Publishes the health of every stream, clock included, as one `diagnostic_msgs/DiagnosticArray` a
-/// second; that of people's streams only where these are published, too.
+/// Publishes the health of every stream, including its clock, as one `diagnostic_msgs/DiagnosticArray` a
+/// second; the health of people's streams only if these are published, too.
 pub struct DiagnosticsSink {
     bus: Arc<dyn Bus>,
     publish: Publish,
 }
 
 impl DiagnosticsSink {
-    /// A sink that publishes on this bus, beside one that publishes these streams.
+    /// Creates a sink on this bus, beside one that publishes these streams.
     pub fn new(bus: Arc<dyn Bus>, publish: Publish) -> DiagnosticsSink {
         DiagnosticsSink { bus, publish }
     }
@@ -120,7 +120,7 @@ fn diagnostic(status: &StreamStatus, subject: Subject) -> DiagnosticStatus {
     }
 }
 
-/// What was measured; what is unknown is said to be.
+/// The measurements; unknown ones are marked as such.
 fn values(status: &StreamStatus) -> Vec<KeyValue> {
     let number = |value: f64| if value.is_nan() { "unknown".into() } else { value.to_string() };
     let lost = status.lost_source.map_or("unknown".into(), |lost| lost.to_string());

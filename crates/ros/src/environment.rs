@@ -8,13 +8,13 @@ use teampulse_messages::standard::rmw_dds_common::GidWidth;
 
 use crate::bus::BusError;
 
-/// The highest domain that has ports of its own.
+/// The highest domain with ports of its own.
 pub const HIGHEST_DOMAIN: u32 = 232;
 
 /// The values of `ROS_AUTOMATIC_DISCOVERY_RANGE`.
 const RANGES: [&str; 4] = ["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"];
 
-/// What the environment says about ROS. An empty variable is as one that is not set.
+/// The environment variables of ROS. An empty variable counts as unset.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Environment {
     /// `ROS_DOMAIN_ID`.
@@ -23,15 +23,15 @@ pub struct Environment {
     pub discovery_range: String,
     /// `ROS_STATIC_PEERS`, separated by semicolons.
     pub static_peers: String,
-    /// `ROS_LOCALHOST_ONLY`, what was used before Iron: `1`.
+    /// `ROS_LOCALHOST_ONLY`, used before Iron: `1`.
     pub localhost_only: String,
     /// `ROS_DISTRO`: `jazzy`.
     pub distro: String,
-    /// `CYCLONEDDS_URI`: configuration of Cyclone DDS, or where it stands.
+    /// `CYCLONEDDS_URI`: the configuration of Cyclone DDS, or the path of its file.
     pub cyclonedds_uri: String,
     /// `AMENT_PREFIX_PATH`, separated by colons.
     pub ament_prefix_path: String,
-    /// The number of this process.
+    /// The id of this process.
     pub process_id: u32,
 }
 
@@ -51,7 +51,7 @@ impl Environment {
         }
     }
 
-    /// The domain that is meant where none is named; 0 unless the environment says otherwise.
+    /// The default domain; 0 unless the environment sets another.
     pub fn domain(&self) -> Result<u32, BusError> {
         let text = self.domain_id.trim();
         if text.is_empty() {
@@ -65,7 +65,7 @@ impl Environment {
         })
     }
 
-    /// What is odd about the environment, and what comes of it: it is used all the same, as ROS does.
+    /// An unusual setting of the environment and its effect: it is used nevertheless, as ROS does.
     pub fn oddity(&self) -> Option<String> {
         let range = self.discovery_range.as_str();
         let is_known = range.is_empty() || RANGES.contains(&range);
@@ -78,7 +78,7 @@ impl Environment {
         })
     }
 
-    /// How wide ids are on the wire in the release of ROS 2 that is set up; `None` if none is.
+    /// The width of GIDs on the wire in the configured release of ROS 2; `None` if there is none.
     pub fn gid_width(&self) -> Option<GidWidth> {
         match self.distro.as_str() {
             "" => None,
@@ -87,7 +87,7 @@ impl Environment {
         }
     }
 
-    /// Where ROS packages are installed.
+    /// The install prefixes of ROS packages.
     pub fn prefixes(&self) -> Vec<PathBuf> {
         env::split_paths(&self.ament_prefix_path)
             .filter(|path| !path.as_os_str().is_empty())

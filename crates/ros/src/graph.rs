@@ -1,4 +1,4 @@
-//! The graph: who publishes and subscribes to what.
+//! The graph: the publishers and subscriptions of each topic.
 
 mod shared_map;
 
@@ -61,8 +61,8 @@ impl Graph {
         of_type.map(|(_, service)| &**service)
     }
 
-    /// The name of the computer behind an endpoint: its host and process where its participant announces
-    /// them, else its node. Different for each participant.
+    /// The name of the computer behind an endpoint: its host and process if its participant announces them,
+    /// otherwise its node. Different for each participant.
     pub fn computer(&self, of: Gid) -> String {
         let participant = of.participant();
         let known = self.computers.get(&participant);
@@ -127,16 +127,16 @@ impl Graph {
     }
 }
 
-/// A service that somebody offers.
+/// A service on offer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Service {
     /// Its name: `/teampulse/probe_clock`.
     pub name: String,
     /// Its type: `teampulse_msgs/srv/ProbeClock`.
     pub type_name: String,
-    /// The id of what takes its requests.
+    /// The GID of the reader of its requests.
     pub gid: Gid,
-    /// Whether it is ours.
+    /// Whether the service is ours.
     pub own: bool,
 }
 
@@ -149,24 +149,24 @@ pub struct Endpoint {
     pub topic: String,
     /// The ROS type: `nav_msgs/msg/Odometry`.
     pub type_name: String,
-    /// The announced type hash; empty when there is none.
+    /// The announced type hash; empty if there is none.
     pub type_hash: String,
-    /// What it offers or asks for.
+    /// The QoS that it offers or requests.
     pub qos: Qos,
-    /// Its id on the bus.
+    /// Its GID.
     pub gid: Gid,
     /// The full name of its node, once known.
     pub node: Option<String>,
-    /// Whether it is ours.
+    /// Whether the endpoint is ours.
     pub own: bool,
 }
 
 /// Publisher or subscription.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EndpointKind {
-    /// It publishes.
+    /// A publisher.
     Publisher,
-    /// It subscribes.
+    /// A subscription.
     Subscription,
 }
 
@@ -207,8 +207,8 @@ impl Gid {
 pub struct Participant(pub [u8; 16]);
 
 impl fmt::Display for Participant {
-    /// The part that differs between participants: without the number of the vendor before it, and
-    /// the count within a process behind it.
+    /// The part that differs between participants: without the leading vendor id, and the trailing counter
+    /// within a process.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0[2..8].iter().try_for_each(|byte| write!(f, "{byte:02x}"))
     }

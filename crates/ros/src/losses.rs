@@ -1,4 +1,4 @@
-//! Losses on the way: what is missing in the publishers' own numbers.
+//! Message losses: gaps in the publishers' sequence numbers.
 
 use std::collections::BTreeMap;
 
@@ -8,27 +8,27 @@ use crate::runs::Runs;
 /// The most publishers that are tracked separately; a topic has a few.
 const MOST: usize = 4096;
 
-/// Counts what was lost of a topic, for each of its publishers.
+/// Counts the lost messages of a topic, for each of its publishers.
 #[derive(Debug, Default)]
 pub struct Losses(BTreeMap<Gid, Publisher>);
 
 #[derive(Debug, Default)]
 struct Publisher {
     heard: Runs,
-    /// How many messages were counted as lost and came after all.
+    /// The number of messages that were counted as lost but arrived later.
     mistaken: u64,
 }
 
 impl Losses {
-    /// A counter that has heard nothing.
+    /// Creates a counter without publishers.
     pub fn new() -> Losses {
         Losses::default()
     }
 
-    /// Takes the number of a message that arrived; returns how many were lost before it.
+    /// Takes the sequence number of a received message; returns the number of messages lost before it.
     ///
-    /// Numbers count from the first that is heard. What comes out of order was counted as lost and
-    /// is set against the next loss; what comes twice, or from before the first, counts for nothing.
+    /// Counting starts at the first number received. A message out of order was counted as lost and is
+    /// deducted from the next loss; duplicates, and messages from before the first, are ignored.
     pub fn observe(&mut self, publisher: Gid, sequence: u64) -> u64 {
         if self.0.len() >= MOST && !self.0.contains_key(&publisher) {
             self.0.clear();

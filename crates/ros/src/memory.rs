@@ -1,4 +1,4 @@
-//! The memory bus: participants in one process, for tests.
+//! The in-memory bus: participants in one process, for tests.
 
 mod network;
 
@@ -18,11 +18,11 @@ use crate::bus::{
 use crate::graph::{Gid, Graph};
 use network::{Member, Network, Reader, Server, Writer};
 
-/// A participant of a bus in memory.
+/// A participant of an in-memory bus.
 ///
-/// It behaves as a participant of a ROS 2 domain does: late joiners receive transient-local messages,
-/// incompatible endpoints do not match and this is reported, and no participant receives its own messages.
-/// Messages arrive before [`Publisher::publish`] returns; deadlines are not watched. A [`Deliver`] must not
+/// It behaves like a participant of a ROS 2 domain: late joiners receive transient-local messages,
+/// incompatible endpoints do not match, which is reported, and no participant receives its own messages.
+/// Messages arrive before [`Publisher::publish`] returns; deadlines are not checked. A [`Deliver`] must not
 /// call the bus.
 pub struct MemoryBus {
     name: String,
@@ -31,12 +31,12 @@ pub struct MemoryBus {
 }
 
 impl MemoryBus {
-    /// A bus of its own, with one participant of this full name: `/teampulse`.
+    /// Creates a separate bus with one participant, whose node has this full name: `/teampulse`.
     pub fn new(node: &str) -> Arc<MemoryBus> {
         MemoryBus::on(Arc::default(), node)
     }
 
-    /// Another participant on the same bus.
+    /// Adds another participant to the same bus.
     pub fn join(&self, node: &str) -> Arc<MemoryBus> {
         MemoryBus::on(Arc::clone(&self.network), node)
     }
@@ -128,7 +128,7 @@ impl Bus for MemoryBus {
     }
 }
 
-/// An endpoint of the bus; it leaves when this is dropped.
+/// An endpoint of the bus; it is removed when this is dropped.
 struct Membership {
     network: Arc<Network>,
     gid: Gid,

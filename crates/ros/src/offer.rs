@@ -1,4 +1,4 @@
-//! Offered and requested quality of service: whether they match, and what matches all.
+//! Offered and requested QoS: whether they match, and a request that matches all offers.
 
 use std::time::Duration;
 
@@ -21,9 +21,8 @@ pub fn incompatible(offered: &Qos, requested: &Qos) -> Option<&'static str> {
     lacks.into_iter().find(|(_, lacking)| *lacking).map(|(policy, _)| policy)
 }
 
-/// What a subscription may request and still match all that is offered: reliable only if all are,
-/// transient local only if all are, the longest deadline if all promise one. Without an offer,
-/// best effort.
+/// A request that matches all offers: reliable only if all are, transient local only if all are, the
+/// longest deadline if all have one. Without an offer, best effort.
 pub fn suiting_all<'a>(offered: impl IntoIterator<Item = &'a Qos>, depth: u32) -> Qos {
     let suited = offered.into_iter().fold(None, |suited: Option<Qos>, offer| {
         let suited = suited.unwrap_or_else(|| offer.clone());

@@ -1,4 +1,4 @@
-//! What may be said on ROS of people whose streams are not published: nothing.
+//! Privacy on ROS: nothing is published about people whose streams are not published.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,17 +14,17 @@ use teampulse_messages::convert;
 
 use crate::sink::Publish;
 
-/// Keeps the ids of people and the states of their sensors off topics about others: a status, an
-/// event or a description that names a person's stream is said only where that stream is published,
-/// and an event that names a person only where something of this person is.
+/// Keeps the ids of people and the states of their sensors out of other topics: a status, event or
+/// description that names a person's stream is published only if that stream is, and an event that names a
+/// person only if some stream of the person is.
 #[derive(Debug)]
 pub(crate) struct PrivacyFilter {
     publish: Publish,
-    /// How many streams were looked at.
+    /// The number of streams processed.
     seen: usize,
     /// The names of people's streams that are not published.
     hidden: BTreeSet<String>,
-    /// By the id of a person, whether anything of this person is published.
+    /// Whether any stream of a person is published, by the person's id.
     people: BTreeMap<String, bool>,
 }
 
@@ -33,7 +33,7 @@ impl PrivacyFilter {
         PrivacyFilter { publish, seen: 0, hidden: BTreeSet::new(), people: BTreeMap::new() }
     }
 
-    /// Learns of the streams that were declared since the last time.
+    /// Takes the streams declared since the last call.
     pub(crate) fn learn(&mut self, streams: &Streams) {
         for (_, stream) in streams.after(self.seen) {
             self.seen += 1;
@@ -47,7 +47,7 @@ impl PrivacyFilter {
         }
     }
 
-    /// What may be published of a record; `None` for nothing of it.
+    /// The publishable part of a record; `None` if there is none.
     pub(crate) fn censor<'a>(&self, record: &'a Record) -> Option<Cow<'a, Bytes>> {
         let may_pass = match &record.sample.data {
             _ if record.stream.about == About::Person => true,
@@ -64,7 +64,7 @@ impl PrivacyFilter {
         !self.hidden.contains(status.topic())
     }
 
-    /// Describes no hidden stream, and names none among what another was computed from.
+    /// Drops descriptions of hidden streams, and removes hidden streams from the inputs of others.
     fn censor_description<'a>(
         &self,
         record: &'a Record,
@@ -85,7 +85,7 @@ impl PrivacyFilter {
         Some(Cow::Owned(convert::encode(&Sample { data, ..record.sample.clone() })))
     }
 
-    /// Whether a text names a hidden stream, or a person of whom nothing is published.
+    /// Whether a text names a hidden stream, or a person without published streams.
     fn is_named_in(&self, text: &str) -> bool {
         let is_secret = |word: &str| self.people.get(word) == Some(&false);
         let mut words = text.split(|each: char| !(each.is_alphanumeric() || each == '_'));
@@ -110,7 +110,7 @@ mod tests {
         Stream::raw(ECG, Subject { about: About::Person, id: "p001".into() }, Shape::Wave)
     }
 
-    /// What knows the ECG of a person, and what the study publishes.
+    /// A filter for a person's ECG, with the given published streams.
     fn privacy(published: &[&str]) -> PrivacyFilter {
         let streams = Streams::default();
         streams.declare(ecg());

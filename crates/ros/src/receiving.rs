@@ -1,29 +1,28 @@
-//! What receiving at high rates asks of the machine: room for what arrives while the thread that
-//! receives waits for a processor, and that it need not wait for long.
+//! Requirements of receiving at high rates: buffers for messages that arrive while the receiving thread
+//! waits for a processor, and a priority that keeps this wait short.
 
 #[cfg(target_os = "linux")]
 use std::net::UdpSocket;
 
-/// The most that is asked for a socket's receive buffer [bytes]: a second of best-effort images of
-/// 1 MiB must not overflow it, nor a tenth of one at 100,000 messages a second of 1 KiB. The kernel
-/// gives up to `net.core.rmem_max`, and all of it to whoever administers the network.
+/// The requested size of a socket's receive buffer [bytes]: it must hold a second of best-effort images of
+/// 1 MiB, or a tenth of a second at 100,000 messages a second of 1 KiB. The kernel grants up to
+/// `net.core.rmem_max`, or all of it with network administration rights.
 pub const BUFFER_BYTES: usize = 32 << 20;
 
-/// The niceness of a thread that receives, where that is permitted: it is woken before others, so
-/// that a full machine slows its work down instead of losing what arrives.
+/// The niceness of a receiving thread, where permitted: it runs before others, so that an overloaded
+/// machine slows down instead of losing messages.
 #[cfg(target_os = "linux")]
 const NICENESS: i32 = -10;
 
-/// How large the receive buffer of a socket of ours becomes [bytes]; `None` where that can't be
-/// known.
+/// The size that the receive buffer of one of our sockets gets [bytes]; `None` if unknown.
 #[cfg(target_os = "linux")]
 pub fn buffer_bytes() -> Option<usize> {
     use rustix::net::sockopt;
     let socket = UdpSocket::bind("127.0.0.1:0").ok()?;
-    // More than is permitted becomes as much as is.
+    // A size beyond the limit is reduced to the limit.
     sockopt::set_socket_recv_buffer_size(&socket, BUFFER_BYTES).ok()?;
     sockopt::set_socket_recv_buffer_size_force(&socket, BUFFER_BYTES).ok();
-    // The kernel doubles what is asked for, for its own bookkeeping.
+    // The kernel doubles the requested size, for its own bookkeeping.
     Some(sockopt::socket_recv_buffer_size(&socket).ok()? / 2)
 }
 
@@ -32,16 +31,16 @@ pub fn buffer_bytes() -> Option<usize> {
     None
 }
 
-/// Whether threads that receive may come before others; tried on a thread that does nothing else.
+/// Whether receiving threads may have a higher priority; tried on a separate thread.
 pub fn may_come_first() -> bool {
     std::thread::spawn(come_first).join().unwrap_or(false)
 }
 
-/// Lets this thread come before others, where that is permitted; says whether it is.
+/// Raises the priority of this thread, where permitted; returns whether it did.
 #[cfg(target_os = "linux")]
 pub(crate) fn come_first() -> bool {
     let this = rustix::thread::gettid();
-    // On Linux a thread has a niceness of its own.
+    // On Linux each thread has a niceness of its own.
     rustix::process::setpriority_process(Some(this), NICENESS).is_ok()
 }
 

@@ -1,15 +1,15 @@
 //! Sets of numbers that are mostly consecutive.
 
-/// The most runs that are kept separately; older ones are merged.
+/// The most runs that are kept separately; beyond that older ones are merged.
 const MOST: usize = 64;
 
-/// A set of sequence numbers, kept as its runs.
+/// A set of sequence numbers, stored as runs.
 #[derive(Debug, Default)]
 pub(crate) struct Runs(Vec<(u64, u64)>);
 
 impl Runs {
-    /// Adds a number; says whether it is new. When there are too many gaps the oldest one is
-    /// forgotten: what would fill it is no longer new.
+    /// Adds a number; returns whether it is new. When there are too many gaps the oldest one is closed:
+    /// numbers in it no longer count as new.
     pub(crate) fn insert(&mut self, number: u64) -> bool {
         let behind = self.0.partition_point(|(first, _)| *first <= number);
         if behind > 0 && self.0[behind - 1].1 >= number {
@@ -29,7 +29,7 @@ impl Runs {
         true
     }
 
-    /// The least and the greatest number; `None` while it is empty.
+    /// The smallest and the largest number; `None` if the set is empty.
     pub(crate) fn ends(&self) -> Option<(u64, u64)> {
         Some((self.0.first()?.0, self.0.last()?.1))
     }

@@ -1,4 +1,4 @@
-//! The sink half: streams of the session, published on ROS.
+//! The sink: publishes the session's streams on ROS.
 
 use std::collections::btree_map::{BTreeMap, Entry};
 use std::sync::Arc;
@@ -21,26 +21,24 @@ use teampulse_messages::standard::rosgraph_msgs::Clock;
 use crate::bus::{Bus, BusError, Publisher};
 use crate::privacy::PrivacyFilter;
 
-/// How long it is waited for samples at a time; in silence streams may have been declared.
+/// The longest wait for samples at a time; streams may be declared during a silence.
 const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Which streams are published.
 #[derive(Clone, Debug)]
 pub enum Publish {
-    /// All but those about people.
+    /// All except those about people.
     Everything,
-    /// What came from outside, or was simulated, unless it is about people; not what the session
-    /// says of itself.
+    /// Those from outside or simulated, unless they are about people; not the session's own.
     Raw,
-    /// What was computed, unless it is about people, and those that are named as in
-    /// [`Publish::Named`].
+    /// Those that were computed, unless they are about people, and those named as in [`Publish::Named`].
     Conclusions(Vec<Pattern>),
-    /// Those whose name matches one of these [`Pattern`]s. What is about a person must be named from its
-    /// first token on, which has no star: `/humans/persons/p001/*/hrv`.
+    /// Those whose name matches one of these [`Pattern`]s. A stream about a person must be named from its
+    /// first token on, without a star in it: `/humans/persons/p001/*/hrv`.
     Named(Vec<Pattern>),
 }
 
-/// Publishes streams on their topics, as they are recorded.
+/// Publishes streams on their topics, in the form in which they are recorded.
 pub struct RosSink {
     bus: Arc<dyn Bus>,
     publish: Publish,
@@ -50,24 +48,24 @@ pub struct RosSink {
 }
 
 impl RosSink {
-    /// A sink that skips what it has no time for: for a session that monitors.
+    /// Creates a sink that skips samples when it cannot keep up: for monitoring.
     pub fn fresh(bus: Arc<dyn Bus>, publish: Publish) -> RosSink {
         RosSink { bus, publish, delivery: Delivery::Fresh, clock: false, stamps: None }
     }
 
-    /// A sink that publishes every sample: for robots that are simulated, or recordings played.
+    /// Creates a sink that publishes every sample: for simulated robots, and for playing recordings.
     pub fn lossless(bus: Arc<dyn Bus>, publish: Publish) -> RosSink {
         RosSink { bus, publish, delivery: Delivery::Lossless, clock: false, stamps: None }
     }
 
-    /// The same sink, which publishes the session's time on `/clock` before each run of samples.
+    /// Also publishes the session's time on `/clock` before each run of samples.
     #[must_use]
     pub fn with_clock(mut self) -> RosSink {
         self.clock = true;
         self
     }
 
-    /// The same sink, stamping what it publishes by this clock instead of the machine's.
+    /// Stamps messages by this clock instead of the machine's.
     #[must_use]
     pub fn stamped_by(mut self, clock: clock::Clock) -> RosSink {
         self.stamps = Some(clock);
@@ -104,15 +102,15 @@ impl Sink for RosSink {
     }
 }
 
-/// The sink at work: its publishers.
+/// The publishers of a running sink.
 struct Publishers<'a> {
     bus: &'a dyn Bus,
     publish: &'a Publish,
     stamps: Option<&'a clock::Clock>,
     clock: Option<Box<dyn Publisher>>,
-    /// `None` for what is not published.
+    /// The publisher of each stream; `None` for one that is not published.
     by_stream: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
-    /// How many streams were looked at.
+    /// The number of streams processed.
     seen: usize,
     privacy: PrivacyFilter,
     refused: BTreeMap<String, u64>,
@@ -136,8 +134,8 @@ impl<'a> Publishers<'a> {
         })
     }
 
-    /// Opens the publishers of streams that were declared, so that whoever subscribes to what comes
-    /// now and then is there for the first of it.
+    /// Creates the publishers of newly declared streams, so that subscribers of infrequent topics are
+    /// matched before the first message.
     fn open_declared(&mut self, streams: &Streams) -> Result<(), BusError> {
         self.privacy.learn(streams);
         for (id, stream) in streams.after(self.seen) {
@@ -178,7 +176,7 @@ impl<'a> Publishers<'a> {
         Ok(())
     }
 
-    /// The publisher of a record, opened if it is its stream's first; `None` if it has none.
+    /// The publisher of a record, created for the first one of its stream; `None` if there is none.
     fn publisher(&mut self, record: &Record) -> Result<Option<&dyn Publisher>, BusError> {
         let publisher = match self.by_stream.entry(record.sample.stream) {
             Entry::Occupied(known) => known.into_mut(),
@@ -187,7 +185,7 @@ impl<'a> Publishers<'a> {
         Ok(publisher.as_deref())
     }
 
-    /// Counts a message that the bus did not take; says so once for each topic.
+    /// Counts a message that the bus rejected; logs it once for each topic.
     fn refuse(&mut self, topic: &str, refused: &BusError) {
         let count = self.refused.entry(topic.to_owned()).or_default();
         *count += 1;
@@ -209,7 +207,7 @@ impl<'a> Publishers<'a> {
     }
 }
 
-/// Whether all is known of a type; the definition of another's may be found later.
+/// Whether the type is fully known; the definition of a foreign type may be found later.
 fn is_known(shape: &Shape) -> bool {
     !matches!(shape, Shape::Message(schema) if schema.text.is_empty())
 }
@@ -235,7 +233,7 @@ impl Publish {
                 let own_words = stream.about == About::Session && stream.shape == Shape::Event;
                 stream.origin == Origin::Raw && !about_person && !own_words
             }
-            // What a feature of people said when it panicked is about them.
+            // The message of a feature that panicked may be about people.
             Publish::Conclusions(_) if stream.name == FAULTS => false,
             Publish::Conclusions(_) if concluded => true,
             Publish::Conclusions(patterns) | Publish::Named(patterns) => {
@@ -292,7 +290,7 @@ mod tests {
         Record { stream: streams.get(id), sample, cdr: Bytes::from_static(&[0, 1, 0, 0, 9]) }
     }
 
-    /// What `/teampulse/streams` says of a stream.
+    /// The description of a stream on `/teampulse/streams`.
     fn described(streams: &Streams, of: Stream) -> Record {
         let topic = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
         let topic = Stream { origin: Origin::Derived, ..topic };
@@ -316,7 +314,7 @@ mod tests {
         run_on(sink, record, streams_of);
     }
 
-    /// The same with other records of them.
+    /// Runs a sink on the given records of the streams.
     fn run_on(
         sink: RosSink,
         record: fn(&Streams, Stream) -> Record,

@@ -1,4 +1,4 @@
-//! The participants present: discovered endpoints, joined with the nodes that participants announce.
+//! The participants of a domain: discovered endpoints, assigned to the nodes that participants announce.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,20 +13,20 @@ use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Service};
 /// The topic on which participants announce their nodes.
 pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
 
-/// Something that was discovered.
+/// A change found by discovery.
 #[derive(Debug)]
 pub(super) enum Change {
-    /// A participant is present, on a computer whose name it may announce.
+    /// A participant is present, with the name of its computer if announced.
     Participant(Gid, Option<String>),
-    /// An endpoint is there, or more is known about it.
+    /// An endpoint was discovered or updated.
     Endpoint(Found),
-    /// An endpoint is there no more.
+    /// An endpoint is gone.
     EndpointGone(Gid),
-    /// A participant is there no more.
+    /// A participant is gone.
     ParticipantGone(Gid),
 }
 
-/// An endpoint as DDS knows it.
+/// An endpoint as discovered by DDS.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) kind: EndpointKind,
@@ -42,7 +42,7 @@ pub(super) struct Found {
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
-    /// The computer that each participant announces, by id.
+    /// The computers that participants announce, by participant id.
     participants: BTreeMap<Gid, Option<String>>,
     endpoints: BTreeMap<Gid, Found>,
     /// The endpoints of each participant: its id, then theirs.
@@ -56,7 +56,7 @@ pub(super) struct Census {
 }
 
 impl Census {
-    /// An empty census, as taken by this participant.
+    /// Creates an empty census; `own` is our participant.
     pub(super) fn new(own: Gid) -> Census {
         Census {
             own,
@@ -101,7 +101,7 @@ impl Census {
         }
     }
 
-    /// Takes in a participant's announcement of its nodes; ignores participants that are not present.
+    /// Takes a participant's announcement of its nodes; ignores participants that are not present.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
         let participant = Gid::prefixed(info.gid);
         let known = self.nodes.get(&participant);
@@ -223,12 +223,12 @@ impl Census {
         ParticipantEntitiesInfo { gid: self.own.bytes(), node_entities_info_seq: vec![node] }
     }
 
-    /// Who is there in ROS's terms.
+    /// The graph in ROS terms.
     pub(super) fn graph(&self) -> Graph {
         self.graph.clone()
     }
 
-    /// The nodes that publish a ROS type, others' only, each once.
+    /// The nodes of other participants that publish a ROS type, without duplicates.
     pub(super) fn nodes_that_publish(&self, type_name: &str) -> BTreeSet<String> {
         let publishes = |endpoint: &&Endpoint| {
             endpoint.kind == EndpointKind::Publisher
@@ -238,7 +238,7 @@ impl Census {
         self.graph.endpoints().filter(publishes).filter_map(|each| each.node.clone()).collect()
     }
 
-    /// Who of others answers requests on a DDS topic.
+    /// Another participant's server of a request topic.
     pub(super) fn server(&self, request_topic: &str) -> Option<Gid> {
         let answers = |found: &&Found| {
             found.kind == EndpointKind::Subscription

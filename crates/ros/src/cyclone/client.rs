@@ -1,4 +1,4 @@
-//! The asking end of a service.
+//! The client end of a service.
 
 use bytes::Bytes;
 
@@ -10,7 +10,7 @@ use super::type_server::shipped_hash;
 use super::writer::Writer;
 use crate::bus::Reply;
 
-/// A client of all who offer a service.
+/// A client of all servers of a service.
 pub(super) struct Client {
     writer: Writer,
     _reader: Reader,
@@ -18,8 +18,8 @@ pub(super) struct Client {
 }
 
 impl Client {
-    /// Opens a client of a service with requests of one type and replies of another. `hear` is called
-    /// for each reply to what it asked.
+    /// Creates a client of a service with the given request and reply types. `hear` is called for each
+    /// reply to its own requests.
     pub(super) fn open(
         site: &Site,
         service: &Service,
@@ -35,7 +35,7 @@ impl Client {
         let client = u64::from_be_bytes(*own.last_chunk().expect("an id has sixteen bytes"));
         let hear_ours = Box::new(move |told| {
             let ReaderEvent::Arrived(arrival) = told else { return };
-            // Replies to others are on the same topic.
+            // Replies to other clients arrive on the same topic.
             if let Some((call, cdr)) = Call::unwrap(&arrival.bytes)
                 && call.client == client
             {
@@ -54,7 +54,7 @@ impl Client {
         self.writer.write(&Call { client: self.id, number }.wrap(request), None)
     }
 
-    /// How many servers take its requests now.
+    /// The number of servers that currently receive its requests.
     pub(super) fn servers(&self) -> usize {
         self.writer.readers()
     }

@@ -1,38 +1,36 @@
-//! The configuration of Cyclone DDS: what ROS 2's variables mean, room for images, and what the
-//! user adds.
+//! The configuration of Cyclone DDS: ROS 2's environment variables, buffers for images, and the user's
+//! additions.
 
 use crate::environment::Environment;
 use crate::receiving::BUFFER_BYTES;
 
-/// How far discovery reaches.
+/// The range of discovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Range {
-    /// As the library's own configuration says.
+    /// As in the library's own configuration.
     SystemDefault,
     /// The local network.
     Subnet,
     /// This machine.
     Localhost,
-    /// Nowhere.
+    /// No discovery.
     Off,
 }
 
-/// How many messages of a reliable publisher are kept that came behind one that is missing, until
-/// that is sent again: several times what publishers remember. The library's own 128 are 13 ms at
-/// 10,000 messages a second; what comes behind them is thrown away and must be sent again, too, so
-/// that one lost packet in a thousand takes a tenth of all messages.
+/// The number of messages of a reliable publisher that are kept while an earlier one is retransmitted:
+/// several times the usual history of publishers. The library's default of 128 is 13 ms at 10,000 messages
+/// a second; later messages are discarded and must be retransmitted too, so that one lost packet in a
+/// thousand costs a tenth of all messages.
 const KEPT_BEHIND_A_GAP: u32 = 4096;
-/// After how long what is missing is asked for again [ms]: publishers may remember no more than the
-/// last 100 ms, which is how long the library waits by itself, and each time no more than 256 messages
-/// are asked for.
+/// The delay after which a missing message is requested again [ms]: publishers may keep only the last 100
+/// ms, which is the library's own delay, and each request covers at most 256 messages.
 const ASKED_AGAIN_MS: u32 = 20;
-/// How many participants on one machine find each other without multicast, as in
-/// `rmw_cyclonedds`.
+/// The most participants on one machine that find each other without multicast, as in `rmw_cyclonedds`.
 const PARTICIPANTS: u32 = 32;
 
-/// The configuration for an environment, to be given to
-/// [`Participation`](super::Participation): as `rmw_cyclonedds` would write it, with larger
-/// receive buffers and a thread for each socket (which saves a system call for every packet), and `CYCLONEDDS_URI` behind, so that it has the last word.
+/// The configuration for an environment, for use in [`Participation`](super::Participation): as
+/// `rmw_cyclonedds` writes it, with larger receive buffers and a thread for each socket (which saves a
+/// system call per packet), followed by `CYCLONEDDS_URI`, which takes precedence.
 pub fn configuration(environment: &Environment) -> String {
     let range = Range::of(environment);
     let multicast = match range {
@@ -66,8 +64,8 @@ pub fn configuration(environment: &Environment) -> String {
 }
 
 impl Range {
-    /// As `rcl` reads it: `ROS_LOCALHOST_ONLY` still counts when it is on, and what is not
-    /// understood is kept on this machine.
+    /// Follows `rcl`: `ROS_LOCALHOST_ONLY` is still respected when set, and unknown values restrict
+    /// discovery to this machine.
     fn of(environment: &Environment) -> Range {
         if environment.localhost_only == "1" {
             return Range::Localhost;
@@ -81,11 +79,12 @@ impl Range {
     }
 }
 
-/// The peers that are asked without multicast.
+/// The peers that are contacted without multicast.
 fn peers(environment: &Environment) -> String {
     let named = environment.static_peers.split(';').map(str::trim);
     let named = named.filter(|peer| !peer.is_empty() && environment.localhost_only != "1");
-    // Asked on the whole network too: who stays on this machine is not found by multicast.
+    // Localhost is also needed on a subnet: participants limited to this machine are not found by
+    // multicast.
     let peers: Vec<String> = std::iter::once("localhost")
         .chain(named)
         .map(|peer| format!("<Peer address=\"{}\"/>", escaped(peer)))

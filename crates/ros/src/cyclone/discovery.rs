@@ -1,4 +1,4 @@
-//! What the library has discovered: participants and their endpoints, ours included.
+//! Participants and endpoints discovered by the library, including our own.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::MaybeUninit;
@@ -15,12 +15,12 @@ use super::qos;
 use super::wake::Wake;
 use crate::graph::{EndpointKind, Gid};
 
-/// How many changes are taken from the library at once.
+/// The number of changes taken from the library at a time.
 const BATCH: usize = 64;
 
-/// The library's own topics with discovered endpoints.
+/// Readers of the library's built-in topics with discovered endpoints.
 pub(super) struct Discovery {
-    /// Before `_wake`: when their end returns, the library calls back no more.
+    /// Declared before `_wake`: once these are deleted, the library makes no more callbacks.
     participants: Entity,
     publishers: Entity,
     subscriptions: Entity,
@@ -28,10 +28,10 @@ pub(super) struct Discovery {
 }
 
 impl Discovery {
-    /// Begins to listen; `wake` is woken for each change.
+    /// Starts discovery; `wake` is woken for each change.
     pub(super) fn listen(participant: &Participant, wake: Arc<Wake>) -> Result<Discovery, String> {
         let open = |topic| {
-            // SAFETY: the listener is copied by the call, and its argument outlives the readers.
+            // SAFETY: the library copies the listener, and its argument outlives the readers.
             Entity::created(unsafe {
                 let argument = Arc::as_ptr(&wake).cast_mut().cast::<c_void>();
                 let listener = c::dds_create_listener(argument);
@@ -50,10 +50,10 @@ impl Discovery {
         })
     }
 
-    /// Takes all that has changed since the last time.
+    /// Takes all changes since the last call.
     pub(super) fn take(&self) -> Vec<Change> {
         let mut changes = Vec::new();
-        // SAFETY: each reader's samples are of the structure that its topic is documented to have.
+        // SAFETY: the samples of each reader have the documented structure of its topic.
         unsafe {
             take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
                 let gid = Gid::prefixed(sample.key.v);
@@ -79,17 +79,17 @@ unsafe extern "C" fn data_available(_reader: c::dds_entity_t, wake: *mut c_void)
     unsafe { &*wake.cast::<Wake>() }.wake();
 }
 
-/// Takes all samples of a reader, each with whether its subject still exists.
+/// Takes all samples of a reader, each with whether its instance is still alive.
 ///
 /// # Safety
 ///
-/// The samples of the reader are `T`s.
+/// The samples of the reader have type `T`.
 unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
     let mut samples = [ptr::null_mut::<c_void>(); BATCH];
     let mut infos = [const { MaybeUninit::<c::dds_sample_info_t>::uninit() }; BATCH];
     loop {
-        // SAFETY: there is room for a batch. Null pointers ask for a loan, which is given back
-        // below; until then the samples stay as they are.
+        // SAFETY: there is room for a batch. Null pointers request a loan, which is returned below; until
+        // then the samples do not change.
         let taken = unsafe {
             let infos = infos.as_mut_ptr().cast::<c::dds_sample_info_t>();
             let handle = reader.handle();
@@ -99,29 +99,29 @@ unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
             return;
         }
         for (sample, info) in samples.iter().zip(&infos).take(taken as usize) {
-            // SAFETY: so many were filled.
+            // SAFETY: the first `taken` entries were filled.
             let (sample, info) = unsafe { (&*sample.cast::<T>(), info.assume_init_ref()) };
             let alive = info.instance_state == c::dds_instance_state_DDS_IST_ALIVE;
             each(sample, alive && info.valid_data);
         }
-        // SAFETY: this is the loan of above.
+        // SAFETY: this is the loan from above.
         unsafe { c::dds_return_loan(reader.handle(), samples.as_mut_ptr(), taken) };
         samples = [ptr::null_mut(); BATCH];
     }
 }
 
-/// The host and process that a participant announces, separated by a space: in the form of Cyclone DDS, and
-/// in that of Fast DDS.
+/// The host and process announced by a participant, separated by a space: in the format of Cyclone DDS or
+/// of Fast DDS.
 ///
 /// # Safety
 ///
-/// `policies` is null or a set that is alive.
+/// `policies` is null or a valid set.
 unsafe fn computer(policies: *const c::dds_qos_t) -> Option<String> {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     let read = |name| unsafe { qos::property(policies, name) };
     let host = read(c"__Hostname").or_else(|| read(c"fastdds.physical_data.host"))?;
     let process = read(c"__ProcessName").or_else(|| read(c"fastdds.physical_data.process"));
-    // The first space ends the host: it is what one computer's processes share.
+    // The first space ends the host: it is the part common to all processes of a computer.
     let host: String = host.split_whitespace().collect();
     Some(format!("{host} {}", process.unwrap_or_default()).trim().to_owned())
 }
@@ -131,7 +131,7 @@ fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: 
     if !alive {
         return Change::EndpointGone(gid);
     }
-    // SAFETY: the strings and the policies of a sample that is on loan are alive, or null.
+    // SAFETY: the strings and the policies of a sample on loan are valid or null.
     let (topic, type_name, (qos, user_data)) =
         unsafe { (text(sample.topic_name), text(sample.type_name), qos::read(sample.qos)) };
     Change::Endpoint(Found {
@@ -147,11 +147,11 @@ fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: 
 
 /// # Safety
 ///
-/// `text` is null or a string that is alive.
+/// `text` is null or a valid string.
 unsafe fn text(text: *const c_char) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
 }

@@ -1,4 +1,4 @@
-//! Domains: joined once in a process, left with the last participant.
+//! Domains: joined once per process, left with the last participant.
 
 use std::collections::btree_map::{BTreeMap, Entry};
 use std::ffi::CString;
@@ -11,7 +11,7 @@ use cyclors::{dds_create_domain, dds_create_participant};
 use super::entity::Entity;
 use super::library_log;
 
-/// How long it is waited for the library to leave a domain.
+/// How long to wait for the library to leave a domain.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 static JOINED: Mutex<BTreeMap<u32, Joined>> = Mutex::new(BTreeMap::new());
@@ -26,12 +26,12 @@ struct Joined {
 #[derive(Debug)]
 pub(super) struct Participant {
     id: u32,
-    /// `None` only while it is dropped: it must end before its domain.
+    /// `None` only during drop: it must be deleted before its domain.
     entity: Option<Entity>,
 }
 
 impl Participant {
-    /// Joins a domain. The first participant of a process configures it.
+    /// Joins a domain. The first participant of a process configures the domain.
     pub(super) fn join(id: u32, configuration: &str) -> Result<Participant, String> {
         let mut joined = lock();
         let domain = match joined.entry(id) {
@@ -42,7 +42,7 @@ impl Participant {
             return Err("this process has joined it with another configuration".into());
         }
         let created = library_log::explain(|| {
-            // SAFETY: no QoS and no listener are given, which the library allows.
+            // SAFETY: the library allows null for QoS and listener.
             let handle = unsafe { dds_create_participant(id, std::ptr::null(), std::ptr::null()) };
             Entity::created(handle)
         });
@@ -80,8 +80,8 @@ impl Drop for Participant {
 }
 
 impl Joined {
-    /// Leaves the domain. The library wakes its receiving threads by packets to itself, and waits
-    /// for ever where a firewall stops them: then the domain is left behind.
+    /// Leaves the domain. The library wakes its receiving threads with packets to itself, and waits for
+    /// ever if a firewall blocks these: in that case the domain is leaked.
     fn leave(self) {
         let (done, left) = sync_channel(1);
         std::thread::spawn(move || {
@@ -99,7 +99,7 @@ impl Joined {
 
     fn new(id: u32, configuration: &str) -> Result<Joined, String> {
         let xml = CString::new(configuration).map_err(|nul| nul.to_string())?;
-        // SAFETY: `xml` is a string that outlives the call; the library copies what it needs.
+        // SAFETY: `xml` is a string that outlives the call; the library copies it.
         let join = || Entity::created(unsafe { dds_create_domain(id, xml.as_ptr()) });
         let domain = library_log::explain(join)?;
         Ok(Joined { configuration: configuration.to_owned(), participants: 0, _domain: domain })

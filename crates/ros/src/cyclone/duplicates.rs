@@ -1,4 +1,4 @@
-//! Messages that were seen before: a subscription may hear one through two of its readers.
+//! Detection of duplicate messages: a subscription may receive one through two of its readers.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use crate::runs::Runs;
 /// The most publishers that are tracked separately; a topic has a few.
 const MOST: usize = 4096;
 
-/// The numbers of the messages that were seen, for each publisher.
+/// The sequence numbers received from each publisher.
 #[derive(Debug, Default)]
 pub(super) struct Duplicates(BTreeMap<Gid, Runs>);
 
 impl Duplicates {
-    /// Whether a message is seen for the first time. One without a number always is.
+    /// Whether a message is new. One without a sequence number always is.
     pub(super) fn first_time(&mut self, publisher: Gid, sequence: Option<u64>) -> bool {
         let Some(sequence) = sequence else { return true };
         if self.0.len() >= MOST && !self.0.contains_key(&publisher) {

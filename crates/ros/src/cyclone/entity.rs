@@ -1,4 +1,4 @@
-//! Entities of the library: what is created with a handle and ends with it.
+//! Entities of the library: objects owned through a handle.
 
 use std::ffi::CStr;
 
@@ -6,12 +6,12 @@ use cyclors::{dds_delete, dds_entity_t, dds_get_guid, dds_guid_t, dds_return_t, 
 
 use crate::graph::Gid;
 
-/// An entity; it and all that was created in it end when this is dropped.
+/// An entity; it and its children are deleted when this is dropped.
 #[derive(Debug)]
 pub(super) struct Entity(dds_entity_t);
 
 impl Entity {
-    /// The entity of a handle that was just created; what the library says if it was not.
+    /// Takes ownership of a newly created handle; fails with the library's error if creation failed.
     pub(super) fn created(handle: dds_entity_t) -> Result<Entity, String> {
         checked(handle).map(Entity)
     }
@@ -20,7 +20,7 @@ impl Entity {
         self.0
     }
 
-    /// Its id on the wire.
+    /// Its GUID.
     pub(super) fn gid(&self) -> Gid {
         let mut guid = dds_guid_t { v: [0; 16] };
         // SAFETY: the handle is ours and `guid` is writable. It stays zero if the call fails.
@@ -31,17 +31,17 @@ impl Entity {
 
 impl Drop for Entity {
     fn drop(&mut self) {
-        // SAFETY: the handle is ours; a handle that was deleted with its parent is refused.
+        // SAFETY: the handle is ours; a handle that was already deleted with its parent is rejected.
         unsafe { dds_delete(self.0) };
     }
 }
 
-/// The value of a call that did not fail; what the library says if it did.
+/// The value of a successful call; fails with the library's error otherwise.
 pub(super) fn checked(returned: dds_return_t) -> Result<i32, String> {
     if returned >= 0 {
         return Ok(returned);
     }
-    // SAFETY: the library answers any number with a string that lives for ever.
+    // SAFETY: the library returns a static string for any number.
     let said = unsafe { CStr::from_ptr(dds_strretcode(returned)) };
     Err(said.to_string_lossy().to_lowercase())
 }

@@ -1,27 +1,27 @@
-//! Messages as they come from the network: in fragments, each in its packet.
+//! Messages as received from the network: in fragments, one per packet.
 
 use std::ffi::c_void;
 
 use cyclors as c;
 
-/// A part of a message in a received packet: `ddsi_rdata` in `ddsi_radmin.h` of Cyclone DDS 11,
-/// without the count that only its debug build appends.
+/// A part of a message in a received packet: `ddsi_rdata` in `ddsi_radmin.h` of Cyclone DDS 11, without the
+/// counter that only its debug build appends.
 #[repr(C)]
 struct Fragment {
     packet: *const Packet,
     next: *const Fragment,
-    /// Where it begins in the message [bytes].
+    /// The offset of its start in the message [bytes].
     start: u32,
-    /// Where it ends in the message [bytes].
+    /// The offset of its end in the message [bytes].
     end: u32,
-    /// Where its submessage begins in the packet [bytes]; 0 where that is unknown.
+    /// The offset of its submessage in the packet [bytes]; 0 if unknown.
     submessage_offset: u16,
-    /// Where its payload begins in the packet [bytes].
+    /// The offset of its payload in the packet [bytes].
     payload_offset: u16,
     _key_hash_offset: u16,
 }
 
-/// What stands before a received packet: `ddsi_rmsg` in `ddsi_radmin.h`.
+/// The header that precedes a received packet: `ddsi_rmsg` in `ddsi_radmin.h`.
 #[repr(C)]
 struct Packet {
     _references: u32,
@@ -32,8 +32,8 @@ struct Packet {
     _size: u64,
 }
 
-/// The beginning of the submessages `DATA` and `DATA_FRAG`, RTPS 2.5, sections 9.4.5.4 and 9.4.5.5. The
-/// library has by now turned its numbers to the byte order of this machine.
+/// The start of the submessages `DATA` and `DATA_FRAG`, RTPS 2.5, sections 9.4.5.4 and 9.4.5.5. The library
+/// has already converted its numbers to native byte order.
 #[repr(C)]
 struct DataHeader {
     id: u8,
@@ -50,17 +50,17 @@ struct DataHeader {
 const DATA: u8 = 0x15;
 const DATA_FRAG: u8 = 0x16;
 
-/// Copies the fragments of a message together; `None` if they do not make up `size` bytes.
+/// Reassembles a message from its fragments; `None` if they do not make up `size` bytes.
 ///
 /// # Safety
 ///
-/// `first` is the first of a chain of fragments that are all alive.
+/// `first` is the head of a chain of valid fragments.
 pub(super) unsafe fn gather(first: *const c::ddsi_rdata, size: usize) -> Option<Vec<u8>> {
     let mut message = Vec::new();
     message.try_reserve_exact(size).ok()?;
     let mut next = first.cast::<Fragment>();
     while !next.is_null() {
-        // SAFETY: the chain is alive as the caller promises.
+        // SAFETY: the caller guarantees that the chain is valid.
         let fragment = unsafe { &*next };
         let have = message.len();
         let (start, end) = (fragment.start as usize, (fragment.end as usize).min(size));
@@ -68,8 +68,8 @@ pub(super) unsafe fn gather(first: *const c::ddsi_rdata, size: usize) -> Option<
             return None;
         }
         if end > have {
-            // SAFETY: the payload of a fragment is `end - start` bytes of its packet, and the part
-            // up to `have` is already there: fragments may overlap.
+            // SAFETY: the payload of a fragment is `end - start` bytes of its packet, and the part up to
+            // `have` has already been copied: fragments may overlap.
             let new = unsafe {
                 let payload = packet(fragment).add(usize::from(fragment.payload_offset));
                 std::slice::from_raw_parts(payload.add(have - start), end - have)
@@ -81,14 +81,14 @@ pub(super) unsafe fn gather(first: *const c::ddsi_rdata, size: usize) -> Option<
     (message.len() == size).then_some(message)
 }
 
-/// The number that its writer gave a message; `None` where that is unknown.
+/// The writer's sequence number of a message; `None` if unknown.
 ///
 /// # Safety
 ///
-/// `first` is a fragment that is alive.
+/// `first` is a valid fragment.
 pub(super) unsafe fn sequence(first: *const c::ddsi_rdata) -> Option<u64> {
-    // SAFETY: as the caller promises; where a submessage is known it was received in whole, and
-    // its place is a multiple of four.
+    // SAFETY: guaranteed by the caller; a known submessage was received completely, and its offset is a
+    // multiple of four.
     let header = unsafe {
         let fragment = &*first.cast::<Fragment>();
         if fragment.submessage_offset == 0 {
@@ -102,12 +102,12 @@ pub(super) unsafe fn sequence(first: *const c::ddsi_rdata) -> Option<u64> {
     u64::try_from(sequence).ok().filter(|sequence| known && *sequence > 0)
 }
 
-/// Where the bytes of a fragment's packet begin: right behind what stands before them.
+/// The start of a fragment's packet: directly after its header.
 fn packet(fragment: &Fragment) -> *const u8 {
     fragment.packet.wrapping_add(1).cast::<u8>()
 }
 
-// The library's own assertion on its layout, and the sizes of a 64-bit machine.
+// The library's own assertion on its layout, and the sizes on a 64-bit machine.
 const _: () = assert!(size_of::<DataHeader>() == 24);
 #[cfg(target_pointer_width = "64")]
 const _: () = assert!(size_of::<Packet>() == 48 && size_of::<Fragment>() == 32);
@@ -116,7 +116,7 @@ const _: () = assert!(size_of::<Packet>() == 48 && size_of::<Fragment>() == 32);
 mod tests {
     use super::*;
 
-    /// A packet as the library keeps it, with what stands before it.
+    /// A packet as stored by the library, with its header.
     #[repr(C)]
     struct Received {
         before: Packet,
@@ -124,7 +124,7 @@ mod tests {
     }
 
     fn received(bytes: &[u8]) -> Received {
-        // SAFETY: all zeros is a value of these structures.
+        // SAFETY: all zeros is a valid value of these structures.
         let mut received: Received = unsafe { std::mem::zeroed() };
         received.bytes[..bytes.len()].copy_from_slice(bytes);
         received
@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn gathered(first: &Fragment, size: usize) -> Option<Vec<u8>> {
-        // SAFETY: the fragments of these tests live until their end.
+        // SAFETY: the fragments of these tests are valid until their end.
         unsafe { gather(std::ptr::from_ref(first).cast(), size) }
     }
 
@@ -176,7 +176,7 @@ mod tests {
         bytes[24..28].copy_from_slice(&7_u32.to_ne_bytes());
         let packet = received(&bytes);
         let mut first = fragment(&packet, 0, 0);
-        // SAFETY: the fragment lives until the end of the test.
+        // SAFETY: the fragment is valid until the end of the test.
         let read = |first: &Fragment| unsafe { sequence(std::ptr::from_ref(first).cast()) };
         assert_eq!(read(&first), None);
         first.submessage_offset = 4;

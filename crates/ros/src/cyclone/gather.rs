@@ -1,9 +1,9 @@
-//! Letting messages gather: at high rates a thread that receives pauses whenever it has caught up,
-//! so that one wake-up serves many messages, as network cards moderate their interrupts.
+//! Batching of messages: at high rates a receiving thread pauses whenever it has caught up, so that one
+//! wake-up serves many messages, like the interrupt moderation of network cards.
 //!
-//! Waking up costs more than receiving: at 20,000 messages a second of 1 KiB it is a third of all
-//! the work. The price is up to a millisecond on the arrival, at such rates only; less the
-//! higher the rate, as what gathers must fit in a socket's receive buffer many times.
+//! A wake-up costs more than receiving a message: at 20,000 messages a second of 1 KiB it accounts for a
+//! third of the work. The cost is an arrival delay of up to a millisecond, at such rates only; it decreases
+//! with the rate, as a batch must fit many times into the receive buffer of a socket.
 
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
@@ -15,30 +15,29 @@ use teampulse_core::time::Time;
 
 use crate::receiving;
 
-/// How long the thread pauses at most.
+/// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_millis(1);
-/// How many messages gather at most: a tenth of those of 1 KiB that the receive buffers hold, from
-/// the first number, which suits a Linux machine as installed (208 KiB), to the last, with which hardly
-/// any work is left to save.
+/// The range of the largest batch: a tenth of the messages of 1 KiB that the receive buffers hold, from the
+/// default buffers of a Linux machine (208 KiB) up to a size beyond which hardly any work is saved.
 const GATHERED: RangeInclusive<u32> = 16..=64;
-/// What a packet of 1 KiB takes of a receive buffer [bytes], which the kernel makes twice as large as
-/// it was asked to.
+/// The space that a packet of 1 KiB takes in a receive buffer [bytes]; the kernel makes the buffer twice as
+/// large as requested.
 const PACKET_BYTES: usize = 2304 / 2;
-/// Over how long the rate is counted [ns].
+/// The window in which messages are counted.
 const WINDOW: Duration = Duration::from_millis(20);
-/// From how many messages in a window on it pauses: 5,000 a second.
+/// The number of messages in a window from which the thread pauses: 5,000 a second.
 const MANY: u32 = 100;
-/// A thread that waited this long for a message had caught up [ns].
+/// The waiting time for a message from which a thread counts as having caught up [ns].
 const CAUGHT_UP_NANOS: i64 = 15_000;
 
-/// How many messages gather in this process.
+/// The largest batch in this process.
 static MOST: AtomicU32 = AtomicU32::new(*GATHERED.start());
 
 thread_local! {
     static RECEIVING: RefCell<Receiving> = RefCell::new(Receiving::new(Clock::host()));
 }
 
-/// Lets as many messages gather as suit receive buffers of this size [bytes].
+/// Adapts the batch size to receive buffers of this size [bytes].
 pub(super) fn suit(buffer_bytes: usize) {
     MOST.store(gathered(buffer_bytes), Ordering::Relaxed);
 }
@@ -48,12 +47,12 @@ fn gathered(buffer_bytes: usize) -> u32 {
     tenth.clamp(*GATHERED.start(), *GATHERED.end())
 }
 
-/// The time at which this thread begins to hand messages over.
+/// The time at which this thread starts to deliver messages.
 pub(super) fn begin() -> Time {
     RECEIVING.with_borrow(|receiving| receiving.clock.now())
 }
 
-/// So many messages were handed over since `began`; pauses if that saves work.
+/// Reports that messages were delivered since `began`; pauses if that saves work.
 pub(super) fn end(began: Time, messages: usize) {
     let pauses = RECEIVING.with_borrow_mut(|receiving| receiving.pauses(began, messages));
     if let Some(pause) = pauses {
@@ -62,15 +61,15 @@ pub(super) fn end(began: Time, messages: usize) {
     RECEIVING.with_borrow_mut(|receiving| receiving.idle_since = receiving.clock.now());
 }
 
-/// What one thread receives.
+/// The state of one receiving thread.
 struct Receiving {
     clock: Clock,
     window_began: Time,
     in_window: u32,
-    /// How long it pauses; `None` where few messages come.
+    /// The pause; `None` at low rates.
     pause: Option<Duration>,
     idle_since: Time,
-    /// Whether it has asked to come before other threads.
+    /// Whether it has requested a higher priority.
     comes_first: bool,
 }
 
@@ -87,7 +86,7 @@ impl Receiving {
         }
     }
 
-    /// How long to pause behind messages that came at `began`.
+    /// The pause after messages that arrived at `began`.
     fn pauses(&mut self, began: Time, messages: usize) -> Option<Duration> {
         self.in_window = self.in_window.saturating_add(u32::try_from(messages).unwrap_or(u32::MAX));
         let window_nanos = began.nanos_since(self.window_began);
@@ -110,7 +109,7 @@ impl Receiving {
 mod tests {
     use super::*;
 
-    /// Receives for a second with so much time between messages [ns]; the pauses.
+    /// Receives for a second with this interval between messages [ns]; returns the pauses.
     fn pauses(gap_nanos: i64) -> Vec<Duration> {
         let mut receiving = Receiving::new(Clock::settable());
         let moments = (1..1_000_000_000 / gap_nanos).map(|k| Time::from_nanos(k * gap_nanos));

@@ -1,4 +1,4 @@
-//! Log messages of the library: passed on with our own wording, not printed on the terminal.
+//! Log messages of the library: forwarded in our own wording instead of printed to the terminal.
 
 use std::ffi::{CStr, c_void};
 use std::ptr;
@@ -6,10 +6,10 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use cyclors as c;
 
-/// What was said while a domain is joined; `None` at any other time.
+/// The messages logged while a domain is joined; `None` at any other time.
 static JOINING: Mutex<Option<Vec<String>>> = Mutex::new(None);
 
-/// Runs what joins a domain; if it fails, the reason ends with what the library said about it.
+/// Runs `join`; if it fails, the library's log messages are appended to the error.
 pub(super) fn explain<T>(join: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     listen();
     *lock() = Some(Vec::new());
@@ -27,15 +27,15 @@ pub(super) fn explain<T>(join: impl FnOnce() -> Result<T, String>) -> Result<T, 
     }
 }
 
-/// Installs our log callback, once for the process.
+/// Installs our log callback, once per process.
 fn listen() {
     static ONCE: Once = Once::new();
-    // SAFETY: the function lives for ever and needs no data.
+    // SAFETY: the function is static and needs no data.
     ONCE.call_once(|| unsafe { c::dds_set_log_sink(Some(hear), ptr::null_mut()) });
 }
 
 unsafe extern "C" fn hear(_nothing: *mut c_void, said: *const c::dds_log_data_t) {
-    // SAFETY: the library lends a message for the duration of the call; its text ends with a nul.
+    // SAFETY: the message is valid for the duration of the call; its text is nul-terminated.
     let (priority, line) =
         unsafe { ((*said).priority, CStr::from_ptr((*said).message).to_string_lossy()) };
     let line = line.trim();

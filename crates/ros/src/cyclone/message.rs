@@ -1,4 +1,4 @@
-//! Our own form of a sample: the CDR bytes as they are, and the number its writer gave it.
+//! Our own sample representation: the unmodified CDR bytes, and the writer's sequence number.
 
 use std::ffi::{c_char, c_void};
 use std::ptr;
@@ -13,50 +13,50 @@ use super::sertype::Shared;
 /// The length of the header before the CDR itself [bytes].
 pub(super) const HEADER_BYTES: usize = 4;
 
-/// A message in the hands of the library, which counts its references.
+/// A reference-counted message held by the library.
 #[repr(C)]
 pub(super) struct Message {
-    /// What the library knows of it. First, so that a pointer to one is a pointer to the other.
+    /// The library's header. First, so that a pointer to one is a pointer to the other.
     common: c::ddsi_serdata,
     cdr: Bytes,
     sequence: Option<u64>,
 }
 
-/// What was read of a message.
+/// The content of a received message.
 pub(super) struct Content {
     pub(super) cdr: Bytes,
     pub(super) sequence: Option<u64>,
 }
 
-/// Makes a message of the library from bytes that are ours; the caller owns one reference.
+/// Creates a message of the library from our bytes; the caller owns one reference.
 ///
 /// # Safety
 ///
-/// `sertype` is alive and one of ours.
+/// `sertype` is valid and one of ours.
 pub(super) unsafe fn outgoing(
     sertype: *const c::ddsi_sertype,
     cdr: &[u8],
     sequence: u64,
 ) -> *mut c::ddsi_serdata {
-    // The library sends whole words: it reads up to three bytes behind the message.
+    // The library sends whole words: it reads up to three bytes beyond the message.
     let padded = cdr.len().next_multiple_of(4);
     let mut bytes = Vec::with_capacity(padded);
     bytes.extend_from_slice(cdr);
     bytes.resize(padded, 0);
     let kind = c::ddsi_serdata_kind_SDK_DATA;
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { make(sertype, kind, bytes.into(), Some(sequence)) }
 }
 
-/// Reads a message and gives one reference to it back.
+/// Reads a message and releases one reference to it.
 ///
 /// # Safety
 ///
-/// `message` is one of ours, of which the caller owns one reference.
+/// `message` is one of ours, and the caller owns one reference to it.
 pub(super) unsafe fn take(message: *mut c::ddsi_serdata) -> Content {
     let ours = message.cast::<Message>();
-    // SAFETY: nothing but `common` changes after it was made, and the reference keeps it alive
-    // until the last line.
+    // SAFETY: only `common` changes after creation, and the reference keeps the message alive until the
+    // last line.
     unsafe {
         let content = Content { cdr: (*ours).cdr.clone(), sequence: (*ours).sequence };
         c::ddsi_serdata_unref(message);
@@ -66,17 +66,17 @@ pub(super) unsafe fn take(message: *mut c::ddsi_serdata) -> Content {
 
 /// # Safety
 ///
-/// `sertype` is alive and one of ours, or null for a message without a type.
+/// `sertype` is valid and one of ours, or null for a message without a type.
 unsafe fn make(
     sertype: *const c::ddsi_sertype,
     kind: c::ddsi_serdata_kind,
     cdr: Bytes,
     sequence: Option<u64>,
 ) -> *mut c::ddsi_serdata {
-    // SAFETY: all zeros is a value of this C structure; `ddsi_serdata_init` then fills it.
+    // SAFETY: all zeros is a valid value of this C structure; `ddsi_serdata_init` then fills it.
     let common = unsafe { std::mem::zeroed() };
     let message = Box::into_raw(Box::new(Message { common, cdr, sequence }));
-    // SAFETY: the message is ours alone until it is returned.
+    // SAFETY: we hold the only reference until it is returned.
     unsafe {
         let common = &raw mut (*message).common;
         c::ddsi_serdata_init(common, sertype, kind);
@@ -85,7 +85,7 @@ unsafe fn make(
     }
 }
 
-/// What the library does with messages of this form.
+/// The library's operations on messages of this representation.
 pub(super) static OPERATIONS: Shared<c::ddsi_serdata_ops> = Shared(c::ddsi_serdata_ops {
     eqkey: Some(have_equal_keys),
     get_size: Some(size),
@@ -106,7 +106,7 @@ pub(super) static OPERATIONS: Shared<c::ddsi_serdata_ops> = Shared(c::ddsi_serda
     from_psmx: None,
 });
 
-/// ROS topics have no keys: all their messages are of one instance.
+/// ROS topics have no keys: all their messages belong to one instance.
 unsafe extern "C" fn have_equal_keys(
     _one: *const c::ddsi_serdata,
     _other: *const c::ddsi_serdata,
@@ -115,28 +115,28 @@ unsafe extern "C" fn have_equal_keys(
 }
 
 unsafe extern "C" fn size(message: *const c::ddsi_serdata) -> u32 {
-    // SAFETY: the library calls the operations of a form with messages of this form only.
+    // SAFETY: the library calls these operations only with messages of this representation.
     let size = unsafe { (*message.cast::<Message>()).cdr.len() };
     u32::try_from(size).unwrap_or(u32::MAX)
 }
 
-/// A message from the network.
+/// Creates a message from network fragments.
 unsafe extern "C" fn from_fragments(
     sertype: *const c::ddsi_sertype,
     kind: c::ddsi_serdata_kind,
     first: *const c::ddsi_rdata,
     size: usize,
 ) -> *mut c::ddsi_serdata {
-    // SAFETY: the library gives the chain of fragments of a whole message of this size.
+    // SAFETY: the library passes the chain of fragments of a complete message of this size.
     let Some(cdr) = (unsafe { fragments::gather(first, size) }) else { return ptr::null_mut() };
     if kind == c::ddsi_serdata_kind_SDK_DATA && cdr.len() < HEADER_BYTES {
         return ptr::null_mut();
     }
-    // SAFETY: the type is the one that names these operations.
+    // SAFETY: the type is the one that references these operations.
     unsafe { make(sertype, kind, cdr.into(), fragments::sequence(first)) }
 }
 
-/// A message from inside the process.
+/// Creates a message from inside the process.
 unsafe extern "C" fn from_pieces(
     sertype: *const c::ddsi_sertype,
     kind: c::ddsi_serdata_kind,
@@ -146,7 +146,7 @@ unsafe extern "C" fn from_pieces(
 ) -> *mut c::ddsi_serdata {
     let mut bytes = Vec::with_capacity(size.min(64 << 10));
     for k in 0..count {
-        // SAFETY: there are `count` pieces, each of which says where it begins and how long it is.
+        // SAFETY: there are `count` pieces, each with a valid start and length.
         unsafe {
             let piece = &*pieces.add(k);
             let start = piece.iov_base.cast::<u8>();
@@ -154,7 +154,7 @@ unsafe extern "C" fn from_pieces(
         }
     }
     bytes.resize(bytes.len().next_multiple_of(4), 0);
-    // SAFETY: the type is the one that names these operations.
+    // SAFETY: the type is the one that references these operations.
     unsafe { make(sertype, kind, bytes.into(), None) }
 }
 
@@ -162,7 +162,7 @@ unsafe extern "C" fn from_key_hash(
     sertype: *const c::ddsi_sertype,
     _hash: *const c::ddsi_keyhash,
 ) -> *mut c::ddsi_serdata {
-    // SAFETY: the type is the one that names these operations.
+    // SAFETY: the type is the one that references these operations.
     unsafe { make(sertype, c::ddsi_serdata_kind_SDK_KEY, Bytes::new(), None) }
 }
 
@@ -172,14 +172,14 @@ unsafe extern "C" fn copy_out(
     size: usize,
     to: *mut c_void,
 ) {
-    // SAFETY: the message is of this form, and the library has room for `size` bytes.
+    // SAFETY: the message is of this representation, and the library has room for `size` bytes.
     unsafe {
         let part = part(message, offset, size);
         ptr::copy_nonoverlapping(part.as_ptr(), to.cast::<u8>(), part.len());
     }
 }
 
-/// Lends a part of a message, with a reference to it.
+/// Lends a part of a message, with a reference to the message.
 unsafe extern "C" fn lend(
     message: *const c::ddsi_serdata,
     offset: usize,
@@ -187,8 +187,8 @@ unsafe extern "C" fn lend(
     piece: *mut c::ddsrt_iovec_t,
 ) -> *mut c::ddsi_serdata {
     let message = message.cast_mut();
-    // SAFETY: the message is of this form and alive; its count is changed by atomic steps alone,
-    // here as in the library.
+    // SAFETY: the message is of this representation and valid; its reference count is changed atomically
+    // only, here as in the library.
     unsafe {
         let part = part(message, offset, size);
         (*piece).iov_base = part.as_ptr().cast_mut().cast::<c_void>();
@@ -200,13 +200,13 @@ unsafe extern "C" fn lend(
 }
 
 unsafe extern "C" fn give_back(message: *mut c::ddsi_serdata, _piece: *const c::ddsrt_iovec_t) {
-    // SAFETY: this is the reference that `lend` took.
+    // SAFETY: this is the reference taken by `lend`.
     unsafe { c::ddsi_serdata_unref(message) };
 }
 
-/// What stands for the only instance of a topic.
+/// The key of the single instance of a topic.
 unsafe extern "C" fn without_type(message: *const c::ddsi_serdata) -> *mut c::ddsi_serdata {
-    // SAFETY: the message is alive, so its type is; the copy forgets the type before it is seen.
+    // SAFETY: the message is valid, so its type is; the copy's type is cleared before anyone sees it.
     unsafe {
         let key = make((*message).type_, c::ddsi_serdata_kind_SDK_KEY, Bytes::new(), None);
         (*key).type_ = ptr::null();
@@ -216,11 +216,11 @@ unsafe extern "C" fn without_type(message: *const c::ddsi_serdata) -> *mut c::dd
 }
 
 unsafe extern "C" fn free(message: *mut c::ddsi_serdata) {
-    // SAFETY: it was made by `make` from a box, and the last reference is gone.
+    // SAFETY: `make` created it from a box, and this is the last reference.
     drop(unsafe { Box::from_raw(message.cast::<Message>()) });
 }
 
-/// For the library's traces: the content of a message stays out of them.
+/// For the library's traces, which omit the content of messages.
 unsafe extern "C" fn print(
     _sertype: *const c::ddsi_sertype,
     _message: *const c::ddsi_serdata,
@@ -239,17 +239,17 @@ unsafe extern "C" fn key_hash(
     hash: *mut c::ddsi_keyhash,
     _force_md5: bool,
 ) {
-    // SAFETY: the hash is the library's to be filled.
+    // SAFETY: the hash is an output parameter of the library.
     unsafe { (*hash).value = [0; 16] };
 }
 
-/// A part of a message; no more than there is.
+/// A part of a message, truncated at its end.
 ///
 /// # Safety
 ///
-/// The message is of this form and outlives the part.
+/// The message is of this representation and outlives the part.
 unsafe fn part<'a>(message: *const c::ddsi_serdata, offset: usize, size: usize) -> &'a [u8] {
-    // SAFETY: as the caller promises; the bytes never change.
+    // SAFETY: guaranteed by the caller; the bytes never change.
     let cdr: &'a Bytes = unsafe { &(*message.cast::<Message>()).cdr };
     let end = offset.saturating_add(size).min(cdr.len());
     cdr.get(offset..end).unwrap_or_default()

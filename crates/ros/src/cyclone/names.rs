@@ -1,22 +1,22 @@
-//! What topics and types are called on the wire: ROS 2's mapping to DDS.
+//! The names of topics and types on the wire: ROS 2's mapping to DDS.
 
 /// The DDS topic of a ROS topic: `/robot1/odom` is `rt/robot1/odom`.
 pub(super) fn dds_topic(topic: &str) -> String {
     format!("rt/{}", topic.trim_start_matches('/'))
 }
 
-/// The ROS topic of a DDS topic; `None` for services, parameters and what is not ROS.
+/// The ROS topic of a DDS topic; `None` for services, parameters and topics of other systems.
 pub(super) fn ros_topic(dds_topic: &str) -> Option<String> {
     dds_topic.strip_prefix("rt").filter(|topic| topic.starts_with('/')).map(str::to_owned)
 }
 
-/// The ROS service of which a DDS topic carries the requests; `None` for any other.
+/// The ROS service whose requests a DDS topic carries; `None` for any other topic.
 pub(super) fn ros_service(dds_topic: &str) -> Option<String> {
     let service = dds_topic.strip_prefix("rq")?.strip_suffix("Request")?;
     service.starts_with('/').then(|| service.to_owned())
 }
 
-/// Whether a DDS topic is a ROS topic or half of a ROS service.
+/// Whether a DDS topic is a ROS topic, or the requests or replies of a ROS service.
 pub(super) fn is_ros(dds_topic: &str) -> bool {
     ["rt/", "rq/", "rr/"].iter().any(|prefix| dds_topic.starts_with(prefix))
 }
@@ -29,7 +29,7 @@ pub(super) fn dds_type(type_name: &str) -> String {
     }
 }
 
-/// The ROS type of a DDS type; one that is not ROS's keeps its name.
+/// The ROS type of a DDS type; other names are returned unchanged.
 pub(super) fn ros_type(dds_type: &str) -> String {
     match dds_type.rsplit_once("::dds_::") {
         Some((package, name)) => {
@@ -40,12 +40,12 @@ pub(super) fn ros_type(dds_type: &str) -> String {
     }
 }
 
-/// The full name of a node: `/robot1` and `driver` are `/robot1/driver`.
+/// The full name of a node: `/robot1` and `driver` give `/robot1/driver`.
 pub(super) fn node(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// The hash in an endpoint's user data, `typehash=RIHS01_…;`; empty when there is none.
+/// The hash in an endpoint's user data, `typehash=RIHS01_…;`; empty if there is none.
 pub(super) fn type_hash(user_data: &[u8]) -> String {
     const KEY: &[u8] = b"typehash=";
     let Some(at) = user_data.windows(KEY.len()).position(|window| window == KEY) else {

@@ -1,4 +1,4 @@
-//! `ros_discovery_info`: which nodes a participant has, ours and others'.
+//! `ros_discovery_info`: the nodes of each participant, including our own.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,7 +14,7 @@ use super::type_server::shipped_hash;
 use super::wake::Wake;
 use super::writer::Writer;
 
-/// How many messages wait to be read at most; participants repeat nothing, so there are few.
+/// The most messages that are queued; participants do not repeat theirs, so there are few.
 const WAITING: usize = 4096;
 
 /// Both ends of the topic.
@@ -48,7 +48,7 @@ impl Nodes {
         Ok(Nodes { writer, _reader: reader, heard, told: None })
     }
 
-    /// Takes in new announcements of others. Unreadable ones are skipped.
+    /// Takes new announcements of others. Unreadable ones are skipped.
     pub(super) fn take(&self) -> Vec<(ParticipantEntitiesInfo, GidWidth)> {
         let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         let heard = std::mem::take(&mut *heard);

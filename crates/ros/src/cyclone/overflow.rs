@@ -1,5 +1,5 @@
-//! Packets that this machine dropped because a receive buffer of ours was full, as the kernel
-//! counts them for each socket.
+//! Packets dropped by this machine because a receive buffer of ours was full, as the kernel counts them for
+//! each socket.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,26 +9,26 @@ use teampulse_core::time::Time;
 
 use super::sockets::{self, Socket};
 
-/// How often it is looked.
+/// How often the counters are read.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// Counts the packets that the sockets of one domain had no room for.
+/// Counts the packets for which the sockets of one domain had no room.
 #[derive(Debug)]
 pub(super) struct Overflow {
     ports: Range<u32>,
-    /// By the number of the socket, what was counted so far.
+    /// The last count of each socket, by its inode.
     known: BTreeMap<u64, u32>,
     due: Time,
 }
 
 impl Overflow {
-    /// Counts for the sockets of a domain.
+    /// Creates a counter for the sockets of a domain.
     pub(super) fn of(domain: u32) -> Overflow {
         Overflow { ports: sockets::ports(domain), known: BTreeMap::new(), due: Time::EPOCH }
     }
 
-    /// How many packets were dropped since it was looked the last time; 0 while it is too early to
-    /// look again, and where the kernel does not say.
+    /// The number of packets dropped since the last reading; 0 before the period has passed, and where the
+    /// kernel does not report it.
     pub(super) fn look(&mut self, now: Time) -> u64 {
         if now < self.due {
             return 0;
@@ -70,7 +70,7 @@ mod tests {
         assert_eq!(overflow.look(Time::from_nanos(1)), 0);
         let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
         let datagram = vec![0; 32_000];
-        // More than any machine gives a socket unasked.
+        // More than the default receive buffer of any machine.
         for _ in 0..2_000 {
             sender.send_to(&datagram, address).unwrap();
         }

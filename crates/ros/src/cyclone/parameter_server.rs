@@ -1,4 +1,4 @@
-//! The parameters of our node, served as every node of ROS 2 serves them.
+//! The parameters of our node, with the services that every ROS 2 node offers.
 
 use std::sync::Arc;
 
@@ -16,16 +16,16 @@ use super::domain::Participant;
 use super::server::Server;
 use super::service::Service;
 
-/// The parameter services of our node; they answer as long as this lives.
+/// The parameter services of our node, offered until this is dropped.
 pub(super) struct ParameterServer {
     _servers: Vec<Server>,
 }
 
-/// Whether our node follows `/clock`.
+/// Returns whether our node uses `/clock`.
 pub(super) type FollowsClock = Arc<dyn Fn() -> bool + Send + Sync>;
 
-/// A parameter that our node has, as every node of ROS 2 has it. None can be set: what a session
-/// does stands in its study.
+/// A parameter of our node, as every ROS 2 node has it. None can be set: a session is configured by its
+/// study.
 struct Known {
     name: &'static str,
     description: &'static str,
@@ -47,7 +47,7 @@ const PARAMETERS: [Known; 2] = [
 ];
 
 impl ParameterServer {
-    /// Begins to answer as this node.
+    /// Starts the services of this node.
     pub(super) fn open(
         participant: &Participant,
         node: &str,
@@ -68,7 +68,7 @@ impl ParameterServer {
     }
 }
 
-/// Where services are offered.
+/// The context in which services are offered.
 struct Offer<'a> {
     participant: &'a Participant,
     node: &'a str,
@@ -109,7 +109,7 @@ fn type_codes(
     GetParameterTypesResponse { types: values.map(|value| value.r#type).collect() }
 }
 
-/// As rclcpp answers: those that are not known are described by their name alone.
+/// Like rclcpp, describes unknown parameters by their name alone.
 fn describe(request: &DescribeParametersRequest) -> DescribeParametersResponse {
     let descriptor = |name: &String| match find(name) {
         Some(known) => ParameterDescriptor {
@@ -124,7 +124,7 @@ fn describe(request: &DescribeParametersRequest) -> DescribeParametersResponse {
     DescribeParametersResponse { descriptors: request.names.iter().map(descriptor).collect() }
 }
 
-/// No parameter has a dot in its name, so those below a prefix are the one of that name.
+/// No parameter has a dot in its name, so a prefix can only match a parameter of the same name.
 fn list(request: &ListParametersRequest) -> ListParametersResponse {
     let wanted = |name: &&str| {
         request.prefixes.is_empty() || request.prefixes.iter().any(|prefix| prefix == name)
@@ -144,7 +144,7 @@ fn set_all(request: &SetParametersAtomicallyRequest) -> SetParametersAtomicallyR
     SetParametersAtomicallyResponse { result: refused.unwrap_or(nothing) }
 }
 
-/// Why a parameter is not set.
+/// The reason for rejecting a change of a parameter.
 fn refuse(parameter: &Parameter) -> SetParametersResult {
     let Parameter { name, .. } = parameter;
     let reason = match find(name) {

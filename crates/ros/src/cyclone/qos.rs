@@ -1,4 +1,4 @@
-//! Quality of service in the library's own form.
+//! Quality of service in the library's representation.
 
 use std::ffi::{CStr, c_void};
 use std::ptr;
@@ -7,19 +7,19 @@ use std::time::Duration;
 use cyclors as c;
 use teampulse_core::qos::{Durability, History, Liveliness, Qos, Reliability};
 
-/// How long a reliable publisher waits for a slow subscriber before it fails [ns].
+/// How long a reliable publisher blocks on a slow subscriber before it fails [ns].
 const MAX_BLOCKING_NS: i64 = 1_000_000_000;
-/// The library's "for ever" [ns].
+/// The library's value for infinity [ns].
 const INFINITE_NS: i64 = i64::MAX;
 
-/// A set of policies, owned.
+/// An owned set of policies.
 pub(super) struct Policies(*mut c::dds_qos_t);
 
 impl Policies {
-    /// The policies of one of our endpoints: these, plain CDR as in ROS 2, nothing from our own
-    /// participant, and this user data.
+    /// The policies of one of our endpoints: these, with plain CDR as in ROS 2, ignoring our own
+    /// participant, and with this user data.
     pub(super) fn new(qos: &Qos, user_data: &str) -> Policies {
-        // SAFETY: the library returns a set that is ours, and copies all that is set in it.
+        // SAFETY: the library returns a set that we own, and copies all values set in it.
         unsafe {
             let policies = Policies(c::dds_create_qos());
             policies.set_delivery(qos);
@@ -29,7 +29,7 @@ impl Policies {
             let own = c::dds_ignorelocal_kind_DDS_IGNORELOCAL_PARTICIPANT;
             c::dds_qset_ignorelocal(policies.0, own);
             c::dds_qset_writer_data_lifecycle(policies.0, false);
-            // Our type has no form for shared memory.
+            // Our type has no representation for shared memory.
             c::dds_qset_psmx_instances(policies.0, 0, ptr::null_mut());
             let (bytes, size) = (user_data.as_ptr().cast::<c_void>(), user_data.len());
             c::dds_qset_userdata(policies.0, bytes, size);
@@ -58,7 +58,7 @@ impl Policies {
             Durability::TransientLocal => c::dds_durability_kind_DDS_DURABILITY_TRANSIENT_LOCAL,
         };
         let unlimited = c::DDS_LENGTH_UNLIMITED;
-        // SAFETY: the set is ours and alive. The history for late joiners has a policy of its own, so its
+        // SAFETY: the set is ours and valid. The history for late joiners has a policy of its own, so its
         // depth is set twice.
         unsafe {
             c::dds_qset_history(self.0, history, depth);
@@ -75,7 +75,7 @@ impl Policies {
             Liveliness::Automatic => c::dds_liveliness_kind_DDS_LIVELINESS_AUTOMATIC,
             Liveliness::ManualByTopic => c::dds_liveliness_kind_DDS_LIVELINESS_MANUAL_BY_TOPIC,
         };
-        // SAFETY: the set is ours and alive.
+        // SAFETY: the set is ours and valid.
         unsafe {
             c::dds_qset_deadline(self.0, nanos(qos.deadline));
             c::dds_qset_lifespan(self.0, nanos(qos.lifespan));
@@ -86,23 +86,23 @@ impl Policies {
 
 impl Drop for Policies {
     fn drop(&mut self) {
-        // SAFETY: the set is ours, and this is its only end.
+        // SAFETY: the set is ours, and is deleted only here.
         unsafe { c::dds_delete_qos(self.0) };
     }
 }
 
-/// Reads a property of a participant; `None` when it is empty or has none of this name.
+/// Reads a property of a participant; `None` if it is empty or missing.
 ///
 /// # Safety
 ///
-/// `policies` is null or a set that is alive.
+/// `policies` is null or a valid set.
 pub(super) unsafe fn property(policies: *const c::dds_qos_t, name: &CStr) -> Option<String> {
     if policies.is_null() {
         return None;
     }
     let mut value = ptr::null_mut();
-    // SAFETY: the set is alive as the caller promises. The library gives a copy that is ours to
-    // free, or leaves null.
+    // SAFETY: the caller guarantees a valid set. The library returns a copy that we must free, or leaves
+    // null.
     unsafe {
         if !c::dds_qget_prop(policies, name.as_ptr(), &raw mut value) || value.is_null() {
             return None;
@@ -113,19 +113,19 @@ pub(super) unsafe fn property(policies: *const c::dds_qos_t, name: &CStr) -> Opt
     }
 }
 
-/// Reads what an endpoint offers or asks for, and its user data.
+/// Reads the QoS that an endpoint offers or requests, and its user data.
 ///
 /// # Safety
 ///
-/// `policies` is null or a set that is alive.
+/// `policies` is null or a valid set.
 pub(super) unsafe fn read(policies: *const c::dds_qos_t) -> (Qos, Vec<u8>) {
     let mut qos = Qos::best_effort(1);
     if policies.is_null() {
         return (qos, Vec::new());
     }
     let (mut kind, mut depth, mut period_ns) = (0, 1, INFINITE_NS);
-    // SAFETY: the set is alive as the caller promises, and all that is written to is ours. A policy
-    // that is not in the set leaves what it would have written as it was.
+    // SAFETY: the caller guarantees a valid set, and all outputs are ours. A policy that is not in the set
+    // leaves its output unchanged.
     unsafe {
         if c::dds_qget_reliability(policies, &raw mut kind, ptr::null_mut())
             && kind == c::dds_reliability_kind_DDS_RELIABILITY_RELIABLE
@@ -160,10 +160,10 @@ pub(super) unsafe fn read(policies: *const c::dds_qos_t) -> (Qos, Vec<u8>) {
 
 /// # Safety
 ///
-/// `policies` is a set that is alive.
+/// `policies` is a valid set.
 unsafe fn user_data(policies: *const c::dds_qos_t) -> Vec<u8> {
     let (mut bytes, mut size) = (ptr::null_mut::<c_void>(), 0);
-    // SAFETY: the library gives a copy of so many bytes, or null; the copy is ours to free.
+    // SAFETY: the library returns a copy of `size` bytes, or null; we must free the copy.
     unsafe {
         if !c::dds_qget_userdata(policies, &raw mut bytes, &raw mut size) || bytes.is_null() {
             return Vec::new();
@@ -174,7 +174,7 @@ unsafe fn user_data(policies: *const c::dds_qos_t) -> Vec<u8> {
     }
 }
 
-/// The ROS name of a policy of the library.
+/// The ROS name of a policy id of the library.
 pub(super) fn policy_name(id: u32) -> String {
     let name = match id {
         c::dds_qos_policy_id_DDS_DURABILITY_QOS_POLICY_ID => "durability",
@@ -218,7 +218,7 @@ mod tests {
         });
         for qos in all {
             let policies = Policies::new(&qos, "typehash=x;");
-            // SAFETY: the set lives until the end of the block.
+            // SAFETY: the set is valid until the end of the block.
             let (read, user_data) = unsafe { read(policies.as_ptr()) };
             assert_eq!((read, user_data), (qos, b"typehash=x;".to_vec()));
         }

@@ -1,4 +1,4 @@
-//! The receiving end of a topic in the library.
+//! The reader of a topic in the library.
 
 use std::collections::BTreeMap;
 use std::ffi::{CString, c_void};
@@ -20,15 +20,15 @@ use super::sertype;
 use crate::bus::Arrival;
 use crate::graph::Gid;
 
-/// How many messages are taken from the library at once.
+/// The number of messages taken from the library at a time.
 const BATCH: usize = 32;
-/// How many publishers a reader remembers; a topic has a few at a time.
+/// The most publishers that a reader remembers; a topic has a few at a time.
 const REMEMBERED: usize = 4096;
 
-/// A reader: it hands over what arrives as long as it lives.
+/// A reader, which delivers messages until it is dropped.
 #[derive(Debug)]
 pub(super) struct Reader {
-    /// Before `_callbacks`: when its end returns, the library calls back no more.
+    /// Declared before `_callbacks`: once it is deleted, the library makes no more callbacks.
     _entity: Entity,
     _callbacks: Box<Callbacks>,
 }
@@ -38,9 +38,9 @@ pub(super) struct Reader {
 pub(super) enum ReaderEvent {
     /// A message arrived.
     Arrived(Arrival),
-    /// A publisher offers less of this policy than was asked for.
+    /// The policy of a publisher that offers less than was requested.
     Incompatible(String),
-    /// So many deadlines passed without a message.
+    /// The number of deadlines missed since the last event.
     DeadlinesMissed(u64),
 }
 
@@ -49,7 +49,7 @@ pub(super) type OnEvent = Box<dyn Fn(ReaderEvent) + Send + Sync>;
 
 struct Callbacks {
     report: OnEvent,
-    /// The ids of the publishers heard so far, by the library's handle.
+    /// The GIDs of known publishers, by the library's handle.
     publishers: Mutex<BTreeMap<u64, Gid>>,
 }
 
@@ -70,11 +70,11 @@ impl Reader {
     ) -> Result<Reader, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
-        // The topic may end here: the reader keeps what it needs of it.
+        // The topic may be deleted here: the reader keeps what it needs of it.
         let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
         let callbacks = Box::new(Callbacks { report, publishers: Mutex::default() });
         let policies = Policies::new(qos, user_data);
-        // SAFETY: the listener is copied by the call, and its argument lives as long as the reader.
+        // SAFETY: the library copies the listener, and its argument lives as long as the reader.
         let handle = unsafe {
             let argument = ptr::from_ref(&*callbacks).cast_mut().cast::<c_void>();
             let listener = c::dds_create_listener(argument);
@@ -91,14 +91,14 @@ impl Reader {
 }
 
 impl Callbacks {
-    /// Calls the callback, and stops a panic where it would otherwise enter the library.
+    /// Calls the callback, and catches panics before they enter the library.
     fn report(&self, told: ReaderEvent) {
         if catch_unwind(AssertUnwindSafe(|| (self.report)(told))).is_err() {
             tracing::error!("the callback of a subscription panicked");
         }
     }
 
-    /// The id of the publisher with this handle.
+    /// The GID of the publisher with this handle.
     fn publisher(&self, reader: c::dds_entity_t, handle: u64) -> Gid {
         let mut known = self.publishers.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(gid) = known.get(&handle) {
@@ -114,7 +114,7 @@ impl Callbacks {
 }
 
 fn publisher(reader: c::dds_entity_t, handle: u64) -> Option<Gid> {
-    // SAFETY: the library returns null or a structure that is ours to free.
+    // SAFETY: the library returns null or a structure that we must free.
     unsafe {
         let endpoint = c::dds_get_matched_publication_data(reader, handle);
         let gid = endpoint.as_ref().map(|endpoint| Gid::prefixed(endpoint.key.v));
@@ -125,7 +125,7 @@ fn publisher(reader: c::dds_entity_t, handle: u64) -> Option<Gid> {
     }
 }
 
-/// An id for a publisher that was gone before its last messages were taken.
+/// A GID for a publisher that was gone before its last messages were taken.
 fn stand_in(handle: u64) -> Gid {
     let mut gid = [0; 16];
     gid[..8].copy_from_slice(&handle.to_be_bytes());
@@ -149,7 +149,7 @@ unsafe extern "C" fn data_available(reader: c::dds_entity_t, callbacks: *mut c_v
         let taken = usize::try_from(taken).unwrap_or(0);
         messages_taken += taken;
         for (message, info) in messages.iter().zip(&infos).take(taken) {
-            // SAFETY: so many of each were filled; each message comes with a reference.
+            // SAFETY: the first `taken` entries were filled; each message comes with a reference.
             let (content, info) = unsafe { (message::take(*message), info.assume_init_ref()) };
             if info.valid_data {
                 let at = info.source_timestamp;

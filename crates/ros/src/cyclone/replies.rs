@@ -1,4 +1,4 @@
-//! The way back to the clients of a service.
+//! Replies to the clients of a service.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
@@ -9,20 +9,20 @@ use super::domain::Participant;
 use super::writer::{Met, Writer};
 use crate::graph::Gid;
 
-/// How many replies wait for their clients; the oldest is dropped for the next.
+/// The most replies that wait for their clients; beyond that the oldest is dropped.
 const WAITING: usize = 64;
 
-/// Sends replies. A client's requests may be heard before the reader of its replies is discovered,
-/// and DDS drops what is written until then, so the reply waits for that reader.
+/// Sends replies. A client's requests may arrive before its reply reader is discovered, and DDS drops
+/// messages written until then, so a reply waits for that reader.
 pub(super) struct Replies {
     topic: String,
-    /// Set as soon as it is open.
+    /// Set once the writer exists.
     writer: OnceLock<Writer>,
     waiting: Mutex<VecDeque<(Gid, Vec<u8>)>>,
 }
 
 impl Replies {
-    /// Opens the topic of replies.
+    /// Opens the reply topic.
     pub(super) fn open(
         participant: &Participant,
         (topic, type_name): (&str, &str),
@@ -43,10 +43,11 @@ impl Replies {
         Ok(replies)
     }
 
-    /// Sends a reply to the client whose request came from this writer, now or once it is reached.
+    /// Sends a reply to the client whose request came from this writer, either now or when its reader is
+    /// discovered.
     pub(super) fn send(&self, asker: Gid, reply: Vec<u8>) {
         let Some(writer) = self.writer.get() else { return };
-        // A reader that is matched after this question waits for the lock, and finds the reply.
+        // A reader that is matched after this check waits for the lock, and then finds the reply.
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         if !writer.reaches_participant_of(asker) {
             if waiting.len() == WAITING {

@@ -1,4 +1,4 @@
-//! Our one kind of type: any name, plain CDR, never looked into.
+//! Our single sertype: any name, plain CDR, opaque content.
 
 use std::ffi::{CStr, c_void};
 use std::ptr;
@@ -12,13 +12,13 @@ use super::message;
 #[repr(transparent)]
 pub(super) struct Shared<T>(pub(super) T);
 
-// SAFETY: the tables hold pointers to functions and null, and nobody writes to them.
+// SAFETY: the tables contain only function pointers and null, and are never modified.
 unsafe impl<T> Sync for Shared<T> {}
 
-/// Opens a topic of the given type in a participant.
+/// Creates a topic of the given type in a participant.
 pub(super) fn topic(participant: &Entity, name: &CStr, type_name: &CStr) -> Result<Entity, String> {
-    // SAFETY: the strings outlive the calls, which copy them. The library takes over our reference
-    // to the type when the topic is made, and leaves it to us when it is not.
+    // SAFETY: the strings outlive the calls, which copy them. The library takes over our reference to the
+    // type if the topic is created, and leaves it to us otherwise.
     unsafe {
         let mut sertype = make(type_name);
         let handle = c::dds_create_topic_sertype(
@@ -38,10 +38,10 @@ pub(super) fn topic(participant: &Entity, name: &CStr, type_name: &CStr) -> Resu
 
 /// # Safety
 ///
-/// None beyond that the result is given to the library or freed.
+/// None, except that the result must be given to the library or freed.
 unsafe fn make(type_name: &CStr) -> *mut c::ddsi_sertype {
-    // SAFETY: all zeros is a value of this C structure, and the library then fills it. No property
-    // is set: the type has no key and no known size.
+    // SAFETY: all zeros is a valid value of this C structure, and the library then fills it. No property is
+    // set: the type has no key and no fixed size.
     unsafe {
         let sertype = Box::into_raw(Box::new(std::mem::zeroed()));
         c::ddsi_sertype_init_props(
@@ -76,24 +76,24 @@ static OPERATIONS: Shared<c::ddsi_sertype_ops> = Shared(c::ddsi_sertype_ops {
 });
 
 unsafe extern "C" fn free(sertype: *mut c::ddsi_sertype) {
-    // SAFETY: it was made by `make` from a box, and the last reference is gone.
+    // SAFETY: `make` created it from a box, and this is the last reference.
     unsafe {
         c::ddsi_sertype_fini(sertype);
         drop(Box::from_raw(sertype));
     }
 }
 
-/// Types are equal when their names are, which the library has compared.
+/// Types are equal if their names are, which the library has compared.
 unsafe extern "C" fn equal(_one: *const c::ddsi_sertype, _other: *const c::ddsi_sertype) -> bool {
     true
 }
 
-/// There is nothing beyond the name, which the library has hashed.
+/// There is nothing to hash except the name, which the library has hashed.
 unsafe extern "C" fn hash(_sertype: *const c::ddsi_sertype) -> u32 {
     0
 }
 
-// Decoded samples do not exist with this type, so there are none to make or free.
+// This type has no decoded samples to allocate or free.
 
 unsafe extern "C" fn zero_samples(_: *const c::ddsi_sertype, _samples: *mut c_void, _count: usize) {
 }

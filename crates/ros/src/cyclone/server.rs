@@ -1,4 +1,4 @@
-//! The answering end of a service.
+//! The server end of a service.
 
 use bytes::Bytes;
 
@@ -9,13 +9,13 @@ use super::replies::Replies;
 use super::service::{Call, QOS, Service};
 use super::type_server::shipped_hash;
 
-/// A server: it answers as long as it lives.
+/// A server, which answers requests until it is dropped.
 pub(super) struct Server {
     _reader: Reader,
 }
 
 impl Server {
-    /// Begins to answer requests of one type by replies of another.
+    /// Starts to answer requests of one type with replies of another.
     pub(super) fn open(
         participant: &Participant,
         service: &Service,

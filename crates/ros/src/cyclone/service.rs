@@ -4,9 +4,9 @@ use teampulse_core::qos::Qos;
 
 use crate::graph::Gid;
 
-/// The length of CDR's own header [bytes].
+/// The length of the CDR header [bytes].
 const CDR_HEADER_BYTES: usize = 4;
-/// The length of what stands between that and the message [bytes].
+/// The length of the request header, between the CDR header and the message [bytes].
 const CALL_BYTES: usize = 16;
 
 /// The names of a service on the wire.
@@ -15,41 +15,41 @@ pub(super) struct Service {
     pub(super) reply_topic: String,
 }
 
-/// What services ask of the network in ROS 2.
+/// The QoS of services in ROS 2.
 pub(super) const QOS: Qos = Qos::reliable(10);
 
-/// How the ids of participants on Cyclone DDS begin: RTPS's number of its vendor.
+/// The prefix of Cyclone DDS participant ids: RTPS's vendor id.
 const CYCLONE_DDS: [u8; 2] = [0x01, 0x10];
 
-/// Whether the server with this id speaks this mapping: others put the call elsewhere, and take
-/// ours for a part of the message.
+/// Whether the server with this GID uses this mapping: others place the request header elsewhere, and would
+/// take ours for a part of the message.
 pub(super) fn speaks_it(server: Gid) -> bool {
     server.bytes().starts_with(&CYCLONE_DDS)
 }
 
-/// Which request a message is, or answers.
+/// The request header, which identifies a request or its reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Call {
-    /// Who asks; the client's own choice.
+    /// The client's id, chosen by the client.
     pub(super) client: u64,
-    /// The number of the request.
+    /// The sequence number of the request.
     pub(super) number: i64,
 }
 
 impl Service {
-    /// The service with which a node provides the definitions of its types.
+    /// The service through which a node provides the definitions of its types.
     pub(super) fn get_type_description(node: &str) -> Service {
         Service::named(&format!("{node}/get_type_description"))
     }
 
-    /// The service of this name.
+    /// The service with this name.
     pub(super) fn named(name: &str) -> Service {
         Service { request_topic: format!("rq{name}Request"), reply_topic: format!("rr{name}Reply") }
     }
 }
 
 impl Call {
-    /// A message of this call, from plain CDR.
+    /// Prepends the request header to plain CDR.
     pub(super) fn wrap(self, cdr: &[u8]) -> Vec<u8> {
         let (header, message) = cdr.split_at(CDR_HEADER_BYTES.min(cdr.len()));
         let mut wrapped = Vec::with_capacity(cdr.len() + CALL_BYTES);
@@ -65,7 +65,7 @@ impl Call {
         wrapped
     }
 
-    /// The call of a message, and its plain CDR; `None` if it is too short.
+    /// Splits a message into request header and plain CDR; `None` if it is too short.
     pub(super) fn unwrap(wrapped: &[u8]) -> Option<(Call, Vec<u8>)> {
         let (header, rest) = wrapped.split_at_checked(CDR_HEADER_BYTES)?;
         let (client, rest) = rest.split_first_chunk()?;

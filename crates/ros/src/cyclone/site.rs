@@ -1,4 +1,4 @@
-//! Our place in a domain, and the thread that watches the domain from there.
+//! Our participant in a domain, and the thread that watches the domain.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicI64, Ordering};
@@ -21,12 +21,12 @@ use crate::graph::Graph;
 
 /// How long changes are collected before they are reported.
 const COALESCED: Duration = Duration::from_millis(5);
-/// How often it is looked for readers that may go.
+/// How often readers are checked for removal.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How many incidents wait for a slow listener.
+/// The most incidents queued for a slow listener.
 const INCIDENTS: usize = 256;
 
-/// Our place in a domain.
+/// Our participant in a domain, with its graph and subscriptions.
 pub(super) struct Site {
     pub(super) namespace: String,
     pub(super) node_name: String,
@@ -64,17 +64,17 @@ impl Site {
         }
     }
 
-    /// Who is there.
+    /// The census of the domain.
     pub(super) fn census(&self) -> MutexGuard<'_, Census> {
         self.census.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A number for a call of a service.
+    /// The next sequence number for a service request.
     pub(super) fn next_call(&self) -> i64 {
         self.calls.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Keeps a subscription suited to what is offered, as long as it is alive.
+    /// Keeps a subscription adapted to the offered QoS while it exists.
     pub(super) fn keep(&self, subscription: &Arc<Listening>) {
         let mut all = self.subscriptions();
         let topic = Arc::<str>::from(subscription.topic());
@@ -127,7 +127,7 @@ impl Subscriptions {
 
 /// Watches a domain.
 pub(super) struct Watcher {
-    /// Before `site`, in whose participant they live; so is `nodes`.
+    /// Declared before `site`, whose participant they use, to be dropped first; so is `nodes`.
     discovery: Discovery,
     nodes: Nodes,
     site: Arc<Site>,
@@ -139,7 +139,7 @@ pub(super) struct Watcher {
 }
 
 impl Watcher {
-    /// Starts watching; ids are announced in this width, or in that of the first announcement received.
+    /// Starts watching; GIDs are announced with this width, or that of the first announcement received.
     pub(super) fn new(
         site: Arc<Site>,
         domain: u32,
@@ -151,7 +151,7 @@ impl Watcher {
         Ok(Watcher { discovery, nodes, site, width, is_announced: false, overflow, ambiguous })
     }
 
-    /// Watches until the site's `wake` ends.
+    /// Watches the domain until the site's `wake` ends.
     pub(super) fn run(mut self) {
         while self.site.wake.wait(PATIENCE) {
             self.look();
@@ -160,9 +160,9 @@ impl Watcher {
         }
     }
 
-    /// Takes what has changed, and reports it.
+    /// Takes all changes, and reports them.
     pub(super) fn look(&mut self) {
-        // In this order: who is heard was discovered before.
+        // The order matters: the participants in announcements were discovered before.
         let heard = self.nodes.take();
         let changes = self.discovery.take();
         if heard.is_empty() && changes.is_empty() {
@@ -195,7 +195,7 @@ impl Watcher {
         }
     }
 
-    /// Reports how many packets were dropped because our receive buffers were full.
+    /// Reports the number of packets dropped because our receive buffers were full.
     fn report_overflow(&mut self) {
         let packets = self.overflow.look(self.site.clock.now());
         if packets > 0 {

@@ -1,27 +1,27 @@
-//! The sockets through which the library receives, as the kernel lists them.
+//! The receiving sockets of the library, as listed by the kernel.
 
 use std::fs;
 use std::ops::Range;
 
-/// Where the kernel lists the sockets of this network namespace.
+/// The kernel's tables of the sockets in this network namespace.
 const TABLES: [&str; 2] = ["/proc/self/net/udp", "/proc/self/net/udp6"];
 
-/// A socket in the kernel's list.
+/// A socket in the kernel's table.
 #[derive(Debug, PartialEq)]
 pub(super) struct Socket {
     pub(super) port: u32,
     pub(super) inode: u64,
-    /// How many packets found its receive buffer full.
+    /// The number of packets that found its receive buffer full.
     pub(super) dropped: u32,
 }
 
-/// The ports of a domain: RTPS's, 250 to a domain.
+/// The port range of a domain: 250 ports, as defined by RTPS.
 pub(super) fn ports(domain: u32) -> Range<u32> {
     let first = 7400_u32.saturating_add(domain.saturating_mul(250));
     first..first.saturating_add(250)
 }
 
-/// The sockets of this process, each with the number of its file.
+/// The sockets of this process, each with its file descriptor.
 pub(super) fn own() -> Vec<(i32, Socket)> {
     let files = own_files();
     let text = TABLES.map(|path| fs::read_to_string(path).unwrap_or_default()).concat();
@@ -30,7 +30,7 @@ pub(super) fn own() -> Vec<(i32, Socket)> {
     listed.filter_map(|socket| Some((file_of(socket.inode)?, socket))).collect()
 }
 
-/// The files of this process that are sockets, by their numbers and the sockets' numbers.
+/// The file descriptors of this process that are sockets, with the inodes of the sockets.
 fn own_files() -> Vec<(i32, u64)> {
     let files = fs::read_dir("/proc/self/fd").into_iter().flatten().flatten();
     let numbers = files.filter_map(|file| {
@@ -41,7 +41,7 @@ fn own_files() -> Vec<(i32, u64)> {
     numbers.collect()
 }
 
-/// Reads a line of the kernel's list; `None` for its heading.
+/// Parses a line of the kernel's table; `None` for its heading.
 fn read(line: &str) -> Option<Socket> {
     let fields: Vec<&str> = line.split_whitespace().collect();
     let (_, port) = fields.get(1)?.rsplit_once(':')?;
@@ -52,10 +52,10 @@ fn read(line: &str) -> Option<Socket> {
     })
 }
 
-/// Enlarges the receive buffers of a domain's sockets beyond `net.core.rmem_max` where that is
-/// permitted, which the library does not ask for. The smallest of them afterwards [bytes].
+/// Enlarges the receive buffers of a domain's sockets beyond `net.core.rmem_max` where permitted, which the
+/// library does not attempt. Returns the size of the smallest one afterwards [bytes].
 ///
-/// What the user configured stays: only what the kernel cut to its limit is asked for again.
+/// The user's configuration is respected: only sizes that the kernel cut to its limit are requested again.
 #[cfg(target_os = "linux")]
 pub(super) fn enlarge(domain: u32) -> Option<usize> {
     use crate::receiving::BUFFER_BYTES;
@@ -66,10 +66,10 @@ pub(super) fn enlarge(domain: u32) -> Option<usize> {
     let limit: Option<usize> = limit.and_then(|text| text.trim().parse().ok());
     let ours = own().into_iter().filter(|(_, socket)| ports(domain).contains(&socket.port));
     let sizes = ours.filter_map(|(file, _)| {
-        // SAFETY: it was open a moment ago, and it stays so as long as the domain that our caller
-        // has joined.
+        // SAFETY: it was open a moment ago, and stays open as long as the domain that the caller has
+        // joined.
         let socket = unsafe { BorrowedFd::borrow_raw(file) };
-        // The kernel doubles what is asked for.
+        // The kernel doubles the requested size.
         let size = || sockopt::socket_recv_buffer_size(socket).map(|bytes| bytes / 2);
         if size().ok()? < BUFFER_BYTES && limit.is_none_or(|limit| size() == Ok(limit)) {
             let larger = sockopt::set_socket_recv_buffer_size_force(socket, BUFFER_BYTES);
@@ -117,7 +117,7 @@ mod tests {
     fn buffers_that_the_kernel_cut_become_as_large_as_permitted_and_others_stay() {
         use crate::receiving;
         use rustix::net::sockopt;
-        // A domain of its own, far from those that tests join.
+        // A separate domain, far from those that other tests join.
         let (domain, first) = (200, ports(200).start as u16);
         let bind =
             |from: u16| (from..from + 40).find_map(|p| UdpSocket::bind(("127.0.0.1", p)).ok());

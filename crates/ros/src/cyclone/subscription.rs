@@ -1,4 +1,4 @@
-//! Our subscriptions: a reader each, opened anew when others offer something else.
+//! Our subscriptions: each has a reader, which is replaced when the offered QoS changes.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -18,13 +18,12 @@ use crate::bus::{Asked, Deliver, Incident};
 use crate::graph::{Endpoint, Graph};
 use crate::offer;
 
-/// How long a reader is kept beside the one that replaces it, so that nothing is lost while
-/// publishers get to know the new one.
+/// How long a replaced reader is kept, so that nothing is lost until publishers have matched the new one.
 const OVERLAP: Duration = Duration::from_secs(2);
 
 /// A subscription to one topic.
 pub(super) struct Listening {
-    /// Before `participant`, in which they live.
+    /// Declared before `participant`, which they use, to be dropped first.
     readers: Mutex<Readers>,
     participant: Arc<Participant>,
     topic: String,
@@ -33,7 +32,7 @@ pub(super) struct Listening {
     ear: Arc<Ear>,
 }
 
-/// How a subscription handles the events of its readers.
+/// The handler of a subscription's reader events.
 struct Ear {
     topic: String,
     adaptive: bool,
@@ -51,7 +50,7 @@ struct Readers {
 }
 
 impl Listening {
-    /// Begins to listen to a ROS topic and type, by what the graph offers now.
+    /// Subscribes to a ROS topic and type, with the QoS that the graph suggests.
     pub(super) fn begin(
         site: &Site,
         (topic, type_name): (&str, &str),
@@ -100,14 +99,14 @@ impl Listening {
         Ok(readers.retired.is_empty())
     }
 
-    /// Ends it: when this returns nothing is delivered any more.
+    /// Closes the subscription: after this returns nothing more is delivered.
     pub(super) fn close(&self) {
         let mut readers = self.lock();
         *readers = Readers { closed: true, ..Readers::default() };
     }
 
-    /// What to ask for. When nobody offers anything, the last choice is kept, but for a deadline:
-    /// nobody promises one.
+    /// The QoS to request. Without offers, the last choice is kept, except for a deadline, which nobody
+    /// offers.
     fn wanted(&self, offers: &[&Endpoint], current: Option<&Qos>) -> Qos {
         match (&self.asked, current) {
             (Asked::Exactly(qos), _) => qos.clone(),
@@ -122,8 +121,8 @@ impl Listening {
 
     fn open(&self, qos: &Qos, offers: &[&Endpoint]) -> Result<Reader, String> {
         let (topic, type_name) = (names::dds_topic(&self.topic), names::dds_type(&self.type_name));
-        // Before anything is offered, the hash is that of the shipped definition: stock tools warn without
-        // one.
+        // Before anything is offered, the hash is that of the shipped definition: standard tools warn
+        // without one.
         let offered = offers.iter().find(|offer| !offer.type_hash.is_empty());
         let shipped = || shipped_hash(&self.type_name);
         let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
@@ -148,7 +147,7 @@ impl Ear {
                     (self.deliver)(arrival);
                 }
             }
-            // It is about to ask for less.
+            // It is about to request less.
             ReaderEvent::Incompatible(_) if self.adaptive => {}
             ReaderEvent::Incompatible(policy) => {
                 let topic = self.topic.clone();

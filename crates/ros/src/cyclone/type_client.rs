@@ -1,4 +1,4 @@
-//! Asking other nodes for the definitions of their types.
+//! Requests type definitions from other nodes.
 
 use std::time::Duration;
 
@@ -17,14 +17,15 @@ use super::site::Site;
 use crate::bus::Reply;
 use crate::definitions;
 
-/// How long a node has for its answer.
+/// How long to wait for a node's reply.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// After how long a node is asked again: it may have answered before it knew where to.
+/// The interval at which a request is repeated: a node may have replied before it had discovered our
+/// reader.
 const AGAIN: Duration = Duration::from_millis(500);
-/// How often it is looked whether a node can hear us.
+/// How often to check whether a node has matched our client.
 const GLANCE: Duration = Duration::from_millis(10);
 
-/// Asks a node for a type; says why it gave none.
+/// Requests a type from a node; fails with the reason why there is none.
 pub(super) async fn ask(
     site: &Site,
     node: &str,
@@ -49,7 +50,7 @@ pub(super) async fn ask(
     definitions::linked(type_name, hash, |part| text_of(&response, part))
 }
 
-/// The text of a part in an answer, if it is written in the language of messages.
+/// The text of a type in a response, if it is in `.msg` format.
 fn text_of(response: &Response, part: &str) -> Option<String> {
     let is_it = |encoding: &str, name: &str| encoding == "msg" && name == part;
     let mut sources = response.type_sources.iter();
@@ -57,7 +58,7 @@ fn text_of(response: &Response, part: &str) -> Option<String> {
     Some(source.raw_file_contents.clone())
 }
 
-/// An asker of one node.
+/// A client of one node.
 struct Asker {
     client: Client,
     replies: mpsc::Receiver<Bytes>,
@@ -67,14 +68,14 @@ impl Asker {
     fn open(site: &Site, service: &Service) -> Result<Asker, String> {
         let (sender, replies) = mpsc::channel(16);
         let hear = move |reply: Reply| {
-            // Answers to what was asked again wait for nobody.
+            // Replies to repeated requests are no longer needed.
             sender.try_send(reply.bytes).ok();
         };
         let client = Client::open(site, service, (Request::NAME, Response::NAME), hear)?;
         Ok(Asker { client, replies })
     }
 
-    /// Asks until there is an answer.
+    /// Sends the request until there is a reply.
     async fn call(&mut self, request: &[u8]) -> Result<Response, String> {
         while self.client.servers() == 0 {
             sleep(GLANCE).await;

@@ -11,7 +11,7 @@ use super::site::Site;
 use super::type_client;
 use crate::definitions;
 
-/// How many nodes are asked for one type.
+/// The most nodes that are asked for one type.
 const MOST_ASKED: usize = 8;
 
 /// Finds the definition of a type: the shipped one if it has the hash; the one that a publishing node
@@ -45,7 +45,7 @@ pub(super) async fn find(
     }
 }
 
-/// Asks all nodes at once that publish a type; says why each of them gave none.
+/// Asks all nodes that publish a type, concurrently; fails with the reasons of each.
 async fn ask_all(site: &Arc<Site>, type_name: &str, hash: &str) -> Result<Schema, Vec<String>> {
     let mut asked = JoinSet::new();
     let nodes = site.census().nodes_that_publish(type_name);

@@ -1,4 +1,4 @@
-//! Provides the definitions of our types, as every node of ROS 2 does.
+//! Provides the definitions of our types, like every ROS 2 node.
 
 use teampulse_messages::catalogue;
 use teampulse_messages::definition::Definition;
@@ -19,7 +19,7 @@ pub(super) struct TypeServer {
 }
 
 impl TypeServer {
-    /// Begins to answer as this node.
+    /// Starts to answer requests for this node.
     pub(super) fn open(participant: &Participant, node: &str) -> Result<TypeServer, String> {
         let service = Service::get_type_description(node);
         let answer = |request: &[u8]| Some(answer(&Request::decode(request).ok()?).encode());
@@ -28,7 +28,7 @@ impl TypeServer {
     }
 }
 
-/// The user data with the hash of a shipped type.
+/// The user data with the type hash of a shipped type.
 pub(super) fn shipped_hash(type_name: &str) -> String {
     names::user_data(catalogue::shipped(type_name).as_ref().map_or("", |schema| &schema.hash))
 }

@@ -1,9 +1,9 @@
-//! Waking the thread that watches a domain.
+//! Wakes the thread that watches a domain.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Wakes one thread; waking it twice before it looks is waking it once.
+/// A wake-up flag for one thread; several wake-ups before the thread checks count as one.
 #[derive(Debug, Default)]
 pub(super) struct Wake {
     state: Mutex<State>,
@@ -29,7 +29,7 @@ impl Wake {
         self.changed.notify_one();
     }
 
-    /// Waits until it is woken, at most for `patience`. Says whether to go on.
+    /// Waits for a wake-up, at most for `patience`. Returns whether to continue.
     pub(super) fn wait(&self, patience: Duration) -> bool {
         let quiet = |state: &mut State| !state.woken && !state.ended;
         let waited = self.changed.wait_timeout_while(self.lock(), patience, quiet);
@@ -38,10 +38,10 @@ impl Wake {
         !state.ended
     }
 
-    /// Waits for `pause`, so that what comes in a burst is looked at once; less when it ends.
+    /// Waits for `pause`, so that a burst of changes is handled at once; returns early at the end.
     pub(super) fn pause(&self, pause: Duration) {
         let going = |state: &mut State| !state.ended;
-        // What came of it is seen at the next `wait`.
+        // The result is seen at the next `wait`.
         drop(self.changed.wait_timeout_while(self.lock(), pause, going));
     }
 

@@ -1,4 +1,4 @@
-//! The sending end of a topic in the library.
+//! The writer of a topic in the library.
 
 use std::ffi::{CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,32 +16,33 @@ use super::qos::{self, Policies};
 use super::sertype;
 use crate::graph::Gid;
 
-/// What a writer hears of readers. Called on threads of the library.
+/// An event of a writer concerning readers. Called on threads of the library.
 #[derive(Debug)]
 pub(super) enum Met {
-    /// A reader began to take what is written, or ended.
+    /// A reader was matched or unmatched.
     Matched,
-    /// A subscription asks for more of this policy than is offered.
+    /// The policy of which a subscription requests more than is offered.
     Incompatible(String),
 }
 
-/// What is called for all that a writer hears of readers.
+/// The callback for all events of a writer.
 pub(super) type Meet = Box<dyn Fn(Met) + Send + Sync>;
 
-/// How many readers are looked at to find one of a participant; with more it is taken for granted.
+/// The most readers that are searched for one of a given participant; beyond that it is assumed to be
+/// matched.
 const REACHED: usize = 256;
 
-/// A writer: what it writes is numbered from one, as the library numbers it.
+/// A writer. Its messages have sequence numbers from one, like those of the library.
 pub(super) struct Writer {
-    /// Before `_meet`: when its end returns, the library calls back no more.
+    /// Declared before `_meet`: once it is deleted, the library makes no more callbacks.
     entity: Entity,
     _meet: Box<Meet>,
-    /// How many messages were written. Held while one is, so that the numbers keep their order.
+    /// The number of messages written. Locked during a write, so that sequence numbers stay in order.
     written: Mutex<u64>,
 }
 
 impl Writer {
-    /// Opens a writer of a DDS topic and type.
+    /// Creates a writer of a DDS topic and type.
     pub(super) fn open(
         participant: &Participant,
         (topic, type_name): (&str, &str),
@@ -51,11 +52,11 @@ impl Writer {
     ) -> Result<Writer, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
-        // The topic may end here: the writer keeps what it needs of it.
+        // The topic may be deleted here: the writer keeps what it needs of it.
         let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
         let meet = Box::new(meet);
         let policies = Policies::new(qos, user_data);
-        // SAFETY: the listener is copied by the call, and its argument lives as long as the writer.
+        // SAFETY: the library copies the listener, and its argument lives as long as the writer.
         let handle = unsafe {
             let argument = ptr::from_ref(&*meet).cast_mut().cast::<c_void>();
             let listener = c::dds_create_listener(argument);
@@ -70,15 +71,15 @@ impl Writer {
         Ok(Writer { entity, _meet: meet, written: Mutex::new(0) })
     }
 
-    /// Writes a message: CDR with its header, with the given stamp or the current time. Waits for slow
+    /// Writes a message: CDR with its header, with the given timestamp or the current time. Blocks on slow
     /// subscribers for at most a second.
     pub(super) fn write(&self, cdr: &[u8], stamp: Option<Time>) -> Result<(), String> {
         if cdr.len() < message::HEADER_BYTES {
             return Err(format!("it has {} bytes, but CDR has a header of four", cdr.len()));
         }
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: the type lives as long as the writer, and the call takes over the reference to
-        // the message whether it fails or not.
+        // SAFETY: the type lives as long as the writer, and the call takes over the reference to the
+        // message whether it succeeds or not.
         checked(unsafe {
             let mut sertype = ptr::null();
             let found = c::dds_get_entity_sertype(self.entity.handle(), &raw mut sertype);
@@ -93,14 +94,14 @@ impl Writer {
                 }
             }
         })?;
-        // A message that was refused was given no number.
+        // A rejected message was given no sequence number.
         *written += 1;
         Ok(())
     }
 
-    /// How many readers are matched now.
+    /// The number of matched readers.
     pub(super) fn readers(&self) -> usize {
-        // SAFETY: all zeros is a value of this C structure; it stays so if the call fails.
+        // SAFETY: all zeros is a valid value of this C structure; it stays so if the call fails.
         unsafe {
             let mut status: c::dds_publication_matched_status_t = std::mem::zeroed();
             c::dds_get_publication_matched_status(self.entity.handle(), &raw mut status);
@@ -108,12 +109,12 @@ impl Writer {
         }
     }
 
-    /// Whether a reader of the same participant as this entity is matched now.
+    /// Whether a reader of the same participant as this entity is matched.
     pub(super) fn reaches_participant_of(&self, entity: Gid) -> bool {
         let matched = self.entity.handle();
         let mut handles = [0; REACHED];
-        // SAFETY: as many handles are written as there is room for, and what was found by one is
-        // given back.
+        // SAFETY: the library writes no more handles than there is room for, and each returned structure is
+        // freed.
         unsafe {
             let found = c::dds_get_matched_subscriptions(matched, handles.as_mut_ptr(), REACHED);
             let found = usize::try_from(found).unwrap_or(0);
@@ -156,7 +157,7 @@ unsafe extern "C" fn matched(
 /// # Safety
 /// `meet` points to a `Meet`.
 unsafe fn call(meet: *mut c_void, met: Met) {
-    // SAFETY: the caller promises it.
+    // SAFETY: guaranteed by the caller.
     let meet = unsafe { &*meet.cast::<Meet>() };
     if catch_unwind(AssertUnwindSafe(|| meet(met))).is_err() {
         tracing::error!("the callback of a publisher panicked");

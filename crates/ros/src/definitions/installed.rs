@@ -6,7 +6,7 @@ use std::path::PathBuf;
 pub(crate) fn installed(prefixes: &[PathBuf], type_name: &str) -> Option<String> {
     let parts: Vec<&str> = type_name.split('/').collect();
     let [package, "msg", name] = parts[..] else { return None };
-    // The name comes from the network: it must not lead anywhere else.
+    // The name comes from the network: it must not lead to any other path.
     let is_plain =
         |part: &str| part.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
     if !is_plain(package) || !is_plain(name) {

@@ -1,4 +1,4 @@
-//! What the participants of a memory bus share.
+//! The state shared by the participants of an in-memory bus.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,10 +14,10 @@ use crate::bus::{Answer, Arrival, Asked, Deliver, Incident};
 use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Participant, Service};
 use crate::offer;
 
-/// How many incidents wait for a slow listener.
+/// The most incidents queued for a slow listener.
 const INCIDENTS: usize = 256;
 
-/// The bus itself. One lock is held while a message is handed over, so that everyone sees the same
+/// The bus itself. One lock is held while a message is delivered, so that all participants see the same
 /// order.
 #[derive(Default)]
 pub(super) struct Network(Mutex<State>);
@@ -50,7 +50,7 @@ pub(super) struct Member {
     pub(super) incidents: broadcast::Sender<Incident>,
 }
 
-/// A publisher with what it keeps for late joiners.
+/// A publisher with its history for late joiners.
 pub(super) struct Writer {
     member: Arc<Member>,
     topic: String,
@@ -136,7 +136,7 @@ impl Network {
         gid
     }
 
-    /// Who of others offers a service.
+    /// The servers of a service of other participants.
     pub(super) fn servers(&self, asker: &Arc<Member>, service: &str) -> Vec<(Gid, Answer)> {
         let state = self.lock();
         let offers = |(_, server): &(&Gid, &Server)| {
@@ -170,7 +170,7 @@ impl Network {
             state.report(|graph, _| graph.remove_service(&server.type_name, gid));
         }
         drop(state);
-        // What a subscription holds may itself own an endpoint, so it is let go without the lock.
+        // The callbacks of a subscription may own an endpoint, so they are dropped without the lock.
         drop((reader, writer, server));
     }
 
@@ -209,7 +209,7 @@ impl State {
         self.last_number
     }
 
-    /// An id that begins with that of its participant.
+    /// A GID that starts with that of its participant.
     fn next_gid(&mut self, member: &Member) -> Gid {
         let number = u128::from(self.next_number());
         Gid::prefixed((u128::from(member.number) << 64 | number).to_be_bytes())
@@ -225,7 +225,7 @@ impl State {
         gids.filter_map(|gid| self.readers.get(gid))
     }
 
-    /// What a subscription requests with the publishers that are there now.
+    /// The QoS that a subscription requests from the present publishers.
     fn requested(&self, reader: &Reader) -> Qos {
         match &reader.asked {
             Asked::Exactly(qos) => qos.clone(),
@@ -237,7 +237,7 @@ impl State {
         }
     }
 
-    /// The subscriptions to which a publisher's messages flow.
+    /// The subscriptions that match a publisher.
     fn matched(&self, gid: Gid) -> impl Iterator<Item = &Reader> {
         let writer = self.writers.get(&gid);
         let readers = writer.into_iter().flat_map(|writer| self.readers_of(&writer.topic));
@@ -249,15 +249,15 @@ impl State {
         })
     }
 
-    /// Notifies both sides when a new subscription does not match a publisher.
+    /// Notifies both sides if a new subscription does not match a publisher.
     fn readers_differ(&self, reader: &Reader) {
         for writer in self.writers_of(&reader.topic).filter(|writer| writer.reaches(reader)) {
             report_difference(writer, reader);
         }
     }
 
-    /// Notifies both sides when a new publisher does not match a subscription, and everyone when it gives
-    /// its topic a second type.
+    /// Notifies both sides if a new publisher does not match a subscription, and everyone if it adds a
+    /// second type to its topic.
     fn writer_differs(&self, writer: &Writer) {
         for reader in self.readers_of(&writer.topic).filter(|reader| writer.reaches(reader)) {
             report_difference(writer, reader);
@@ -384,14 +384,14 @@ impl Writer {
         Writer { member, topic, schema, qos, sequence: 0, kept: VecDeque::new() }
     }
 
-    /// Whether its messages would flow to a subscription, were it for the names alone.
+    /// Whether a subscription has the same topic and type.
     fn reaches(&self, reader: &Reader) -> bool {
         self.topic == reader.topic
             && self.schema.name == reader.type_name
             && !Arc::ptr_eq(&self.member, &reader.member)
     }
 
-    /// Numbers a message, and keeps it if late joiners are to have it.
+    /// Numbers a message, and stores it if late joiners should receive it.
     fn number(&mut self, gid: Gid, cdr: &[u8], stamp: Time) -> Arrival {
         self.sequence += 1;
         let arrival = Arrival {
