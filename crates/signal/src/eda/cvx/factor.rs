@@ -13,7 +13,7 @@ struct Row {
     level: [f64; LEVEL],
 }
 
-/// The LDLᵀ factorisation of the symmetric, positive definite matrix of a step.
+/// The `LDLᵀ` factorisation of the symmetric, positive definite matrix of a step.
 ///
 /// Unknowns are eliminated in order of time: a state once two others have followed, a spline when its support
 /// ends, the line last. Each unknown couples to at most nine others, so time and memory are linear in the
