@@ -55,7 +55,7 @@ pub fn recipes(values: &[Value], method: &str) {
     for value in values {
         let (recipe, common) = value.method.split_once("; ").unwrap_or((&value.method, ""));
         // The recipe of one channel is the same for all.
-        let name = value.name.split('/').next().unwrap_or_default();
+        let (name, _) = Value::parts(&value.name);
         match told.iter_mut().find(|(each, _)| *each == common) {
             Some((_, recipes)) if recipes.contains(&(name, recipe)) => {}
             Some((_, recipes)) => recipes.push((name, recipe)),
