@@ -64,10 +64,10 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     if let Some(made) = bag.parts().iter().find(|part| part.is_made) {
         return Err(BagError::NotABag { path: made.path.clone(), found: Found::Foreign });
     }
-    let told = bag.stated_messages();
-    let parts = bag.parts_mut().iter_mut().zip(told);
+    let stated = bag.stated_messages();
+    let parts = bag.parts_mut().iter_mut().zip(stated);
     let files: Vec<RecoveredFile> =
-        parts.map(|(part, told)| recover_file(part, told)).collect::<Result<_, _>>()?;
+        parts.map(|(part, stated)| recover_file(part, stated)).collect::<Result<_, _>>()?;
     if path.is_dir() {
         let bag = Bag::open(path)?;
         let mut metadata = describe(&bag);
@@ -87,9 +87,9 @@ fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
         format!("{name}: {lost} messages were lost to damage")
     });
     let before = metadata.custom.remove(DAMAGE_NOTE);
-    let told: Vec<String> = before.into_iter().chain(lost).collect();
-    if !told.is_empty() {
-        metadata.custom.insert(DAMAGE_NOTE.into(), told.join("; "));
+    let notes: Vec<String> = before.into_iter().chain(lost).collect();
+    if !notes.is_empty() {
+        metadata.custom.insert(DAMAGE_NOTE.into(), notes.join("; "));
     }
 }
 
@@ -108,7 +108,8 @@ fn recover_file(
     if !recovered.damage.is_empty() {
         replace(index, &mut recovered)?;
     }
-    recovered.lost_messages = stated_messages.map(|told| told.saturating_sub(recovered.messages));
+    recovered.lost_messages =
+        stated_messages.map(|stated| stated.saturating_sub(recovered.messages));
     Ok(recovered)
 }
 

@@ -22,7 +22,7 @@ struct Pool {
     joined: Mutex<BTreeMap<BusId, Joined>>,
 }
 
-/// Which bus is meant, as a study says it: `domain = 12`.
+/// A bus as named in a study: `domain = 12`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BusId {
     /// A ROS domain, over DDS.
@@ -49,7 +49,7 @@ struct Joined {
     bus: Arc<dyn Bus>,
 }
 
-/// How a bus that is not yet joined is joined.
+/// How a bus is joined.
 enum Joining {
     /// Over DDS, as a node with this name.
     Dds { environment: Box<Environment>, node_name: String, clock: ReadClock },
@@ -85,7 +85,7 @@ impl Buses {
         Buses(Arc::new(Pool { joining: Joining::Never, joined }))
     }
 
-    /// The bus that is meant, joined if it was not yet.
+    /// The bus with this id, joined on first use.
     pub fn get(&self, id: impl Into<BusId>) -> Result<Arc<dyn Bus>, BusError> {
         let id = id.into();
         let mut joined = self.0.joined.lock().unwrap_or_else(PoisonError::into_inner);
@@ -138,9 +138,9 @@ impl Joining {
             prefixes: environment.prefixes(),
         });
         let bus = joined.map_err(|error| explained(error, environment))?;
-        let told = serve_clock(&*bus, Arc::clone(clock));
-        let told = told.map_err(|error| tracing::warn!("failed to {error}"));
-        Ok(Joined { _clock: told.ok(), bus })
+        let served = serve_clock(&*bus, Arc::clone(clock));
+        let served = served.map_err(|error| tracing::warn!("failed to {error}"));
+        Ok(Joined { _clock: served.ok(), bus })
     }
 }
 

@@ -156,13 +156,13 @@ mod tests {
 
     /// Probes for some time; returns the results.
     async fn probed(bus: &dyn Bus, clock: &Clock, secs: u64) -> Vec<(String, Exchange)> {
-        let told = Mutex::default();
+        let results = Mutex::default();
         let probing = probe_clocks(bus, clock, |computer, exchange| {
-            let mut told: std::sync::MutexGuard<'_, Vec<_>> = told.lock().unwrap();
-            told.push((computer.to_owned(), exchange));
+            let mut results: std::sync::MutexGuard<'_, Vec<_>> = results.lock().unwrap();
+            results.push((computer.to_owned(), exchange));
         });
         tokio::time::timeout(Duration::from_secs(secs), probing).await.unwrap_err();
-        told.into_inner().unwrap()
+        results.into_inner().unwrap()
     }
 
     fn ahead(clock: &Clock, by: Duration) -> ReadClock {
@@ -180,9 +180,9 @@ mod tests {
             serve_clock(&*robot, ahead(&clock, Duration::from_millis(1500))).unwrap(),
             serve_clock(&*namesake, ahead(&clock, Duration::ZERO)).unwrap(),
         ];
-        let told = probed(&*ours, &clock, 3).await;
-        assert_eq!(told.len(), 2 * BURST as usize);
-        for (computer, exchange) in told {
+        let results = probed(&*ours, &clock, 3).await;
+        assert_eq!(results.len(), 2 * BURST as usize);
+        for (computer, exchange) in results {
             let expected = if computer.starts_with("/teampulse_simulator (") { 1.5 } else { 0.0 };
             let wrong_secs = (exchange.offset_secs - expected).abs();
             assert!(wrong_secs <= exchange.round_trip_secs, "{computer}: {exchange:?}");

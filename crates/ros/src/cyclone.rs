@@ -174,10 +174,10 @@ impl Bus for CycloneBus {
         qos: &Qos,
     ) -> Result<Box<dyn Publisher>, BusError> {
         let names = (&*names::dds_topic(topic), &*names::dds_type(&schema.name));
-        let (incidents, told) = (self.site.incidents.clone(), topic.to_owned());
+        let (incidents, own_topic) = (self.site.incidents.clone(), topic.to_owned());
         let meet = Box::new(move |met| {
             let Met::Incompatible(policy) = met else { return };
-            let topic = told.clone();
+            let topic = own_topic.clone();
             // Without a listener the event is dropped.
             incidents.send(Incident::IncompatibleQos { topic, policy, ours: false }).ok();
         });

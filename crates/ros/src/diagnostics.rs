@@ -81,7 +81,7 @@ fn arrays(
     streams: &Streams,
     privacy: &PrivacyFilter,
 ) -> impl Iterator<Item = DiagnosticArray> {
-    let told = batch.iter().filter_map(|record| match &record.sample.data {
+    let statuses = batch.iter().filter_map(|record| match &record.sample.data {
         Data::Status(status) if privacy.publishes_health_of(status) => {
             let stream = streams.find(status.topic());
             let subject = stream.map_or_else(Subject::session, |(_, stream)| stream.subject());
@@ -90,7 +90,7 @@ fn arrays(
         _ => None,
     });
     let mut arrays: Vec<DiagnosticArray> = Vec::new();
-    for (at, status) in told {
+    for (at, status) in statuses {
         match arrays.last_mut().filter(|array| array.header.stamp == at) {
             Some(array) => array.status.push(status),
             None => arrays.push(begun(at, status)),
@@ -171,11 +171,17 @@ mod tests {
     #[test]
     fn what_is_unknown_is_never_reported_as_a_number() {
         let degraded = status(State::Degraded, "its clock is off");
-        let told = diagnostic(&degraded, Subject::robot("robot1"));
-        assert_eq!((told.level, &*told.message), (DiagnosticStatus::WARN, "its clock is off"));
-        assert_eq!((&*told.name, &*told.hardware_id), ("teampulse: /robot1/odom", "robot1"));
+        let diagnosed = diagnostic(&degraded, Subject::robot("robot1"));
+        assert_eq!(
+            (diagnosed.level, &*diagnosed.message),
+            (DiagnosticStatus::WARN, "its clock is off")
+        );
+        assert_eq!(
+            (&*diagnosed.name, &*diagnosed.hardware_id),
+            ("teampulse: /robot1/odom", "robot1")
+        );
         let value = |key: &str| {
-            let found = told.values.iter().find(|each| each.key == key);
+            let found = diagnosed.values.iter().find(|each| each.key == key);
             found.map(|each| each.value.as_str())
         };
         assert_eq!(value("clock offset [s]"), Some("1.5"));

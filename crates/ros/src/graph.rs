@@ -10,15 +10,14 @@ use teampulse_core::qos::Qos;
 
 use shared_map::SharedMap;
 
-/// What there is on a bus at one moment, sorted by topic.
+/// The contents of a bus at one time, sorted by topic.
 ///
-/// Clones share what they have in common, so that a change of one endpoint costs the same however many
-/// there are.
+/// Clones share unchanged entries, so that the cost of a change does not depend on the number of endpoints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Graph {
     /// By topic and id.
     endpoints: SharedMap<(Arc<str>, Gid), Arc<Endpoint>>,
-    /// By full name, how many nodes have it.
+    /// The number of nodes with each full name.
     nodes: SharedMap<Arc<str>, u32>,
     /// By type and id.
     services: SharedMap<(Arc<str>, Gid), Arc<Service>>,
@@ -27,7 +26,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Every publisher and subscription of ROS topics.
+    /// All publishers and subscriptions of ROS topics.
     pub fn endpoints(&self) -> impl Iterator<Item = &Endpoint> {
         self.endpoints.iter().map(|(_, endpoint)| &**endpoint)
     }
@@ -49,7 +48,7 @@ impl Graph {
         self.nodes.iter().map(|(name, _)| &**name)
     }
 
-    /// The services that can be asked, by type.
+    /// The services on offer, by type.
     pub fn services(&self) -> impl Iterator<Item = &Service> {
         self.services.iter().map(|(_, service)| &**service)
     }
@@ -69,13 +68,13 @@ impl Graph {
         known.map_or_else(|| participant.to_string(), ToString::to_string)
     }
 
-    /// The topics of which an endpoint is not what it was before, or not there.
+    /// The topics with an endpoint that was added, changed or removed since `before`.
     pub fn changed_topics(&self, before: &Graph) -> BTreeSet<Arc<str>> {
         let changed = self.endpoints.differences(&before.endpoints);
         changed.into_iter().map(|(topic, _)| topic).collect()
     }
 
-    /// An endpoint is there, or is another now.
+    /// Adds or updates an endpoint.
     pub(crate) fn put(&mut self, endpoint: Endpoint) {
         let key = (endpoint.topic.as_str().into(), endpoint.gid);
         if self.endpoints.get(&key).is_none_or(|known| **known != endpoint) {
@@ -83,19 +82,19 @@ impl Graph {
         }
     }
 
-    /// An endpoint of a topic is there no more.
+    /// Removes an endpoint of a topic.
     pub(crate) fn remove(&mut self, topic: &str, gid: Gid) {
         self.endpoints.remove(&(topic.into(), gid));
     }
 
-    /// A node is there; several may have one name.
+    /// Adds a node; several may have the same name.
     pub(crate) fn put_node(&mut self, name: &str) {
         let name = Arc::from(name);
         let others = self.nodes.get(&name).copied().unwrap_or_default();
         self.nodes.insert(name, others.saturating_add(1));
     }
 
-    /// A node is there no more.
+    /// Removes a node.
     pub(crate) fn remove_node(&mut self, name: &str) {
         let name = Arc::from(name);
         match self.nodes.get(&name).copied() {
@@ -104,18 +103,18 @@ impl Graph {
         }
     }
 
-    /// A service can be asked.
+    /// Adds or updates a service.
     pub(crate) fn put_service(&mut self, service: Service) {
         let key = (service.type_name.as_str().into(), service.gid);
         self.services.insert(key, Arc::new(service));
     }
 
-    /// A service of a type can be asked no more.
+    /// Removes a service of a type.
     pub(crate) fn remove_service(&mut self, type_name: &str, gid: Gid) {
         self.services.remove(&(type_name.into(), gid));
     }
 
-    /// What the computer of a participant is called, where that is known.
+    /// Sets the name of a participant's computer, if known.
     pub(crate) fn name_computer(&mut self, of: Participant, name: Option<String>) {
         match name {
             Some(name) if self.computers.get(&of).is_none_or(|known| **known != *name) => {
@@ -170,7 +169,7 @@ pub enum EndpointKind {
     Subscription,
 }
 
-/// The id of an endpoint on its bus, with the participant that has it.
+/// The id of an endpoint on its bus, together with its participant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Gid {
     participant: Participant,
@@ -178,12 +177,12 @@ pub struct Gid {
 }
 
 impl Gid {
-    /// An endpoint of a participant whose id is no part of its own, as on Zenoh.
+    /// An endpoint whose id does not contain that of its participant, as on Zenoh.
     pub const fn of(participant: Participant, id: [u8; 16]) -> Gid {
         Gid { participant, id }
     }
 
-    /// An id that begins with that of the participant, as on DDS: all but the last four bytes.
+    /// An id prefixed with that of the participant, as on DDS: all but the last four bytes.
     pub const fn prefixed(id: [u8; 16]) -> Gid {
         let mut participant = id;
         let (_, entity) = participant.split_at_mut(12);
@@ -191,7 +190,7 @@ impl Gid {
         Gid { participant: Participant(participant), id }
     }
 
-    /// The id alone, as its bus has it.
+    /// The id alone, in the format of its bus.
     pub const fn bytes(self) -> [u8; 16] {
         self.id
     }
@@ -202,7 +201,7 @@ impl Gid {
     }
 }
 
-/// The id of a participant: of 12 bytes on DDS, followed by zeros, and of 16 on Zenoh.
+/// The id of a participant: 12 bytes followed by zeros on DDS, and 16 bytes on Zenoh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Participant(pub [u8; 16]);
 

@@ -79,9 +79,9 @@ impl PrivacyFilter {
         if !stream.inputs.iter().any(|input| self.hidden.contains(input)) {
             return Some(Cow::Borrowed(&record.cdr));
         }
-        let mut told = Stream::clone(stream);
-        told.inputs.retain(|input| !self.hidden.contains(input));
-        let data = Data::Description(Arc::new(told));
+        let mut visible = Stream::clone(stream);
+        visible.inputs.retain(|input| !self.hidden.contains(input));
+        let data = Data::Description(Arc::new(visible));
         Some(Cow::Owned(convert::encode(&Sample { data, ..record.sample.clone() })))
     }
 

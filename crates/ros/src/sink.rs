@@ -336,8 +336,8 @@ mod tests {
         let (_clock, clock) = listen(&theirs, "/clock", Clock::NAME);
         run(RosSink::lossless(ours, Publish::Everything).with_clock(), [robot()]);
         assert_eq!(*load.lock().unwrap(), [Bytes::from_static(&[0, 1, 0, 0, 9])]);
-        let told = Clock::decode(&clock.lock().unwrap()[0]).unwrap();
-        assert_eq!(told.clock, Time::from_stamp(7, 0));
+        let published = Clock::decode(&clock.lock().unwrap()[0]).unwrap();
+        assert_eq!(published.clock, Time::from_stamp(7, 0));
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub(super) struct McapFile<W: Write> {
     metadata: Indexes,
 }
 
-/// A channel of the file.
+/// A channel of the file, with its message count.
 struct OfChannel {
     channel: Channel,
     schema_id: u16,

@@ -1,4 +1,4 @@
-//! How a bag is written.
+//! The options for writing a bag.
 
 use std::collections::BTreeMap;
 
@@ -8,38 +8,38 @@ use crate::growth::Growth;
 use crate::metadata::Version;
 use crate::write::chunk::Compression;
 
-/// How a bag is written.
+/// The options for writing a bag.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The session's name; kept in the bag.
+    /// The session's name, stored in the bag.
     pub session: String,
-    /// How its chunks are compressed.
+    /// The compression of its chunks.
     pub compression: Compression,
-    /// A file of this size is followed by another [bytes]; `None` for no such limit.
+    /// The size from which a file is followed by another [bytes]; `None` for no limit.
     pub split_bytes: Option<u64>,
-    /// A file that spans so much time is followed by another [s]; `None` for no such limit.
+    /// The duration from which a file is followed by another [s]; `None` for no limit.
     pub split_secs: Option<f64>,
     /// The version of `metadata.yaml`.
     pub metadata_version: Version,
-    /// Whether the bag makes its folder.
+    /// Whether the bag creates its folder.
     pub place: Place,
-    /// Words about the whole recording, kept in the bag.
+    /// Notes about the whole recording, stored in the bag.
     pub notes: BTreeMap<String, String>,
-    /// The recording ends when the disk has less room than this [bytes].
+    /// The free space on the disk below which the recording ends [bytes].
     pub keep_free_bytes: u64,
-    /// Where the growth of the recording is reported.
+    /// Receives the growth of the recording.
     pub growth: Growth,
-    /// By whose time it is flushed.
+    /// The clock that schedules flushes.
     pub clock: Clock,
 }
 
-/// Where a bag begins.
+/// The folder of a new bag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Place {
-    /// In a folder that it makes, and that must not be there yet.
+    /// A folder that the bag creates, and that must not exist yet.
     #[default]
     New,
-    /// In a folder that was made for it alone, so that no other recording takes the same name.
+    /// A folder that was created for this bag, so that no other recording takes the same name.
     Claimed,
 }
 

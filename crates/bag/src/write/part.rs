@@ -79,9 +79,10 @@ impl<F: Write> Part<F> {
     pub(crate) fn channel(&mut self, channel: &Channel) -> Result<u16, BagError> {
         let Channel { topic, schema, encoding, metadata } = channel;
         let id = self.file.channel(channel).map_err(self.error())?;
-        let told: usize = metadata.iter().map(|(key, value)| key.len() + value.len() + 8).sum();
+        let metadata_bytes: usize =
+            metadata.iter().map(|(key, value)| key.len() + value.len() + 8).sum();
         let named = topic.len() + schema.name.len() + encoding.len() + 64;
-        self.described_bytes += (schema.text.len() + told + named) as u64;
+        self.described_bytes += (schema.text.len() + metadata_bytes + named) as u64;
         self.pending = true;
         Ok(id)
     }
@@ -280,10 +281,10 @@ mod tests {
     fn a_full_disk_leaves_a_whole_file() {
         for message_bytes in [1, 1000, 100_000, 3_000_000] {
             for room_bytes in [20_000_000, 20_500_000, 21_000_001] {
-                let (told, index) = fill(room_bytes, message_bytes);
+                let (ended, index) = fill(room_bytes, message_bytes);
                 assert_eq!(index.damage, []);
-                assert_eq!(index.span, told.span);
-                assert!(told.span.messages > 1);
+                assert_eq!(index.span, ended.span);
+                assert!(ended.span.messages > 1);
             }
         }
     }

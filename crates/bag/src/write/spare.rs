@@ -10,7 +10,7 @@ use rustix::fs::{FallocateFlags, fallocate, statvfs};
 
 use crate::private;
 
-/// Room on the disk that can be given up once.
+/// Disk space that can be released once.
 pub(crate) trait Spare: Send {
     /// Reserves at least `bytes`.
     fn grow_to(&mut self, bytes: u64) -> io::Result<()>;

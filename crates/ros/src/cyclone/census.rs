@@ -38,20 +38,21 @@ pub(super) struct Found {
     pub(super) qos: Qos,
 }
 
-/// Everyone on a domain, and the graph that they make. A change costs the same however many there are.
+/// All participants and endpoints of a domain, and the resulting graph. The cost of a change does not
+/// depend on their number.
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
     /// The computers that participants announce, by participant id.
     participants: BTreeMap<Gid, Option<String>>,
     endpoints: BTreeMap<Gid, Found>,
-    /// The endpoints of each participant: its id, then theirs.
+    /// The endpoints of each participant, as pairs of participant and endpoint id.
     of_participants: BTreeSet<(Gid, Gid)>,
     nodes: BTreeMap<Gid, Vec<NodeEntitiesInfo>>,
     /// The full name of the node that has an endpoint.
     owners: BTreeMap<Gid, Arc<str>>,
     graph: Graph,
-    /// Whether our own endpoints are others since this was last asked.
+    /// Whether our own endpoints have changed since the last call of `take_own_change`.
     is_changed_here: bool,
 }
 
@@ -152,7 +153,7 @@ impl Census {
         }
     }
 
-    /// Shows an endpoint of a ROS topic in the graph, as it is known now.
+    /// Updates an endpoint of a ROS topic in the graph.
     fn show(&mut self, gid: Gid) {
         let Some(found) = self.endpoints.get(&gid) else { return };
         let Some(topic) = names::ros_topic(&found.topic) else { return };
@@ -168,13 +169,14 @@ impl Census {
         });
     }
 
-    /// Names the computer of a participant: as announced, else by the name of its first node.
+    /// Names the computer of a participant: as announced, otherwise by the name of its first node.
     fn name_computer(&mut self, gid: Gid) {
         let participant = gid.participant();
         let node = || self.nodes.get(&gid).and_then(|nodes| nodes.first()).map(full_name);
-        let told = self.participants.get(&gid).and_then(|told| told.clone().or_else(node));
-        let name = told.map(|told| {
-            let (name, process) = told.split_once(' ').unwrap_or((&told, ""));
+        let announced =
+            self.participants.get(&gid).and_then(|announced| announced.clone().or_else(node));
+        let name = announced.map(|announced| {
+            let (name, process) = announced.split_once(' ').unwrap_or((&announced, ""));
             let separator = if process.is_empty() { "" } else { ", " };
             format!("{name} ({process}{separator}{participant})")
         });
@@ -187,7 +189,7 @@ impl Census {
         }
     }
 
-    /// The service that an endpoint offers, if it speaks our mapping.
+    /// The service of an endpoint, if it uses our mapping.
     fn service(&self, found: &Found) -> Option<Service> {
         let takes = found.kind == EndpointKind::Subscription && service::speaks_it(found.gid);
         let name = takes.then(|| names::ros_service(&found.topic)).flatten()?;
@@ -199,12 +201,12 @@ impl Census {
         })
     }
 
-    /// Whether our own endpoints have changed since this was last asked.
+    /// Whether our own endpoints have changed since the last call.
     pub(super) fn take_own_change(&mut self) -> bool {
         std::mem::take(&mut self.is_changed_here)
     }
 
-    /// The announcement of our only node.
+    /// The announcement of our single node.
     pub(super) fn own_nodes(&self, namespace: &str, name: &str) -> ParticipantEntitiesInfo {
         let ours = self.of_participants.range((self.own, Gid::default())..);
         let ours = ours.take_while(|(participant, _)| *participant == self.own);
@@ -254,7 +256,7 @@ fn gids(node: &NodeEntitiesInfo) -> impl Iterator<Item = Gid> {
     node.reader_gid_seq.iter().chain(&node.writer_gid_seq).map(|gid| Gid::prefixed(*gid))
 }
 
-/// The types with which a topic is published, where there are several.
+/// The types with which a topic is published, if there are several.
 pub(super) fn several_types(graph: &Graph, topic: &str) -> Option<BTreeSet<String>> {
     let types: BTreeSet<String> = graph.publishers(topic).map(|it| it.type_name.clone()).collect();
     (types.len() > 1).then_some(types)

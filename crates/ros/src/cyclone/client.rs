@@ -33,8 +33,8 @@ impl Client {
         let writer = Writer::open(participant, topic, &QOS, &user_data, Box::new(|_| {}))?;
         let own = writer.gid().bytes();
         let client = u64::from_be_bytes(*own.last_chunk().expect("an id has sixteen bytes"));
-        let hear_ours = Box::new(move |told| {
-            let ReaderEvent::Arrived(arrival) = told else { return };
+        let hear_ours = Box::new(move |event| {
+            let ReaderEvent::Arrived(arrival) = event else { return };
             // Replies to other clients arrive on the same topic.
             if let Some((call, cdr)) = Call::unwrap(&arrival.bytes)
                 && call.client == client

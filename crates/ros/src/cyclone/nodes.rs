@@ -22,7 +22,7 @@ pub(super) struct Nodes {
     writer: Writer,
     _reader: Reader,
     heard: Arc<Mutex<Vec<Bytes>>>,
-    told: Option<(ParticipantEntitiesInfo, GidWidth)>,
+    announced: Option<(ParticipantEntitiesInfo, GidWidth)>,
 }
 
 impl Nodes {
@@ -33,8 +33,8 @@ impl Nodes {
         let user_data = shipped_hash(ParticipantEntitiesInfo::NAME);
         let heard = Arc::<Mutex<Vec<Bytes>>>::default();
         let waiting = Arc::clone(&heard);
-        let report = Box::new(move |told| {
-            let ReaderEvent::Arrived(arrival) = told else { return };
+        let report = Box::new(move |event| {
+            let ReaderEvent::Arrived(arrival) = event else { return };
             let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
             if waiting.len() < WAITING {
                 waiting.push(arrival.bytes);
@@ -45,7 +45,7 @@ impl Nodes {
         let reader = Reader::open(participant, names, &Qos::latched(100), &user_data, report)?;
         let meet = Box::new(|_| {});
         let writer = Writer::open(participant, names, &Qos::latched(1), &user_data, meet)?;
-        Ok(Nodes { writer, _reader: reader, heard, told: None })
+        Ok(Nodes { writer, _reader: reader, heard, announced: None })
     }
 
     /// Takes new announcements of others. Unreadable ones are skipped.
@@ -58,12 +58,12 @@ impl Nodes {
     /// Announces our node, unless the announcement is unchanged; says whether others have it.
     pub(super) fn announce(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) -> bool {
         let news = (ours, width);
-        if self.told.as_ref() != Some(&news) {
+        if self.announced.as_ref() != Some(&news) {
             if let Err(reason) = self.writer.write(&news.0.encode(width), None) {
                 tracing::warn!("failed to announce our node: {reason}");
                 return false;
             }
-            self.told = Some(news);
+            self.announced = Some(news);
         }
         true
     }

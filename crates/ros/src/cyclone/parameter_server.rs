@@ -168,8 +168,8 @@ mod tests {
         let listed = list(&ListParametersRequest::default()).result.names;
         assert_eq!(listed, ["start_type_description_service", "use_sim_time"]);
         let asked = names(&["use_sim_time", "unknown"]);
-        let told = get(&follows_clock, &GetParametersRequest { names: asked.clone() });
-        assert_eq!(told.values, [ParameterValue::bool(true), ParameterValue::default()]);
+        let response = get(&follows_clock, &GetParametersRequest { names: asked.clone() });
+        assert_eq!(response.values, [ParameterValue::bool(true), ParameterValue::default()]);
         let types = type_codes(&follows_clock, &GetParameterTypesRequest { names: asked.clone() });
         assert_eq!(types.types, [ParameterValue::BOOL, ParameterValue::NOT_SET]);
         let described = describe(&DescribeParametersRequest { names: asked });

@@ -92,8 +92,8 @@ impl Reader {
 
 impl Callbacks {
     /// Calls the callback, and catches panics before they enter the library.
-    fn report(&self, told: ReaderEvent) {
-        if catch_unwind(AssertUnwindSafe(|| (self.report)(told))).is_err() {
+    fn report(&self, event: ReaderEvent) {
+        if catch_unwind(AssertUnwindSafe(|| (self.report)(event))).is_err() {
             tracing::error!("the callback of a subscription panicked");
         }
     }

@@ -26,8 +26,8 @@ impl Server {
         let names = (&*service.reply_topic, &*names::dds_type(reply));
         let replies =
             Replies::open(participant, names, &QOS, &(id.clone() + &shipped_hash(reply)))?;
-        let answer_all = Box::new(move |told| {
-            let ReaderEvent::Arrived(arrival) = told else { return };
+        let answer_all = Box::new(move |event| {
+            let ReaderEvent::Arrived(arrival) = event else { return };
             let Some((call, cdr)) = Call::unwrap(&arrival.bytes) else { return };
             let Some(reply) = answer(&cdr) else { return };
             replies.send(arrival.publisher, call.wrap(&reply));

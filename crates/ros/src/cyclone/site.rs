@@ -44,7 +44,7 @@ pub(super) struct Site {
 #[derive(Default)]
 struct Subscriptions {
     by_topic: BTreeMap<Arc<str>, Vec<Weak<Listening>>>,
-    /// The topics whose subscriptions are to be looked at though nothing is offered anew.
+    /// The topics whose subscriptions must be checked even if the offered QoS has not changed.
     unsettled: BTreeSet<Arc<str>>,
 }
 
@@ -79,7 +79,7 @@ impl Site {
         let mut all = self.subscriptions();
         let topic = Arc::<str>::from(subscription.topic());
         all.by_topic.entry(Arc::clone(&topic)).or_default().push(Arc::downgrade(subscription));
-        // The graph may have changed since the subscription looked at it.
+        // The graph may have changed since the subscription was set up.
         all.unsettled.insert(topic);
         drop(all);
         self.wake.wake();
@@ -89,7 +89,7 @@ impl Site {
         self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Suits the subscriptions to what is offered on topics where that has changed.
+    /// Adapts the subscriptions of changed topics to the offered QoS.
     fn adapt_subscriptions(&self, graph: &Graph, mut topics: BTreeSet<Arc<str>>) {
         let now = self.clock.now();
         topics.append(&mut self.subscriptions().unsettled);
@@ -113,7 +113,7 @@ impl Site {
 }
 
 impl Subscriptions {
-    /// The subscriptions of a topic; those that ended are forgotten.
+    /// The subscriptions of a topic; closed ones are removed.
     fn of(&mut self, topic: &Arc<str>) -> Vec<Arc<Listening>> {
         let Some(of_topic) = self.by_topic.get_mut(topic) else { return Vec::new() };
         let alive: Vec<_> = of_topic.iter().filter_map(Weak::upgrade).collect();
@@ -132,7 +132,7 @@ pub(super) struct Watcher {
     nodes: Nodes,
     site: Arc<Site>,
     width: Option<GidWidth>,
-    /// Whether others know our endpoints, as they are and in this width.
+    /// Whether our current endpoints have been announced, with this width of GIDs.
     is_announced: bool,
     overflow: Overflow,
     ambiguous: BTreeMap<Arc<str>, Vec<String>>,

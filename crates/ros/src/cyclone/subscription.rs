@@ -78,8 +78,8 @@ impl Listening {
         &self.topic
     }
 
-    /// Opens another reader if what is offered now calls for it, and lets old ones go; says whether none
-    /// is left that is to go.
+    /// Replaces the reader if the offered QoS requires it, and removes old readers. Returns whether none of
+    /// these is left.
     pub(super) fn adapt(&self, graph: &Graph, now: Time) -> Result<bool, String> {
         let mut readers = self.lock();
         readers.retired.retain(|(until, _)| *until > now);
@@ -127,7 +127,7 @@ impl Listening {
         let shipped = || shipped_hash(&self.type_name);
         let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
         let ear = Arc::clone(&self.ear);
-        let report = Box::new(move |told| ear.hear(told));
+        let report = Box::new(move |event| ear.hear(event));
         Reader::open(&self.participant, (&topic, &type_name), qos, &user_data, report)
     }
 
@@ -137,8 +137,8 @@ impl Listening {
 }
 
 impl Ear {
-    fn hear(&self, told: ReaderEvent) {
-        match told {
+    fn hear(&self, event: ReaderEvent) {
+        match event {
             ReaderEvent::Arrived(arrival) => {
                 let mut duplicates = self.duplicates.lock().unwrap_or_else(PoisonError::into_inner);
                 let is_new = duplicates.first_time(arrival.publisher, arrival.sequence);

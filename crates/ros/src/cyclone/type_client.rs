@@ -121,8 +121,8 @@ mod tests {
         while !is_there() {
             sleep(GLANCE).await;
         }
-        let told = ask(&monitor.site, "/r1/driver", &known.name, &known.hash).await.unwrap();
-        assert_eq!(told.hash, known.hash);
+        let found = ask(&monitor.site, "/r1/driver", &known.name, &known.hash).await.unwrap();
+        assert_eq!(found.hash, known.hash);
         let nobody = ask(&monitor.site, "/r1/nobody", &known.name, "").await.unwrap_err();
         assert_eq!(nobody, "it has no service for this");
     }

@@ -52,13 +52,13 @@ async fn ask_all(site: &Arc<Site>, type_name: &str, hash: &str) -> Result<Schema
     for node in nodes.into_iter().take(MOST_ASKED) {
         let (site, type_name, hash) = (Arc::clone(site), type_name.to_owned(), hash.to_owned());
         asked.spawn(async move {
-            let told = type_client::ask(&site, &node, &type_name, &hash).await;
-            told.map_err(|reason| format!("{node} was asked: {reason}"))
+            let reply = type_client::ask(&site, &node, &type_name, &hash).await;
+            reply.map_err(|reason| format!("{node} was asked: {reason}"))
         });
     }
     let mut tried = Vec::new();
-    while let Some(told) = asked.join_next().await {
-        match told {
+    while let Some(reply) = asked.join_next().await {
+        match reply {
             Ok(Ok(schema)) => return Ok(schema),
             Ok(Err(reason)) => tried.push(reason),
             Err(failed) => tried.push(failed.to_string()),

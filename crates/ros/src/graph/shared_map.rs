@@ -1,4 +1,4 @@
-//! A sorted map whose clones share what has not changed since.
+//! A sorted map whose clones share unchanged entries.
 
 use std::cmp::Ordering;
 use std::iter::Peekable;
@@ -7,8 +7,8 @@ use std::sync::Arc;
 /// The most entries of a chunk.
 const MOST: usize = 128;
 
-/// A sorted map in chunks that its clones share: a clone costs nothing, a change copies one chunk and the
-/// list of chunks, and the [differences](SharedMap::differences) of two clones are found among the chunks
+/// A sorted map in chunks that its clones share: cloning takes constant time, a change copies one chunk and
+/// the list of chunks, and the [differences](SharedMap::differences) of two clones are found in the chunks
 /// that they do not share.
 #[derive(Clone, Debug)]
 pub(crate) struct SharedMap<K, V>(Arc<Vec<Chunk<K, V>>>);
@@ -29,7 +29,7 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         Some(&chunk[place].1)
     }
 
-    /// Puts a value in; gives the one that it replaces.
+    /// Inserts a value; returns the one that it replaces.
     pub(crate) fn insert(&mut self, key: K, value: V) -> Option<V> {
         let at = self.chunk_of(&key).min(self.0.len().saturating_sub(1));
         let chunks = Arc::make_mut(&mut self.0);
@@ -49,7 +49,7 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         None
     }
 
-    /// Takes a value out.
+    /// Removes a value.
     pub(crate) fn remove(&mut self, key: &K) -> Option<V> {
         let at = self.chunk_of(key);
         let place = self.0.get(at)?.binary_search_by(|(each, _)| each.cmp(key)).ok()?;
@@ -65,7 +65,7 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         self.starting_where(|_| false)
     }
 
-    /// The entries behind those of which the key `is_before` what is looked for, in order.
+    /// The entries from the first whose key is not before the wanted one, in order.
     pub(crate) fn starting_where(
         &self,
         is_before: impl Fn(&K) -> bool,
@@ -77,7 +77,8 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         chunks.iter().flat_map(|chunk| chunk.iter()).skip(first).map(|(key, value)| (key, value))
     }
 
-    /// The keys of which the values differ from those in `other`, in order; those that only one has, too.
+    /// The keys whose values differ from those in `other`, in order, including keys in only one of the
+    /// maps.
     pub(crate) fn differences(&self, other: &Self) -> Vec<K>
     where
         V: PartialEq,
@@ -99,7 +100,7 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         }
     }
 
-    /// The place of the chunk that a key belongs to; behind all where it is greater than every key.
+    /// The index of the chunk that a key belongs to; past the end for a key greater than all others.
     fn chunk_of(&self, key: &K) -> usize {
         self.0.partition_point(|chunk| chunk.last().is_some_and(|(last, _)| last < key))
     }
@@ -122,7 +123,7 @@ fn unshared<'a, K: Ord, V>(
     let (mut ours, mut theirs) = (ours.iter().peekable(), theirs.iter().peekable());
     let (mut only_ours, mut only_theirs) = (Vec::new(), Vec::new());
     loop {
-        // Both lists are in order, so a chunk that both have is met in both at once.
+        // Both lists are sorted, so a shared chunk is reached in both at the same time.
         let order = match (ours.peek(), theirs.peek()) {
             (None, None) => break,
             (Some(_), None) => Ordering::Less,
