@@ -86,10 +86,10 @@ pub enum FieldError {
         /// The type of that message.
         type_name: String,
     },
-    /// The path lacks an index into several values.
+    /// The path has no index, but the field has several values.
     #[error("read `{0}` as a number: it has several values, the first one is `{0}[0]`")]
     Many(String),
-    /// The path has an index into a single value.
+    /// The path has an index, but the field has a single value.
     #[error("read `{0}`: it has a single value, which has no index")]
     One(String),
     /// The index exceeds the bound of the field.

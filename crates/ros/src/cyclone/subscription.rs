@@ -147,7 +147,7 @@ impl Ear {
                     (self.deliver)(arrival);
                 }
             }
-            // It is about to request less.
+            // The reader is about to be replaced by one that requests less.
             ReaderEvent::Incompatible(_) if self.adaptive => {}
             ReaderEvent::Incompatible(policy) => {
                 let topic = self.topic.clone();

@@ -32,7 +32,7 @@ const MOST_BACK: u32 = 50;
 /// The number of packets within which early arrivals are looked for.
 const EARLY: u32 = 8;
 
-/// One stream.
+/// The state of one stream: its period, its regularity and a possible clock step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Train {
     pub stream: u32,
