@@ -5,7 +5,7 @@ mod lacks;
 mod unheard;
 mod unnamed;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
+use teampulse_sources::wearables;
 use teampulse_workers::Program;
 
 use crate::commands::run::seconds;
@@ -100,7 +101,7 @@ impl Check {
         let is_nobody = absent.len() == wanted.len() && away.len() == people.len();
         missing.extend(absent.into_iter().filter(|each| is_nobody || requires(each)).map(no_robot));
         missing.extend(away.into_iter().filter(|_| is_nobody).map(no_person));
-        missing.extend(nothing(&kinds, &heard));
+        missing.extend(nothing(&kinds, &heard).into_iter().chain(unworn(&kinds, &heard)));
         missing.extend(missing_fields(&wanted, &heard));
         missing.extend(second_publishers(heard.iter().map(|(stream, _)| &**stream)));
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
@@ -191,6 +192,18 @@ fn nothing(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Option<St
     let by_name = kinds.iter().any(|kind| kind == "topics");
     let is_nothing = by_name && heard.is_empty();
     is_nothing.then(|| "any topic: no topic of the study is published".to_owned())
+}
+
+/// The devices of the study that send nothing.
+fn unworn(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
+    let devices = wearables::KINDS.iter().filter_map(|device| {
+        let wanted = kinds.iter().filter(|kind| kind == device).count();
+        let streams = heard.iter().map(|(stream, _)| stream).filter(|each| each.device == *device);
+        let present = streams.map(|stream| &stream.id).collect::<BTreeSet<_>>().len();
+        (present < wanted)
+            .then(|| format!("{device}: {present} of {wanted} in the study send samples"))
+    });
+    devices.collect()
 }
 
 /// The people and robots that are present, with the number of their streams.

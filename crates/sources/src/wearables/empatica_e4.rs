@@ -17,8 +17,8 @@ use super::link::Conversation;
 use super::worn::Worn;
 use crate::SourceContext;
 
-/// Its name, as latencies are known by.
-const DEVICE: &str = "empatica_e4";
+/// Its name in a study, and as latencies are known by.
+pub(super) const DEVICE: &str = "empatica_e4";
 /// How long the server may take to accept a connection.
 const PATIENCE: Duration = Duration::from_secs(5);
 

@@ -55,7 +55,7 @@ impl Worn {
         };
         let channel = |channel: &devices::Channel| Channel {
             scale: channel.scale,
-            ..Channel::new(channel.name, channel.unit)
+            ..Channel::new(channel.name, if channel.unit.is_empty() { "1" } else { channel.unit })
         };
         let stream = Stream {
             signal,
@@ -63,7 +63,11 @@ impl Worn {
             rate_hz: described.rate_hz.unwrap_or(0.0),
             ..self.stream(described.name, Shape::Sample)
         };
-        self.streams.insert(described.name, outlet.declare(stream));
+        let id = outlet.declare(stream);
+        if self.streams.insert(described.name, id).is_none() && described.rate_hz.is_some() {
+            // The device numbers its samples: what is lost is known.
+            outlet.lost(id, 0.0);
+        }
     }
 
     /// Samples came.
