@@ -1,20 +1,20 @@
-//! What can be wrong with a request.
+//! Errors of this crate.
 
 use thiserror::Error;
 
-/// Why a number, a filter or a spectrum could not be computed.
+/// Why a value, a filter or a spectrum could not be computed.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum SignalError {
-    /// The sampling rate is no rate.
+    /// The sampling rate is invalid.
     #[error("the sampling rate is {rate_hz} Hz; it must lie between 1e-9 and 1e12 Hz")]
     Rate {
-        /// What was given [Hz].
+        /// The rate given [Hz].
         rate_hz: f64,
     },
-    /// A frequency lies outside of what the sampling rate can show.
+    /// A frequency is outside the range up to Nyquist.
     #[error("{frequency_hz} Hz does not lie between 0 and {nyquist_hz} Hz, half the sampling rate")]
     Frequency {
-        /// What was given [Hz].
+        /// The frequency given [Hz].
         frequency_hz: f64,
         /// Half the sampling rate [Hz].
         nyquist_hz: f64,
@@ -27,47 +27,47 @@ pub enum SignalError {
         /// Upper edge [Hz].
         high_hz: f64,
     },
-    /// A setting lies outside of its range.
+    /// A setting is out of range.
     #[error("{name} is {value}; it must lie between {least} and {most}")]
     Setting {
-        /// What the setting is called.
+        /// The name of the setting.
         name: &'static str,
-        /// What was given.
+        /// The value given.
         value: f64,
-        /// The smallest that is allowed.
+        /// The smallest allowed value.
         least: f64,
-        /// The largest that is allowed.
+        /// The largest allowed value.
         most: f64,
     },
     /// The filter would ring forever, or its coefficients are not finite.
     #[error("the filter is not stable; its frequencies are too extreme for the sampling rate")]
     Unstable,
-    /// There is too little of the signal.
+    /// The signal is too short.
     #[error("the signal has {count} samples; at least {least} are needed")]
     TooShort {
-        /// How many there are.
+        /// The number of samples given.
         count: usize,
-        /// How many are needed.
+        /// The number of samples needed.
         least: usize,
     },
-    /// Two series that belong together differ in length.
+    /// Two series that must match differ in length.
     #[error("{left} values cannot be matched with {right}")]
     Lengths {
-        /// Length of the first.
+        /// The length of the first.
         left: usize,
-        /// Length of the second.
+        /// The length of the second.
         right: usize,
     },
     /// Times do not ascend.
     #[error("time {index} is not after the one before it, or not finite")]
     Order {
-        /// Which one (from 0).
+        /// The index of the first time out of order (from 0).
         index: usize,
     },
-    /// Nothing varies, so that there is nothing to take a share of.
+    /// The signal is constant, so that a share is undefined.
     #[error("all values are the same")]
     Constant,
-    /// Numbers left the range of what can be computed with.
+    /// A computation overflowed.
     #[error("the numbers are too far apart to compute with")]
     Overflow,
     /// No value is a usable number.
@@ -75,12 +75,12 @@ pub enum SignalError {
     NothingFinite,
 }
 
-/// The sampling rate, if it is one.
+/// The sampling rate, if it is valid.
 pub(crate) fn checked_rate_hz(rate_hz: f64) -> Result<f64, SignalError> {
     if (1e-9..=1e12).contains(&rate_hz) { Ok(rate_hz) } else { Err(SignalError::Rate { rate_hz }) }
 }
 
-/// A setting, if it lies in its range.
+/// A setting, if it is in range.
 pub(crate) fn checked(
     name: &'static str,
     value: f64,

@@ -10,7 +10,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// A value without a stated uncertainty.
+    /// A value whose uncertainty is unknown.
     pub fn unstated(value: f64) -> Estimate {
         Estimate { value, sigma: f64::NAN }
     }
@@ -27,8 +27,8 @@ impl Estimate {
         Estimate { value: self.value, sigma: self.sigma.hypot(sigma) }
     }
 
-    /// How many standard uncertainties the value is away from zero; infinite for a certain one,
-    /// NaN for a certain zero and for an unstated uncertainty.
+    /// The value in standard uncertainties; infinite for a non-zero value without uncertainty, NaN for zero
+    /// without uncertainty and where the uncertainty is unknown.
     pub fn significance(self) -> f64 {
         self.value.abs() / self.sigma
     }

@@ -1,9 +1,8 @@
-//! Places of a signal without a usable number.
+//! Missing values of a signal.
 
 use crate::error::SignalError;
 
-/// Values beyond this are taken for missing, as those that are not finite: squares and sums of what
-/// is left cannot overflow.
+/// Values beyond this are treated as missing, like non-finite ones, so that squares and sums cannot overflow.
 pub const LARGEST: f64 = 1e100;
 
 /// Whether a value is a number that can be computed with: finite, and at most [`LARGEST`].
@@ -27,7 +26,7 @@ pub fn bridged(signal: &[f64]) -> Result<Vec<f64>, SignalError> {
     bridge(&mut bridged).map(|()| bridged)
 }
 
-/// [`bridged`] in its place.
+/// [`bridged`] in place.
 pub fn bridge(signal: &mut [f64]) -> Result<(), SignalError> {
     let first = signal.iter().position(|&value| is_usable(value));
     let first = first.ok_or(SignalError::NothingFinite)?;
@@ -45,7 +44,7 @@ pub fn bridge(signal: &mut [f64]) -> Result<(), SignalError> {
     Ok(())
 }
 
-/// Fills what lies between the first and the last value.
+/// Interpolates between the first and the last value.
 fn draw_line(signal: &mut [f64]) {
     let [begin, between @ .., end] = signal else { return };
     let steps = (between.len() + 1) as f64;

@@ -1,15 +1,15 @@
-//! The newest values of a stream, in one piece.
+//! The newest values of a stream, contiguous in memory.
 
 use std::ops::Range;
 
-/// The newest `length` values at least, addressed by their place in the stream (from 0).
+/// At least the newest `length` values, addressed by their index in the stream (from 0).
 ///
-/// Before the first value stand copies of it.
+/// Indices before the first value hold copies of it.
 #[derive(Clone, Debug)]
 pub(crate) struct History {
     values: Vec<f64>,
     length: usize,
-    /// How many were taken in.
+    /// The number of values so far.
     pub(crate) count: i64,
 }
 
@@ -31,7 +31,7 @@ impl History {
         self.count += 1;
     }
 
-    /// The values at these places, as far as they are still or already there.
+    /// The values at these indices, as far as they are held.
     pub(crate) fn at(&self, places: Range<i64>) -> &[f64] {
         let origin = self.count - self.values.len() as i64;
         let index = |place: i64| (place - origin).clamp(0, self.values.len() as i64) as usize;

@@ -1,6 +1,6 @@
-//! Mean and spread, for all modules.
+//! Mean and variance.
 
-/// The mean; NaN of none.
+/// The mean; NaN without values.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

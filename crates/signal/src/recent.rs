@@ -1,6 +1,6 @@
-//! The usual size of something: the median of its newest values.
+//! The median of recent values.
 
-/// How many of the newest beats, and of everything else, define what is usual.
+/// The number of recent beats, or other deflections, that define what is usual.
 pub(crate) const MEMORY: usize = 8;
 
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ impl Recent {
         self.count = (self.count + 1).min(MEMORY);
     }
 
-    /// Puts another value in the place of the newest, if there is one.
+    /// Replaces the newest value, if there is one.
     pub(crate) fn replace_newest(&mut self, value: f64) {
         if self.count > 0 {
             self.values[(self.next + MEMORY - 1) % MEMORY] = value;

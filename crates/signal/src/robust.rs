@@ -1,11 +1,11 @@
-//! Statistics that a few wild values can't spoil.
+//! Robust statistics.
 
 use crate::estimate::Estimate;
 
-/// Standard deviation of a normal distribution over its median absolute deviation, 1/Φ⁻¹(3/4).
+/// Ratio of standard deviation to median absolute deviation of a normal distribution, 1/Φ⁻¹(3/4).
 pub const SIGMA_FROM_MAD: f64 = 1.482_602_218_505_602;
 
-/// Uncertainty of a median over that of a mean, for normal values: √(π/2).
+/// Standard error of a median relative to that of a mean, for normal values: √(π/2).
 const MEDIAN_OVER_MEAN: f64 = 1.253_314_137_315_500_3;
 
 /// Median of the finite values, the mean of the middle two for an even count.
@@ -43,7 +43,7 @@ pub fn median_estimate(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { value, sigma })
 }
 
-/// Median of values in any order, without NaN; they are left in another order.
+/// The median of values without NaN; reorders them.
 pub(crate) fn median_in_place(values: &mut [f64]) -> Option<f64> {
     let upper_rank = values.len() / 2;
     if values.is_empty() {
@@ -59,8 +59,7 @@ pub(crate) fn median_in_place(values: &mut [f64]) -> Option<f64> {
     Some(lower.midpoint(upper))
 }
 
-/// [Quantile](quantile_of_sorted) of values in any order, without NaN; they are left in another order.
-/// `None` of none.
+/// The [quantile](quantile_of_sorted) of values without NaN; reorders them. `None` without values.
 pub(crate) fn quantile_in_place(values: &mut [f64], share: f64) -> Option<f64> {
     let place = share.clamp(0.0, 1.0) * values.len().checked_sub(1)? as f64;
     let (_, low, above) = values.select_nth_unstable_by(place.floor() as usize, f64::total_cmp);
@@ -73,8 +72,8 @@ fn finite(values: &[f64]) -> Vec<f64> {
     values.iter().copied().filter(|each| each.is_finite()).collect()
 }
 
-/// Quantile of sorted values, linear between them, as `numpy.quantile`; NaN of none. The share lies
-/// between 0 and 1.
+/// The quantile of sorted values, interpolated linearly, as `numpy.quantile`; NaN without values. The share
+/// is between 0 and 1.
 pub fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = share.clamp(0.0, 1.0) * last as f64;
@@ -83,7 +82,7 @@ pub fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
     sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
 }
 
-/// Between points, in the order of their first numbers, on straight lines.
+/// Linear interpolation between points sorted by their first number.
 pub(crate) fn interpolated(points: &[(f64, f64)], at: f64) -> f64 {
     let line = points.windows(2).find(|pair| at <= pair[1].0);
     let Some(&[(left, low), (right, high)]) = line.and_then(|pair| pair.first_chunk::<2>()) else {

@@ -1,22 +1,22 @@
-//! The line through points of which some may be wild.
+//! Regression lines.
 
 use crate::estimate::Estimate;
 use crate::robust::median_in_place;
 
-/// Most points that a line is drawn through; of more, this many are taken, evenly.
+/// The most points used; of more, an even selection is taken.
 pub const MOST_POINTS: usize = 200;
 
 /// A straight line: a slope with its uncertainty, through a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegressionLine {
-    /// Rise for each unit of x.
+    /// Change per unit of x.
     pub slope: Estimate,
-    /// Height at x = 0.
+    /// Value at x = 0.
     pub intercept: f64,
 }
 
 impl RegressionLine {
-    /// Height of the line at `x`.
+    /// The line's value at `x`.
     pub fn at(&self, x: f64) -> f64 {
         self.intercept + self.slope.value * x
     }
@@ -24,11 +24,11 @@ impl RegressionLine {
 
 /// The Theil–Sen line: the median of the slopes between all pairs of points.
 ///
-/// Up to 29 % of the points may be wild. The uncertainty is half the width of the 68 % interval
-/// from Kendall's rank statistic, which assumes independent errors; those of a gauge that
-/// reads in steps are not, see [`trend`](crate::trend::trend). Sen (1968), doi:10.1080/01621459.1968.10480934. Points that are not
-/// finite are left out; of more than [`MOST_POINTS`], as many are taken evenly. `None` when fewer
-/// than two points differ in x.
+/// It tolerates up to 29 % outliers. The uncertainty is half the width of the 68 % interval from Kendall's
+/// rank statistic, which assumes independent errors; those of a coarsely quantised gauge are not, see
+/// [`trend`](crate::trend::trend). Sen (1968), doi:10.1080/01621459.1968.10480934. Points that are not finite
+/// are left out; of more than [`MOST_POINTS`], an even selection is taken. `None` when fewer than two points
+/// differ in x.
 pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<RegressionLine> {
     let points = evenly(&finite_points(x, y));
     let mut slopes = pair_slopes(&points);
@@ -88,13 +88,13 @@ fn pair_slopes(points: &[(f64, f64)]) -> Vec<f64> {
         let later = points[k + 1..].iter();
         slopes.extend(later.map(|(later_x, later_y)| (later_y - y) / (later_x - x)));
     }
-    // Two points at one x have an infinite slope, or none.
+    // Two points with the same x have no finite slope.
     slopes.retain(|slope| slope.is_finite());
     slopes
 }
 
-/// Half the distance between the slopes at ± one standard deviation of Kendall's statistic, and the
-/// slopes that stand between these two in order: as many on both sides were left out. `None` of none.
+/// Half the distance between the slopes at ± one standard deviation of Kendall's statistic, and the slopes
+/// ranked between these two. `None` without slopes.
 fn rank_sigma(slopes: &mut [f64], n_points: usize) -> Option<(f64, &mut [f64])> {
     let n = n_points as f64;
     let half_width = (n * (n - 1.0) * (2.0 * n + 5.0) / 18.0).sqrt() / 2.0;

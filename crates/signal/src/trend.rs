@@ -1,17 +1,16 @@
-//! How fast a gauge rises that may read in coarse steps.
+//! The trend of a gauge, which may be coarsely quantised.
 
 use crate::slope::{RegressionLine, theil_sen};
 
-/// A gauge reads in coarse steps when fewer than one reading in this many differs from the last.
+/// A gauge is coarse when fewer than one in this many readings differs from the last.
 const READINGS_PER_CHANGE: usize = 3;
 
-/// The line along the readings of a gauge, whose smallest step so far is `step` (0 where it reads
-/// continuously).
+/// The trend of a gauge whose smallest step so far is `step` (0 for continuous readings).
 ///
-/// Finely read values get a [Theil–Sen line](theil_sen). Between coarse steps the median of slopes
-/// would be zero, so the line is drawn through the moments where the reading changes, at which the
-/// true value lies midway; with fewer than two of them, through both ends. The uncertainty is
-/// widened by [`quantisation_sigma`]. Expects ascending `x`. `None` as for [`theil_sen`].
+/// Fine readings get a [Theil–Sen line](theil_sen). With coarse steps the median slope would be zero, so the
+/// line is fitted to the moments at which the reading changes, where the true value lies midway; with fewer
+/// than two of them, through both ends. The uncertainty is widened by [`quantisation_sigma`]. Expects
+/// ascending `x`. `None` as for [`theil_sen`].
 pub fn trend(x: &[f64], y: &[f64], step: f64) -> Option<RegressionLine> {
     let (x, y) = finite(x, y);
     let span = x.last()? - x.first()?;
@@ -24,17 +23,17 @@ pub fn trend(x: &[f64], y: &[f64], step: f64) -> Option<RegressionLine> {
     Some(RegressionLine { slope: line.slope.widened(quantisation_sigma(step, span)), ..line })
 }
 
-/// The smallest step from one finite value to the next that differs: a bound on how finely a
-/// device resolves. `None` while all are equal.
+/// The smallest non-zero step between successive finite values: a bound on the resolution. `None` while all
+/// are equal.
 pub fn smallest_step(values: &[f64]) -> Option<f64> {
     let finite: Vec<f64> = values.iter().copied().filter(|each| each.is_finite()).collect();
     let steps = finite.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     steps.filter(|&step| step > 0.0 && step.is_finite()).min_by(f64::total_cmp)
 }
 
-/// Standard uncertainty of a slope over `span`, from values that come in steps of `step`.
+/// The standard uncertainty of a slope over `span`, from values quantised by `step`.
 ///
-/// Each end is off by a uniform error of ± half a step, so their difference by step · √(1/6).
+/// Each end has a uniform error of ± half a step, their difference one of step · √(1/6).
 pub fn quantisation_sigma(step: f64, span: f64) -> f64 {
     step / 6f64.sqrt() / span
 }
@@ -44,7 +43,7 @@ fn finite(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     points.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip()
 }
 
-/// Where the reading changes: midway between the two readings, in both directions.
+/// The changes of the reading: midway between the two readings, in both coordinates.
 fn changes(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let pairs = x.windows(2).zip(y.windows(2));
     let changed = pairs.filter(|(_, y)| y[0].total_cmp(&y[1]).is_ne());

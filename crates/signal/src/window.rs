@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-/// The points of the newest `length_ns` of a stream, in the order of their own times.
+/// The points of the newest `length_ns` of a stream, in order of their own times.
 ///
-/// Bounded: the window is divided into a fixed number of slots, aligned to time zero, of which each
-/// holds one point. What it holds therefore depends on the points alone, not on the order or the
-/// batches in which they came. Points later than the end are held back until time gets there;
-/// those more than one length ahead are refused.
+/// Bounded: the window is divided into a fixed number of slots, aligned to time zero, each of which holds one
+/// point. Its content therefore depends on the points alone, not on the order or the batches of their
+/// arrival. Points later than the end are held until time reaches them; those more than one length ahead are
+/// rejected.
 #[derive(Clone, Debug)]
 pub struct Window<T> {
     length_ns: i64,
@@ -25,7 +25,7 @@ impl<T> Window<T> {
         Window { length_ns, slot_ns, end_ns: None, points: VecDeque::new() }
     }
 
-    /// Takes in a point at its place; of two in one slot, the earlier one stays.
+    /// Inserts a point in order; of two in one slot, the earlier one stays.
     pub fn insert(&mut self, at_ns: i64, value: T) {
         self.insert_or(at_ns, value, |held, at_ns, value| {
             if at_ns < held.0 {
@@ -34,8 +34,8 @@ impl<T> Window<T> {
         });
     }
 
-    /// Takes in a point at its place; of two in one slot, `merge` makes one that stands at the
-    /// earlier time. It must not depend on the order of the two.
+    /// Inserts a point in order; of two in one slot, `merge` makes one at the earlier time. It must be
+    /// commutative.
     pub fn insert_merged(&mut self, at_ns: i64, value: T, merge: impl FnOnce(&mut T, T)) {
         self.insert_or(at_ns, value, |held, at_ns, value| {
             held.0 = held.0.min(at_ns);
@@ -43,7 +43,7 @@ impl<T> Window<T> {
         });
     }
 
-    /// Moves the end of the window to `end_ns` and lets go of what lies before its beginning.
+    /// Moves the end of the window to `end_ns` and drops what precedes its start.
     pub fn advance(&mut self, end_ns: i64) {
         self.end_ns = Some(end_ns);
         let begin_ns = end_ns.saturating_sub(self.length_ns);
@@ -52,7 +52,7 @@ impl<T> Window<T> {
         self.points.truncate(self.points.partition_point(|(at_ns, _)| !self.is_ahead(*at_ns)));
     }
 
-    /// The points after the beginning and up to the end, with their times [ns].
+    /// The points between start and end, with their times [ns].
     pub fn iter(&self) -> impl Iterator<Item = (i64, &T)> {
         let end_ns = self.end_ns.unwrap_or(i64::MAX);
         let until = move |point: &&(i64, T)| point.0 <= end_ns;

@@ -100,11 +100,11 @@ pub(super) fn bursts_of(
     Ok(())
 }
 
-/// Finds bursts in a signal that comes in sample by sample.
+/// Detects bursts sample by sample.
 ///
-/// A burst is reported when it has ended and its pause has passed. Nothing is found in the first 1.3 s, and
-/// rest is estimated from the past: until there was some, activity is mistaken for it. Places are corrected
-/// for the [delay](Cleaner::delay_secs) of the envelope. The same for any chunking; no sample allocates.
+/// A burst is reported when it has ended and its pause has passed. Nothing is detected in the first 1.3 s;
+/// rest is estimated from the past, so initial activity is mistaken for it. Positions are corrected for the
+/// [delay](Cleaner::delay_secs) of the envelope. Independent of chunking; no sample allocates.
 #[derive(Clone, Debug)]
 pub struct BurstDetector {
     cleaner: Cleaner,
@@ -114,8 +114,8 @@ pub struct BurstDetector {
 }
 
 impl BurstDetector {
-    /// For a signal at a rate of 100 Hz to 10 kHz; an error for another rate, or settings out of their
-    /// ranges.
+    /// Creates a detector for a rate of 100 Hz to 10 kHz; an error for another rate, or settings out of
+    /// range.
     pub fn new(rate_hz: f64, settings: BurstSettings) -> Result<BurstDetector, SignalError> {
         let (cleaner, gate) = (Cleaner::new(rate_hz)?, Gate::new(rate_hz, settings)?);
         let delay = cleaner.delay_secs() * rate_hz;
@@ -128,7 +128,7 @@ impl BurstDetector {
         self.take(envelope, sample)
     }
 
-    /// How late the envelope is [samples].
+    /// The delay of the envelope [samples].
     pub(super) fn delay(&self) -> f64 {
         self.delay
     }
@@ -138,7 +138,7 @@ impl BurstDetector {
         self.gate.open.is_some()
     }
 
-    /// The band and the envelope of the next sample; the burst that ended with it, if any.
+    /// Takes in a sample; returns the band-passed sample, the envelope, and the burst that ended with it.
     pub(super) fn follow(&mut self, sample: f64) -> (f64, f64, Option<Burst>) {
         let (band, envelope) = self.cleaner.push(sample);
         (band, envelope, self.take(envelope, sample))
@@ -162,7 +162,7 @@ struct Gate {
     open: Option<Open>,
 }
 
-/// What may become a burst.
+/// A potential burst.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     begin: f64,
@@ -215,7 +215,7 @@ impl Gate {
         }
     }
 
-    /// What is open, if it is a burst.
+    /// Closes the potential burst, and returns it if it is one.
     fn finish(&mut self) -> Option<Burst> {
         let open = self.open.take()?;
         let offset = open.last + 1.0;

@@ -1,10 +1,10 @@
-//! One channel on its way into rows.
+//! The processing of one channel into rows.
 
 use super::faults::{FaultDetector, Faults, Phases};
 use super::frames::{Features, Frames};
 use crate::error::SignalError;
 
-/// A sample of one channel: as measured, in the muscle's band, and its envelope.
+/// A sample of one channel: raw, band-passed, and its envelope.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Taken {
     pub(super) raw: f64,
@@ -12,22 +12,22 @@ pub(super) struct Taken {
     pub(super) envelope: f64,
 }
 
-/// What one channel comes to in a row.
+/// The summary of one channel in a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cell {
     pub(super) samples: f64,
     pub(super) faults: Faults,
     /// Sum of the envelope over usable samples.
     pub(super) envelope: f64,
-    /// Of the frame that ends with the row.
+    /// The features of the frame that ends with the row.
     pub(super) features: Option<Features>,
 }
 
-/// Watches one channel and keeps what the next frame needs.
+/// One channel's detectors, and the samples of its next frame.
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
     watch: FaultDetector,
-    /// The newest samples in the band, as many as a frame has at least.
+    /// The newest band-passed samples, at least a frame.
     band: Vec<f64>,
     length: usize,
     pub(super) cell: Cell,
@@ -54,7 +54,7 @@ impl Channel {
         self.band.push(taken.band);
     }
 
-    /// Ends the row with the frame that ends here.
+    /// Ends the row, with the frame that ends here.
     pub(super) fn finish(&mut self, frames: &mut Frames) -> Cell {
         let newest = &self.band[self.band.len().saturating_sub(self.length)..];
         let both = |of: fn(&Cell) -> f64| of(&self.before) + of(&self.cell);

@@ -1,4 +1,4 @@
-//! Two muscles that work against each other.
+//! Co-contraction of antagonists.
 
 /// How much two antagonists contract at once, from the heights of their envelopes, each as a share of
 /// its maximal voluntary contraction: (lower / higher) · (lower + higher) [0..2].

@@ -1,4 +1,4 @@
-//! How far a signal can be relied on.
+//! Faults of a channel, and its quality.
 
 use std::f64::consts::TAU;
 
@@ -6,40 +6,40 @@ use super::band::RATES_HZ;
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
 
-/// A signal that stays the same for longer is flat: an electrode or a cable is off [s].
+/// A signal constant for longer is flat: an electrode or a cable is off [s].
 const FLAT_SECS: f64 = 0.2;
-/// So many equal samples in a row at an end of the range are cut off.
+/// The shortest run of equal samples at an end of the range that is clipping.
 const CLIPPED_RUN: usize = 3;
-/// A range of fewer steps than this is too small to have ends.
+/// The smallest range, in steps, that can have ends.
 const LEAST_STEPS: f64 = 20.0;
-/// What power lines may swing at [Hz].
+/// The mains frequencies [Hz].
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
-/// The time over which the line's amplitude is averaged [s]: 1 s separates it from the muscle, which has a
-/// hundredth of its power in the same width.
+/// The averaging time of the mains amplitude [s]: 1 s separates it from muscle activity, which has a
+/// hundredth of its power in that bandwidth.
 const MAINS_SECS: f64 = 1.0;
-/// What is slower than this counts as the level [s].
+/// The time constant of the baseline [s].
 const LEVEL_SECS: f64 = 0.5;
 
-/// What was seen in a run of samples of one channel.
+/// The faults in a run of samples of one channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// How many samples were usable numbers.
+    /// The number of usable samples.
     pub usable: f64,
-    /// How many of those had been the same for more than 0.2 s.
+    /// The number of flat samples: constant for more than 0.2 s.
     pub flat: f64,
-    /// How many of those were cut off: the third and further equal ones in a row at an end of the range so
-    /// far, if that has at least twenty of its smallest steps.
+    /// The number of clipped samples: the third and later equal ones in a row at an end of the range so far,
+    /// if that spans at least twenty of its smallest steps.
     pub clipped: f64,
-    /// Sum of the power line's squares, 50 or 60 Hz, whichever is louder [unit²].
+    /// Sum of squares of the mains hum at 50 or 60 Hz, whichever is louder [unit²].
     pub mains: f64,
-    /// Sum of the band's squares [unit²].
+    /// Sum of squares of the band-passed signal [unit²].
     pub band: f64,
-    /// Sum of the squares of what was measured, without its level of the last 0.5 s [unit²].
+    /// Sum of squares of the raw signal without its baseline of 0.5 s [unit²].
     pub all: f64,
 }
 
 impl Faults {
-    /// The sums of both.
+    /// The sum of both.
     #[must_use]
     pub fn with(self, other: &Faults) -> Faults {
         Faults {
@@ -52,7 +52,7 @@ impl Faults {
         }
     }
 
-    /// A share of all.
+    /// Scales all counts and sums by a share.
     #[must_use]
     pub(super) fn scaled(self, share: f64) -> Faults {
         Faults {
@@ -75,13 +75,12 @@ impl Faults {
         share(self.clipped, self.usable)
     }
 
-    /// The power line's share of the band's power [0..1].
+    /// The share of mains hum in the band's power [0..1].
     pub fn mains_share(&self) -> f64 {
         share(self.mains, self.band)
     }
 
-    /// The share of all power that lies outside of the muscle's band [0..1]: motion of the electrodes and
-    /// their cables, bad contact.
+    /// The share of power outside the EMG band [0..1]: movement of electrodes and cables, bad contact.
     pub fn outside_share(&self) -> f64 {
         if self.all > 0.0 { (1.0 - self.band / self.all).clamp(0.0, 1.0) } else { 0.0 }
     }
@@ -91,11 +90,11 @@ fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Signal quality from 0 (useless) to 1: the share of samples that are neither flat nor clipped, times
-/// √((1 − mains share) · (1 − share outside of the band)).
+/// Signal quality from 0 (useless) to 1: the share of samples that are neither flat nor clipped, times √((1 −
+/// mains share) · (1 − share outside the band)).
 ///
-/// Sinderby et al. (1995), doi:10.1152/jappl.1995.79.5.1803, judge by the same shares of power. It says
-/// nothing about how loud the muscle is, nor about its neighbours. 0 without a usable sample.
+/// Sinderby et al. (1995), doi:10.1152/jappl.1995.79.5.1803, use the same power ratios. It is independent of
+/// the level of activity, and blind to crosstalk. 0 without a usable sample.
 pub fn quality(faults: &Faults) -> f64 {
     if faults.usable <= 0.0 {
         return 0.0;
@@ -104,7 +103,7 @@ pub fn quality(faults: &Faults) -> f64 {
     living * ((1.0 - faults.mains_share()) * (1.0 - faults.outside_share())).sqrt()
 }
 
-/// Watches one channel.
+/// Detects the faults of one channel.
 #[derive(Clone, Debug)]
 pub(super) struct FaultDetector {
     flat_run: usize,
@@ -136,7 +135,7 @@ impl FaultDetector {
         })
     }
 
-    /// What a sample adds, with that of the band, at a [phase of the lines](Phases).
+    /// Adds a sample, raw and band-passed, at a [phase of the mains](Phases).
     pub(super) fn push(&mut self, raw: f64, band: f64, phases: &Phases, faults: &mut Faults) {
         let line = self.line(band, phases);
         if !is_usable(raw) {
@@ -186,22 +185,22 @@ impl FaultDetector {
     }
 }
 
-/// Where the power lines stand in their period, for all channels.
+/// The phases of the mains frequencies, shared by all channels.
 #[derive(Clone, Debug)]
 pub(super) struct Phases {
-    /// Cosine and sine of each line now, and of what it turns in a sample.
+    /// Cosine and sine of each frequency now, and its rotation per sample.
     now: [[f64; 2]; 2],
     steps: [[f64; 2]; 2],
-    /// Samples until rounding errors of their lengths are taken off.
+    /// The number of samples until the phasors are renormalised.
     until_sound: u32,
 }
 
-/// Within so many turns a length is wrong by 1e-13 at most.
+/// After this many rotations the length is off by 1e-13 at most.
 const SOUND_FOR: u32 = 256;
 
 impl Phases {
     pub(super) fn new(rate_hz: f64) -> Phases {
-        // A line above half the rate can't be measured: it does not rotate.
+        // A frequency above Nyquist cannot be measured: its phasor does not rotate.
         let step = |at_hz: f64| {
             let (sine, cosine) = (TAU * at_hz / rate_hz).sin_cos();
             if at_hz < 0.45 * rate_hz { [cosine, sine] } else { [0.0; 2] }
@@ -214,7 +213,7 @@ impl Phases {
         }
     }
 
-    /// Goes on by a sample.
+    /// Advances by a sample.
     pub(super) fn advance(&mut self) {
         self.until_sound -= 1;
         let is_due = self.until_sound == 0;

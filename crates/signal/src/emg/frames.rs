@@ -6,7 +6,7 @@ use super::frequency::Periodogram;
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
 
-/// Fewest and most samples of a frame.
+/// The least and the largest number of samples in a frame.
 const LENGTHS: (f64, f64) = (8.0, 1_000_000.0);
 
 /// The features of one frame of a signal in the [muscle's band](super::band()).
@@ -66,7 +66,7 @@ impl Frames {
     /// frame, or a hop of less than a sample.
     pub fn new(rate_hz: f64, length_secs: f64, hop_secs: f64) -> Result<Frames, SignalError> {
         let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
-        // A product of decimal fractions may lie a little below the whole number that it stands for.
+        // A product of decimal fractions may fall just short of an integer.
         let samples = |secs: f64| (secs * rate_hz + 1e-9).floor();
         let length = checked("samples of a frame", samples(length_secs), LENGTHS)? as usize;
         let hops = (1.0, LENGTHS.1);
@@ -75,18 +75,18 @@ impl Frames {
         Ok(Frames { rate_hz, length, hop, thresholds: Thresholds::default(), periodogram })
     }
 
-    /// The same frames with thresholds.
+    /// Sets the thresholds.
     #[must_use]
     pub fn with_thresholds(self, thresholds: Thresholds) -> Frames {
         Frames { thresholds, ..self }
     }
 
-    /// How many samples a frame has.
+    /// The number of samples in a frame.
     pub fn length(&self) -> usize {
         self.length
     }
 
-    /// How many samples there are from the beginning of one frame to that of the next.
+    /// The number of samples between the starts of successive frames.
     pub fn hop(&self) -> usize {
         self.hop
     }
@@ -100,7 +100,7 @@ impl Frames {
 
     /// The features of one frame; `None` when it has another length, or a sample that is not usable.
     pub fn of_one(&mut self, frame: &[f64]) -> Option<Features> {
-        // All are looked at: four at once, instead of up to the first that is none.
+        // All samples are tested, four at a time, rather than stopping at the first unusable one.
         let are_usable = frame.iter().fold(true, |are, &sample| are & is_usable(sample));
         if frame.len() != self.length || !are_usable {
             return None;

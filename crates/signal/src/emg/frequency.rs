@@ -27,7 +27,7 @@ impl std::fmt::Debug for Periodogram {
     }
 }
 
-/// Where the power of a frame lies [Hz].
+/// Mean and median frequency [Hz].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Middle {
     pub(super) mean_hz: f64,
@@ -48,7 +48,7 @@ impl Periodogram {
         }
     }
 
-    /// NaN where nothing varies. Expects as many samples as it was made for.
+    /// The mean and median frequency of a frame; NaN if it is constant. Expects the planned length.
     pub(super) fn middle(&mut self, frame: &[f64]) -> Middle {
         let none = Middle { mean_hz: f64::NAN, median_hz: f64::NAN };
         if self.transform(frame).is_none() {
@@ -78,7 +78,7 @@ impl Periodogram {
         for (power, wave) in self.power.iter_mut().zip(&self.waves) {
             *power = 2.0 * wave.norm_sqr();
         }
-        // The constant and half the sampling rate stand for one frequency each.
+        // The bins at zero and at Nyquist each stand for one frequency.
         self.power[0] /= 2.0;
         if self.weights.len().is_multiple_of(2) {
             *self.power.last_mut()? /= 2.0;
@@ -86,7 +86,7 @@ impl Periodogram {
         Some(())
     }
 
-    /// Where the sum of powers reaches half of all, linear between bins.
+    /// The bin at which the cumulative power reaches half of the total, interpolated linearly.
     fn halving_bin(&self, total: f64) -> f64 {
         let half = total / 2.0;
         let mut sum = self.power[0];

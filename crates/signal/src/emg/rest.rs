@@ -1,4 +1,4 @@
-//! How loud a muscle is at rest.
+//! The resting level of a muscle.
 
 use std::collections::VecDeque;
 
@@ -6,24 +6,23 @@ use crate::error::{SignalError, checked};
 use crate::gaps::is_usable;
 use crate::robust::quantile_of_sorted;
 
-/// What the envelope is averaged over before it is ranked [s].
+/// The averaging time of the envelope before quantiles are taken [s].
 const BLOCK_SECS: f64 = 0.1;
-/// At rest is the quietest tenth of the time; loud at times, what one twentieth exceeds.
+/// The quantile of the envelope at rest, and the one exceeded by loud activity.
 const REST_SHARE: f64 = 0.1;
 const LOUD_SHARE: f64 = 0.95;
-/// With an amplifier that is silent at rest, this share of the loud envelope stands for its noise: more
-/// than 40 dB are not a property of the muscle.
+/// The noise assumed for an amplifier that is silent at rest, as a share of the loud envelope: more than 40
+/// dB is not a property of the muscle.
 const LEAST_OF_LOUD: f64 = 0.01;
-/// What counting rounding errors as activity begins at, of the largest number that came in.
+/// The smallest resting level as a share of the largest raw value, above rounding errors.
 const LEAST_OF_RAW: f64 = 1e-9;
-/// With fewer blocks, nothing is known yet; the very first ones are the filter's start.
+/// The fewest blocks for an estimate; the first ones, the filter's transient, are skipped.
 const LEAST_BLOCKS: usize = 10;
 const START_BLOCKS: usize = 3;
-/// No memory is longer: a week.
+/// The longest memory: a week.
 const MOST_BLOCKS: f64 = 6_048_000.0;
 
-/// The height of the envelope at rest: the 10 % quantile of its means over 0.1 s in the time that is
-/// remembered.
+/// The envelope at rest: the 10 % quantile of its 0.1 s means within the memory.
 #[derive(Clone, Debug)]
 pub(super) struct Rest {
     block: usize,
@@ -36,7 +35,7 @@ pub(super) struct Rest {
 }
 
 impl Rest {
-    /// Of the last `memory_secs` [s].
+    /// Creates an estimate over the last `memory_secs` [s].
     pub(super) fn new(rate_hz: f64, memory_secs: f64) -> Result<Rest, SignalError> {
         let block = ((BLOCK_SECS * rate_hz).round() as usize).max(1);
         let length =
@@ -46,7 +45,7 @@ impl Rest {
         Ok(Rest { block, sum, in_block, blocks, newest, most_raw, level: None })
     }
 
-    /// Takes in the next sample's envelope, NaN where it is unknown, and what was measured.
+    /// Takes in the next envelope sample, NaN where unknown, and the raw sample.
     pub(super) fn push(&mut self, envelope: f64, raw: f64) {
         if is_usable(raw) {
             self.most_raw = self.most_raw.max(raw.abs());
@@ -65,7 +64,7 @@ impl Rest {
         }
     }
 
-    /// The height at rest, as far as it is known.
+    /// The resting level, once it is known.
     pub(super) fn level(&self) -> Option<f64> {
         self.level
     }
@@ -82,12 +81,12 @@ impl Rest {
     }
 }
 
-/// The newest values, in order: of a thousand or so, a list is quicker than a tree.
+/// The newest values, sorted: for a thousand or so, a list is faster than a tree.
 #[derive(Clone, Debug)]
 struct Newest {
     length: usize,
     values: VecDeque<f64>,
-    /// The usable ones among them.
+    /// The usable ones, ascending.
     ascending: Vec<f64>,
 }
 
@@ -112,8 +111,8 @@ impl Newest {
     }
 }
 
-/// The height at rest at each sample of a whole recording, from `memory_secs` [s] around it; `None`
-/// where it is not known.
+/// The resting level at each sample of a whole recording, from `memory_secs` [s] around it; `None` where
+/// unknown.
 pub(super) fn levels(
     signal: &[f64],
     envelope: &[f64],
@@ -121,7 +120,7 @@ pub(super) fn levels(
     memory_secs: f64,
 ) -> Result<impl Iterator<Item = Option<f64>>, SignalError> {
     let mut rest = Rest::new(rate_hz, memory_secs)?;
-    // There is no start to leave out, and the memory reaches as far ahead as back.
+    // There is no transient to skip, and the memory extends equally forwards and backwards.
     rest.blocks = START_BLOCKS;
     let ahead = ((memory_secs / 2.0 * rate_hz).round() as usize).min(signal.len());
     let beyond = std::iter::repeat_n((f64::NAN, f64::NAN), ahead);

@@ -1,4 +1,4 @@
-//! What is known of all channels, a row for each eighth of a second.
+//! The store of all channels, one row per eighth of a second.
 
 use std::collections::VecDeque;
 
@@ -10,13 +10,13 @@ use super::frames::Frames;
 use crate::analysis::Span;
 use crate::error::SignalError;
 
-/// How long a frame is, and from its beginning to that of the next [s].
+/// The length and the hop of frames [s].
 pub(super) const FRAME_SECS: f64 = 0.25;
 pub(super) const HOP_SECS: f64 = 0.125;
-/// A frame with a smaller share of usable samples has no features.
+/// The smallest share of usable samples for a frame to have features.
 pub(super) const LEAST_USABLE: f64 = 0.9;
 
-/// Times of a row [ns]: its samples, and the frame that ends with it.
+/// The time ranges of a row [ns]: its samples, and the frame that ends with it.
 #[expect(clippy::struct_field_names, reason = "a number's name says its unit")]
 #[derive(Clone, Copy, Debug)]
 struct Row {
@@ -25,14 +25,14 @@ struct Row {
     frame_begin_ns: i64,
 }
 
-/// Two antagonists, each with its maximal voluntary contraction.
+/// Two antagonists, with the MVC of each.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     pub(super) channels: [usize; 2],
     pub(super) mvc: Option<[f64; 2]>,
 }
 
-/// Sum of the co-contraction index and of how many samples.
+/// The sum of the co-contraction index, and the number of samples.
 type Contraction = [f64; 2];
 
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ pub(super) struct Store {
     phases: Phases,
     channels: Vec<Channel>,
     pairs: Vec<Pair>,
-    /// Times of the newest samples, as many as a frame has.
+    /// The times of the newest samples, one frame.
     times_ns: VecDeque<i64>,
     count: usize,
     next_frame: usize,
@@ -51,7 +51,7 @@ pub(super) struct Store {
     rows: VecDeque<Row>,
     cells: VecDeque<Cell>,
     contractions: VecDeque<Contraction>,
-    /// When each burst began [ns], and its channel.
+    /// The start of each burst [ns], and its channel.
     bursts: VecDeque<(i64, usize)>,
 }
 
@@ -129,14 +129,13 @@ impl Store {
         self.bursts.push_back((at_ns, channel));
     }
 
-    /// How many bursts of a channel begin in a span.
+    /// The number of a channel's bursts that begin in a span.
     pub(super) fn bursts(&self, span: Span, channel: usize) -> usize {
         let inside = |&&(at_ns, of): &&(i64, usize)| of == channel && span.holds(at_ns);
         self.bursts.iter().filter(inside).count()
     }
 
-    /// The rows that share time with a span, each with the share of it that does; the last may not be
-    /// finished.
+    /// The rows that overlap a span, each with the share of it that does; the last may be incomplete.
     fn parts(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + '_ {
         let first = self.rows.partition_point(|row| row.last_ns < span.begin_ns);
         let period_ns = 1e9 / self.rate_hz;
@@ -158,7 +157,7 @@ impl Store {
         self.cells.get(place).unwrap_or(&self.channels[channel].cell)
     }
 
-    /// What a channel comes to in a span, without features.
+    /// The sums of a channel over a span, without features.
     pub(super) fn sums(&self, span: Span, channel: usize) -> Cell {
         let mut sums = Cell::default();
         for (row, share) in self.parts(span) {

@@ -8,14 +8,14 @@ use super::store::Store;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value};
 use crate::slope::least_squares;
 
-/// With a lower [quality], a channel's muscle activity is not reported: three quarters or more of its power
-/// came from elsewhere, or most samples were cut off.
+/// The smallest [quality] for which muscle activity is reported: below it, three quarters of the power came
+/// from elsewhere, or most samples were clipped.
 const LEAST_QUALITY: f64 = 0.25;
-/// A trend of the median frequency takes this long at least [s].
+/// The shortest trend of the median frequency [s].
 const LEAST_TREND_SECS: f64 = 10.0;
 
 const FRAMES: &str = "mean over 0.25 s frames, 0.125 s apart";
-/// Of each channel: the name, the unit (`u` stands for that of the signal), and the recipe.
+/// The values of each channel: name, unit (`u` is the signal's), and recipe.
 const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ("EMG_RMS", "u", "root of the mean square over 0.25 s frames, 0.125 s apart"),
     ("EMG_MAV", "u", "mean absolute value"),
@@ -36,13 +36,13 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ("EMG_Flat", "1", "share of samples that are the same for more than 0.2 s"),
     ("EMG_Clipped", "1", "share of samples that are cut off at an end of the range"),
 ];
-/// Which of them are means over frames.
+/// The values that are means over frames.
 const MEANS: std::ops::Range<usize> = 1..9;
 const BURSTS: usize = 12;
-/// Those from here on speak of the signal's faults.
+/// The values from here on describe faults.
 const SHARES: usize = 13;
 
-/// All values in their order: those of each channel, then those of pairs.
+/// All values in order: those of each channel, then those of pairs.
 pub(super) fn values(settings: &Settings, band: &str) -> Vec<Value> {
     let of_channel = settings.channels.iter().flat_map(|channel| {
         let value = move |(index, &(name, unit, recipe)): (usize, &(&str, &str, &str))| {

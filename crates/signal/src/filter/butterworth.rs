@@ -1,10 +1,9 @@
-//! Butterworth filters: as flat as can be in the band that passes.
+//! Butterworth filters, with a maximally flat passband.
 //!
 //! The coefficients of `scipy.signal.butter(order, …, output="sos")`, in SciPy's order of sections.
-//! Butterworth (1930), Experimental Wireless 7; pre-warped bilinear transform. At each corner
-//! frequency the gain is √½ (−3 dB), and ½ when run with zero phase. An `order` between 1 and
-//! [`MOST_ORDER`]; band filters have twice as many poles. Frequencies lie between 0 and half the
-//! sampling rate, both excluded.
+//! Butterworth (1930), Experimental Wireless 7; pre-warped bilinear transform. The gain at each cut-off is √½
+//! (−3 dB), and ½ with zero phase. `order` is between 1 and [`MOST_ORDER`]; band filters have twice as many
+//! poles. Frequencies are between 0 and Nyquist, both excluded.
 
 use std::f64::consts::PI;
 
@@ -12,22 +11,22 @@ use super::Design;
 use super::roots::Roots;
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// Highest order that can be designed.
+/// The highest supported order.
 pub const MOST_ORDER: u32 = 24;
 
-/// Passes what is slower than `cutoff_hz`.
+/// A low-pass at `cutoff_hz`.
 pub fn low_pass(order: u32, cutoff_hz: f64, rate_hz: f64) -> Result<Design, SignalError> {
     let corner = warped(cutoff_hz, rate_hz)?;
     digital(prototype(order)?.low_pass(corner), rate_hz)
 }
 
-/// Passes what is faster than `cutoff_hz`.
+/// A high-pass at `cutoff_hz`.
 pub fn high_pass(order: u32, cutoff_hz: f64, rate_hz: f64) -> Result<Design, SignalError> {
     let corner = warped(cutoff_hz, rate_hz)?;
     digital(prototype(order)?.high_pass(corner), rate_hz)
 }
 
-/// Passes what lies between `low_hz` and `high_hz`.
+/// A band-pass between `low_hz` and `high_hz`.
 pub fn band_pass(
     order: u32,
     low_hz: f64,
@@ -38,7 +37,7 @@ pub fn band_pass(
     digital(prototype(order)?.band_pass(centre, width), rate_hz)
 }
 
-/// Takes out what lies between `low_hz` and `high_hz`.
+/// A band-stop between `low_hz` and `high_hz`.
 pub fn band_stop(
     order: u32,
     low_hz: f64,
@@ -49,7 +48,7 @@ pub fn band_stop(
     digital(prototype(order)?.band_stop(centre, width), rate_hz)
 }
 
-/// A frequency, if it lies between 0 and half the sampling rate.
+/// A frequency, if it is between 0 and Nyquist.
 pub(super) fn checked_frequency(frequency_hz: f64, rate_hz: f64) -> Result<f64, SignalError> {
     let nyquist_hz = rate_hz / 2.0;
     let fits = frequency_hz > 0.0 && frequency_hz < nyquist_hz;
@@ -71,7 +70,7 @@ fn warped_band(low_hz: f64, high_hz: f64, rate_hz: f64) -> Result<(f64, f64), Si
     if low < high { Ok(band) } else { Err(SignalError::Band { low_hz, high_hz }) }
 }
 
-/// The analog frequency that the bilinear transform at 2 samples a second brings to `frequency_hz`.
+/// The analog frequency that the bilinear transform at 2 samples a second maps to `frequency_hz`.
 fn warped(frequency_hz: f64, rate_hz: f64) -> Result<f64, SignalError> {
     let rate_hz = checked_rate_hz(rate_hz)?;
     let fraction = 2.0 * checked_frequency(frequency_hz, rate_hz)? / rate_hz;

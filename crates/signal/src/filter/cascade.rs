@@ -3,15 +3,15 @@
 use super::{Design, Section};
 use crate::gaps::is_usable;
 
-/// A running filter: second-order sections in a row, in transposed direct form II.
+/// A running filter: a cascade of second-order sections in transposed direct form II.
 ///
-/// Gives what SciPy's `sosfilt` gives, bit for bit the same for any chunking, and never allocates.
-/// A sample that is [no usable number](crate::gaps::is_usable) counts as the one before it, so that
-/// one bad sample does not spoil all that follow.
+/// Equals SciPy's `sosfilt`, bit-identical for any chunking, and never allocates. A sample that is [not
+/// usable](crate::gaps::is_usable) repeats the one before, so that one bad sample does not spoil all that
+/// follow.
 #[derive(Clone, Debug)]
 pub struct Cascade {
     stages: Vec<Stage>,
-    /// The last usable sample; NaN before the first one of a filter that settles on it.
+    /// The last usable sample; NaN before the first one of a settled filter.
     held: f64,
 }
 
@@ -19,12 +19,12 @@ pub struct Cascade {
 struct Stage {
     section: Section,
     state: [f64; 2],
-    /// The state after an endless constant input of 1 to the whole cascade.
+    /// The state after an infinite constant input of 1.
     settled: [f64; 2],
 }
 
 impl Cascade {
-    /// A filter before which there was nothing but zeros: `sosfilt` without `zi`.
+    /// A filter with zero initial state: `sosfilt` without `zi`.
     pub fn at_rest(design: &Design) -> Cascade {
         let mut level = 1.0;
         let stage = |section: &Section| {
@@ -35,13 +35,13 @@ impl Cascade {
         Cascade { stages: design.sections().iter().map(stage).collect(), held: 0.0 }
     }
 
-    /// A filter before which the first usable sample stood forever, so that it begins without a
-    /// jump: `sosfilt` with `zi = sosfilt_zi(sos) * x[0]`. Gives NaN until there is such a sample.
+    /// A filter settled on its first usable sample, so that it starts without a transient: `sosfilt` with `zi
+    /// = sosfilt_zi(sos) * x[0]`. Returns NaN until then.
     pub fn settled(design: &Design) -> Cascade {
         Cascade { held: f64::NAN, ..Cascade::at_rest(design) }
     }
 
-    /// Takes in the next sample, and gives the filtered one.
+    /// Takes in the next sample, and returns the filtered one.
     pub fn push(&mut self, sample: f64) -> f64 {
         let input = if is_usable(sample) { sample } else { self.held };
         if self.held.is_nan() {
@@ -51,7 +51,7 @@ impl Cascade {
         self.stages.iter_mut().fold(input, |value, stage| stage.push(value))
     }
 
-    /// Filters the next samples in their place.
+    /// Filters samples in place.
     pub fn filter(&mut self, samples: &mut [f64]) {
         let settled = samples.iter().position(|sample| self.is_settled_by(*sample));
         let (first, rest) = samples.split_at_mut(settled.map_or(samples.len(), |place| place + 1));
@@ -71,7 +71,7 @@ impl Cascade {
         !self.held.is_nan() || is_usable(sample)
     }
 
-    /// The same with a known number of stages, whose states need not go through memory.
+    /// The same for a constant number of sections, whose states stay in registers.
     fn filter_in_registers<const N: usize>(&mut self, samples: &mut [f64]) {
         let Some(kept) = self.stages.first_chunk_mut::<N>() else { return };
         let mut stages = *kept;
@@ -82,7 +82,7 @@ impl Cascade {
         *kept = stages;
     }
 
-    /// Goes to the state after an endless input of `level`.
+    /// Sets the state after an infinite constant input of `level`.
     pub fn settle(&mut self, level: f64) {
         self.held = level;
         let level = if is_usable(level) { level } else { 0.0 };
@@ -91,7 +91,7 @@ impl Cascade {
         }
     }
 
-    /// The two numbers that each section remembers: SciPy's `zf`.
+    /// The two state variables of each section: SciPy's `zf`.
     pub fn states(&self) -> impl Iterator<Item = [f64; 2]> {
         self.stages.iter().map(|stage| stage.state)
     }

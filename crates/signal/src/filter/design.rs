@@ -18,14 +18,14 @@ pub struct Design {
 }
 
 impl Design {
-    /// A filter of `sections` for signals of `rate_hz`; an error where one is not stable.
+    /// A filter with these sections; an error where one is unstable.
     pub fn new(sections: Vec<Section>, rate_hz: f64) -> Result<Design, SignalError> {
         let rate_hz = checked_rate_hz(rate_hz)?;
         let is_stable = sections.iter().all(Section::is_stable);
         if is_stable { Ok(Design { sections, rate_hz }) } else { Err(SignalError::Unstable) }
     }
 
-    /// This filter followed by `next`; an error when they are for different sampling rates.
+    /// This filter followed by `next`; an error when their sampling rates differ.
     pub fn then(mut self, next: &Design) -> Result<Design, SignalError> {
         if self.rate_hz.to_bits() != next.rate_hz.to_bits() {
             return Err(SignalError::Rate { rate_hz: next.rate_hz });
@@ -44,20 +44,20 @@ impl Design {
         self.rate_hz
     }
 
-    /// The factor on the amplitude of an oscillation of `frequency_hz`, run causally once.
+    /// The amplitude gain at `frequency_hz`, applied once.
     pub fn gain(&self, frequency_hz: f64) -> f64 {
         self.response(frequency_hz).norm()
     }
 
-    /// How far an oscillation of `frequency_hz` is turned [rad, −π..π], run causally once.
+    /// The phase shift at `frequency_hz` [rad, −π..π], applied once.
     pub fn phase_rad(&self, frequency_hz: f64) -> f64 {
         self.response(frequency_hz).arg()
     }
 
-    /// How late the envelope of an oscillation of `frequency_hz` comes out of the causal filter [s].
+    /// The group delay at `frequency_hz` of the causal filter [s].
     ///
-    /// −dφ/dω, from the coefficients, not by differences. What a mark found in a filtered signal is
-    /// late by, where the signal's energy lies around `frequency_hz`. NaN where the gain is zero.
+    /// −dφ/dω, computed analytically: the delay of a mark in a filtered signal whose energy lies around
+    /// `frequency_hz`. NaN where the gain is zero.
     pub fn group_delay_secs(&self, frequency_hz: f64) -> f64 {
         let delay = self.unit_delay(frequency_hz);
         let samples: f64 = self.sections.iter().map(|section| section.group_delay(delay)).sum();
@@ -70,10 +70,10 @@ impl Design {
         (0..200).map(|k| self.group_delay_secs(at(k))).fold(f64::NAN, f64::max)
     }
 
-    /// How long a jump of the input is felt [s]: until the slowest echo has shrunk to `share`.
+    /// The length of the step response's transient [s]: until the slowest mode has decayed to `share`.
     ///
-    /// ln `share` / ln r / rate, with r the radius of the outermost pole. What the first seconds
-    /// after a gap or a knock are worth.
+    /// ln `share` / ln r / rate, with r the radius of the outermost pole. For judging the first seconds after
+    /// a gap or a knock.
     pub fn memory_secs(&self, share: f64) -> f64 {
         let radius = self.sections.iter().map(Section::pole_radius).fold(0.0, f64::max);
         (share.ln() / radius.ln()).max(0.0) / self.rate_hz

@@ -1,4 +1,4 @@
-//! A filter that takes out one frequency.
+//! Notch filters.
 
 use std::f64::consts::PI;
 
@@ -6,12 +6,11 @@ use super::butterworth::checked_frequency;
 use super::{Design, Section};
 use crate::error::{SignalError, checked, checked_rate_hz};
 
-/// A notch at `frequency_hz` that is 3 dB deep at a width of `frequency_hz` / `quality`.
+/// A notch at `frequency_hz` with a −3 dB width of `frequency_hz` / `quality`.
 ///
-/// For the hum of mains. SciPy's `iirnotch`; Orfanidis, Introduction to Signal Processing (1996),
-/// section 11.3. `quality` lies between 0.5 and 10,000 (usual: 30). It rings for about
-/// `quality` / `frequency_hz` seconds after a step. An error for a frequency outside of
-/// 0..`rate_hz` / 2.
+/// For mains hum. SciPy's `iirnotch`; Orfanidis, Introduction to Signal Processing (1996), section 11.3.
+/// `quality` is between 0.5 and 10,000 (typically 30). It rings for about `quality` / `frequency_hz` seconds
+/// after a step. Returns an error for a frequency outside 0..`rate_hz` / 2.
 pub fn notch(frequency_hz: f64, quality: f64, rate_hz: f64) -> Result<Design, SignalError> {
     let rate_hz = checked_rate_hz(rate_hz)?;
     let quality = checked("quality", quality, (0.5, 10_000.0))?;

@@ -1,4 +1,4 @@
-//! A filter as the zeros and poles of its transfer function.
+//! Zeros, poles and gain of a transfer function.
 
 use std::f64::consts::PI;
 
@@ -22,7 +22,7 @@ pub(super) struct Roots {
 }
 
 impl Roots {
-    /// The analog low-pass of Butterworth with its corner at 1 rad/s.
+    /// The analog Butterworth low-pass with its cut-off at 1 rad/s.
     pub(super) fn butterworth(order: u32) -> Roots {
         let n = f64::from(order);
         let pole = |k: u32| {
@@ -62,7 +62,7 @@ impl Roots {
         band
     }
 
-    /// From analog to digital.
+    /// The bilinear transform.
     pub(super) fn bilinear(self) -> Roots {
         let degree = self.degree();
         let product = |roots: &[Complex64]| -> Complex64 {
@@ -74,8 +74,8 @@ impl Roots {
         digital
     }
 
-    /// Pairs each pole with the zero next to it, the pole nearest to the unit circle last; the gain
-    /// goes into the first section. SciPy's `zpk2sos` with pairing "nearest".
+    /// Pairs each pole with the nearest zero, the pole nearest to the unit circle last; the gain goes into
+    /// the first section. SciPy's `zpk2sos` with pairing "nearest".
     pub(super) fn sections(mut self) -> Vec<Section> {
         for roots in [&mut self.zeros, &mut self.poles] {
             if roots.len() % 2 == 1 {
@@ -105,7 +105,7 @@ impl Roots {
         Roots { zeros: mapped(self.zeros), poles: mapped(self.poles), gain }
     }
 
-    /// Each root becomes two, around ± `centre`.
+    /// Splits each root into two, around ± `centre`.
     fn split_about(self, centre: f64) -> Roots {
         let split = |roots: Vec<Complex64>| -> Vec<Complex64> {
             let away = |root: Complex64| (root * root - centre * centre).sqrt();
@@ -121,13 +121,13 @@ impl Roots {
         self.gain * (product(&self.zeros) / product(&self.poles)).re
     }
 
-    /// How many more poles there are than zeros.
+    /// The excess of poles over zeros.
     fn degree(&self) -> i32 {
         self.poles.len() as i32 - self.zeros.len() as i32
     }
 }
 
-/// Of each conjugate pair the one above the real axis, then the real ones; each in order of size.
+/// The upper root of each conjugate pair, then the real ones; each in order of size.
 fn one_of_each_pair(roots: &[Complex64]) -> Vec<Complex64> {
     let is_real = |root: &Complex64| root.im.abs() <= REAL_WITHIN * root.norm();
     let mut above: Vec<Complex64> =
@@ -143,7 +143,7 @@ fn one_of_each_pair(roots: &[Complex64]) -> Vec<Complex64> {
     above
 }
 
-/// The conjugate of a complex root; for a real one, the real one that comes next.
+/// The conjugate of a complex root; for a real one, the next real one.
 fn partner(
     root: Complex64,
     others: &mut Vec<Complex64>,

@@ -1,4 +1,4 @@
-//! One second-order section.
+//! Second-order sections.
 
 use realfft::num_complex::Complex64;
 
@@ -20,19 +20,19 @@ impl Section {
         self.b.iter().all(|b| b.is_finite()) && a2.abs() < 1.0 && a1.abs() < 1.0 + a2
     }
 
-    /// Gain of a constant: H(1).
+    /// The DC gain, H(1).
     pub fn constant_gain(&self) -> f64 {
         self.b.iter().sum::<f64>() / self.denominator_sum()
     }
 
-    /// The state in which a constant input of 1 gives a constant output: SciPy's `lfilter_zi`.
+    /// The steady state for a constant input of 1: SciPy's `lfilter_zi`.
     pub fn settled_state(&self) -> [f64; 2] {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         let first = (b1 - a1 * b0 + b2 - a2 * b0) / self.denominator_sum();
         [first, (1.0 + a1) * first - (b1 - a1 * b0)]
     }
 
-    /// Distance of the outer pole from the origin: what an impulse's echo shrinks by each sample.
+    /// The radius of the outer pole: the decay of the impulse response per sample.
     pub fn pole_radius(&self) -> f64 {
         let [a1, a2] = self.a;
         let discriminant = a1 * a1 / 4.0 - a2;

@@ -1,4 +1,4 @@
-//! Filtering of a whole recording without delay.
+//! Zero-phase filtering of a whole recording.
 
 use super::{Cascade, Design};
 use crate::error::SignalError;
@@ -6,11 +6,10 @@ use crate::gaps::bridged;
 
 /// The signal filtered forwards and then backwards: no delay, and the gain squared.
 ///
-/// SciPy's `sosfiltfilt` with its defaults: the signal is continued at both ends by its odd
-/// reflection (point-mirrored about the end), of three times the filter's length, and both runs
-/// begin settled. Gustafsson (1996), doi:10.1109/78.492552 for the problem. Values that are not
-/// usable are [bridged](bridged) first. An error when no value is, or when the signal is not longer
-/// than the [padding](padding). Not causal: it sees the whole recording.
+/// SciPy's `sosfiltfilt` with its defaults: the signal is extended at both ends by its odd reflection, of
+/// three times the filter's length, and both passes start settled. See Gustafsson (1996),
+/// doi:10.1109/78.492552. Values that are not usable are [bridged](bridged) first. Returns an error when none
+/// is usable, or the signal is not longer than the [padding](padding). Not causal.
 pub fn zero_phase(design: &Design, signal: &[f64]) -> Result<Vec<f64>, SignalError> {
     let padding = padding(design);
     if signal.len() <= padding {
@@ -26,7 +25,7 @@ pub fn zero_phase(design: &Design, signal: &[f64]) -> Result<Vec<f64>, SignalErr
     Ok(extended)
 }
 
-/// How many samples the signal is continued by at each end.
+/// The number of samples added at each end.
 pub fn padding(design: &Design) -> usize {
     let sections = design.sections();
     let without_b2 = sections.iter().filter(|section| section.b[2] == 0.0).count();

@@ -7,23 +7,22 @@ use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Wi
 use crate::error::SignalError;
 use crate::intervals::Edit;
 
-/// A longer interval [ms] is none, nor is one of zero or less.
+/// The longest accepted interval [ms].
 const LONGEST_MS: f64 = 60_000.0;
-/// How far the sum of intervals may be from the time of the host [s]: straps report two or three intervals
-/// at once, about once a second. Beyond, intervals were lost.
+/// The largest difference between the sum of intervals and the host's time [s]: straps report two or three
+/// intervals at once, about once a second. Beyond it, intervals were lost.
 const MOST_ASTRAY_SECS: f64 = 1.5;
-/// A hole where intervals were lost has this length at least [ns].
+/// The shortest hole for lost intervals [ns].
 const LEAST_HOLE_NS: i64 = 1_000_000;
 
-/// What there is to set.
+/// Settings of the interval analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Which values: all of them.
+    /// The domains to compute; all by default.
     pub domains: Vec<Domain>,
-    /// What is done about artefacts: they are corrected.
+    /// The treatment of artefacts; corrected by default.
     pub treatment: Treatment,
-    /// What a person says about single beats, in seconds since the first interval's beginning: none. For whole
-    /// recordings only.
+    /// Manual edits of single beats, in seconds since the start of the first interval; whole recordings only.
     pub edits: Vec<Edit>,
     /// How far the sum of intervals may be from the times at which they are reported [s]: 1.5, as straps
     /// report two or three intervals at once. Beyond, intervals were lost. Where the times are those of the
@@ -42,13 +41,13 @@ impl Default for Settings {
     }
 }
 
-/// Variability of intervals [ms] that come in one by one, in the first channel: see [`HeartWindows`].
+/// Variability of intervals [ms] as they come in, in the first channel; see [`HeartWindows`].
 ///
-/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there: times of
-/// the host only determine where the first one lies, and when intervals were lost, because they are further
-/// from the sum of the intervals since than [`Settings::most_astray_secs`]. An interval that is NaN, zero
-/// or less or over a minute also leaves a hole. The rate is ignored, as intervals have none; never an
-/// error. Limits: a single lost interval that is not reported as lost remains undetected.
+/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there. Host times
+/// only place the first one, and reveal lost intervals by differing from the sum of the intervals since by
+/// more than [`Settings::most_astray_secs`]. An interval that is NaN, not positive or over a minute also
+/// leaves a hole. The rate is ignored; there are no errors. Limits: a single lost interval that is not
+/// reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Intervals {
         heart: HeartWindows::causal().only(&settings.domains).treated(settings.treatment),
@@ -58,10 +57,10 @@ pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Sen
     }))
 }
 
-/// The same for a recording. A second channel gives the time at which each interval ended [s after the
-/// recording began], as the times of [`causal`] do; without it, and where it is NaN, the first one begins
-/// where the recording does, and each other where the last ended, and a lost one takes the time of the one
-/// before it, a second at first. The rate is ignored.
+/// The variability of a recording. A second channel gives the time at which each interval ended [s after the
+/// recording began], as the times of [`causal`] do. Without it, and where it is NaN, the first interval
+/// begins with the recording, each other where the last ended, and a lost one takes the length of the one
+/// before it, initially a second. The rate is ignored.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let intervals_ms = recording.channels.first().map_or(&[][..], Vec::as_slice);
     let told_ns = |sample: usize| {
@@ -149,13 +148,13 @@ struct Chain {
     is_broken: bool,
 }
 
-/// Where an interval lies.
+/// The position of an interval.
 struct Placed {
-    /// What is missing before it [ns].
+    /// The hole before it [ns].
     hole: Option<(i64, i64)>,
-    /// The beat that begins it, where that is not the last one's end [ns].
+    /// The beat at its start, if that is not the end of the last interval [ns].
     begin_ns: Option<i64>,
-    /// The beat that ends it [ns].
+    /// The beat at its end [ns].
     end_ns: i64,
 }
 

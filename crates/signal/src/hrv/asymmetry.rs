@@ -1,7 +1,7 @@
 use super::measure::Measure;
 use super::series::pairs;
 
-/// Whether slowing down and speeding up look alike.
+/// Asymmetry between decelerations and accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asymmetry {
     /// Guzik's index: distances from identity of decelerations in all [%].

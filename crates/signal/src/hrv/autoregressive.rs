@@ -6,13 +6,13 @@ use crate::error::SignalError;
 use crate::moments::mean;
 use crate::spectrum::Spectrum;
 
-/// Steps of the spectrum, up to half the sampling rate.
+/// The number of bins of the spectrum, up to Nyquist.
 const STEPS: usize = 2048;
-/// Numbers that are computed side by side: one alone would wait for the last at each step.
+/// The number of bins computed in parallel, to hide latency.
 const LANES: usize = 8;
 
-/// The spectrum of an even series, less its mean, by a model of `order` whose errors forwards and
-/// backwards are least (Burg), up to `highest_hz` [Hz].
+/// The spectrum of an evenly sampled series, mean removed, by Burg's method with a model of `order`, up to
+/// `highest_hz` [Hz].
 pub(super) fn burg(
     values: &[f64],
     rate_hz: f64,
@@ -41,7 +41,7 @@ pub(super) fn burg(
     Ok(Spectrum { frequencies_hz, power, segments: 1 })
 }
 
-/// The squared size of the model's polynomial on the unit circle, from its highest lag down (Horner).
+/// The squared magnitude of the model's polynomial on the unit circle (Horner).
 fn gains(coefficients: &[f64], sines: [(f64, f64); LANES]) -> [f64; LANES] {
     let (sin, cos) = (sines.map(|each| each.0), sines.map(|each| each.1));
     let (mut real, mut imaginary) = ([0.0; LANES], [0.0; LANES]);
@@ -55,7 +55,7 @@ fn gains(coefficients: &[f64], sines: [(f64, f64); LANES]) -> [f64; LANES] {
     std::array::from_fn(|lane| (1.0 + real[lane]).powi(2) + imaginary[lane].powi(2))
 }
 
-/// The coefficients of lags 1 to `order`, and the variance of what they leave.
+/// The coefficients of lags 1 to `order`, and the residual variance.
 fn model(values: &[f64], order: usize) -> (Vec<f64>, f64) {
     let centre = mean(values);
     let mut forward: Vec<f64> = values.iter().map(|value| value - centre).collect();
@@ -63,7 +63,7 @@ fn model(values: &[f64], order: usize) -> (Vec<f64>, f64) {
     let mut variance = forward.iter().map(|each| each * each).sum::<f64>() / values.len() as f64;
     let mut coefficients: Vec<f64> = Vec::with_capacity(order);
     for lag in 1..=order {
-        // Errors forwards, and backwards of the value before: at the same place.
+        // Forward errors, and backward errors of the value before, share an index.
         let count = values.len() - lag;
         let (forward, backward) = (&mut forward[lag..], &mut backward[..count]);
         let (products, squares) = sums(forward, backward);
@@ -79,7 +79,7 @@ fn model(values: &[f64], order: usize) -> (Vec<f64>, f64) {
     (coefficients, variance)
 }
 
-/// Of the products of errors forwards and backwards, and of the squares of both.
+/// The sums of products of forward and backward errors, and of their squares.
 fn sums(forward: &[f64], backward: &[f64]) -> (f64, f64) {
     let ((ones, rest), (others, other_rest)) = (forward.as_chunks(), backward.as_chunks());
     let (mut products, mut squares) = ([0.0; LANES], [0.0; LANES]);

@@ -9,9 +9,9 @@ pub const ALPHA1_BEATS: RangeInclusive<usize> = 4..=16;
 /// Scales of the long-term exponent [beats].
 pub const ALPHA2_BEATS: RangeInclusive<usize> = 16..=64;
 
-/// A window with less variance than this [ms²] has none, as in NeuroKit2.
+/// Variances below this are zero [ms²], as in NeuroKit2.
 const LEAST_VARIANCE: f64 = 1e-8;
-/// Longest scale that is looked at [beats].
+/// The longest scale [beats].
 const LONGEST_BEATS: usize = 4096;
 
 /// Exponents of detrended fluctuation analysis.
@@ -33,13 +33,13 @@ pub fn detrended_fluctuation(intervals_ms: &[f64]) -> Option<DetrendedFluctuatio
     })
 }
 
-/// How fluctuation grows with scale: slope of log F(s) over log s, each scale [beats] once.
+/// The scaling exponent of fluctuation: the slope of log F(s) over log s, each scale [beats] once.
 ///
-/// F(s)² is the mean variance about a line of the summed deviations, in windows of s beats that overlap
-/// by half. Peng et al. (1995), doi:10.1063/1.166141; as NeuroKit2's `fractal_dfa` with the same scales
-/// (its default for α1 is 4 to 11, for α2 12 to a tenth of the beats). Missing intervals are left out
-/// and close up. `None` when the longest scale is not shorter than the series, scales are fewer than
-/// two or below 3, or a scale has no fluctuation.
+/// F(s)² is the mean variance about a line of the cumulated deviations, in windows of s beats with 50 %
+/// overlap. Peng et al. (1995), doi:10.1063/1.166141; as NeuroKit2's `fractal_dfa` with the same scales (its
+/// default for α1 is 4 to 11, for α2 12 to a tenth of the beats). Missing intervals are removed. `None` when
+/// the longest scale is not shorter than the series, scales are fewer than two or below 3, or a scale has no
+/// fluctuation.
 pub fn dfa_alpha(intervals_ms: &[f64], scales_beats: &RangeInclusive<usize>) -> Option<f64> {
     let nn = present(intervals_ms);
     let (shortest, longest) = (*scales_beats.start(), *scales_beats.end());
@@ -59,7 +59,7 @@ pub fn dfa_alpha(intervals_ms: &[f64], scales_beats: &RangeInclusive<usize>) -> 
     slope.is_finite().then_some(slope)
 }
 
-/// F(s); `None` when no window has any.
+/// F(s); `None` when all windows are constant.
 fn fluctuation(profile: &[f64], scale: usize) -> Option<f64> {
     let starts = (0..profile.len() - scale).step_by(scale / 2);
     let variances = starts.map(|start| variance_about_line(&profile[start..start + scale]));

@@ -4,12 +4,12 @@ use super::multiscale::multiscale_index;
 use super::series::present;
 use crate::moments::sample_sd;
 
-/// How many standard deviations (n − 1) still count as alike, by convention.
+/// The tolerance in standard deviations (n − 1), by convention.
 const TOLERANCE_SD: f64 = 0.2;
-/// Most intervals that are compared: the time grows with their square.
+/// The most intervals compared: the time is quadratic.
 const MOST: usize = 100_000;
 
-/// How unpredictable intervals are.
+/// The unpredictability of intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entropies {
     /// Sample entropy; NaN where no three beats are alike.
@@ -22,11 +22,10 @@ pub struct Entropies {
     pub multiscale: f64,
 }
 
-/// Sample, approximate, fuzzy and multiscale entropy of intervals [ms], with m = 2 and
-/// r = 0.2 SD (n − 1).
+/// Sample, approximate, fuzzy and multiscale entropy of intervals [ms], with m = 2 and r = 0.2 SD (n − 1).
 ///
-/// Window: 5 minutes (200 beats at least). Missing intervals are left out and close up. `None` with
-/// fewer than four intervals, more than 100 000, or without spread.
+/// Window: 5 minutes (200 beats at least). Missing intervals are removed. `None` with fewer than four
+/// intervals, more than 100 000, or without spread.
 pub fn entropies(intervals_ms: &[f64]) -> Option<Entropies> {
     let tolerance_ms = TOLERANCE_SD * sample_sd(&present(intervals_ms));
     Some(Entropies {
@@ -37,11 +36,11 @@ pub fn entropies(intervals_ms: &[f64]) -> Option<Entropies> {
     })
 }
 
-/// Sample entropy: −ln of how often beats that follow two alike pairs are alike too, m = 2.
+/// Sample entropy: −ln of the probability that matching pairs still match with the next beat, m = 2.
 ///
-/// Alike means that no two intervals differ by more than `tolerance_ms`. Richman & Moorman (2000),
-/// doi:10.1152/ajpheart.2000.278.6.H2039; as NeuroKit2's `entropy_sample`. `None` as for
-/// [`entropies`], and where there are no alike triples.
+/// A match means that no two intervals differ by more than `tolerance_ms`. Richman & Moorman (2000),
+/// doi:10.1152/ajpheart.2000.278.6.H2039; as NeuroKit2's `entropy_sample`. `None` as for [`entropies`], and
+/// without matching triples.
 pub fn sample_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     let nn = checked(intervals_ms, tolerance_ms)?;
     let (mut pairs, mut triples) = (0u64, 0u64);
@@ -55,10 +54,10 @@ pub fn sample_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     (triples > 0).then(|| (pairs as f64 / triples as f64).ln())
 }
 
-/// Approximate entropy, m = 2: as [`sample_entropy`], but each pair and triple is alike to itself.
+/// Approximate entropy, m = 2: as [`sample_entropy`], but including self-matches.
 ///
-/// Pincus (1991), doi:10.1073/pnas.88.6.2297; as NeuroKit2's `entropy_approximate`. Limits: lower for
-/// fewer beats; prefer sample entropy. `None` as for [`entropies`].
+/// Pincus (1991), doi:10.1073/pnas.88.6.2297; as NeuroKit2's `entropy_approximate`. Limits: biased low with
+/// few beats; prefer sample entropy. `None` as for [`entropies`].
 pub fn approximate_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     let nn = checked(intervals_ms, tolerance_ms)?;
     let (mut pairs, mut triples) = (vec![1.0; nn.len() - 1], vec![1.0; nn.len() - 2]);
@@ -85,9 +84,9 @@ fn checked(intervals_ms: &[f64], tolerance_ms: f64) -> Option<Vec<f64>> {
     fits.then_some(nn)
 }
 
-/// Reports the places of each two similar pairs of successive intervals.
+/// Reports the indices of all matching pairs of successive intervals.
 ///
-/// Sorted by their first interval, only neighbours can be alike.
+/// Sorted by their first interval, only neighbours can match.
 fn each_alike(nn: &[f64], tolerance_ms: f64, mut report: impl FnMut(usize, usize)) {
     let mut order: Vec<usize> = (0..nn.len() - 1).collect();
     order.sort_unstable_by(|&a, &b| nn[a].total_cmp(&nn[b]));

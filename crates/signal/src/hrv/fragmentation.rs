@@ -1,7 +1,7 @@
 use super::measure::Measure;
 use super::series::differences;
 
-/// How often the heart changes its mind.
+/// How often heart rate acceleration changes sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fragmentation {
     /// Share of intervals where the direction changes [0..1].

@@ -8,35 +8,34 @@ use crate::spectrum::{LombScargle, Mean, Normalisation, Rule, Spectrum, Transfor
 
 /// Very low, low and high frequency [Hz], each without its upper end. Task Force (1996).
 const BANDS_HZ: [(f64, f64); 3] = [(0.0033, 0.04), (0.04, 0.15), (0.15, 0.4)];
-/// Shortest recordings from which each band can be estimated [s]. Task Force (1996) for the first; ten
-/// waves of the lowest frequency are wanted, the others have five and nine.
+/// The shortest recordings for each band [s]. Task Force (1996) for the first; ten periods of the lowest
+/// frequency are desirable, the others have five and nine.
 const LEAST_SECS: [f64; 3] = [300.0, 120.0, 60.0];
-/// No band reaches higher [Hz].
+/// The upper end of all bands [Hz].
 const HIGHEST_HZ: f64 = BANDS_HZ[2].1;
-/// Finest step of Lomb and Scargle's periodogram [Hz].
+/// The finest step of the Lomb–Scargle periodogram [Hz].
 const LEAST_STEP_HZ: f64 = 1e-4;
 
-/// How the spectrum of uneven intervals is computed. Its `Display` is to be printed beside the numbers:
-/// between recipes LF/HF of the same beats differs by a factor of four.
+/// How the spectrum of unevenly spaced intervals is computed. Print its `Display` beside the numbers: LF/HF
+/// of the same beats differs by a factor of four between recipes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Recipe {
-    /// A cubic spline through the intervals at the ends of each, and Welch's spectrum of it.
+    /// A cubic spline through the intervals at their ends, and its Welch spectrum.
     Welch {
         /// Rate of the spline [Hz]: 4.
         rate_hz: f64,
-        /// Length of a segment [s]: 128. What is shorter as a whole is one segment.
+        /// Length of a segment [s]: 128. A shorter recording is one segment.
         segment_secs: f64,
     },
-    /// The same spline, and the spectrum of an autoregressive model of it by Burg: smooth, for short
-    /// series and for peaks. Boardman et al. (2002), doi:10.1088/0967-3334/23/2/308, ask for an order
-    /// of 16 at least.
+    /// The same spline, and its autoregressive spectrum by Burg's method: smooth, for short series and for
+    /// peaks. Boardman et al. (2002), doi:10.1088/0967-3334/23/2/308, recommend an order of at least 16.
     Autoregressive {
         /// Rate of the spline [Hz]: 4.
         rate_hz: f64,
         /// Order of the model: 16 at 4 Hz.
         order: usize,
     },
-    /// Lomb and Scargle's periodogram of the intervals where they are: for series with gaps.
+    /// The Lomb–Scargle periodogram of the uneven intervals: for series with gaps.
     LombScargle,
 }
 
@@ -76,11 +75,11 @@ pub struct FrequencyDomain {
     pub lf_ms2: f64,
     /// High frequency, 0.15 to 0.4 Hz [ms²]; NaN below 60 s.
     pub hf_ms2: f64,
-    /// All three [ms²]; NaN below 120 s, without VLF below 300 s.
+    /// The sum of all three [ms²]; NaN below 120 s, without VLF below 300 s.
     pub total_ms2: f64,
-    /// Where LF is strongest [Hz].
+    /// The peak frequency of LF [Hz].
     pub lf_peak_hz: f64,
-    /// Where HF is strongest [Hz].
+    /// The peak frequency of HF [Hz].
     pub hf_peak_hz: f64,
     /// From the first interval's end to the last's [s].
     pub span_secs: f64,
@@ -115,8 +114,8 @@ pub fn frequency_domain(
     Ok(FrequencyDomain::of(&spectrum, span_secs))
 }
 
-/// The spectrum of intervals, and the time from the first one's end to the last's [s]; `kept` are
-/// the transforms of other such spectra.
+/// The spectrum of intervals, and the time from the first one's end to the last's [s]; `kept` caches FFT
+/// plans.
 pub(super) fn spectrum(
     ends_secs: &[f64],
     intervals_ms: &[f64],

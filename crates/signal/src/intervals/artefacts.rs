@@ -4,47 +4,47 @@ use super::natural::is_natural;
 use super::rolling::around_each;
 use crate::robust::quantile_of_sorted;
 
-/// Beats around each that its thresholds come from.
+/// The number of beats from which thresholds are estimated.
 const THRESHOLD_BEATS: usize = 91;
-/// Beats around each that its usual interval comes from.
+/// The number of beats from which the usual interval is estimated.
 const MEDIAN_BEATS: usize = 11;
-/// Quartile deviations to a threshold: about 3.3 standard deviations, 99.95 % of normal values.
+/// The threshold in quartile deviations: about 3.3 standard deviations, 99.95 % of normal values.
 const ALPHA: f64 = 5.2;
-/// Slope of the border of ectopic beats.
+/// Slope of the decision border of ectopic beats.
 const C1: f64 = 0.13;
-/// Offset of the border of ectopic beats.
+/// Offset of the decision border of ectopic beats.
 const C2: f64 = 0.17;
-/// How many thresholds an interval may differ from the usual.
+/// The largest deviation of an interval from the usual, in thresholds.
 const MOST_OFF: f64 = 3.0;
 
-/// What is wrong with a beat.
+/// The kind of an artefact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Too early or too late, with the opposite before or after it.
     Ectopic,
-    /// A beat before it was not detected.
+    /// A beat before it was missed.
     Missed,
-    /// It is none.
+    /// A false detection.
     Extra,
     /// Its interval is too long or too short.
     LongShort,
 }
 
-/// A beat that something is wrong with.
+/// An artefact among beats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Artefact {
-    /// Its place among the beats, from 0.
+    /// The index of the beat, from 0.
     pub beat: usize,
     /// What is wrong.
     pub kind: Kind,
 }
 
-/// The beats that something is wrong with.
+/// The artefacts among beats.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Artefacts {
     /// In the order of beats.
     pub found: Vec<Artefact>,
-    /// How many beats were looked at.
+    /// The number of beats examined.
     pub beats: usize,
 }
 
@@ -61,16 +61,16 @@ impl Artefacts {
         Artefacts::of(differences_with_mean_first(times_secs))
     }
 
-    /// The same of intervals [s], one a beat.
+    /// As [`among`](Self::among), from intervals [s], one per beat.
     fn of(rr: Vec<f64>) -> Artefacts {
         let beats = rr.len();
         let found = if beats < 4 { Vec::new() } else { Series::of(rr).classified() };
         Artefacts { found, beats }
     }
 
-    /// Those of intervals [s], one a beat, that a heart does not make by itself.
+    /// The artefacts among intervals [s], one per beat, that are not natural variability.
     ///
-    /// Of artefacts beside each other all count when one does: they are signs of the same error.
+    /// Adjacent artefacts all count when one does: they are signs of the same error.
     pub(super) fn unnatural(rr: Vec<f64>) -> Artefacts {
         let beats = rr.len();
         if beats < 4 {
@@ -83,33 +83,33 @@ impl Artefacts {
         Artefacts { found: unnatural.flatten().copied().collect(), beats }
     }
 
-    /// How many are of a kind.
+    /// The number of artefacts of a kind.
     pub fn count(&self, kind: Kind) -> usize {
         self.found.iter().filter(|each| each.kind == kind).count()
     }
 
-    /// How many there are.
+    /// The number of artefacts.
     pub fn total(&self) -> usize {
         self.found.len()
     }
 
-    /// Their share of all beats [%]; 0 of none.
+    /// Their share of all beats [%]; 0 without beats.
     pub fn percent(&self) -> f64 {
         100.0 * self.found.len() as f64 / self.beats.max(1) as f64
     }
 }
 
-/// The series that the paper's Figure 1 decides by, one value a beat.
+/// The series of the decision rules in the paper's Figure 1, one value per beat.
 pub(super) struct Series {
     /// Intervals [s].
     rr: Vec<f64>,
     /// Differences between successive intervals, over their threshold.
     change: Vec<f64>,
-    /// Asked for only where a change stands out: in most windows none does.
+    /// Computed only where a change stands out, which most windows lack.
     level: OnceCell<Level>,
 }
 
-/// Intervals against those around.
+/// Intervals relative to those around.
 struct Level {
     /// Median of the intervals around [s].
     usual: Vec<f64>,
@@ -123,7 +123,7 @@ impl Level {
     fn of(rr: &[f64]) -> Level {
         let usual = usual(rr);
         let off = rr.iter().zip(&usual).map(|(rr, usual)| rr - usual);
-        // A short interval is less off than a long one of the same kind of error.
+        // A short interval deviates less than a long one from the same kind of error.
         let mut off: Vec<f64> =
             off.map(|each| if each < 0.0 { 2.0 * each } else { each }).collect();
         let threshold = threshold(&off);
@@ -132,7 +132,7 @@ impl Level {
     }
 }
 
-/// Over a threshold of zero nothing is known: NaN compares as false.
+/// With a threshold of zero the result is NaN, which compares as false.
 fn over(value: f64, threshold: f64) -> f64 {
     if threshold > 0.0 { value / threshold } else { f64::NAN }
 }
@@ -173,13 +173,13 @@ impl Series {
         found
     }
 
-    /// How far an interval is off the usual, as a share of it; of the last one for beats behind it.
+    /// The relative deviation of an interval from the usual; for beats beyond the end, that of the last one.
     pub(super) fn off_usual(&self, beat: usize) -> f64 {
         let beat = beat.min(self.rr.len() - 1);
         self.rr[beat] / self.level().usual[beat] - 1.0
     }
 
-    /// The change over its threshold, `by` beats on; mirrored at both ends.
+    /// The change over its threshold, `by` beats away; mirrored at both ends.
     pub(super) fn change_at(&self, beat: usize, by: isize) -> f64 {
         let last = self.change.len() as isize - 1;
         let mirrored = (beat as isize + by).abs();
@@ -228,7 +228,7 @@ pub(super) fn usual(rr: &[f64]) -> Vec<f64> {
     around_each(rr, MEDIAN_BEATS, |sorted| quantile_of_sorted(sorted, 0.5))
 }
 
-/// As many as values: the first has no difference, and takes the mean of the others.
+/// The differences, as many as values: the first is the mean of the others.
 pub(super) fn differences_with_mean_first(values: &[f64]) -> Vec<f64> {
     let mut all: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if !values.is_empty() {

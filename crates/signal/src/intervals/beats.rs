@@ -1,9 +1,9 @@
-/// Times of heart beats, and which of them a person has decided on.
+/// Times of heartbeats, and which of them were edited manually.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Beats {
     times_secs: Vec<f64>,
     decided: Vec<bool>,
-    /// Whether what ends there is no interval, of which nobody knows why.
+    /// Whether the interval that ends there is missing for an unknown reason.
     broken: Vec<bool>,
 }
 
@@ -15,27 +15,27 @@ pub(super) struct Beat {
     pub(super) broken: bool,
 }
 
-/// What a person says about a beat. Edits are kept beside the detected beats, never instead of them.
+/// A manual edit of a beat. Edits are kept beside the detected beats, never instead of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Edit {
-    /// There is a beat that was not detected.
+    /// A beat that was not detected.
     Add {
         /// When [s].
         at_secs: f64,
     },
-    /// The detected beat nearest to a time is none.
+    /// The detected beat nearest to a time is false.
     Remove {
         /// When [s].
         at_secs: f64,
     },
-    /// The detected beat nearest to a time was at another.
+    /// The detected beat nearest to a time is misplaced.
     Move {
         /// When it was detected [s].
         from_secs: f64,
         /// When it was [s].
         to_secs: f64,
     },
-    /// The detected beat nearest to a time is right, however odd it looks.
+    /// The detected beat nearest to a time is correct, however odd it looks.
     Keep {
         /// When [s].
         at_secs: f64,
@@ -88,7 +88,7 @@ impl Beats {
         self.times_secs.iter().zip(flags).map(beat)
     }
 
-    /// The beats in stretches: a new one begins where `apart` says so of two successive times [s].
+    /// Splits the beats where `apart` holds for two successive times [s].
     pub fn split(&self, apart: impl Fn(f64, f64) -> bool) -> Vec<Beats> {
         let all: Vec<Beat> = self.iter().collect();
         let stretches = all.chunk_by(|a, b| !apart(a.at_secs, b.at_secs));
@@ -100,12 +100,12 @@ impl Beats {
         &self.times_secs
     }
 
-    /// Of each beat, whether a person added, moved or confirmed it: then no correction touches it.
+    /// Whether each beat was added, moved or confirmed manually, and is exempt from correction.
     pub fn decided(&self) -> &[bool] {
         &self.decided
     }
 
-    /// Intervals between successive beats [ms]; NaN for one that the correction took for none.
+    /// Intervals between successive beats [ms]; NaN for one rejected by the correction.
     pub fn intervals_ms(&self) -> Vec<f64> {
         let interval = |(pair, broken): (&[f64], &bool)| {
             if *broken { f64::NAN } else { (pair[1] - pair[0]) * 1000.0 }
@@ -113,7 +113,7 @@ impl Beats {
         self.times_secs.windows(2).zip(self.broken.iter().skip(1)).map(interval).collect()
     }
 
-    /// Whether the edit could be done.
+    /// Applies an edit; returns whether it matched a beat.
     fn edit(&mut self, edit: Edit, within_secs: f64) -> bool {
         match edit {
             Edit::Add { at_secs } => at_secs.is_finite() && self.add(at_secs),

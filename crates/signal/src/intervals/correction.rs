@@ -2,13 +2,13 @@ use super::MOST_PERCENT;
 use super::artefacts::{Artefact, Artefacts, Kind, differences_with_mean_first, usual};
 use super::beats::{Beat, Beats};
 
-/// Most passes: each must find fewer artefacts than the last, so there are seldom more than three.
+/// The most passes; each must find fewer artefacts than the last, so there are seldom more than three.
 const MOST_PASSES: usize = 20;
 
-/// How much of the worst deviation may be left over when beats are moved.
+/// The share of the worst deviation that may remain when beats are moved.
 const MOST_LACKING: f64 = 0.5;
 
-/// How often artefacts are looked for.
+/// The number of detection passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Passes {
     /// Until a pass finds as many as the last, as NeuroKit2 by default: a large artefact hides small
@@ -55,40 +55,40 @@ pub struct Correction {
     pub passes: Passes,
 }
 
-/// Beats after correction, and what was done.
+/// Beats after correction, with the corrections.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corrected {
-    /// The beats as they should have been.
+    /// The corrected beats.
     pub beats: Beats,
-    /// What was corrected in each pass; places are those before the pass.
+    /// The artefacts of each pass; indices are those before the pass.
     pub passes: Vec<Artefacts>,
-    /// What was corrected where [s], pass by pass.
+    /// The corrections with their times [s], pass by pass.
     pub corrections: Vec<(f64, Kind)>,
-    /// How many beats there were.
+    /// The number of beats before correction.
     pub detected: usize,
 }
 
 impl Corrected {
-    /// How many of a kind were corrected.
+    /// The number of corrections of a kind.
     pub fn count(&self, kind: Kind) -> usize {
         self.passes.iter().map(|pass| pass.count(kind)).sum()
     }
 
-    /// Corrected beats in all beats detected [%]; 0 of none. A beat corrected in two passes counts
-    /// twice.
+    /// The share of detected beats that were corrected [%]; 0 without beats. A beat corrected in two passes
+    /// counts twice.
     pub fn percent(&self) -> f64 {
         let total: usize = self.passes.iter().map(Artefacts::total).sum();
         100.0 * total as f64 / self.detected.max(1) as f64
     }
 
-    /// Whether more was corrected than should be without a person's look.
+    /// Whether so many were corrected that a person should check.
     pub fn is_doubtful(&self) -> bool {
         self.percent() > MOST_PERCENT
     }
 }
 
 impl Correction {
-    /// Corrects beats; those that a person decided on stay.
+    /// Corrects beats, except those edited manually.
     pub fn correct(&self, beats: &Beats) -> Corrected {
         let most = match self.passes {
             Passes::UntilSteady => MOST_PASSES,
@@ -116,7 +116,7 @@ impl Correction {
     }
 }
 
-/// The artefacts that no person has decided on.
+/// The artefacts that were not edited manually.
 fn undecided(beats: &Beats) -> Artefacts {
     let beats: Vec<Beat> = beats.iter().collect();
     let mut artefacts = Artefacts::unnatural(intervals_secs(&beats));
@@ -124,7 +124,7 @@ fn undecided(beats: &Beats) -> Artefacts {
     artefacts
 }
 
-/// Intervals [s], one a beat; that of the beat before where there is none.
+/// Intervals [s], one per beat; a missing one repeats the one before.
 fn intervals_secs(beats: &[Beat]) -> Vec<f64> {
     let times_secs: Vec<f64> = beats.iter().map(|each| each.at_secs).collect();
     let mut intervals = differences_with_mean_first(&times_secs);
@@ -134,7 +134,7 @@ fn intervals_secs(beats: &[Beat]) -> Vec<f64> {
     intervals
 }
 
-/// A beat with what is wrong with it.
+/// A beat with its artefact, if any.
 #[derive(Clone, Copy)]
 struct Judged {
     beat: Beat,
@@ -144,7 +144,7 @@ struct Judged {
 fn applied(beats: &Beats, artefacts: &[Artefact]) -> Beats {
     let mut judged: Vec<Judged> = beats.iter().map(|beat| Judged { beat, kind: None }).collect();
     for each in artefacts {
-        // An ectopic beat is recognised by the opposite jump after it: it is the one before that is astray.
+        // An ectopic beat shows by the opposite jump after it: the misplaced one is the one before.
         let place =
             if each.kind == Kind::Ectopic { each.beat.saturating_sub(1) } else { each.beat };
         if !judged[place].beat.decided && judged[place].kind.is_none() {
@@ -178,10 +178,10 @@ fn applied(beats: &Beats, artefacts: &[Artefact]) -> Beats {
     Beats::ordered(&beats)
 }
 
-/// Settles wrong beats between two right ones, given how far each interval is off the usual [s].
+/// Corrects the artefacts between two correct beats, given each interval's deviation from the usual [s].
 ///
-/// Where what one interval lacks, others have, the beats are spread evenly. Where not, time is missing
-/// or too much: moving beats would make two wrong intervals of one, so the worst are taken for none.
+/// Where the deviations cancel out, the beats are spread evenly. Otherwise moving beats would make two wrong
+/// intervals of one, so the worst intervals are rejected.
 fn settle(beats: &mut [Beat], off: &[f64]) {
     let lacking: f64 = off[1..].iter().sum();
     let worst = off[1..].iter().map(|each| each.abs()).fold(0.0, f64::max);

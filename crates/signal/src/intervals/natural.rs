@@ -1,4 +1,4 @@
-//! Which artefacts a heart makes by itself.
+//! Natural variability that resembles artefacts.
 
 use super::artefacts::{Artefact, Kind, Series};
 
@@ -9,18 +9,17 @@ const TAIL_THRESHOLDS: f64 = 1.5;
 /// An interval is near the usual up to this share of it: half of the 20 % from which on a beat is
 /// commonly called premature.
 const NEAR_USUAL: f64 = 0.1;
-/// Even near the usual, changes over this many thresholds are too sudden: a beat marked at another place
-/// than the others.
+/// Even near the usual interval, changes above this many thresholds are too sudden: the beat is misplaced.
 const SUDDEN_THRESHOLDS: f64 = 2.0;
-/// The longest interval that may be a slower heart and no missed beat: so much over the usual.
+/// The longest interval that may be a slower heart rather than a missed beat, relative to the usual.
 const LONGEST_OFF: f64 = 0.5;
-/// A neighbour is long, too, when it is over the usual by this share of what the longer one is.
+/// A neighbour is long, too, when its excess is at least this share of the longer one's.
 const ALIKE: f64 = 0.4;
 
-/// Whether an artefact is within what hearts do by themselves: changes as breath and posture make them,
-/// small ones in a quiet rhythm, or a long interval beside which others are long.
+/// Whether an artefact is natural variability: changes by breathing and posture, small ones in a quiet
+/// rhythm, or a long interval among others.
 ///
-/// A missed beat and an extra one never are.
+/// Missed and extra beats never are.
 pub(super) fn is_natural(series: &Series, Artefact { beat, kind }: Artefact) -> bool {
     // An ectopic beat is recognised at the one after it.
     let first = match kind {
@@ -36,7 +35,7 @@ pub(super) fn is_natural(series: &Series, Artefact { beat, kind }: Artefact) -> 
         || (kind == Kind::LongShort && is_one_of_long_ones(series, beat))
 }
 
-/// Whether an interval is long and one beside it is, too, though none could hide a beat.
+/// Whether an interval and one next to it are long, though neither long enough to hide a beat.
 fn is_one_of_long_ones(series: &Series, beat: usize) -> bool {
     let own = series.off_usual(beat);
     let is_alike = |beside: f64| {

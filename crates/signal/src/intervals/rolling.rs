@@ -1,6 +1,4 @@
-/// The values around each, `width` of them and fewer at the ends, kept in order.
-///
-/// Calls `of` with the sorted values around each in turn.
+/// Calls `of` with the sorted `width` values around each value, fewer at the ends.
 pub(super) fn around_each(values: &[f64], width: usize, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     let half = width / 2;
     let mut sorted: Vec<f64> = Vec::with_capacity(width + 1);
@@ -19,12 +17,12 @@ pub(super) fn around_each(values: &[f64], width: usize, of: impl Fn(&[f64]) -> f
     (0..values.len()).map(around).collect()
 }
 
-/// Where a value is among sorted ones, or should be.
+/// The index of a value among sorted ones.
 fn place(sorted: &[f64], value: f64) -> usize {
     sorted.partition_point(|each| each.total_cmp(&value).is_lt())
 }
 
-/// Puts a value in its place and takes another away: only those between the two move.
+/// Replaces one sorted value by another, moving only those in between.
 fn replace(sorted: &mut [f64], left: f64, come: f64) {
     let (from, to) = (place(sorted, left), place(sorted, come));
     if from < to {

@@ -1,6 +1,6 @@
 //! Peaks that are too close to a higher one.
 
-/// Keeps, from the highest down, those that are at least `distance` samples from all kept.
+/// Keeps peaks at least `distance` samples apart, preferring higher ones.
 pub(super) fn keep_apart(signal: &[f64], indices: &mut Vec<usize>, distance: usize) {
     if distance <= 1 {
         return;

@@ -1,6 +1,6 @@
 //! Local maxima.
 
-/// Where the signal is higher than on both sides; the middle of each plateau, rounded down.
+/// The indices of local maxima; the middle of a plateau, rounded down.
 pub(super) fn local_maxima(signal: &[f64]) -> Vec<usize> {
     let mut maxima = Vec::new();
     let mut index = 1;

@@ -17,41 +17,41 @@ mod width;
 
 use std::ops::RangeInclusive;
 
-/// Which local maxima count as peaks; all of them by default.
+/// Which local maxima count as peaks; all by default.
 ///
-/// Bounds are inclusive, as SciPy's; a maximum of which the number is not finite fails.
+/// Bounds are inclusive, as SciPy's; a NaN fails them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rules {
     /// Value at the peak.
     pub height: RangeInclusive<f64>,
-    /// Fewest samples from one peak to the next; of two that are closer the lower one goes.
+    /// The smallest distance between peaks [samples]; of two closer ones the lower is dropped.
     pub distance: usize,
-    /// Height above the higher of the two valleys that part it from higher ground.
+    /// Height above the higher of the two valleys that separate it from higher ground.
     pub prominence: RangeInclusive<f64>,
     /// Width [samples] at [`relative_height`](Rules::relative_height).
     pub width: RangeInclusive<f64>,
-    /// At which share of the prominence below the peak its width is measured [0..1]: half, usually.
+    /// The share of the prominence below the peak at which its width is measured [0..1], usually half.
     pub relative_height: f64,
 }
 
 /// A peak, in the terms of SciPy's `find_peaks`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Where it stands; in the middle of a plateau, rounded down.
+    /// Its index; the middle of a plateau, rounded down.
     pub index: usize,
-    /// The value there.
+    /// The value at the peak.
     pub height: f64,
     /// Height above the higher of its two bases.
     pub prominence: f64,
-    /// Lowest sample between it and higher ground to the left, or the beginning.
+    /// The minimum between it and higher ground to the left, or the start.
     pub left_base: usize,
-    /// Lowest sample between it and higher ground to the right, or the end.
+    /// The minimum between it and higher ground to the right, or the end.
     pub right_base: usize,
     /// Width at the relative height [samples].
     pub width: f64,
-    /// Where the signal crosses that height on the left, between two samples.
+    /// The left crossing of that height, fractional.
     pub left_crossing: f64,
-    /// Where the signal crosses that height on the right, between two samples.
+    /// The right crossing of that height, fractional.
     pub right_crossing: f64,
 }
 
@@ -63,12 +63,12 @@ impl Default for Rules {
     }
 }
 
-/// The local maxima of `signal` that keep the `rules`, in order.
+/// The local maxima of `signal` that meet the `rules`, in order.
 ///
-/// `scipy.signal.find_peaks`: height is judged first, then distance, then prominence, then width; of
-/// two peaks of one height that are too close, the later one stays. A maximum is higher than both
-/// neighbours; the first and the last sample are none, nor is a neighbour of a NaN, which parts the
-/// signal like higher ground. Not causal: a prominence looks at the whole signal.
+/// As `scipy.signal.find_peaks`: height is tested first, then distance, prominence and width; of two equally
+/// high peaks that are too close, the later is kept. A maximum exceeds both neighbours; the first and the
+/// last sample are never one, nor is a neighbour of a NaN, which acts like higher ground. Not causal: a
+/// prominence depends on the whole signal.
 pub fn find_peaks(signal: &[f64], rules: &Rules) -> Vec<Peak> {
     let mut indices = maxima::local_maxima(signal);
     indices.retain(|&index| rules.height.contains(&signal[index]));

@@ -1,4 +1,4 @@
-//! How far peaks stand out.
+//! The prominence of peaks.
 
 use super::Peak;
 
@@ -9,7 +9,7 @@ struct Lowest {
     height: f64,
 }
 
-/// The peaks at the ascending `indices`, their widths not yet measured.
+/// The peaks at the ascending `indices`, without widths.
 pub(super) fn measured(signal: &[f64], indices: &[usize]) -> Vec<Peak> {
     let left = bases(signal.iter().copied().enumerate(), indices.iter().copied());
     let right = bases(signal.iter().copied().enumerate().rev(), indices.iter().rev().copied());
@@ -27,11 +27,11 @@ pub(super) fn measured(signal: &[f64], indices: &[usize]) -> Vec<Peak> {
     .collect()
 }
 
-/// For each peak the lowest sample between it and the last higher one (or a NaN) before it, the
-/// nearest of several; all in one walk along the samples.
+/// For each peak the minimum between it and the last higher sample (or NaN) before it, the nearest of equal
+/// ones, in one pass.
 ///
-/// The stack holds samples that are each lower than the one below them in it, with the lowest
-/// sample between the two.
+/// The stack holds samples in descending order, each with the minimum between it and the one below it on the
+/// stack.
 fn bases(
     samples: impl Iterator<Item = (usize, f64)>,
     mut peaks: impl Iterator<Item = usize>,

@@ -1,4 +1,4 @@
-//! How wide peaks are.
+//! The width of peaks.
 
 use super::Peak;
 

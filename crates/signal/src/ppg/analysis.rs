@@ -1,12 +1,11 @@
-//! The PPG in the shape that the analyses of all signals share: pulses as events, and of any span the
-//! pulse rate, the shape of the pulses, breathing, the quality of the signal, and the variability of
-//! pulses ([`HeartWindows`](crate::hrv::HeartWindows) of the good ones, so that motion does not pass
-//! for it).
+//! The PPG behind the common analysis interface: pulses as events; pulse rate, pulse shape, breathing,
+//! quality and pulse rate variability for any span ([`HeartWindows`](crate::hrv::HeartWindows) of good pulses
+//! only, so that motion does not pass for variability).
 //!
-//! The quality of a span, and which of its pulses are good, is judged with the minute before it. Where more
-//! than half of it is flagged, nothing is reported of pulses.
+//! Quality, and which pulses are good, is judged including the minute before the span. Where more than half
+//! of it is flagged, no pulse values are reported.
 //!
-//! Pulses of the newest 0.4 s or so are not known yet when a span is asked for as soon as it is over.
+//! A span queried right after its end lacks the pulses of the last 0.4 s or so.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -20,16 +19,16 @@ use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Wi
 use crate::error::{SignalError, checked};
 use crate::hrv::Domain;
 
-/// How a PPG is read.
+/// Settings of the PPG analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// What the signal is measured in; `1` when that is not known.
+    /// The unit of the signal; `1` if unknown.
     pub unit: Cow<'static, str>,
-    /// With a second channel for the strength of the sensor's motion (the magnitude of acceleration less
-    /// that of gravity [g], say), at the rate of the first: a cycle in which it is above this, in the unit
-    /// of that channel, is motion. `None` without such a channel.
+    /// For a second channel with the strength of the sensor's motion (such as the magnitude of acceleration
+    /// minus gravity [g]), at the same rate: cycles that exceed this limit, in that channel's unit, are
+    /// motion. `None` without such a channel.
     pub motion_limit: Option<f64>,
-    /// Which values of the variability of pulses: all of them.
+    /// The domains of pulse rate variability to compute; all by default.
     pub domains: Vec<Domain>,
 }
 
@@ -39,10 +38,10 @@ impl Default for Settings {
     }
 }
 
-/// A PPG that comes in at `rate_hz`, 20 to 2000 Hz: channel 0, and motion as channel 1 where
-/// [settings](Settings::motion_limit) say so.
+/// A causal analysis of a PPG at `rate_hz`, 20 to 2000 Hz: channel 0, and motion as channel 1 if
+/// [configured](Settings::motion_limit).
 ///
-/// An error for another rate, or absurd settings.
+/// Returns an error for another rate or invalid settings.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let how = "causal, Elgendi 2013 on 0.7-8 Hz (Butterworth, 1st and 2nd order, forwards), known 0.4 s later";
     check(settings)?;
@@ -52,9 +51,9 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
     Ok(Box::new(CausalPpg { intake, detector, windows, events: VecDeque::new() }))
 }
 
-/// A whole PPG at 20 to 2000 Hz, with channels as for [`causal`].
+/// An analysis of a whole PPG at 20 to 2000 Hz, with channels as for [`causal`].
 ///
-/// An error for another rate, or absurd settings. A recording without a usable sample has no pulses.
+/// Returns an error for another rate or invalid settings. A recording without a usable sample has no pulses.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let how = "whole recording, Elgendi 2013 on 0.5-8 Hz (Butterworth, 2nd order, zero phase)";
     check(settings)?;
@@ -121,13 +120,13 @@ impl Causal for CausalPpg {
         self.windows.forget(before_ns);
     }
 
-    /// Not in the seconds of an ECG that is worn, too.
+    /// In other seconds than an ECG of the same person.
     fn turn_secs(&self) -> i64 {
         1
     }
 }
 
-/// Takes a pulse at the working rate into the windows, and makes an event of it.
+/// Adds a pulse at the working rate to the windows, and returns its event.
 fn event(windows: &mut PpgWindows, pulse: Pulse, group: usize) -> Event {
     let (at_ns, pp_ms) = windows.push_pulse(pulse);
     let pulse = pulse.in_groups_of(group);

@@ -1,4 +1,4 @@
-//! Places where a pulse may be: blocks in which the signal is more than it usually is around a beat.
+//! Candidate pulses: blocks in which the signal's short-term power exceeds its average over a beat.
 
 use super::level::Level;
 use crate::history::History;
@@ -7,17 +7,17 @@ use crate::sliding::{Fold, Sum};
 /// The duration of a systolic peak, and of a beat [s] (Elgendi et al. 2013).
 const PEAK_SECS: f64 = 0.111;
 const BEAT_SECS: f64 = 0.667;
-/// How much higher the average over a peak must be, as share of the usual power.
+/// The margin by which the short average must exceed the long one, as a share of the usual power.
 const OFFSET: f64 = 0.02;
-/// How far back a block may reach [s].
+/// The longest block [s].
 const LONGEST_SECS: f64 = 1.0;
 
-/// A place where a pulse may be.
+/// A candidate pulse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// Of the highest value of the band-passed signal [samples].
+    /// The maximum of the band-passed signal [samples].
     pub(super) place: i64,
-    /// That value: above 0.
+    /// The value of that maximum, positive.
     pub(super) height: f64,
     /// Whether its block was as long as a systolic peak.
     pub(super) is_broad: bool,
@@ -27,7 +27,7 @@ pub(super) struct Candidate {
 #[derive(Clone, Debug)]
 pub(super) struct Blocks {
     band: History,
-    /// Squares that the average over a peak has yet to come to, because its window is shorter.
+    /// Squares not yet in the short average, whose window lags.
     squares: History,
     peak: Fold<Sum>,
     beat: Fold<Sum>,
@@ -58,7 +58,7 @@ impl Blocks {
         }
     }
 
-    /// How many samples must follow a place before it is judged.
+    /// The number of samples needed after a position to judge it.
     pub(super) fn lag(&self) -> i64 {
         self.beat_half
     }
@@ -93,8 +93,8 @@ impl Blocks {
         if self.is_told || place - begin < 2 * self.peak_half {
             return None;
         }
-        // What follows is known already: a maximum that is not surpassed before the signal falls
-        // below its mean again is that of the block.
+        // The following samples are known: a maximum not exceeded before the signal falls below its mean
+        // again is that of the block.
         let begin = begin.max(place - self.longest);
         let rest = self.band.at(place + 1..newest + 1).iter().take_while(|&&value| value > 0.0);
         let end = place + 1 + rest.count() as i64;
@@ -103,7 +103,7 @@ impl Blocks {
         Some(candidate)
     }
 
-    /// The first highest value from one place up to, and without, another.
+    /// The first maximum within a range.
     fn highest(&self, begin: i64, end: i64) -> Option<Candidate> {
         let begin = begin.max(end - self.longest);
         let values = self.band.at(begin..end).iter().copied();

@@ -1,4 +1,4 @@
-//! Pulses while the PPG comes in.
+//! Causal pulse detection.
 
 use std::collections::VecDeque;
 
@@ -13,29 +13,29 @@ use crate::error::SignalError;
 use crate::filter::Cascade;
 use crate::history::History;
 
-/// How far before a peak its wave is looked at [s].
+/// The part of the wave examined before a peak [s].
 const BEFORE_SECS: f64 = 1.0;
-/// The part of the beginning from which the level of the signal is estimated [s].
+/// The initial part from which the signal's level is estimated [s].
 const FIRST_SECS: f64 = 1.0;
 /// How long the newest samples are kept [s].
 const KEPT_SECS: f64 = 2.5;
 
-/// Finds pulses in a PPG that comes in sample by sample.
+/// Detects pulses in a PPG sample by sample.
 ///
-/// A pulse is reported about 0.4 s of data time after its peak: what follows it must be known for
-/// half of the average over a beat (0.33 s). Those of the first second wait for its end. The width is NaN
-/// when the pulse takes longer to fall to half of its height. The output is the same bit for bit for any chunking, and no sample allocates.
-/// Samples that are no [usable numbers](crate::gaps::is_usable) are bridged.
+/// A pulse is reported about 0.4 s of data time after its peak, which half the averaging window of a beat
+/// (0.33 s) requires. Those of the first second wait for its end. The width is NaN when the pulse takes
+/// longer to fall to half of its height. The output is bit-identical for any chunking, and no sample
+/// allocates. Samples that are not [usable numbers](crate::gaps::is_usable) are bridged.
 #[derive(Clone, Debug)]
 pub struct PulseDetector {
     grouping: Grouping,
     bridge: Bridge,
-    /// Groups before the first usable value.
+    /// The number of groups before the first usable value.
     skipped: i64,
     band: Cascade,
-    /// The beginning, until the level of the signal is known.
+    /// The first values, until the signal's level is known.
     first: Vec<f64>,
-    /// Pulses that were found at once with another one.
+    /// Pulses that became known together and wait to be returned.
     found: VecDeque<Pulse>,
     blocks: Blocks,
     judge: Judge,
@@ -46,9 +46,9 @@ pub struct PulseDetector {
 }
 
 impl PulseDetector {
-    /// A detector for samples at a rate of 20 to 2000 Hz, in any unit, with pulses upwards.
+    /// Creates a detector for samples at 20 to 2000 Hz, in any unit, with pulses upwards.
     ///
-    /// An error when the rate lies outside.
+    /// Returns an error for another rate.
     pub fn new(rate_hz: f64) -> Result<PulseDetector, SignalError> {
         let grouping = Grouping::new(rate_hz)?;
         let rate_hz = grouping.rate_hz();
@@ -92,7 +92,7 @@ impl PulseDetector {
         self.found.pop_front()
     }
 
-    /// Goes through the beginning: before it the signal shall have stood at its mean.
+    /// Processes the first values, assuming the signal was at their mean before.
     fn begin(&mut self) {
         let first = std::mem::take(&mut self.first);
         self.band.settle(first.iter().sum::<f64>() / first.len() as f64);

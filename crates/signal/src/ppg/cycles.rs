@@ -1,4 +1,4 @@
-//! What the cycles of a span have in common, and what speaks against their number.
+//! The mean cycle of a span, and evidence against its pulse rate.
 
 use std::f64::consts::TAU;
 
@@ -6,49 +6,49 @@ use super::pulses::Shaped;
 use super::smoothed::Part;
 use crate::robust::{interpolated, median_in_place};
 
-/// At how many places of a cycle it is looked at, from peak to peak.
+/// The number of points per cycle, from peak to peak.
 const PLACES: usize = 24;
-/// With fewer cycles nothing is common.
+/// The fewest cycles for a mean.
 const LEAST_CYCLES: usize = 5;
 
-/// What is probable when nothing else speaks against the rate, by the likeness of cycles.
+/// The probability by the similarity of cycles, when there is no other evidence against the rate.
 const OF_LIKENESS: [(f64, f64); 5] =
     [(0.0, 0.0), (0.4, 0.25), (0.5, 0.75), (0.6, 0.95), (1.0, 0.99)];
-/// A sine is no pulse but mains that are aliased; little more than one is hardly a pulse, and where
-/// something else is in the signal, too, it may be steps.
+/// A sine is not a pulse but aliased mains; a near-sine is hardly a pulse, and with other components it may
+/// be footsteps.
 const SINE: f64 = 0.03;
 const HARDLY_A_PULSE: f64 = 0.09;
 const ROUND: f64 = 0.29;
-/// No diastolic wave comes later [s]: a weak pulse was missed there.
+/// The latest diastolic wave [s]; a later crest is a missed weak pulse.
 const LATEST_CREST_SECS: f64 = 0.46;
 const CREST_HEIGHT: f64 = 0.08;
-/// So much besides pulses may be a second rhythm.
+/// A residual this large may be a second rhythm.
 const MOST_REST: f64 = 0.005;
-/// Pulses that follow so slowly [s] may be each second one of a bigeminy.
+/// Pulses as slow as this [s] may be every second one of a bigeminy.
 const SLOW_SECS: f64 = 1.12;
-/// Intervals that alternate so much are a bigeminy or diastolic waves.
+/// Intervals that alternate more are a bigeminy or diastolic waves.
 const MOST_ALTERNATION: f64 = 0.04;
 
-/// The mean cycle, and how cycles differ.
+/// The mean cycle, and its variation.
 pub(super) struct Cycles {
-    /// Second and third harmonic over the first: a pulse has some, a sine none.
+    /// Second and third harmonic over the first: present in a pulse, zero in a sine.
     pub(super) harmonics: f64,
-    /// When the second crest of the mean cycle comes [s after the first], and how high it stands out
-    /// [shares of the mean cycle's range]; 0 without one.
+    /// The time of the mean cycle's second crest [s after the first], and its prominence [shares of the
+    /// range]; 0 without one.
     pub(super) crest_secs: f64,
     pub(super) crest_height: f64,
-    /// The share of the power of cycles that the mean cycle, at any height, leaves.
+    /// The share of power not explained by the mean cycle, scaled to each cycle.
     pub(super) rest: f64,
-    /// How far intervals alternate between long and short [shares of the mean].
+    /// The alternation of intervals between long and short [shares of the mean].
     pub(super) alternation: f64,
-    /// How long they are together [s].
+    /// The total duration [s].
     pub(super) secs: f64,
     /// The median interval [s].
     pub(super) usual_secs: f64,
 }
 
 impl Cycles {
-    /// Of neighbouring pulses; `None` of too few.
+    /// The cycles between neighbouring pulses; `None` with too few.
     pub(super) fn of(
         signal: &Part<'_>,
         pairs: &[(&Shaped, &Shaped)],
@@ -82,8 +82,8 @@ impl Cycles {
         })
     }
 
-    /// How likely the rate is within 10 %, given the likeness of cycles: as often as it was in made-up
-    /// signals of 16 kinds (`bench/signal/measure_unkind choosing`).
+    /// The probability that the rate is correct within 10 %, given the similarity of cycles, calibrated on
+    /// simulated signals of 16 kinds (`bench/signal/measure_unkind choosing`).
     pub(super) fn probability(&self, likeness: f64) -> f64 {
         let speaks_against = [
             (self.harmonics < SINE, 0.02),
@@ -99,7 +99,7 @@ impl Cycles {
     }
 }
 
-/// A cycle from peak to peak without the line between them, of mean 0.
+/// A cycle from peak to peak, detrended by the line between them, with mean 0.
 fn cycle(signal: &Part<'_>, one: &Shaped, other: &Shaped) -> Option<[f64; PLACES]> {
     let (begin, end) = (one.pulse.sample, other.pulse.sample);
     let samples = signal.values(begin as usize..end as usize + 2);
@@ -135,7 +135,7 @@ fn harmonic(mean: &[f64; PLACES], number: usize) -> f64 {
     cosine.hypot(sine)
 }
 
-/// Where [share of a cycle] and how high the second crest stands out.
+/// The position [share of a cycle] and the prominence of the second crest.
 fn crest(mean: &[f64; PLACES]) -> (f64, f64) {
     let low = mean.iter().copied().fold(f64::INFINITY, f64::min);
     let high = mean.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -160,15 +160,15 @@ fn rest(cycles: &[[f64; PLACES]], mean: &[f64; PLACES]) -> f64 {
     for cycle in cycles {
         let both: f64 = cycle.iter().zip(mean).map(|(value, mean)| value * mean).sum();
         let power = size(cycle).powi(2);
-        // Each cycle counts as much, however high.
+        // Each cycle has the same weight, whatever its amplitude.
         left += 1.0 - both * both / (squares * power);
         all += 1.0;
     }
     left / all
 }
 
-/// The size of what alternates in intervals: the mean of half of the second differences, their signs
-/// turned each time.
+/// The amplitude of the alternating component of intervals: half the mean of second differences with
+/// alternating signs.
 fn alternation(intervals: &[f64]) -> f64 {
     let mean = intervals.iter().sum::<f64>() / intervals.len() as f64;
     let bends: Vec<f64> =

@@ -1,29 +1,29 @@
-//! Which candidates are pulses.
+//! The decision whether a candidate is a pulse.
 
 use super::blocks::Candidate;
 use crate::recent::Recent;
 
-/// No two pulses follow faster [s]: 255 a minute where the usual cycle [s] is short or not known, and
-/// else 220.
+/// The shortest interval between pulses [s]: 255 a minute where the usual cycle [s] is short or unknown,
+/// otherwise 220.
 pub(super) const REFRACTORY_SECS: f64 = 0.235;
 const USUAL_REFRACTORY_SECS: f64 = 0.27;
 const SHORT_CYCLE_SECS: f64 = 0.33;
 
-/// No two pulses follow faster than this [s] where the usual cycle is so long [s].
+/// The shortest interval between pulses [s], given the usual cycle [s].
 pub(super) fn refractory_secs(cycle_secs: f64) -> f64 {
     if cycle_secs < SHORT_CYCLE_SECS { REFRACTORY_SECS } else { USUAL_REFRACTORY_SECS }
 }
 
-/// The diastolic wave comes within this time [s], and share of a cycle, after the systolic peak, and
-/// is lower than this share of it, and narrow.
+/// The diastolic wave follows the systolic peak within this time [s] and share of a cycle, is lower than this
+/// share of it, and narrow.
 const DIASTOLIC_SECS: f64 = 0.55;
 const DIASTOLIC_CYCLES: f64 = 0.7;
 const DIASTOLIC_SHARE: f64 = 0.5;
-/// What is lower than this share of usual pulses is noise.
+/// A candidate below this share of usual pulses is noise.
 const LEAST_SHARE: f64 = 0.15;
-/// After so long without a pulse [s], what is usual is learnt anew.
+/// The time without a pulse after which usual values are relearnt [s].
 pub(super) const SILENCE_SECS: f64 = 3.0;
-/// The cycle that is taken for usual until one is known [s].
+/// The cycle assumed until one is known [s].
 const FIRST_CYCLE_SECS: f64 = 0.8;
 
 /// Whether a candidate looks like the diastolic wave of the pulse before it.
@@ -38,23 +38,23 @@ pub(super) fn is_diastolic(
         && candidate.height < DIASTOLIC_SHARE * before.height
 }
 
-/// Whether a candidate is far lower than pulses use to be.
+/// Whether a candidate is far lower than usual pulses.
 pub(super) fn is_noise(height: f64, usual: f64) -> bool {
     height < LEAST_SHARE * usual
 }
 
-/// A diastolic wave comes within this time after the systolic peak whatever the rate [s], and earlier
-/// than the next pulse after it by this factor; it is lower than this share of it.
+/// A diastolic wave follows the systolic peak within this time at any rate [s], and precedes the next pulse
+/// by more than this factor of it; it is lower than this share of it.
 const SECOND_WAVE_SECS: f64 = 0.47;
 const SECOND_WAVE_EARLIER: f64 = 1.1;
 const SECOND_WAVE_SHARE: f64 = 0.93;
 
-/// Recognises candidates that are high and low in turn, each low one soon after a high one: pulses with
-/// strong diastolic waves.
+/// Recognises alternating high and low candidates, each low one soon after a high one: pulses with strong
+/// diastolic waves.
 #[derive(Clone, Debug)]
 pub(super) struct Turns {
     rate_hz: f64,
-    /// Place and height of the newest candidates, oldest first.
+    /// Position and height of the newest candidates, oldest first.
     newest: [(i64, f64); 5],
     count: usize,
 }
@@ -64,7 +64,7 @@ impl Turns {
         Turns { rate_hz, newest: [(0, 0.0); 5], count: 0 }
     }
 
-    /// Takes in the next candidate; whether it is the second wave of a pulse, as the low one before was.
+    /// Takes in the next candidate; returns whether it is the second wave of a pulse, like the last low one.
     pub(super) fn take(&mut self, candidate: &Candidate) -> bool {
         self.newest.rotate_left(1);
         self.newest[4] = (candidate.place, candidate.height);
@@ -83,7 +83,7 @@ impl Turns {
     }
 }
 
-/// Judges candidates in their order by the pulses before them.
+/// Judges candidates in order by the pulses before them.
 #[derive(Clone, Debug)]
 pub(super) struct Judge {
     rate_hz: f64,
@@ -99,7 +99,7 @@ impl Judge {
         Judge { rate_hz, heights, cycles_secs, last: None, turns: Turns::new(rate_hz) }
     }
 
-    /// Takes in the next candidate; whether it is a pulse.
+    /// Takes in the next candidate; returns whether it is a pulse.
     pub(super) fn take(&mut self, candidate: Candidate) -> bool {
         let is_second = self.turns.take(&candidate);
         let Some(last) = self.last else { return self.accept(candidate) };

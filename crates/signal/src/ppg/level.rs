@@ -2,9 +2,9 @@
 
 use crate::recent::Recent;
 
-/// The median of the mean values of the newest eight seconds; at first, of what there is.
+/// The median of the mean power of the last eight seconds, fewer at first.
 ///
-/// A burst of motion of a few seconds does not move it, unlike a mean.
+/// Unlike a mean, it is robust to a few seconds of motion.
 #[derive(Clone, Debug)]
 pub(super) struct Level {
     second: usize,

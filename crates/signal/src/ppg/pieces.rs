@@ -1,4 +1,4 @@
-//! A signal in pieces.
+//! A signal in segments.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -6,22 +6,22 @@ use std::ops::Range;
 use super::smoothed::Smoothed;
 use super::template::FittedLine;
 
-/// How long pieces are [s].
+/// The length of segments [s].
 const PIECE_SECS: f64 = 5.0;
 
-/// The values of a piece.
+/// The values of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) mean: f64,
-    /// Without its line; NaN where it does not vary.
+    /// Detrended skewness; NaN for a constant segment.
     pub(super) skewness: f64,
 }
 
-/// The pieces of 5 s of a smoothed signal, one after the other since its first sample.
+/// The 5 s segments of a smoothed signal since its first sample.
 #[derive(Clone, Debug)]
 pub(super) struct Pieces {
     length: usize,
-    /// The number of the first piece that is held.
+    /// The number of the first segment held.
     first: usize,
     held: VecDeque<Piece>,
 }
@@ -32,7 +32,7 @@ impl Pieces {
         Pieces { length, first: 0, held: VecDeque::new() }
     }
 
-    /// Takes in the pieces that are complete now.
+    /// Adds the segments that are now complete.
     pub(super) fn take(&mut self, signal: &Smoothed) {
         let mut next = (self.first + self.held.len()) * self.length;
         while next + self.length <= signal.held().end {
@@ -42,14 +42,14 @@ impl Pieces {
         }
     }
 
-    /// Lets go of pieces that begin before a sample.
+    /// Drops the segments that begin before a sample.
     pub(super) fn forget(&mut self, before: usize) {
         while self.first * self.length < before && self.held.pop_front().is_some() {
             self.first += 1;
         }
     }
 
-    /// Those that lie within samples.
+    /// The segments within a range of samples.
     pub(super) fn within(&self, samples: &Range<usize>) -> impl Iterator<Item = &Piece> {
         let place = |number: usize| number.saturating_sub(self.first).min(self.held.len());
         let begin = place(samples.start.div_ceil(self.length));

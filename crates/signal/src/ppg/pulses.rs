@@ -1,4 +1,4 @@
-//! The pulses of a signal, measured in it as soon as enough of it is known.
+//! The pulses of a signal, measured as soon as enough of it is known.
 
 use std::collections::VecDeque;
 
@@ -7,22 +7,22 @@ use super::shape::{LONGEST_FALL_SECS, Wave};
 use super::smoothed::{Part, Smoothed};
 use crate::analysis::Span;
 
-/// So much before its peak is looked at [s]: no rise is longer.
+/// The part examined before a peak [s]; no rise is longer.
 const BEFORE_SECS: f64 = 1.0;
 
-/// A pulse as it lies in the smoothed signal.
+/// A pulse with its shape in the smoothed signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shaped {
-    /// The number of the pulse since the first one.
+    /// The index of the pulse.
     pub(super) number: usize,
-    /// When its peak was [ns].
+    /// The time of its peak [ns].
     pub(super) at_ns: i64,
     pub(super) pulse: Pulse,
-    /// The height of the peak less its amplitude.
+    /// The peak's height minus its amplitude.
     pub(super) baseline: f64,
-    /// The greatest step from one sample to the next of its rise.
+    /// The largest step between samples of its rise.
     pub(super) rise_step: f64,
-    /// … and up to the onset of the next pulse, where that is known.
+    /// … and up to the onset of the next pulse, where known.
     pub(super) cycle_step: Option<f64>,
 }
 
@@ -42,13 +42,13 @@ impl Shaped {
     }
 }
 
-/// A pulse as it was found.
+/// A pulse as detected.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     number: usize,
     at_ns: i64,
     sample: f64,
-    /// Where the peak before it is.
+    /// The peak before it.
     floor: usize,
 }
 
@@ -60,7 +60,7 @@ impl Found {
     /// `None` outside of what is held of the signal.
     fn shaped(&self, signal: &Smoothed) -> Option<Shaped> {
         let rate_hz = signal.rate_hz();
-        // From a place that does not depend on how much is held, so that all is rounded the same.
+        // The start is independent of what is held, so that rounding is, too.
         let begin = self.peak().saturating_sub((BEFORE_SECS * rate_hz) as usize);
         let around = signal.part(begin..signal.held().end);
         let wave = Wave { smoothed: around.values, rate_hz };
@@ -72,14 +72,14 @@ impl Found {
         Some(Shaped::of(&around, self.number, self.at_ns, pulse))
     }
 
-    /// Whether nothing that is still to come of the signal changes its shape.
+    /// Whether samples still to come cannot change its shape.
     fn is_settled(&self, signal: &Smoothed) -> bool {
         let reach = (LONGEST_FALL_SECS * signal.rate_hz()).ceil() as usize + 1;
         self.peak() + reach < signal.held().end
     }
 }
 
-/// The pulses of a signal, in their order.
+/// The pulses of a signal, in order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pulses {
     count: usize,
@@ -89,7 +89,7 @@ pub(super) struct Pulses {
 }
 
 impl Pulses {
-    /// Takes in a pulse with its peak at a sample; the sample of the one before it.
+    /// Takes in a pulse with its peak at a sample; returns the sample of the one before it.
     pub(super) fn push(&mut self, at_ns: i64, sample: f64) -> Option<f64> {
         let before = self.last.replace(sample);
         let floor = before.map_or(0, |before| before.round().max(0.0) as usize);
@@ -98,7 +98,7 @@ impl Pulses {
         before
     }
 
-    /// Measures pulses of which enough of the signal has come.
+    /// Measures the pulses for which enough signal has arrived.
     pub(super) fn settle(&mut self, signal: &Smoothed) {
         while self.newest.front().is_some_and(|found| found.is_settled(signal)) {
             let shaped = self.newest.pop_front().and_then(|found| found.shaped(signal));
@@ -111,7 +111,7 @@ impl Pulses {
         }
     }
 
-    /// Lets go of pulses from before a time [ns].
+    /// Drops the pulses before a time [ns].
     pub(super) fn forget(&mut self, before_ns: i64) {
         while self.settled.front().is_some_and(|shaped| shaped.at_ns < before_ns) {
             self.settled.pop_front();

@@ -1,4 +1,4 @@
-//! How far pulse waves can be relied on.
+//! Signal quality of a PPG.
 
 use super::clean::checked_ppg_rate_hz;
 use super::judge::{REFRACTORY_SECS, refractory_secs};
@@ -9,21 +9,21 @@ use super::smoothed::{Part, Smoothed};
 use super::template::Template;
 use crate::robust::median_in_place;
 
-/// Cycles below this quality are flagged: motion, noise, a sensor that came off.
+/// The quality below which cycles are flagged: motion, noise, a detached sensor.
 pub const LEAST_QUALITY: f64 = 0.8;
 /// The longest time between two pulses [s]: 30 a minute.
 const LONGEST_SECS: f64 = 2.0;
-/// A cycle ends after so many usual ones when no pulse follows.
+/// The longest cycle without a following pulse, in usual cycles.
 const LONGEST_CYCLES: f64 = 1.5;
-/// A cycle shorter than this share of the usual one is none.
+/// The shortest cycle, as a share of the usual one.
 const SHORTEST_CYCLES: f64 = 0.5;
-/// Amplitudes outside of this many usual ones are no pulse's.
+/// The plausible amplitudes, relative to the usual one.
 const AMPLITUDES: std::ops::RangeInclusive<f64> = 0.3..=3.0;
-/// Steeper than so many usual pulses the signal does not rise or fall.
+/// The steepest plausible slope, relative to usual pulses.
 const STEEPEST: f64 = 2.0;
-/// How many cycles before and after one show whether it is good by chance only.
+/// The number of cycles on either side whose median limits the quality of one.
 const NEIGHBOURS: usize = 2;
-/// With fewer pulses nothing can be said.
+/// The fewest pulses for a judgement.
 const LEAST_PULSES: usize = 3;
 
 /// One cycle of the pulse, from its onset to the next.
@@ -31,9 +31,9 @@ const LEAST_PULSES: usize = 3;
 pub struct Cycle {
     /// Onset of the pulse [samples].
     pub begin: f64,
-    /// Onset of the next one [samples]; where there is none for 1.5 usual cycles, the end of these.
+    /// Onset of the next one [samples], or 1.5 usual cycles later if that comes first.
     pub end: f64,
-    /// How far it can be relied on [0..1].
+    /// Its quality [0..1].
     pub quality: f64,
     /// Whether another pulse follows at its end.
     pub is_followed: bool,
@@ -63,7 +63,7 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Of a signal at 20 to 2000 Hz with its pulses, in their order. With fewer than three, all is
+    /// The quality of a signal at 20 to 2000 Hz, with its pulses in order. With fewer than three, all is
     /// poor. `None` for another rate, and without a usable sample.
     pub fn of(signal: &[f64], rate_hz: f64, pulses: &[Pulse]) -> Option<Quality> {
         checked_ppg_rate_hz(rate_hz).ok()?;
@@ -76,7 +76,7 @@ impl Quality {
         (!smoothed.held().is_empty()).then(|| Quality::over(rate_hz, &part, &living, &shaped))
     }
 
-    /// Of a part of a smoothed signal with its pulses.
+    /// The quality of a part of a smoothed signal with its pulses.
     pub(super) fn over(
         rate_hz: f64,
         signal: &Part<'_>,
@@ -113,22 +113,22 @@ impl Quality {
         Quality { cycles: without_luck(cycles) }
     }
 
-    /// The cycles, in the order of the pulses; none for fewer than three pulses.
+    /// The cycles in order; none with fewer than three pulses.
     pub fn cycles(&self) -> &[Cycle] {
         &self.cycles
     }
 
-    /// Lowers to 0 the quality of cycles that something else speaks against.
+    /// Sets the quality of cycles with other evidence against them to 0.
     pub(super) fn discard(&mut self, is_poor: impl Fn(&Cycle) -> bool) {
         self.cycles.iter_mut().filter(|cycle| is_poor(cycle)).for_each(|cycle| cycle.quality = 0.0);
     }
 
-    /// The mean over the time from one sample to another [0..1].
+    /// The mean quality between two samples [0..1].
     pub fn mean(&self, begin: f64, end: f64) -> f64 {
         self.share(begin, end, |cycle| cycle.quality)
     }
 
-    /// The share of the time from one sample to another that is flagged [0..1].
+    /// The share of the time between two samples that is flagged [0..1].
     pub fn flagged(&self, begin: f64, end: f64) -> f64 {
         1.0 - self.share(begin, end, |cycle| f64::from(u8::from(cycle.quality >= LEAST_QUALITY)))
     }
@@ -141,12 +141,12 @@ impl Quality {
     }
 }
 
-/// What is usual for the pulses of a part of a signal.
+/// Usual values of the pulses in a part of a signal.
 struct Usual {
-    /// From one to the next [samples].
+    /// The usual cycle [samples].
     cycle: f64,
     amplitude: f64,
-    /// A step from one sample to the next that is too great.
+    /// The largest plausible step between samples.
     steepest: f64,
     template: Template,
 }
@@ -164,13 +164,13 @@ impl Usual {
     }
 }
 
-/// Of the finite values; 0 of none.
+/// The median of the finite values; 0 without any.
 fn median_of(values: impl Iterator<Item = f64>) -> f64 {
     let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     median_in_place(&mut finite).unwrap_or(0.0)
 }
 
-/// Lowers the quality of cycles to the median of those around it, where that is poor.
+/// Limits the quality of cycles to the median around them, where that is poor.
 fn without_luck(mut cycles: Vec<Cycle>) -> Vec<Cycle> {
     let qualities: Vec<f64> = cycles.iter().map(|cycle| cycle.quality).collect();
     for (index, cycle) in cycles.iter_mut().enumerate() {

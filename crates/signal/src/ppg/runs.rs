@@ -1,16 +1,16 @@
-//! Where a signal is missing, flat, or at the end of the sensor's range.
+//! Missing, flat and saturated stretches of a signal.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::gaps::is_usable;
 
-/// A signal that stays the same for longer is flat [s].
+/// A signal constant for longer is flat [s].
 const FLAT_SECS: f64 = 0.2;
-/// One that stays at its highest or lowest value for longer is at the end of the sensor's range [s].
+/// A signal at its maximum or minimum for longer is saturated [s].
 const SATURATED_SECS: f64 = 0.08;
 
-/// Samples in a row that are the same, or all of them missing.
+/// A run of samples that are equal, or all missing.
 #[derive(Clone, Debug)]
 struct Run {
     samples: Range<usize>,
@@ -28,7 +28,7 @@ impl Run {
     }
 }
 
-/// The runs of a signal as it comes in: those that are missing or may be too long.
+/// The runs of a signal as it comes in, as far as they are missing or may be too long.
 #[derive(Clone, Debug)]
 pub(super) struct Runs {
     longest_flat: usize,
@@ -72,14 +72,14 @@ impl Runs {
         !is_usable(run.value) || run.samples.len() > self.longest_saturated
     }
 
-    /// Lets go of what is before a sample.
+    /// Drops what is before a sample.
     pub(super) fn forget(&mut self, before: usize) {
         while self.kept.front().is_some_and(|run| run.samples.end <= before) {
             self.kept.pop_front();
         }
     }
 
-    /// Which of these samples are living, by their values and those of the runs.
+    /// Which of these samples are alive, given their values and the runs.
     pub(super) fn living(
         &self,
         samples: Range<usize>,
@@ -107,7 +107,7 @@ impl Runs {
     }
 }
 
-/// The least and the greatest usable value.
+/// The smallest and the largest usable value.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let usable = values.filter(|&value| is_usable(value));
     usable.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, greatest], value| {
@@ -115,16 +115,16 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// Which samples of a span are usable and not flat, and which lie at the end of the sensor's range.
+/// Which samples of a span are usable and not flat, and which are saturated.
 pub(super) struct Living {
     pub(super) samples: Range<usize>,
-    /// In their order, as the next.
+    /// Ranges of dead samples, in order.
     dead: Vec<Range<usize>>,
     saturated: Vec<Range<usize>>,
 }
 
 impl Living {
-    /// The share of the samples from one to another that are usable and not flat.
+    /// The share of the samples in a range that are usable and not flat.
     pub(super) fn share(&self, begin: f64, end: f64) -> f64 {
         let samples = self.places(begin, end);
         let dead: usize = overlaps(&self.dead, &samples).sum();
@@ -142,7 +142,7 @@ impl Living {
     }
 }
 
-/// How many samples each of some parts has in common with others, where it has any.
+/// The numbers of samples in which ranges overlap others.
 fn overlaps(parts: &[Range<usize>], samples: &Range<usize>) -> impl Iterator<Item = usize> {
     let first = parts.partition_point(|part| part.end <= samples.start);
     let near = parts[first..].iter().take_while(|part| part.start < samples.end);

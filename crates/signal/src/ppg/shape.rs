@@ -1,18 +1,18 @@
-//! What a pulse wave looks like.
+//! The shape of a pulse wave.
 
 use super::pulse::Pulse;
 
-/// How far from the maximum of the band-passed signal the peak may be [s].
+/// The search range of the peak around the maximum of the band-passed signal [s].
 const SEARCH_SECS: f64 = 0.12;
-/// A parabola through the peak and values so far beside it gives the time between samples [s].
+/// The distance of the outer points of the parabola that interpolates the peak [s].
 const PARABOLA_SECS: f64 = 0.015;
-/// How long after the beginning of a signal a peak is at least, so that something of its rise is seen [s].
+/// The shortest rise before a peak at the start of a signal [s].
 pub(super) const SHORTEST_RISE_SECS: f64 = 0.05;
-/// How long a rise lasts at most [s].
+/// The longest rise [s].
 const LONGEST_RISE_SECS: f64 = 0.5;
-/// How much the signal may climb again on the way down to the onset, as share of what it falls.
+/// The tolerated ripple on the way down to the onset, as a share of the fall.
 const WIGGLE: f64 = 0.03;
-/// How long after the peak a pulse falls to half of its height at most [s].
+/// The longest fall to half of the height [s].
 pub(super) const LONGEST_FALL_SECS: f64 = 1.0;
 
 /// A smoothed signal with pulse waves.
@@ -57,7 +57,7 @@ impl Wave<'_> {
         middle > left && middle >= right
     }
 
-    /// Place and height of the top of the parabola through a peak.
+    /// Position and height of the vertex of the parabola through a peak.
     fn vertex(&self, peak: usize) -> Option<(f64, f64)> {
         let middle = *self.smoothed.get(peak)?;
         let step = self.samples(PARABOLA_SECS);
@@ -71,7 +71,7 @@ impl Wave<'_> {
         Some(if fits { vertex } else { (peak as f64, middle) })
     }
 
-    /// Place and height of the lowest point of the rise to a peak.
+    /// Index and value of the minimum before the rise to a peak.
     fn foot(&self, peak: usize, floor: usize) -> (usize, f64) {
         let begin = peak.saturating_sub(self.samples(LONGEST_RISE_SECS)).max(floor).min(peak);
         let before = &self.smoothed[begin..=peak];
@@ -88,7 +88,7 @@ impl Wave<'_> {
         (foot, self.smoothed[foot])
     }
 
-    /// Where the tangent of the steepest rise meets the level of the foot.
+    /// The intersection of the steepest tangent with the level of the foot.
     fn tangent(&self, foot: usize, peak: usize, bottom: f64) -> f64 {
         let slope = |place: &usize| self.smoothed[place + 1] - self.smoothed[*place];
         let steepest = (foot..peak).reduce(|a, b| if slope(&b) > slope(&a) { b } else { a });
@@ -99,7 +99,7 @@ impl Wave<'_> {
         (steepest as f64 + 0.5 - (middle - bottom) / slope(&steepest)).max(foot as f64)
     }
 
-    /// Where the signal falls below a level first, along places; NaN if it does not.
+    /// The first position at which the signal falls below a level; NaN if it does not.
     fn crossing(&self, level: f64, mut along: impl Iterator<Item = usize>, back: i64) -> f64 {
         let Some(below) = along.find(|&place| self.smoothed[place] < level) else {
             return f64::NAN;

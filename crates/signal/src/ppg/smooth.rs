@@ -1,13 +1,12 @@
-//! Smoothing that keeps the height and the place of pulse waves.
+//! Smoothing that preserves the height and position of pulse waves.
 
-/// How far the fit reaches to either side [s]: what is faster than 10 Hz is smoothed away.
+/// The half-width of the fit [s]; removes frequencies above 10 Hz.
 const REACH_SECS: f64 = 0.06;
 
-/// The middle of a parabola fitted to the values around (Savitzky & Golay 1964,
-/// doi:10.1021/ac60214a047). Symmetric: no delay.
+/// A Savitzky–Golay filter of order 2 (1964, doi:10.1021/ac60214a047). Symmetric: no delay.
 #[derive(Clone, Debug)]
 pub(super) struct Smoothing {
-    /// From the middle outwards.
+    /// The weights from the centre outwards.
     weights: Vec<f64>,
 }
 
@@ -20,12 +19,12 @@ impl Smoothing {
         Smoothing { weights: (0..=reach as usize).map(weight).collect() }
     }
 
-    /// How many values weigh in on either side.
+    /// The half-width in samples.
     pub(super) fn reach(&self) -> usize {
         self.weights.len() - 1
     }
 
-    /// Appends the smoothed values; beyond its ends the signal stays as it is there.
+    /// Appends the smoothed values; the signal is extended by its end values.
     pub(super) fn smooth_into(&self, signal: &[f64], smoothed: &mut Vec<f64>) {
         let reach = self.reach();
         smoothed.reserve(signal.len());
@@ -42,7 +41,7 @@ impl Smoothing {
         smoothed
     }
 
-    /// The smoothed value in the middle of as many values as weigh in.
+    /// The smoothed value at the centre.
     pub(super) fn at(&self, around: &[f64]) -> f64 {
         let reach = self.reach();
         let pairs = around[..reach].iter().rev().zip(&around[reach + 1..]);

@@ -1,4 +1,4 @@
-//! A signal that is smoothed as it comes in.
+//! Causal smoothing.
 
 use std::ops::Range;
 
@@ -6,19 +6,18 @@ use super::smooth::Smoothing;
 use crate::gaps::is_usable;
 use crate::history::History;
 
-/// The newest part of a signal, with straight lines across its gaps, smoothed as soon as what is needed
-/// for that has come.
+/// The newest part of a signal, gaps interpolated linearly, smoothed as soon as enough samples have arrived.
 ///
-/// Its places are the numbers of the samples since the first one.
+/// Indices count samples from the first one.
 #[derive(Clone, Debug)]
 pub(super) struct Smoothed {
     rate_hz: f64,
     smoothing: Smoothing,
     bridged: History,
     last: f64,
-    /// How many are missing since the last usable value.
+    /// The number of samples missing since the last usable value.
     missing: usize,
-    /// The number of the first value that is held.
+    /// The index of the first value held.
     first: usize,
     values: Vec<f64>,
 }
@@ -37,13 +36,13 @@ impl Smoothed {
         }
     }
 
-    /// All of a signal; nothing of one without a usable value.
+    /// A whole signal; empty without a usable value.
     pub(super) fn of(signal: &[f64], rate_hz: f64) -> Smoothed {
         let mut smoothed = Smoothed::new(rate_hz);
         for &value in signal {
             smoothed.push(value);
         }
-        // Beyond its end it stays as it is there.
+        // The signal is extended by its last value.
         let beyond = smoothed.missing + smoothed.smoothing.reach();
         let last = smoothed.last;
         for _ in 0..if last.is_nan() { 0 } else { beyond } {
@@ -76,7 +75,7 @@ impl Smoothed {
         }
     }
 
-    /// Lets go of what is before a sample, sooner or later.
+    /// Drops what is before a sample, sooner or later.
     pub(super) fn forget(&mut self, before: usize) {
         let unneeded = before.saturating_sub(self.first).min(self.values.len());
         if 2 * unneeded > self.values.len() {
@@ -89,12 +88,12 @@ impl Smoothed {
         self.rate_hz
     }
 
-    /// The numbers of the samples that are held.
+    /// The indices of the samples held.
     pub(super) fn held(&self) -> Range<usize> {
         self.first..self.first + self.values.len()
     }
 
-    /// What is known of some samples.
+    /// The part of the signal with these samples, as far as known.
     pub(super) fn part(&self, samples: Range<usize>) -> Part<'_> {
         let held = self.held();
         let place = |sample: usize| sample.clamp(held.start, held.end) - held.start;
@@ -103,10 +102,10 @@ impl Smoothed {
     }
 }
 
-/// A part of it.
+/// A part of the signal.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
-    /// The number of its first sample.
+    /// The index of its first sample.
     pub(super) begin: usize,
     pub(super) values: &'a [f64],
 }
@@ -118,7 +117,7 @@ impl<'a> Part<'a> {
         &self.values[place(samples.start)..place(samples.end.max(samples.start))]
     }
 
-    /// The greatest step from one sample to the next between two places, up or down.
+    /// The largest absolute step between samples in a range.
     pub(super) fn steepest(&self, begin: f64, end: f64) -> f64 {
         let place = |at: f64| at.round().max(0.0) as usize;
         let steps = self.values(place(begin)..place(end)).windows(2);

@@ -1,4 +1,4 @@
-//! What is known of a PPG, of which any span can be asked.
+//! The store of an analysed PPG, which can be queried for any span.
 
 use super::analysis::Settings;
 use super::cycles::Cycles;
@@ -14,37 +14,36 @@ use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Wind
 use crate::hrv::{BEFORE_SECS, HeartWindows};
 use crate::respiration::derived::BreathingWindows;
 
-/// With more than this share flagged, the rest is not reported.
+/// The largest flagged share for which the rest is reported.
 const MOST_FLAGGED: f64 = 0.5;
 
-/// When the rate is less likely right than this, neither.
+/// The smallest probability of the rate for which it is reported.
 const LEAST_PROBABILITY: f64 = 0.4;
-/// Of a few pulses more cannot be known, nor where intervals cover less of the span than this: short ones
-/// may be left over of a bigeminy.
+/// The smallest share of the span that intervals must cover: short ones may be what is left of a bigeminy.
 const LEAST_COVERED: f64 = 0.75;
 const MOST_OF_FEW: f64 = 0.75;
-/// What a span that is mostly flagged has of its quality.
+/// The factor on the quality of a span that is mostly flagged.
 const FLAGGED_SHARE: f64 = 0.3;
-/// Pulses of the newest samples are not known yet [s].
+/// The delay in which pulses are not known yet [s].
 const UNKNOWN_SECS: f64 = 0.5;
 
-/// Samples at the working rate, and pulses there, each with all that no window changes.
+/// The samples at the working rate and their pulses, as far as independent of windows.
 pub(super) struct PpgWindows {
     signal: Track,
     runs: Runs,
     smoothed: Smoothed,
     pieces: Pieces,
     pulses: Pulses,
-    /// How strongly the sensor moved, and how strongly it may, where that is known.
+    /// The sensor's motion and its limit, where known.
     motion: Option<(Track, f64)>,
-    /// Without beats: they depend on the quality in each span.
+    /// Without beats, which depend on the quality in each span.
     heart: HeartWindows,
     breathing: BreathingWindows,
     values: Vec<Value>,
 }
 
 impl PpgWindows {
-    /// `how` pulses were found.
+    /// Creates a store; `how` states how pulses were detected.
     pub(super) fn new(rate_hz: f64, settings: &Settings, how: &'static str) -> PpgWindows {
         let heart = HeartWindows::causal().only(&settings.domains);
         let values = [values::of_signal(how, &settings.unit), heart.values().to_vec()].concat();
@@ -72,7 +71,7 @@ impl PpgWindows {
         }
     }
 
-    /// Takes in a pulse; when it was [ns], and the time since the one before it [ms].
+    /// Takes in a pulse; returns its time [ns], and the interval from the one before [ms].
     pub(super) fn push_pulse(&mut self, pulse: Pulse) -> (i64, f64) {
         let at_ns = self.signal.time_ns(pulse.sample).unwrap_or_default();
         let before = self.pulses.push(at_ns, pulse.sample).unwrap_or(f64::NAN);
@@ -93,7 +92,7 @@ impl PpgWindows {
         self.pieces.forget(first);
     }
 
-    /// What is seen of a span, and of the minute before it.
+    /// The data of a span, and of the minute before it.
     fn view(&self, span: Span) -> View {
         let rate_hz = self.signal.rate_hz();
         let context = span.with_before(BEFORE_SECS);
@@ -110,7 +109,7 @@ impl PpgWindows {
         View { quality, rate_hz, living, pulses, pieces, inside, known }
     }
 
-    /// How likely the pulse rate is within 10 %.
+    /// The probability that the pulse rate is correct within 10 %.
     fn probability(&self, view: &View, of_signal: &OfSignal, span: Span) -> f64 {
         let seen = self.smoothed.part(self.smoothed.held());
         match Cycles::of(&seen, &view.neighbours(), self.signal.rate_hz()) {
@@ -147,7 +146,7 @@ impl Windows for PpgWindows {
 }
 
 impl PpgWindows {
-    /// With what is dear to compute of the heart from `last`.
+    /// Measures a span, reusing the expensive values of the heart rate from `last`.
     fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let coverage = self.signal.coverage(span);
         if coverage < LEAST_COVERAGE {

@@ -1,29 +1,29 @@
-//! The median pulse.
+//! The pulse template.
 
 use super::pulses::Shaped;
 use super::smoothed::Part;
 
-/// The part of a cycle that is compared, before and after the peak.
+/// The part of a cycle compared, before and after the peak.
 const BEFORE_CYCLES: f64 = 0.4;
 const AFTER_CYCLES: f64 = 0.6;
-/// How much of that must be there.
+/// The smallest share of it that must be present.
 const LEAST_SHARE: f64 = 0.6;
-/// The number of pulses that define what is usual: of more, each second, third, … is taken.
+/// The number of pulses in the template; of more, every second, third, … is used.
 const ENOUGH: usize = 64;
-/// What lines leave of equal values is rounding [share of the squares].
+/// Residuals below this are rounding [share of the squares].
 const ROUNDING: f64 = 1e-12;
 
 /// The median pulse of a signal.
 pub(super) struct Template {
     before: usize,
     values: Vec<f64>,
-    /// The values without their line.
+    /// The detrended values.
     bare: Vec<f64>,
     squares: f64,
 }
 
 impl Template {
-    /// Of pulses that follow each other after `cycle` samples; empty when none is whole.
+    /// The template of pulses `cycle` samples apart; empty when none is complete.
     pub(super) fn of(signal: &Part<'_>, pulses: &[Shaped], cycle: f64) -> Template {
         let before = (BEFORE_CYCLES * cycle).round() as usize;
         let length = before + (AFTER_CYCLES * cycle).round() as usize + 1;
@@ -50,8 +50,8 @@ impl Template {
         Template { before, squares: bare.iter().map(|each| each * each).sum(), bare, values }
     }
 
-    /// How much the pulse with its peak at a sample looks like it: Pearson's correlation of what
-    /// straight lines leave of both; 0 when too little of it is there.
+    /// The correlation of the pulse with its peak at a sample with the template, both detrended; 0 when too
+    /// little of it is present.
     pub(super) fn likeness(&self, signal: &Part<'_>, peak: f64) -> f64 {
         let begin = (peak.round() as i64).saturating_sub(self.before as i64);
         let place = |at: i64| at.max(0) as usize;
@@ -67,7 +67,7 @@ impl Template {
         correlation(part, &self.values[inside..inside + part.len()])
     }
 
-    /// With one look at the pulse: what its line has in common with the template is none.
+    /// In one pass: the pulse's line is orthogonal to the detrended template.
     fn likeness_of_whole(&self, part: &[f64]) -> f64 {
         let Some(&level) = part.first() else { return 0.0 };
         let count = part.len() as f64;
@@ -91,10 +91,10 @@ impl Template {
     }
 }
 
-/// So many values are summed side by side.
+/// The number of values summed in parallel.
 const LANES: usize = 8;
 
-/// The straight line nearest to values.
+/// The least-squares line.
 pub(super) struct FittedLine {
     middle: f64,
     mean: f64,
@@ -129,7 +129,7 @@ fn correlation(left: &[f64], right: &[f64]) -> f64 {
     over(both, left_square, right_square)
 }
 
-/// The squares of so many successive places from their middle.
+/// The sum of squared distances of `count` successive indices from their mean.
 fn spread(count: f64) -> f64 {
     count * (count * count - 1.0) / 12.0
 }

@@ -1,4 +1,4 @@
-//! The values of a span, besides the variability of its pulses.
+//! The values of a span, except for pulse rate variability.
 
 use std::borrow::Cow;
 
@@ -54,7 +54,7 @@ const TABLE: [(&str, &str, &str); 14] = [
     ),
 ];
 
-/// The values, by whole-record or causal methods, of a signal in some unit.
+/// The values of a signal in some unit; `how` states the method, whole or causal.
 pub(super) fn of_signal(how: &'static str, unit: &str) -> Vec<Value> {
     let value = |&(name, of, recipe): &(&'static str, &'static str, &'static str)| Value {
         unit: if of == "=" { Cow::Owned(unit.to_owned()) } else { Cow::Borrowed(of) },

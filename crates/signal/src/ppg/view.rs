@@ -1,4 +1,4 @@
-//! What is seen of a span of a PPG.
+//! The data of a span of a PPG.
 
 use super::pieces::Piece;
 use super::pulse::Pulse;
@@ -9,27 +9,27 @@ use crate::analysis::{Reason, Span};
 use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median;
 
-/// With fewer intervals or pulses no mean is reported.
+/// The fewest intervals or pulses for a mean.
 const LEAST_COUNT: usize = 3;
-/// Light that pulses more than this [%] has lost its constant part in the device.
+/// A higher perfusion index [%] means that the device removed the DC component.
 const MOST_PERFUSION_PERCENT: f64 = 20.0;
 
-/// A span and the minute before it, in which places count from the first sample of all.
+/// A span and the minute before it; indices count from the first sample of the signal.
 pub(super) struct View {
     pub(super) quality: Quality,
     pub(super) rate_hz: f64,
     pub(super) living: Living,
-    /// Those of the span and the minute before it.
+    /// The pulses of the span and the minute before it.
     pub(super) pulses: Vec<Shaped>,
-    /// Those that lie in the span itself.
+    /// The segments of the span itself.
     pub(super) pieces: Vec<Piece>,
-    /// Where the span itself begins.
+    /// The start of the span itself.
     pub(super) inside: usize,
-    /// Up to where pulses are known.
+    /// The end of the part with known pulses.
     pub(super) known: f64,
 }
 
-/// The values of a span that are reported at any quality.
+/// The values reported at any quality.
 pub(super) struct OfSignal {
     pub(super) quality: f64,
     pub(super) flagged: f64,
@@ -46,12 +46,12 @@ impl OfSignal {
 }
 
 impl View {
-    /// When the pulses of good cycles were [ns].
+    /// The times of pulses of good cycles [ns].
     pub(super) fn good_pulses(&self) -> impl Iterator<Item = i64> {
         self.good().map(|index| self.pulses[index].at_ns)
     }
 
-    /// Times between good pulses that do not follow each other [ns].
+    /// The gaps between good pulses that are not successive [ns].
     pub(super) fn holes(&self) -> impl Iterator<Item = (i64, i64)> {
         let ends = self.good().zip(self.good().skip(1));
         ends.filter(|&(one, other)| !self.follow(one, other))
@@ -67,7 +67,7 @@ impl View {
         one + 1 == other && self.quality.cycles()[one].is_followed
     }
 
-    /// Good pulses of the span that follow each other.
+    /// Successive good pulses of the span.
     pub(super) fn neighbours(&self) -> Vec<(&Shaped, &Shaped)> {
         let good = self.good_inside();
         let pairs = good.windows(2).filter(|pair| self.follow(pair[0], pair[1]));

@@ -11,14 +11,14 @@ use crate::error::SignalError;
 use crate::gaps::bridged;
 use crate::recent::{MEMORY, median};
 
-/// The pulses of a whole PPG at a rate of 20 to 2000 Hz, in any unit, with pulses upwards.
+/// The pulses of a whole PPG at 20 to 2000 Hz, in any unit, with pulses upwards.
 ///
-/// Candidates are found in the [clean](clean()) signal. In a first pass they are judged as
-/// [`PulseDetector`](super::PulseDetector) does; in a second one, what is usual is known from both
-/// sides of each, and of two that are too near the higher stays. Samples that are no
-/// [usable numbers](crate::gaps::is_usable) are bridged; a recording without pulses has none.
+/// Candidates are detected in the [clean](clean()) signal. A first pass judges them as
+/// [`PulseDetector`](super::PulseDetector) does; in a second one, usual values are known from both sides of
+/// each, and of two that are too close the higher is kept. Samples that are not [usable
+/// numbers](crate::gaps::is_usable) are bridged; a recording without pulses returns none.
 ///
-/// An error when the rate lies outside.
+/// Returns an error for another rate.
 pub fn find_pulses(signal: &[f64], rate_hz: f64) -> Result<Vec<Pulse>, SignalError> {
     let mut grouping = Grouping::new(rate_hz)?;
     let group = grouping.group();
@@ -86,7 +86,7 @@ fn second_pass(candidates: &[Candidate], rate_hz: f64) -> Vec<Candidate> {
     chosen
 }
 
-/// The median of as many values before and after a place as are remembered.
+/// The median of the remembered number of values around a position.
 fn median_around(points: &[(i64, f64)], place: i64) -> Option<f64> {
     let middle = points.partition_point(|point| point.0 < place);
     let near = middle.saturating_sub(MEMORY)..(middle + MEMORY).min(points.len());

@@ -4,10 +4,10 @@ use super::clean::checked_ppg_rate_hz;
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Rates of twice this and more are averaged down towards it [Hz].
+/// Rates of twice this or more are averaged down towards it [Hz].
 const WORKING_RATE_HZ: f64 = 100.0;
 
-/// Averages whole groups of samples, of those that are usable.
+/// Averages the usable samples of whole groups.
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     group: usize,
@@ -25,7 +25,7 @@ impl Grouping {
         Ok(Grouping { group: group as usize, rate_hz, sum: 0.0, usable: 0, in_group: 0 })
     }
 
-    /// How many samples make one at the working rate.
+    /// The number of samples averaged into one at the working rate.
     pub(super) fn group(&self) -> usize {
         self.group
     }
@@ -35,7 +35,7 @@ impl Grouping {
         self.rate_hz
     }
 
-    /// Takes in a sample; the mean of the group that it completes, NaN without a usable one.
+    /// Takes in a sample; returns the mean of the group that it completes, NaN without a usable one.
     pub(super) fn push(&mut self, sample: f64) -> Option<f64> {
         if is_usable(sample) {
             self.sum += sample;
@@ -51,7 +51,7 @@ impl Grouping {
     }
 }
 
-/// Bridges gaps by holding the last value and going on from there, so that no jump looks like a
+/// Bridges gaps by holding the last value, and removes the jump after them, so that it does not look like a
 /// pulse.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bridge {

@@ -14,21 +14,21 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::spectrum::Transforms;
 
-/// Below this quality nothing is reported.
+/// The smallest quality for which values are reported.
 pub const LEAST_QUALITY: f64 = 0.3;
-/// Breaths may begin so long before a window [s]: longer ones are none.
+/// The longest breath that may reach into a window [s].
 const KEPT_SECS: f64 = 30.0;
 
-/// What the analysis of a breathing signal has to know.
+/// Settings of the breathing analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The unit of the signal, for amplitudes; `1` where it has none that means something.
+    /// The unit of amplitudes; `1` if they are arbitrary.
     pub unit: String,
-    /// Which way the signal goes with inhalation.
+    /// The signal's direction during inhalation.
     pub inhalation: Inhalation,
 }
 
-/// Which way a signal goes with inhalation.
+/// The signal's direction during inhalation.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Inhalation {
     /// Up: belts, impedance.
@@ -43,10 +43,10 @@ impl Default for Settings {
     }
 }
 
-/// An analysis of the first channel as it comes in, at a rate of 5 to 2000 Hz.
+/// A causal analysis of the first channel at 5 to 2000 Hz.
 ///
-/// Breaths are those of [`BreathDetector`], known some 2.5 s after their end; a window does not contain
-/// breaths that are not known yet.
+/// Breaths are those of [`BreathDetector`], known some 2.5 s after their end; a window lacks breaths that are
+/// not known yet.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Live {
         sign: settings.sign(),
@@ -84,7 +84,7 @@ impl Settings {
     }
 }
 
-/// How breaths were found, for the methods of values.
+/// The detection method, for the recipes of values.
 const CAUSAL: &str = "turns of a quarter of the range of 30 s, causal 0.05-1 Hz";
 const WHOLE: &str = "turns of a quarter of the range of 30 s, zero phase 0.05-3 Hz";
 
@@ -141,7 +141,7 @@ impl Windows for Live {
     }
 }
 
-/// Breaths and samples, of which spans can be asked.
+/// The store of breaths and samples, which can be queried for any span.
 struct Known {
     values: Vec<Value>,
     rate_hz: f64,
@@ -180,7 +180,7 @@ impl Known {
         }
     }
 
-    /// The breaths that reach into a range of samples.
+    /// The breaths that overlap a range of samples.
     fn breaths_in(&self, samples: &Range<f64>) -> Vec<Breath> {
         let begin = self.breaths.partition_point(|breath| breath.end <= samples.start);
         let end = self.breaths.partition_point(|breath| breath.begin < samples.end);
@@ -258,7 +258,7 @@ fn variability_values(breaths: &[Breath], rate_hz: f64) -> [f64; VARIABILITY.len
     ]
 }
 
-/// The value that no breath is needed for.
+/// The value that needs no breaths.
 const SPECTRAL: &str = "RSP_Rate_Spectral";
 /// Name, unit (`*` for that of the signal) and method of the values of the pattern.
 const PATTERN: [(&str, &str, &str); 9] = [

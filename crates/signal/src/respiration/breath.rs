@@ -3,60 +3,60 @@
 use super::onset::onset;
 use super::turns::{Kind, Turn};
 
-/// A longer breath has a pause in it that is none [s].
+/// The longest breath [s]; a longer one contains a pause.
 pub(super) const LONGEST_SECS: f64 = 20.0;
 
 /// A breath, from one onset of inhalation to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breath {
-    /// Onset of inhalation, a trough [samples from the first one], between samples.
+    /// Onset of inhalation, a trough [samples from the first one], fractional.
     pub begin: f64,
     /// Onset of exhalation, the peak [samples].
     pub peak: f64,
     /// Onset of the next inhalation [samples].
     pub end: f64,
-    /// Height of the peak above the trough at its beginning [unit of the signal].
+    /// Height of the peak above the preceding trough [unit of the signal].
     pub amplitude: f64,
 }
 
 impl Breath {
-    /// How long it lasts [samples].
+    /// Its duration [samples].
     pub fn duration(&self) -> f64 {
         self.end - self.begin
     }
 
-    /// How long air is drawn in [samples].
+    /// The inspiratory time [samples].
     pub fn inhalation(&self) -> f64 {
         self.peak - self.begin
     }
 
-    /// How long air is let out, the pause after it included [samples].
+    /// The expiratory time, including the pause [samples].
     pub fn exhalation(&self) -> f64 {
         self.end - self.peak
     }
 
-    /// How much of it lies in a range of samples.
+    /// Its overlap with a range of samples.
     pub(super) fn overlap(&self, samples: &std::ops::Range<f64>) -> f64 {
         (self.end.min(samples.end) - self.begin.max(samples.start)).max(0.0)
     }
 
-    /// Whether it goes up and then down.
+    /// Whether its points are in order.
     fn is_in_order(&self) -> bool {
         self.begin < self.peak && self.peak < self.end && self.amplitude > 0.0
     }
 
-    /// The same breath so much later.
+    /// The breath shifted by `by` samples.
     pub(super) fn later(self, by: f64) -> Breath {
         Breath { begin: self.begin + by, peak: self.peak + by, end: self.end + by, ..self }
     }
 
-    /// Whether it lies in a range of samples as a whole.
+    /// Whether it lies entirely in a range of samples.
     pub(super) fn is_within(&self, samples: &std::ops::Range<f64>) -> bool {
         self.begin >= samples.start && self.end <= samples.end
     }
 }
 
-/// Makes breaths of turns.
+/// Assembles breaths from turning points.
 #[derive(Clone, Debug)]
 pub(super) struct Assembly {
     longest: f64,
@@ -66,13 +66,13 @@ pub(super) struct Assembly {
 }
 
 impl Assembly {
-    /// For turns of which places are samples at `rate_hz`.
+    /// For turning points of a signal at `rate_hz`.
     pub(super) fn new(rate_hz: f64) -> Assembly {
         Assembly { longest: LONGEST_SECS * rate_hz, before: None, begin: None, peak: None }
     }
 
-    /// Takes in the next turn, and gives the breath that the turn before it ended: when a pause ends
-    /// is known by the way from the one to the other, in the `signal` from the place `first` on.
+    /// Takes in the next turning point, and returns the breath that ended with the one before: the end of a
+    /// pause shows in the `signal`, which starts at index `first`, between the two.
     pub(super) fn push(&mut self, turn: Turn, first: usize, signal: &[f64]) -> Option<Breath> {
         let before = self.before.replace(turn)?;
         let place = |turn: &Turn| (turn.place.round().max(0.0) as usize).saturating_sub(first);
@@ -82,13 +82,13 @@ impl Assembly {
         self.take(Turn { place: before.place.max(left.min(turn.place)), ..before })
     }
 
-    /// The breath that the last turn ends.
+    /// The breath that the last turning point ends.
     pub(super) fn finish(mut self) -> Option<Breath> {
         let last = self.before.take()?;
         self.take(last)
     }
 
-    /// What comes next does not follow what was.
+    /// Forgets earlier turning points after a discontinuity.
     pub(super) fn restart(&mut self) {
         (self.before, self.begin, self.peak) = (None, None, None);
     }

@@ -1,4 +1,4 @@
-//! Breaths while the signal comes in.
+//! Causal breath detection.
 
 use super::band;
 use super::breath::{Assembly, Breath, LONGEST_SECS};
@@ -9,12 +9,12 @@ use super::turns::{Turn, Turns, placed};
 use crate::error::SignalError;
 use crate::filter::{Cascade, butterworth};
 
-/// What is faster than breaths is left out when they are looked for [Hz].
+/// The low-pass before the detection [Hz].
 pub(super) const SMOOTH_HZ: f64 = 1.0;
-/// A longer gap parts breaths [s].
+/// The longest gap within a breath [s].
 pub(super) const LONGEST_GAP_SECS: f64 = 1.0;
-/// Breaths are placed by the delay of the filter at this frequency [Hz]; it is 5 ms less at 0.1 Hz,
-/// and 15 ms more at 0.5 Hz.
+/// The frequency at which the filter's delay is compensated [Hz]; it is 5 ms less at 0.1 Hz, and 15 ms more
+/// at 0.5 Hz.
 const USUAL_HZ: f64 = 0.25;
 
 /// Finds breaths in a signal that comes in sample by sample.
@@ -33,25 +33,25 @@ const USUAL_HZ: f64 = 0.25;
 pub struct BreathDetector {
     grouping: Grouping,
     rate_hz: f64,
-    /// What turns are looked for in, and what they are placed on.
+    /// The filters for detection and for placement of turning points.
     band: Cascade,
     low: Cascade,
     lows: History,
-    /// How late the latter is [samples at the working rate].
+    /// The delay of the latter [samples at the working rate].
     late: f64,
     scale: Scale,
     turns: Turns,
     assembly: Assembly,
-    /// The turn before, on the signal that turns are placed on.
+    /// The previous turning point, on the signal of placement.
     before: Option<Turn>,
     place: usize,
     missing: usize,
 }
 
 impl BreathDetector {
-    /// A detector for samples at a rate of 5 to 2000 Hz, in any unit; inhalation goes up.
+    /// Creates a detector for samples at 5 to 2000 Hz, in any unit; inhalation goes up.
     ///
-    /// An error when the rate lies outside.
+    /// Returns an error for another rate.
     pub fn new(rate_hz: f64) -> Result<BreathDetector, SignalError> {
         band::band(rate_hz)?;
         let grouping = Grouping::new(rate_hz);
@@ -100,7 +100,7 @@ impl BreathDetector {
         Some(self.grouping.sampled(&breath?.later(-self.late)))
     }
 
-    /// Whether there is a signal; begins anew after a long gap.
+    /// Whether there is a signal; resets the detector after a long gap.
     fn goes_on(&mut self, mean: f64) -> bool {
         let longest = LONGEST_GAP_SECS * self.rate_hz;
         if mean.is_nan() {

@@ -1,4 +1,4 @@
-//! From the samples of any rate to those of the rate at which breaths are looked for.
+//! Decimation to the rate of breath detection.
 
 use super::Breath;
 use crate::gaps::is_usable;
@@ -21,7 +21,7 @@ impl Grouping {
         Grouping { group, in_group: 0, usable: 0, sum: 0.0 }
     }
 
-    /// How many samples make one at the working rate.
+    /// The number of samples averaged into one at the working rate.
     pub(super) fn length(&self) -> usize {
         self.group
     }
@@ -31,37 +31,37 @@ impl Grouping {
         self.in_group == 0
     }
 
-    /// Between which samples the group at a place begins.
+    /// The (fractional) sample at which a group begins.
     pub(super) fn edge(&self, place: usize) -> f64 {
         place as f64 * self.group as f64 - 0.5
     }
 
-    /// Which sample a place at the working rate is.
+    /// The sample of an index at the working rate.
     pub(super) fn sample(&self, place: f64) -> f64 {
         place * self.group as f64 + (self.group as f64 - 1.0) / 2.0
     }
 
-    /// Which place at the working rate a sample is.
+    /// The index at the working rate of a sample.
     pub(super) fn place(&self, sample: f64) -> f64 {
         (sample - (self.group as f64 - 1.0) / 2.0) / self.group as f64
     }
 
-    /// A breath at places in place of samples.
+    /// Converts a breath from samples to the working rate.
     pub(super) fn placed(&self, breath: &Breath) -> Breath {
         let [begin, peak, end] =
             [breath.begin, breath.peak, breath.end].map(|each| self.place(each));
         Breath { begin, peak, end, amplitude: breath.amplitude }
     }
 
-    /// A breath at samples in place of places.
+    /// Converts a breath from the working rate to samples.
     pub(super) fn sampled(&self, breath: &Breath) -> Breath {
         let [begin, peak, end] =
             [breath.begin, breath.peak, breath.end].map(|each| self.sample(each));
         Breath { begin, peak, end, amplitude: breath.amplitude }
     }
 
-    /// Takes in the next sample, and gives the mean of the group that it completes: of its usable
-    /// samples, NaN without any.
+    /// Takes in the next sample, and returns the mean of the usable samples of the group that it completes,
+    /// NaN without any.
     pub(super) fn push(&mut self, sample: f64) -> Option<f64> {
         if is_usable(sample) {
             self.sum += sample;

@@ -1,8 +1,8 @@
-//! The newest values of a stream, in one piece.
+//! The newest values of a stream, contiguous in memory.
 
 use std::ops::Range;
 
-/// The newest `length` values at least, by their places in the stream (from 0).
+/// At least the newest `length` values, by their index in the stream (from 0).
 #[derive(Clone, Debug)]
 pub(super) struct History {
     values: Vec<f64>,
@@ -23,7 +23,7 @@ impl History {
         self.values.push(value);
     }
 
-    /// The values at places, as far as they are held, and the first of these places.
+    /// The values in a range, as far as they are held, and the first of their indices.
     pub(super) fn at(&self, places: Range<usize>) -> (usize, &[f64]) {
         let end = places.end.saturating_sub(self.first).min(self.values.len());
         let begin = places.start.saturating_sub(self.first).min(end);

@@ -1,16 +1,16 @@
-//! When a signal leaves a turn.
+//! The onset of a rise after a turning point.
 
-/// Of a rise like that of a sine, this share of the time from a tenth to nine tenths of its height
-/// lies before the tenth.
+/// For a sinusoidal rise, the time before a tenth of its height as a share of that from a tenth to nine
+/// tenths.
 const FOOT_SHARE: f64 = 0.347_1;
-/// The tenth and the nine tenths.
+/// A tenth and nine tenths of the height.
 const LOW: f64 = 0.1;
 const HIGH: f64 = 0.9;
 
-/// Where the way from the first to the last value begins, between samples; never before the first.
+/// The (fractional) start of the rise from the first to the last value; never before the first.
 ///
-/// On a pause before it the first, the extreme one, may stand anywhere; the way begins where a sine
-/// through a tenth and nine tenths of its height would begin.
+/// On a preceding pause the extreme value may lie anywhere; the start is extrapolated as that of a sine
+/// through a tenth and nine tenths of the height.
 pub(super) fn onset(way: &[f64]) -> f64 {
     let (Some(first), Some(last)) = (way.first(), way.last()) else { return 0.0 };
     let share = |value: f64| (value - first) / (last - first);

@@ -1,4 +1,4 @@
-//! How somebody breathes.
+//! The breathing pattern.
 
 use std::ops::Range;
 
@@ -7,10 +7,10 @@ use super::Breath;
 /// The breathing pattern of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pattern {
-    /// How many breaths lie in the window as a whole.
+    /// The number of breaths entirely in the window.
     pub breaths: usize,
-    /// Breaths a minute [1/min]: parts of breaths over the time that they cover. Of whole breaths it is
-    /// 60 over their mean duration.
+    /// Breaths per minute [1/min]: fractional breaths over the time that they cover. For whole breaths 60
+    /// over their mean duration.
     pub rate_mean_per_min: f64,
     /// Standard deviation of the breaths' rates, 60 over each duration (n − 1) [1/min].
     pub rate_sd_per_min: f64,
@@ -22,7 +22,7 @@ pub struct Pattern {
     pub inhalation_secs: f64,
     /// Mean time of exhalation, the pause after it included [s].
     pub exhalation_secs: f64,
-    /// The one over the other (I/E).
+    /// Their ratio (I/E).
     pub inhalation_to_exhalation: f64,
     /// Mean of amplitude over duration [unit of the signal/s]: respiratory volume per time, as Birn
     /// et al. (2006), doi:10.1016/j.neuroimage.2006.02.048, define it.
@@ -32,10 +32,10 @@ pub struct Pattern {
 impl Pattern {
     /// The pattern of ascending breaths within a range of samples of a signal at `rate_hz`.
     ///
-    /// The rate takes in the parts of the breaths at both ends; the rest is of the breaths that lie
-    /// in the range as a whole, NaN without one (standard deviations: two). Window: 30 s by
-    /// convention, at least two breaths. `None` where no breath reaches into the range. Limits: a
-    /// belt's amplitudes compare within one sitting only.
+    /// The rate includes the partial breaths at both ends; the rest uses breaths entirely in the range and is
+    /// NaN without one (standard deviations: two). Window: 30 s by convention, at least two breaths. `None`
+    /// where no breath overlaps the range. Limits: a belt's amplitudes are comparable within one sitting
+    /// only.
     pub fn of(breaths: &[Breath], rate_hz: f64, samples: Range<f64>) -> Option<Pattern> {
         let parts = || breaths.iter().map(|breath| (breath.overlap(&samples), breath.duration()));
         let covered: f64 = parts().map(|(overlap, _)| overlap).sum();
@@ -65,12 +65,12 @@ impl Pattern {
     }
 }
 
-/// NaN of none.
+/// The mean; NaN without values.
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// With n − 1; NaN of fewer than two.
+/// The standard deviation (n − 1); NaN with fewer than two.
 pub(super) fn sample_sd(values: &[f64]) -> f64 {
     let mean = mean(values);
     let squares: f64 = values.iter().map(|each| (each - mean).powi(2)).sum();

@@ -1,13 +1,13 @@
-//! Where in a breath a moment lies.
+//! The phase within a breath.
 
 use super::Breath;
 
-/// A part of a breath, and how much of it has passed [0..1].
+/// A phase of a breath, and its completion [0..1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// Air is drawn in.
+    /// Inhalation.
     Inhalation(f64),
-    /// Air is let out, or there is a pause before the next breath.
+    /// Exhalation, or the pause before the next breath.
     Exhalation(f64),
 }
 

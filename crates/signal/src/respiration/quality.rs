@@ -1,4 +1,4 @@
-//! How well breaths can be read off a signal.
+//! Signal quality of breathing.
 
 use super::Breath;
 use super::band;
@@ -9,18 +9,17 @@ use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 use crate::spectrum::Transforms;
 
-/// A signal that stays the same for longer is flat [s]; at its least or greatest value, saturated.
+/// A signal constant for longer is flat [s]; at its minimum or maximum, saturated.
 const FLAT_SECS: f64 = 3.0;
 const SATURATED_SECS: f64 = 0.3;
-/// A breath that is so many times higher or lower than the median is motion, or none.
+/// A breath this many times higher or lower than the median is motion or a false detection.
 const UNUSUAL_FACTOR: f64 = 4.0;
-/// With so much of its power around the rate of breaths a signal has a rhythm, with so little none: a random
-/// walk has 0.2.
+/// The shares of power around the breathing rate with and without a clear rhythm: a random walk has 0.2.
 const RHYTHM: f64 = 0.68;
 const NO_RHYTHM: f64 = 0.5;
-/// Without a rhythm the quality is no more than this.
+/// The highest quality without a rhythm.
 const MOST_WITHOUT_RHYTHM: f64 = 0.29;
-/// How many values stand for the shape of a breath.
+/// The number of points of a breath's shape.
 const SHAPE_LENGTH: usize = 32;
 
 /// Signal quality from 0 (useless) to 1 (nothing but equal breaths).
@@ -50,7 +49,7 @@ pub fn quality(signal: &[f64], rate_hz: f64, breaths: &[Breath]) -> Option<f64> 
     Some(of_means(&means, rate_hz, &placed, Spectral::of(&means, rate_hz, &Transforms::default())))
 }
 
-/// The quality of the means of groups, with breaths at their places.
+/// The quality of group means, with breaths at the working rate.
 pub(super) fn of_means(
     means: &[f64],
     rate_hz: f64,
@@ -86,7 +85,7 @@ fn covered_share(breaths: &[Breath], length: f64) -> f64 {
     (covered.sum::<f64>() / length).min(1.0)
 }
 
-/// Mean correlation of breaths with the median breath.
+/// The mean correlation of breaths with the median breath.
 fn likeness(means: &[f64], breaths: &[&Breath]) -> f64 {
     let shapes: Vec<Vec<f64>> = breaths.iter().map(|breath| shape(means, breath)).collect();
     let at = |place: usize| shapes.iter().map(|shape| shape[place]).collect::<Vec<f64>>();
@@ -95,7 +94,7 @@ fn likeness(means: &[f64], breaths: &[&Breath]) -> f64 {
     mean(&correlations.collect::<Vec<f64>>())
 }
 
-/// The breath above the line between its ends, at even places; the missing lies on the line.
+/// The breath detrended by the line between its ends, at even points; missing values are 0.
 fn shape(means: &[f64], breath: &Breath) -> Vec<f64> {
     let at = |place: f64| {
         let (before, share) = (place.floor() as usize, place - place.floor());
@@ -111,7 +110,7 @@ fn shape(means: &[f64], breath: &Breath) -> Vec<f64> {
     (0..SHAPE_LENGTH).map(height).collect()
 }
 
-/// Pearson's correlation; 0 where one does not change.
+/// Pearson's correlation; 0 where one is constant.
 fn correlation(left: &[f64], right: &[f64]) -> f64 {
     let (left_mean, right_mean) = (mean(left), mean(right));
     let pairs = || left.iter().zip(right).map(|(l, r)| (l - left_mean, r - right_mean));

@@ -9,7 +9,7 @@ use super::pattern::{mean, sample_sd};
 pub struct RrInterval {
     /// Time of the beat that ends it [s].
     pub end_secs: f64,
-    /// Its length [ms]; NaN where it is none between normal neighbours.
+    /// Its length [ms]; NaN unless it lies between normal neighbouring beats.
     pub rr_ms: f64,
 }
 
@@ -33,18 +33,17 @@ pub struct PeakToTrough {
     pub mean_ms: f64,
     /// Its natural logarithm [ln ms]: `RSA_P2T_Mean_log`; NaN for 0.
     pub mean_log: f64,
-    /// Standard deviation of the breaths (n − 1) [ms]: `RSA_P2T_SD`; NaN of one.
+    /// Standard deviation over breaths (n − 1) [ms]: `RSA_P2T_SD`; NaN for one.
     pub sd_ms: f64,
     /// The number of breaths in which it was measured.
     pub breaths: usize,
-    /// In how many of these it was below zero, and counts as zero.
+    /// The number of these in which it was negative, and counts as zero.
     pub without: usize,
-    /// The number of breaths in which it could not be measured, for want of an interval in one of their
-    /// halves: `RSA_P2T_NoRSA`.
+    /// The number of breaths without an interval in one of their phases: `RSA_P2T_NoRSA`.
     pub unreported: usize,
 }
 
-/// An interval may reach so far beyond its half of the breath [s].
+/// How far an interval may extend beyond its phase of the breath [s].
 const BEYOND_SECS: f64 = 0.75;
 
 /// Respiratory sinus arrhythmia from peak to trough of ascending intervals between beats, of the

@@ -1,23 +1,23 @@
-//! How far a signal usually goes up and down.
+//! The usual range of a signal.
 
 use crate::error::SignalError;
 use crate::robust::median;
 use crate::sliding::{SlidingExtremes, SlidingQuantiles};
 
-/// A turn is one by this share of the usual range.
+/// The threshold of a turning point, as a share of the usual range.
 const TURN_SHARE: f64 = 0.25;
-/// The range is that of the middle 80 % of so long [s].
+/// The time over which the range, that of the middle 80 %, is taken [s].
 const RANGE_SECS: f64 = 30.0;
 const RANGE_SHARES: (f64, f64) = (0.1, 0.9);
-/// It is known after so long [s].
+/// The time after which it is known [s].
 const LEARNING_SECS: f64 = 5.0;
-/// How often it is looked at [Hz].
+/// The rate at which it is updated [Hz].
 const STEPS_HZ: f64 = 5.0;
-/// What is usual over so long [s] …
+/// The longer time over which the usual range is taken [s] …
 const USUAL_SECS: f64 = 300.0;
-/// … keeps the range from shrinking below this share of it: a pause is no breathing.
+/// … and the smallest share of it that the range may shrink to: a pause is not breathing.
 const LEAST_SHARE: f64 = 1.0 / 3.0;
-/// A smaller range is that of rounding [share of the largest sample].
+/// A smaller range is rounding [share of the largest sample].
 const LEAST_RANGE: f64 = 1e-9;
 
 /// The usual range of the newest samples.
@@ -46,8 +46,8 @@ impl Scale {
         })
     }
 
-    /// Takes in the next sample, raw and filtered, and gives by how much a turn is one; infinite
-    /// where nothing is known.
+    /// Takes in the next sample, raw and filtered, and returns the threshold of turning points; infinite
+    /// while unknown.
     pub(super) fn push(&mut self, raw: f64, filtered: f64) -> f64 {
         if self.until_step > 0 {
             self.until_step -= 1;
@@ -69,8 +69,7 @@ impl Scale {
     }
 }
 
-/// By how much a turn is one, at each sample of a whole signal: the range is that of the time around,
-/// as far as there is a signal.
+/// The threshold of turning points at each sample of a whole signal, from the range of the time around it.
 pub(super) fn thresholds(
     raw: &[f64],
     filtered: &[f64],
@@ -96,7 +95,7 @@ fn range(values: &SlidingQuantiles) -> f64 {
     high.zip(low).map_or(0.0, |(high, low)| high - low)
 }
 
-/// The largest sample, of either sign.
+/// The largest absolute sample.
 fn level(levels: &SlidingExtremes) -> f64 {
     let [least, greatest] = [levels.least(), levels.greatest()];
     least.map_or(0.0, f64::abs).max(greatest.map_or(0.0, f64::abs))

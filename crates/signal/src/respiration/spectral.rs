@@ -1,26 +1,26 @@
-//! Breathing rate from the spectrum of a signal.
+//! The breathing rate from a spectrum.
 
 use super::band;
 use super::grouping::Grouping;
 use crate::gaps::bridged;
 use crate::spectrum::{Detrend, Rule, Spectrum, Transforms, Welch};
 
-/// Where breathing lies: 3 to 60 a minute [Hz].
+/// The band of breathing [Hz]: 3 to 60 a minute.
 const BREATHING_HZ: (f64, f64) = (0.05, 1.0);
 /// Segments of the spectrum [s].
 const SEGMENT_SECS: f64 = 30.0;
-/// The spectrum of a shorter signal can't separate breaths from drift [s].
+/// The shortest signal whose spectrum separates breaths from drift [s].
 const SHORTEST_SECS: f64 = 10.0;
 
-/// The breathing rate where the spectrum is highest [1/min].
+/// The breathing rate at the peak of the spectrum [1/min].
 ///
 /// A check on the rate of [breaths](super::Breath), not a replacement: it gives the most frequent rate, and
-/// where breaths are irregular that of the most regular part. *Formula*: Welch's spectrum of the
-/// signal at 25 to 50 Hz (means of samples), segments of 30 s (of a shorter signal all of it), half
-/// overlapping, Hann, without their lines, filled up to a power of two; times the frequency, against
-/// drift; the vertex of the parabola through its highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two bins are resolved
-/// from 4 a minute on; sharp breaths of uneven height may have a higher harmonic. `None` for a
-/// signal that is too short or does not vary, and for a rate outside of 5 to 2000 Hz.
+/// where breaths are irregular that of the most regular part. *Formula*: Welch's spectrum of the signal at 25
+/// to 50 Hz (averaged samples), segments of 30 s (the whole of a shorter signal), 50 % overlap, Hann,
+/// linearly detrended, zero-padded to a power of two; multiplied by frequency, against drift; the vertex of
+/// the parabola through its highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two rates
+/// are resolved if 4 a minute apart; sharp breaths of uneven height may have a higher harmonic. `None` for a
+/// signal that is too short or constant, and for a rate outside 5 to 2000 Hz.
 pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
     band::band(rate_hz).ok()?;
     let grouping = Grouping::new(rate_hz);
@@ -29,24 +29,24 @@ pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
     Some(Spectral::of(&grouping.all(signal), rate_hz, &kept)?.rate_per_min)
 }
 
-/// How far from a rhythm breaths may stray [shares].
+/// The relative half-width of a rhythm.
 const RHYTHM_WIDTH: f64 = 0.35;
-/// A smaller spread is that of rounding [share of the largest value].
+/// A smaller spread is rounding [share of the largest value].
 const LEAST_SPREAD: f64 = 1e-9;
 
-/// The result of a spectrum.
+/// The summary of a spectrum.
 #[derive(Clone, Debug)]
 pub(super) struct Spectral {
-    /// Where it is highest within breathing's band [1/min].
+    /// The peak within the breathing band [1/min].
     pub(super) rate_per_min: f64,
-    /// The share of breathing's band in all but the drift [0..1].
+    /// The share of the breathing band in all power above drift [0..1].
     pub(super) breathing_share: f64,
-    /// Breathing's band: frequencies [Hz] and the power there.
+    /// The breathing band: frequencies [Hz] and power.
     powers: Vec<(f64, f64)>,
 }
 
 impl Spectral {
-    /// Of the means of groups, by transforms that are kept for the next.
+    /// The summary for group means; `kept` caches FFT plans.
     pub(super) fn of(means: &[f64], rate_hz: f64, kept: &Transforms) -> Option<Spectral> {
         if (means.len() as f64) < SHORTEST_SECS * rate_hz {
             return None;
@@ -73,7 +73,7 @@ impl Spectral {
         Some(Spectral { rate_per_min, breathing_share, powers: powers.collect() })
     }
 
-    /// The share of breathing's band that lies around a rhythm [1/min] and its first overtone [0..1].
+    /// The share of the breathing band around a rate [1/min] and its second harmonic [0..1].
     pub(super) fn rhythm_share(&self, rate_per_min: f64) -> f64 {
         let hz = rate_per_min / 60.0;
         let all: f64 = self.powers.iter().map(|(_, power)| power).sum();

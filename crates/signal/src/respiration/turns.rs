@@ -1,13 +1,13 @@
-//! Where a signal turns.
+//! Turning points of a signal.
 
-/// Which way it turns.
+/// The kind of a turning point.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(super) enum Kind {
     Trough,
     Peak,
 }
 
-/// A place where a signal turns.
+/// A turning point of a signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
     pub(super) kind: Kind,
@@ -15,7 +15,7 @@ pub(super) struct Turn {
     pub(super) height: f64,
 }
 
-/// Reports the extremes from which a signal has returned by a threshold, troughs and peaks in turn.
+/// Detects extremes from which a signal has returned by a threshold, alternating troughs and peaks.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
     highest: Option<Extreme>,
@@ -24,7 +24,7 @@ pub(super) struct Turns {
     before: Option<f64>,
 }
 
-/// A sample, and its neighbours.
+/// A sample and its neighbours.
 #[derive(Clone, Copy, Debug)]
 struct Extreme {
     place: usize,
@@ -34,7 +34,7 @@ struct Extreme {
 }
 
 impl Turns {
-    /// Takes in the sample at the next place, and gives the turn that it proves.
+    /// Takes in the sample at the next index, and returns the turning point that it confirms.
     pub(super) fn push(&mut self, place: usize, height: f64, threshold: f64) -> Option<Turn> {
         let here = Extreme { place, height, before: self.before.replace(height), after: None };
         update(&mut self.highest, here, |height, top| height > top);
@@ -71,9 +71,9 @@ fn update(extreme: &mut Option<Extreme>, here: Extreme, beats: impl Fn(f64, f64)
     }
 }
 
-/// The turn at the extreme of another `signal`, of which the first value stands at the place `first`.
+/// The turning point at the corresponding extreme of another `signal`, which starts at index `first`.
 ///
-/// The turn itself where that is at an end, and so is none.
+/// Unchanged if that lies at an end of the signal.
 pub(super) fn placed(turn: Turn, first: usize, signal: &[f64]) -> Turn {
     let sign = if turn.kind == Kind::Peak { 1.0 } else { -1.0 };
     let inner = 1..signal.len().saturating_sub(1);
@@ -86,8 +86,7 @@ pub(super) fn placed(turn: Turn, first: usize, signal: &[f64]) -> Turn {
     Turn { kind: turn.kind, place: (first + best) as f64 + away, height }
 }
 
-/// How far the vertex of the parabola through three neighbours lies from the middle one, and its
-/// height.
+/// The vertex of the parabola through three neighbours: its offset from the central one, and its height.
 pub(super) fn vertex(before: f64, height: f64, after: f64) -> (f64, f64) {
     let (slope, bend) = ((after - before) / 2.0, before - 2.0 * height + after);
     let away = -slope / bend;

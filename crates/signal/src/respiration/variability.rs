@@ -1,4 +1,4 @@
-//! How much the duration of breaths changes.
+//! Respiratory rate variability.
 
 use super::Breath;
 use crate::hrv::{poincare, time_domain};
@@ -57,7 +57,7 @@ pub fn variability(breaths: &[Breath], rate_hz: f64) -> Option<Variability> {
     })
 }
 
-/// Durations, with NaN between breaths that don't follow each other.
+/// Durations, with NaN between breaths that are not successive.
 fn intervals_ms(breaths: &[Breath], rate_hz: f64) -> Vec<f64> {
     let mut intervals_ms = Vec::with_capacity(breaths.len());
     let mut end = None;

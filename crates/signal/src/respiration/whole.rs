@@ -12,21 +12,21 @@ use crate::error::SignalError;
 use crate::filter::{butterworth, zero_phase};
 use crate::gaps::bridged;
 
-/// No breath is found in shorter pieces between gaps [s].
+/// The shortest piece between gaps in which breaths are detected [s].
 const SHORTEST_PIECE_SECS: f64 = 5.0;
-/// A turn of the smooth signal is sought again so far around in the clean one [s].
+/// The search range in the clean signal around a turning point of the smooth one [s].
 const REFINE_SECS: f64 = 0.25;
 
-/// The breaths of a whole signal at a rate of 5 to 2000 Hz, in any unit; inhalation goes up.
+/// The breaths of a whole signal at 5 to 2000 Hz, in any unit; inhalation goes up.
 ///
-/// Troughs and peaks, by turns, from which the signal between 0.05 and 1 Hz (zero phase) goes back by
-/// a quarter of its range (10th to 90th percentile of the 30 s around, at least a third of the
-/// recording's median); placed within less than a sample on the [clean](super::clean) signal. After
-/// Khodadad et al. (2018), doi:10.1088/1361-6579/aad7e6, who ask for a share of the usual vertical
-/// distance, but between crossings of zero, which drift and pauses shift.
+/// Troughs and peaks are the turning points from which the signal between 0.05 and 1 Hz (zero-phase) returns
+/// by a quarter of its range (10th to 90th percentile of the 30 s around, at least a third of the recording's
+/// median), placed with subsample resolution on the [clean](super::clean) signal. After Khodadad et al.
+/// (2018), doi:10.1088/1361-6579/aad7e6, who require a share of the usual vertical distance, but between zero
+/// crossings, which drift and pauses shift.
 ///
-/// Gaps of up to 1 s are bridged, longer ones part breaths. A breath of more than 20 s is none. An
-/// error when the rate lies outside.
+/// Gaps of up to 1 s are bridged; longer ones separate breaths. A breath of more than 20 s is rejected.
+/// Returns an error for another rate.
 pub fn find_breaths(signal: &[f64], rate_hz: f64) -> Result<Vec<Breath>, SignalError> {
     band::band(rate_hz)?;
     let grouping = Grouping::new(rate_hz);

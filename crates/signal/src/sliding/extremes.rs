@@ -1,11 +1,11 @@
-//! Least and greatest.
+//! Sliding minimum and maximum.
 
 use super::checked_length;
 use super::fold::{Fold, Merge};
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Least and greatest of the newest samples, in constant time a sample on average.
+/// Minimum and maximum of the newest samples, in amortised constant time.
 #[derive(Clone, Debug)]
 pub struct SlidingExtremes {
     fold: Fold<Extremes>,
@@ -18,8 +18,7 @@ struct Extremes {
 }
 
 impl SlidingExtremes {
-    /// Of the newest `length` samples; an error unless 1 ≤ length ≤
-    /// [`MOST_SAMPLES`](super::MOST_SAMPLES).
+    /// A window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
     pub fn new(length: usize) -> Result<SlidingExtremes, SignalError> {
         Ok(SlidingExtremes { fold: Fold::new(checked_length(length)?) })
     }
@@ -30,12 +29,12 @@ impl SlidingExtremes {
         self.fold.push(if is_usable(sample) { one } else { Extremes::NOTHING });
     }
 
-    /// The least usable sample in the window. `None` without any.
+    /// The smallest usable sample in the window. `None` without any.
     pub fn least(&self) -> Option<f64> {
         Some(self.fold.merged().least).filter(|least| least.is_finite())
     }
 
-    /// The greatest usable sample in the window. `None` without any.
+    /// The largest usable sample in the window. `None` without any.
     pub fn greatest(&self) -> Option<f64> {
         Some(self.fold.merged().greatest).filter(|greatest| greatest.is_finite())
     }

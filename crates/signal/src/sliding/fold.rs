@@ -1,18 +1,18 @@
-//! Anything that can be merged, over the newest samples.
+//! A sliding fold of mergeable values.
 
-/// What several samples come to.
+/// A summary of several samples that can be merged.
 pub(crate) trait Merge: Copy {
-    /// What no samples come to.
+    /// The summary of no samples.
     const NOTHING: Self;
 
-    /// What both come to together.
+    /// The summary of both.
     fn merged(self, other: Self) -> Self;
 }
 
-/// The merged newest `length` samples, in constant time a sample on average.
+/// The merged newest `length` samples, in amortised constant time.
 ///
-/// A queue of two stacks: the older samples are held as what each and all newer ones of them come
-/// to, the newer ones as they are. When the older ones are used up, the newer ones become them.
+/// A queue of two stacks: the older samples are held as suffix summaries, the newer ones as they are. When
+/// the older ones are used up, the newer ones replace them.
 #[derive(Clone, Debug)]
 pub(crate) struct Fold<T> {
     length: usize,
@@ -53,7 +53,7 @@ impl<T: Merge> Fold<T> {
     }
 }
 
-/// A sum to which rounding does not add up, as it would if what leaves were subtracted.
+/// A sum without the accumulated rounding of subtracting what leaves.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sum(pub(crate) f64);
 

@@ -34,7 +34,7 @@ pub use quantiles::SlidingQuantiles;
 
 use crate::error::{SignalError, checked};
 
-/// Longest window [samples]: an hour at 1 kHz.
+/// The longest window [samples]: an hour at 1 kHz.
 pub const MOST_SAMPLES: usize = 3_600_000;
 
 fn checked_length(length: usize) -> Result<usize, SignalError> {

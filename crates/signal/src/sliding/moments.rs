@@ -1,4 +1,4 @@
-//! Mean and variance.
+//! Sliding mean and variance.
 
 use super::checked_length;
 use super::fold::{Fold, Merge};
@@ -7,8 +7,8 @@ use crate::gaps::is_usable;
 
 /// Mean, variance and root mean square of the newest samples.
 ///
-/// Constant time a sample on average. Merged as in Chan et al. (1983),
-/// doi:10.1080/00031305.1983.10483115, which is as exact as two passes.
+/// Amortised constant time. Merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115, which is as
+/// accurate as two passes.
 #[derive(Clone, Debug)]
 pub struct SlidingMoments {
     fold: Fold<Moments>,
@@ -23,8 +23,7 @@ struct Moments {
 }
 
 impl SlidingMoments {
-    /// Of the newest `length` samples; an error unless 1 ≤ length ≤
-    /// [`MOST_SAMPLES`](super::MOST_SAMPLES).
+    /// A window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
     pub fn new(length: usize) -> Result<SlidingMoments, SignalError> {
         Ok(SlidingMoments { fold: Fold::new(checked_length(length)?) })
     }
@@ -35,7 +34,7 @@ impl SlidingMoments {
         self.fold.push(if is_usable(sample) { one } else { Moments::NOTHING });
     }
 
-    /// How many usable samples there are in the window.
+    /// The number of usable samples in the window.
     pub fn count(&self) -> usize {
         self.fold.merged().count as usize
     }

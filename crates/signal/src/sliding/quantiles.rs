@@ -1,21 +1,20 @@
-//! Median and other quantiles.
+//! Sliding median and quantiles.
 
 use super::checked_length;
 use super::tree::Tree;
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Quantiles of the newest samples, in time that grows with the logarithm of the window.
+/// Quantiles of the newest samples, in time logarithmic in the window.
 #[derive(Clone, Debug)]
 pub struct SlidingQuantiles {
     tree: Tree,
-    /// Which place the next sample takes.
+    /// The index that the next sample takes.
     next: usize,
 }
 
 impl SlidingQuantiles {
-    /// Of the newest `length` samples; an error unless 1 ≤ length ≤
-    /// [`MOST_SAMPLES`](super::MOST_SAMPLES).
+    /// A window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
     pub fn new(length: usize) -> Result<SlidingQuantiles, SignalError> {
         Ok(SlidingQuantiles { tree: Tree::new(checked_length(length)?), next: 0 })
     }
@@ -29,7 +28,7 @@ impl SlidingQuantiles {
         self.next = (self.next + 1) % self.tree.places();
     }
 
-    /// How many usable samples there are in the window.
+    /// The number of usable samples in the window.
     pub fn count(&self) -> usize {
         self.tree.count()
     }

@@ -1,11 +1,10 @@
-//! Values in order, at numbered places.
+//! An order-statistic tree.
 
-/// No place.
+/// The null index.
 const NONE: u32 = u32::MAX;
 
-/// A treap: a search tree over values that is kept shallow by fixed, random-looking priorities. Seidel
-/// & Aragon (1996), doi:10.1007/BF01940876. Each value has a place; all places exist from the
-/// beginning.
+/// A treap: a search tree kept shallow by deterministic pseudo-random priorities. Seidel & Aragon (1996),
+/// doi:10.1007/BF01940876. Each value has an index; all nodes are allocated at the start.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
@@ -17,7 +16,7 @@ struct Node {
     value: f64,
     left: u32,
     right: u32,
-    /// Nodes at and below this one; 0 for a place that is empty.
+    /// The size of the subtree; 0 for an empty node.
     count: u32,
 }
 
@@ -36,7 +35,7 @@ impl Tree {
         self.count_below(self.root) as usize
     }
 
-    /// Puts a value at an empty place.
+    /// Inserts a value at an empty index.
     pub(super) fn insert(&mut self, place: usize, value: f64) {
         let place = place as u32;
         self.nodes[place as usize] = Node { value, count: 1, ..EMPTY };
@@ -45,7 +44,7 @@ impl Tree {
         self.root = self.joined(with, after);
     }
 
-    /// Empties a place, if there is a value.
+    /// Removes the value at an index, if any.
     pub(super) fn remove(&mut self, place: usize) {
         if self.nodes[place].count > 0 {
             self.root = self.without(self.root, place as u32);
@@ -53,7 +52,7 @@ impl Tree {
         }
     }
 
-    /// The value before which `rank` others stand in order.
+    /// The value of a rank, from 0.
     pub(super) fn ranked(&self, mut rank: usize) -> Option<f64> {
         let mut at = self.root;
         while at != NONE {
@@ -71,7 +70,7 @@ impl Tree {
         None
     }
 
-    /// The nodes that stand before `place` in order, and the others.
+    /// Splits the tree into the nodes ordered before `place`, and the others.
     fn split(&mut self, at: u32, place: u32) -> (u32, u32) {
         if at == NONE {
             return (NONE, NONE);
@@ -86,7 +85,7 @@ impl Tree {
         }
     }
 
-    /// Two trees as one; all of the first stand before all of the second.
+    /// Joins two trees; all of the first are ordered before all of the second.
     fn joined(&mut self, first: u32, second: u32) -> u32 {
         if first == NONE || second == NONE {
             return if first == NONE { second } else { first };
@@ -125,14 +124,14 @@ impl Tree {
         if at == NONE { 0 } else { self.nodes[at as usize].count }
     }
 
-    /// Equal values stand in the order of their places.
+    /// Equal values are ordered by index.
     fn is_before(&self, one: u32, other: u32) -> bool {
         let value = |at: u32| self.nodes[at as usize].value;
         value(one).total_cmp(&value(other)).then(one.cmp(&other)).is_lt()
     }
 }
 
-/// The finaliser of splitmix64: as good as random, and the same in every run.
+/// The finaliser of splitmix64: pseudo-random, and the same in every run.
 fn priority(place: u32) -> u64 {
     let mut mixed = u64::from(place).wrapping_add(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

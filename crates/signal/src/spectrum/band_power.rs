@@ -1,4 +1,4 @@
-//! A spectrum, and the power in a band of it.
+//! A spectrum and its band powers.
 
 use std::ops::Range;
 
@@ -7,41 +7,41 @@ use crate::error::SignalError;
 /// Power at ascending frequencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// Where the power is given [Hz].
+    /// The frequencies of the bins [Hz].
     pub frequencies_hz: Vec<f64>,
     /// Power at each frequency: a density [unit² / Hz], or as the estimator's settings say.
     pub power: Vec<f64>,
-    /// How many segments of the signal it is the average of.
+    /// The number of averaged segments.
     pub segments: usize,
 }
 
-/// The greatest power of a band.
+/// The maximum of a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Where it stands [Hz].
+    /// Its frequency [Hz].
     pub frequency_hz: f64,
-    /// How high it is, in the unit of the spectrum.
+    /// Its power, in the unit of the spectrum.
     pub power: f64,
 }
 
-/// How a density is integrated.
+/// The rule of integration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Straight lines between the bins: `numpy.trapezoid`.
+    /// Trapezoids between the bins: `numpy.trapezoid`.
     Trapezoid,
     /// Parabolas through three bins each: `scipy.integrate.simpson`, with Cartwright's correction
     /// of the last interval where their number is even.
     Simpson,
-    /// Each bin times its distance to the next: the whole band adds up to the power of the signal.
+    /// Each bin times the bin spacing: the sum over all bins is the power of the signal.
     Sum,
 }
 
 impl Spectrum {
-    /// Power between `low_hz` and `high_hz` [unit²], of a density.
+    /// The power between `low_hz` and `high_hz` [unit²], from a density.
     ///
-    /// Over the bins with `low_hz` ≤ f < `high_hz`: half-open, so that neighbouring bands share
-    /// none. The rules differ where a band has few bins; say which was used. `None` with fewer than
-    /// two bins (one for [`Rule::Sum`]).
+    /// Over the bins with `low_hz` ≤ f < `high_hz`: half-open, so that neighbouring bands share none. The
+    /// rules differ where a band has few bins; state which was used. `None` with fewer than two bins (one for
+    /// [`Rule::Sum`]).
     pub fn band_power(&self, low_hz: f64, high_hz: f64, rule: Rule) -> Option<f64> {
         let bins = self.bins(low_hz, high_hz);
         let (x, y) = (&self.frequencies_hz[bins.clone()], &self.power[bins]);

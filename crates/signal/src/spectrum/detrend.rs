@@ -1,18 +1,18 @@
-//! What is taken off a segment before its spectrum.
+//! Detrending of segments.
 
-/// What is taken off each segment.
+/// What is subtracted from each segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detrend {
     /// Its mean.
     Constant,
-    /// The straight line of least squares.
+    /// Its least-squares line.
     Linear,
     /// Nothing.
     Nothing,
 }
 
 impl Detrend {
-    /// Takes it off.
+    /// Detrends a segment in place.
     pub fn apply(self, segment: &mut [f64]) {
         let middle = (segment.len() as f64 - 1.0) / 2.0;
         let mean = segment.iter().sum::<f64>() / segment.len() as f64;

@@ -1,4 +1,4 @@
-//! The spectrum of an uneven series.
+//! The spectrum of an unevenly sampled series.
 
 use std::f64::consts::TAU;
 
@@ -13,18 +13,18 @@ use crate::gaps::is_usable;
 /// doi:10.1086/160554; floating mean: Zechmeister & Kürster (2009), doi:10.1051/0004-6361:200811296.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LombScargle {
-    /// What is done about the mean.
+    /// The treatment of the mean.
     pub mean: Mean,
     /// The unit of the result.
     pub normalisation: Normalisation,
 }
 
-/// What is done about the mean of the values.
+/// The treatment of the values' mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mean {
     /// It is zero already: SciPy's default.
     Zero,
-    /// It is taken off first.
+    /// Subtracted first.
     Subtracted,
     /// A constant is fitted together with each sinusoid: astropy's default.
     Floating,
@@ -35,8 +35,8 @@ pub enum Mean {
 pub enum Normalisation {
     /// Amplitude² · N / 4 [unit²]: SciPy's default.
     Power,
-    /// Share of the sum of squares that the sinusoid explains [0..1]: SciPy's `normalize=True`,
-    /// astropy's "standard".
+    /// Share of the sum of squares explained by the sinusoid [0..1]: SciPy's `normalize=True`, astropy's
+    /// "standard".
     Standard,
     /// [`Normalisation::Power`] times twice the mean interval of the times [unit² / Hz for times in
     /// seconds]: its integral is about the variance, comparable to [`Welch`](super::Welch).
@@ -44,11 +44,11 @@ pub enum Normalisation {
 }
 
 impl LombScargle {
-    /// Power of `values` at `times_secs`, at each of the ascending `frequencies_hz`.
+    /// The power of `values` at `times_secs`, at each of the ascending `frequencies_hz`.
     ///
-    /// Points that are not usable are left out. An error when fewer than three are left, when times
-    /// do not ascend, when the two differ in length, for a frequency that is not usable, and for a
-    /// share of values that do not vary.
+    /// Points that are not usable are left out. Returns an error when fewer than three are left, when times
+    /// do not ascend, when the lengths differ, for a frequency that is not usable, and for the normalised
+    /// power of constant values.
     pub fn of(
         self,
         times_secs: &[f64],
@@ -73,7 +73,7 @@ impl LombScargle {
 }
 
 impl Normalisation {
-    /// The factor on the square of an amplitude.
+    /// The factor on the squared amplitude.
     fn scale(self, points: &Points, is_floating: bool) -> Result<f64, SignalError> {
         let count = points.values.len() as f64;
         match self {
@@ -89,7 +89,7 @@ impl Normalisation {
     }
 }
 
-/// Usable points, from time zero on.
+/// The usable points, with times from zero.
 struct Points {
     times_secs: Vec<f64>,
     values: Vec<f64>,
@@ -110,7 +110,7 @@ impl Points {
         if let Some(before) = times_secs.windows(2).position(|pair| pair[1] <= pair[0]) {
             return Err(SignalError::Order { index: before + 1 });
         }
-        // The power does not depend on where time begins, its rounding does.
+        // The power does not depend on the time origin, but its rounding does.
         let begin = times_secs[0];
         let mut points =
             Points { times_secs: times_secs.iter().map(|t| t - begin).collect(), values };
@@ -129,7 +129,7 @@ impl Points {
         self.times_secs[self.times_secs.len() - 1] / (self.times_secs.len() - 1) as f64
     }
 
-    /// Of the sines and cosines of all times at a frequency.
+    /// The sums over sines and cosines of all times at a frequency.
     fn sums(&self, turned: &Sines) -> Sums {
         let (sin, sin_rest) = turned.sin.as_chunks();
         let (cos, cos_rest) = turned.cos.as_chunks();
@@ -150,17 +150,17 @@ impl Points {
     }
 }
 
-/// So many steps are turned before sines are taken afresh: rounding adds up.
+/// The number of rotations before sines are recomputed, to limit rounding.
 const TURNS: usize = 32;
 
-/// Points that are added side by side.
+/// The number of points summed in parallel.
 const LANES: usize = 2;
 
-/// The sines and cosines of times at one frequency after the other. Where these are even, each is the
-/// one before, turned on by a step: a sine costs as much as all sums of a point.
+/// The sines and cosines of all times at successive frequencies. On an even grid they are rotated by a step,
+/// because a sine costs as much as all sums of a point.
 struct Turning<'a> {
     times_secs: &'a [f64],
-    /// `None` for frequencies that are not even.
+    /// `None` for an uneven grid.
     step: Option<Sines>,
     now: Sines,
     turns: usize,
@@ -183,7 +183,7 @@ impl<'a> Turning<'a> {
     }
 }
 
-/// Of each time at a frequency.
+/// The sines and cosines of each time at a frequency.
 #[derive(Default)]
 struct Sines {
     sin: Vec<f64>,
@@ -208,7 +208,7 @@ impl Sines {
     }
 }
 
-/// From each frequency to the next [Hz]; `None` when that differs.
+/// The spacing of the frequencies [Hz]; `None` when it varies.
 fn even_step_hz(frequencies_hz: &[f64]) -> Option<f64> {
     let [first_hz, .., last_hz] = frequencies_hz else { return None };
     let step_hz = (last_hz - first_hz) / (frequencies_hz.len() - 1) as f64;
@@ -234,7 +234,7 @@ impl Sums {
         Sums { cos, sin, cos_cos, cos_sin, value, value_cos, value_sin }
     }
 
-    /// Twice the explained mean square.
+    /// Twice the mean square explained.
     fn amplitude_squared(self, is_floating: bool) -> f64 {
         let (cos, sin) = if is_floating { (self.cos, self.sin) } else { (0.0, 0.0) };
         let cc = self.cos_cos - cos * cos;
@@ -242,7 +242,7 @@ impl Sums {
         let cs = self.cos_sin - cos * sin;
         let yc = self.value_cos - self.value * cos;
         let ys = self.value_sin - self.value * sin;
-        // Turned by τ the products of sine and cosine vanish.
+        // Rotated by τ, the products of sine and cosine vanish.
         let (sin_tau, cos_tau) = (0.5 * (2.0 * cs).atan2(cc - ss)).sin_cos();
         let (turned_yc, turned_ys) = (yc * cos_tau + ys * sin_tau, ys * cos_tau - yc * sin_tau);
         let cross = 2.0 * cs * sin_tau * cos_tau;

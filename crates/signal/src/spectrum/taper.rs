@@ -1,17 +1,17 @@
-//! Windows that let a segment begin and end softly.
+//! Window functions.
 
 use std::f64::consts::TAU;
 
-/// The shape that each segment is multiplied with (periodic, as SciPy's for spectra).
+/// The window function of a segment (periodic, as SciPy's for spectra).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taper {
-    /// Half a cosine wave, down to zero.
+    /// A raised cosine that reaches zero.
     Hann,
-    /// A cosine wave that stays above zero.
+    /// A raised cosine that stays above zero.
     Hamming,
-    /// Two cosine waves: wider, with less leakage.
+    /// Two cosine terms: a wider main lobe with less leakage.
     Blackman,
-    /// None.
+    /// No window.
     Rectangular,
 }
 

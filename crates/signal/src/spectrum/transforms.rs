@@ -1,15 +1,15 @@
-//! Transforms that were made before.
+//! A cache of FFT plans.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::welch::{Lengths, Transform, Welch};
 
-/// So many are kept: windows of one length in seconds have series of a dozen lengths in samples.
+/// The cache size: windows of one length in seconds differ in samples by a dozen lengths.
 const MOST_KEPT: usize = 32;
 
-/// The transforms of the spectra so far, for the next: to make one costs more than to use it. Shared
-/// by its clones; what they compute does not depend on it.
+/// FFT plans of earlier spectra: planning costs more than the transform. Shared by its clones; it does not
+/// affect results.
 #[derive(Clone, Default)]
 pub(crate) struct Transforms(Arc<Mutex<Vec<Kept>>>);
 
@@ -20,7 +20,7 @@ struct Kept {
 }
 
 impl Transforms {
-    /// Uses the transform of these settings.
+    /// Uses the plan for these settings.
     pub(super) fn with<T>(
         &self,
         settings: &Welch,

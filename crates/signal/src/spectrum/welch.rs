@@ -1,4 +1,4 @@
-//! Welch's spectrum: the average over segments.
+//! Welch's averaged spectrum.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
 use crate::robust::median_in_place;
 
-/// Longest segment or transform [samples].
+/// The longest segment or transform [samples].
 const MOST_LENGTH: f64 = 16_777_216.0;
 
 /// One-sided spectrum of an even series, averaged over segments.
@@ -24,19 +24,19 @@ const MOST_LENGTH: f64 = 16_777_216.0;
 pub struct Welch {
     /// Sampling rate [Hz].
     pub rate_hz: f64,
-    /// Length of a segment [samples]; of a shorter signal, all of it.
+    /// Length of a segment [samples]; a shorter signal is one segment.
     pub segment: usize,
-    /// How much of it the next segment shares [samples]: half when `None`.
+    /// Overlap of successive segments [samples]; half when `None`.
     pub overlap: Option<usize>,
-    /// Length that segments are filled up to with zeros [samples]: their own when `None`.
+    /// Length of the zero-padded transform [samples]; that of the segment when `None`.
     pub transform: Option<usize>,
-    /// The weights over a segment.
+    /// The window function.
     pub taper: Taper,
-    /// What is taken off each segment first.
+    /// The detrending of each segment.
     pub detrend: Detrend,
     /// The unit of the result.
     pub scaling: Scaling,
-    /// How segments are averaged.
+    /// The averaging of segments.
     pub average: Average,
 }
 
@@ -45,22 +45,22 @@ pub struct Welch {
 pub enum Scaling {
     /// Power per Hertz [unit² / Hz]: its integral is the variance.
     Density,
-    /// Power [unit²]: the height of a line is the mean square of its oscillation.
+    /// Power [unit²]: the height of a line is its mean square.
     Power,
 }
 
-/// How segments are averaged.
+/// The averaging of segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Average {
     /// Their mean.
     Mean,
-    /// Their median, corrected for its bias: a few segments with artefacts do not show.
+    /// Their median, corrected for bias: robust to a few segments with artefacts.
     Median,
 }
 
 impl Welch {
-    /// SciPy's defaults for segments of `segment` samples (SciPy's own is 256): Hann, half
-    /// overlapping, without their mean, density, mean of the segments.
+    /// SciPy's defaults for segments of `segment` samples (SciPy's own is 256): Hann, 50 % overlap, mean
+    /// removed, density, mean of the segments.
     pub fn new(rate_hz: f64, segment: usize) -> Welch {
         Welch {
             rate_hz,
@@ -74,14 +74,14 @@ impl Welch {
         }
     }
 
-    /// The spectrum of `signal`; an error for settings that do not fit together, or without a whole
-    /// segment of usable samples.
+    /// The spectrum of `signal`; an error for inconsistent settings, or without a whole segment of usable
+    /// samples.
     pub fn of(&self, signal: &[f64]) -> Result<Spectrum, SignalError> {
         let lengths = self.lengths(signal.len())?;
         self.by(&mut Transform::new(self, lengths), lengths, signal)
     }
 
-    /// The same by a transform that is kept for the next signal.
+    /// As [`of`](Self::of), with cached FFT plans.
     pub(crate) fn of_next(
         &self,
         signal: &[f64],
@@ -111,7 +111,7 @@ impl Welch {
         spectrum.finite()
     }
 
-    /// What turns segments of the full length into their powers, one at a time.
+    /// Plans the transform of a full segment.
     pub(crate) fn transform(&self) -> Result<Transform, SignalError> {
         self.lengths(self.segment).map(|lengths| Transform::new(self, lengths))
     }
@@ -131,11 +131,11 @@ impl Welch {
     }
 }
 
-/// What the segments so far come to.
+/// The accumulated segments.
 enum Averaging {
-    /// Of each bin the sum of all powers.
+    /// The sum of powers of each bin.
     Mean(Vec<f64>),
-    /// Of each bin all powers.
+    /// All powers of each bin.
     Median(Vec<Vec<f64>>),
 }
 
@@ -158,7 +158,7 @@ impl Averaging {
         }
     }
 
-    /// Of so many segments.
+    /// The average over `segments` segments.
     fn average(self, segments: usize) -> Vec<f64> {
         let count = segments as f64;
         let median = |mut bin: Vec<f64>| {
@@ -185,7 +185,7 @@ pub(super) struct Lengths {
     transform: usize,
 }
 
-/// What turns one segment into its power.
+/// Computes the power of one segment.
 pub(crate) struct Transform {
     fourier: Arc<dyn RealToComplex<f64>>,
     weights: Vec<f64>,
@@ -215,7 +215,7 @@ impl Transform {
         }
     }
 
-    /// One-sided power: all but the constant and half the sampling rate stand for two frequencies.
+    /// One-sided power: all bins but those at zero and Nyquist stand for two frequencies.
     pub(crate) fn power(&mut self, segment: &[f64]) -> impl Iterator<Item = f64> {
         self.buffer.fill(0.0);
         let tapered = &mut self.buffer[..segment.len()];

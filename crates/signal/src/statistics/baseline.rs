@@ -5,22 +5,22 @@ use super::mean_interval::Interval;
 use crate::moments::{mean, sample_sd, sample_variance, squares_about_mean};
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
-/// How a phase differs from the baseline, of one participant: differences of statistics, not statistics
-/// of differences.
+/// The change of a phase from the baseline for one participant: differences of statistics, not statistics of
+/// differences.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaselineChange {
-    /// Mean of the phase less that of the baseline, in the unit of the values.
+    /// Mean of the phase minus that of the baseline, in the unit of the values.
     pub mean_difference: f64,
-    /// Standard deviation (n − 1) of the phase less that of the baseline, in the same unit.
+    /// Standard deviation (n − 1) of the phase minus that of the baseline, in the same unit.
     pub sd_difference: f64,
-    /// Median of the phase less that of the baseline, in the same unit.
+    /// Median of the phase minus that of the baseline, in the same unit.
     pub median_difference: f64,
-    /// The difference of means in the size of the baseline's mean [%]; `None` where that is zero.
+    /// The difference of means relative to the baseline's mean [%]; `None` where that is zero.
     pub percent_change: Option<f64>,
-    /// The difference of means in standard deviations of the baseline; `None` where that has none.
+    /// The difference of means in standard deviations of the baseline; `None` where that is zero.
     pub z: Option<f64>,
-    /// The difference of medians in 1.4826 median absolute deviations of the baseline; `None` where that
-    /// has none.
+    /// The difference of medians in 1.4826 median absolute deviations of the baseline; `None` where that is
+    /// zero.
     pub robust_z: Option<f64>,
 }
 
@@ -60,20 +60,20 @@ pub fn baseline_change(phase: &[f64], baseline: &[f64]) -> Result<BaselineChange
     })
 }
 
-/// A difference between a phase and the baseline in standard deviations, and how sure it is.
+/// A standardised difference between a phase and the baseline, with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandardisedDifference {
     /// Difference of means over the pooled standard deviation (Cohen's d).
     pub d: f64,
-    /// The same less its bias in small samples (Hedges' g).
+    /// The same, corrected for bias in small samples (Hedges' g).
     pub g: f64,
-    /// How many independent values the phase is worth.
+    /// The effective number of independent values of the phase.
     pub effective_phase: f64,
-    /// How many independent values the baseline is worth.
+    /// The effective number of independent values of the baseline.
     pub effective_baseline: f64,
     /// Standard error of g.
     pub standard_error: f64,
-    /// Interval of g for the confidence asked for.
+    /// Confidence interval of g.
     pub interval: Interval,
 }
 
@@ -112,11 +112,11 @@ pub fn standardised_difference(
     })
 }
 
-/// How many independent values a series in the order of time is worth, n·(1 − r)/(1 + r).
+/// The effective number of independent values of a series in order of time, n·(1 − r)/(1 + r).
 ///
-/// r is the autocorrelation at lag 1, as `statsmodels.tsa.stattools.acf`; where it is negative, the
-/// series is worth n. At least 2. Bayley & Hammersley (1946), doi:10.2307/2983560, for a first-order
-/// autoregressive series. At least three values.
+/// r is the autocorrelation at lag 1, as `statsmodels.tsa.stattools.acf`; where it is negative, the result is
+/// n. At least 2. Bayley & Hammersley (1946), doi:10.2307/2983560, for a first-order autoregressive series.
+/// Needs at least three values.
 pub fn effective_count(series: &[f64]) -> Result<f64, StatisticsError> {
     checked(&[series], 1, 3)?;
     let (n, centre) = (series.len() as f64, mean(series));

@@ -4,17 +4,18 @@ use super::mean_interval::Interval;
 use crate::moments::{mean, sample_sd};
 use crate::robust::quantile_of_sorted;
 
-/// Most resamples: more add no digit that means anything.
+/// The most resamples.
 const MOST_RESAMPLES: usize = 1_000_000;
 
-/// How values are drawn anew.
+/// Settings of the bootstrap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bootstrap {
-    /// How often; 2000 are few for the ends of an interval, 10 000 are enough, a million the most.
+    /// The number of resamples; 2000 are few for the ends of an interval, 10 000 suffice, a million is the
+    /// maximum.
     pub resamples: usize,
     /// Confidence of the intervals, 0.95 for 95 %.
     pub level: f64,
-    /// The same seed draws the same, on every machine.
+    /// The seed; the same one draws the same resamples on every machine.
     pub seed: u64,
 }
 
@@ -24,16 +25,16 @@ impl Default for Bootstrap {
     }
 }
 
-/// How far a statistic might lie elsewhere had other participants taken part.
+/// A statistic with its bootstrap confidence intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BootstrapInterval {
-    /// The statistic of the values as they are.
+    /// The statistic of the original values.
     pub value: f64,
-    /// Standard deviation of the statistic over the draws.
+    /// Standard deviation of the statistic over the resamples.
     pub standard_error: f64,
-    /// Between the quantiles of the draws.
+    /// The percentile interval.
     pub percentile: Interval,
-    /// The same, corrected for bias and skew. `None` where the correction does not exist, as for equal
+    /// The interval corrected for bias and skew (BCa). `None` where the correction is undefined, as for equal
     /// values.
     pub bias_corrected: Option<Interval>,
 }
@@ -96,7 +97,7 @@ fn draws(values: &[f64], statistic: &impl Fn(&[f64]) -> f64, settings: &Bootstra
     (0..settings.resamples).map(|_| draw()).collect()
 }
 
-/// Which shares of the draws `BCa` takes instead of `tail` and 1 − `tail`.
+/// The quantiles that `BCa` takes instead of `tail` and 1 − `tail`.
 fn corrected_shares(
     values: &[f64],
     statistic: &impl Fn(&[f64]) -> f64,
@@ -119,7 +120,7 @@ fn corrected_shares(
     (shares.0.is_finite() && shares.1.is_finite()).then_some(shares)
 }
 
-/// The skew of a statistic when one value after the other is left out.
+/// The acceleration: the skew of the jackknife values.
 fn acceleration(values: &[f64], statistic: &impl Fn(&[f64]) -> f64) -> f64 {
     let mut rest = values[1..].to_vec();
     let mut left_out = Vec::with_capacity(values.len());
@@ -145,7 +146,7 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
-    /// A whole number below `count`, which is small beside 2⁶⁴: the bias of the product is nothing.
+    /// A random integer below `count`; the bias is negligible for small ones.
     fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.next()) * count as u128) >> 64) as usize
     }

@@ -1,11 +1,11 @@
 /// How a value is compared with the baseline of the same participant.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Comparison {
-    /// Less its mean in the baseline, in its own unit.
+    /// Minus its baseline mean, in its own unit.
     Difference,
-    /// Less its mean in the baseline, in standard deviations there.
+    /// Minus its baseline mean, in baseline standard deviations.
     Z,
-    /// Less its median in the baseline, in 1.4826 median absolute deviations there.
+    /// Minus its baseline median, in 1.4826 baseline median absolute deviations.
     RobustZ,
 }
 
@@ -21,12 +21,12 @@ impl Comparison {
         }
     }
 
-    /// The name of a measure that is compared so: `heart_rate_z`.
+    /// The name of a compared measure: `heart_rate_z`.
     pub fn of(self, measure: &str) -> String {
         format!("{measure}{}", self.suffix())
     }
 
-    /// The comparisons that a name may be, each with its measure.
+    /// The possible readings of a name as a measure and its comparison.
     pub fn read(name: &str) -> impl Iterator<Item = (&str, Comparison)> {
         let of = move |each: Comparison| Some((name.strip_suffix(each.suffix())?, each));
         Comparison::ALL.into_iter().filter_map(of)

@@ -1,11 +1,11 @@
 use super::error::StatisticsError;
 
-/// Columns of the participants that have every value.
+/// The rows of participants that have every value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompleteRows {
     /// The columns, each with the complete rows only.
     pub columns: Vec<Vec<f64>>,
-    /// Which rows (participants) were left out because a value was missing.
+    /// The indices of the rows (participants) left out because a value was missing.
     pub left_out: Vec<usize>,
 }
 

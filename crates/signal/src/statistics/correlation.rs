@@ -4,12 +4,12 @@ use super::mean_interval::Interval;
 use super::ranks::average_ranks;
 use crate::moments::mean;
 
-/// A correlation and how sure it is.
+/// A correlation with its p-value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correlation {
     /// The coefficient [−1..1].
     pub r: f64,
-    /// How likely one so far from zero is among unrelated values, two-sided [0..1].
+    /// The two-sided p-value [0..1].
     pub p: f64,
     /// Number of pairs.
     pub n: usize,
@@ -54,7 +54,7 @@ pub fn spearman(first: &[f64], second: &[f64]) -> Result<Correlation, Statistics
     pearson(&average_ranks(first), &average_ranks(second))
 }
 
-/// The deviations from the mean, over their length.
+/// The deviations from the mean, normalised to length one.
 fn unit(values: &[f64]) -> Result<Vec<f64>, StatisticsError> {
     let mean = mean(values);
     let about: Vec<f64> = values.iter().map(|each| each - mean).collect();
@@ -62,7 +62,7 @@ fn unit(values: &[f64]) -> Result<Vec<f64>, StatisticsError> {
     finite_or(&[mean, largest], StatisticsError::OutOfRange)?;
     // Scaled first: squares of tiny or huge numbers vanish or overflow.
     let length = largest * about.iter().map(|each| (each / largest).powi(2)).sum::<f64>().sqrt();
-    // What is left by rounding equal values is no spread.
+    // The rounding error of equal values is not spread.
     if largest <= mean.abs() * 1e-13 || length == 0.0 {
         return Err(StatisticsError::NoSpread);
     }

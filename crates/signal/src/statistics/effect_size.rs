@@ -1,11 +1,11 @@
 use super::error::{StatisticsError, checked, differences, finite_or};
 use crate::moments::{mean, sample_sd};
 
-/// Cohen's `d_z` of paired values: mean of `first` − `second` over the standard deviation of the
-/// differences, without unit.
+/// Cohen's `d_z` of paired values: mean of `first` − `second` over the standard deviation of the differences,
+/// without unit.
 ///
-/// Lakens (2013), doi:10.3389/fpsyg.2013.00863. Limits: it grows as the conditions correlate; say `d_av`
-/// beside it ([`cohen_d_average`]).
+/// Lakens (2013), doi:10.3389/fpsyg.2013.00863. Limits: it grows with the correlation of the conditions;
+/// report `d_av` as well ([`cohen_d_average`]).
 pub fn cohen_dz(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
     let differences = differences(first, second, 2)?;
     ratio(mean(&differences), sample_sd(&differences))
@@ -29,7 +29,7 @@ pub fn cohen_d_average(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
     ratio(mean(first) - mean(second), variance.sqrt())
 }
 
-/// Hedges' factor against the bias of d in small groups, J = 1 − 3/(4·df − 1).
+/// Hedges' correction of the bias of d in small groups, J = 1 − 3/(4·df − 1).
 ///
 /// The usual approximation of Hedges (1981), doi:10.3102/10769986006002107.
 pub fn hedges_correction(df: f64) -> f64 {

@@ -1,25 +1,25 @@
 use thiserror::Error;
 
-/// Why there is no answer.
+/// Why a statistic could not be computed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StatisticsError {
-    /// Fewer values than the question needs.
+    /// Too few values.
     #[error("answer from {got} values where at least {need} are needed")]
     TooFew {
-        /// How many there are.
+        /// The number of values given.
         got: usize,
-        /// How many are needed.
+        /// The number of values needed.
         need: usize,
     },
-    /// More values than an exact answer is worth.
+    /// Too many values for an exact answer.
     #[error("answer exactly from {got} values where at most {most} can be")]
     TooMany {
-        /// How many there are.
+        /// The number of values given.
         got: usize,
-        /// How many can be.
+        /// The largest number supported.
         most: usize,
     },
-    /// Columns that should be paired are not equally long.
+    /// Paired columns differ in length.
     #[error("pair {first} values with {other}")]
     UnequalLengths {
         /// Length of the first column.
@@ -30,25 +30,25 @@ pub enum StatisticsError {
     /// A value is NaN or infinite.
     #[error("calculate with a value that is missing or not finite")]
     NotFinite,
-    /// All values are equal, or all differences zero: nothing to compare with.
+    /// All values are equal, or all differences zero.
     #[error("compare values without any spread")]
     NoSpread,
-    /// The values are so large or so small that the answer is not a number.
+    /// The values are so large or so small that the result is not finite.
     #[error("calculate with values of such a size")]
     OutOfRange,
-    /// A setting is outside its range.
+    /// A setting is out of range.
     #[error("use {value} as {name}, expected {expected}")]
     Setting {
-        /// What it is called.
+        /// The name of the setting.
         name: &'static str,
-        /// What was given.
+        /// The value given.
         value: f64,
-        /// What it may be.
+        /// The values allowed.
         expected: &'static str,
     },
 }
 
-/// The same columns, known to be finite, equally long, and as many and long as needed.
+/// The columns, checked to be finite, of equal length, and at least as many and as long as needed.
 pub(super) fn checked<'a, 'b>(
     columns: &'a [&'b [f64]],
     least_columns: usize,
@@ -85,7 +85,7 @@ pub(super) fn finite_or(results: &[f64], error: StatisticsError) -> Result<(), S
     if results.iter().all(|each| each.is_finite()) { Ok(()) } else { Err(error) }
 }
 
-/// A confidence level, known to lie between 0 and 1.
+/// A confidence level, checked to be between 0 and 1.
 pub(super) fn checked_level(level: f64) -> Result<f64, StatisticsError> {
     let expected = "more than 0 and less than 1";
     let error = StatisticsError::Setting { name: "level", value: level, expected };

@@ -5,13 +5,13 @@ use super::ranks::{average_ranks, tie_sum};
 /// The result of Friedman's test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Friedman {
-    /// The statistic, about χ² distributed without a difference.
+    /// The statistic, asymptotically χ² distributed under the null hypothesis.
     pub chi2: f64,
-    /// Degrees of freedom: conditions less one.
+    /// Degrees of freedom: the number of conditions minus one.
     pub df: f64,
-    /// How likely such a χ² is without a difference [0..1].
+    /// The p-value [0..1].
     pub p: f64,
-    /// Kendall's W, how well participants agree on the order of conditions [0..1].
+    /// Kendall's W, the agreement of participants on the order of conditions [0..1].
     pub kendall_w: f64,
     /// Mean rank of each condition.
     pub mean_ranks: Vec<f64>,
@@ -44,7 +44,7 @@ pub fn friedman(conditions: &[&[f64]]) -> Result<Friedman, StatisticsError> {
     })
 }
 
-/// One row a participant.
+/// One row per participant.
 pub(super) fn rows(columns: &[&[f64]]) -> Vec<Vec<f64>> {
     let count = columns.first().map_or(0, |column| column.len());
     (0..count).map(|row| columns.iter().map(|column| column[row]).collect()).collect()

@@ -1,4 +1,4 @@
-/// How p-values of one family are corrected for their number.
+/// The correction of a family of p-values for multiple comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Correction {
     /// Step-down, against any false finding: never weaker than Bonferroni. Holm (1979),

@@ -1,15 +1,15 @@
 use super::distributions::normal_upper;
 use super::error::{StatisticsError, checked, finite_or};
 
-/// Most values that the approximation was made for.
+/// The most values for which the approximation is valid.
 const MOST: usize = 5000;
 
 /// The result of Shapiro and Wilk's test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapiroWilk {
-    /// How well the sorted values follow normal ones [0..1].
+    /// The W statistic [0..1].
     pub w: f64,
-    /// How likely so small a W is among normal values [0..1].
+    /// The p-value [0..1].
     pub p: f64,
 }
 
@@ -60,7 +60,7 @@ fn weights(n: usize) -> Vec<f64> {
     weights
 }
 
-/// 1 − W, without the loss of digits that subtracting W from 1 has.
+/// 1 − W, without cancellation.
 fn shortfall(scaled: &[f64], weights: &[f64]) -> f64 {
     let n = scaled.len();
     let mean = scaled.iter().sum::<f64>() / n as f64;
@@ -101,8 +101,8 @@ fn p_of(shortfall: f64, n: f64) -> f64 {
     normal_upper((-(bound - log).ln() - centre) / spread)
 }
 
-/// Normal quantile as AS R94 and with it SciPy has it, to nine digits. Beasley & Springer (1977),
-/// Applied Statistics 26, 118: algorithm AS 111.
+/// Normal quantile as in AS R94 and SciPy, to nine digits. Beasley & Springer (1977), Applied Statistics 26,
+/// 118: algorithm AS 111.
 fn normal_score(p: f64) -> f64 {
     let off = p - 0.5;
     if off.abs() <= 0.42 {

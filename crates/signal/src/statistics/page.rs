@@ -2,20 +2,20 @@ use super::distributions::normal_upper;
 use super::error::{StatisticsError, checked};
 use super::friedman::{rank_sums, rows};
 
-/// Most conditions that an exact p-value is computed for: it orders them in every way.
+/// The most conditions for an exact p-value, which enumerates their orders.
 const MOST_CONDITIONS: usize = 8;
 
-/// Most cells that an exact p-value is computed for.
+/// The most cells for an exact p-value.
 const MOST_EXACT: usize = 2000;
 
-/// How the p-value is found.
+/// The computation of the p-value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PageMethod {
     /// As SciPy chooses: exact with up to eight conditions and 12 participants (20 with three
     /// conditions), else normal.
     #[default]
     Auto,
-    /// From all orders of the ranks, for up to eight conditions; with ties it errs on the safe side.
+    /// Exact, from all orders of the ranks, for up to eight conditions; conservative with ties.
     Exact,
     /// From the normal approximation.
     Normal,
@@ -26,7 +26,7 @@ pub enum PageMethod {
 pub struct Page {
     /// Page's L, Σ place · rank sum.
     pub l: f64,
-    /// How likely so great an L is without a trend, one-sided [0..1].
+    /// The one-sided p-value [0..1].
     pub p: f64,
     /// Whether `p` is exact.
     pub exact: bool,
@@ -69,7 +69,7 @@ fn z(l: f64, n: f64, k: f64) -> f64 {
     (l - middle) / variance.sqrt()
 }
 
-/// P(L ≥ l): the distribution of one participant, added up `n` times.
+/// P(L ≥ l), by convolving the distribution of one participant `n` times.
 fn exact_upper(l: f64, n: usize, k: usize) -> f64 {
     let one = one_participant(k);
     let mut all = vec![1.0];
@@ -86,12 +86,12 @@ fn exact_upper(l: f64, n: usize, k: usize) -> f64 {
     all.iter().skip(above_least).sum::<f64>().min(1.0)
 }
 
-/// The least L of one participant, with all ranks the wrong way round.
+/// The smallest L of one participant, with all ranks reversed.
 fn least(k: usize) -> usize {
     k * (k + 1) * (k + 2) / 6
 }
 
-/// How the L of one participant is distributed, from the least on.
+/// The distribution of one participant's L, from the smallest.
 fn one_participant(k: usize) -> Vec<f64> {
     let greatest = k * (k + 1) * (2 * k + 1) / 6;
     let mut counts = vec![0.0; greatest - least(k) + 1];
@@ -100,7 +100,7 @@ fn one_participant(k: usize) -> Vec<f64> {
     counts.iter().map(|count| count / orders).collect()
 }
 
-/// Reports the L of each order in which the remaining ranks can be given to the remaining places.
+/// Reports L for each assignment of the remaining ranks.
 fn count_orders(remaining: usize, given: &mut [bool], l: usize, report: &mut impl FnMut(usize)) {
     if remaining == 0 {
         return report(l);

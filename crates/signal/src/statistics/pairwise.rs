@@ -4,12 +4,12 @@ use super::multiple::{Correction, corrected};
 use super::t_test::{TTest, paired_t};
 use super::wilcoxon::{SignedRank, Wilcoxon};
 
-/// The comparison of two of several conditions.
+/// The comparison of a pair of conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<T> {
-    /// Which condition is compared.
+    /// The index of the first condition.
     pub first: usize,
-    /// With which other.
+    /// The index of the second condition.
     pub second: usize,
     /// The test of first − second.
     pub test: T,

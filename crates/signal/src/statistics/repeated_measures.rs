@@ -3,22 +3,22 @@ use super::error::{StatisticsError, checked, finite_or};
 use super::friedman::rows;
 use crate::moments::mean;
 
-/// The result of a one-way analysis of variance of repeated measures.
+/// The result of a one-way repeated-measures ANOVA.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatedMeasures {
-    /// Variance between conditions over that left in participants.
+    /// The F statistic.
     pub f: f64,
     /// Degrees of freedom of the conditions.
     pub df_conditions: f64,
     /// Degrees of freedom of the error.
     pub df_error: f64,
-    /// How likely such an F is without a difference, if sphericity holds [0..1].
+    /// The p-value, assuming sphericity [0..1].
     pub p: f64,
-    /// Greenhouse and Geisser's ε: 1 with perfect sphericity, 1/(k − 1) at the least.
+    /// Greenhouse–Geisser ε: 1 with perfect sphericity, at least 1/(k − 1).
     pub greenhouse_geisser: f64,
-    /// The p-value with both degrees of freedom times ε [0..1].
+    /// The p-value with both degrees of freedom multiplied by ε [0..1].
     pub p_greenhouse_geisser: f64,
-    /// Share of the conditions in what is not between participants [0..1].
+    /// Share of the conditions in the variance within participants [0..1].
     pub partial_eta_squared: f64,
     /// Share of the conditions in all variance [0..1]. Bakeman (2005), doi:10.3758/BF03192707.
     pub generalised_eta_squared: f64,
@@ -30,9 +30,9 @@ pub struct RepeatedMeasures {
 /// The result of Mauchly's test of sphericity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mauchly {
-    /// 1 with perfect sphericity, 0 without any.
+    /// The W statistic: 1 with perfect sphericity.
     pub w: f64,
-    /// How likely so small a W is with sphericity [0..1].
+    /// The p-value [0..1].
     pub p: f64,
 }
 

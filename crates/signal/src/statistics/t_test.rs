@@ -9,7 +9,7 @@ pub struct TTest {
     pub t: f64,
     /// Degrees of freedom.
     pub df: f64,
-    /// How likely such a t is without a difference [0..1].
+    /// The p-value [0..1].
     pub p: f64,
     /// The mean difference, in the unit of the values.
     pub mean_difference: f64,

@@ -2,49 +2,48 @@ use super::distributions::{Alternative, normal_upper};
 use super::error::{StatisticsError, checked, differences};
 use super::ranks::{average_ranks, tie_sum};
 
-/// Most differences that an exact p-value is computed for: the time grows with their cube.
+/// The most differences for an exact p-value, whose time is cubic.
 const MOST_EXACT: usize = 500;
 
-/// Up to so many differences, all different, the answer is exact by default, as in SciPy.
+/// The most distinct differences for which `Auto` is exact, as in SciPy.
 const EXACT_WITHOUT_TIES: usize = 50;
 
-/// Up to so many differences, with ties or zeros, the answer is exact by default, as in SciPy.
+/// The most differences with ties or zeros for which `Auto` is exact, as in SciPy.
 const EXACT_WITH_TIES: usize = 13;
 
-/// What becomes of differences of zero.
+/// The treatment of zero differences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Zeros {
-    /// They are left out. Wilcoxon (1945), doi:10.2307/3001968.
+    /// Left out. Wilcoxon (1945), doi:10.2307/3001968.
     #[default]
     LeftOut,
-    /// They take part in the ranking, but in neither sum. Pratt (1959),
-    /// doi:10.1080/01621459.1959.10501526.
+    /// Ranked, but part of neither sum. Pratt (1959), doi:10.1080/01621459.1959.10501526.
     Ranked,
 }
 
-/// How the p-value is found.
+/// The computation of the p-value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum WilcoxonMethod {
     /// As SciPy chooses: exact up to 50 pairs without ties and zeros and up to 13 with them, else
     /// normal.
     #[default]
     Auto,
-    /// From all assignments of signs to the ranks there are, ties included; up to 500 pairs.
+    /// Exact, from all assignments of signs to the ranks, ties included; up to 500 pairs.
     Exact,
-    /// From the normal approximation, with the correction for ties.
+    /// The normal approximation, corrected for ties.
     Normal,
-    /// The same, half a rank closer to the middle.
+    /// The normal approximation with continuity correction.
     NormalWithContinuity,
 }
 
-/// Wilcoxon's signed rank test and how it is done; the default is `scipy.stats.wilcoxon`'s.
+/// Settings of Wilcoxon's signed-rank test; the default is that of `scipy.stats.wilcoxon`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Wilcoxon {
-    /// What is held against "no difference".
+    /// The alternative hypothesis.
     pub alternative: Alternative,
-    /// What becomes of differences of zero.
+    /// The treatment of zero differences.
     pub zeros: Zeros,
-    /// How the p-value is found.
+    /// The computation of the p-value.
     pub method: WilcoxonMethod,
 }
 
@@ -53,17 +52,17 @@ pub struct Wilcoxon {
 pub struct SignedRank {
     /// Sum of the ranks of positive differences.
     pub w_plus: f64,
-    /// Sum of the ranks of negative differences. SciPy prints the lesser of the two when two-sided.
+    /// Sum of the ranks of negative differences. SciPy prints the smaller of the two when two-sided.
     pub w_minus: f64,
-    /// How likely such sums are without a difference [0..1].
+    /// The p-value [0..1].
     pub p: f64,
     /// The normal statistic; `None` when exact.
     pub z: Option<f64>,
     /// Whether `p` is exact.
     pub exact: bool,
-    /// How many differences were ranked.
+    /// The number of differences ranked.
     pub n_ranked: usize,
-    /// How many differences were zero.
+    /// The number of zero differences.
     pub n_zero: usize,
     /// Matched-pairs rank-biserial correlation, (W₊ − W₋)/(W₊ + W₋) [−1..1]. Kerby (2014),
     /// doi:10.2466/11.IT.3.1.
@@ -117,7 +116,7 @@ impl Wilcoxon {
     }
 }
 
-/// The rank sums, and the ranks of what is not zero.
+/// The rank sums, and the ranks of the non-zero differences.
 struct Sums {
     plus: f64,
     minus: f64,
@@ -175,7 +174,7 @@ impl Sums {
         (off - towards * continuity) / variance.sqrt()
     }
 
-    /// P(W₊ ≤ w) and P(W₊ ≥ w) over all signs. Ranks are halves at the finest, so twice a sum is whole.
+    /// P(W₊ ≤ w) and P(W₊ ≥ w) over all signs. Ranks are multiples of ½, so twice a sum is an integer.
     fn exact_tails(&self) -> (f64, f64) {
         let doubled: Vec<usize> = self.ranks.iter().map(|rank| (2.0 * rank) as usize).collect();
         let total: usize = doubled.iter().sum();

@@ -1,7 +1,7 @@
 //! The values of windows of skin temperature.
 //!
-//! Without events. Causal and whole are the same, as nothing is filtered. All values but the share off
-//! the body are of readings on the body; quality is the share of those among all usable ones.
+//! There are no events. Causal and whole analysis agree, as nothing is filtered. All values except the share
+//! off the body use readings on the body; quality is their share of all usable ones.
 
 use super::on_body::{Limits, OnBody};
 use crate::analysis::{
@@ -11,11 +11,11 @@ use crate::descriptive::describe;
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::trend::{smallest_step, trend};
 
-/// Slowest and fastest rate that is taken [Hz].
+/// The slowest and fastest supported rates [Hz].
 const RATES_HZ: (f64, f64) = (0.001, 1000.0);
-/// With a smaller share of readings on the body, the skin's temperature is not reported.
+/// The smallest share of readings on the body for which values are reported.
 const LEAST_QUALITY: f64 = 0.5;
-/// A trend takes this long at least [s].
+/// The shortest trend [s].
 const LEAST_TREND_SECS: f64 = 10.0;
 
 static VALUES: [Value; 6] = [
@@ -35,16 +35,16 @@ static VALUES: [Value; 6] = [
     ),
 ];
 
-/// What is known of the signal beforehand.
+/// Settings of the analysis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// What skin is like.
+    /// The plausible range of skin temperature.
     pub limits: Limits,
 }
 
-/// An analysis of readings [°C] that come in, at 0.001 to 1000 Hz; only the first channel is read.
+/// A causal analysis of readings [°C] at 0.001 to 1000 Hz; only the first channel is read.
 ///
-/// No sample allocates in steady state. An error for another rate, or limits that make no sense.
+/// No sample allocates in steady state. Returns an error for another rate or invalid limits.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Running::new(settings, rate_hz)?))
 }

@@ -1,35 +1,33 @@
-//! Whether a thermometer lies on skin.
+//! Whether a thermometer is on the body.
 
 use crate::error::{SignalError, checked};
 use crate::gaps::is_usable;
 
-/// After a jump, the sensor settles for so long [s].
+/// The settling time of the sensor after a jump [s].
 const SETTLING_SECS: f64 = 5.0;
 
-/// What skin is like.
+/// The plausible range of skin temperature and of its change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// The coldest that skin is taken for [°C].
+    /// The coldest skin [°C].
     pub least_c: f64,
-    /// The warmest [°C].
+    /// The warmest skin [°C].
     pub most_c: f64,
-    /// How fast it changes at most [°C/s]; between samples less than a second apart, it may change as
-    /// much as in a second.
+    /// The fastest change [°C/s]; samples less than a second apart may differ by as much as in a second.
     pub most_change_c_per_sec: f64,
 }
 
 impl Default for Limits {
-    /// 20 to 42 °C: a hand in a cool room, and a fever; 0.5 °C/s, which a sensor that stays on skin does
-    /// not reach. All three are conventions.
+    /// 20 to 42 °C: a hand in a cool room to fever; 0.5 °C/s, which a sensor on skin does not reach. All
+    /// three are conventions.
     fn default() -> Limits {
         Limits { least_c: 20.0, most_c: 42.0, most_change_c_per_sec: 0.5 }
     }
 }
 
-/// Judges readings one after the other: on the body are those within the [`Limits`] that do not come
-/// within 5 s of a jump.
+/// Judges readings one by one: on the body are those within the [`Limits`] and not within 5 s after a jump.
 ///
-/// A band that lies on a table in a warm room may be taken for worn.
+/// A band that lies on a table in a warm room may be mistaken for worn.
 #[derive(Clone, Debug)]
 pub struct OnBody {
     limits: Limits,
@@ -38,7 +36,7 @@ pub struct OnBody {
 }
 
 impl OnBody {
-    /// An error when the limits are no numbers, or in the wrong order.
+    /// Returns an error when the limits are not finite, or in the wrong order.
     pub fn new(limits: Limits) -> Result<OnBody, SignalError> {
         let least_c = checked("coldest skin [°C]", limits.least_c, (-273.15, 1000.0))?;
         checked("warmest skin [°C]", limits.most_c, (least_c, 1000.0))?;
@@ -46,7 +44,7 @@ impl OnBody {
         Ok(OnBody { limits, last: None, settled_ns: i64::MIN })
     }
 
-    /// Takes in the next reading [°C] with its time [ns]; whether it is of skin.
+    /// Takes in the next reading [°C] with its time [ns]; returns whether it is on the body.
     pub fn push(&mut self, at_ns: i64, reading_c: f64) -> bool {
         if !is_usable(reading_c) {
             return false;

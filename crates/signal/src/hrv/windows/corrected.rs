@@ -1,4 +1,4 @@
-//! Beats as they should have been.
+//! Corrected beats.
 
 use super::cut::{Cut, LONGEST_EDGE_SECS};
 use super::holes::Holes;
@@ -6,20 +6,20 @@ use super::{EDIT_WITHIN_SECS, Treatment};
 use crate::analysis::Span;
 use crate::intervals::{Beats, Correction, Edit, Kind, PLAUSIBLE_MS};
 
-/// Longer without a beat [s] is a hole: more than one beat missed at the longest interval.
+/// A longer time without a beat [s] is a hole: more than one beat missed at the longest interval.
 const LONGEST_SECS: f64 = 4.0;
 
 /// Beats after correction, each stretch between holes on its own.
 #[derive(Clone, Debug)]
 pub(super) struct CorrectedBeats {
     origin_ns: i64,
-    /// When [s since the origin], and whether an interval ends there.
+    /// The time [s since the origin], and whether an interval ends there.
     beats: Vec<(f64, bool)>,
     /// The same before correction.
     uncorrected: Vec<(f64, bool)>,
-    /// Beats as they were detected and edited [s].
+    /// Beats as detected and edited [s].
     detected_secs: Vec<f64>,
-    /// What was corrected where [s], in the order of times.
+    /// The corrections with their times [s], in order.
     corrections: Vec<(f64, Kind)>,
     /// Times without data [s].
     holes_secs: Vec<(f64, f64)>,
@@ -54,7 +54,7 @@ impl CorrectedBeats {
         CorrectedBeats { origin_ns, beats, uncorrected, detected_secs, corrections, holes_secs }
     }
 
-    /// What of them lies in a span.
+    /// The beats within a span.
     pub(super) fn cut(&self, span: Span, treatment: Treatment) -> Cut {
         let secs = |at_ns: i64| at_ns.saturating_sub(self.origin_ns) as f64 / 1e9;
         let (begin_secs, end_secs) = (secs(span.begin_ns), secs(span.end_ns));
@@ -97,10 +97,10 @@ impl CorrectedBeats {
     }
 }
 
-/// Intervals between successive beats [ms]; NaN where none ends.
+/// Intervals between successive beats [ms]; NaN where there is none.
 fn intervals_ms(beats: &[(f64, bool)]) -> impl Iterator<Item = f64> + '_ {
     beats.windows(2).map(|pair| {
-        // Times are in whole nanoseconds: what is more is rounding, and 50 ms is not over 50 ms.
+        // Times are whole nanoseconds: rounding must not turn 50 ms into more than 50 ms.
         let interval_ms = ((pair[1].0 - pair[0].0) * 1e9).round() / 1e6;
         if pair[1].1 { interval_ms } else { f64::NAN }
     })

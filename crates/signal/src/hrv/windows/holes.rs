@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-/// Holes nearer to each other than this [ns] are one: no interval lies between them.
+/// Holes closer together than this [ns] are merged: no interval fits between them.
 const TOGETHER_NS: i64 = 300_000_000;
 
-/// Times without data [ns], apart from each other, in their order.
+/// Times without data [ns], disjoint and in order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Holes(VecDeque<(i64, i64)>);
 

@@ -1,4 +1,4 @@
-//! Heart beats of which any span can be asked.
+//! Heartbeats that can be queried for any span.
 
 mod holes;
 mod corrected;
@@ -19,8 +19,8 @@ use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value, Windows};
 use crate::intervals::{Edit, MOST_PERCENT};
 use crate::spectrum::Transforms;
 
-/// Causally, the beats of a span are corrected together with those from this time before it [s]: what
-/// is usual takes 45 beats on both sides to know.
+/// The time before a causal span [s] whose beats are corrected with it: the thresholds need 45 beats on both
+/// sides.
 pub const BEFORE_SECS: f64 = 60.0;
 
 /// Heart beats, of which the variability in any span can be asked: what the analyses of ECG, pulse
@@ -60,14 +60,14 @@ pub struct HeartWindows {
     transforms: Transforms,
 }
 
-/// What is done about beats that are artefacts.
+/// The treatment of artefacts.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Treatment {
-    /// They are corrected, as Lipponen and Tarvainen do.
+    /// Corrected, as Lipponen and Tarvainen do.
     #[default]
     Corrected,
-    /// They stay, and are only counted: for intervals that were corrected already, or are to be compared
-    /// with what other programs make of them. No interval is too short or too long then.
+    /// Kept, and only counted: for intervals that were corrected already, or for comparison with other
+    /// programs. No interval is too short or too long then.
     AsTheyAre,
 }
 
@@ -78,7 +78,7 @@ enum Beats {
 }
 
 impl HeartWindows {
-    /// Of beats that come in one after the other; none yet.
+    /// A store for beats that come in one by one.
     pub fn causal() -> HeartWindows {
         let beats = Beats::Causal { at_ns: VecDeque::new(), holes: Holes::default() };
         HeartWindows::of(beats, &format!("{CORRECTED} with the beats of {BEFORE_SECS} s before"))
@@ -109,7 +109,7 @@ impl HeartWindows {
         HeartWindows { treatment, domains, values, beats, transforms: Transforms::default() }
     }
 
-    /// The same with this done about artefacts.
+    /// Sets the treatment of artefacts.
     #[must_use]
     pub fn treated(self, treatment: Treatment) -> HeartWindows {
         if treatment == Treatment::Corrected {
@@ -120,7 +120,7 @@ impl HeartWindows {
         HeartWindows { treatment, values, ..self }
     }
 
-    /// The same with the values of these domains only, for who has no use for the others.
+    /// Computes only the values of these domains.
     #[must_use]
     pub fn only(self, domains: &[Domain]) -> HeartWindows {
         let places = domains.iter().flat_map(|&domain| self.places(domain));
@@ -128,9 +128,9 @@ impl HeartWindows {
         HeartWindows { domains: domains.to_vec(), values, ..self }
     }
 
-    /// Takes in a beat [ns]. One that is older than the last takes its place among them.
+    /// Takes in a beat [ns]; one older than the last is inserted in order.
     ///
-    /// Nothing where the recording was whole.
+    /// No effect on a whole recording.
     pub fn push(&mut self, beat_ns: i64) {
         let Beats::Causal { at_ns, .. } = &mut self.beats else { return };
         let place = at_ns.partition_point(|&each| each < beat_ns);
@@ -139,16 +139,15 @@ impl HeartWindows {
         }
     }
 
-    /// There are no data in this time [ns]: no interval lies across it.
+    /// Marks a gap in the data [ns], which no interval spans.
     ///
-    /// Marks a gap that is long enough to hide a beat, or to shift one: 100 ms. Nothing where the recording
-    /// was complete.
+    /// Call it for gaps long enough to hide or shift a beat: 100 ms. No effect on a whole recording.
     pub fn mark_gap(&mut self, from_ns: i64, to_ns: i64) {
         let Beats::Causal { holes, .. } = &mut self.beats else { return };
         holes.mark(from_ns, to_ns);
     }
 
-    /// Lets go of what only spans that begin before a time [ns] need.
+    /// Drops what only spans that begin before a time [ns] need.
     pub fn forget(&mut self, before_ns: i64) {
         let Beats::Causal { at_ns, holes } = &mut self.beats else { return };
         let before_ns = Span { begin_ns: before_ns, end_ns: before_ns };
@@ -159,8 +158,8 @@ impl HeartWindows {
         holes.forget(before_ns);
     }
 
-    /// The places of a domain's values among all, for [`measure_domain`](Self::measure_domain); none
-    /// where it was left out.
+    /// The indices of a domain's values, for [`measure_domain`](Self::measure_domain); empty where it was
+    /// left out.
     pub fn places(&self, domain: Domain) -> Range<usize> {
         let before = self.domains.iter().take_while(|&&each| each != domain);
         let begin = before.map(|each| each.count()).sum();
@@ -169,13 +168,13 @@ impl HeartWindows {
     }
 
     /// As [`measure`](Windows::measure), but only the values of one domain, those at its
-    /// [places](Self::places): for who wants the cheap ones more often.
+    /// [places](Self::places), to query cheap ones more often.
     pub fn measure_domain(&self, span: Span, domain: Domain) -> Measured {
         self.measure_domains(span, &[domain], None)
     }
 
-    /// As [`measure`](Windows::measure), with the nonlinear values of `last`, which was measured shortly
-    /// before and ends with the values of the heart.
+    /// As [`measure`](Windows::measure), reusing the nonlinear values of `last`, which was measured shortly
+    /// before and ends with the heart's values.
     pub(crate) fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let last = last.and_then(|last| {
             let begin = last.values.len().checked_sub(self.values.len())?;
@@ -184,7 +183,7 @@ impl HeartWindows {
         self.measure_domains(span, &self.domains, last)
     }
 
-    /// With the nonlinear values of shortly before, where there are.
+    /// As [`measure`](Windows::measure), reusing recent nonlinear values where available.
     fn measure_domains(
         &self,
         span: Span,
@@ -220,12 +219,12 @@ impl HeartWindows {
     }
 }
 
-/// What the recipes say of the beats.
+/// The part of the recipes about corrected beats.
 const CORRECTED: &str = "beats corrected (Lipponen & Tarvainen 2019; natural changes spared)";
 const AS_THEY_ARE: &str =
     "intervals as they are; artefacts (Lipponen & Tarvainen 2019) counted, not corrected";
 
-/// An edit means the beat within this time of the one that it names [s].
+/// An edit applies to a beat within this time of the one that it names [s].
 pub const EDIT_WITHIN_SECS: f64 = 0.15;
 
 impl Windows for HeartWindows {

@@ -13,17 +13,17 @@ use crate::hrv::{
 use crate::intervals::Kind;
 use crate::spectrum::Transforms;
 
-/// Least share of the time that a band needs that must lie between the first interval and the last.
+/// The smallest share of a band's required time between the first interval and the last.
 const LEAST_SHARE: f64 = 0.95;
-/// The longest time without an interval that a spline may bridge [s].
+/// The longest gap that a spline may bridge [s].
 const LONGEST_BRIDGE_SECS: f64 = 6.0;
 
 const AUTOREGRESSIVE: Recipe = Recipe::Autoregressive { rate_hz: 4.0, order: 16 };
 
-/// Those of most costly formulas, as [`Live`](crate::analysis::Live) has them.
+/// The suffix of expensive recipes, which [`Live`](crate::analysis::Live) holds.
 const HELD: &str = "; made anew every 10 s while windows slide causally";
 
-/// What the recipes of uncorrected values say of the beats.
+/// The part of the recipes about uncorrected beats.
 const AS_DETECTED: &str = "intervals as detected, none corrected or left out";
 
 /// A group of values that are computed together.
@@ -41,7 +41,7 @@ impl Domain {
     /// All of them, in the order of the values.
     pub const ALL: [Domain; 3] = [Domain::Time, Domain::Frequency, Domain::Nonlinear];
 
-    /// How many values it has.
+    /// The number of its values.
     pub(super) fn count(self) -> usize {
         self.rows().len()
     }
@@ -55,7 +55,7 @@ impl Domain {
     }
 }
 
-/// The values in their order; `beats` says what was done about artefacts.
+/// The values in order; `beats` states the treatment of artefacts.
 pub(super) fn values(beats: &str) -> Vec<Value> {
     let rows = Domain::ALL
         .into_iter()
@@ -75,7 +75,7 @@ pub(super) fn values(beats: &str) -> Vec<Value> {
     rows.map(value).collect()
 }
 
-/// The values of a domain in their order; `kept` are the transforms of other spans.
+/// The values of a domain in order; `kept` caches FFT plans.
 pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Result<f64, Reason>> {
     let (rows, shown) = (domain.rows(), Shown::of(cut));
     let computed = match domain {
@@ -94,8 +94,8 @@ pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Resul
     rows.iter().zip(computed).map(told).collect()
 }
 
-/// The same values as reported shortly before, where the span has the data that they need; `None` where a
-/// value was missing for a reason that no longer holds.
+/// The values reported shortly before, where the span has the data for them; `None` where a value was missing
+/// for a reason that no longer holds.
 pub(super) fn held(
     domain: Domain,
     cut: &Cut,
@@ -113,7 +113,7 @@ pub(super) fn held(
     domain.rows().iter().zip(last).map(told).collect()
 }
 
-/// What there is of intervals.
+/// The intervals available in a span.
 struct Shown {
     count: usize,
     window_secs: f64,
@@ -148,7 +148,7 @@ impl Shown {
     }
 }
 
-/// The features' values, or as many NaN.
+/// The features' values, or the same number of NaN.
 fn padded(measures: Option<Vec<Measure>>, count: usize) -> Vec<f64> {
     measures.map_or(vec![f64::NAN; count], |all| all.iter().map(|each| each.value).collect())
 }
@@ -178,7 +178,7 @@ fn frequency(cut: &Cut, kept: &Transforms) -> Vec<f64> {
         let (spectrum, _) = spectrum(&ends_secs, &intervals_ms, &recipe, kept).ok()?;
         Some(FrequencyDomain::of(&spectrum, cut.window_secs))
     };
-    // A spline over a long hole would be long, and of no use.
+    // A spline over a long hole would be expensive and useless.
     let splined = |recipe: Recipe| if is_bridged { of(recipe) } else { None };
     let other = |features: Option<FrequencyDomain>| {
         features.map_or([f64::NAN; 3], |each| [each.lf_ms2, each.hf_ms2, each.lf_hf()])

@@ -1,15 +1,15 @@
-//! The values of windows: what each is called, and what it needs.
+//! The table of values: their names and requirements.
 
-/// What a span must have for a value to mean something.
+/// The requirement of a value on its span.
 #[derive(Clone, Copy)]
 pub(super) enum Need {
     /// Nothing: it is a count.
     Nothing,
-    /// So many intervals.
+    /// At least this many intervals.
     Intervals(usize),
-    /// So long a span [s], with intervals over most of it.
+    /// At least this duration [s], with intervals over most of it.
     Secs(u32),
-    /// The same, and no hole that a spline cannot bridge.
+    /// The same, without holes too long for a spline.
     Bridged(u32),
     /// Two segments.
     Segments,
@@ -72,7 +72,7 @@ pub(super) const TIME: [Row; 35] = [
     ("HRV_Uncorrected_RMSSD", "ms", "root mean square of successive differences", Intervals(FEW)),
 ];
 
-/// How the names of values begin that are of the intervals as they were detected.
+/// The prefix of values of uncorrected intervals.
 pub(super) const UNCORRECTED: &str = "HRV_Uncorrected_";
 
 /// In the order of [`FrequencyDomain`](crate::hrv::FrequencyDomain), and by the other recipes.

@@ -1,31 +1,31 @@
-//! The rhythm that modulations have in common.
+//! The rhythm common to several modulations.
 
 use super::grid::Grid;
 use super::modulation::{Beat, Modulation};
 use crate::estimate::Estimate;
 
-/// How long the stretches are in which one rate is looked for [s].
+/// The length of the segments with one rate each [s].
 pub(super) const STRETCH_SECS: f64 = 30.0;
 /// The same [ns].
 pub(super) const STRETCH_NS: i64 = 30_000_000_000;
-/// The slowest and the fastest breathing that is looked for, and the grid between them [Hz].
+/// The slowest and the fastest breathing, and the grid between them [Hz].
 const LOW_HZ: f64 = 4.0 / 60.0;
 const HIGH_HZ: f64 = 45.0 / 60.0;
 const STEP_HZ: f64 = 0.1 / 60.0;
-/// The highest rate that can be derived from beats [share of their rate]; half of it is the limit.
+/// The highest breathing rate that beats can resolve [share of their rate]; half is the limit.
 const HIGHEST_SHARE: f64 = 0.47;
-/// The peak is as wide as a steady breathing under Hann's window is.
+/// The width of the peak of steady breathing with a Hann window.
 const PEAK_HZ: f64 = 1.5 / STRETCH_SECS;
-/// What each modulation grants to every frequency [mean share]: it may miss the rhythm.
+/// The floor of each modulation at every frequency [mean share], as it may lack the rhythm.
 const FLOOR: f64 = 0.1;
-/// A stretch counts if at least this share of the product lies around its peak.
+/// The smallest share of the product around its peak for a segment to count.
 const LEAST_CLARITY: f64 = 0.8;
 /// … and with no greater uncertainty [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
-/// A stretch with fewer beats or intervals has no rate.
+/// The fewest beats or intervals in a segment.
 const FEWEST_VALUES: usize = 12;
 
-/// The result of a stretch.
+/// The result of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) rate_per_min: Estimate,
@@ -33,7 +33,7 @@ pub(super) struct Stretch {
     pub(super) clarity: f64,
 }
 
-/// The result of the stretch of beats that begins at `begin_ns` [ns].
+/// The result of the segment of beats that begins at `begin_ns` [ns].
 pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
     let intervals = Modulation::of_intervals(beats, begin_ns);
     let high_hz = (HIGHEST_SHARE / intervals.median()?).min(HIGH_HZ);
@@ -51,7 +51,7 @@ pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> 
     gives.then_some(told)
 }
 
-/// The rate of the greatest product, and how narrowly the rest lies around it.
+/// The rate at the maximum of the product, and the spread around it.
 fn peak_of(common: &[f64], grid: Grid) -> Option<Stretch> {
     let places = 0..grid.count;
     let peak = places.clone().max_by(|&a, &b| common[a].total_cmp(&common[b]))?;
@@ -64,7 +64,7 @@ fn peak_of(common: &[f64], grid: Grid) -> Option<Stretch> {
     Some(Stretch { rate_per_min: Estimate { value: 60.0 * grid.hz(peak), sigma }, clarity })
 }
 
-/// The product of shares with their floors; of more than two modulations as sharp as of two.
+/// The product of shares with their floors; for more than two modulations normalised to the sharpness of two.
 fn product(shares: impl Iterator<Item = Vec<f64>>, modulations: usize, count: usize) -> Vec<f64> {
     let mut product = vec![1.0; count];
     for shares in shares {

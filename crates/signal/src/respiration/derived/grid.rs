@@ -1,4 +1,4 @@
-//! Frequencies, and the power that uneven points have at each of them.
+//! The power of unevenly spaced points on a grid of frequencies.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The frequency of a place of the grid [Hz].
+    /// The frequency of a grid index [Hz].
     pub(super) fn hz(self, place: usize) -> f64 {
         self.low_hz + self.step_hz * place as f64
     }
@@ -39,10 +39,10 @@ impl Grid {
     }
 }
 
-/// So many points are turned at once, which the processor does side by side.
+/// The number of points rotated in parallel.
 const LANES: usize = 8;
 
-/// Some points' parts of the Fourier sum, turned on from one frequency to the next.
+/// The phasors of some points, rotated from one frequency to the next.
 #[derive(Default)]
 struct Waves {
     re: [f64; LANES],
@@ -58,7 +58,7 @@ impl Waves {
         (self.sin[lane], self.cos[lane]) = (TAU * grid.step_hz * secs).sin_cos();
     }
 
-    /// Adds them to the sums, and turns them on.
+    /// Adds the phasors to the sums, and rotates them.
     fn next(&mut self, sums: &mut ([f64; LANES], [f64; LANES])) {
         for lane in 0..LANES {
             let (re, im) = (self.re[lane], self.im[lane]);

@@ -1,4 +1,4 @@
-//! Results of stretches, kept for the windows to come.
+//! A cache of segment results for later windows.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher};
@@ -6,17 +6,17 @@ use std::hash::{DefaultHasher, Hasher};
 use super::fusion::{Stretch, rate_of_stretch};
 use super::modulation::Beat;
 
-/// So many are kept: those of windows of 600 s and more that end each second.
+/// The cache size: windows of 600 s and more that end each second.
 const MOST: usize = 2048;
 
-/// Results of stretches, by their start [ns] and the fingerprint of their beats.
+/// Segment results by their start [ns] and the fingerprint of their beats.
 #[derive(Default)]
 pub(super) struct Kept {
     told: BTreeMap<(i64, u64), Option<Stretch>>,
 }
 
 impl Kept {
-    /// The result of the stretch with these beats.
+    /// The result of the segment with these beats.
     pub(super) fn stretch(&mut self, beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
         if self.told.len() >= MOST {
             self.told.pop_first();
@@ -26,7 +26,7 @@ impl Kept {
     }
 }
 
-/// The same for the same beats, and for no others that ever occur.
+/// A fingerprint of beats.
 fn print(beats: &[Beat]) -> u64 {
     let mut print = DefaultHasher::new();
     for beat in beats {

@@ -34,13 +34,13 @@ pub(crate) use window::BreathingWindows;
 use crate::analysis::{Reason, Span};
 use crate::estimate::Estimate;
 
-/// A breathing rate that was derived.
+/// A breathing rate derived from beats or pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Derived {
     /// Breaths a minute [1/min].
     pub rate_per_min: Estimate,
-    /// How clearly the modulations agree on one rhythm [0..1]: the share of their common spectrum around
-    /// its peak, mean of the stretches, times the share of stretches with a result.
+    /// How clearly the modulations agree on one rhythm [0..1]: the share of their common spectrum around its
+    /// peak, averaged over segments, times the share of segments with a result.
     pub clarity: f64,
 }
 
@@ -94,7 +94,7 @@ pub fn rate_from_pulses(
 
 fn rate(times_secs: &[f64], heights: [&[f64]; 2], window: Range<f64>) -> Result<Derived, Reason> {
     let length_secs = window.end - window.start;
-    // Also of a window of no number.
+    // Also rejects NaN.
     if !length_secs.is_finite() {
         return Err(Reason::Short);
     }
@@ -107,7 +107,7 @@ fn rate(times_secs: &[f64], heights: [&[f64]; 2], window: Range<f64>) -> Result<
     BreathingWindows::default().measure(beats, span)
 }
 
-/// What is no time lies before all time.
+/// A non-finite time lies before all others.
 fn nanos(secs: f64) -> i64 {
     if secs.is_nan() { i64::MIN } else { (secs * 1e9).round() as i64 }
 }

@@ -1,4 +1,4 @@
-//! What breathing modulates, once a beat.
+//! The modulations by breathing, one value per beat.
 
 use std::f64::consts::PI;
 
@@ -7,23 +7,23 @@ use super::grid::Grid;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
-/// Intervals between neighbouring beats [s]; others span missed beats or part false ones.
+/// The plausible intervals between neighbouring beats [s]; others span missed beats or come from false ones.
 const INTERVALS_SECS: (f64, f64) = (0.27, 2.2);
-/// Values farther from the median are no modulation [1.4826 · MAD].
+/// The largest deviation from the median [1.4826 · MAD].
 const OUTLIER_SIGMAS: f64 = 4.0;
-/// A smaller spread is that of rounding [share of the median].
+/// A smaller spread is rounding [share of the median].
 const LEAST_SPREAD: f64 = 1e-9;
 
-/// A heart beat or a pulse, and what breathing modulates in it.
+/// A heartbeat or a pulse with the quantities that breathing modulates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beat {
-    /// When it was [ns].
+    /// Its time [ns].
     pub(crate) at_ns: i64,
-    /// How high it is, in different ways [any unit]; NaN where that is not known.
+    /// Its heights by different definitions [any unit]; NaN where unknown.
     pub(crate) heights: [f64; 2],
 }
 
-/// The intervals between ascending beats [s], each at its middle since `begin_ns` [s].
+/// The intervals between ascending beats [s], each at its midpoint since `begin_ns` [s].
 pub(super) fn intervals(beats: &[Beat], begin_ns: i64) -> impl Iterator<Item = (f64, f64)> {
     let interval = move |pair: &[Beat]| {
         let [begin, end] = [0, 1].map(|which| secs_since(begin_ns, pair[which].at_ns));
@@ -37,19 +37,19 @@ fn secs_since(begin_ns: i64, at_ns: i64) -> f64 {
     at_ns.saturating_sub(begin_ns) as f64 / 1e9
 }
 
-/// Values at ascending times within a stretch [s since its beginning].
+/// Values at ascending times within a segment [s since its start].
 pub(super) struct Modulation {
     times_secs: Vec<f64>,
     values: Vec<f64>,
 }
 
 impl Modulation {
-    /// The intervals between the beats of a stretch.
+    /// The intervals between the beats of a segment.
     pub(super) fn of_intervals(beats: &[Beat], begin_ns: i64) -> Modulation {
         Modulation::without_outliers(intervals(beats, begin_ns).collect())
     }
 
-    /// Those heights of the beats of a stretch that are usable.
+    /// The usable heights of the beats of a segment.
     pub(super) fn of_heights(beats: &[Beat], begin_ns: i64, which: usize) -> Modulation {
         let points =
             beats.iter().map(|beat| (secs_since(begin_ns, beat.at_ns), beat.heights[which]));
@@ -73,8 +73,7 @@ impl Modulation {
         median(&self.values)
     }
 
-    /// The share of each frequency in the power times frequency; an even share of each for values
-    /// that don't vary.
+    /// The normalised product of power and frequency; uniform for constant values.
     pub(super) fn shares(&self, grid: Grid) -> Vec<f64> {
         let weights = self.weights();
         let values = self.without_line(&weights);
@@ -91,13 +90,13 @@ impl Modulation {
         shares.into_iter().map(|power| power / total).collect()
     }
 
-    /// Hann's window over the stretch, at the times of the values.
+    /// The Hann window over the segment, at the times of the values.
     fn weights(&self) -> Vec<f64> {
         let weight = |time: &f64| (PI * time / STRETCH_SECS).sin().powi(2);
         self.times_secs.iter().map(weight).collect()
     }
 
-    /// The values above their weighted line of least squares.
+    /// The values minus their weighted least-squares line.
     fn without_line(&self, weights: &[f64]) -> Vec<f64> {
         let sum =
             |of: &dyn Fn(usize) -> f64| (0..weights.len()).map(|k| weights[k] * of(k)).sum::<f64>();

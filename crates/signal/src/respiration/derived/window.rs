@@ -1,4 +1,4 @@
-//! The breathing rate of windows, of the stretches that they share.
+//! The breathing rate of windows, from segments that they share.
 
 use std::cell::RefCell;
 
@@ -11,24 +11,24 @@ use crate::estimate::Estimate;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
-/// The largest standard uncertainty that is reported [1/min].
+/// The largest standard uncertainty reported [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
-/// Less of a window within intervals between beats is a gap.
+/// The smallest share of a window that intervals between beats must cover.
 const LEAST_COVERED: f64 = 0.5;
-/// So much shorter than a stretch is a window by rounding [ns].
+/// The tolerance for a window shorter than a segment by rounding [ns].
 const ROUNDING_NS: i64 = 1_000;
 
 /// Computes the breathing rate of successive windows.
 ///
-/// Results of stretches are kept: windows that end each second share theirs, and each second only a few are
-/// new. That changes no number: a stretch whose beats have changed is computed again.
+/// Segment results are cached, because windows that end each second share most of theirs. The cache does not
+/// affect the results: a segment whose beats have changed is recomputed.
 #[derive(Default)]
 pub(crate) struct BreathingWindows {
     kept: RefCell<Kept>,
 }
 
 impl BreathingWindows {
-    /// The rate in a span; beats outside of it, and those whose times don't ascend, are left out.
+    /// The rate in a span; beats outside it, or out of order, are left out.
     pub(crate) fn measure(
         &self,
         beats: impl Iterator<Item = Beat>,
@@ -47,14 +47,14 @@ impl BreathingWindows {
             return Err(Reason::Gap);
         }
         let mut kept = self.kept.borrow_mut();
-        let (mut all, mut told) = (0, Vec::new());
+        let (mut all, mut results) = (0, Vec::new());
         for begin_ns in stretches(span) {
             all += 1;
             let place = |at_ns: i64| beats.partition_point(|beat| beat.at_ns < at_ns);
             let within = place(begin_ns)..place(begin_ns.saturating_add(STRETCH_NS));
-            told.extend(kept.stretch(&beats[within], begin_ns));
+            results.extend(kept.stretch(&beats[within], begin_ns));
         }
-        of_stretches(&told, all)
+        of_stretches(&results, all)
     }
 }
 
@@ -68,7 +68,7 @@ fn ascending(beats: impl Iterator<Item = Beat>, span: Span) -> Vec<Beat> {
     ascending
 }
 
-/// Where half overlapping stretches begin that fill the span [ns].
+/// The starts of segments with 50 % overlap that fill the span [ns].
 fn stretches(span: Span) -> impl Iterator<Item = i64> {
     let spare_ns = span.end_ns.saturating_sub(span.begin_ns).saturating_sub(STRETCH_NS).max(0);
     let hop_ns = STRETCH_NS / 2;
@@ -78,24 +78,24 @@ fn stretches(span: Span) -> impl Iterator<Item = i64> {
     (0..=steps).map(move |step| span.begin_ns.saturating_add(share_ns(step) as i64))
 }
 
-/// The median of the stretches with a result, out of all of them.
-fn of_stretches(told: &[Stretch], all: usize) -> Result<Derived, Reason> {
-    if told.is_empty() || 2 * told.len() < all {
+/// The median of the segments with a result, out of all of them.
+fn of_stretches(results: &[Stretch], all: usize) -> Result<Derived, Reason> {
+    if results.is_empty() || 2 * results.len() < all {
         return Err(Reason::Quality);
     }
-    let rate_per_min = median_of(told);
+    let rate_per_min = median_of(results);
     if rate_per_min.sigma > LARGEST_SIGMA {
         return Err(Reason::Quality);
     }
-    let clarities: f64 = told.iter().map(|stretch| stretch.clarity).sum();
+    let clarities: f64 = results.iter().map(|stretch| stretch.clarity).sum();
     Ok(Derived { rate_per_min, clarity: clarities / all as f64 })
 }
 
-/// The median rate; two stretches that overlap by half count as one and a half.
-fn median_of(told: &[Stretch]) -> Estimate {
-    let rates: Vec<f64> = told.iter().map(|stretch| stretch.rate_per_min.value).collect();
+/// The median rate; two segments that overlap by half count as one and a half.
+fn median_of(results: &[Stretch]) -> Estimate {
+    let rates: Vec<f64> = results.iter().map(|stretch| stretch.rate_per_min.value).collect();
     let value = median(&rates).unwrap_or(f64::NAN);
-    let within: f64 = told.iter().map(|each| each.rate_per_min.sigma.powi(2)).sum();
+    let within: f64 = results.iter().map(|each| each.rate_per_min.sigma.powi(2)).sum();
     let between = (SIGMA_FROM_MAD * mad(&rates).unwrap_or(f64::NAN)).powi(2);
     let count = rates.len() as f64;
     let variance = within / count + between;
@@ -127,9 +127,9 @@ mod tests {
             let known = known.filter(|beat| end_secs > 350 || beat.at_ns / 1_000_000_000 != 340);
             for length_secs in [30, 45, 50, 60, 300] {
                 let span = Span { begin_ns: end_ns - length_secs * 1_000_000_000, end_ns };
-                let told = kept.measure(known.clone(), span);
-                assert_eq!(told, BreathingWindows::default().measure(known.clone(), span));
-                assert!((told.unwrap().rate_per_min.value - 15.0).abs() < 1.0);
+                let results = kept.measure(known.clone(), span);
+                assert_eq!(results, BreathingWindows::default().measure(known.clone(), span));
+                assert!((results.unwrap().rate_per_min.value - 15.0).abs() < 1.0);
             }
         }
     }
