@@ -24,18 +24,18 @@ use teampulse_timefilter::align::{
 use self::event_cells::EventCells;
 use crate::csv::{exact_secs, number, quoted};
 
-/// How long to wait for something new before looking again.
+/// The longest wait for input before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How much later than others of its stream a sample may come and still find its place [ns].
+/// How late a sample may arrive within its stream and still be placed [ns].
 const LATENESS_NANOS: i64 = 100_000_000;
-/// How long rows wait for a silent stream at least, and at most [ns].
+/// The shortest and the longest time that rows wait for a silent stream [ns].
 const LEAST_IDLE_NANOS: i64 = 2_000_000_000;
 const MOST_IDLE_NANOS: i64 = 600_000_000_000;
-/// For how long uncertainties are kept that no row has asked for yet [s].
+/// How long uncertainties are kept for rows still to come [s].
 const LONGEST_WAIT_SECS: usize = 700;
-/// How many samples of a stream are kept while rows wait for another: 16 s at 1 kHz.
+/// The samples kept of a stream while rows wait for another: 16 s at 1 kHz.
 const CAPACITY: usize = 16_384;
-/// The most numbers that are kept of one stream, however wide it is.
+/// The most numbers kept of one stream, whatever its width.
 const KEPT_NUMBERS: usize = 1 << 22;
 
 /// One CSV file with many streams at common times: of each stream its values, the age of the newest
@@ -112,24 +112,23 @@ impl Sink for Aligned {
     }
 }
 
-/// The sink at work.
+/// The running sink.
 struct AlignedTable {
     members: Vec<Member>,
-    /// The place of each stream of the session among the members; `None` for those that are not
-    /// in the table.
+    /// The index of each stream of the session among the members; `None` for those not in the table.
     places: BTreeMap<StreamId, Option<usize>>,
     aligner: Aligner,
     ticks: Ticks,
     table: Table,
 }
 
-/// The file, and what went wrong with it.
+/// The file, and its first error.
 struct Table {
     file: BufWriter<File>,
     failed: Option<io::Error>,
     /// Uncertainty of the times of each stream, as reported.
     uncertainties: Vec<Uncertainties>,
-    /// What happened, where the rows are at events.
+    /// The events, where the rows are at events.
     events: Option<EventCells>,
 }
 
@@ -287,7 +286,7 @@ impl Uncertainties {
         self.0.push_back((at, uncertainty_secs));
     }
 
-    /// The newest value reported up to a time, ignoring later ones; before the first report, the first [s].
+    /// The latest value reported up to a time; before the first report, the first [s].
     fn at(&mut self, at: i64) -> f64 {
         while self.0.get(1).is_some_and(|(told, _)| *told <= at) {
             self.0.pop_front();
@@ -296,7 +295,7 @@ impl Uncertainties {
     }
 }
 
-/// How long rows wait for a stream that is silent, so that its policy can look as far as it asks.
+/// How long rows wait for a silent stream, given how far its policy looks ahead.
 fn idle_nanos(policy: Policy) -> i64 {
     let reach_nanos = match policy {
         Policy::Exact => 0,
@@ -308,7 +307,7 @@ fn idle_nanos(policy: Policy) -> i64 {
     reach_nanos.clamp(LEAST_IDLE_NANOS, MOST_IDLE_NANOS)
 }
 
-/// What a stream's columns are called.
+/// The names of a stream's columns.
 fn columns(stream: &Stream) -> Vec<String> {
     let name = &stream.name;
     if stream.shape == Shape::Event {

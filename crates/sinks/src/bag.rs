@@ -120,13 +120,13 @@ split_mib   = 4096"#;
     }
 }
 
-/// Whether a folder is there and empty: it was made for this session.
+/// Whether a folder exists and is empty: it was made for this session.
 fn is_vacant(folder: &Path) -> bool {
     std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }
 
 impl Bag {
-    /// The size [bytes] and the length [s] of a file that is followed by another; `None` for never.
+    /// The size [bytes] and the duration [s] at which a file is split; `None` for never.
     fn splits(&self) -> (Option<u64>, Option<f64>) {
         let bytes = self.split_mib.filter(|mib| *mib > 0).map(|mib| mib << 20);
         (bytes, self.split_secs.filter(|secs| *secs > 0.0))

@@ -1,4 +1,4 @@
-//! Tables: one CSV file for each stream.
+//! One CSV file per stream.
 
 mod cells;
 mod table;
@@ -23,9 +23,9 @@ use crate::SinkContext;
 
 pub(crate) use self::cells::{cell, exact_secs, number, quoted};
 
-/// How long to wait for something new before looking again.
+/// The longest wait for input before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// So many files are open at a time; the others are opened again when something comes for them.
+/// The most files open at a time; the others are reopened when needed.
 const MOST_OPEN: usize = 64;
 
 /// One CSV file for each stream, in the folder `tables_<name>` beside that of the bag: a row for each sample, with its times in seconds
@@ -50,7 +50,7 @@ pub fn tables_beside(bag: &Path) -> PathBuf {
 }
 
 impl Csv {
-    /// A sink that writes its tables into this folder, which is made.
+    /// A sink that writes its tables into this folder, which it creates.
     pub fn into_folder(folder: PathBuf) -> Box<dyn Sink> {
         Box::new(Tables::new(folder))
     }
@@ -60,9 +60,9 @@ impl Csv {
 struct Tables {
     folder: PathBuf,
     by_stream: BTreeMap<StreamId, Table>,
-    /// The names of the files in lower case: some file systems ignore case.
+    /// The names of the files in lower case, as some file systems ignore case.
     names: BTreeSet<String>,
-    /// The streams whose files are open, the one last written to behind.
+    /// The streams with an open file, the last written to at the end.
     open: VecDeque<StreamId>,
 }
 
@@ -86,7 +86,7 @@ impl Tables {
         self.by_stream.get_mut(&id).map_or(Ok(()), |table| table.take(record))
     }
 
-    /// Closes the file that was not written to for longest, where too many are open.
+    /// Closes the least recently written file, if too many are open.
     fn make_room(&mut self, id: StreamId) -> io::Result<()> {
         if self.open.back() == Some(&id) {
             return Ok(());
@@ -100,7 +100,7 @@ impl Tables {
         oldest.map_or(Ok(()), Table::close)
     }
 
-    /// What the file of a stream is called: the second type on a topic has its own, named after it.
+    /// The name of a stream's file; a second type on a topic gets its own file, named after the type.
     fn name_of(&mut self, stream: &Stream) -> String {
         let plain = stream.name.trim_matches('/').replace('/', "__");
         let mut name = file_name(&plain);

@@ -37,26 +37,26 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<diagnostics::Diagnostics>("diagnostics"),
 ];
 
-/// The sinks that every session has that is run, with their defaults where the study has no settings for
-/// them. They keep nothing.
+/// The sinks of every session that is run, with default settings unless the study has some. They store
+/// nothing.
 pub const SHOWN: [&str; 3] = ["terminal", "ros", "diagnostics"];
 
-/// What sinks are built with.
+/// The context that sinks are built with.
 #[derive(Clone)]
 pub struct SinkContext {
     /// The folder of the session's bag; other sinks put their files beside it.
     pub bag: PathBuf,
-    /// What the session is called.
+    /// The name of the session.
     pub session: String,
     /// The text of the study.
     pub study: String,
     /// The session's clock.
     pub clock: Clock,
-    /// Whether the bag has ended before the session did, and where it goes on.
+    /// Whether the bag ended before the session did, and where it continues.
     pub bag_ended: Ended,
-    /// How the bag grows on the disk.
+    /// The growth of the bag on disk.
     pub growth: Growth,
-    /// What damage took from the recording that this session is computed from.
+    /// What the recording that this session is computed from lost to damage.
     pub damage: Option<String>,
     /// What the terminal shows.
     pub terminal: TerminalContext,
@@ -65,7 +65,7 @@ pub struct SinkContext {
 }
 
 impl SinkContext {
-    /// That of a session of a name which is recorded into a folder and shown nowhere.
+    /// The context of a named session that is recorded into a folder and shown nowhere.
     pub fn new(bag: impl Into<PathBuf>, session: impl Into<String>, clock: Clock) -> SinkContext {
         SinkContext {
             bag: bag.into(),
@@ -92,22 +92,22 @@ struct Ending {
 }
 
 impl Ended {
-    /// It has ended, for a reason that is a sentence about what failed.
+    /// Reports that it has ended; the reason is a sentence about the failure.
     pub fn report(&self, why: impl Into<String>) {
         self.lock().why.get_or_insert_with(|| why.into());
     }
 
-    /// Why it has ended; `None` while it goes on.
+    /// The reason why it has ended; `None` while it continues.
     pub fn why(&self) -> Option<String> {
         self.lock().why.clone()
     }
 
-    /// The recording goes on in another folder.
+    /// Reports that the recording continues in another folder.
     pub fn goes_on_in(&self, folder: PathBuf) {
         self.lock().goes_on_in.push(folder);
     }
 
-    /// The folders in which the recording went on, in their order.
+    /// The folders in which the recording continued, in order.
     pub fn folders(&self) -> Vec<PathBuf> {
         self.lock().goes_on_in.clone()
     }

@@ -1,4 +1,4 @@
-//! Streams of the session, published on ROS.
+//! Publishes streams of the session on ROS.
 
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ impl Component<dyn Sink, SinkContext> for Ros {
     }
 }
 
-/// What is published on ROS by a session, and where.
+/// The streams that a session publishes on ROS, and where.
 #[derive(Clone)]
 pub struct RosContext {
     /// The buses of the session.
@@ -42,7 +42,7 @@ pub struct RosContext {
     pub publish: Publish,
 }
 
-/// Nothing is published, and nobody is there.
+/// Publishes nothing on an empty network.
 impl Default for RosContext {
     fn default() -> RosContext {
         let publish = Publish::Named(Vec::<Pattern>::new());

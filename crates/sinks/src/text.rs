@@ -1,19 +1,19 @@
-//! Texts from elsewhere, made harmless for a line of ours.
+//! Sanitises texts from elsewhere.
 
 use std::borrow::Cow;
 
 use teampulse_core::text;
 
-/// The most characters of one text that are shown to people.
+/// The longest text shown to people [characters].
 const MOST_SHOWN: usize = 200;
 
-/// A text on one line, without tabs and without what would command a terminal.
+/// A text on one line, without tabs and control characters.
 pub(crate) fn on_one_line(text: &str) -> String {
     text::on_one_line(text).into_owned()
 }
 
-/// A text that no spreadsheet runs: one that begins like a formula stands behind an apostrophe, as OWASP
-/// advises against CSV injection.
+/// A text that no spreadsheet executes: an apostrophe precedes what looks like a formula, as OWASP recommends
+/// against CSV injection.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     if text.trim_start().starts_with(['=', '+', '-', '@']) {
         Cow::Owned(format!("'{text}"))
@@ -22,7 +22,7 @@ pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The same, cut where it is too long to be read.
+/// The same, truncated to a readable length.
 pub(crate) fn shown(text: &str) -> String {
     let mut shown = on_one_line(text);
     if let Some((end, _)) = shown.char_indices().nth(MOST_SHOWN) {

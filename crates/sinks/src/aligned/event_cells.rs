@@ -1,4 +1,4 @@
-//! Events as the rows of a table.
+//! Event columns of a table.
 
 use std::collections::VecDeque;
 
@@ -6,17 +6,17 @@ use teampulse_core::data::Event;
 
 use crate::csv::{cell, number};
 
-/// What happened, by the numbers under which the aligner knows it: events have words, rows only numbers.
+/// The texts of events, by the numbers under which the aligner holds them: its rows hold numbers only.
 #[derive(Debug, Default)]
 pub(super) struct EventCells {
-    /// How many have been handed out already.
+    /// The number of events already written.
     before: u64,
-    /// Those that no row has asked for yet: kind and label.
+    /// The kind and label of events not yet written.
     waiting: VecDeque<(String, String)>,
 }
 
 impl EventCells {
-    /// What an event is for the aligner: its number, its value and its duration [s].
+    /// The aligner's channels of an event: its number, value and duration [s].
     pub(super) const CHANNELS: usize = 3;
     /// The columns of an event.
     pub(super) const COLUMNS: [&'static str; 4] = ["kind", "label", "value", "duration_secs"];
@@ -28,7 +28,7 @@ impl EventCells {
         [place as f64, event.value, event.duration_secs]
     }
 
-    /// The cells of the event of a row; rows come in the order of time, and so mostly in that of coming.
+    /// The cells of a row's event; rows come in order of time, and so mostly in order of arrival.
     pub(super) fn cells(&mut self, values: &[f64]) -> String {
         let [place, value, duration_secs] = values else { return ",,,".to_owned() };
         let place = (*place as u64).checked_sub(self.before);
@@ -42,7 +42,7 @@ impl EventCells {
     }
 }
 
-/// So many events are kept, for rows that wait for other streams.
+/// The most events kept for rows that wait for other streams.
 const MOST_WAITING: usize = 65_536;
 
 #[cfg(test)]

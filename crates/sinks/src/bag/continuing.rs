@@ -1,4 +1,4 @@
-//! A bag that says when it ends early, and goes on in another.
+//! A bag that reports when it ends early, and continues in another.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,21 +9,21 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 
 use crate::Ended;
 
-/// How often it is tried to go on with a recording that has failed.
+/// The interval between attempts to continue a failed recording.
 const AGAIN_EVERY: Duration = Duration::from_secs(5);
-/// A disk that fills up again and again is given up after so many bags.
+/// The most bags of one recording, for a disk that fills up again and again.
 const MOST_BAGS: usize = 100;
-/// So much must be free beside what must be kept free, to go on on a disk that was full [bytes].
+/// The room needed beyond what must stay free to continue on a disk that was full [bytes].
 const SOME_ROOM_BYTES: u64 = 64 << 20;
 
-/// Where a recording goes on after it has failed.
+/// Where a recording continues after a failure.
 #[derive(Clone, Debug)]
 pub enum Again {
     /// Nowhere.
     Never,
-    /// In a folder beside that of the bag, or in the fallback.
+    /// In a folder next to that of the bag, or in the fallback.
     Beside {
-        /// Where to go on when the bag's own disk is full or gone.
+        /// The folder to continue in when the bag's own disk is full or gone.
         fallback: Option<PathBuf>,
     },
 }
@@ -36,7 +36,7 @@ pub struct ContinuingBag {
     pub bag: BagSink,
     /// The sinks that it notifies.
     pub ended: Ended,
-    /// Where it goes on.
+    /// Where it continues.
     pub again: Again,
 }
 
@@ -69,7 +69,7 @@ impl Sink for ContinuingBag {
     }
 }
 
-/// Goes on with a recording that has failed, in one bag after another; says at the end what failed.
+/// Continues a failed recording in one bag after another; returns the failures at the end.
 fn goes_on(
     first: &BagSink,
     fallback: Option<&Path>,
@@ -97,11 +97,11 @@ fn goes_on(
             missed += let_pass(inbox, Some(AGAIN_EVERY));
             continue;
         };
-        let told =
+        let summary =
             format!("recording goes on in {}; {missed} messages are in no bag", folder.display());
-        inbox.report(format!("bag: {told}"));
+        inbox.report(format!("bag: {summary}"));
         ended.goes_on_in(folder.clone());
-        failed = and(failed, &told);
+        failed = and(failed, &summary);
         bags += 1;
         match recording.continuing(&before).record(inbox) {
             Ok(()) => return failed,
@@ -120,7 +120,7 @@ fn goes_on(
     in_no_bag(failed, missed)
 }
 
-/// The same failure, with how many messages it cost.
+/// The same failure, with the number of messages lost to it.
 fn in_no_bag(failed: SinkError, missed: u64) -> SinkError {
     if missed > 0 { and(failed, &format!("{missed} messages are in no bag")) } else { failed }
 }
@@ -129,7 +129,7 @@ fn in_no_bag(failed: SinkError, missed: u64) -> SinkError {
 fn begin_again(first: &BagSink, fallback: Option<&Path>) -> Option<(PathBuf, Recording)> {
     let name = first.folder.file_name()?.to_string_lossy().into_owned();
     let beside = first.folder.parent().unwrap_or(Path::new(""));
-    // A disk that was full must have some more room than it must keep.
+    // A disk that was full needs more room than must stay free.
     let keep_free_bytes = 2 * first.options.keep_free_bytes + SOME_ROOM_BYTES;
     [Some(beside), fallback].into_iter().flatten().find_map(|parent| {
         let mut folders = (2..).map(|number| parent.join(format!("{name}_{number}")));
@@ -140,7 +140,7 @@ fn begin_again(first: &BagSink, fallback: Option<&Path>) -> Option<(PathBuf, Rec
     })
 }
 
-/// Lets pass what comes for a while, or until the session ends; gives how many messages that were.
+/// Drops input for a while, or until the session ends; returns the number of messages dropped.
 fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> u64 {
     let clock = Clock::host();
     let until = patience.map(|patience| clock.now() + patience);
@@ -155,7 +155,7 @@ fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> u64 {
     passed
 }
 
-/// The same failure, with what came after it.
+/// The same failure, with further text.
 fn and(failed: SinkError, more: &str) -> SinkError {
     let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = failed;
     SinkError::Lost { message: format!("{message}; {more}"), hint }

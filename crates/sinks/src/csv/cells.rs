@@ -1,4 +1,4 @@
-//! The columns of a stream, and what a record has in them.
+//! The columns of a stream, and the cells of its records.
 
 use std::io;
 
@@ -12,7 +12,7 @@ use teampulse_messages::value::{Value, flatten};
 
 use crate::text::harmless;
 
-/// Longer arrays than this are summarised instead of spread over columns.
+/// The longest array with a column per element; longer ones are summarised.
 const LONGEST_ARRAY: usize = 64;
 
 /// The columns of a stream.
@@ -22,7 +22,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Those of a stream as it is known, and its first record.
+    /// The columns of a stream, given its description and its first record.
     pub(super) fn of(first: &Record, stream: &Stream, definition: Option<Definition>) -> Columns {
         let names = match (&first.sample.data, &definition) {
             (Data::Message(cdr), Some(definition)) => paths(definition, cdr),
@@ -38,7 +38,7 @@ impl Columns {
         &self.names
     }
 
-    /// Hands over each row of a record, with its time.
+    /// Passes on each row of a record, with its time.
     pub(super) fn rows(
         &mut self,
         record: &Record,
@@ -74,7 +74,7 @@ impl Columns {
     fn of_message(&self, cdr: &[u8]) -> Vec<String> {
         let Some(definition) = &self.definition else { return vec![cdr.len().to_string()] };
         let fields = flatten(definition, cdr, LONGEST_ARRAY).unwrap_or_default();
-        // Mostly the same fields come in the same order.
+        // Usually the same fields come in the same order.
         let mut from = 0;
         let value = |column: &String| {
             let place = fields.iter().skip(from).position(|(path, _)| path == column);
@@ -94,7 +94,7 @@ fn paths(definition: &Definition, cdr: &[u8]) -> Vec<String> {
     fields.into_iter().map(|(path, _)| path).collect()
 }
 
-/// The channels of so many numbers, each with its unit in brackets; numbered where they are not known.
+/// The names of a stream's channels, with units in brackets; numbered where unknown.
 fn channels(stream: &Stream, width: usize) -> Vec<String> {
     if stream.channels.len() != width {
         return (1..=width).map(|number| format!("value{number}")).collect();
@@ -192,7 +192,7 @@ fn of_value(value: &Value) -> String {
     }
 }
 
-/// A time as seconds with all of its nanoseconds.
+/// A time in seconds with full nanosecond precision.
 pub(crate) fn exact_secs(time: Time) -> String {
     let nanos = time.nanos();
     let sign = if nanos < 0 { "-" } else { "" };
@@ -203,12 +203,12 @@ pub(crate) fn exact_secs(time: Time) -> String {
     )
 }
 
-/// A number; an empty cell where there is none, and no minus before a zero.
+/// A number; empty if it is missing, and never a negative zero.
 pub(crate) fn number(value: f64) -> String {
     if value.is_nan() { String::new() } else { (value + 0.0).to_string() }
 }
 
-/// A text from elsewhere as a CSV cell: none that a spreadsheet runs.
+/// A text from elsewhere as a CSV cell that no spreadsheet executes.
 pub(crate) fn cell(text: &str) -> String {
     quoted(&harmless(text))
 }

@@ -1,19 +1,18 @@
-//! Estimates about people: who sees them during an experiment is no longer blind.
+//! Estimates about people; an experimenter who sees them is no longer blind.
 
 use std::collections::BTreeMap;
 
 use teampulse_core::data::FeatureValues;
 use teampulse_core::stream::{About, Stream, Window};
 
-/// The estimates that are shown, in their order.
+/// The estimates shown, in order.
 const SHOWN: [&str; 2] = ["workload", "arousal"];
 
-/// The newest estimates about a person, by the length of their windows [ms]: those of the shortest are
-/// shown.
+/// The newest estimates about a person by window length [ms]; those of the shortest are shown.
 #[derive(Debug, Default)]
 pub(super) struct Estimates(BTreeMap<u64, String>);
 
-/// Whether a stream compares a person with a baseline, or contains what is estimated from that.
+/// Whether a stream compares a person with a baseline, or is estimated from such a comparison.
 pub(super) fn unblinds(stream: &Stream) -> bool {
     stream.about == About::Person && matches!(&*stream.family, "state" | "estimates")
 }
@@ -39,7 +38,7 @@ impl Estimates {
         self.0.insert((1e3 * values.window_secs) as u64, shown.join("  "));
     }
 
-    /// The person's line: as estimates they are marked, with their window and what ± means.
+    /// The person's line: marked as estimates, with their window and the meaning of ±.
     pub(super) fn line(&self, id: &str) -> String {
         let Some((window_ms, shown)) = self.0.first_key_value() else { return id.to_owned() };
         let window_secs = *window_ms as f64 / 1e3;

@@ -14,7 +14,7 @@ pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
     let is_note = stream.family == "notes" && event.kind != EventKind::Fault;
     let is_counted = Loss::of_stream(stream).is_some() || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
-    // The marker itself stands beside the command that set it.
+    // The marker itself is shown by the command that set it.
     let is_marked =
         matches!(Accepted::read(event), Some(Accepted { command: Command::Mark(_), .. }));
     if is_note || is_counted || is_input || is_marked || is_of_task(stream, event.kind) {
@@ -28,7 +28,7 @@ pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
     })
 }
 
-/// Whether an event is a step of a person's task, such as a press of a key: there is one each second.
+/// Whether an event is a step of a person's task, such as a key press, of which there is one each second.
 fn is_of_task(stream: &Stream, kind: EventKind) -> bool {
     stream.about == About::Person && kind == EventKind::Marker
 }
@@ -53,13 +53,13 @@ fn sentence(stream: &Stream, event: &Event) -> String {
     }
 }
 
-/// Whether such events are what a body does all the time.
+/// Whether events of this kind occur in a body all the time.
 fn is_of_body(kind: EventKind) -> bool {
     use EventKind::{Beat, Blink, Breath, Burst, Response};
     matches!(kind, Beat | Blink | Breath | Burst | Response)
 }
 
-/// Whether the value of a fault is for how long a robot has been silent.
+/// Whether the value of a fault is how long a robot has been silent.
 fn is_silence(stream: &Stream, value: f64) -> bool {
     stream.family == "deployment" && value.is_finite()
 }

@@ -1,29 +1,29 @@
-//! Faults of the session itself: pinned to the screen until somebody has seen them.
+//! Faults of the session itself, pinned to the screen until acknowledged.
 
 use teampulse_core::time::Time;
 
-/// More kinds of faults than these are not kept apart.
+/// The most kinds of faults kept separately.
 const MOST: usize = 100;
 
 /// The faults of the session, each once.
 #[derive(Debug, Default)]
 pub(super) struct Faults(Vec<Fault>);
 
-/// A fault, and how often there was one like it.
+/// A fault and its number of occurrences.
 #[derive(Debug)]
 pub(super) struct Fault {
-    /// What failed.
+    /// The text of the fault.
     pub label: String,
-    /// How often.
+    /// The number of occurrences.
     pub count: u64,
-    /// When, the last time.
+    /// The time of the last occurrence.
     pub last: Time,
-    /// Whether somebody has seen it.
+    /// Whether it was acknowledged.
     is_seen: bool,
 }
 
 impl Faults {
-    /// Takes a fault.
+    /// Counts a fault.
     pub fn take(&mut self, label: &str, at: Time) {
         if let Some(fault) = self.0.iter_mut().find(|fault| fault.label == label) {
             (fault.count, fault.last, fault.is_seen) = (fault.count + 1, at, false);
@@ -33,14 +33,14 @@ impl Faults {
         }
     }
 
-    /// Somebody has seen them: they stand in the log, and in the summary.
+    /// Acknowledges all faults; they remain in the log and the summary.
     pub fn see(&mut self) {
         for fault in &mut self.0 {
             fault.is_seen = true;
         }
     }
 
-    /// Those that are still to be seen, the newest first.
+    /// Faults not yet acknowledged, the newest first.
     pub fn unseen(&self) -> Vec<&Fault> {
         let mut unseen: Vec<&Fault> = self.0.iter().filter(|fault| !fault.is_seen).collect();
         unseen.sort_by_key(|fault| std::cmp::Reverse(fault.last));
@@ -54,7 +54,7 @@ impl Faults {
 }
 
 impl Fault {
-    /// The fault with how often it came.
+    /// The fault with its number of occurrences.
     pub fn words(&self) -> String {
         match self.count {
             1 => self.label.clone(),

@@ -1,4 +1,4 @@
-//! How numbers are written for people.
+//! Formats numbers for people.
 
 /// A duration as a clock shows it: `0:41`, `12:05`, `1:02:05`.
 pub(super) fn clock(secs: f64) -> String {
@@ -10,7 +10,7 @@ pub(super) fn clock(secs: f64) -> String {
     }
 }
 
-/// A duration as people say it: seconds with a decimal below ten, minutes from two on.
+/// A duration in words: seconds with a decimal below ten, minutes from two on.
 pub(super) fn for_so_long(secs: f64) -> String {
     match secs {
         secs if secs < 9.95 => format!("{secs:.1} s"),
@@ -37,7 +37,7 @@ pub(super) fn size(bytes: u64) -> String {
     if value < 99.95 { format!("{value:.1} {unit}") } else { format!("{value:.0} {unit}") }
 }
 
-/// So many of something.
+/// A count with its noun.
 pub(super) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }

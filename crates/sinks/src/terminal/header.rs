@@ -1,4 +1,4 @@
-//! The first lines of the screen: whether it records, and which part of the session this is.
+//! The first lines of the screen: the state of the recording, and the phase.
 
 use teampulse_bag::{Growth, OnDisk, Stage};
 use teampulse_core::time::Time;
@@ -18,14 +18,14 @@ pub enum Kept {
     Bag(Growth),
 }
 
-/// The recording writes once a second at least; without anything for so long it does not grow [s].
+/// A recording writes at least once a second; without growth for this long it stands still [s].
 const STILL_SECS: f64 = 3.0;
-/// With less disk than for so long it is said how long it will do [s].
+/// The remaining recording time below which it is shown [s].
 const SHORT_SECS: f64 = 12.0 * 3600.0;
-/// With less than for so long somebody must act [s].
+/// The remaining recording time below which somebody must act [s].
 const URGENT_SECS: f64 = 600.0;
 
-/// The recording as it is seen: it grows only where bytes on the disk become more.
+/// The recording as observed: it grows only if its size on disk does.
 #[derive(Debug, Default)]
 pub(super) struct Recording {
     kept: Kept,
@@ -36,12 +36,12 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    /// What a session keeps, before it began.
+    /// The state before the recording began.
     pub fn of(kept: Kept) -> Recording {
         Recording { kept, ..Recording::default() }
     }
 
-    /// Looks at the disk; `now` is the host's time, whatever the session's clock does.
+    /// Checks the disk; `now` is the host's time, independent of the session's clock.
     pub fn look(&mut self, now: Time) {
         self.now = now;
         let began = *self.began.get_or_insert(now);
@@ -53,13 +53,13 @@ impl Recording {
         self.on_disk = on_disk;
     }
 
-    /// Whether something would be lost if the session ended by mistake.
+    /// The stage of the recording, which shows whether ending the session by mistake would lose data.
     #[cfg(test)]
     pub fn stage(&self) -> &Stage {
         &self.on_disk.stage
     }
 
-    /// Whether it records, how much there is, and how much room is left.
+    /// The line of the recording: its state, its size, and the room left.
     pub fn line(&self, elapsed_secs: f64) -> StyledLine {
         let elapsed = clock(elapsed_secs);
         let still_secs = self.now.secs_since(self.grown);
@@ -88,7 +88,7 @@ impl Recording {
         }
     }
 
-    /// How much room the disk has, and for how long that will do where it is short.
+    /// Appends the room on the disk, and the remaining recording time if it is short.
     fn with_room(&self, line: StyledLine) -> StyledLine {
         let Some(free_bytes) = self.on_disk.free_bytes else { return line };
         let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));

@@ -1,4 +1,4 @@
-//! Where what is known stands on the screen.
+//! The layout of the screen.
 
 use super::board::{Board, clock_time};
 use super::header::Recording;
@@ -7,31 +7,31 @@ use super::screen::Size;
 use super::styled_line::{Style, StyledLine};
 use super::view::View;
 
-/// From so many rows on there is room for lines that only part.
+/// The rows from which on there is room for separators.
 const ROOMY_ROWS: usize = 20;
-/// From so many columns on the log stands beside the team.
+/// The columns from which on the log is next to the team.
 const WIDE_COLUMNS: usize = 130;
-/// How wide the team is then [columns].
+/// The width of the team then [columns].
 const TEAM_COLUMNS: usize = 86;
 
 /// What a screen shows.
 #[derive(Clone, Copy)]
 pub(super) struct Shown<'a> {
-    /// What is known.
+    /// The state of the session.
     pub board: &'a Board,
-    /// Whether it records.
+    /// The state of the recording.
     pub recording: &'a Recording,
-    /// What is looked at.
+    /// The scroll positions.
     pub view: &'a View,
-    /// The question that stands.
+    /// The open question.
     pub question: Option<&'a str>,
-    /// The phase that comes next.
+    /// The next phase.
     pub next: Option<&'a str>,
-    /// Whether there are keys.
+    /// Whether keys are read.
     pub has_keys: bool,
 }
 
-/// The whole screen, a line a row.
+/// The whole screen, one line per row.
 pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<StyledLine> {
     let Size { columns, rows } = size;
     let mut lines = head(shown, columns);
@@ -67,7 +67,7 @@ pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<StyledLine> {
     lines.into_iter().map(|line| line.cut(columns)).collect()
 }
 
-/// Whether it records; who is in which phase.
+/// The recording, and the current phases.
 fn head(shown: Shown<'_>, columns: usize) -> Vec<StyledLine> {
     let (now, elapsed_secs) = shown.board.now();
     let time = StyledLine::of(Style::Plain, &format!("{} UTC", clock_time(now)));
@@ -76,7 +76,7 @@ fn head(shown: Shown<'_>, columns: usize) -> Vec<StyledLine> {
     vec![recording, phase.beside(&shown.board.attendance(), columns)]
 }
 
-/// What needs somebody first, then the team, in at most so many rows of a screen.
+/// The troubles and then the team, in at most `most` rows.
 fn troubles_and_team(shown: Shown<'_>, most: usize, rows: usize) -> Vec<StyledLine> {
     let mut lines = shown.board.troubles();
     let share = (if rows >= ROOMY_ROWS { most / 2 } else { most.div_ceil(2) }).max(1);
@@ -96,12 +96,12 @@ fn troubles_and_team(shown: Shown<'_>, most: usize, rows: usize) -> Vec<StyledLi
     lines
 }
 
-/// How much is said of each person on a screen of so many rows.
+/// The detail per person on a screen with this many rows.
 fn detail(rows: usize) -> Detail {
     if rows >= ROOMY_ROWS { Detail::Whole } else { Detail::Brief }
 }
 
-/// As much of the team as fits, from where it is looked at.
+/// The part of the team that fits, from the scroll position.
 fn window(shown: Shown<'_>, team: Vec<StyledLine>, rows: usize) -> Vec<StyledLine> {
     if team.len() <= rows || rows < 2 {
         return team.into_iter().take(rows).collect();
@@ -119,10 +119,10 @@ fn window(shown: Shown<'_>, team: Vec<StyledLine>, rows: usize) -> Vec<StyledLin
     lines
 }
 
-/// The newest lines of the log, or those that are looked at, the newest last.
+/// The newest lines of the log, or those at the scroll position, the newest last.
 fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<StyledLine> {
     let log = shown.board.log();
-    // What is read back leaves a row for how much is newer.
+    // When scrolled back, a row is reserved for the number of newer lines.
     let least = if log.len() > rows { rows.saturating_sub(1) } else { rows };
     let back = shown.view.log_back(log.len(), least);
     let rows = if back > 0 { least } else { rows };
@@ -137,7 +137,7 @@ fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<StyledLine> {
     lines
 }
 
-/// The question that stands, or what keys do.
+/// The open question, or the explanation of the keys.
 fn foot(shown: Shown<'_>, columns: usize) -> StyledLine {
     let long =
         " a–z space marker   ^N next ^R repeat ^X abort phase   ↑↓ PgUp PgDn   ^A seen   q end";
@@ -150,7 +150,7 @@ fn foot(shown: Shown<'_>, columns: usize) -> StyledLine {
     }
 }
 
-/// A line across the screen, with a word in it.
+/// A separator with a title.
 fn rule(word: &str, columns: usize) -> StyledLine {
     let word = if word.is_empty() { String::new() } else { format!("── {word} ") };
     let rest = "─".repeat(columns.saturating_sub(word.chars().count()));

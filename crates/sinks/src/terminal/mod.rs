@@ -1,5 +1,5 @@
-//! The terminal: whether it records, what needs somebody, the team and the log on one screen, or a line
-//! whenever something changes; and a summary at the end.
+//! The terminal: recording, troubles, team and log on one screen, or a line per change; and a summary at the
+//! end.
 
 mod styled_line;
 mod format;
@@ -42,9 +42,9 @@ pub use styled_line::Colours;
 use styled_line::harmless;
 pub use view::{Scroll, View};
 
-/// How long to wait for something new before looking again: a key is answered within this.
+/// The longest wait for input; a key is answered within this.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// How often the screen is drawn anew [s].
+/// The interval between redraws [s].
 const REDRAW_SECS: f64 = 1.0;
 
 /// Shows the state of the team on standard error: on a screen of its own; elsewhere a line whenever a
@@ -66,39 +66,39 @@ impl Component<dyn Sink, SinkContext> for Terminal {
     }
 }
 
-/// What is shown, and how.
+/// The settings of the display.
 #[derive(Clone, Default)]
 pub struct TerminalContext {
-    /// Whether estimates about people are.
+    /// Whether estimates about people are shown.
     pub estimates: Estimates,
     /// What the session keeps.
     pub kept: Kept,
-    /// What the person at the keys looks at.
+    /// The scroll positions and questions, set by keys.
     pub view: View,
-    /// Whether there are colours.
+    /// Whether colours are used.
     pub colours: Colours,
-    /// Whether lines are wanted even where a screen could be drawn.
+    /// Whether lines are printed even where a screen could be drawn.
     pub plain: bool,
-    /// What is to be known of the study from the beginning.
+    /// Notes on the study, shown from the start.
     pub notes: Vec<String>,
-    /// The phase that comes next.
+    /// The source of the next phase.
     pub next: Option<NextPhase>,
 }
 
-/// Asks for the phase that comes next.
+/// Returns the name of the next phase.
 pub type NextPhase = Arc<dyn Fn() -> Option<String> + Send + Sync>;
 
-/// Whether estimates about people, and how they differ from their baselines, are on the screen.
+/// Whether estimates about people, and their changes from baseline, are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Estimates {
-    /// They are not: an experimenter stays blind.
+    /// Hidden: an experimenter stays blind.
     #[default]
     Hidden,
-    /// They are.
+    /// Shown.
     Shown,
 }
 
-/// The terminal at work.
+/// The running terminal.
 struct Display {
     board: Board,
     recording: Recording,
@@ -162,7 +162,7 @@ impl Display {
         Display { board, recording, settings, clock: Clock::host(), drawn: None }
     }
 
-    /// Draws the screen when a second has passed, a key was pressed, or its size changed.
+    /// Redraws the screen when a second has passed, a key was pressed, or its size changed.
     fn show(&mut self, screen: &mut Screen) {
         let (now, size) = (self.clock.now(), size());
         let is_due = self.drawn.is_none_or(|(drawn, drawn_size)| {
@@ -197,7 +197,7 @@ fn is_shown(stream: &Stream) -> bool {
     matches!(stream.shape, Shape::Status | Shape::Event | Shape::Feature)
 }
 
-/// Writes lines to standard error; nobody reading them is no failure of the session.
+/// Writes lines to standard error, ignoring errors: a closed terminal must not end the session.
 fn say(lines: &[String]) {
     let mut out = std::io::stderr().lock();
     for line in lines {

@@ -1,8 +1,8 @@
-//! The order in which people count: `robot2` before `robot10`.
+//! Natural sort order: `robot2` before `robot10`.
 
 use std::cmp::Ordering;
 
-/// Compares two names: numbers in them by what they are worth.
+/// Compares two names, with the numbers in them by value.
 pub(super) fn natural(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     while let (Some(x), Some(y)) = (left.chars().next(), right.chars().next()) {
@@ -23,7 +23,7 @@ pub(super) fn natural(a: &str, b: &str) -> Ordering {
     left.len().cmp(&right.len()).then_with(|| a.cmp(b))
 }
 
-/// The number at the begin of a text, without leading zeros, and the rest.
+/// The number at the start of a text, without leading zeros, and the rest.
 fn number(text: &str) -> (&str, &str) {
     let end = text.find(|each: char| !each.is_ascii_digit()).unwrap_or(text.len());
     (text[..end].trim_start_matches('0'), &text[end..])

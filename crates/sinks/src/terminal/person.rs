@@ -1,4 +1,4 @@
-//! A person as lines: the last of each signal that matters at a glance.
+//! The lines of a person: the newest figure of each signal.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,8 @@ use teampulse_core::time::Time;
 use super::format::for_so_long;
 use super::styled_line::{Style, StyledLine};
 
-/// What is shown of a signal: the feature that computes it, its name, its channel, its format, and the
-/// value shown beside it.
+/// The signals shown: the feature that computes each, its name, its channel, its format, and the value shown
+/// next to it.
 const FIGURES: &[Figure] = &[
     Figure { family: "heart", word: "heart", channel: "ECG_Rate_Mean", write: rate, beside: "" },
     Figure { family: "intervals", word: "heart", channel: "HRV_MeanHR", write: rate, beside: "" },
@@ -25,13 +25,13 @@ const FIGURES: &[Figure] = &[
     },
 ];
 
-/// At less than this quality a figure is poor.
+/// The quality below which a figure is marked as poor.
 const POOR: f32 = 0.5;
-/// With less than this share of its window it is said how much a figure is of.
+/// The coverage below which it is shown.
 const WHOLE: f32 = 0.95;
-/// The input of a figure stands in this column.
+/// The column of a figure's input.
 const INPUT_COLUMN: usize = 60;
-/// A figure that is older than this is no longer one of now [s].
+/// The age above which a figure is no longer current [s].
 const OLD_SECS: f64 = 10.0;
 
 #[derive(Debug)]
@@ -47,18 +47,18 @@ fn rate(per_min: f64) -> String {
     format!("{per_min:.0} /min")
 }
 
-/// The last figures of a person: of each signal, in the order in which they are shown.
+/// The newest figures of a person by signal, in the order shown.
 #[derive(Debug, Default)]
 pub(super) struct Person(BTreeMap<(usize, String), Signal>);
 
-/// What is known of one signal.
+/// The state of one signal.
 #[derive(Debug, Default)]
 struct Signal {
     /// The name of its input within the person.
     input: String,
     /// The newest value of each window.
     windows: BTreeMap<Window, WindowValue>,
-    /// The last value that there was.
+    /// The last value.
     last: Option<(f64, Time)>,
 }
 
@@ -72,11 +72,11 @@ struct WindowValue {
     quality: f32,
 }
 
-/// For how long a stream that should come has been silent [s], by its name.
+/// How long a stream that should arrive has been silent [s], by its name.
 pub(super) type Silent<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 impl Person {
-    /// Takes the values of a feature that are shown: never those estimated of a person's state, which would
+    /// Takes the values of a feature that are shown; never those estimated of a person's state, which would
     /// bias an experimenter.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         let Some((place, input, window)) = shown(stream) else { return };
@@ -85,7 +85,7 @@ impl Person {
         let number = |k: usize| values.values.get(k).copied().filter(|value| value.is_finite());
         let Some(k) = of(figure.channel) else { return };
         let reason = values.reasons.get(k).copied().unwrap_or(Reason::Missing);
-        let told = WindowValue {
+        let reported = WindowValue {
             at,
             value: number(k).ok_or(reason),
             beside: of(figure.beside).and_then(number),
@@ -94,23 +94,22 @@ impl Person {
             quality: values.quality,
         };
         let signal = self.0.entry((place, input.to_owned())).or_default();
-        signal.last = told.value.ok().map(|value| (value, at)).or(signal.last);
-        signal.windows.insert(window, told);
+        signal.last = reported.value.ok().map(|value| (value, at)).or(signal.last);
+        signal.windows.insert(window, reported);
         stream.subject().within(input).clone_into(&mut signal.input);
     }
 
-    /// A line for each signal: its figure, of which window and how good, how old that is and whence; or
-    /// why there is none.
+    /// A line for each signal: its figure, window, quality, age and input, or why there is none.
     pub fn lines(&self, now: Time, silent: Silent<'_>, detail: Detail) -> Vec<StyledLine> {
         let mut lines: Vec<(&str, bool, StyledLine)> = Vec::new();
         for ((place, input), signal) in &self.0 {
-            // The first window that has a value; else why the first has none.
-            let known = signal.windows.values().find(|told| told.value.is_ok());
-            let Some(told) = known.or_else(|| signal.windows.values().next()) else { continue };
+            // The first window that has a value; otherwise the reason of the first.
+            let known = signal.windows.values().find(|reported| reported.value.is_ok());
+            let Some(reported) = known.or_else(|| signal.windows.values().next()) else { continue };
             let figure = &FIGURES[*place];
             let silent_secs = silent(input);
-            let is_fresh = told.value.is_ok() && silent_secs.is_none();
-            let (figures, input) = line(figure, signal, told, now, silent_secs);
+            let is_fresh = reported.value.is_ok() && silent_secs.is_none();
+            let (figures, input) = line(figure, signal, reported, now, silent_secs);
             let whole = || figures.clone().up_to(INPUT_COLUMN).with_line(input);
             let line = if detail == Detail::Brief { figures.clone() } else { whole() };
             let same = lines.iter_mut().find(|(word, _, _)| *word == figure.word);
@@ -124,12 +123,12 @@ impl Person {
     }
 }
 
-/// How much is said of a person.
+/// The detail shown of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Detail {
     /// Each signal.
     Whole,
-    /// Of signals that measure the same, the first one with a value.
+    /// The first one with a value among signals that measure the same.
     Brief,
 }
 
@@ -141,41 +140,41 @@ fn shown(stream: &Stream) -> Option<(usize, &str, Window)> {
     Some((place, input, window))
 }
 
-/// A figure, and behind it whence it is.
+/// A figure and its input.
 fn line(
     figure: &Figure,
     signal: &Signal,
-    told: &WindowValue,
+    reported: &WindowValue,
     now: Time,
     silent_secs: Option<f64>,
 ) -> (StyledLine, StyledLine) {
-    let age_secs = now.secs_since(told.at);
+    let age_secs = now.secs_since(reported.at);
     let is_old = silent_secs.is_some() || age_secs > OLD_SECS;
     let style = if is_old { Style::Grey } else { Style::Plain };
-    let (value, style_of_value) = match (is_old, told.value, signal.last) {
+    let (value, style_of_value) = match (is_old, reported.value, signal.last) {
         (false, Ok(value), _) => ((figure.write)(value), Style::Strong),
         (true, _, Some((value, _))) => (format!("was {}", (figure.write)(value)), Style::Grey),
         _ => ("–".to_owned(), style),
     };
     let line = StyledLine::of(style, &format!("  {:<7}", figure.word));
     let line = line.with(style_of_value, &format!("{value:>12}"));
-    let line = line.with(style, &format!("  {:<10}  ", window(told)));
-    let line = match (silent_secs, told.value) {
+    let line = line.with(style, &format!("  {:<10}  ", window(reported)));
+    let line = match (silent_secs, reported.value) {
         (Some(secs), _) => line.with(Style::Strong, &format!("silent {}", for_so_long(secs))),
         _ if is_old => {
             line.with(Style::Strong, &format!("nothing new for {}", for_so_long(age_secs)))
         }
-        (None, Ok(_)) => quality(line, told).with(style, &format!("{age_secs:>5.1} s ago")),
-        (None, Err(reason)) => line.with(style, &why(reason, told)),
+        (None, Ok(_)) => quality(line, reported).with(style, &format!("{age_secs:>5.1} s ago")),
+        (None, Err(reason)) => line.with(style, &why(reason, reported)),
     };
-    let beside = told.beside.filter(|_| !is_old);
+    let beside = reported.beside.filter(|_| !is_old);
     let beside = beside.map(|per_min| format!("  {per_min:.0} responses/min"));
     (line, StyledLine::of(style, &signal.input).with(style, &beside.unwrap_or_default()))
 }
 
-/// The window of a figure, and how much of it had data where that is not all.
-fn window(told: &WindowValue) -> String {
-    let WindowValue { window_secs, coverage, .. } = told;
+/// The window of a figure, and its coverage if incomplete.
+fn window(reported: &WindowValue) -> String {
+    let WindowValue { window_secs, coverage, .. } = reported;
     if *coverage >= WHOLE {
         format!("{window_secs:.0} s")
     } else {
@@ -183,8 +182,8 @@ fn window(told: &WindowValue) -> String {
     }
 }
 
-fn quality(line: StyledLine, told: &WindowValue) -> StyledLine {
-    let quality = told.quality;
+fn quality(line: StyledLine, reported: &WindowValue) -> StyledLine {
+    let quality = reported.quality;
     if quality < POOR {
         line.with(Style::Warning, &format!("poor    {quality:.2}"))
     } else {
@@ -192,10 +191,10 @@ fn quality(line: StyledLine, told: &WindowValue) -> StyledLine {
     }
 }
 
-/// Why there is no value: that a window is not full yet can be seen beside it.
-fn why(reason: Reason, told: &WindowValue) -> String {
+/// Why a value is missing; an incomplete window is shown next to it.
+fn why(reason: Reason, reported: &WindowValue) -> String {
     match reason {
-        Reason::Short if told.coverage < WHOLE => "fills its window".to_owned(),
+        Reason::Short if reported.coverage < WHOLE => "fills its window".to_owned(),
         reason => reason.to_string(),
     }
 }
@@ -242,11 +241,11 @@ mod tests {
     #[test]
     fn each_signal_is_a_line_with_window_quality_and_age_or_why_there_is_nothing() {
         let mut person = Person::default();
-        let mut take = |name: &str, channels: &[(&str, &str)], told: &FeatureValues| {
-            person.take(&stream(name, channels), told, secs(8.0));
+        let mut take = |name: &str, channels: &[(&str, &str)], reported: &FeatureValues| {
+            person.take(&stream(name, channels), reported, secs(8.0));
         };
         let heart = [("ECG_Rate_Mean", "bpm")];
-        let whole = |told| FeatureValues { coverage: 1.0, ..told };
+        let whole = |reported| FeatureValues { coverage: 1.0, ..reported };
         take("strap/ecg:heart", &heart, &whole(values(&[81.5], Reason::Ok, 0.9)));
         take("e4/ppg:pulse", &[("PPG_Rate_Mean", "1/min")], &values(&[79.9], Reason::Ok, 0.3));
         let breath = [("RSP_Rate_Mean", "1/min")];
@@ -320,11 +319,11 @@ mod tests {
     fn what_is_estimated_of_a_person_is_not_shown() {
         let mut person = Person::default();
         let channels = [("ECG_Rate_Mean", "bpm"), ("workload", "1")];
-        let told = values(&[81.0, 0.7], Reason::Ok, 1.0);
+        let reported = values(&[81.0, 0.7], Reason::Ok, 1.0);
         let heart = stream("strap/ecg:heart", &channels);
-        person.take(&Stream { window: Some(Window::Phases), ..heart }, &told, secs(8.0));
+        person.take(&Stream { window: Some(Window::Phases), ..heart }, &reported, secs(8.0));
         for family in ["state", "estimates", "statistics"] {
-            person.take(&stream(&format!("strap/ecg:{family}"), &channels), &told, secs(8.0));
+            person.take(&stream(&format!("strap/ecg:{family}"), &channels), &reported, secs(8.0));
         }
         assert_eq!(lines(&person, 8.0), "");
     }

@@ -1,4 +1,4 @@
-//! A robot as one line: the last of each figure that matters at a glance.
+//! The line of a robot: the newest of each figure.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,7 @@ use teampulse_core::time::Time;
 use super::format::{clock, minutes};
 use super::styled_line::{Style, StyledLine};
 
-/// The figures that are shown of a robot: their channels, how each is written, and how many columns it
-/// takes.
+/// The figures shown of a robot: their channels, formats and widths [columns].
 const FIGURES: &[(&str, Write, usize)] = &[
     ("power_w", |power_w| Some(format!("{power_w:.1} W")), 7),
     ("empty_in_secs", |secs| Some(format!("lasts {}", minutes(secs))), 13),
@@ -18,17 +17,17 @@ const FIGURES: &[(&str, Write, usize)] = &[
     ("level", diagnosis, 10),
 ];
 
-/// What says whether it is there, and for how long it has been.
+/// The channels of whether and how long it has been online.
 const ONLINE: &str = "online";
 const DEPLOYED: &str = "deployed_secs";
 
-/// A figure that is older than this is no longer one of now [s].
+/// The age above which a figure is no longer current [s].
 const OLD_SECS: f64 = 10.0;
 
-/// Writes a figure; `None` where it is not worth a word.
+/// Formats a figure; `None` where it is not worth showing.
 type Write = fn(f64) -> Option<String>;
 
-/// The last figures of a robot: of each channel, what each stream says, and when.
+/// The newest figures of a robot: for each channel the value of each stream, with its time.
 #[derive(Debug, Default)]
 pub(super) struct Figures(BTreeMap<&'static str, BTreeMap<String, (f64, Time)>>);
 
@@ -43,13 +42,13 @@ impl Figures {
         }
     }
 
-    /// Whether it was there and is not any more.
+    /// Whether it was online and is not any more.
     pub fn is_offline(&self) -> bool {
         self.last(ONLINE).is_some_and(|(online, _)| online == 0.0)
     }
 
-    /// The robot's line, in columns below those of other robots. Of one that is offline only how long
-    /// it was deployed is said: the rest is no longer known.
+    /// The robot's line, aligned with those of other robots. While it is offline only the duration of its
+    /// deployment is shown: the rest is no longer known.
     pub fn line(&self, id: &str, id_columns: usize, now: Time) -> StyledLine {
         let state = match self.last(ONLINE) {
             Some((online, _)) if online > 0.0 => StyledLine::of(Style::Plain, "online "),
@@ -76,8 +75,8 @@ impl Figures {
         line
     }
 
-    /// What is known of a channel, and since when: the worst level, otherwise the first window that has
-    /// a value.
+    /// The newest value of a channel and its time: the worst level, otherwise the first window that has a
+    /// value.
     fn last(&self, channel: &str) -> Option<(f64, Time)> {
         let values = self.0.get(channel)?.values().copied();
         let mut known = values.filter(|(value, _)| value.is_finite());

@@ -1,4 +1,4 @@
-//! The screen: taken over while a session runs, and given back as it was.
+//! The alternate screen, restored when the session ends.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,29 +8,29 @@ use teampulse_core::text::on_one_line;
 
 use super::styled_line::{Colours, StyledLine};
 
-/// How large a screen is, in characters.
+/// The size of a screen in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Size {
     pub columns: usize,
     pub rows: usize,
 }
 
-/// What others say meanwhile; `None` while no screen is taken over.
+/// Output of others while the screen is taken over; `None` otherwise.
 static ASIDE: Mutex<Option<Vec<u8>>> = Mutex::new(None);
 
-/// More than this of what others say is not kept [bytes].
+/// The most output of others that is kept [bytes].
 const MOST_ASIDE: usize = 1 << 20;
 
 fn aside_of_screen() -> MutexGuard<'static, Option<Vec<u8>>> {
     ASIDE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Standard error for warnings: while the screen is taken over they are kept for its log, where they
-/// would be drawn over.
+/// Standard error for warnings: while the screen is taken over they go to its log, as they would be drawn
+/// over.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Aside;
 
-/// Lines of others, in which nothing commands a terminal: they name what came from robots and files.
+/// Output of others without control characters: it quotes text from robots and files.
 fn harmless(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<_> = text.split('\n').map(on_one_line).collect();
@@ -58,20 +58,20 @@ impl Write for Aside {
 /// The screen of standard error, taken over until this is dropped.
 #[derive(Debug)]
 pub(super) struct Screen {
-    /// What is sent in one go.
+    /// The last frame sent.
     sent: String,
 }
 
 impl Screen {
-    /// Takes the screen over: what stood there comes back later.
+    /// Switches to the alternate screen.
     pub fn take_over() -> Screen {
         *aside_of_screen() = Some(Vec::new());
-        // Pasted text comes marked as such: it is no key.
+        // Bracketed paste keeps pasted text apart from keys.
         send("\x1b[?1049h\x1b[?25l\x1b[?2004h");
         Screen { sent: String::new() }
     }
 
-    /// Draws its lines, one a row.
+    /// Draws lines, one per row.
     pub fn draw(&mut self, lines: &[StyledLine], colours: Colours) {
         let all = &mut self.sent;
         all.clear();
@@ -84,7 +84,7 @@ impl Screen {
         send(all);
     }
 
-    /// What others said since this was last asked.
+    /// Takes the output of others since the last call.
     pub fn take_aside() -> Vec<String> {
         let mut aside = aside_of_screen();
         let kept = aside.as_mut().map(std::mem::take).unwrap_or_default();
@@ -98,22 +98,22 @@ impl Drop for Screen {
     }
 }
 
-/// Gives the screen back as it was, if it is taken over: also for who ends the process at once.
+/// Restores the screen if it was taken over, also before the process exits at once.
 pub fn leave_screen() {
     if aside_of_screen().take().is_some() {
         send("\x1b[?2004l\x1b[?25h\x1b[?1049l");
     }
 }
 
-/// Whether standard error is a terminal that may be drawn on: not while it is another job's, as when
-/// this one was started with `&`.
+/// Whether standard error is a terminal that this job may draw on; not in the background, as when started
+/// with `&`.
 pub(super) fn is_ours() -> bool {
     let stderr = io::stderr();
     stderr.is_terminal()
         && termios::tcgetpgrp(&stderr).is_ok_and(|group| group == process::getpgrp())
 }
 
-/// How large the screen of standard error is.
+/// The size of standard error's screen.
 pub(super) fn size() -> Size {
     let size = termios::tcgetwinsize(io::stderr()).ok();
     let size = size.map(|size| (usize::from(size.ws_col), usize::from(size.ws_row)));
@@ -122,7 +122,7 @@ pub(super) fn size() -> Size {
     Size { columns: columns.clamp(20, 400), rows: rows.clamp(4, 200) }
 }
 
-/// Writes at once; that nobody sees it is no failure of the session.
+/// Writes at once, ignoring errors: a closed terminal must not end the session.
 fn send(text: &str) {
     let mut out = io::stderr().lock();
     if out.write_all(text.as_bytes()).is_ok() {
@@ -130,7 +130,7 @@ fn send(text: &str) {
     }
 }
 
-/// The sequence that empties a row and begins to write there.
+/// The sequence that clears a row and moves the cursor there.
 fn format_row(row: usize) -> String {
     format!("\x1b[{row};1H\x1b[2K")
 }

@@ -1,27 +1,27 @@
-//! Lines of the screen: pieces of text, each with a style.
+//! Lines of the screen, made of styled pieces of text.
 
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-/// How a piece of a line looks. What matters is said in words, too: colour only repeats it.
+/// The style of a piece of a line. Colour only repeats what the words say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Style {
-    /// As the terminal writes.
+    /// The terminal's default.
     #[default]
     Plain,
-    /// What is looked for first.
+    /// What readers look for first.
     Strong,
-    /// What is old, or of little weight.
+    /// Old or minor.
     Grey,
-    /// What is not as it should be.
+    /// Not as it should be.
     Warning,
-    /// What needs somebody now.
+    /// Needs somebody now.
     Alarm,
     /// A question to the person at the keys.
     Question,
 }
 
 impl Style {
-    /// The sequence that begins it; without colours it is bold, reversed or nothing.
+    /// The sequence that starts it; without colours it is bold, reversed or nothing.
     fn begin(self, colours: Colours) -> &'static str {
         match (self, colours) {
             (Style::Plain, _) | (Style::Grey | Style::Warning, Colours::None) => "",
@@ -34,10 +34,10 @@ impl Style {
     }
 }
 
-/// Whether a screen has colours.
+/// Whether a screen uses colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colours {
-    /// It has: they repeat what the words say.
+    /// Colours that repeat what the words say.
     #[default]
     Some,
     /// `NO_COLOR` is set.
@@ -54,14 +54,14 @@ impl StyledLine {
         StyledLine::default().with(style, text)
     }
 
-    /// The line with a piece behind it. Whatever the piece was, it commands no terminal.
+    /// Appends a piece, without control characters.
     #[must_use]
     pub fn with(mut self, style: Style, text: &str) -> StyledLine {
         self.add(style, text);
         self
     }
 
-    /// The line with another behind it.
+    /// Appends another line.
     #[must_use]
     pub fn with_line(mut self, other: StyledLine) -> StyledLine {
         for (style, text) in other.0 {
@@ -79,14 +79,14 @@ impl StyledLine {
         }
     }
 
-    /// The line with blanks up to a column, or two where it is longer already.
+    /// Pads the line to a column, with two blanks if it is longer already.
     #[must_use]
     pub fn up_to(self, column: usize) -> StyledLine {
         let blanks = column.saturating_sub(self.width()).max(if self.0.is_empty() { 0 } else { 2 });
         self.with(Style::Plain, &" ".repeat(blanks))
     }
 
-    /// The line cut or filled to exactly so many columns.
+    /// Cuts or pads the line to an exact width.
     #[must_use]
     pub fn exactly(self, columns: usize) -> StyledLine {
         let cut = self.cut(columns);
@@ -94,7 +94,7 @@ impl StyledLine {
         cut.with(Style::Plain, &blanks)
     }
 
-    /// The line with another at the right edge of so many columns, where there is room for it.
+    /// Adds another line at the right edge, if there is room.
     #[must_use]
     pub fn beside(mut self, right: &StyledLine, columns: usize) -> StyledLine {
         let room = columns.saturating_sub(self.width() + right.width());
@@ -105,12 +105,12 @@ impl StyledLine {
         self
     }
 
-    /// How many columns it takes.
+    /// The width in columns.
     pub fn width(&self) -> usize {
         self.0.iter().map(|(_, text)| text.width()).sum()
     }
 
-    /// Cut to so many columns; what is cut off is shown by an ellipsis.
+    /// Cuts the line to a width, with an ellipsis.
     #[must_use]
     pub fn cut(self, columns: usize) -> StyledLine {
         if self.width() <= columns {
@@ -131,14 +131,14 @@ impl StyledLine {
         cut
     }
 
-    /// Its text alone, without blanks at the end.
+    /// The text alone, without trailing blanks.
     #[cfg(test)]
     pub fn text(&self) -> String {
         let text: String = self.0.iter().map(|(_, text)| text.as_str()).collect();
         text.trim_end().to_owned()
     }
 
-    /// Its text with the sequences of its styles.
+    /// The text with escape sequences for its styles.
     pub fn sequences(&self, colours: Colours) -> String {
         let mut written = String::new();
         for (style, text) in &self.0 {
@@ -151,7 +151,7 @@ impl StyledLine {
     }
 }
 
-/// As much of a text as fits into so many columns.
+/// The start of a text that fits into a number of columns.
 pub(super) fn first_columns(text: &str, columns: usize) -> &str {
     let mut width = 0;
     let fits = |each: &(usize, char)| {
@@ -161,13 +161,12 @@ pub(super) fn first_columns(text: &str, columns: usize) -> &str {
     text.char_indices().find(fits).map_or(text, |(end, _)| &text[..end])
 }
 
-/// A text without what would command a terminal or turn the direction of a line: each such character
-/// is a blank.
+/// Replaces control characters and those that change the direction of text by blanks.
 pub(super) fn harmless(text: &str) -> String {
     text.replace(commands, " ")
 }
 
-/// Whether a character commands a terminal, breaks a line, or changes in which direction it is read.
+/// Whether a character controls the terminal, breaks a line, or changes the direction of text.
 fn commands(each: char) -> bool {
     let turns = matches!(each, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}')
         || matches!(each, '\u{2066}'..='\u{2069}');

@@ -1,4 +1,4 @@
-//! The team: who is there, and which robots need someone.
+//! The team: who is present, and which robots need attention.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,16 @@ use teampulse_core::time::Time;
 
 use super::format::counted;
 
-/// The last that is known of the team.
+/// The newest state of the team.
 #[derive(Debug, Default)]
 pub(super) struct Team {
-    /// By channel.
+    /// The state by channel.
     state: BTreeMap<String, f64>,
-    /// Why each robot needs someone whom nobody has answered, and since when.
+    /// The open alerts of each robot, with their times.
     needs: BTreeMap<String, Vec<(Why, Time)>>,
 }
 
-/// A robot that needs someone.
+/// A robot that needs attention.
 #[derive(Debug)]
 pub(super) struct Need<'a> {
     /// The robot.
@@ -49,7 +49,7 @@ impl Team {
         }
     }
 
-    /// The robots that need someone, with all their reasons.
+    /// The robots that need attention, with all reasons.
     pub fn needs(&self) -> impl Iterator<Item = Need<'_>> {
         self.needs.iter().filter_map(|(robot, needs)| {
             let since = needs.iter().map(|(_, since)| *since).min()?;
@@ -58,7 +58,7 @@ impl Team {
         })
     }
 
-    /// Who is there, of so many robots that were seen; `None` while nothing is known.
+    /// The attendance, given the number of robots seen; `None` while unknown.
     pub fn line(&self, robots: usize) -> Option<String> {
         let people = counted(self.known("people")? as usize, "person", "people");
         let online = self.known("robots_online").map(|online| online as usize);

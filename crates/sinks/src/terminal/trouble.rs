@@ -1,4 +1,4 @@
-//! What somebody should look at: first on the screen, and there until it is over.
+//! Troubles: pinned to the top of the screen until they are over.
 
 use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::time::Time;
@@ -6,16 +6,16 @@ use teampulse_core::time::Time;
 use super::format::for_so_long;
 use super::styled_line::{Style, StyledLine};
 
-/// Something that somebody should look at.
+/// A trouble that somebody should look at.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Trouble {
-    /// What is first.
+    /// Its urgency.
     pub urgency: Urgency,
-    /// Whom or what it is about: `robot2`.
+    /// Its subject: `robot2`.
     pub subject: String,
-    /// What is wrong.
+    /// Its description.
     pub what: String,
-    /// Since when, where that is said.
+    /// Its start, if shown.
     pub since: Option<Time>,
 }
 
@@ -26,18 +26,18 @@ pub(super) enum Urgency {
     Fault,
     /// A robot needs someone.
     Need,
-    /// A stream has not come for long.
+    /// A stream has been silent for long.
     Dead,
     /// A stream was never seen.
     Never,
-    /// A stream should have come by now.
+    /// A stream is overdue.
     Stale,
-    /// A stream comes, but not as it should.
+    /// A stream arrives, but not as it should.
     Degraded,
 }
 
 impl Urgency {
-    /// How urgent the state of a stream is; `None` of one that is fine.
+    /// The urgency of a stream's state; `None` if it is fine.
     pub fn of(state: State) -> Option<Urgency> {
         match state {
             State::Ok => None,
@@ -48,7 +48,7 @@ impl Urgency {
         }
     }
 
-    /// A sign of its own for each, and a colour that repeats it.
+    /// A distinct sign for each, with a colour that repeats it.
     fn sign(self) -> (&'static str, Style) {
         match self {
             Urgency::Fault => ("■", Style::Alarm),
@@ -62,7 +62,7 @@ impl Urgency {
 }
 
 impl Trouble {
-    /// What is wrong with some streams of one subject that are in the same state.
+    /// The trouble of streams of one subject in the same state.
     pub fn of_streams(
         subject: &str,
         urgency: Urgency,
@@ -81,7 +81,7 @@ impl Trouble {
         Trouble { urgency, subject: subject.to_owned(), what, since: None }
     }
 
-    /// Its line, with the subject in a column of so many characters.
+    /// Its line, with the subject padded to a width.
     pub fn line(&self, subject_columns: usize, now: Time) -> StyledLine {
         let (sign, style) = self.urgency.sign();
         let line = StyledLine::of(style, sign).with(Style::Plain, " ");
@@ -97,7 +97,7 @@ impl Trouble {
     }
 }
 
-/// The state of a stream with its reason: how long it is silent says all of that.
+/// The state of a stream with its reason; a silence is fully described by its duration.
 fn state_and_reason(status: &StreamStatus) -> String {
     let StreamStatus { state, reason, age_secs, .. } = status;
     match state {

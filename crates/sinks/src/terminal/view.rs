@@ -1,21 +1,20 @@
-//! What the person at the keys looks at, and is asked.
+//! Scroll positions, and questions to the operator.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use teampulse_core::time::Time;
 
-/// What the person at the keys looks at, and is asked: set by keys, drawn by the terminal. Clones are
-/// one.
+/// Scroll positions and questions, set by keys and drawn by the terminal. Clones share their state.
 #[derive(Clone, Debug, Default)]
 pub struct View(Arc<Mutex<Looks>>);
 
 #[derive(Debug, Default)]
 struct Looks {
-    /// How many lines of the team are above what is shown.
+    /// The number of lines of the team above the visible part.
     team_from: usize,
-    /// How many lines of the log are below what is shown.
+    /// The number of lines of the log below the visible part.
     log_back: usize,
-    /// How many lines of the log are shown.
+    /// The number of visible lines of the log.
     log_rows: usize,
     question: Option<(String, Time)>,
     has_keys: bool,
@@ -23,26 +22,26 @@ struct Looks {
     is_changed: bool,
 }
 
-/// How far to look elsewhere.
+/// A scroll command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scroll {
-    /// A line of the team up.
+    /// The team up by a line.
     Up,
-    /// A line of the team down.
+    /// The team down by a line.
     Down,
-    /// A page of the log back.
+    /// The log back by a page.
     Back,
-    /// A page of the log forth.
+    /// The log forward by a page.
     Forth,
     /// To the top of the team and the end of the log.
     Home,
 }
 
-/// How long a question stands [s]: a key that is pressed later was not meant for it.
+/// How long a question stays open [s]: a later key was not meant for it.
 const STANDS_SECS: f64 = 10.0;
 
 impl View {
-    /// Looks elsewhere.
+    /// Scrolls.
     pub fn scroll(&self, scroll: Scroll) {
         let mut looks = self.lock();
         let page = looks.log_rows.max(2) - 1;
@@ -56,51 +55,51 @@ impl View {
         looks.is_changed = true;
     }
 
-    /// There are keys: what they do is said.
+    /// Shows the explanation of the keys.
     pub fn explain_keys(&self) {
         self.lock().has_keys = true;
     }
 
-    /// Whether there are keys.
+    /// Whether keys are read.
     pub(super) fn has_keys(&self) -> bool {
         self.lock().has_keys
     }
 
-    /// The faults on the screen were seen.
+    /// Marks the faults on the screen as seen.
     pub fn see(&self) {
         let mut looks = self.lock();
         (looks.is_seen, looks.is_changed) = (true, true);
     }
 
-    /// Asks a question, or says something for a while, where else stands what keys do.
+    /// Shows a question or a message for a while in place of the explanation of the keys.
     pub fn ask(&self, question: impl Into<String>, now: Time) {
         let mut looks = self.lock();
         looks.question = Some((question.into(), now));
         looks.is_changed = true;
     }
 
-    /// The question was answered, or left; says whether it stood.
+    /// Closes the question; returns whether it was open.
     pub fn take_question(&self, now: Time) -> bool {
         let mut looks = self.lock();
         looks.is_changed = true;
         looks.question.take().is_some_and(|(_, asked)| now.secs_since(asked) < STANDS_SECS)
     }
 
-    /// The question that stands.
+    /// The open question.
     pub(super) fn question(&self, now: Time) -> Option<String> {
         let mut looks = self.lock();
         looks.question.take_if(|(_, asked)| now.secs_since(*asked) >= STANDS_SECS);
         looks.question.as_ref().map(|(question, _)| question.clone())
     }
 
-    /// From which line on the team is shown, of so many in so many rows.
+    /// The first visible line of the team, given its number of lines and the rows.
     pub(super) fn team_from(&self, lines: usize, rows: usize) -> usize {
         let mut looks = self.lock();
         looks.team_from = looks.team_from.min(lines.saturating_sub(rows));
         looks.team_from
     }
 
-    /// How many lines of the log are below what is shown, of so many in so many rows.
+    /// The number of lines of the log below the visible part, given its number of lines and the rows.
     pub(super) fn log_back(&self, lines: usize, rows: usize) -> usize {
         let mut looks = self.lock();
         looks.log_rows = rows;
@@ -108,12 +107,12 @@ impl View {
         looks.log_back
     }
 
-    /// Whether faults were seen since this was last asked.
+    /// Whether faults were seen since the last call.
     pub(super) fn take_seen(&self) -> bool {
         std::mem::take(&mut self.lock().is_seen)
     }
 
-    /// Whether something changed since this was last asked.
+    /// Whether anything changed since the last call.
     pub(super) fn take_changed(&self) -> bool {
         std::mem::take(&mut self.lock().is_changed)
     }

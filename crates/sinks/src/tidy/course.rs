@@ -1,4 +1,4 @@
-//! The course of a session: when it began, and what was going on when.
+//! The course of a session: its start and its phases.
 
 use std::collections::BTreeSet;
 
@@ -11,41 +11,41 @@ use teampulse_core::time::Time;
 
 use super::file::on_one_line;
 
-/// What is shorter than this is no phase that anybody meant [s].
+/// The shortest phase that somebody meant [s].
 pub(super) const SHORTEST_SECS: f64 = 1.0;
 
 /// Why a session may have no recorded end.
 const CUT_OFF: &str =
     "The session was cut off: its end was not recorded; phases end with the last record.";
 
-/// A phase that ended so long ago [ns] is what a report is about, not the one that began: as for the
+/// A report refers to a phase that ended at most this long ago [ns], not to the one that began: as for the
 /// feature `estimates`.
 const JUST_ENDED_NS: i64 = 10_000_000_000;
 
-/// When a session began, and the phases of everyone in it.
+/// The start of a session, and the phases of everyone in it.
 #[derive(Debug, Default)]
 pub(super) struct Course {
     began: Option<Time>,
     now: Time,
     phases: Phases,
-    /// The ids of the people that something is about.
+    /// The ids of the people with streams or reports.
     people: BTreeSet<String>,
     cut_off: Option<String>,
 }
 
-/// A time of somebody without a change: within one phase, or between two.
+/// A stretch of somebody's time within one phase, or between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Section<'a> {
     /// The phase that it is; `None` between phases.
     pub(super) phase: Option<&'a str>,
-    /// When it begins.
+    /// Its start.
     pub(super) begin: Time,
-    /// When it ends, as far as that is known.
+    /// Its end, as far as known.
     pub(super) end: Option<Time>,
 }
 
 impl Course {
-    /// Takes in what came next. A session begins with the first that is known of it.
+    /// Takes in the next record. A session begins with its first record.
     pub(super) fn take(&mut self, record: &Record) {
         let sample = &record.sample;
         self.began.get_or_insert(sample.log_time);
@@ -58,7 +58,7 @@ impl Course {
         }
     }
 
-    /// No more records come: a session without a recorded end ended with its last record.
+    /// Ends the course; a session without a recorded end ended with its last record.
     pub(super) fn finish(&mut self) {
         if !self.phases.is_over() {
             self.cut_off.get_or_insert_with(|| CUT_OFF.to_owned());
@@ -66,7 +66,7 @@ impl Course {
         }
     }
 
-    /// The bag has ended, and the session's record with it.
+    /// Ends the course with the bag.
     pub(super) fn end_with_bag(&mut self, why: &str) {
         self.cut_off = Some(format!(
             "The bag ended before the session did, and these files with it: {}; phases end there, too.",
@@ -74,7 +74,7 @@ impl Course {
         ));
     }
 
-    /// Nothing more comes, for a reason that fits after "failed to": the session was not over.
+    /// Ends the course early, for a reason that fits after "failed to".
     pub(super) fn end_early(&mut self, reason: &str) {
         self.cut_off = Some(format!(
             "The session ended early: it failed to {}; phases end there, too.",
@@ -87,23 +87,23 @@ impl Course {
         self.cut_off.as_deref()
     }
 
-    /// When the session began.
+    /// The start of the session.
     pub(super) fn began(&self) -> Time {
         self.began.unwrap_or(self.now)
     }
 
-    /// The newest that is known of it.
+    /// The newest time of the session.
     pub(super) fn now(&self) -> Time {
         self.now
     }
 
-    /// How long after the session's begin a moment is [s].
+    /// The time since the session's start [s].
     pub(super) fn secs(&self, at: Time) -> f64 {
         at.secs_since(self.began())
     }
 
-    /// Whom an event is about: a self-report on the session's events is about whom it names, or about
-    /// the only person that there is.
+    /// The subject of an event: for a self-report among the session's events the person it names, or the only
+    /// person present.
     pub(super) fn whom(&self, stream: &Stream, event: &Event) -> Subject {
         let isa = Isa::read(event).filter(|_| stream.about == About::Session);
         let named = isa.map(|isa| isa.person);
@@ -121,26 +121,25 @@ impl Course {
         self.phases.of(subject)
     }
 
-    /// The length of the phase of this name that was announced at this moment [s]; `None` where no phase
-    /// began with that, or it has not ended.
+    /// The length of the phase of this name announced at this time [s]; `None` where no phase began with it,
+    /// or it has not ended.
     pub(super) fn length_secs(&self, subject: &Subject, label: &str, told: Time) -> Option<f64> {
         let phases = self.phases.of(subject);
         let since = &phases[phases.partition_point(|phase| phase.begin < told)..];
         let begin = since.first()?.begin;
-        // Somebody's own phase stands behind the session's that it replaces.
+        // Somebody's own phase comes after the session's that it replaces.
         let replacing = since.iter().take_while(|phase| phase.begin == begin).last()?;
         let end = replacing.end.filter(|_| replacing.label == label)?;
         Some(end.secs_since(told))
     }
 
-    /// The phase that what happened to somebody at a moment belongs to: the one that went on then, but
-    /// of a report the one that it is about.
+    /// The phase of an event: the current one, but for a report the one that it refers to.
     pub(super) fn phase_of(&self, subject: &Subject, kind: EventKind, at: Time) -> Option<&str> {
         let just_ended = self.just_ended(subject, at).filter(|_| kind == EventKind::Report);
         just_ended.or_else(|| self.section(subject, at).phase)
     }
 
-    /// Somebody's phase that ended a moment ago.
+    /// Somebody's phase that has just ended.
     fn just_ended(&self, subject: &Subject, at: Time) -> Option<&str> {
         let phases = self.phases.of(subject);
         let has_just_ended = |phase: &&Phase| {
@@ -152,7 +151,7 @@ impl Course {
         newest.iter().find(has_just_ended).map(|phase| phase.label.as_str())
     }
 
-    /// What was going on for somebody at a moment.
+    /// Somebody's phase, or pause between phases, at a time.
     pub(super) fn section(&self, subject: &Subject, at: Time) -> Section<'_> {
         let phases = self.phases.of(subject);
         let next = phases.partition_point(|phase| phase.begin <= at);
@@ -171,7 +170,7 @@ impl Course {
     }
 }
 
-/// Whom something is about, in a word: the id, `team` or `session`.
+/// The subject in a word: the id, `team` or `session`.
 pub(super) fn word_of(subject: &Subject) -> &str {
     match subject.about {
         _ if !subject.id.is_empty() => &subject.id,

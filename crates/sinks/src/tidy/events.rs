@@ -1,4 +1,4 @@
-//! What happened, in the manner of BIDS.
+//! Events in BIDS format.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,9 +21,9 @@ use crate::text::harmless;
 
 /// The name of the file.
 pub(super) const NAME: &str = "events.tsv";
-/// The name of the file that says what its columns are.
+/// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "events.json";
-/// What a marker is called that nobody set.
+/// The type of a marker that nobody set.
 pub(super) const NOTICE: &str = "notice";
 /// Its columns; the first three are those of BIDS, as is the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
@@ -46,9 +46,9 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("time", Column::of("Onset, as a time of day in UTC (ISO 8601).")),
     ("channel", Column::of("The channel in which it was found, where a signal has several.")),
 ];
-/// Two phases of one name that begin and end within so much of each other are the same [s].
+/// Two phases of one name whose starts and ends differ by less are the same [s].
 const SAME_SECS: f64 = 1.0;
-/// So long an event waits for earlier ones, so that the rows stand in the order of their onsets [ns].
+/// How long an event waits for earlier ones, so that rows are in order of onset [ns].
 const WAIT_NS: i64 = 10_000_000_000;
 
 /// A row for each event: its onset [s since the session's start], its duration [s], its type, and its
@@ -57,18 +57,18 @@ const WAIT_NS: i64 = 10_000_000_000;
 #[derive(Debug)]
 pub(super) struct Events {
     file: TextFile,
-    /// Rows that wait, in the order of their onsets and then of their coming.
+    /// Waiting rows, by onset and then by arrival.
     waiting: BTreeMap<(Time, u64), Row>,
     taken: u64,
-    /// How many lines were written, and which of them are phases.
+    /// The number of lines written, and which of them are phases.
     lines: usize,
     phases: BTreeMap<usize, Row>,
-    /// The newest onset that was written, and whether an earlier one came after it.
+    /// The newest onset written, and whether an earlier one came after it.
     newest: Time,
     is_mixed_up: bool,
 }
 
-/// What happened, and to whom.
+/// An event with its subject.
 #[derive(Debug)]
 struct Row {
     stream: Arc<Stream>,
@@ -101,8 +101,7 @@ impl Events {
         self.write_until(due, course)
     }
 
-    /// Writes what still waits, how long phases were, and puts in order what came later than any row
-    /// waits.
+    /// Writes waiting rows and the lengths of phases, and sorts what arrived later than rows wait.
     pub(super) fn finish(mut self, course: &Course) -> Result<(), Unwritten> {
         self.write_until(Time::from_nanos(i64::MAX), course)?;
         self.flush()?;
@@ -139,7 +138,7 @@ impl Row {
         let Event { kind, label, value, .. } = event.as_ref();
         let is_notice = is_notice(stream, event);
         let what = if is_notice { NOTICE.to_owned() } else { kind.to_string() };
-        // Of several channels, that of a burst is its label.
+        // For a burst of one of several channels, the channel is the label.
         let channel = if *kind == EventKind::Burst { word(label) } else { absent() };
         let value = number(ended_secs(stream, event).unwrap_or(*value));
         let label = word(self.name());
@@ -151,14 +150,14 @@ impl Row {
         )
     }
 
-    /// What it is called: a phase as it is everywhere else.
+    /// Its type; for a phase its usual name.
     fn name(&self) -> &str {
         let Event { kind, label, .. } = self.event.as_ref();
         let of_phase = (*kind == EventKind::Phase).then(|| name_of(label)).flatten();
         of_phase.unwrap_or(label)
     }
 
-    /// Whether it is a phase of somebody that is the session's, too.
+    /// Whether it is a person's phase that equals the session's.
     fn repeats_the_session(&self, course: &Course) -> bool {
         let (of_session, subject) = (Subject::session(), self.stream.subject());
         let is_near = |a: Time, b: Time| a.secs_since(b).abs() < SAME_SECS;
@@ -172,7 +171,7 @@ impl Row {
             })
     }
 
-    /// How long it lasted: of a phase as far as is known, without a length when its end is not.
+    /// Its duration; for a phase as far as known, missing if its end is.
     fn duration(&self, course: &Course) -> String {
         let Event { kind, duration_secs, .. } = self.event.as_ref();
         if ended_secs(&self.stream, &self.event).is_some() {
@@ -183,7 +182,7 @@ impl Row {
         }
         let told_secs = Some(*duration_secs).filter(|secs| *secs > 0.0);
         let known_secs = course.length_secs(&self.stream.subject(), self.name(), self.onset);
-        // Announced in whole numbers, measured to the millisecond.
+        // Announced lengths are whole numbers, measured ones have milliseconds.
         known_secs.or(told_secs).map_or_else(absent, |secs| number((secs * 1e3).round() / 1e3))
     }
 }
@@ -194,14 +193,14 @@ fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
     Some(event.duration_secs).filter(|secs| is_notice(stream, event) && *secs > 0.0)
 }
 
-/// Whether a marker is none that anybody set, but a notice of what was concluded of somebody.
+/// Whether a marker was not set by anybody, but is a notice about a conclusion.
 fn is_notice(stream: &Stream, event: &Event) -> bool {
     let is_concluded = stream.origin == Origin::Derived && stream.about != About::Session;
     event.kind == EventKind::Marker && is_concluded
 }
 
-/// Whether an event has a row. Beats are in the files of intervals; the reports on clocks each second, and
-/// on whether losses of a stream can be counted, mean nothing to people.
+/// Whether an event has a row. Beats are in the interval files; clock reports each second, and whether losses
+/// can be counted, are of no interest.
 fn is_told(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
     let is_news = is_counted || Loss::of_stream(stream).is_none();
@@ -213,8 +212,8 @@ fn is_told(stream: &Stream, event: &Event) -> bool {
     event.kind != EventKind::Beat && is_own && is_news && !is_end && !is_mark
 }
 
-/// Whether an alert says of a robot what the robot's own events say: that it is offline, that a sensor is
-/// stuck or that its diagnostics say error. That somebody answered is said here alone.
+/// Whether an alert repeats the robot's own events: that it is offline, a sensor is stuck, or its diagnostics
+/// report an error. That somebody answered is reported only here.
 fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
     let alert = Some(&event.label).filter(|_| stream.name == ALERTS);
     alert
@@ -222,7 +221,7 @@ fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
         .is_some_and(|alert| alert.stage != Stage::Answered && !matches!(alert.why, Why::Limit(_)))
 }
 
-/// The onset that a row begins with [s]; the head comes before all.
+/// The onset in a row [s]; the header sorts before all.
 fn onset_secs(row: &str) -> f64 {
     let onset = row.split('\t').next().and_then(|onset| onset.parse().ok());
     onset.unwrap_or(f64::NEG_INFINITY)
@@ -233,7 +232,7 @@ fn absent() -> String {
 }
 
 fn number(value: f64) -> String {
-    // No minus before a zero.
+    // Never a negative zero.
     if value.is_finite() { (value + 0.0).to_string() } else { absent() }
 }
 

@@ -1,4 +1,4 @@
-//! What was computed, long and tidy.
+//! Feature values in long format.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::csv::{cell, number};
 
 /// The name of the file.
 pub(super) const NAME: &str = "features.csv";
-/// The name of the file that says what its columns are.
+/// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "features.json";
 /// Its columns.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
@@ -31,7 +31,7 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),
     ("reason", Column::of("Why there is no value.")),
 ];
-/// Windows come each second: one that begins or ends half of that beside its place is in it [ns].
+/// Windows come each second: the tolerance of their ends [ns].
 const TOLERANCE_NS: i64 = 500_000_000;
 
 /// A row for each value of a window, and for the window's coverage and quality: of windows that do not
@@ -44,11 +44,11 @@ pub(super) struct Features {
     told: BTreeMap<StreamId, LastWindow>,
 }
 
-/// The window of a stream that was written last.
+/// The last window written of a stream.
 #[derive(Clone, Copy, Debug)]
 struct LastWindow {
     end: Time,
-    /// When the section that it lies in began.
+    /// The start of its section.
     section: Time,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Window {
 }
 
 impl Features {
-    /// A stream has a row each so many seconds at most.
+    /// Creates the file, with at most one row per stream each `every_secs`.
     pub(super) fn create(folder: &Path, every_secs: f64) -> Result<Features, Unwritten> {
         let mut file = TextFile::create(folder.join(NAME))?;
         file.push(COLUMNS.map(|(name, _)| name).join(","))?;
@@ -144,17 +144,17 @@ impl Window {
         Window { begin: Time::from_nanos(end.nanos().saturating_sub(length_ns)), end }
     }
 
-    /// Whether it begins at a moment, as near as windows do, or later.
+    /// Whether it begins at a time or later, within the tolerance.
     pub(super) fn is_after(self, moment: Time) -> bool {
         moment.nanos_since(self.begin) <= TOLERANCE_NS
     }
 
-    /// Whether it lies in a section, as near as windows do.
+    /// Whether it lies in a section, within the tolerance.
     pub(super) fn lies_in(self, section: Section<'_>) -> bool {
         self.is_after(section.begin) && section.end.is_none_or(|end| self.is_before(end))
     }
 
-    /// Whether it ends at a moment, as near as windows do, or earlier.
+    /// Whether it ends at a time or earlier, within the tolerance.
     fn is_before(self, moment: Time) -> bool {
         self.end.nanos_since(moment) <= TOLERANCE_NS
     }
@@ -165,7 +165,7 @@ impl Window {
     }
 }
 
-/// Whether a phase was too short for any value, and for anybody to have meant it.
+/// Whether a phase was too short for any value, or for somebody to have meant it.
 pub(super) fn says_nothing(values: &FeatureValues) -> bool {
     values.window_secs < SHORTEST_SECS && values.reasons.iter().all(|reason| *reason != Reason::Ok)
 }

@@ -19,12 +19,12 @@ pub(super) struct TextFile {
     file: BufWriter<File>,
 }
 
-/// Writes a whole file, instead of any of its name; none is left that is not whole.
+/// Writes a whole file, replacing an existing one; an incomplete one is removed.
 pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Unwritten> {
     whole(path, || private::write(path, text).map_err(Unwritten::at(path)))
 }
 
-/// Writes a file; one that could not be written whole is removed, as half a table is taken for a table.
+/// Writes a file, and removes it if incomplete, as half a table looks like a whole one.
 pub(super) fn whole<T>(
     path: &Path,
     write: impl FnOnce() -> Result<T, Unwritten>,
@@ -48,7 +48,7 @@ impl Unwritten {
 }
 
 impl TextFile {
-    /// A new file, instead of any of its name.
+    /// Creates a file, replacing an existing one.
     pub(super) fn create(path: PathBuf) -> Result<TextFile, Unwritten> {
         let file = private::create(&path).map_err(Unwritten::at(&path))?;
         Ok(TextFile { path, file: BufWriter::new(file) })
@@ -58,7 +58,7 @@ impl TextFile {
         &self.path
     }
 
-    /// Gives the file another name; it grows on.
+    /// Renames the file, which remains open.
     pub(super) fn rename(&mut self, path: PathBuf) -> Result<(), Unwritten> {
         fs::rename(&self.path, &path).map_err(Unwritten::at(&path))?;
         self.path = path;
@@ -69,8 +69,7 @@ impl TextFile {
         writeln!(self.file, "{line}").map_err(Unwritten::at(&self.path))
     }
 
-    /// Puts others in place of some lines of a file that was flushed, by their numbers, or nothing, and
-    /// all in the order of a number in each.
+    /// Replaces or removes lines of a flushed file by number, and sorts all by a number in each.
     pub(super) fn revise(
         self,
         others: &BTreeMap<usize, Option<String>>,
@@ -86,7 +85,7 @@ impl TextFile {
         file.flush()
     }
 
-    /// Hands to the system what was written so far.
+    /// Flushes the buffer to the system.
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
         self.file.flush().map_err(Unwritten::at(&self.path))
     }

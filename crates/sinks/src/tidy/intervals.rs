@@ -1,4 +1,4 @@
-//! The intervals between heart beats, as programs for heart rate variability read them.
+//! Inter-beat intervals in the formats of programs for heart rate variability.
 
 mod judged;
 
@@ -16,7 +16,7 @@ use super::file::{TextFile, Unwritten, on_one_line};
 use super::sidecar::{self, Column};
 use crate::csv::cell;
 
-/// The name of the file that says what the columns of the tables are.
+/// The name of the file that describes the tables' columns.
 pub(super) const SIDECAR: &str = "intervals.json";
 /// The columns of the tables.
 pub(super) const COLUMNS: [(&str, Column); 4] = [
@@ -42,7 +42,7 @@ pub(super) const COLUMNS: [(&str, Column); 4] = [
         ),
     ),
 ];
-/// Of several signals of one device the first of these that has intervals is kept.
+/// The preferred signal of a device with several.
 const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 
 /// Intervals as detected and not corrected, two files for each device of a person: in `intervals.txt` when
@@ -55,20 +55,20 @@ const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 #[derive(Debug)]
 pub(super) struct Intervals {
     folder: PathBuf,
-    /// What beats are found in, by their streams; `None` for those of which there are no files.
+    /// The signals in which beats are detected, by stream; `None` for streams without files.
     signals: BTreeMap<StreamId, Option<OfSignal>>,
-    /// By person and device.
+    /// The files by person and device.
     files: BTreeMap<(String, String), OfDevice>,
 }
 
-/// A signal in which beats are found.
+/// A signal in which beats are detected.
 #[derive(Debug)]
 struct OfSignal {
     subject: Subject,
     person: String,
     device: String,
     signal: Signal,
-    /// How many intervals it has, and how many beats that have none before them.
+    /// The number of intervals, and of beats without one before them.
     count: u64,
     gaps: u64,
 }
@@ -76,30 +76,30 @@ struct OfSignal {
 /// The intervals of one device.
 #[derive(Debug)]
 struct OfDevice {
-    /// The stream of beats that it holds.
+    /// The stream of its beats.
     of: StreamId,
     signal: Signal,
     file: TextFile,
-    /// When each beat was, and the interval before it [ms] or NaN.
+    /// The time of each beat, and the interval before it [ms] or NaN.
     beats: Vec<(Time, f64)>,
 }
 
-/// The files of a device's intervals that are kept: their name without `.txt` and `.csv`.
+/// The files of a device's intervals: their name without `.txt` and `.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Kept {
     pub(super) name: String,
     pub(super) person: String,
     pub(super) device: String,
     pub(super) signal: Signal,
-    /// How many intervals it has.
+    /// The number of intervals.
     pub(super) count: u64,
-    /// How many beats have none before them, as data were missing; the first of all is one.
+    /// The number of beats without an interval before them because data were missing, including the first.
     pub(super) gaps: u64,
-    /// How many of the intervals the features correct.
+    /// The number of intervals that features correct.
     pub(super) corrected: usize,
 }
 
-/// Writes the table of a device's intervals; how many of them are marked as corrected.
+/// Writes the table of a device's intervals; returns the number marked as corrected.
 fn table(
     path: &Path,
     subject: &Subject,
@@ -127,7 +127,7 @@ impl Intervals {
         Intervals { folder: folder.to_owned(), signals, files }
     }
 
-    /// Takes a beat, if it is one that was found in a signal.
+    /// Takes a beat, if it was detected in a signal.
     pub(super) fn take(
         &mut self,
         record: &Record,
@@ -155,8 +155,8 @@ impl Intervals {
         file.file.push(format_args!("{at_secs:.6}\t{:.6}", event.value / 1e3))
     }
 
-    /// The file into which the intervals of a stream go: that of its device, unless that has those of a
-    /// better signal. The better one begins it anew.
+    /// The file for the intervals of a stream: that of its device, unless it holds those of a better signal.
+    /// A better signal restarts the file.
     fn file_of(
         &mut self,
         device: &(String, String),
@@ -174,7 +174,7 @@ impl Intervals {
         }
         let Some(known) = self.files.get_mut(device) else { return Ok(None) };
         if is_interval && rank(signal) < rank(known.signal) {
-            // What is still in memory must not come after what is new.
+            // Buffered rows must precede new ones.
             known.file.flush()?;
             known.file = TextFile::create(known.file.path().to_owned())?;
             (known.of, known.signal) = (id, signal);
@@ -183,7 +183,7 @@ impl Intervals {
         Ok((known.of == id).then_some(known))
     }
 
-    /// With a second device the file of the first is named after it, too.
+    /// Names the first device's file after the device, once there is a second.
     fn name_all(&mut self) -> Result<(), Unwritten> {
         if self.files.len() != 1 {
             return Ok(());
@@ -202,7 +202,7 @@ impl Intervals {
         self.files.values_mut().try_for_each(|each| each.file.flush())
     }
 
-    /// What there is, by person and device.
+    /// The files kept, by person and device.
     pub(super) fn finish(mut self, course: &Course) -> Result<Vec<Kept>, Unwritten> {
         self.flush()?;
         let mut kept = Vec::new();
@@ -219,7 +219,7 @@ impl Intervals {
 }
 
 impl OfSignal {
-    /// `None` for beats that were not found in a signal of a person here.
+    /// `None` for beats not detected in a person's signal in this session.
     fn of(record: &Record, streams: &Streams) -> Option<OfSignal> {
         let stream = &record.stream;
         let (_, input) = stream.inputs.first().and_then(|input| streams.find(input))?;
@@ -232,7 +232,7 @@ impl OfSignal {
         Some(OfSignal { subject, person, device, signal: input.signal, count: 0, gaps: 0 })
     }
 
-    /// Counts a beat; whether it has an interval before it.
+    /// Counts a beat; returns whether there is an interval before it.
     fn take(&mut self, beat: &Event) -> bool {
         let is_interval = beat.value.is_finite();
         let counted = if is_interval { &mut self.count } else { &mut self.gaps };
@@ -241,7 +241,7 @@ impl OfSignal {
     }
 }
 
-/// A word of a bag as a part of a file's name.
+/// A word from a bag as part of a file name.
 fn plain(word: &str) -> String {
     let plain = |each: char| if each.is_alphanumeric() || each == '-' { each } else { '_' };
     word.chars().map(plain).collect()

@@ -1,4 +1,4 @@
-//! What each measure means, in a sentence.
+//! The meaning of each measure, in a sentence.
 
 mod heart;
 mod body;
@@ -7,14 +7,14 @@ mod team;
 use teampulse_signal::analysis::Value;
 use teampulse_signal::statistics::Comparison;
 
-/// A measure and what it means.
+/// A measure and its meaning.
 type Meaning = (&'static str, &'static str);
 
-/// The tables of all measures that this project computes, by their names without a channel.
+/// The tables of all measures of this project, by name without channel.
 const TABLES: [&[Meaning]; 4] =
     [heart::SIGNALS, heart::VARIABILITY, body::MEANINGS, team::MEANINGS];
 
-/// What a measure means, in a sentence; for one that this project does not compute, from its stream.
+/// The meaning of a measure, in a sentence; for one not of this project, from its stream.
 pub(super) fn meaning_of(name: &str) -> String {
     let (base, channel) = Value::parts(name);
     let meaning = known(base).unwrap_or_else(|| {
@@ -27,7 +27,7 @@ pub(super) fn meaning_of(name: &str) -> String {
     }
 }
 
-/// The same; `None` for a measure that this project does not compute.
+/// The same; `None` for a measure not of this project.
 fn known(base: &str) -> Option<String> {
     if let Some(meaning) = listed(base) {
         return Some(meaning.to_owned());

@@ -1,4 +1,4 @@
-//! What the measures of a session are: their names, where they come from, how they are computed.
+//! The measures of a session: names, sources and methods.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -9,21 +9,21 @@ use teampulse_core::stream::{About, Stream, StreamId, Window};
 
 use super::meanings::meaning_of;
 
-/// What a window's share of data is called among its values.
+/// The name of a window's coverage among its values.
 pub(super) const COVERAGE: &str = "coverage";
-/// What the quality of a window's data is called among its values.
+/// The name of a window's quality among its values.
 pub(super) const QUALITY: &str = "quality";
 
-/// What is known of the measures that came so far.
+/// The measures seen so far.
 #[derive(Debug, Default)]
 pub(super) struct Measures {
     by_name: BTreeMap<String, Measure>,
     seen: BTreeMap<StreamId, Arc<Stream>>,
-    /// Whether more is known than was written last.
+    /// Whether there is more than was last written.
     pub(super) is_news: bool,
 }
 
-/// What a measure is, in the words of BIDS.
+/// The description of a measure in the terms of BIDS.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "PascalCase")]
 pub(super) struct Measure {
@@ -32,11 +32,11 @@ pub(super) struct Measure {
     method: Methods,
 }
 
-/// Its units: one, but for measures of any signal.
+/// Its units: one, except for measures of any signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Units(BTreeSet<String>);
 
-/// How it is computed, with the sources of which it is computed so.
+/// Its methods, each with the sources it applies to.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Methods(BTreeMap<String, BTreeSet<String>>);
 
@@ -70,12 +70,12 @@ impl Measures {
         measure.method.0.entry(method).or_default().insert(source.to_owned());
     }
 
-    /// All that are known, by their names.
+    /// All measures by name.
     pub(super) fn all(&self) -> &BTreeMap<String, Measure> {
         &self.by_name
     }
 
-    /// What a measure means.
+    /// The meaning of a measure.
     pub(super) fn meaning_of(&self, name: &str) -> String {
         let known = self.by_name.get(name);
         known.map_or_else(|| meaning_of(name), |measure| measure.description.clone())
@@ -89,7 +89,7 @@ impl Serialize for Units {
     }
 }
 
-/// One method as a text; several by their sources.
+/// A single method as a text; several by source.
 impl Serialize for Methods {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if let (1, Some((method, _))) = (self.0.len(), self.0.first_key_value()) {
@@ -103,8 +103,8 @@ impl Serialize for Methods {
     }
 }
 
-/// What a feature was computed from, within its subject: `polar_h10/ecg`; of one with several inputs its
-/// own name without the window.
+/// The input of a feature within its subject: `polar_h10/ecg`; for several inputs its own name without the
+/// window.
 pub(super) fn source_of(stream: &Stream) -> String {
     let name = stream.input().unwrap_or(stream.windowless_name());
     stream.subject().within(name).trim_start_matches('/').to_owned()
@@ -125,8 +125,8 @@ pub(super) fn has_coverage(stream: &Stream) -> bool {
     stream.about == About::Person && stream.inputs.len() == 1 && !is_of_statistics(stream)
 }
 
-/// How each value of a stream is computed: its own recipe where the method has one for each
-/// (`name: recipe; name: recipe`), else all that is said.
+/// The method of each value of a stream: its own recipe where the method lists them (`name: recipe; name:
+/// recipe`), otherwise the whole text.
 pub(super) fn methods(stream: &Stream) -> Vec<&str> {
     let method = stream.method.as_str();
     let mut begins = Vec::new();

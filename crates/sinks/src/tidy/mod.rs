@@ -1,4 +1,4 @@
-//! Tidy files beside the bag, for those who open no bags.
+//! Tidy files next to the bag, for readers without bag tools.
 
 mod course;
 mod events;
@@ -34,11 +34,11 @@ use self::phases::PhaseTable;
 use self::summary::Summary;
 use crate::{Ended, SinkContext};
 
-/// How long to wait for something new before looking again.
+/// The longest wait for input before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How often what was written is handed to the system [s]: a crash takes no more.
+/// The interval between flushes [s], which bounds the loss in a crash.
 const FLUSH_EVERY_SECS: f64 = 1.0;
-/// How long the bag may take to make its folder, and how often it is looked for.
+/// How long the bag may take to create its folder, and how often to check.
 const FOLDER_WITHIN: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(5);
 
@@ -141,7 +141,7 @@ fn is_told(stream: &Stream) -> bool {
     matches!(stream.shape, Event | Feature | Status | Description)
 }
 
-/// Waits until the bag has made its folder: it takes none that was there before.
+/// Waits until the bag has created its folder; an existing one does not count.
 fn wait_for(folder: &Path) -> Result<(), SinkError> {
     for _ in 0..FOLDER_WITHIN.as_millis() / LOOK.as_millis() {
         if folder.is_dir() {
@@ -155,7 +155,7 @@ fn wait_for(folder: &Path) -> Result<(), SinkError> {
     })
 }
 
-/// The files while the session goes on.
+/// The open files of a running session.
 struct Writing {
     folder: PathBuf,
     course: Course,
@@ -212,7 +212,7 @@ impl Writing {
         self.intervals.flush()
     }
 
-    /// Writes what is newly known of measures.
+    /// Writes new descriptions of measures.
     fn describe_measures(&mut self) -> Result<(), Unwritten> {
         if std::mem::take(&mut self.measures.is_news) {
             sidecar::write_features(&self.folder, &self.measures)?;

@@ -1,4 +1,4 @@
-//! A small table of phases and measures.
+//! A wide table of phases and measures.
 
 mod rows;
 
@@ -23,9 +23,9 @@ use crate::csv::{cell, number};
 
 /// The name of the file.
 pub(super) const NAME: &str = "phases.csv";
-/// The name of the file that says what its columns are.
+/// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "phases.json";
-/// The columns that every table has; those of measures follow.
+/// The columns of every table; those of measures follow.
 pub(super) const COLUMNS: [(&str, Column); 5] = [
     ("subject", Column::of("The subject: a person's pseudonym, or a robot.")),
     ("phase", Column::of("The name of the phase.")),
@@ -42,20 +42,20 @@ pub(super) const COLUMNS: [(&str, Column); 5] = [
         ),
     ),
 ];
-/// Of the statistics of robots' raw signals the table has these; the others are in `features.csv`.
+/// The statistics of robots' raw signals in the table; the others are in `features.csv`.
 const STATISTICS: [&str; 2] = ["mean", "sd"];
 
-/// One row for each phase of somebody, one column for each measure.
+/// One row per phase of somebody, one column per measure.
 #[derive(Debug)]
 pub(super) struct PhaseTable {
     columns: Vec<Known>,
-    /// The places of columns, by measure and source.
+    /// The column indices by measure and source.
     places: BTreeMap<(String, String), usize>,
     streams: BTreeMap<StreamId, (Arc<Stream>, Vec<Option<usize>>)>,
     rows: Rows,
 }
 
-/// A column, as it is known before it has its name.
+/// A column without its final name.
 #[derive(Debug)]
 struct Known {
     measure: String,
@@ -65,13 +65,13 @@ struct Known {
 }
 
 impl PhaseTable {
-    /// The table that will be in this folder.
+    /// The table, to be written into this folder.
     pub(super) fn new(folder: &Path) -> PhaseTable {
         let (places, streams) = (BTreeMap::new(), BTreeMap::new());
         PhaseTable { columns: Vec::new(), places, streams, rows: Rows::new(folder) }
     }
 
-    /// Takes in the values of a phase, if it is one of those in the table.
+    /// Takes in the values of a phase, if they belong in the table.
     pub(super) fn take(&mut self, record: &Record, values: &FeatureValues, course: &Course) {
         let stream = &record.stream;
         if !is_of_phases(stream) || says_nothing(values) {
@@ -91,7 +91,7 @@ impl PhaseTable {
         self.rows.extend((subject, section.begin), told);
     }
 
-    /// The columns of a stream: of coverage and quality, and then of its values.
+    /// The columns of a stream: coverage, quality, and its values.
     fn places_of(&mut self, id: StreamId, stream: &Arc<Stream>) -> Vec<Option<usize>> {
         if let Some((_, places)) = self.streams.get(&id).filter(|(known, _)| **known == **stream) {
             return places.clone();
@@ -125,7 +125,7 @@ impl PhaseTable {
         place
     }
 
-    /// Writes the table and what its columns are.
+    /// Writes the table and the descriptions of its columns.
     pub(super) fn finish(
         &self,
         folder: &Path,
@@ -183,8 +183,8 @@ impl PhaseTable {
         file.flush()
     }
 
-    /// What each column is called: after its measure, and after its source too where somebody has the
-    /// measure from several; none for one without any value.
+    /// The name of each column: its measure, followed by its source where somebody has several; `None` for
+    /// one without values.
     fn names(&self) -> Vec<Option<String>> {
         let mut sources: BTreeMap<(&Subject, &str), BTreeSet<&str>> = BTreeMap::new();
         let mut has_value: BTreeSet<usize> = BTreeSet::new();
@@ -227,7 +227,7 @@ impl PhaseTable {
     }
 }
 
-/// Whether the table has a value of a stream: of people's raw signals features, of robots' mean and SD.
+/// Whether the table includes a value of a stream: features of people's raw signals, mean and SD of robots'.
 fn is_listed(stream: &Stream, name: &str) -> bool {
     let (measure, _) = Value::parts(name);
     !is_of_statistics(stream) || stream.about == About::Robot && STATISTICS.contains(&measure)

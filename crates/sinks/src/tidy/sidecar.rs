@@ -1,4 +1,4 @@
-//! What the columns of the tidy files are: JSON beside each table, as BIDS has it.
+//! Descriptions of the tidy files' columns: JSON next to each table, as in BIDS.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use super::file::{Unwritten, write};
 use super::measures::Measures;
 use super::{events, features, intervals};
 
-/// What a column is.
+/// A column's description.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
     description: &'static str,
@@ -42,14 +42,14 @@ pub(super) struct ColumnDescription {
 }
 
 impl ColumnDescription {
-    /// Of a column that holds a measure.
+    /// The description of a measure's column.
     pub(super) fn measure(description: String, units: &str, method: &str) -> ColumnDescription {
         let (units, method) = (units.to_owned(), method.to_owned());
         ColumnDescription { description, units, method, levels: BTreeMap::new() }
     }
 }
 
-/// The descriptions of a table's columns, by their names.
+/// The descriptions of a table's columns, by name.
 pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, ColumnDescription> {
     let told = |(name, column): &(&str, Column)| {
         let (description, units) = (column.description.to_owned(), column.units.to_owned());
@@ -61,7 +61,7 @@ pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, ColumnDescript
     all.iter().map(told).collect()
 }
 
-/// Writes what the columns of events are.
+/// Writes the descriptions of the events' columns.
 pub(super) fn write_events(folder: &Path) -> Result<(), Unwritten> {
     let mut told = columns(&events::COLUMNS);
     if let Some(kinds) = told.get_mut("trial_type") {
@@ -72,7 +72,7 @@ pub(super) fn write_events(folder: &Path) -> Result<(), Unwritten> {
     put(folder, events::SIDECAR, &told)
 }
 
-/// Writes what the columns and the measures of features are.
+/// Writes the descriptions of the features' columns and measures.
 pub(super) fn write_features(folder: &Path, measures: &Measures) -> Result<(), Unwritten> {
     let mut told = columns(&features::COLUMNS);
     if let Some(reasons) = told.get_mut("reason") {
@@ -86,7 +86,7 @@ pub(super) fn write_features(folder: &Path, measures: &Measures) -> Result<(), U
     put(folder, features::SIDECAR, &told)
 }
 
-/// Writes what the columns of intervals are.
+/// Writes the descriptions of the intervals' columns.
 pub(super) fn write_intervals(folder: &Path) -> Result<(), Unwritten> {
     put(folder, intervals::SIDECAR, &columns(&intervals::COLUMNS))
 }
@@ -100,10 +100,10 @@ pub(super) fn put(
     write(&folder.join(name), text + "\n")
 }
 
-/// What a notice is.
+/// The meaning of a notice.
 const NOTICE: &str = "a conclusion of teampulse about a robot, a sensor or the team that is not a fault: it is back, an alert is over or answered, how a number is interpreted; the label states which; value, where something is over: how long it had lasted at this onset [s]";
 
-/// What an event of a kind is, with what its value is.
+/// The meaning of an event kind and its value.
 fn meaning(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Phase => "a phase of the study began; the label is its name",
@@ -130,7 +130,7 @@ fn meaning(kind: EventKind) -> &'static str {
     }
 }
 
-/// What a reason says, in a sentence.
+/// The meaning of a reason, in a sentence.
 fn why(reason: Reason) -> &'static str {
     match reason {
         Reason::Ok => "there is a value",

@@ -1,4 +1,4 @@
-//! What was usable of a session, on one page.
+//! The usable part of a session, on one page.
 
 mod page;
 mod table;
@@ -31,31 +31,31 @@ use super::measures::{is_of_phases, is_of_statistics};
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
-/// A window with this share of its data has enough for a value, unless it is too short [0..1].
+/// The share of data at which a window has enough for a value, unless it is too short [0..1].
 const ENOUGH: f32 = 0.5;
-/// The most kinds of faults that are listed separately.
+/// The most kinds of faults kept separately.
 const MOST_FAULTS: usize = 1000;
 
-/// What a page is written from when the session ends.
+/// The content of the page, collected during the session.
 #[derive(Debug, Default)]
 pub(super) struct Summary {
-    /// The streams that have a health, by subject and name.
+    /// The streams with a health status, by subject and name.
     watched: BTreeMap<(Subject, String), StreamSummary>,
-    /// The feature by whose windows each raw stream is judged, by the name of that.
+    /// The feature whose windows judge each raw stream, by stream name.
     judges: BTreeMap<String, Arc<Stream>>,
-    /// When each fault occurred first, and how often.
+    /// The first time and the number of each fault.
     faults: BTreeMap<String, (Time, u64)>,
     counts: Counts,
-    /// What damage took from the recording that all this is computed from.
+    /// What the underlying recording lost to damage.
     pub(super) damage: Option<String>,
 }
 
-/// How much of each kind happened.
+/// The numbers of events of each kind.
 #[derive(Debug, Default)]
 struct Counts {
     markers: u64,
     reports: u64,
-    /// Reports that aren't used: what is about an unknown person, is no number, or stands nowhere on its scale.
+    /// The numbers of unused reports: about an unknown person, not a number, or outside their scale.
     about_nobody: u64,
     no_number: u64,
     off_scale: u64,
@@ -90,8 +90,8 @@ impl Summary {
         write(&path, page.to_string())
     }
 
-    /// The first feature of a stream judges it; statistics, which know nothing of what a signal should
-    /// look like, only where there is no other.
+    /// A raw stream is judged by its first feature; by statistics, which know nothing about the signal, only
+    /// for lack of another.
     fn describe(&mut self, stream: &Arc<Stream>) {
         if let (Shape::Feature, Some(input)) = (&stream.shape, stream.input())
             && !is_of_phases(stream)
@@ -170,7 +170,7 @@ impl Summary {
 }
 
 impl Counts {
-    /// Counts a report that is not used by what first keeps it from that.
+    /// Counts an unused report by its first defect.
     fn take_unused(&mut self, report: &Event, is_about_nobody: bool) {
         let off_scale = Isa::read(report).filter(|isa| !isa.is_on_scale());
         match off_scale {
@@ -182,24 +182,23 @@ impl Counts {
     }
 }
 
-/// Whether a report that should be about a person is about an unknown person.
+/// Whether a report that should be about a person is about an unknown one.
 fn is_about_nobody(stream: &Stream, report: &Event, course: &Course) -> bool {
     Isa::read(report).is_some() && course.whom(stream, report).about == About::Session
 }
 
-/// Whether a window is too short for any value, however good its data are: it says nothing of them.
+/// Whether a window is too short for any value, and so says nothing about its data.
 fn is_too_short(values: &FeatureValues) -> bool {
     values.coverage >= ENOUGH && values.reasons.iter().all(|reason| *reason == Reason::Short)
 }
 
-/// Whether the faults of a stream are counted elsewhere, or repeat those of others.
+/// Whether the faults of a stream are counted elsewhere, or repeat others.
 fn is_reported_elsewhere(stream: &Stream) -> bool {
     let name = stream.name.as_str();
     name == ALERTS || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
 }
 
-/// The raw stream of a name, with samples of a signal: what happens, and what people command, has no
-/// rate that could be kept.
+/// The raw stream of a name, if it has samples of a signal: events and commands have no rate to keep.
 fn raw(streams: &Streams, name: &str) -> Option<Arc<Stream>> {
     let (_, stream) = streams.find(name)?;
     let is_happening = stream.shape == Shape::Event || stream.signal == Signal::Input;

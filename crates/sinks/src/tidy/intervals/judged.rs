@@ -1,12 +1,12 @@
-//! Which intervals the features correct.
+//! The intervals that features correct.
 
 use std::collections::BTreeSet;
 
 use teampulse_core::time::Time;
 use teampulse_signal::intervals::{Beats, Correction, PLAUSIBLE_MS};
 
-/// For each beat, whether the interval before it is corrected by the features; false where there is none.
-/// A beat without an interval begins a stretch of its own.
+/// Whether the interval before each beat is corrected by features; false where there is none. A beat without
+/// an interval begins a new stretch.
 pub(super) fn corrected(beats: &[(Time, f64)]) -> Vec<bool> {
     let goes_on = |_: &(Time, f64), next: &(Time, f64)| !next.1.is_nan();
     beats.chunk_by(goes_on).flat_map(in_stretch).collect()
@@ -14,7 +14,7 @@ pub(super) fn corrected(beats: &[(Time, f64)]) -> Vec<bool> {
 
 fn in_stretch(beats: &[(Time, f64)]) -> Vec<bool> {
     let Some((first, _)) = beats.first() else { return Vec::new() };
-    // Where the first beat has an interval, the one that begins it is not among them.
+    // If the first beat has an interval, the beat that starts it is not among them.
     let before_secs = beats[0].1 / 1e3;
     let before_secs = Some(-before_secs).filter(|secs| secs.is_finite());
     let secs = beats.iter().map(|(at, _)| at.secs_since(*first));

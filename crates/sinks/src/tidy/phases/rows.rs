@@ -1,4 +1,4 @@
-//! The rows of the table of phases, most of them outside of memory.
+//! The rows of the phase table, most of them on disk.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -9,34 +9,33 @@ use teampulse_bag::Spill;
 use teampulse_core::stream::Subject;
 use teampulse_core::time::Time;
 
-/// So many rows are in memory: those of the phases that go on, or have just ended.
+/// The rows held in memory: those of phases that are running or have just ended.
 const IN_MEMORY: usize = 32;
-/// What a value takes when it is not in memory [bytes]: its place and itself.
+/// The size of a value on disk [bytes]: its column and itself.
 const VALUE_BYTES: usize = 12;
 
-/// The values of a phase, by the places of their columns.
+/// The values of a phase by column index.
 pub(super) type Row = BTreeMap<usize, f64>;
 
-/// The values of each phase, by its subject and beginning. However many phases there were, few are in
-/// memory.
+/// The values of each phase by subject and start, with bounded memory.
 #[derive(Debug)]
 pub(super) struct Rows {
     recent: BTreeMap<(Subject, Time), Row>,
-    /// Where the parts of each row are that is not in memory.
+    /// The ranges on disk of each row's parts.
     kept: BTreeMap<(Subject, Time), Vec<Range<u64>>>,
     spill: Spill,
-    /// The places of the columns in which each subject has a value.
+    /// The columns in which each subject has a value.
     used: BTreeMap<Subject, BTreeSet<usize>>,
 }
 
 impl Rows {
-    /// No rows; those that are not in memory will be on the disk of this folder.
+    /// An empty table; rows are spilled to this folder's disk.
     pub(super) fn new(folder: &Path) -> Rows {
         let (recent, kept, used) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         Rows { recent, kept, spill: Spill::new(folder), used }
     }
 
-    /// Adds values to a row; a value in the same place is replaced.
+    /// Adds values to a row, replacing those in the same column.
     pub(super) fn extend(
         &mut self,
         (subject, begin): (Subject, Time),
@@ -53,12 +52,12 @@ impl Rows {
         }
     }
 
-    /// The places of the columns in which each subject has a value.
+    /// The columns in which each subject has a value.
     pub(super) fn used(&self) -> &BTreeMap<Subject, BTreeSet<usize>> {
         &self.used
     }
 
-    /// Whose the rows are, and when their phases began.
+    /// The subject and the start of each row.
     pub(super) fn all(&self) -> BTreeSet<&(Subject, Time)> {
         self.kept.keys().chain(self.recent.keys()).collect()
     }

@@ -1,4 +1,4 @@
-//! The page itself.
+//! The text of the summary.
 
 use std::fmt;
 use std::path::Path;
@@ -17,16 +17,16 @@ use crate::tidy::file::on_one_line;
 use crate::tidy::intervals::Kept;
 use crate::tidy::{events, features, phases};
 
-/// So many reasons are listed of a stream: those that held longest.
+/// The most reasons listed per stream, by duration.
 const REASONS: usize = 4;
-/// So many faults are listed; the others are only counted.
+/// The most faults listed; the others are only counted.
 const FAULTS: usize = 20;
 
-/// A summary, with all that stands around it.
+/// A summary with its context.
 pub(super) struct Page<'a> {
     /// The folder of the bag.
     pub(super) folder: &'a Path,
-    /// What the session is called.
+    /// The name of the session.
     pub(super) session: &'a str,
     pub(super) course: &'a Course,
     pub(super) summary: &'a Summary,
@@ -60,7 +60,7 @@ impl Page<'_> {
         )
     }
 
-    /// How many self-reports are not used, and why.
+    /// The number of self-reports not used, with reasons.
     fn unused(&self) -> String {
         let counts = &self.summary.counts;
         let (least, most) = (SCALE.start(), SCALE.end());
@@ -211,7 +211,7 @@ impl Page<'_> {
         )
     }
 
-    /// Everyone with streams: people first.
+    /// Everyone with streams, people first.
     fn subjects(&self) -> Vec<&Subject> {
         let mut subjects: Vec<&Subject> = self.summary.watched.keys().map(|(of, _)| of).collect();
         subjects.dedup();
@@ -219,12 +219,12 @@ impl Page<'_> {
     }
 }
 
-/// Whether a phase lasts long enough to be listed: the session's begins a moment before a person's own.
+/// Whether a phase is long enough to be listed: the session's begins a moment before a person's own.
 fn lasts(phase: &Phase) -> bool {
     phase.end.is_none_or(|end| end.secs_since(phase.begin) >= SHORTEST_SECS)
 }
 
-/// One thing that was wrong with a stream, with how long it was where there are others.
+/// A complaint about a stream, with its duration if there are others.
 fn said(complaint: &Complaint, all: &[&Complaint]) -> String {
     let Complaint { state, reason, secs } = complaint;
     let reason = match on_one_line(reason) {
@@ -234,7 +234,7 @@ fn said(complaint: &Complaint, all: &[&Complaint]) -> String {
     if all.len() > 1 { format!("{secs} s {state}{reason}") } else { format!("{state}{reason}") }
 }
 
-/// A time to the second, without the zone that is said behind it.
+/// A time to the second, without the zone, which follows it.
 fn second(time: Time) -> String {
     time.to_string()[..19].replace('T', " ")
 }

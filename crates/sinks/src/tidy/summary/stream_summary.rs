@@ -1,63 +1,63 @@
-//! What is known of one stream over a session.
+//! The summary of one stream over a session.
 
 use std::collections::BTreeMap;
 
 use teampulse_core::status::{State, StreamStatus};
 
-/// The most reasons that are listed separately for one stream.
+/// The most reasons kept separately for one stream.
 const MOST_REASONS: usize = 16;
 
-/// What is known of one stream over a session.
+/// The summary of one stream over a session.
 #[derive(Debug, Default)]
 pub(super) struct StreamSummary {
     /// Its last status.
     pub(super) last: Option<StreamStatus>,
-    /// For how many seconds it came.
+    /// The number of seconds in which it arrived.
     came_secs: u32,
-    /// Its rate in those [Hz], added up.
+    /// The sum of its rates in those [Hz].
     rates_hz: f64,
-    /// The seconds in which it came as it should.
+    /// The seconds in which it was fine.
     fine: Shares,
-    /// What its windows were worth: in a phase, those that lie in it.
+    /// The usable shares of its windows; in a phase, of those within it.
     windows: Shares,
-    /// What whole phases of it were worth, by their lengths.
+    /// The usable shares of whole phases, weighted by length.
     phases: Shares,
-    /// For how many seconds it was not fine.
+    /// The number of seconds in which it was not fine.
     pub(super) not_fine_secs: u32,
-    /// What was said of it then, by the state and the words without their numbers.
+    /// The complaints of those, by state and text without numbers.
     complaints: BTreeMap<(State, String), Complaint>,
 }
 
-/// What was wrong with a stream.
+/// A complaint about a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Complaint {
     pub(super) state: State,
-    /// In the words of the last second of it.
+    /// The text of its last second.
     pub(super) reason: String,
-    /// For how long [s].
+    /// Its duration [s].
     pub(super) secs: u32,
 }
 
-/// Shares of something: in all, and within each phase.
+/// Shares in all, and within each phase.
 #[derive(Debug, Default)]
 pub(super) struct Shares {
     all: Share,
     phases: BTreeMap<String, Share>,
 }
 
-/// So much of so much.
+/// A weighted mean of shares.
 #[derive(Clone, Copy, Debug, Default)]
 struct Share {
     worth: f64,
     of: f64,
 }
 
-/// How much of a stream is usable.
+/// The usable share of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Usable {
-    /// How much [0..1].
+    /// The share [0..1].
     pub(super) share: f64,
-    /// Whether this is judged by its state alone, as nothing is computed from it.
+    /// Whether it is judged by its state alone, for lack of features.
     pub(super) is_by_state: bool,
 }
 
@@ -88,14 +88,14 @@ impl StreamSummary {
         (complaint.reason, complaint.secs) = (reason, complaint.secs + 1);
     }
 
-    /// What was wrong with it, what lasted longest first.
+    /// Its complaints, the longest first.
     pub(super) fn complaints(&self) -> Vec<&Complaint> {
         let mut complaints: Vec<&Complaint> = self.complaints.values().collect();
         complaints.sort_by_key(|complaint| std::cmp::Reverse(complaint.secs));
         complaints
     }
 
-    /// Takes a window, within a phase or of none, and its worth [0..1].
+    /// Takes a window, within a phase or not, and its usable share [0..1].
     pub(super) fn take_window(&mut self, worth: f64, phase: Option<&str>) {
         self.windows.take(worth, 1.0, phase);
     }
@@ -110,17 +110,17 @@ impl StreamSummary {
         (self.came_secs > 0).then(|| self.rates_hz / f64::from(self.came_secs))
     }
 
-    /// How much of it is usable.
+    /// Its usable share.
     pub(super) fn usable(&self) -> Option<Usable> {
         self.first(Shares::mean)
     }
 
-    /// The usable share of it within a phase; `None` without values in it.
+    /// Its usable share within a phase; `None` without values in it.
     pub(super) fn usable_in(&self, phase: &str) -> Option<Usable> {
         self.first(|shares| shares.mean_in(phase))
     }
 
-    /// By whole phases where there are some, else by windows, else by its state alone.
+    /// From whole phases if there are some, otherwise from windows, otherwise from its state.
     fn first(&self, mean: impl Fn(&Shares) -> Option<f64>) -> Option<Usable> {
         let computed = mean(&self.phases).or_else(|| mean(&self.windows));
         let by_state = || Some(Usable { share: mean(&self.fine)?, is_by_state: true });
@@ -149,7 +149,7 @@ impl Shares {
 }
 
 impl Share {
-    /// What has no number is worth nothing.
+    /// A share that is not a number counts as 0.
     fn take(&mut self, worth: f64, weight: f64) {
         self.worth += weight * if worth.is_finite() { worth.clamp(0.0, 1.0) } else { 0.0 };
         self.of += weight;

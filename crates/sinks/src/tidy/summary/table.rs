@@ -1,19 +1,19 @@
-//! A table in Markdown that reads well as text.
+//! A Markdown table that is readable as text.
 
 use std::fmt;
 
 use crate::tidy::file::on_one_line;
 
-/// Rows of cells below a head; numbers to the right.
+/// Rows of cells below a header, numbers aligned right.
 #[derive(Debug)]
 pub(super) struct Table {
     rows: Vec<Vec<String>>,
-    /// The columns before this are texts.
+    /// The number of leading text columns.
     texts: usize,
 }
 
 impl Table {
-    /// An empty table with this head; its first columns are texts, the others numbers.
+    /// An empty table with this header and number of text columns.
     pub(super) fn new(head: impl IntoIterator<Item = String>, texts: usize) -> Table {
         let mut table = Table { rows: Vec::new(), texts };
         table.push(head);

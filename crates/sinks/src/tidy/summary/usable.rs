@@ -1,19 +1,18 @@
-//! Which share of a window can be used.
+//! The usable share of a window.
 
 use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::{Signal, Stream};
 
-/// From this share of values on that are refused for poor data, a window can't be used.
+/// The share of values rejected for poor data from which on a window is unusable.
 const MOST_POOR: f64 = 0.5;
-/// Values of an ECG that give the share of the existing data that is not signal.
+/// ECG values that give the share of existing data without a signal.
 const DEAD: [&str; 2] = ["ECG_Flat", "ECG_Saturated"];
 
-/// The share of a window that has data which are good enough for values [0..1].
+/// The share of a window with data good enough for values [0..1].
 ///
-/// Missing data count once, as coverage. Of the existing data the quality is either the share that is sound
-/// (skin conductance, temperature, movement, robots), or a measure of how good all of them are (hearts,
-/// breath): then they are usable unless values are refused. The coverage of EEG leaves out artefacts
-/// already.
+/// Missing data count once, as coverage. For existing data the quality is either the share that is sound
+/// (skin conductance, temperature, movement, robots), or a grade of all of them (hearts, breathing): then
+/// they are usable unless values are rejected. The coverage of EEG already excludes artefacts.
 pub(super) fn usable_share(stream: &Stream, values: &FeatureValues) -> f64 {
     let (coverage, quality) = (f64::from(values.coverage), f64::from(values.quality));
     let poor = poor_share(values);
@@ -28,7 +27,7 @@ pub(super) fn usable_share(stream: &Stream, values: &FeatureValues) -> f64 {
         }
 }
 
-/// The share of values that are refused for poor data, of those that are not lacking for another reason.
+/// The share of values rejected for poor data among those not missing for another reason.
 fn poor_share(values: &FeatureValues) -> f64 {
     let count = |reason: Reason| values.reasons.iter().filter(|each| **each == reason).count();
     let (poor, fine) = (count(Reason::Quality), count(Reason::Ok));
