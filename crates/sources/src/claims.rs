@@ -1,18 +1,18 @@
-//! Which source of a session takes a topic: one topic is subscribed to once, by whoever it is found first.
+//! Which source of a session takes a topic, so that each is subscribed to once.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use teampulse_ros::bus::Bus;
 use teampulse_ros::graph::Endpoint;
 
-/// What the sources of a session want, laid before any of them runs. So the order in which topics are
-/// found, or sources wake up, decides nothing.
+/// What the sources of a session want, collected before any of them runs, so that the order of discovery or
+/// startup does not matter.
 #[derive(Clone, Default)]
 pub struct Claims(Arc<Mutex<Vec<Claim>>>);
 
-/// What one source wants.
+/// The claim of one source.
 struct Claim {
-    /// The address of the bus: the same for all who share it.
+    /// The address of the bus, which identifies it.
     bus: usize,
     rank: Rank,
     wants: Arc<Wants>,
@@ -20,26 +20,26 @@ struct Claim {
 
 type Wants = dyn Fn(&Endpoint) -> bool + Send + Sync;
 
-/// Who goes first.
+/// The precedence of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Rank {
-    /// What people's signals are.
+    /// People's signals.
     People,
-    /// What is of robots.
+    /// Robots' topics.
     Robots,
-    /// What is taken by name.
+    /// Topics taken by name.
     Named,
 }
 
-/// The topic with the events of a session, which the session itself reads.
+/// The topic of a session's events, which the session itself reads.
 pub(crate) const HAPPENINGS: &str = "/session/events";
 
-/// Whether sessions of teampulse publish about themselves on a topic: a star doesn't match those.
+/// Whether sessions of teampulse publish about themselves on a topic; a wildcard does not match those.
 pub(crate) fn is_of_sessions(topic: &str) -> bool {
     topic == HAPPENINGS || topic.starts_with("/teampulse/")
 }
 
-/// A claim that was laid.
+/// A registered claim.
 #[derive(Clone)]
 pub(crate) struct Claimed {
     claims: Claims,
@@ -47,7 +47,7 @@ pub(crate) struct Claimed {
 }
 
 impl Claims {
-    /// Lays a claim to what a source wants of a bus.
+    /// Registers a source's claim on a bus.
     pub(crate) fn lay(
         &self,
         bus: &Arc<dyn Bus>,
@@ -62,8 +62,8 @@ impl Claims {
 }
 
 impl Claimed {
-    /// Whether a topic is this source's: no other goes before it that wants it, too. Of two of one rank
-    /// the first in the study does.
+    /// Whether a topic belongs to this source: no other with precedence wants it. Within a rank the first in
+    /// the study wins.
     pub(crate) fn is_ours(&self, endpoint: &Endpoint) -> bool {
         let claims = self.claims.0.lock().unwrap_or_else(PoisonError::into_inner);
         let ours = &claims[self.index];

@@ -1,4 +1,4 @@
-//! Any topics, recorded as they are.
+//! Records any topics as received.
 
 use std::sync::Arc;
 
@@ -58,8 +58,8 @@ impl Source for TopicsSource {
     }
 }
 
-/// Whether a topic is wanted by name. What another session says of itself is not meant by a star, and
-/// what happens in this one is heard already.
+/// Whether a topic is wanted by name. Wildcards match neither other sessions' topics about themselves nor the
+/// events that this session reads already.
 fn wants(names: &[Pattern], topic: &str) -> bool {
     let of_sessions = is_of_sessions(topic);
     let by_name = |name: &Pattern| name.text() == topic && topic != HAPPENINGS;

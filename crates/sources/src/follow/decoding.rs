@@ -15,24 +15,24 @@ use teampulse_ros::bus::{Arrival, Deliver};
 use super::lock;
 use super::loss_counter::LossCounter;
 
-/// So many messages are waited for a description.
+/// The number of messages to wait for a description.
 const UNDESCRIBED: u64 = 20;
 
-/// Nobody has more channels than this; what claims to stays undescribed.
+/// The most channels of a stream; one that claims more stays undescribed.
 const MOST_CHANNELS: u32 = 1024;
 
-/// What the messages of a topic say of themselves.
+/// The channels observed in a topic's messages.
 #[derive(Debug, Default)]
 pub(super) struct ObservedChannels {
     heard: u64,
-    /// Channels, and the rate [Hz] or 0, of the newest message.
+    /// The number of channels, and the rate [Hz] or 0, of the newest message.
     width: u32,
     rate_hz: f64,
     refused: bool,
 }
 
 impl ObservedChannels {
-    /// Gives a stream that nobody has described the channels of its messages, without units.
+    /// Adds the observed channels, without units, to a stream without a description.
     pub(super) fn describe(&self, stream: &mut Stream) {
         let is_known = !stream.channels.is_empty() || stream.shape == Shape::Event;
         if is_known || self.heard < UNDESCRIBED || self.width > MOST_CHANNELS {
@@ -61,8 +61,8 @@ impl ObservedChannels {
     }
 }
 
-/// The callback that decodes the messages of a stream and hands them over: stamped by their header, with
-/// the device's own time. Undecodable messages are reported once, and counted as lost.
+/// The callback that decodes a stream's messages and offers them, stamped by their header, with the device's
+/// own time. Undecodable messages are reported once, and counted as lost.
 pub(super) fn deliver(
     outlet: &Outlet,
     id: StreamId,

@@ -1,4 +1,4 @@
-//! A topic that is followed: its stream, and what takes its messages.
+//! A followed topic: its stream and the receivers of its messages.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
@@ -19,23 +19,23 @@ pub(super) struct Followed {
     pub(super) id: StreamId,
     pub(super) stream: Stream,
     pub(super) receivers: Receivers,
-    /// Its publishers at the last look, and those that were reported.
+    /// Its publishers at the last check, and those that were reported.
     pub(super) publishers: Vec<Gid>,
     pub(super) published_by: Vec<String>,
-    /// `None` when the bus would not have it; not tried again.
+    /// `None` when the bus rejected it; not retried.
     _subscription: Option<Subscription>,
 }
 
-/// What takes the messages of a topic.
+/// The receivers of a topic's messages.
 pub(super) enum Receivers {
-    /// All as they came, in one stream.
+    /// All messages as received, in one stream.
     Verbatim {
-        /// What is lost of them.
+        /// The counter of losses.
         losses: Arc<Mutex<LossCounter>>,
-        /// Who stamps them.
+        /// The origin of their stamps.
         stamped: Stamped,
     },
-    /// Decoded, and each publisher's apart.
+    /// Decoded, with a stream per publisher.
     Split(Arc<Mutex<PublisherSplit>>),
 }
 
@@ -50,7 +50,7 @@ impl Followed {
         Followed { id, stream, receivers, publishers, published_by, _subscription: subscription }
     }
 
-    /// Whether its publishers are kept apart.
+    /// Whether it has a stream per publisher.
     pub(super) fn is_split(&self) -> bool {
         matches!(self.receivers, Receivers::Split(_))
     }
@@ -68,7 +68,7 @@ impl Followed {
         }
     }
 
-    /// Nothing more comes: what waits is handed over. `present` still publish it.
+    /// Ends the topic: offers waiting messages. `present` still publish it.
     pub(super) fn close(&self, present: &BTreeSet<Gid>) {
         if let Receivers::Split(split) = &self.receivers {
             lock(split).close(present);

@@ -12,7 +12,7 @@ use tokio::sync::watch;
 use super::numbers::Numbers;
 use super::stamping::Stamping;
 
-/// What is known of the losses of one stream, from the numbers that its publishers give.
+/// The losses of one stream, from its publishers' sequence numbers.
 #[derive(Debug)]
 pub(super) struct LossCounter {
     stream: StreamId,
@@ -21,12 +21,12 @@ pub(super) struct LossCounter {
     known: Option<bool>,
     unreported: u64,
     numbers: Numbers,
-    /// What the bus lost and what could not be read since the last sample, which its number shows, too.
+    /// Messages lost by the bus or unreadable since the last sample; its number reveals these, too.
     unnumbered: u64,
 }
 
 impl LossCounter {
-    /// Nothing has arrived yet.
+    /// A counter before the first message.
     pub(super) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
         LossCounter {
             stream,
@@ -55,7 +55,7 @@ impl LossCounter {
         }
     }
 
-    /// A message could not be read: it is as good as lost.
+    /// Counts an unreadable message as lost.
     pub(super) fn refuse(&mut self) {
         self.unreported = self.unreported.saturating_add(1);
         self.unnumbered = self.unnumbered.saturating_add(1);

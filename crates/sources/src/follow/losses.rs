@@ -1,4 +1,4 @@
-//! Reporting what is lost of the topics that are followed, and where.
+//! Reports the losses of followed topics, and where they occurred.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ impl Following<'_> {
                 *of_reliable.entry(topic.clone()).or_default() += lost;
             }
         }
-        // Elsewhere no kernel says what its receive buffers dropped.
+        // Other kernels do not report what their receive buffers dropped.
         if cfg!(target_os = "linux")
             && let Some(trouble) = self.places.look(of_reliable)
         {
@@ -22,7 +22,7 @@ impl Following<'_> {
         }
     }
 
-    /// Reports the losses of which the place was still sought, too.
+    /// Also reports the losses still waiting to be located.
     pub(super) fn report_last_losses(&mut self) {
         self.report_losses();
         if let Some(trouble) = self.places.report() {

@@ -1,4 +1,4 @@
-//! The numbers that publishers give their samples.
+//! The sequence numbers of publishers' samples.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use teampulse_ros::graph::Gid;
 
 /// The most publishers that are tracked separately; a topic has a few.
 const MOST: usize = 4096;
-/// A number so little below the newest comes late; one further below begins anew.
+/// The largest step back of a late sample; a larger one is a restart.
 const LATE: u64 = 16;
 
 /// Finds samples that never reached their publisher, from the publisher's own numbers: a device that lost
@@ -17,13 +17,12 @@ pub(super) struct Numbers(BTreeMap<Gid, Counting>);
 #[derive(Debug, Default)]
 struct Counting {
     newest: Option<u64>,
-    /// Whether two numbers followed each other: who gives all samples the same number, or their times,
-    /// does not count.
+    /// Whether two numbers were consecutive: constant numbers, or times, do not count.
     is_counting: bool,
 }
 
 impl Numbers {
-    /// How many numbers are missing between a publisher's sample and the one before it.
+    /// The number of samples missing before a publisher's sample.
     pub(super) fn missing_before(&mut self, publisher: Gid, index: u64) -> u64 {
         if self.0.len() >= MOST && !self.0.contains_key(&publisher) {
             self.0.clear();

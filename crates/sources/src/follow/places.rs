@@ -1,34 +1,34 @@
-//! Where the messages of reliable publishers were lost: in this machine's receive buffers, which the
-//! kernel counts, or before they came here.
+//! Where messages of reliable publishers were lost: in this machine's receive buffers, which the kernel
+//! counts, or before.
 
 use std::collections::{BTreeMap, VecDeque};
 
-/// How many looks may lie between a loss and the news that a receive buffer overflowed, which is looked
-/// for every second.
+/// The most checks between a loss and the report that a receive buffer overflowed, which is checked every
+/// second.
 const NEWS_TAKE: usize = 3;
-/// How many looks lie at least between two reports.
+/// The fewest checks between two reports.
 const BETWEEN_REPORTS: u32 = 20;
 
-/// Losses whose place is sought, look by look.
+/// Losses to be located, by check.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    /// By topic, in each of the last looks.
+    /// The losses by topic in each of the last checks.
     waiting: VecDeque<BTreeMap<String, u64>>,
-    /// For how many looks from now on what is lost may be lost here.
+    /// The number of further checks whose losses may come from the overflow.
     overflowed: usize,
-    /// What was lost before it came here.
+    /// Losses that occurred before this machine.
     elsewhere: BTreeMap<String, u64>,
     until_report: u32,
 }
 
 impl Places {
-    /// A receive buffer of this machine overflowed.
+    /// Records that a receive buffer of this machine overflowed.
     pub(super) fn overflow(&mut self) {
         self.waiting.clear();
         self.overflowed = NEWS_TAKE;
     }
 
-    /// What was lost since the last look, by topic; gives what there is to report.
+    /// Takes the losses since the last check, by topic; returns the report that is due.
     pub(super) fn look(&mut self, lost: BTreeMap<String, u64>) -> Option<String> {
         if self.overflowed > 0 {
             self.overflowed -= 1;
@@ -45,7 +45,7 @@ impl Places {
         if self.until_report > 0 { None } else { self.report() }
     }
 
-    /// What is still to be reported.
+    /// The remaining report.
     pub(super) fn report(&mut self) -> Option<String> {
         let elsewhere = std::mem::take(&mut self.elsewhere);
         let count: u64 = elsewhere.values().sum();

@@ -1,4 +1,4 @@
-//! One person's topic, with its publishers kept apart: two of them must not become one heart.
+//! One person's topic with a stream per publisher: two hearts must not become one.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex};
@@ -18,12 +18,12 @@ use super::loss_counter::LossCounter;
 use super::publishers::{MOST_BESIDE, News, Place, Publishers};
 use super::publishing::{names_of, who};
 
-/// How many messages wait until it is known whose they are; more are counted as lost.
+/// The most messages that wait until their publisher is known; more are counted as lost.
 const MOST_WAITING: usize = 10_000;
 
-/// The streams of a topic: that of the publisher that is heard, and one for each beside it.
+/// The streams of a topic: that of its primary publisher, and one for each secondary.
 ///
-/// What a second publisher sends is recorded on a stream of its own, which no feature hears; see
+/// Messages of a second publisher are recorded on a stream of its own, which no feature reads; see
 /// [`Stream::beside`].
 pub(super) struct PublisherSplit {
     outlet: Outlet,
@@ -35,28 +35,28 @@ pub(super) struct PublisherSplit {
     waiting: VecDeque<Arrival>,
     primary: StreamReceiver,
     beside: Vec<Beside>,
-    /// The publishers that were reported last.
+    /// The publishers last reported.
     told: Vec<String>,
     has_refused: bool,
 }
 
-/// The stream of what publishers beside sent, one after another.
+/// The stream of a secondary publisher, reused by its successors.
 struct Beside {
     receiver: StreamReceiver,
-    /// Who was its first.
+    /// Its first publisher.
     publisher: String,
 }
 
-/// What takes the messages of one stream.
+/// The receiver of one stream's messages.
 pub(super) struct StreamReceiver {
     deliver: Deliver,
     pub(super) losses: Arc<Mutex<LossCounter>>,
-    /// What the messages say of themselves.
+    /// The channels observed in the messages.
     pub(super) observed: Arc<Mutex<ObservedChannels>>,
 }
 
 impl StreamReceiver {
-    /// What decodes the messages of a declared stream.
+    /// The receiver of a declared stream.
     fn of(
         outlet: &Outlet,
         graph: &watch::Receiver<Arc<Graph>>,
@@ -73,7 +73,7 @@ impl StreamReceiver {
 }
 
 impl PublisherSplit {
-    /// The streams of a topic on a bus, of which the first was declared.
+    /// The streams of a topic on a bus, the first of which is declared.
     pub(super) fn new(
         outlet: &Outlet,
         graph: watch::Receiver<Arc<Graph>>,
@@ -94,18 +94,18 @@ impl PublisherSplit {
         }
     }
 
-    /// The stream of the publisher that is heard.
+    /// The stream of the primary publisher.
     pub(super) fn primary(&self) -> &StreamReceiver {
         &self.primary
     }
 
-    /// Takes what arrives.
+    /// Takes a message.
     pub(super) fn take(&mut self, arrival: Arrival) {
         self.waiting.push_back(arrival);
         self.hand_over(self.host.now());
     }
 
-    /// More is known about the stream.
+    /// Updates the description of the stream.
     pub(super) fn describe(&mut self, stream: &Stream) {
         self.stream = stream.clone();
         for (place, Beside { publisher, .. }) in self.beside.iter().enumerate() {
@@ -122,7 +122,7 @@ impl PublisherSplit {
         self.report_publishers();
     }
 
-    /// Nothing more comes: what waits is handed over.
+    /// Ends the streams: offers waiting messages.
     pub(super) fn close(&mut self, present: &BTreeSet<Gid>) {
         self.look(present);
         self.publishers.decide();
@@ -137,7 +137,7 @@ impl PublisherSplit {
         receivers.map(report).sum()
     }
 
-    /// Hands over what waits, as far as it is known whose it is.
+    /// Offers the waiting messages whose publisher is known.
     fn hand_over(&mut self, now: Time) {
         let mut waiting = std::mem::take(&mut self.waiting);
         while let Some(arrival) = waiting.pop_front() {
@@ -188,7 +188,7 @@ impl PublisherSplit {
         self.report_publishers();
     }
 
-    /// Opens the stream of a publisher beside, if it was not yet; gives its name.
+    /// Opens the stream of a secondary publisher, unless it is open; returns its name.
     fn open_beside(&mut self, place: usize, publisher: Gid) -> String {
         if place == self.beside.len() {
             let publisher = who(&self.graph.borrow(), publisher);

@@ -1,4 +1,4 @@
-//! Who publishes a topic, and what they are called.
+//! The publishers of a topic and their names.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use teampulse_ros::graph::{Gid, Graph};
 /// A topic with its type.
 pub(super) type Key = (String, String);
 
-/// What the publishers of a topic offer.
+/// The QoS offered by the publishers of a topic.
 pub(super) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
     let of_type = graph.publishers(topic).filter(|each| each.type_name == *type_name);
     of_type.map(|each| each.qos.clone()).collect()
@@ -19,7 +19,7 @@ pub(super) fn publishing(key: &Key, graph: &Graph) -> BTreeSet<String> {
     gids(key, graph).map(|gid| graph.computer(gid)).collect()
 }
 
-/// The publishers of a topic, but for ourselves.
+/// The publishers of a topic, except for ourselves.
 pub(super) fn gids<'a>(
     (topic, type_name): &'a Key,
     graph: &'a Graph,
@@ -28,7 +28,7 @@ pub(super) fn gids<'a>(
     theirs.map(|each| each.gid)
 }
 
-/// The names of publishers: those of their computers, with their own ids where these are not unique.
+/// The names of publishers: those of their computers, with GIDs where these are not unique.
 pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     let computers: BTreeSet<String> = publishers.iter().map(|gid| graph.computer(*gid)).collect();
     if computers.len() == publishers.len() {
@@ -38,13 +38,13 @@ pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     }
 }
 
-/// Who publishes, with the id of the publisher: for a bag.
+/// The name of a publisher with its GID, for a bag.
 pub(super) fn who(graph: &Graph, publisher: Gid) -> String {
     format!("{} {publisher}", graph.computer(publisher))
 }
 
-/// Names several computers; `None` where all are processes of one host, which has one clock. Those that
-/// announced no host may be one.
+/// The names of several computers; `None` where all are processes of one host, which has one clock. Unnamed
+/// hosts may be the same one.
 pub(super) fn several(computers: &BTreeSet<String>) -> Option<String> {
     let host = |computer: &String| {
         let (host, _) = computer.split_once(" (")?;

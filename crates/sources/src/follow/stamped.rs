@@ -1,4 +1,4 @@
-//! What is known of a publisher's type beforehand, and who stamps its messages.
+//! The initial schema of a publisher's type, and the origin of its stamps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,18 +9,17 @@ use teampulse_messages::definition::Definition;
 use teampulse_messages::fields;
 use teampulse_ros::graph::Endpoint;
 
-/// Who says when a message was measured: the message, in its header, or the bus, when it was published.
-/// Clones share what is learned of it.
+/// Whether messages are stamped by their header or by the bus on publication. Clones share their state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Stamped(Arc<AtomicBool>);
 
 impl Stamped {
-    /// Whether the message says it.
+    /// Whether the header has the stamp.
     pub(super) fn is_by_header(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// The type has become known: from the next message on its header counts, if it has one.
+    /// Uses the header's stamp from now on, if the type has one.
     pub(super) fn learn(&self, schema: &Schema) {
         let definition = Definition::parse(&schema.name, &schema.text);
         let is_headed = definition.is_ok_and(|each| fields::starts_with_header(&each));
@@ -28,7 +27,7 @@ impl Stamped {
     }
 }
 
-/// What is known of a publisher's type without asking anybody, and who stamps its messages.
+/// The schema of a publisher's type as far as known locally, and the origin of its stamps.
 pub(super) fn known_schema(endpoint: &Endpoint) -> (Schema, Stamped) {
     let stamped = Stamped::default();
     match catalogue::shipped(&endpoint.type_name) {

@@ -1,4 +1,4 @@
-//! By which computer's clock the messages of a topic are stamped.
+//! The computer whose clock stamps a topic's messages.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ impl Stamping {
         Stamping { stream, graph, publisher: None, told: String::new() }
     }
 
-    /// A message of this publisher is about to be handed over.
+    /// Reports the computer of the publisher of the next message.
     pub(super) fn hear(&mut self, publisher: Gid, outlet: &Outlet) {
         // Computers announce their names some time after they appear.
         let is_named_anew = self.graph.has_changed().unwrap_or(false);

@@ -1,4 +1,4 @@
-//! Messages from elsewhere, handed over byte for byte.
+//! Passes messages of foreign types on unchanged.
 
 use std::sync::{Arc, Mutex};
 
@@ -13,8 +13,8 @@ use super::lock;
 use super::loss_counter::LossCounter;
 use super::stamped::Stamped;
 
-/// The callback that hands the messages of a stream over as they came, with the stamp of their header or of
-/// the bus. On simulated time the bus's stamps say nothing.
+/// The callback that offers a stream's messages unchanged, with the stamp of their header or of the bus. In
+/// simulated time the bus's stamps are meaningless.
 pub(super) fn deliver(
     outlet: &Outlet,
     id: StreamId,

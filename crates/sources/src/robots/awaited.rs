@@ -1,4 +1,4 @@
-//! Topics that a study names and no robot has: said once, when the robots have been there for a while.
+//! Topics named in a study that no robot has, reported once the robots have been present for a while.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -11,13 +11,13 @@ use tokio::sync::Notify;
 
 use super::Robots;
 
-/// So long after the first topic of a robot was found its other topics should be there, too.
+/// How long after a robot's first topic its others must be discovered.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// The topics that a study names and that were not found so far.
+/// The topics named in a study and not discovered so far.
 pub(super) struct Awaited {
     namespace: String,
-    /// By topic, the setting that names it.
+    /// The setting that names each topic.
     missing: Mutex<BTreeMap<String, &'static str>>,
     /// Notified when the first topic of a robot was found.
     found: Notify,
@@ -33,14 +33,14 @@ impl Awaited {
         }
     }
 
-    /// A topic of a robot was found, by its name relative to the robot.
+    /// Records a discovered topic, by its name relative to the robot.
     pub(super) fn see(&self, topic: &str) {
         self.missing().remove(topic);
         self.found.notify_one();
     }
 
-    /// Says what is missing some time after the first robot was found, and waits on. Without a robot nothing
-    /// is said of its topics.
+    /// Reports missing topics some time after the first robot was discovered, then waits forever. Without a
+    /// robot nothing is missing.
     pub(super) async fn report(&self, outlet: &Outlet) -> Infallible {
         for absent in self.absent().await {
             outlet.happen(passing(absent));
@@ -48,7 +48,7 @@ impl Awaited {
         std::future::pending().await
     }
 
-    /// What is missing some time after the first robot was found.
+    /// The topics missing some time after the first robot was discovered.
     async fn absent(&self) -> Vec<String> {
         self.found.notified().await;
         tokio::time::sleep(PATIENCE).await;
@@ -61,7 +61,7 @@ impl Awaited {
     }
 }
 
-/// That no robot has a topic that the study names.
+/// The message that no robot has a topic named in the study.
 pub fn unheard(setting: &str, namespace: &str, topic: &str) -> String {
     format!("{setting}: no robot of {namespace} has a topic `{topic}`")
 }

@@ -1,4 +1,4 @@
-//! Conformity: what a robot offers, held against the profile.
+//! Conformity of a robot with the profile.
 
 use std::collections::BTreeMap;
 
@@ -7,28 +7,28 @@ use teampulse_core::stream::Stream;
 
 use super::{Norm, PROFILE};
 
-/// A robot as it was seen.
+/// A robot with its findings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Its id.
     pub id: String,
-    /// For each norm of the profile, in its order, how the robot stands to it.
+    /// The finding for each norm of the profile, in order.
     pub findings: Vec<(&'static Norm, Finding)>,
 }
 
-/// How a robot stands to a norm.
+/// Whether a robot meets a norm.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// It offers it, at this rate [Hz].
+    /// Offered at this rate [Hz].
     Met(f64),
-    /// It offers it at too low a rate [Hz].
+    /// Offered at too low a rate [Hz].
     Slow(f64),
-    /// It does not offer it.
+    /// Not offered.
     Absent,
 }
 
 impl Robot {
-    /// Whether everything essential is met.
+    /// Whether all essential norms are met.
     pub fn conforms(&self) -> bool {
         let met = |(norm, finding): &(&Norm, Finding)| {
             !norm.essential || matches!(finding, Finding::Met(_))
@@ -44,7 +44,7 @@ impl Robot {
         self.findings.iter().any(offered)
     }
 
-    /// Whether a parameter is advertised and nothing of it was heard.
+    /// Whether a parameter is advertised but no message was received.
     pub fn is_silent(&self, parameter: &str) -> bool {
         let silent = |(norm, finding): &(&Norm, Finding)| {
             norm.parameter == parameter && matches!(finding, Finding::Slow(hz) if *hz <= 0.0)
@@ -53,7 +53,7 @@ impl Robot {
     }
 }
 
-/// Holds every robot among the streams against the profile.
+/// Checks every robot among the streams against the profile.
 pub fn conformity<'a>(
     streams: impl IntoIterator<Item = (&'a Stream, &'a StreamStatus)>,
 ) -> Vec<Robot> {

@@ -1,4 +1,4 @@
-//! Which topics are signals of people.
+//! Selects topics that are signals of people.
 
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{About, Shape, Signal, Stream, Subject};
@@ -7,7 +7,7 @@ use teampulse_messages::standard::teampulse_msgs as msgs;
 
 use teampulse_core::pattern::Pattern;
 
-/// Which topics are signals of people, by name and type.
+/// Selects signals of people by name and type.
 #[derive(Clone, Debug)]
 pub struct Choice {
     namespace: Pattern,

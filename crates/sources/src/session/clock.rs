@@ -16,9 +16,9 @@ use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 
 use course::Course;
 
-/// How often it is looked whether the clock runs.
+/// The interval at which the clock is checked.
 const LOOK: Duration = Duration::from_millis(20);
-/// The most breaks that are kept until they are reported.
+/// The most breaks waiting to be reported.
 const MOST_BREAKS: usize = 1000;
 
 /// A session's clock as it follows `/clock` on a bus, as long as this is held.

@@ -1,4 +1,4 @@
-//! Other computers' clocks, probed.
+//! Probes other computers' clocks.
 
 use std::sync::Arc;
 
@@ -8,8 +8,7 @@ use teampulse_core::source::{Source, SourceError};
 use teampulse_ros::bus::Bus;
 use teampulse_ros::clocks::probe_clocks;
 
-/// Asks the computers on a bus for their clocks as long as the session lasts. Not in simulated time,
-/// which is nobody's clock.
+/// Probes the clocks of the computers on a bus during the session. Not in simulated time.
 pub struct Computers {
     bus: Arc<dyn Bus>,
 }

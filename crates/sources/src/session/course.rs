@@ -1,4 +1,4 @@
-//! The course of a study's phases: as planned, and as whoever leads the session turns it.
+//! The course of a study's phases: as planned, and as changed by the operator.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,22 +7,22 @@ use teampulse_core::command::Command;
 
 use super::phases::{Phase, in_order};
 
-/// The most phases of others that wait to be taken; no person begins more.
+/// The most phases begun by other programs that wait to be taken.
 const MOST_HEARD: usize = 100;
 
-/// How the phases of a study go on, other than planned.
+/// A change to the course of phases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
-    /// The next phase begins now; those after it move with it.
+    /// Begins the next phase now and shifts those after it.
     Next,
-    /// The phase that it is, or was last, begins anew.
+    /// Restarts the current or last phase.
     Repeat,
-    /// The phase that it is ends now, and nothing begins by itself until `Next` or `Repeat`.
+    /// Ends the current phase; nothing begins by itself until `Next` or `Repeat`.
     Abort,
 }
 
 impl Turn {
-    /// The turn that a command asks for, if it asks for one.
+    /// The change that a command asks for, if any.
     pub fn of(command: &Command) -> Option<Turn> {
         match command {
             Command::NextPhase => Some(Turn::Next),
@@ -33,24 +33,24 @@ impl Turn {
     }
 }
 
-/// Which phase comes next, and which phases others began. Clones are one.
+/// The next phase, and the phases begun by other programs. Clones share their state.
 #[derive(Clone, Debug, Default)]
 pub struct PhaseDesk(Arc<Mutex<Asked>>);
 
 #[derive(Debug, Default)]
 struct Asked {
-    /// The names of phases that others began.
+    /// The names of phases begun by other programs.
     heard: VecDeque<String>,
     next: Option<String>,
 }
 
 impl PhaseDesk {
-    /// The phase that comes next, as it is shown; `None` after the last.
+    /// The next phase as displayed; `None` after the last.
     pub fn next(&self) -> Option<String> {
         self.lock().next.clone()
     }
 
-    /// Another program begins a phase of this name.
+    /// Records that another program begins a phase of this name.
     pub(super) fn hear(&self, label: &str) {
         let mut asked = self.lock();
         if asked.heard.len() < MOST_HEARD {
@@ -71,24 +71,24 @@ impl PhaseDesk {
     }
 }
 
-/// What happens in the course of the phases.
+/// A change of phase.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Happens {
-    /// A phase begins, and lasts so long [s]; NaN where that is open.
+    /// A phase begins, with its length [s]; NaN where that is open.
     Begins(String, f64),
     /// A phase was aborted.
     Aborted(String),
 }
 
-/// The course of the phases: which one it is, and how far all that follow have moved.
+/// The course of the phases: the position, and the shift of the rest.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
     phases: Vec<Phase>,
-    /// The place of the next one.
+    /// The index of the next one.
     next: usize,
-    /// Until when the last one that began lasts [s]; `None` before the first, and after an abort.
+    /// The end of the phase that last began [s]; `None` before the first, and after an abort.
     until_secs: Option<f64>,
-    /// By how much the phases from the next one on are later than planned [s].
+    /// The delay of the remaining phases relative to the plan [s].
     moved_secs: f64,
     is_held: bool,
 }
@@ -100,13 +100,13 @@ impl Course {
         Course { phases, next: 0, until_secs: None, moved_secs: 0.0, is_held: false }
     }
 
-    /// What happens by itself, so long after the start [s].
+    /// The change due at a time after the start [s].
     pub fn look(&mut self, elapsed_secs: f64) -> Option<Happens> {
         let planned_secs = self.phases.get(self.next)?.from_secs? + self.moved_secs;
         (!self.is_held && elapsed_secs >= planned_secs).then(|| self.begin(elapsed_secs))
     }
 
-    /// What happens at a turn, so long after the start [s]; nothing where there is no such phase.
+    /// Applies a change at a time after the start [s]; `None` where there is no such phase.
     pub fn turn(&mut self, turn: Turn, elapsed_secs: f64) -> Option<Happens> {
         match turn {
             Turn::Next if self.next == self.phases.len() => None,
@@ -126,8 +126,8 @@ impl Course {
         }
     }
 
-    /// Another program begins a phase of this name, at this time after the start [s]: it becomes the next
-    /// one of this name that begins by hand, if there is one.
+    /// Another program begins a phase of this name at a time after the start [s]: the next manual phase of
+    /// that name, if any.
     pub fn hear(&mut self, label: &str, elapsed_secs: f64) {
         let is_meant = |phase: &Phase| phase.from_secs.is_none() && phase.name == label;
         if let Some(skipped) = self.phases[self.next..].iter().position(is_meant) {

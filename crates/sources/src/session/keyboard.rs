@@ -1,11 +1,11 @@
-//! What a terminal sends when keys are pressed, as keys.
+//! Decodes a terminal's input into keys.
 
 /// A key that was pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
-    /// A letter, a digit, a sign or the space bar.
+    /// A printable character.
     Char(char),
-    /// A letter together with Ctrl.
+    /// A letter with Ctrl.
     Control(char),
     /// The arrow up.
     Up,
@@ -23,14 +23,13 @@ pub enum Key {
     Escape,
 }
 
-/// Reads keys out of the bytes of a terminal: what is no key of one byte comes as a sequence, of which
-/// no byte is a key of its own.
+/// Decodes a terminal's bytes into keys, skipping escape sequences that are not keys.
 #[derive(Debug, Default)]
 pub(super) struct Decoder {
     state: State,
-    /// The parameters of a sequence, as far as they matter.
+    /// The parameters of a sequence, as far as needed.
     parameters: Vec<u8>,
-    /// Whether what comes is pasted: nobody pressed it.
+    /// Whether the input is pasted text, which is ignored.
     is_pasted: bool,
 }
 
@@ -38,9 +37,9 @@ pub(super) struct Decoder {
 enum State {
     #[default]
     Ground,
-    /// Behind an escape.
+    /// After an escape.
     Escape,
-    /// Behind an escape that came alone.
+    /// After an escape that arrived alone.
     Alone,
     /// In a control sequence.
     Sequence,
@@ -48,9 +47,9 @@ enum State {
     Last,
     /// Before the last byte of a function key of the Linux console.
     Function,
-    /// In a text that the terminal says of itself.
+    /// In a report from the terminal.
     Text,
-    /// Behind an escape within such a text.
+    /// After an escape within such a report.
     TextEscape,
 }
 
@@ -58,13 +57,13 @@ const ESCAPE: u8 = 0x1b;
 const BELL: u8 = 0x07;
 
 impl Decoder {
-    /// Takes the next byte; gives a key when it is whole.
+    /// Takes the next byte; returns a key when it is complete.
     pub fn take(&mut self, byte: u8) -> Option<Key> {
         let key = self.step(byte);
         key.filter(|_| !self.is_pasted)
     }
 
-    /// Nothing comes for now: an escape without more was the key itself.
+    /// Input has paused: an escape without more was the key itself.
     pub fn pause(&mut self) -> Option<Key> {
         if self.state != State::Escape || self.is_pasted {
             return None;
@@ -85,7 +84,7 @@ impl Decoder {
             }
             (State::Escape, b'O') => (State::Last, None),
             (State::Escape, b']' | b'P' | b'X' | b'^' | b'_') => (State::Text, None),
-            // A key together with Alt is no letter, nor is what a function key ends with.
+            // Alt with a key is ignored, as is the end of a function key.
             (State::Escape | State::Function, _) => (State::Ground, None),
             (State::Ground | State::Alone, byte) => (State::Ground, plain(byte)),
             (State::Last, byte) => (State::Ground, last(byte)),
@@ -123,7 +122,7 @@ impl Decoder {
     }
 }
 
-/// A key of one byte.
+/// The key of a single byte.
 fn plain(byte: u8) -> Option<Key> {
     match byte {
         b' '..=b'~' => Some(Key::Char(char::from(byte))),
@@ -132,7 +131,7 @@ fn plain(byte: u8) -> Option<Key> {
     }
 }
 
-/// A key by the last byte of its sequence.
+/// The key of a sequence's last byte.
 fn last(byte: u8) -> Option<Key> {
     match byte {
         b'A' => Some(Key::Up),

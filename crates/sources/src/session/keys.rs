@@ -12,18 +12,18 @@ use tokio::sync::mpsc;
 
 use super::keyboard::{Decoder, Key};
 
-/// Keys of the terminal, each of which may send a command.
+/// The terminal's keys, which may send commands.
 pub struct Keys {
     commands: mpsc::Receiver<Command>,
-    /// The terminal as it is while keys are read.
+    /// The terminal's mode while keys are read.
     raw: Termios,
-    /// Puts the terminal back as it was.
+    /// Restores the terminal.
     _restore: Restore,
 }
 
 impl Keys {
-    /// Begins to read the keyboard, key by key; `None` when standard input is no terminal, or that of
-    /// somebody else at the moment. `pressed` returns the command of each key.
+    /// Starts to read the keyboard; `None` when standard input is not a terminal, or is another job's.
+    /// `pressed` returns the command of each key.
     pub fn open(pressed: impl FnMut(Key) -> Option<Command> + Send + 'static) -> Option<Keys> {
         let stdin = std::io::stdin();
         let was = termios::tcgetattr(&stdin).ok()?;
@@ -32,7 +32,7 @@ impl Keys {
         }
         let mut raw = was.clone();
         raw.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
-        // Ctrl-Z is beside Ctrl-X, and would stop a recording.
+        // Ctrl-Z is next to Ctrl-X, and would suspend a recording.
         raw.special_codes[SpecialCodeIndex::VSUSP] = 0;
         termios::tcsetattr(&stdin, OptionalActions::Now, &raw).ok()?;
         let (sender, commands) = mpsc::channel(16);
@@ -41,14 +41,13 @@ impl Keys {
     }
 }
 
-/// Whether the terminal is that of this job: one that was started with `&` would be stopped by a
-/// change of its modes.
+/// Whether the terminal is this job's: a background job would be stopped by a change of its modes.
 fn is_ours() -> bool {
     let foreground = termios::tcgetpgrp(std::io::stdin());
     foreground.is_ok_and(|group| group == rustix::process::getpgrp())
 }
 
-/// The marker that a key sets by itself: a letter or a digit its own, the space bar one named `mark`.
+/// The default marker of a key: a letter or a digit its own, the space bar one named `mark`.
 pub fn marker(key: Key) -> Option<Command> {
     match key {
         Key::Char(' ') => Some(Command::Mark("mark".to_owned())),
@@ -57,7 +56,7 @@ pub fn marker(key: Key) -> Option<Command> {
     }
 }
 
-/// Reads keys until nobody wants them; blocked in a read, it ends with the process.
+/// Reads keys until cancelled; blocked in a read, it ends with the process.
 fn read(
     mut from: impl Read,
     sender: &mpsc::Sender<Command>,
@@ -89,14 +88,14 @@ impl Source for Keys {
             signal(SignalKind::from_raw(rustix::process::Signal::CONT.as_raw())).ok();
         loop {
             tokio::select! {
-                // A shell sets the terminal for itself while this process is stopped.
+                // A shell resets the terminal while this process is suspended.
                 () = heard(&mut continued) => {
                     if is_ours() {
                         termios::tcsetattr(std::io::stdin(), OptionalActions::Now, &self.raw).ok();
                     }
                 }
                 command = self.commands.recv() => match command {
-                    // What is refused is an event, too.
+                    // A refusal is recorded as an event.
                     Some(command) => drop(outlet.command(&Sender::Keys, command)),
                     None => outlet.closed().await,
                 },
@@ -106,7 +105,7 @@ impl Source for Keys {
     }
 }
 
-/// Resolves when a signal comes.
+/// Resolves when a signal arrives.
 async fn heard(signal: &mut Option<Signal>) {
     match signal {
         Some(signal) => drop(signal.recv().await),
@@ -131,7 +130,7 @@ pub fn pause_by_key(
     Keys::open(pressed).map(PauseKeys)
 }
 
-/// The keys of a playback; the terminal is as it was when this is dropped.
+/// The keys of a playback; restores the terminal when dropped.
 pub struct PauseKeys(#[expect(dead_code, reason = "held for its end")] Keys);
 
 struct Restore(Termios);

@@ -1,4 +1,4 @@
-//! What belongs to the session itself: its phases, its markers, its simulated clock.
+//! The session's own sources: phases, markers, and the simulated clock.
 
 mod clock;
 mod computers;
@@ -23,7 +23,7 @@ pub use phases::{Phase, Phases, check_phases};
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
 
-/// Hands over an event of the session, now.
+/// Offers an event of the session, stamped now.
 fn happen(outlet: &Outlet, kind: EventKind, label: &str, duration_secs: f64) {
     outlet.happen(Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs });
 }

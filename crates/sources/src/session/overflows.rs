@@ -1,4 +1,4 @@
-//! Packets for which this machine's receive buffers had no room.
+//! Packets dropped by this machine's receive buffers.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use tokio::sync::broadcast::error::RecvError;
 
 use super::happen;
 
-/// The shortest interval between reports while it goes on.
+/// The shortest interval between reports.
 const EVERY: Duration = Duration::from_secs(10);
 
 /// Reports, as faults of the session, how many packets of a bus this machine dropped: losses that a larger

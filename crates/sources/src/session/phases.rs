@@ -1,4 +1,4 @@
-//! Phases of a study, at times set beforehand or begun by hand.
+//! Phases of a study, scheduled or begun manually.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use teampulse_core::source::{Source, SourceError};
 use super::course::{Course, Happens, PhaseDesk, Turn};
 use super::happen;
 
-/// How often the session's clock is looked at; a phase begins this late at most.
+/// The interval at which the session's clock is checked, and so the largest delay of a phase.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A phase of a study. The one named `baseline` is the reference for everything after it.
@@ -39,14 +39,13 @@ impl Phase {
         self.lasts_secs.or(until)
     }
 
-    /// When it ends [s], where both that and its beginning are set.
+    /// Its end [s], where both end and start are set.
     fn end_secs(&self) -> Option<f64> {
         Some(self.from_secs? + self.length_secs()?)
     }
 }
 
-/// Fails at the first phase that can't be, or that overlaps with another; the path of the error
-/// begins at the phases.
+/// Returns an error at the first phase that is invalid or overlaps another; its path starts at the phases.
 pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
     for (place, phase) in phases.iter().enumerate() {
         let wrong = |key, message: &str, hint: &str| {
@@ -96,10 +95,10 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
     check_order(phases)
 }
 
-/// What is said of times that can't be.
+/// The hint on invalid times.
 const TIMES: &str = "times count from the start of the session: 0 or more";
 
-/// The latest that a phase may begin or end [s]: far beyond any session, and still a time.
+/// The latest start or end of a phase [s]: far beyond any session, and still a valid time.
 const LATEST_SECS: f64 = 1e9;
 
 fn is_after_start(secs: f64) -> bool {
@@ -110,7 +109,7 @@ fn no_time(secs: f64) -> String {
     format!("a phase can't begin or end at {secs} s")
 }
 
-/// Phases in the order in which they come: by their times, or as they are written where one begins by hand.
+/// Sorts phases by their times, or keeps their order where one begins manually.
 pub(super) fn in_order<T>(phases: &mut [T], phase: impl Fn(&T) -> &Phase) {
     if phases.iter().all(|each| phase(each).from_secs.is_some()) {
         let from_secs = |each: &T| phase(each).from_secs.unwrap_or_default();
@@ -118,7 +117,7 @@ pub(super) fn in_order<T>(phases: &mut [T], phase: impl Fn(&T) -> &Phase) {
     }
 }
 
-/// No phase begins before the one before it is over, or with it.
+/// Checks that each phase begins after the one before it ends.
 fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
     let mut places: Vec<(usize, &Phase)> = phases.iter().enumerate().collect();
     in_order(&mut places, |(_, phase)| phase);
@@ -150,19 +149,19 @@ pub struct Phases {
 }
 
 impl Phases {
-    /// These phases, in any order, which are turned at a desk.
+    /// The source of these phases, in any order.
     pub fn new(phases: Vec<Phase>, desk: PhaseDesk) -> Phases {
         Phases { course: Course::new(phases), desk, started: None }
     }
 
-    /// The course is turned, so long after the start [s].
+    /// Applies a change at a time after the start [s].
     fn turn(&mut self, outlet: &Outlet, turn: Turn, elapsed_secs: f64) {
         if let Some(happens) = self.course.turn(turn, elapsed_secs) {
             report(outlet, &happens);
         }
     }
 
-    /// What happens by itself, so long after the start [s].
+    /// Publishes the change due at a time after the start [s].
     fn happen(&mut self, outlet: &Outlet, elapsed_secs: f64) {
         while let Some(label) = self.desk.take_heard() {
             self.course.hear(&label, elapsed_secs);
@@ -200,7 +199,7 @@ fn report(outlet: &Outlet, happens: &Happens) {
         Happens::Begins(name, lasts_secs) => happen(outlet, EventKind::Phase, name, *lasts_secs),
         Happens::Aborted(name) => {
             happen(outlet, EventKind::Marker, &format!("{name} aborted"), 0.0);
-            // A phase without a name is none: it ends the one that it was.
+            // A phase without a name ends the current one.
             happen(outlet, EventKind::Phase, "", 0.0);
         }
     }

@@ -1,4 +1,4 @@
-//! Telegrams as ROS messages.
+//! Encodes telegrams as ROS messages.
 
 use bytes::Bytes;
 use teampulse_core::time::Time;

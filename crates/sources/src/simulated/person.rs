@@ -18,7 +18,7 @@ use super::worn::Worn;
 
 /// The length of each chunk of a signal [s]: one sample of the slowest signal.
 const CHUNK_SECS: f64 = 0.25;
-/// How often it is looked whether it is time.
+/// The interval at which due chunks are checked.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// A person who performs a task and wears sensors: the signals as waves of a quarter of a second, offered
@@ -66,7 +66,7 @@ impl Source for SimulatedPerson {
 }
 
 impl SimulatedPerson {
-    /// Hands over every chunk when it is over; returns after the last step.
+    /// Offers every chunk when it ends; returns after the last step.
     async fn live(&mut self, start: Time, streams: &Streams, outlet: &Outlet) {
         for chunk in 1_u64.. {
             let secs = chunk as f64 * CHUNK_SECS;
@@ -118,7 +118,7 @@ struct PersonOutlet<'a> {
 
 impl PersonOutlet<'_> {
     fn offer_signals(&self, record: &Record) {
-        // Of a sensor that is dead nothing comes, as of one whose battery is empty.
+        // A dead sensor sends nothing, as with an empty battery.
         let is_there = |samples: &[f64]| samples.iter().any(|sample| !sample.is_nan());
         for wave in record.waves().filter(|wave| is_there(&wave.samples)) {
             let data = Data::Wave(Wave {

@@ -96,7 +96,7 @@ impl Default for SimulatedTeam {
     }
 }
 
-/// The fastest rate of a topic [Hz].
+/// The highest rate of a topic [Hz].
 const MOST_HZ: f64 = 1000.0;
 /// The floor that a robot needs around itself, as a multiple of its own.
 const ROOM: f64 = 6.0;
@@ -126,7 +126,7 @@ impl SimulatedTeam {
         }
     }
 
-    /// States what can't be simulated.
+    /// Returns an error for settings that cannot be simulated.
     pub fn check(&self) -> Result<(), SettingsError> {
         for (key, rate_hz) in [
             ("odometry_hz", self.odometry_hz),

@@ -17,7 +17,7 @@ use super::encode::encode;
 use super::published::stream;
 use super::settings::SimulatedTeam;
 
-/// Real time passes in grains: with many robots one wake-up serves several of them.
+/// The shortest sleep: with many robots one wake-up serves several of them.
 const GRAIN: Duration = Duration::from_millis(2);
 
 /// The simulated team, in real time or faster.
@@ -45,7 +45,7 @@ impl Source for Simulation {
 }
 
 impl Simulation {
-    /// Hands over every telegram when it is due; returns after the last step.
+    /// Offers every telegram when it is due; returns after the last step.
     async fn report(&self, team: &mut Team, streams: &[StreamId], outlet: &Outlet) {
         let end = self.0.steps.map(|steps| SimTime::START + Duration::from_secs(steps.into()));
         let (start, began) = (outlet.clock().now(), Instant::now());

@@ -5,10 +5,10 @@ use teampulse_core::qos::Qos;
 use teampulse_core::stream::{About, Shape, Signal, Stream, Subject};
 use teampulse_emulators::body::{Rates, Sensor};
 
-/// So many messages are kept for a subscriber that is slow: half a minute.
+/// The history depth for slow subscribers: half a minute.
 const DEPTH: u32 = 120;
 
-/// So many phases are kept for whoever joins later.
+/// The number of phases kept for late joiners.
 const KEPT_DEPTH: u32 = 1000;
 
 /// One stream of a simulated person.
@@ -98,7 +98,7 @@ impl Worn {
         })
     }
 
-    /// Of what kind its events are.
+    /// The kind of its events.
     pub fn happens(self) -> EventKind {
         match self {
             Worn::Phases => EventKind::Phase,
@@ -110,7 +110,7 @@ impl Worn {
         }
     }
 
-    /// Its device, its name below that, and what it is.
+    /// Its device, its name within that, and its signal.
     fn named(self) -> (&'static str, &'static str, &'static str) {
         match self {
             Worn::Sensor(sensor) => {
