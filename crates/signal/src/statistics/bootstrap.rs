@@ -34,7 +34,7 @@ pub struct BootstrapInterval {
     pub standard_error: f64,
     /// The percentile interval.
     pub percentile: Interval,
-    /// The interval corrected for bias and skew (BCa). `None` where the correction is undefined, as for equal
+    /// The interval corrected for bias and skew (`BCa`). `None` where the correction is undefined, as for equal
     /// values.
     pub bias_corrected: Option<Interval>,
 }
