@@ -1,5 +1,6 @@
 //! From a study to a session: which sources, features and sinks run.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,6 +29,7 @@ use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
     Computers, Overflows, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock, follow_clock,
 };
+use teampulse_workers::Program;
 
 use crate::commands::simulate::team;
 use crate::components::Components;
@@ -121,6 +123,16 @@ impl Setup {
 
     /// The workers of the study.
     pub fn workers(&self) -> Result<Workers, Failure> {
+        let programs = self.study.settings_of::<Program>("workers", "program")?;
+        let mut names = BTreeSet::new();
+        let offers = programs.iter().flat_map(|program| &program.offers);
+        if let Some(twice) = offers.map(|offer| &offer.name).find(|name| !names.insert(*name)) {
+            let message = format!("two workers offer {twice}");
+            return Err(self
+                .study
+                .error(("workers", ""), message, "give each a name of its own")
+                .into());
+        }
         Ok(self.study.build("workers", Components::of_this_program().workers, &())?)
     }
 
@@ -366,7 +378,9 @@ pub fn conclude(outcome: Outcome) -> Exit {
         }
     }
     for WorkerEnd { name, looked: Looked { taken, skipped }, error } in outcome.workers {
-        if skipped > 0 {
+        if taken + skipped == 0 {
+            say(format!("{name}: nothing came on the streams that it looks at"));
+        } else if skipped > 0 {
             say(format!("{name}: looked at {taken} of {} samples", taken + skipped));
         }
         if let Some(error) = error {

@@ -2,6 +2,7 @@
 
 mod answer;
 mod child;
+mod guard;
 mod offers;
 mod question;
 
@@ -18,12 +19,15 @@ use teampulse_core::sink::Wants;
 use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
 
 use answer::AnswerError;
-use child::{Answer, Child, Ended};
+use child::{Answer, Child, Ended, LONGEST_LINE};
 use offers::{Declared, Offer};
 use question::Questions;
 
 /// How often the end of the session is looked for while the program thinks.
 const LOOK: Duration = Duration::from_millis(50);
+
+const ONE_LINE_EACH: &str = "for each line that it reads it writes one: a JSON array of readings, which may be empty; \
+     what is missing in them is `null`, and messages go to standard error";
 
 /// A program of one's own, in any language: a model, a score, a rule. It reads a line of JSON with what is
 /// new on the streams, and answers with a line of JSON that holds its readings.
@@ -71,6 +75,13 @@ offers  = [{ name = "/humans/persons/p001/own/attention", person = "p001", chann
             let error = SettingsError::new("it looks at no stream").at("streams");
             return Err(error.with_hint("name streams, such as \"/robot*/odom\""));
         }
+        for (place, pattern) in self.streams.iter().enumerate() {
+            if self.offers.iter().any(|offer| offer.name == pattern.text()) {
+                let message = format!("it looks at {}, which it offers itself", pattern.text());
+                let error = SettingsError::new(message).at(format!("streams.{place}"));
+                return Err(error.with_hint("name the streams that it computes from"));
+            }
+        }
         if !(self.patience_secs > 0.0 && self.patience_secs <= 3600.0) {
             let message = format!("a patience of {} s is impossible", self.patience_secs);
             let error = SettingsError::new(message).at("patience_secs");
@@ -100,7 +111,8 @@ impl Worker for Program {
     }
 
     fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError> {
-        let declared = Declared::new(&self.offers, &self.streams, outlet);
+        let mut declared = Declared::new(&self.offers, &self.streams, outlet);
+        declared.check(outlet)?;
         let child = Child::start(&self.command)?;
         let mut dialogue = Dialogue { program: self, declared, child, feed, outlet };
         let mut questions = Questions::default();
@@ -129,6 +141,10 @@ struct Dialogue<'a> {
 impl Dialogue<'_> {
     /// Puts one question, waits for the answer, and offers what it holds.
     fn ask(&mut self, records: &[Record], question: String) -> Result<(), WorkerError> {
+        self.declared.check(self.outlet)?;
+        if let Answer::Read(line) = self.child.read(Duration::ZERO) {
+            return Err(self.unasked(&line));
+        }
         self.child.write(question);
         let Some(answer) = self.wait()? else { return Ok(()) };
         let readings = answer::read(&answer, records, &self.declared);
@@ -145,6 +161,7 @@ impl Dialogue<'_> {
         loop {
             match self.child.read(LOOK) {
                 Answer::Read(line) => return Ok(Some(line)),
+                Answer::TooLong => return Err(self.too_long()),
                 Answer::Ended(ended) => return Err(self.stopped(&ended)),
                 Answer::None if self.feed.is_closed() => return Ok(None),
                 Answer::None if began.elapsed() >= patience => return Err(self.too_slow()),
@@ -158,10 +175,24 @@ impl Dialogue<'_> {
         self.child.check().map_err(|ended| self.stopped(&ended))
     }
 
+    fn unasked(&self, line: &str) -> WorkerError {
+        let start: String = line.chars().take(60).collect();
+        let message = format!(
+            "match the answers of `{}`: it wrote more lines than it read: {start}",
+            self.shown()
+        );
+        WorkerError { message, hint: ONE_LINE_EACH.into() }
+    }
+
+    fn too_long(&self) -> WorkerError {
+        let mib = LONGEST_LINE >> 20;
+        let message = format!("read an answer of `{}`: it is longer than {mib} MiB", self.shown());
+        WorkerError { message, hint: "answer with fewer readings at a time".into() }
+    }
+
     fn misunderstood(&self, wrong: &AnswerError) -> WorkerError {
         let message = format!("understand the answer of `{}`: {wrong}", self.shown());
-        let hint = "for each line that it reads it writes one: a JSON array of readings, which may be empty";
-        WorkerError { message, hint: hint.into() }
+        WorkerError { message, hint: ONE_LINE_EACH.into() }
     }
 
     fn too_slow(&self) -> WorkerError {

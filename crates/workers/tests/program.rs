@@ -223,6 +223,39 @@ async fn an_answer_that_is_none_is_a_fault_that_says_so() {
 }
 
 #[tokio::test]
+async fn an_answer_that_is_too_long_is_named_as_that() {
+    let worker = python("print('[' + ' ' * (17 << 20) + ']', flush=True)\ntime.sleep(600)", "");
+    let (_, records) = session(worker, |records| !faults(records).is_empty()).await;
+    let faults = faults(&records);
+    assert!(faults[0].ends_with("it is longer than 16 MiB"), "{faults:?}");
+}
+
+#[tokio::test]
+async fn a_line_too_many_is_a_fault_and_shifts_no_answer() {
+    let program = "
+for line in sys.stdin:
+    print('[]\\n[]', flush=True)
+";
+    let (_, records) = session(python(program, ""), |records| !faults(records).is_empty()).await;
+    let faults = faults(&records);
+    assert!(faults[0].ends_with("it wrote more lines than it read: []"), "{faults:?}");
+}
+
+#[tokio::test]
+async fn a_stream_that_the_session_has_already_is_not_offered() {
+    let settings = format!(
+        "command = ['sh', '-c', 'while read -r line; do echo []; done']\nstreams = ['{ECG}']\n\
+         offers = [{{ name = '{ECG}', channels = [{{ name = 'ecg', unit = 'mV' }}] }}]"
+    );
+    let settings = settings.replace(&format!("streams = ['{ECG}']"), "streams = ['/humans/**']");
+    let worker = worker(&settings).expect("it can be built");
+    let (_, records) = session(worker, |records| !faults(records).is_empty()).await;
+    let wrong =
+        format!("program: failed to offer {ECG}: the session has a stream of that name already");
+    assert_eq!(faults(&records)[0], wrong);
+}
+
+#[tokio::test]
 async fn a_session_ends_while_a_program_thinks_and_what_it_did_not_see_is_counted() {
     let program = "
 sys.stdin.readline()
@@ -254,18 +287,22 @@ fn mistakes_in_settings_are_named_at_their_place() {
             "command = ['sh']\nstreams = ['/x']\npatience_secs = nan".into(),
             "patience_secs: a patience of NaN s is impossible",
         ),
+        (
+            format!("{offer}[{{ name = '/x' }}]"),
+            "streams.0: it looks at /x, which it offers itself (name the streams that it computes from)",
+        ),
         (format!("{offer}[{{ name = 'x' }}]"), "offers.0.name: `x` is not the name of a topic"),
         (
             format!("{offer}[{{ name = '/x/1y' }}]"),
             "offers.0.name: `/x/1y` is not the name of a topic",
         ),
         (
-            format!("{offer}[{{ name = '/x', person = 'p', robot = 'r' }}]"),
+            format!("{offer}[{{ name = '/y', person = 'p', robot = 'r' }}]"),
             "offers.0.robot: it is about a person and about a robot",
         ),
         (
-            format!("{offer}[{{ name = '/x' }}, {{ name = '/x' }}]"),
-            "offers.1.name: /x is offered twice",
+            format!("{offer}[{{ name = '/y' }}, {{ name = '/y' }}]"),
+            "offers.1.name: /y is offered twice",
         ),
     ] {
         let error = worker(&settings).map(drop).unwrap_err();

@@ -19,7 +19,7 @@ const BEHIND_NS: i64 = 3_600_000_000_000;
 /// What is wrong with an answer.
 #[derive(Debug, Error)]
 pub(super) enum AnswerError {
-    #[error("{0}")]
+    #[error("it is no array of readings in JSON: {0}")]
     Syntax(#[from] serde_json::Error),
     #[error("it has a reading of {name}, and offers {offered}")]
     UnknownStream { name: String, offered: String },
@@ -162,8 +162,11 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         for (line, wrong) in [
-            ("", "EOF while parsing a value at line 1 column 0"),
-            ("hello", "expected value at line 1 column 1"),
+            (
+                "",
+                "it is no array of readings in JSON: EOF while parsing a value at line 1 column 0",
+            ),
+            ("hello", "it is no array of readings in JSON: expected value at line 1 column 1"),
             (
                 r#"[{"stream": "/x"}]"#,
                 "it has a reading of /x, and offers /own/moments, /own/score",

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -16,8 +16,10 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_core::text::{LONGEST_LABEL, label};
 use teampulse_core::worker::WorkerError;
 
+use super::guard::Guard;
+
 /// The longest line that a program may write [bytes].
-const LONGEST_LINE: u64 = 16 << 20;
+pub(super) const LONGEST_LINE: u64 = 16 << 20;
 /// So many of the last lines on its standard error are kept.
 const LAST_WORDS: usize = 3;
 /// How long it has to end by itself once its input has ended.
@@ -30,8 +32,18 @@ pub(super) struct Child {
     process: std::process::Child,
     /// Lines for it; `None` once its input has ended.
     input: Option<SyncSender<String>>,
-    lines: Receiver<String>,
+    lines: Receiver<Written>,
     last_words: LastWords,
+    /// Reads its standard error.
+    listener: JoinHandle<()>,
+    guard: Option<Guard>,
+}
+
+/// What a program writes.
+enum Written {
+    Whole(String),
+    /// Longer than [`LONGEST_LINE`].
+    TooLong,
 }
 
 /// What came of waiting for a line.
@@ -40,6 +52,8 @@ pub(super) enum Answer {
     Read(String),
     /// None yet.
     None,
+    /// A line that is longer than [`LONGEST_LINE`].
+    TooLong,
     /// It has ended.
     Ended(Ended),
 }
@@ -89,6 +103,7 @@ impl Child {
         let (Some(stdin), Some(stdout), Some(stderr)) = pipes else {
             return Err(failed("it has no pipes".into()));
         };
+        let guard = Guard::of(&process);
         let (input, waiting) = sync_channel(1);
         let (read, lines) = sync_channel(1);
         let last_words = LastWords::default();
@@ -96,8 +111,8 @@ impl Child {
         // They end with the process: its pipes are closed then.
         thread::spawn(move || write_lines(stdin, &waiting));
         thread::spawn(move || each_line(stdout, |line| read.send(line).is_ok()));
-        thread::spawn(move || each_line(stderr, |line| keep(&words, line)));
-        Ok(Child { process, input: Some(input), lines, last_words })
+        let listener = thread::spawn(move || each_line(stderr, |line| keep(&words, line)));
+        Ok(Child { process, input: Some(input), lines, last_words, listener, guard })
     }
 
     /// Gives it a line, without waiting until it is read.
@@ -111,7 +126,8 @@ impl Child {
     /// Waits for its next line, at most for `patience`.
     pub(super) fn read(&mut self, patience: Duration) -> Answer {
         match self.lines.recv_timeout(patience) {
-            Ok(line) => Answer::Read(line),
+            Ok(Written::Whole(line)) => Answer::Read(line),
+            Ok(Written::TooLong) => Answer::TooLong,
             Err(RecvTimeoutError::Timeout) => Answer::None,
             Err(RecvTimeoutError::Disconnected) => Answer::Ended(self.ended()),
         }
@@ -140,9 +156,18 @@ impl Child {
         self.kill();
         let status = self.process.wait();
         let status = status.map_or_else(|error| error.to_string(), shown);
+        self.listen();
         let words = self.last_words.lock().unwrap_or_else(PoisonError::into_inner);
         let words: Vec<_> = words.iter().map(String::as_str).collect();
         Ended { status, last_words: words.join(" · ") }
+    }
+
+    /// Waits until its standard error is read, which a process that left its group may hold open.
+    fn listen(&self) {
+        let began = Stopwatch::start();
+        while began.elapsed() < FAREWELL && !self.listener.is_finished() {
+            thread::sleep(LOOK);
+        }
     }
 
     fn kill(&self) {
@@ -155,6 +180,8 @@ impl Child {
 
 impl Drop for Child {
     fn drop(&mut self) {
+        // Before the process is waited for: its group is still its own.
+        self.guard = None;
         self.kill();
         drop(self.process.wait());
     }
@@ -177,22 +204,27 @@ fn write_lines(mut to: impl Write, lines: &Receiver<String>) {
 }
 
 /// Hands over each line of a pipe, until it ends, a line is too long, or `take` has enough.
-fn each_line(from: impl Read, mut take: impl FnMut(String) -> bool) {
+fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {
         let mut line = Vec::new();
         match (&mut from).take(LONGEST_LINE).read_until(b'\n', &mut line) {
             Ok(1..) if (line.len() as u64) < LONGEST_LINE || line.ends_with(b"\n") => {}
+            Ok(1..) => {
+                take(Written::TooLong);
+                return;
+            }
             _ => return,
         }
-        if !take(String::from_utf8_lossy(&line).trim_end().to_owned()) {
+        if !take(Written::Whole(String::from_utf8_lossy(&line).trim_end().to_owned())) {
             return;
         }
     }
 }
 
 /// Keeps the last lines of standard error, and logs each.
-fn keep(last: &LastWords, line: String) -> bool {
+fn keep(last: &LastWords, line: Written) -> bool {
+    let Written::Whole(line) = line else { return false };
     let line = label(line, LONGEST_LABEL);
     tracing::info!("{line}");
     let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);

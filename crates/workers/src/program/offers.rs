@@ -9,6 +9,7 @@ use teampulse_core::pattern::Pattern;
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{About, Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::units;
+use teampulse_core::worker::WorkerError;
 
 /// A stream of a program's readings.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -86,8 +87,13 @@ impl Offer {
     }
 }
 
-/// The streams of a program's readings by name, as they were declared, with the numbers of a reading.
-pub(super) struct Declared(BTreeMap<String, (StreamId, usize)>);
+/// The streams of a program's readings, as they were declared.
+pub(super) struct Declared {
+    /// By name, with how many numbers a reading has.
+    streams: BTreeMap<String, (StreamId, usize)>,
+    /// How many streams of the session were compared with them.
+    compared: usize,
+}
 
 impl Declared {
     pub(super) fn new(offers: &[Offer], inputs: &[Pattern], outlet: &Outlet) -> Declared {
@@ -95,16 +101,33 @@ impl Declared {
             let stream = outlet.declare(offer.stream(inputs));
             (offer.name.clone(), (stream, offer.channels.len()))
         };
-        Declared(offers.iter().map(declare).collect())
+        Declared { streams: offers.iter().map(declare).collect(), compared: 0 }
+    }
+
+    /// Fails where another stream of the session has the name of one of them.
+    pub(super) fn check(&mut self, outlet: &Outlet) -> Result<(), WorkerError> {
+        let Some(name) = self.taken(outlet) else { return Ok(()) };
+        let message = format!("offer {name}: the session has a stream of that name already");
+        let hint = "give it a name of its own, such as \"/humans/persons/p001/own/attention\"";
+        Err(WorkerError { message, hint: hint.into() })
+    }
+
+    fn taken(&mut self, outlet: &Outlet) -> Option<String> {
+        let new = outlet.streams().after(self.compared);
+        self.compared += new.len();
+        let is_another =
+            |id: StreamId, name: &str| self.get(name).is_some_and(|(own, _)| own != id);
+        let mut taken = new.into_iter().filter(|(id, stream)| is_another(*id, &stream.name));
+        taken.next().map(|(_, stream)| stream.name.clone())
     }
 
     /// A stream by its name, with how many numbers a reading has: none where its readings are events.
     pub(super) fn get(&self, name: &str) -> Option<(StreamId, usize)> {
-        self.0.get(name).copied()
+        self.streams.get(name).copied()
     }
 
     /// The names of the streams.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
+        self.streams.keys().map(String::as_str)
     }
 }

@@ -1,0 +1,45 @@
+//! What ends a program when teampulse itself is killed and can't.
+
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, Stdio};
+
+/// Kills the process group `$1` a second after its input has ended, which happens when teampulse is killed: a
+/// program that reads its input has ended by itself until then.
+const SCRIPT: &str = r#"read -r _; sleep 1; kill -s KILL -- "-$1""#;
+
+/// A shell that outlives teampulse and then ends a program with all that it has started.
+pub(super) struct Guard(Child);
+
+impl Guard {
+    /// Guards the process group of a program; `None` where no shell can be started.
+    pub(super) fn of(program: &Child) -> Option<Guard> {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", SCRIPT, "guard"]).arg(program.id().to_string());
+        shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+        shell.process_group(0).spawn().ok().map(Guard)
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        // It fails where the shell has ended.
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::process::ExitStatusExt;
+
+    use super::*;
+
+    #[test]
+    fn a_program_does_not_outlive_a_killed_teampulse() {
+        let mut program = Command::new("sleep").arg("600").process_group(0).spawn().unwrap();
+        let mut guard = Guard::of(&program).unwrap();
+        // As the kernel closes it when teampulse is killed.
+        drop(guard.0.stdin.take());
+        assert_eq!(program.wait().unwrap().signal(), Some(9));
+    }
+}
