@@ -8,7 +8,7 @@ const LARGE: libc::c_int = 128 << 10;
 
 /// Lets all threads share one heap, of which large buffers are no part. The C library gives each thread a heap of
 /// its own, and what one thread allocates and another frees, as every message here, leaves holes in all of them:
-/// eight hours of the demo held 75 MiB and rising, and hold 51. Call it before there are threads.
+/// eight hours of the demo held 75 MiB and rising, and hold 44. Call it before there are threads.
 pub fn share_one_heap() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     for (setting, value) in [(libc::M_ARENA_MAX, 1), (libc::M_MMAP_THRESHOLD, LARGE)] {
