@@ -1,5 +1,7 @@
 //! Wearables over real links, with emulated devices at the other end.
 
+mod keeper;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -11,7 +13,6 @@ use teampulse_core::data::{Data, EventKind};
 use teampulse_core::registry::Component;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{Outcome, Pace, Session};
-use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::stream::{About, Signal};
 use teampulse_core::streams::Streams;
@@ -24,6 +25,8 @@ use teampulse_sources::wearables::empatica_e4::EmpaticaE4;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
 
+use keeper::Keeper;
+
 type Kept = Arc<Mutex<Vec<Record>>>;
 
 /// Skin whose conductance is the time [µS].
@@ -32,30 +35,6 @@ struct Skin;
 impl Wearer for Skin {
     fn conductance_us(&mut self, secs: f64) -> f64 {
         secs
-    }
-}
-
-struct Keeper(Kept);
-
-impl Sink for Keeper {
-    fn name(&self) -> &'static str {
-        "keeper"
-    }
-
-    fn delivery(&self) -> Delivery {
-        Delivery::Lossless
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        loop {
-            match inbox.receive(Duration::from_secs(1)) {
-                Received::Batch(batch) => {
-                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
-                }
-                Received::Silence => {}
-                Received::Closed => return Ok(()),
-            }
-        }
     }
 }
 

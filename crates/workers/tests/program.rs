@@ -1,5 +1,8 @@
 //! Programs as workers, real ones, in sessions of their own.
 
+#[path = "../../sources/tests/keeper/mod.rs"]
+mod keeper;
+
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -12,7 +15,6 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::Settings;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{Outcome, Pace, Session};
-use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Shape, Stream, Subject};
 use teampulse_core::streams::Streams;
@@ -20,6 +22,8 @@ use teampulse_core::time::Time;
 use teampulse_core::worker::Worker;
 use teampulse_messages::convert::encode;
 use teampulse_workers::WORKERS;
+
+use keeper::Keeper;
 
 const ECG: &str = "/humans/persons/p001/strap/ecg";
 const OWN: &str = "/humans/persons/p001/own/level";
@@ -74,30 +78,6 @@ impl Source for Strap {
             }
         }
         Ok(())
-    }
-}
-
-struct Keeper(Kept);
-
-impl Sink for Keeper {
-    fn name(&self) -> &'static str {
-        "keeper"
-    }
-
-    fn delivery(&self) -> Delivery {
-        Delivery::Lossless
-    }
-
-    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        loop {
-            match inbox.receive(Duration::from_secs(1)) {
-                Received::Batch(batch) => {
-                    self.0.lock().expect("nobody panicked").extend(batch.iter().cloned());
-                }
-                Received::Silence => {}
-                Received::Closed => return Ok(()),
-            }
-        }
     }
 }
 
