@@ -158,7 +158,7 @@ impl Worker for Bad {
         loop {
             match (feed.next(Duration::from_millis(100)), &self) {
                 (Fed::Closed, _) => return Ok(()),
-                (Fed::Silence, _) => {}
+                (Fed::Silence | Fed::Command(_), _) => {}
                 (Fed::Records(_), Bad::Slow) => {
                     let began = Stopwatch::start();
                     while began.elapsed() < AN_ITEM && !feed.is_closed() {

@@ -11,7 +11,7 @@ use teampulse_features::FEATURES;
 use teampulse_features::context::FeatureContext;
 use teampulse_sinks::{SINKS, SinkContext};
 use teampulse_sources::{SOURCES, SourceContext};
-use teampulse_workers::WORKERS;
+use teampulse_workers::{WORKERS, WorkerContext};
 
 /// The tables of a program: those of `teampulse`, or of one that has components of its own beside them.
 #[derive(Clone, Copy)]
@@ -23,7 +23,7 @@ pub struct Components {
     /// The sinks.
     pub sinks: &'static [Entry<dyn Sink, SinkContext>],
     /// The workers.
-    pub workers: &'static [Entry<dyn Worker, ()>],
+    pub workers: &'static [Entry<dyn Worker, WorkerContext>],
 }
 
 /// Those of `teampulse`.
@@ -40,6 +40,13 @@ impl Components {
     /// The tables of this process.
     pub(crate) fn of_this_program() -> Components {
         *OF_THIS_PROGRAM.get_or_init(Components::default)
+    }
+
+    /// The words that sources, sinks and workers are called in a study.
+    pub(crate) fn kinds(&self) -> Vec<&'static str> {
+        let sources = self.sources.iter().map(|entry| entry.kind);
+        let sinks = self.sinks.iter().map(|entry| entry.kind);
+        sources.chain(sinks).chain(self.workers.iter().map(|entry| entry.kind)).collect()
     }
 
     /// Uses these tables from now on; only the first call counts.

@@ -146,7 +146,9 @@ mod tests {
         let worker = |text: &str| Program {
             command: vec!["true".into()],
             streams: vec![Pattern::parse(text).unwrap()],
+            keeps: Vec::new(),
             offers: Vec::new(),
+            name: None,
             patience_secs: 1.0,
         };
         let workers = [worker("/robot1/odom"), worker("/robot2/odom"), worker("/team/state")];

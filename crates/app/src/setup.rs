@@ -29,7 +29,7 @@ use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
     Computers, Overflows, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock, follow_clock,
 };
-use teampulse_workers::Program;
+use teampulse_workers::{Program, WorkerContext};
 
 use crate::commands::simulate::team;
 use crate::components::Components;
@@ -133,7 +133,8 @@ impl Setup {
                 .error(("workers", ""), message, "give each a name of its own")
                 .into());
         }
-        Ok(self.study.build("workers", Components::of_this_program().workers, &())?)
+        let context = WorkerContext { clock: self.clock.clone() };
+        Ok(self.study.build("workers", Components::of_this_program().workers, &context)?)
     }
 
     /// The features of the study.

@@ -201,8 +201,9 @@ impl Study {
         })
     }
 
-    /// Fails where a command is allowed that there is not.
+    /// Fails where a command is allowed that there is not, or to a component that there is not.
     pub fn check_commands(&self) -> Result<(), StudyError> {
+        self.check_commanders()?;
         let Some((setting, place, word)) = self.general.commands.unknown() else { return Ok(()) };
         let verbs = VERBS.map(|(verb, _, _)| verb);
         let near = nearest(word, &verbs).map(|near| format!("did you mean `{near}`?"));
@@ -210,6 +211,20 @@ impl Study {
         let message = format!("there is no command `{}`", label(word.to_owned(), LONGEST_NAME));
         let error = SettingsError::new(message).with_hint(hint);
         Err(self.misplaced(error.at(format!("commands.{setting}.{place}"))))
+    }
+
+    fn check_commanders(&self) -> Result<(), StudyError> {
+        let known = Components::of_this_program().kinds();
+        let mut components = self.general.commands.components.keys();
+        let Some(unknown) = components.find(|it| !known.contains(&it.as_str())) else {
+            return Ok(());
+        };
+        let settings: Vec<&str> = ["keys", "ros"].into_iter().chain(known).collect();
+        let near = nearest(unknown, &settings).map(|near| format!("did you mean `{near}`?"));
+        let hint = near.unwrap_or_else(|| "expected keys, ros or the `type` of a component".into());
+        let name = label(unknown.clone(), LONGEST_NAME);
+        let error = SettingsError::new(format!("nothing called `{name}` sends commands"));
+        Err(self.misplaced(error.with_hint(hint).at(format!("commands.{unknown}"))))
     }
 
     fn component<T: ?Sized, C>(

@@ -135,7 +135,7 @@ fn a_command_begins_the_next_file() {
     let stream = Arc::new(session_events());
     let commands = [Command::NextPhase, Command::Split, Command::Mark("b".into())];
     let records = commands.into_iter().zip(1..).map(|(command, second)| {
-        let event = Accepted { sender: Sender::Keys, command }.event();
+        let event = Accepted { sender: Sender::keys(), command }.event();
         let log_time = at(1_000_000_000 * second);
         record(0, &stream, log_time, second as u64, Data::Event(Arc::new(event)))
     });

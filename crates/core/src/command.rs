@@ -41,10 +41,17 @@ pub enum Command {
         /// For how long [s].
         secs: f64,
     },
+    /// `do COMPONENT REQUEST`: asks a component of the session for something of its own, `do nback start 2`.
+    Do {
+        /// The component, by the word it is asked with: `nback`.
+        component: String,
+        /// What it is asked for, in words that the component knows; may be empty.
+        request: String,
+    },
 }
 
 /// Every verb with its arguments and what it does, as documentation shows them.
-pub const VERBS: [(&str, &str, &str); 7] = [
+pub const VERBS: [(&str, &str, &str); 8] = [
     ("stop", "", "ends the session"),
     ("split", "", "begins the next file of the bag"),
     ("next_phase", "", "begins the next phase of the study"),
@@ -52,6 +59,7 @@ pub const VERBS: [(&str, &str, &str); 7] = [
     ("abort_phase", "", "ends the current phase"),
     ("mark", "LABEL", "sets a marker"),
     ("vibrate", "SUBJECT [SECS]", "lets what a person wears vibrate"),
+    ("do", "COMPONENT REQUEST", "asks a component for something of its own"),
 ];
 
 impl Command {
@@ -65,6 +73,7 @@ impl Command {
             Command::AbortPhase => "abort_phase",
             Command::Mark(_) => "mark",
             Command::Vibrate { .. } => "vibrate",
+            Command::Do { .. } => "do",
         }
     }
 }
@@ -75,6 +84,8 @@ impl fmt::Display for Command {
         match self {
             Command::Mark(label) => write!(f, " {label}"),
             Command::Vibrate { subject, secs } => write!(f, " {subject} {secs}"),
+            Command::Do { component, request } if request.is_empty() => write!(f, " {component}"),
+            Command::Do { component, request } => write!(f, " {component} {request}"),
             _ => Ok(()),
         }
     }
@@ -98,6 +109,7 @@ impl FromStr for Command {
             "abort_phase" => Command::AbortPhase,
             "mark" if !argument.is_empty() => return Ok(Command::Mark(argument.to_owned())),
             "vibrate" => return vibration(argument),
+            "do" => return request(argument),
             "mark" => return Err(CommandError::Argument { verb: "mark", expected: "a label" }),
             _ => return Err(CommandError::Unknown { verb: verb.chars().take(40).collect() }),
         };
@@ -124,13 +136,28 @@ fn vibration(argument: &str) -> Result<Command, CommandError> {
     }
 }
 
+fn request(argument: &str) -> Result<Command, CommandError> {
+    let (component, request) = argument.split_once(char::is_whitespace).unwrap_or((argument, ""));
+    if !is_token(component) {
+        let expected = "a component and a request: `do nback start`";
+        return Err(CommandError::Argument { verb: "do", expected });
+    }
+    Ok(Command::Do { component: component.to_owned(), request: request.trim().to_owned() })
+}
+
+/// Whether a text is a word such as `nback`, as components are called in studies.
+fn is_token(text: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    text.starts_with(|first: char| first.is_ascii_lowercase()) && text.chars().all(is_part)
+}
+
 /// Why a text is not a command. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum CommandError {
     /// Its verb is not one of [`VERBS`].
     #[error(
         "read a command: there is no `{verb}`; expected stop, split, next_phase, repeat_phase, \
-         abort_phase, mark or vibrate"
+         abort_phase, mark, vibrate or do"
     )]
     Unknown {
         /// The verb.
@@ -152,40 +179,47 @@ pub enum CommandError {
     },
 }
 
-/// Who sent a command.
+/// Who sent a command: a person or a program, through a component of the session.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Sender {
-    /// The person at the keys of the terminal.
-    Keys,
-    /// A node on ROS, by its full name: `/operator_panel`.
-    Ros(String),
+pub struct Sender {
+    component: String,
+    name: String,
 }
 
 impl Sender {
+    /// The person at the keys of the terminal.
+    pub fn keys() -> Sender {
+        Sender::through("keys", "")
+    }
+
+    /// A node on ROS, by its full name: `/operator_panel`.
+    pub fn ros(node: &str) -> Sender {
+        Sender::through("ros", node)
+    }
+
+    /// A sender that a component knows by this name, which may be empty: `dashboard`, `tablet`. The component's
+    /// word is that of its setting below `[commands]`.
+    pub fn through(component: &str, name: &str) -> Sender {
+        let name = name.replace(|c: char| c.is_whitespace() || c.is_control(), "_");
+        Sender { component: component.to_owned(), name }
+    }
+
     /// The setting below `[commands]` that allows commands from there.
-    pub fn setting(&self) -> &'static str {
-        match self {
-            Sender::Keys => "keys",
-            Sender::Ros(_) => "ros",
-        }
+    pub fn setting(&self) -> &str {
+        &self.component
     }
 
     fn from_word(word: &str) -> Option<Sender> {
-        match word.split_once(':') {
-            None if word == "keys" => Some(Sender::Keys),
-            Some(("ros", node)) => Some(Sender::Ros(node.to_owned())),
-            _ => None,
-        }
+        let (component, name) = word.split_once(':').unwrap_or((word, ""));
+        is_token(component).then(|| Sender::through(component, name))
     }
 }
 
 impl fmt::Display for Sender {
     /// One word without spaces: `keys`, `ros:/operator_panel`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Sender::Keys => f.write_str("keys"),
-            Sender::Ros(node) => write!(f, "ros:{}", node.replace(char::is_whitespace, "_")),
-        }
+        f.write_str(&self.component)?;
+        if self.name.is_empty() { Ok(()) } else { write!(f, ":{}", self.name) }
     }
 }
 
@@ -228,7 +262,7 @@ impl Accepted {
 mod tests {
     use super::*;
 
-    fn each() -> [Command; 7] {
+    fn each() -> [Command; 8] {
         [
             Command::Stop,
             Command::Split,
@@ -237,6 +271,7 @@ mod tests {
             Command::AbortPhase,
             Command::Mark("robot 2 lost".into()),
             Command::Vibrate { subject: "p001".into(), secs: 0.25 },
+            Command::Do { component: "nback".into(), request: "start 2".into() },
         ]
     }
 
@@ -255,8 +290,19 @@ mod tests {
     #[test]
     fn what_is_no_command_is_refused_with_what_was_expected() {
         let long = "x".repeat(100_000);
-        for wrong in ["", "halt", "mark", "mark ", "stop now", "vibrate", "vibrate p001 -1", &long]
-        {
+        let wrong = [
+            "",
+            "halt",
+            "mark",
+            "mark ",
+            "stop now",
+            "vibrate",
+            "vibrate p001 -1",
+            "do",
+            "do ?",
+            &long,
+        ];
+        for wrong in wrong {
             let error = wrong.parse::<Command>().unwrap_err().to_string();
             assert!(error.contains("expected") && error.len() < 300, "{wrong:.20}: {error}");
         }
@@ -266,13 +312,15 @@ mod tests {
 
     #[test]
     fn the_event_of_a_command_says_who_sent_it() {
-        for sender in [Sender::Keys, Sender::Ros("/panel".into())] {
+        for sender in
+            [Sender::keys(), Sender::ros("/panel"), Sender::through("dashboard", "tablet")]
+        {
             for command in each() {
                 let accepted = Accepted { sender: sender.clone(), command };
                 assert_eq!(Accepted::read(&accepted.event()), Some(accepted));
             }
         }
-        let odd = Accepted { sender: Sender::Ros("/a b".into()), command: Command::Stop };
+        let odd = Accepted { sender: Sender::ros("/a b"), command: Command::Stop };
         assert_eq!(odd.event().label, "ros:/a_b stop");
     }
 }

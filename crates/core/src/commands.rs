@@ -1,6 +1,6 @@
 //! The commands of a session: who may send them, and who carries them out.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemars::JsonSchema;
@@ -9,45 +9,69 @@ use thiserror::Error;
 use tokio::sync::{mpsc, watch};
 
 use crate::command::{Command, Sender, VERBS};
+use crate::worker::Feed;
 
 /// How many commands wait for one receiver.
 const DEPTH: usize = 64;
 /// How many different refusals are reported.
 const MOST_REFUSALS: usize = 100;
 
-/// Who may command the session, by where a command comes from: verbs, or `*` for all of them.
+/// Who may command the session, by where a command comes from: verbs, `do COMPONENT`, or `*` for everything.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct CommandSettings {
     /// From the keys of the terminal.
     pub keys: Vec<String>,
-    /// From ROS nodes, as `std_msgs/String` on `/session/commands`. Whoever is on the network can
-    /// publish there.
+    /// From ROS nodes, as `std_msgs/String` on `/session/commands`. Any node on the network can publish there.
     pub ros: Vec<String>,
+    /// From people and programs that a component of the session knows, by the component's `type`. Nothing is
+    /// allowed without its setting.
+    #[serde(flatten)]
+    pub components: BTreeMap<String, Vec<String>>,
 }
 
 impl Default for CommandSettings {
     fn default() -> CommandSettings {
-        CommandSettings { keys: vec!["*".into()], ros: Vec::new() }
+        let components = BTreeMap::new();
+        CommandSettings { keys: vec!["*".into()], ros: Vec::new(), components }
     }
 }
 
 impl CommandSettings {
-    /// The first word that is neither a verb nor `*`: its setting, its place there, and the word.
-    pub fn unknown(&self) -> Option<(&'static str, usize, &str)> {
-        let known = |word: &str| word == "*" || VERBS.iter().any(|(verb, _, _)| *verb == word);
-        [("keys", &self.keys), ("ros", &self.ros)].into_iter().find_map(|(setting, words)| {
+    /// Nobody may ask for anything.
+    pub fn nobody() -> CommandSettings {
+        CommandSettings { keys: Vec::new(), ..CommandSettings::default() }
+    }
+
+    /// The first word that allows nothing, as it is not a verb: its setting, its place there, and the word.
+    pub fn unknown(&self) -> Option<(&str, usize, &str)> {
+        let known = |word: &str| {
+            let verb = word.split_once(' ').map_or(word, |(verb, _)| verb);
+            word == "*" || verb == "do" || VERBS.iter().any(|(verb, _, _)| *verb == word)
+        };
+        let named = [("keys", &self.keys), ("ros", &self.ros)].into_iter();
+        let components =
+            self.components.iter().map(|(component, words)| (component.as_str(), words));
+        named.chain(components).find_map(|(setting, words)| {
             let place = words.iter().position(|word| !known(word))?;
             Some((setting, place, words[place].as_str()))
         })
     }
 
     fn allow(&self, sender: &Sender, command: &Command) -> bool {
-        let allowed = match sender {
-            Sender::Keys => &self.keys,
-            Sender::Ros(_) => &self.ros,
+        let allowed = match sender.setting() {
+            "keys" => Some(&self.keys),
+            "ros" => Some(&self.ros),
+            component => self.components.get(component),
         };
-        allowed.iter().any(|word| word == "*" || word == command.verb())
+        let allows = |word: &String| match (word.as_str(), command) {
+            ("*", _) => true,
+            (word, Command::Do { component, .. }) => {
+                word == "do" || word.strip_prefix("do ").is_some_and(|of| of.trim() == component)
+            }
+            (word, command) => word == command.verb(),
+        };
+        allowed.is_some_and(|words| words.iter().any(allows))
     }
 }
 
@@ -60,7 +84,7 @@ pub enum Refused {
         /// The verb.
         verb: &'static str,
         /// The setting that would allow it.
-        setting: &'static str,
+        setting: String,
     },
     /// No component carries out this command.
     #[error("nothing in this session carries it out")]
@@ -85,8 +109,42 @@ struct Inner {
 /// A component that carries out commands.
 struct Receiver {
     accepts: Box<dyn Fn(&Command) -> bool + Send>,
-    /// `None` where the event of the command is all that it needs.
-    queue: Option<mpsc::Sender<Command>>,
+    by: By,
+}
+
+/// How a component receives commands.
+enum By {
+    Queue(mpsc::Sender<Command>),
+    /// A sink: the event of the command is all that it needs.
+    Event,
+    Worker(Feed),
+}
+
+impl Receiver {
+    fn is_gone(&self) -> bool {
+        match &self.by {
+            By::Queue(queue) => queue.is_closed(),
+            By::Event => false,
+            By::Worker(feed) => feed.is_closed(),
+        }
+    }
+
+    fn is_busy(&self) -> bool {
+        match &self.by {
+            By::Queue(queue) => queue.capacity() == 0,
+            By::Event => false,
+            By::Worker(feed) => feed.waiting_commands() >= DEPTH,
+        }
+    }
+
+    fn take(&self, command: &Command) {
+        match &self.by {
+            // A full queue was refused before.
+            By::Queue(queue) => drop(queue.try_send(command.clone())),
+            By::Event => {}
+            By::Worker(feed) => feed.command(command.clone()),
+        }
+    }
 }
 
 impl std::fmt::Debug for Receiver {
@@ -116,34 +174,41 @@ impl Commands {
         accepts: impl Fn(&Command) -> bool + Send + 'static,
     ) -> mpsc::Receiver<Command> {
         let (queue, received) = mpsc::channel(DEPTH);
-        let queue = Some(queue);
-        self.receivers().push(Receiver { accepts: Box::new(accepts), queue });
+        self.receivers().push(Receiver { accepts: Box::new(accepts), by: By::Queue(queue) });
         received
     }
 
     /// A sink carries out the commands with these verbs by their events.
     pub(crate) fn carried_out_by_events(&self, verbs: &'static [&'static str]) {
         let accepts = Box::new(|command: &Command| verbs.contains(&command.verb()));
-        self.receivers().push(Receiver { accepts, queue: None });
+        self.receivers().push(Receiver { accepts, by: By::Event });
+    }
+
+    /// A worker carries out the commands that `accepts` says yes to, as its feed gives them.
+    pub(crate) fn carried_out_by_worker(
+        &self,
+        accepts: Box<dyn Fn(&Command) -> bool + Send>,
+        feed: Feed,
+    ) {
+        self.receivers().push(Receiver { accepts, by: By::Worker(feed) });
     }
 
     /// Whether a command is allowed and somebody carries it out.
     pub(crate) fn check(&self, sender: &Sender, command: &Command) -> Result<(), Refused> {
         if !self.0.settings.allow(sender, command) {
-            let (verb, setting) = (command.verb(), sender.setting());
+            let (verb, setting) = (command.verb(), sender.setting().to_owned());
             return Err(Refused::NotAllowed { verb, setting });
         }
         if matches!(command, Command::Stop | Command::Mark(_)) {
             return Ok(());
         }
         let mut receivers = self.receivers();
-        receivers.retain(|each| each.queue.as_ref().is_none_or(|queue| !queue.is_closed()));
+        receivers.retain(|each| !each.is_gone());
         let mut willing = receivers.iter().filter(|each| (each.accepts)(command)).peekable();
         if willing.peek().is_none() {
             return Err(Refused::NoReceiver);
         }
-        let is_busy = |each: &Receiver| each.queue.as_ref().is_some_and(|q| q.capacity() == 0);
-        if willing.any(is_busy) { Err(Refused::Busy) } else { Ok(()) }
+        if willing.any(Receiver::is_busy) { Err(Refused::Busy) } else { Ok(()) }
     }
 
     /// Hands an accepted command to everybody who carries it out.
@@ -152,10 +217,7 @@ impl Commands {
             self.0.stop.send_replace(true);
         }
         for receiver in self.receivers().iter().filter(|each| (each.accepts)(command)) {
-            if let Some(queue) = &receiver.queue {
-                // A full queue was refused before.
-                queue.try_send(command.clone()).ok();
-            }
+            receiver.take(command);
         }
     }
 
@@ -183,20 +245,33 @@ mod tests {
     use super::*;
 
     fn ros() -> Sender {
-        Sender::Ros("/panel".into())
+        Sender::ros("/panel")
     }
 
     #[test]
     fn what_is_not_allowed_is_refused_with_the_setting_that_allows_it() {
         let commands = Commands::default();
         let refused = commands.check(&ros(), &Command::Stop).unwrap_err();
-        assert_eq!(refused, Refused::NotAllowed { verb: "stop", setting: "ros" });
-        assert_eq!(commands.check(&Sender::Keys, &Command::Stop), Ok(()));
+        assert_eq!(refused, Refused::NotAllowed { verb: "stop", setting: "ros".into() });
+        assert_eq!(commands.check(&Sender::keys(), &Command::Stop), Ok(()));
 
         let ros_may = CommandSettings { ros: vec!["mark".into()], ..CommandSettings::default() };
         let commands = Commands::new(ros_may);
         assert_eq!(commands.check(&ros(), &Command::Mark("x".into())), Ok(()));
         assert!(commands.check(&ros(), &Command::Stop).is_err());
+    }
+
+    #[test]
+    fn one_component_may_be_asked_and_no_other() {
+        let allowed = BTreeMap::from([("dashboard".into(), vec!["do nback".into()])]);
+        let settings = CommandSettings { components: allowed, ..CommandSettings::default() };
+        assert_eq!(settings.unknown(), None);
+        let tablet = Sender::through("dashboard", "tablet");
+        let may = |command: &str| settings.allow(&tablet, &command.parse().unwrap());
+        assert!(may("do nback start 2"));
+        assert!(!may("do camera start") && !may("stop"));
+        let nobody = Sender::through("lsl", "");
+        assert!(!settings.allow(&nobody, &Command::Stop));
     }
 
     #[test]
@@ -212,7 +287,7 @@ mod tests {
     #[test]
     fn a_command_goes_to_whoever_accepts_it_and_to_nobody_after_that_left() {
         let commands = Commands::default();
-        let split = || commands.check(&Sender::Keys, &Command::Split);
+        let split = || commands.check(&Sender::keys(), &Command::Split);
         assert_eq!(split(), Err(Refused::NoReceiver));
         let mut received = commands.receive(|command| *command == Command::Split);
         assert_eq!(split(), Ok(()));
@@ -231,10 +306,10 @@ mod tests {
         let commands = Commands::default();
         let _received = commands.receive(|_| true);
         for _ in 0..DEPTH {
-            assert_eq!(commands.check(&Sender::Keys, &Command::NextPhase), Ok(()));
+            assert_eq!(commands.check(&Sender::keys(), &Command::NextPhase), Ok(()));
             commands.dispatch(&Command::NextPhase);
         }
-        assert_eq!(commands.check(&Sender::Keys, &Command::NextPhase), Err(Refused::Busy));
+        assert_eq!(commands.check(&Sender::keys(), &Command::NextPhase), Err(Refused::Busy));
     }
 
     #[tokio::test]

@@ -161,9 +161,14 @@ impl Outlet {
 
     /// Publishes an event of the session.
     pub fn happen(&self, event: Event) {
+        self.happen_at(event, None);
+    }
+
+    /// The same, of an event that happened at a known time of the session's clock, such as a click in a browser.
+    pub fn happen_at(&self, event: Event, at: Option<Time>) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));
-        self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
+        self.offer(Reading { index: None, stream, device_time: None, source_time: at, data });
     }
 
     fn report(&self, told: &ClockReport) {
@@ -173,6 +178,16 @@ impl Outlet {
     /// Asks something of the session or of one of its components. What is accepted is an event of the
     /// session, and so is what is refused.
     pub fn command(&self, sender: &Sender, command: Command) -> Result<(), Refused> {
+        self.command_at(sender, command, None)
+    }
+
+    /// The same, of a command that was given at a known time of the session's clock.
+    pub fn command_at(
+        &self,
+        sender: &Sender,
+        command: Command,
+        at: Option<Time>,
+    ) -> Result<(), Refused> {
         let commands = self.queue.commands();
         if let Err(refused) = commands.check(sender, &command) {
             let label = format!("the command `{command}` of {sender} was refused: {refused}");
@@ -182,11 +197,11 @@ impl Outlet {
             return Err(refused);
         }
         let accepted = Accepted { sender: sender.clone(), command };
-        self.happen(accepted.event());
+        self.happen_at(accepted.event(), at);
         let command = accepted.command;
         if let Command::Mark(label) = &command {
             let (kind, label) = (EventKind::Marker, label.clone());
-            self.happen(Event { kind, label, value: f64::NAN, duration_secs: 0.0 });
+            self.happen_at(Event { kind, label, value: f64::NAN, duration_secs: 0.0 }, at);
         }
         commands.dispatch(&command);
         Ok(())
@@ -198,6 +213,12 @@ impl Outlet {
         accepts: impl Fn(&Command) -> bool + Send + 'static,
     ) -> mpsc::Receiver<Command> {
         self.queue.commands().receive(accepts)
+    }
+
+    /// Carries out what this component is asked for by [`Command::Do`]: gives each request, as long as what is
+    /// returned is held.
+    pub fn requests(&self, component: &'static str) -> mpsc::Receiver<Command> {
+        self.commands(move |command| matches!(command, Command::Do { component: asked, .. } if asked == component))
     }
 
     fn hand_over(&self, stream: Stream, data: Data) {

@@ -108,7 +108,7 @@ impl Session {
             sinks: Vec::new(),
             workers: Vec::new(),
             encode,
-            commands: Commands::new(CommandSettings { keys: Vec::new(), ros: Vec::new() }),
+            commands: Commands::new(CommandSettings::nobody()),
         }
     }
 
@@ -142,8 +142,9 @@ impl Session {
         let started = started.map(|sink| sinks::start(sink, &self.streams, &outlet(), self.pace));
         let (routes, mut running): (Vec<_>, Vec<_>) = started.unzip();
         let started = self.workers.into_iter();
-        let started =
-            started.map(|(name, worker)| workers::start(name, worker, &self.streams, outlet()));
+        let started = started.map(|(name, worker)| {
+            workers::start(name, worker, &self.streams, &self.commands, outlet())
+        });
         let (feeds, at_work): (Vec<_>, Vec<_>) = started.unzip();
         let pump = Pump::new(self.streams, self.clocks, self.features, self.encode);
         let pipeline = Pipeline::new((queue.clone(), self.clock), self.pace, pump, (routes, feeds));

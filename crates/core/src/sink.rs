@@ -43,12 +43,22 @@ pub enum Delivery {
     Fresh,
 }
 
-/// Which streams a sink is given.
+/// Which streams a sink or a worker is given.
 pub enum Wants {
     /// All of them.
     Everything,
     /// Those for which this is true.
     Only(Box<dyn Fn(&Stream) -> bool + Send>),
+}
+
+impl Wants {
+    /// Whether a stream is among them.
+    pub fn include(&self, stream: &Stream) -> bool {
+        match self {
+            Wants::Everything => true,
+            Wants::Only(wanted) => wanted(stream),
+        }
+    }
 }
 
 /// Why a sink ended early. The message fits after "failed to".

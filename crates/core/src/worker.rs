@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 
+use crate::command::Command;
 use crate::data::Data;
 use crate::outlet::Outlet;
 use crate::sample::Record;
@@ -20,12 +21,23 @@ const MOST_BYTES: usize = 64 << 20;
 /// readings of what it found. It never holds the pump.
 ///
 /// Of each stream it is given the newest record; what came since it last looked is skipped and counted.
-/// Events are not skipped. What it offers are raw streams with [`inputs`](crate::stream::Stream::inputs), stamped
+/// Events are not skipped, nor are the streams that it [keeps](Worker::keeps). What it offers are raw streams with [`inputs`](crate::stream::Stream::inputs), stamped
 /// (`source_time`) with the time of what it looked at: those stamps are believed however long it took.
 /// They are recorded, and never computed again in a replay.
 pub trait Worker: Send {
     /// The streams that it is fed with.
     fn wants(&self) -> Wants;
+
+    /// The streams of which it is given every record, in order, as long as 64 MiB hold what waits: a voice
+    /// has no newest block. By default those of events.
+    fn keeps(&self) -> Wants {
+        Wants::Only(Box::new(|_| false))
+    }
+
+    /// Whether it carries out a [command](crate::command::Command); the feed then gives it.
+    fn carries_out(&self) -> Box<dyn Fn(&Command) -> bool + Send> {
+        Box::new(|_| false)
+    }
 
     /// Looks at what the feed gives until that is closed. An error says why it can't go on; it is then
     /// run again after a pause.
@@ -56,6 +68,8 @@ pub struct Looked {
 pub enum Fed {
     /// Records, in the pump's order.
     Records(Vec<Record>),
+    /// A command that it carries out.
+    Command(Command),
     /// Nothing came for as long as was asked.
     Silence,
     /// The session is over.
@@ -72,6 +86,7 @@ pub struct Feed {
 /// The pump's end of a worker's queue.
 pub(crate) struct FeedPost {
     wants: Wants,
+    keeps: Wants,
     shared: Arc<Shared>,
 }
 
@@ -84,9 +99,11 @@ struct Shared {
 /// What waits for a worker.
 #[derive(Debug, Default)]
 struct Waiting {
-    /// The newest record of each stream, with its place in the order of coming.
+    /// The newest record of each stream, with its place in the order of arrival.
     newest: BTreeMap<StreamId, (u64, Record)>,
-    events: VecDeque<(u64, Record)>,
+    /// Events, and the streams of which all is kept.
+    kept: VecDeque<(u64, Record)>,
+    commands: VecDeque<Command>,
     bytes: usize,
     came: u64,
     looked: Looked,
@@ -94,16 +111,16 @@ struct Waiting {
 }
 
 impl Waiting {
-    fn put(&mut self, record: &Record) {
+    fn put(&mut self, record: &Record, is_kept: bool) {
         let (id, place) = (record.sample.stream, self.came);
         self.came += 1;
         self.bytes += record.held_bytes();
-        if matches!(record.sample.data, Data::Event(_)) {
-            self.events.push_back((place, record.clone()));
+        if is_kept || matches!(record.sample.data, Data::Event(_)) {
+            self.kept.push_back((place, record.clone()));
         } else if let Some((_, older)) = self.newest.insert(id, (place, record.clone())) {
             self.skip(&older);
         }
-        while self.bytes > MOST_BYTES && self.newest.len() + self.events.len() > 1 {
+        while self.bytes > MOST_BYTES && self.newest.len() + self.kept.len() > 1 {
             self.skip_oldest();
         }
     }
@@ -115,12 +132,12 @@ impl Waiting {
 
     fn skip_oldest(&mut self) {
         let oldest = self.newest.iter().map(|(id, (place, _))| (*place, *id)).min();
-        let event = self.events.front().map(|(place, _)| *place);
-        let record = match (oldest, event) {
-            (Some((place, id)), event) if event.is_none_or(|event| place < event) => {
+        let kept = self.kept.front().map(|(place, _)| *place);
+        let record = match (oldest, kept) {
+            (Some((place, id)), kept) if kept.is_none_or(|kept| place < kept) => {
                 self.newest.remove(&id).map(|(_, record)| record)
             }
-            _ => self.events.pop_front().map(|(_, record)| record),
+            _ => self.kept.pop_front().map(|(_, record)| record),
         };
         if let Some(record) = record {
             self.skip(&record);
@@ -129,7 +146,7 @@ impl Waiting {
 
     fn take(&mut self) -> Vec<Record> {
         let newest = std::mem::take(&mut self.newest).into_values();
-        let mut taken: Vec<_> = newest.chain(std::mem::take(&mut self.events)).collect();
+        let mut taken: Vec<_> = newest.chain(std::mem::take(&mut self.kept)).collect();
         taken.sort_by_key(|(place, _)| *place);
         self.bytes = 0;
         self.looked.taken += taken.len() as u64;
@@ -144,9 +161,9 @@ impl Shared {
 }
 
 /// The two ends of a worker's queue.
-pub(crate) fn feed(streams: Streams, wants: Wants) -> (FeedPost, Feed) {
+pub(crate) fn feed(streams: Streams, wants: Wants, keeps: Wants) -> (FeedPost, Feed) {
     let shared = Arc::<Shared>::default();
-    let post = FeedPost { wants, shared: Arc::clone(&shared) };
+    let post = FeedPost { wants, keeps, shared: Arc::clone(&shared) };
     (post, Feed { streams, shared })
 }
 
@@ -154,13 +171,12 @@ impl FeedPost {
     /// Puts what the worker wants into its queue; never waits.
     pub(crate) fn offer(&self, records: &[Record]) {
         // Asked for each record, as of sinks: more may have become known of a stream.
-        let mut wanted = records.iter().filter(|record| match &self.wants {
-            Wants::Everything => true,
-            Wants::Only(wanted) => wanted(&record.stream),
-        });
+        let mut wanted = records.iter().filter(|record| self.wants.include(&record.stream));
         let Some(first) = wanted.next() else { return };
         let mut state = self.shared.lock();
-        std::iter::once(first).chain(wanted).for_each(|record| state.put(record));
+        for record in std::iter::once(first).chain(wanted) {
+            state.put(record, self.keeps.include(&record.stream));
+        }
         self.shared.filled.notify_all();
     }
 }
@@ -173,11 +189,17 @@ impl Feed {
 
     /// Waits for what comes next, at most for `patience`.
     pub fn next(&self, patience: Duration) -> Fed {
-        let is_idle = |state: &mut Waiting| state.bytes == 0 && !state.is_closed;
+        let is_idle =
+            |state: &mut Waiting| state.bytes == 0 && state.commands.is_empty() && !state.is_closed;
         let waited = self.shared.filled.wait_timeout_while(self.shared.lock(), patience, is_idle);
         let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if state.is_closed {
+            return Fed::Closed;
+        }
+        if let Some(command) = state.commands.pop_front() {
+            return Fed::Command(command);
+        }
         match state.bytes {
-            _ if state.is_closed => Fed::Closed,
             0 => Fed::Silence,
             _ => Fed::Records(state.take()),
         }
@@ -193,13 +215,24 @@ impl Feed {
         self.shared.lock().is_closed
     }
 
+    /// Hands over a command; it comes before the records that wait.
+    pub(crate) fn command(&self, command: Command) {
+        self.shared.lock().commands.push_back(command);
+        self.shared.filled.notify_all();
+    }
+
+    /// How many commands wait.
+    pub(crate) fn waiting_commands(&self) -> usize {
+        self.shared.lock().commands.len()
+    }
+
     /// The session is over: what still waits is skipped.
     pub(crate) fn close(&self) {
         let mut state = self.shared.lock();
-        let left = state.newest.len() + state.events.len();
+        let left = state.newest.len() + state.kept.len();
         state.looked.skipped += left as u64;
         state.newest.clear();
-        state.events.clear();
+        state.kept.clear();
         (state.bytes, state.is_closed) = (0, true);
         self.shared.filled.notify_all();
     }
@@ -249,6 +282,10 @@ mod tests {
         record(9, index, 10, Data::Event(Arc::new(event)))
     }
 
+    fn only(wanted: fn(&Stream) -> bool) -> Wants {
+        Wants::Only(Box::new(wanted))
+    }
+
     fn taken(feed: &Feed) -> Vec<(u32, u64)> {
         let Fed::Records(records) = feed.next(Duration::ZERO) else { return Vec::new() };
         records.iter().map(|record| (record.sample.stream.0, record.sample.index)).collect()
@@ -256,7 +293,7 @@ mod tests {
 
     #[test]
     fn of_each_stream_the_newest_is_given_and_no_event_is_skipped() {
-        let (post, feed) = feed(Streams::default(), Wants::Everything);
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
         post.offer(&[frame(1, 0, 10), mark(0), frame(2, 0, 10), frame(1, 1, 10), mark(1)]);
         assert_eq!(taken(&feed), [(9, 0), (2, 0), (1, 1), (9, 1)]);
         assert_eq!(feed.looked(), Looked { taken: 4, skipped: 1 });
@@ -264,16 +301,34 @@ mod tests {
     }
 
     #[test]
+    fn of_a_stream_that_is_kept_every_record_is_given_in_order() {
+        let voice = only(|stream| stream.name == "/r1/2");
+        let (post, feed) = feed(Streams::default(), Wants::Everything, voice);
+        post.offer(&[frame(1, 0, 10), frame(2, 0, 10), frame(1, 1, 10), frame(2, 1, 10)]);
+        assert_eq!(taken(&feed), [(2, 0), (1, 1), (2, 1)]);
+        assert_eq!(feed.looked(), Looked { taken: 3, skipped: 1 });
+    }
+
+    #[test]
+    fn a_command_comes_before_the_records_that_wait() {
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
+        post.offer(&[frame(1, 0, 10)]);
+        feed.command(Command::Split);
+        assert!(matches!(feed.next(Duration::ZERO), Fed::Command(Command::Split)));
+        assert_eq!(taken(&feed), [(1, 0)]);
+    }
+
+    #[test]
     fn what_is_not_wanted_does_not_come() {
         let (post, feed) =
-            feed(Streams::default(), Wants::Only(Box::new(|stream| stream.name == "/r1/2")));
+            feed(Streams::default(), only(|stream| stream.name == "/r1/2"), only(|_| false));
         post.offer(&[frame(1, 0, 10), frame(2, 0, 10)]);
         assert_eq!(taken(&feed), [(2, 0)]);
     }
 
     #[test]
     fn the_queue_is_bounded_in_bytes_and_the_oldest_is_skipped_first() {
-        let (post, feed) = feed(Streams::default(), Wants::Everything);
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
         for stream in 0..5 {
             post.offer(&[frame(stream, 0, MOST_BYTES / 3)]);
         }
@@ -287,7 +342,7 @@ mod tests {
 
     #[test]
     fn a_closed_feed_counts_what_was_never_looked_at() {
-        let (post, feed) = feed(Streams::default(), Wants::Everything);
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
         post.offer(&[frame(1, 0, 10), mark(0)]);
         feed.close();
         assert!(matches!(feed.next(Duration::from_secs(9)), Fed::Closed));

@@ -95,7 +95,7 @@ impl Worker for Slow {
         loop {
             let records = match feed.next(Duration::from_secs(1)) {
                 Fed::Records(records) => records,
-                Fed::Silence => continue,
+                Fed::Silence | Fed::Command(_) => continue,
                 Fed::Closed => return Ok(()),
             };
             if std::mem::take(&mut is_first) {

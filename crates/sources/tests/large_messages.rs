@@ -70,7 +70,7 @@ impl Worker for Looking {
         loop {
             match feed.next(Duration::from_secs(1)) {
                 Fed::Records(records) => self.0.lock().expect("nobody panicked").extend(records),
-                Fed::Silence => {}
+                Fed::Silence | Fed::Command(_) => {}
                 Fed::Closed => return Ok(()),
             }
         }

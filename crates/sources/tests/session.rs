@@ -188,7 +188,7 @@ async fn the_next_phase_begins_by_command() {
     impl Source for Asks {
         async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
             // The phases carry it out as soon as they run.
-            while outlet.command(&Sender::Keys, Command::NextPhase) == Err(Refused::NoReceiver) {
+            while outlet.command(&Sender::keys(), Command::NextPhase) == Err(Refused::NoReceiver) {
                 tokio::time::sleep(Duration::from_millis(1)).await;
             }
             Ok(())

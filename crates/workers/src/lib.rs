@@ -2,10 +2,19 @@
 
 mod program;
 
+use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::worker::Worker;
 
 pub use program::Program;
 
 /// The table of all workers.
-pub const WORKERS: &[Entry<dyn Worker, ()>] = &[Entry::new::<program::Program>("program")];
+pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] =
+    &[Entry::new::<program::Program>("program")];
+
+/// What workers are built with.
+#[derive(Clone, Debug)]
+pub struct WorkerContext {
+    /// The session's clock.
+    pub clock: Clock,
+}

@@ -6,22 +6,26 @@ mod guard;
 mod offers;
 mod question;
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clock::Stopwatch;
+use teampulse_core::command::Command;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::registry::{Component, SettingsError};
-use teampulse_core::sample::Record;
 use teampulse_core::sink::Wants;
+use teampulse_core::time::Time;
 use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
 
 use answer::AnswerError;
 use child::{Answer, Child, Ended, LONGEST_LINE};
 use offers::{Declared, Offer};
 use question::Questions;
+
+use crate::WorkerContext;
 
 /// How often the end of the session is looked for while the program thinks.
 const LOOK: Duration = Duration::from_millis(50);
@@ -40,10 +44,19 @@ pub struct Program {
     /// The program and its arguments: `["python3", "attention.py"]`.
     pub command: Vec<String>,
     /// The streams that it looks at, by name; `*` stands for a part of a token.
+    #[serde(default)]
     pub streams: Vec<Pattern>,
+    /// Those of them of which it reads every record, not only the newest: a score that counts. More than 64 MiB
+    /// do not wait for it.
+    #[serde(default)]
+    pub keeps: Vec<Pattern>,
     /// The streams of its readings.
     #[serde(default)]
     pub offers: Vec<Offer>,
+    /// The word that it is asked with: by the command `do NAME REQUEST` it reads the request. Without it, it is
+    /// asked for nothing.
+    #[serde(default)]
+    pub name: Option<String>,
     /// How long it may take for an answer [s].
     #[serde(default = "patience_secs")]
     pub patience_secs: f64,
@@ -53,14 +66,14 @@ fn patience_secs() -> f64 {
     30.0
 }
 
-impl Component<dyn Worker, ()> for Program {
+impl Component<dyn Worker, WorkerContext> for Program {
     const EXAMPLE: &'static str = r#"
 command = ["sh", "-c", "while read -r line; do echo '[]'; done"]
 streams = ["/humans/persons/p001/**"]
 offers  = [{ name = "/humans/persons/p001/own/attention", person = "p001", channels = [{ name = "attention", unit = "1" }] }]
 "#;
 
-    fn build(self, (): &()) -> Result<Box<dyn Worker>, SettingsError> {
+    fn build(self, _: &WorkerContext) -> Result<Box<dyn Worker>, SettingsError> {
         let Some(program) = self.command.first().filter(|program| !program.is_empty()) else {
             let error = SettingsError::new("the command is empty").at("command");
             return Err(error
@@ -71,7 +84,7 @@ offers  = [{ name = "/humans/persons/p001/own/attention", person = "p001", chann
                 SettingsError::new(format!("there is no program `{program}`")).at("command");
             return Err(error.with_hint("install it, or give its path"));
         }
-        if self.streams.is_empty() {
+        if self.streams.is_empty() && self.name.is_none() {
             let error = SettingsError::new("it looks at no stream").at("streams");
             return Err(error.with_hint("name streams, such as \"/robot*/odom\""));
         }
@@ -110,6 +123,19 @@ impl Worker for Program {
         }))
     }
 
+    fn keeps(&self) -> Wants {
+        let patterns = self.keeps.clone();
+        Wants::Only(Box::new(move |stream| patterns.iter().any(|it| it.matches(&stream.name))))
+    }
+
+    fn carries_out(&self) -> Box<dyn Fn(&Command) -> bool + Send> {
+        let name = self.name.clone();
+        Box::new(move |command| match command {
+            Command::Do { component, .. } => name.as_ref() == Some(component),
+            _ => false,
+        })
+    }
+
     fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError> {
         let mut declared = Declared::new(&self.offers, &self.streams, outlet);
         declared.check(outlet)?;
@@ -118,8 +144,16 @@ impl Worker for Program {
         let mut questions = Questions::default();
         loop {
             match feed.next(LOOK) {
-                Fed::Records(records) => dialogue.ask(&records, questions.line(&records))?,
-                Fed::Silence => dialogue.check()?,
+                Fed::Records(records) => {
+                    let times = || records.iter().map(|record| record.sample.measured);
+                    let Some((oldest, newest)) = times().min().zip(times().max()) else { continue };
+                    dialogue.ask(oldest..=newest, questions.line(&records))?;
+                }
+                Fed::Command(Command::Do { request, .. }) => {
+                    let now = outlet.clock().now();
+                    dialogue.ask(now..=now, question::request(&request, now))?;
+                }
+                Fed::Command(_) | Fed::Silence => dialogue.check()?,
                 Fed::Closed => {
                     dialogue.child.end();
                     return Ok(());
@@ -139,15 +173,15 @@ struct Dialogue<'a> {
 }
 
 impl Dialogue<'_> {
-    /// Puts one question, waits for the answer, and offers what it holds.
-    fn ask(&mut self, records: &[Record], question: String) -> Result<(), WorkerError> {
+    /// Asks one question about what has these times, waits for the answer, and offers what it holds.
+    fn ask(&mut self, times: RangeInclusive<Time>, question: String) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         if let Answer::Read(line) = self.child.read(Duration::ZERO) {
             return Err(self.unasked(&line));
         }
         self.child.write(question);
         let Some(answer) = self.wait()? else { return Ok(()) };
-        let readings = answer::read(&answer, records, &self.declared);
+        let readings = answer::read(&answer, times, &self.declared);
         for reading in readings.map_err(|wrong| self.misunderstood(&wrong))? {
             self.outlet.offer(reading);
         }
@@ -170,8 +204,9 @@ impl Dialogue<'_> {
         }
     }
 
-    /// Fails where the program has ended, though it was asked nothing.
+    /// Fails where the program has ended, though it was asked nothing, or what it offers has become another's.
     fn check(&mut self) -> Result<(), WorkerError> {
+        self.declared.check(self.outlet)?;
         self.child.check().map_err(|ended| self.stopped(&ended))
     }
 

@@ -3,25 +3,28 @@
 #[path = "../../sources/tests/keeper/mod.rs"]
 mod keeper;
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use async_trait::async_trait;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
-use teampulse_core::commands::{CommandSettings, Commands};
+use teampulse_core::command::{Command, Sender};
+use teampulse_core::commands::{CommandSettings, Commands, Refused};
 use teampulse_core::data::{Data, EventKind, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::Settings;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{Outcome, Pace, Session};
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Shape, Stream, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use teampulse_core::worker::Worker;
 use teampulse_messages::convert::encode;
-use teampulse_workers::WORKERS;
+use teampulse_workers::{WORKERS, WorkerContext};
 
 use keeper::Keeper;
 
@@ -36,7 +39,7 @@ fn worker(settings: &str) -> Result<Box<dyn Worker>, String> {
     let table = toml::de::DeTable::parse(settings).expect("it is TOML");
     let span = table.span();
     let table = toml::Spanned::new(span, toml::de::DeValue::Table(table.into_inner()));
-    let built = (WORKERS[0].build)(Settings::new(table), &());
+    let built = (WORKERS[0].build)(Settings::new(table), &WorkerContext { clock: Clock::host() });
     built.map_err(|error| format!("{}: {error} ({})", error.path, error.hint))
 }
 
@@ -84,21 +87,33 @@ impl Source for Strap {
 /// Runs a session with a worker until the records are as asked, and a minute at most.
 async fn session(worker: Box<dyn Worker>, until: fn(&[Record]) -> bool) -> (Outcome, Vec<Record>) {
     let kept = Kept::default();
-    let session = Session {
+    let strap = Strap { kept: Arc::clone(&kept), until };
+    let session = session_with(worker, strap, Vec::new(), CommandSettings::default());
+    let outcome = session.run(tokio::time::sleep(Duration::from_secs(60))).await;
+    let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
+    (outcome, kept)
+}
+
+/// A session of a strap and a worker, whose records are kept, with more sinks.
+fn session_with(
+    worker: Box<dyn Worker>,
+    strap: Strap,
+    mut sinks: Vec<Box<dyn Sink>>,
+    commands: CommandSettings,
+) -> Session {
+    sinks.push(Box::new(Keeper(Arc::clone(&strap.kept))));
+    Session {
         clock: Clock::settable(),
         pace: Pace::Live,
         clocks: Clocks::default(),
         streams: Streams::default(),
-        sources: vec![("strap".into(), Box::new(Strap { kept: Arc::clone(&kept), until }))],
+        sources: vec![("strap".into(), Box::new(strap))],
         features: Vec::new(),
-        sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
+        sinks,
         workers: vec![("program".into(), worker)],
         encode,
-        commands: Commands::new(CommandSettings::default()),
-    };
-    let outcome = session.run(tokio::time::sleep(Duration::from_secs(60))).await;
-    let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
-    (outcome, kept)
+        commands: Commands::new(commands),
+    }
 }
 
 fn levels(records: &[Record]) -> Vec<(Time, f64)> {
@@ -147,6 +162,68 @@ async fn what_a_program_answers_is_a_stream_with_the_times_of_what_it_looked_at(
     let own = records.iter().find(|record| record.stream.name == OWN).unwrap();
     assert_eq!(own.stream.inputs, [ECG]);
     assert_eq!(outcome.workers[0].error, None);
+}
+
+/// A page on which somebody clicks as soon as there is anything to see.
+struct Page;
+
+impl Sink for Page {
+    fn name(&self) -> &'static str {
+        "page"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Fresh
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let tablet = Sender::through("page", "the tablet");
+        let start: Command = "do nback start 2".parse().expect("a command");
+        let at = Some(Time::from_nanos(BEGIN_NS + 7));
+        let Received::Batch(_) = inbox.receive(Duration::from_secs(9)) else { return Ok(()) };
+        if let Some(outlet) = inbox.outlet() {
+            while outlet.command_at(&tablet, start.clone(), at) == Err(Refused::NoReceiver) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            assert!(outlet.command(&tablet, Command::Stop).is_err(), "it is not allowed");
+        }
+        while !matches!(inbox.receive(Duration::from_secs(9)), Received::Closed) {}
+        Ok(())
+    }
+}
+
+#[tokio::test]
+async fn a_click_on_a_page_commands_a_program_where_the_study_allows_it() {
+    let program = "
+for line in sys.stdin:
+    asked = [each for each in json.loads(line) if 'command' in each]
+    print(json.dumps([{'stream': '/humans/persons/p001/own/level', 'time_ns': each['time_ns'],
+                       'values': [int(each['command'].split()[1])]} for each in asked]), flush=True)
+";
+    let kept = Kept::default();
+    let until = |records: &[Record]| !levels(records).is_empty();
+    let allowed = BTreeMap::from([("page".into(), vec!["do nback".into()])]);
+    let settings = CommandSettings { components: allowed, ..CommandSettings::default() };
+    let page: Vec<Box<dyn Sink>> = vec![Box::new(Page)];
+    let worker = python(program, "name = 'nback'");
+    let session = session_with(worker, Strap { kept: Arc::clone(&kept), until }, page, settings);
+    session.run(tokio::time::sleep(Duration::from_secs(60))).await;
+    let records = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
+    let level = levels(&records);
+    assert!(!level.is_empty(), "{:?}", faults(&records));
+    assert_eq!(level.iter().map(|(_, level)| *level).collect::<Vec<_>>(), [2.0]);
+    let labels = |kind| {
+        let event = move |record: &Record| match &record.sample.data {
+            Data::Event(event) if event.kind == kind => {
+                Some((event.label.clone(), record.sample.measured.nanos() - BEGIN_NS))
+            }
+            _ => None,
+        };
+        records.iter().filter_map(event).collect::<Vec<_>>()
+    };
+    let asked = ("page:the_tablet do nback start 2".to_owned(), 7);
+    assert_eq!(labels(EventKind::Command), [asked]);
+    assert!(labels(EventKind::Fault)[0].0.contains("list `stop` below [commands] in `page`"));
 }
 
 #[tokio::test]

@@ -3,7 +3,8 @@
 #[path = "../../core/tests/rows/mod.rs"]
 mod rows;
 
-use teampulse_workers::WORKERS;
+use teampulse_core::clock::Clock;
+use teampulse_workers::{WORKERS, WorkerContext};
 
 const NOTHING: [String; 0] = [];
 
@@ -20,6 +21,7 @@ fn every_worker_and_setting_is_documented() {
 
 #[test]
 fn every_example_builds() {
-    let broken = WORKERS.iter().filter_map(|entry| rows::broken_example(entry, &()));
+    let context = WorkerContext { clock: Clock::host() };
+    let broken = WORKERS.iter().filter_map(|entry| rows::broken_example(entry, &context));
     assert_eq!(broken.collect::<Vec<_>>(), NOTHING);
 }

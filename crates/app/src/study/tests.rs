@@ -254,5 +254,8 @@ fn a_command_that_there_is_not_is_shown_at_its_place() {
       ╰────
      help: did you mean `next_phase`?
     "#);
-    assert!(read("[commands]\nkeys = []\nros = [\"*\"]\n").is_ok());
+    assert!(read("[commands]\nkeys = []\nros = [\"*\"]\nprogram = [\"do nback\"]\n").is_ok());
+    let unknown = shown("[commands]\nkees = [\"mark\"]\n");
+    assert!(unknown.contains("nothing called `kees` sends commands"), "{unknown}");
+    assert!(unknown.contains("did you mean `keys`?"), "{unknown}");
 }

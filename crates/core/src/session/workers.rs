@@ -6,6 +6,7 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 
 use crate::clock::Stopwatch;
+use crate::commands::Commands;
 use crate::fault::{lasting, passing};
 use crate::outlet::Outlet;
 use crate::panics::{at, watched};
@@ -41,9 +42,11 @@ pub(super) fn start(
     name: String,
     worker: Box<dyn Worker>,
     streams: &Streams,
+    commands: &Commands,
     outlet: Outlet,
 ) -> (FeedPost, Running) {
-    let (post, feed) = feed(streams.clone(), worker.wants());
+    let (post, feed) = feed(streams.clone(), worker.wants(), worker.keeps());
+    commands.carried_out_by_worker(worker.carries_out(), feed.clone());
     let (send_end, ended) = oneshot::channel();
     let (known, fed) = (name.clone(), feed.clone());
     let work = move || drop(send_end.send(mind(&known, worker, &fed, &outlet)));

@@ -344,6 +344,12 @@ impl Inbox {
         }
     }
 
+    /// The way back into the session, for a sink where people act: their commands, notes and reports. `None`
+    /// outside of a session.
+    pub fn outlet(&self) -> Option<&Outlet> {
+        self.outlet.as_ref()
+    }
+
     /// The same inbox, through which a fault can be reported.
     pub(crate) fn reporting_to(mut self, outlet: Outlet) -> Inbox {
         self.outlet = Some(outlet);

@@ -40,7 +40,7 @@ impl RosCommands {
         let known = graph.publishers(COMMANDS).find(|endpoint| endpoint.gid == publisher);
         let node = known.and_then(|endpoint| endpoint.node.clone());
         let node = node.unwrap_or_else(|| graph.computer(publisher));
-        Sender::Ros(label(node, LONGEST_LABEL))
+        Sender::ros(&label(node, LONGEST_LABEL))
     }
 }
 

@@ -96,7 +96,7 @@ impl Source for Keys {
                 }
                 command = self.commands.recv() => match command {
                     // A refusal is recorded as an event.
-                    Some(command) => drop(outlet.command(&Sender::Keys, command)),
+                    Some(command) => drop(outlet.command(&Sender::keys(), command)),
                     None => outlet.closed().await,
                 },
                 () = outlet.closed() => return Ok(()),

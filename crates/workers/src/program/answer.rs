@@ -1,10 +1,10 @@
 //! What a program answers: readings as one line of JSON.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use serde::Deserialize;
 use teampulse_core::data::{Data, Event, EventKind};
-use teampulse_core::sample::Record;
 use teampulse_core::source::Reading;
 use teampulse_core::time::Time;
 use thiserror::Error;
@@ -43,16 +43,15 @@ struct Answered {
     duration_secs: Option<f64>,
 }
 
-/// The readings of an answer to some records. One without a time has that of the newest record.
+/// The readings of an answer to what has these times, from the oldest to the newest. One without a time has
+/// the newest.
 pub(super) fn read(
     line: &str,
-    records: &[Record],
+    asked: RangeInclusive<Time>,
     declared: &Declared,
 ) -> Result<Vec<Reading>, AnswerError> {
     let answered: Vec<Answered> = serde_json::from_str(line)?;
-    let times = || records.iter().map(|record| record.sample.measured.nanos());
-    let newest_ns = times().max().unwrap_or_default();
-    let oldest_ns = times().min().unwrap_or_default();
+    let (oldest_ns, newest_ns) = (asked.start().nanos(), asked.end().nanos());
     let reading = |answered: Answered| {
         let Some((stream, width)) = declared.get(&answered.stream) else {
             let names: Vec<_> = declared.names().collect();
@@ -91,14 +90,9 @@ fn event(answered: Answered) -> Result<Data, AnswerError> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use bytes::Bytes;
     use proptest::prelude::*;
     use teampulse_core::clock::Clock;
     use teampulse_core::outlet::Queue;
-    use teampulse_core::sample::{Sample, Turn};
-    use teampulse_core::stream::{Shape, Stream, StreamId, Subject};
     use teampulse_core::streams::Streams;
 
     use super::*;
@@ -120,24 +114,12 @@ mod tests {
         Declared::new(&all, &[], &outlet)
     }
 
-    fn at(nanos: i64) -> Record {
-        let stream = Stream::raw("/r1/odom", Subject::robot("r1"), Shape::Sample);
-        let sample = Sample {
-            stream: StreamId(0),
-            measured: Time::from_nanos(nanos),
-            log_time: Time::EPOCH,
-            device_time: None,
-            source_time: None,
-            period_ns: 0.0,
-            index: 0,
-            turn: Turn::OnTime,
-            data: Data::Sample(Arc::new([0.0])),
-        };
-        Record { stream: Arc::new(stream), sample, cdr: Bytes::new() }
+    fn at(nanos: i64) -> Time {
+        Time::from_nanos(nanos)
     }
 
     fn answer(line: &str) -> Result<Vec<Reading>, String> {
-        read(line, &[at(5_000), at(7_000)], &declared()).map_err(|error| error.to_string())
+        read(line, at(5_000)..=at(7_000), &declared()).map_err(|error| error.to_string())
     }
 
     #[test]

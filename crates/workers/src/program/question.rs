@@ -7,11 +7,19 @@ use serde_json::{Map, Value, json};
 use teampulse_core::data::{Data, Wave};
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{Schema, Shape};
+use teampulse_core::time::Time;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::value::{self, flatten};
 
 /// Of an array in a message with more values than this only their count is written.
 const LONGEST_ARRAY: usize = 1024;
+
+/// A request to the program, given at this time, as a line: an array with one object.
+pub(super) fn request(request: &str, at: Time) -> String {
+    let mut line = json!([{ "command": request, "time_ns": at.nanos() }]).to_string();
+    line.push('\n');
+    line
+}
 
 /// Writes questions; remembers the definitions of messages.
 #[derive(Default)]
