@@ -24,7 +24,7 @@ const WRITTEN_AT: usize = 16 + 8;
 fn main() -> Result<(), Box<dyn Error>> {
     let topics: u32 = std::env::args().nth(1).ok_or("usage: bench-ros TOPICS")?.parse()?;
     let buses = Buses::new(Environment::read(), "bench_ros");
-    let bus = buses.get(buses.default_domain()?)?;
+    let bus = buses.get(buses.default_id()?)?;
     let counts: Vec<Arc<Mutex<Count>>> = (0..topics).map(|_| Arc::default()).collect();
     let subscribe = |(k, count): (usize, &Arc<Mutex<Count>>)| {
         let count = Arc::clone(count);

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use teampulse_core::clock::Clock;
+use teampulse_ros::BusId;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::environment::Environment;
 
@@ -55,7 +56,7 @@ fn environment() -> Environment {
     environment
 }
 
-/// The domain to use where none is named.
-pub fn default_domain(buses: &Buses) -> Result<u32, Failure> {
-    Ok(buses.default_domain()?)
+/// The bus to use where none is named.
+pub fn default_bus(buses: &Buses) -> Result<BusId, Failure> {
+    Ok(buses.default_id()?)
 }

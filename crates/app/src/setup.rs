@@ -18,6 +18,7 @@ use teampulse_core::streams::Streams;
 use teampulse_core::worker::{Looked, Worker};
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
+use teampulse_ros::BusId;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
@@ -37,7 +38,7 @@ use crate::controls::Controls;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::{Claimed, bag_folder};
-use crate::network::default_domain;
+use crate::network::default_bus;
 use crate::notes;
 use crate::output::say;
 use crate::study::{SessionClock, Study, StudyError};
@@ -68,14 +69,14 @@ impl Setup {
     /// Joins the buses and waits for the clock.
     pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
         // Errors in the environment are not errors in the study.
-        default_domain(&buses)?;
+        default_bus(&buses)?;
         study.check_phases()?;
         study.check_commands()?;
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
         let mut setup = Setup { clock, buses, bag_ended, study, growth, view, phases, follows };
-        let bus = setup.buses.get(setup.domain()?)?;
+        let bus = setup.buses.get(setup.bus_id()?)?;
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::settable();
             let follows = follow_clock(&*bus, &setup.clock, CLOCK_PATIENCE);
@@ -89,11 +90,11 @@ impl Setup {
         Ok(setup)
     }
 
-    /// The domain of the session's own topics.
-    pub fn domain(&self) -> Result<u32, Failure> {
-        match self.study.general.session.domain {
-            Some(domain) => Ok(domain),
-            None => default_domain(&self.buses),
+    /// The bus of the session's own topics.
+    pub fn bus_id(&self) -> Result<BusId, Failure> {
+        match &self.study.general.session.domain {
+            Some(bus) => Ok(bus.clone()),
+            None => default_bus(&self.buses),
         }
     }
 
@@ -107,7 +108,7 @@ impl Setup {
     /// The sources of a session that a person attends: phases, events and commands from ROS, keys.
     pub fn attended(&self) -> Result<Sources, Failure> {
         let mut sources = Sources::new();
-        let bus = self.buses.get(self.domain()?)?;
+        let bus = self.buses.get(self.bus_id()?)?;
         sources.push(("commands".into(), Box::new(RosCommands::new(Arc::clone(&bus)))));
         let events = RosEvents::new(bus).heard_at(self.phases.clone());
         sources.push(("events".into(), Box::new(events)));
@@ -161,8 +162,8 @@ impl Setup {
     /// The sinks of the study, with tidy files where it has a bag, and those that every session has.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
         let (growth, bag_ended) = (self.growth.clone(), self.bag_ended.clone());
-        let (buses, domain, publish) = (Arc::clone(&self.buses), self.domain()?, self.published());
-        let (terminal, ros) = (self.terminal(), RosContext { buses, domain, publish });
+        let (buses, bus, publish) = (Arc::clone(&self.buses), self.bus_id()?, self.published());
+        let (terminal, ros) = (self.terminal(), RosContext { buses, bus, publish });
         let context = sink_context(&self.study, bag, &self.clock);
         let context = SinkContext { growth, bag_ended, terminal, ros, ..context };
         let mut sinks = sinks(&self.study, &context)?;

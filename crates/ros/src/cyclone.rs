@@ -2,6 +2,7 @@
 #![expect(unsafe_code, reason = "it binds the C library Cyclone DDS")]
 
 pub mod configuration;
+mod dds;
 mod site;
 mod subscription;
 mod duplicates;
@@ -46,6 +47,7 @@ use crate::bus::{
     Answer, Asked, Bus, BusError, Client, Deliver, Hear, Incident, Publisher, Subscription,
 };
 use crate::graph::{EndpointKind, Graph};
+pub use dds::DDS;
 use domain::Participant;
 use parameter_server::{FollowsClock, ParameterServer};
 use server::Server;

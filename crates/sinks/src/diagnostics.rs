@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
+use teampulse_ros::BusId;
 use teampulse_ros::diagnostics::DiagnosticsSink;
 
 use crate::SinkContext;
@@ -15,14 +16,14 @@ use crate::SinkContext;
 #[serde(deny_unknown_fields, default)]
 pub struct Diagnostics {
     /// The ROS domain; without it that of the session.
-    pub domain: Option<u32>,
+    pub domain: Option<BusId>,
 }
 
 impl Component<dyn Sink, SinkContext> for Diagnostics {
     const EXAMPLE: &'static str = "domain = 5";
 
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
-        let bus = context.ros.bus(self.domain)?;
+        let bus = context.ros.bus(self.domain.as_ref())?;
         Ok(Box::new(DiagnosticsSink::new(bus, context.ros.publish.clone())))
     }
 }

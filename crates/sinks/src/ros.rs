@@ -7,6 +7,7 @@ use serde::Deserialize;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
+use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::{Publish, RosSink};
@@ -19,7 +20,7 @@ use crate::SinkContext;
 #[serde(deny_unknown_fields, default)]
 pub struct Ros {
     /// The ROS domain; without it that of the session.
-    pub domain: Option<u32>,
+    pub domain: Option<BusId>,
 }
 
 impl Component<dyn Sink, SinkContext> for Ros {
@@ -27,7 +28,7 @@ impl Component<dyn Sink, SinkContext> for Ros {
 
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
         let RosContext { publish, .. } = &context.ros;
-        Ok(Box::new(RosSink::fresh(context.ros.bus(self.domain)?, publish.clone())))
+        Ok(Box::new(RosSink::fresh(context.ros.bus(self.domain.as_ref())?, publish.clone())))
     }
 }
 
@@ -36,8 +37,8 @@ impl Component<dyn Sink, SinkContext> for Ros {
 pub struct RosContext {
     /// The buses of the session.
     pub buses: Arc<Buses>,
-    /// The domain of the session's own topics.
-    pub domain: u32,
+    /// The bus of the session's own topics.
+    pub bus: BusId,
     /// The streams that are published.
     pub publish: Publish,
 }
@@ -46,17 +47,17 @@ pub struct RosContext {
 impl Default for RosContext {
     fn default() -> RosContext {
         let publish = Publish::Named(Vec::<Pattern>::new());
-        RosContext { buses: Arc::new(Buses::apart()), domain: 0, publish }
+        RosContext { buses: Arc::new(Buses::apart()), bus: BusId::from(0), publish }
     }
 }
 
 impl RosContext {
-    /// The bus of a domain, or that of the session.
-    pub(crate) fn bus(&self, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
-        let bus = self.buses.get(domain.unwrap_or(self.domain));
+    /// The bus that a sink names as `domain`, or that of the session.
+    pub(crate) fn bus(&self, named: Option<&BusId>) -> Result<Arc<dyn Bus>, SettingsError> {
+        let bus = self.buses.get(named.unwrap_or(&self.bus));
         bus.map_err(|error| {
             let wrong = SettingsError::new(format!("failed to {error}")).with_hint(error.hint());
-            if domain.is_some() { wrong.at("domain") } else { wrong }
+            if named.is_some() { wrong.at("domain") } else { wrong }
         })
     }
 }

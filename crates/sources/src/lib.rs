@@ -14,9 +14,9 @@ use std::sync::Arc;
 use teampulse_core::clock::Clock;
 use teampulse_core::registry::{Entry, SettingsError};
 use teampulse_core::source::Source;
+use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
-use teampulse_ros::environment::HIGHEST_DOMAIN;
 
 use crate::claims::Claims;
 
@@ -39,13 +39,9 @@ pub struct SourceContext {
     pub claims: Claims,
 }
 
-/// The bus of a domain; without one that of `ROS_DOMAIN_ID`, else 0.
-fn join(context: &SourceContext, domain: Option<u32>) -> Result<Arc<dyn Bus>, SettingsError> {
-    if let Some(domain) = domain.filter(|domain| *domain > HIGHEST_DOMAIN) {
-        let message = format!("{domain} is not a ROS domain: expected 0 to {HIGHEST_DOMAIN}");
-        return Err(SettingsError::new(message));
-    }
-    let domain = domain.map_or_else(|| context.buses.default_domain(), Ok);
-    let joined = domain.and_then(|domain| context.buses.get(domain));
+/// The bus that a source names as `domain`; without one that of `ROS_DOMAIN_ID`, else domain 0.
+fn join(context: &SourceContext, bus: Option<&BusId>) -> Result<Arc<dyn Bus>, SettingsError> {
+    let id = bus.map_or_else(|| context.buses.default_id(), |id| Ok(id.clone()));
+    let joined = id.and_then(|id| context.buses.get(id));
     joined.map_err(|error| SettingsError::new(format!("failed to {error}")).with_hint(error.hint()))
 }

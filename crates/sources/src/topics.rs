@@ -9,6 +9,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::{Shape, Stream, Subject};
+use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
 use crate::claims::{Claimed, HAPPENINGS, Rank, is_of_sessions};
@@ -24,14 +25,14 @@ pub struct Topics {
     /// The names of the topics; a `*` stands for any part of a token, and `/**` for everything.
     pub names: Vec<Pattern>,
     /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
-    pub domain: Option<u32>,
+    pub domain: Option<BusId>,
 }
 
 impl Component<dyn Source, SourceContext> for Topics {
     const EXAMPLE: &'static str = r#"names = ["/tf", "/tf_static", "/map*"]"#;
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
-        let bus = join(context, self.domain)?;
+        let bus = join(context, self.domain.as_ref())?;
         let names = Arc::new(self.names);
         let wanted = Arc::clone(&names);
         let claimed =

@@ -56,8 +56,9 @@ impl Play {
         warn_of_damage(&bag);
         let join = if self.network { network::buses } else { network::buses_on_this_machine };
         let buses = join("teampulse_player");
-        let domain = self.domain.map_or_else(|| network::default_domain(&buses), Ok)?;
-        let bus = buses.get(domain)?;
+        let domain =
+            self.domain.map_or_else(|| network::default_bus(&buses), |domain| Ok(domain.into()))?;
+        let bus = buses.get(&domain)?;
         let pace = Playing::new(self.rate);
         let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)
             .as_placed()
@@ -80,7 +81,7 @@ impl Play {
         let quit = stop.clone();
         let pause = move || pace.set_paused(!pace.is_paused());
         let _keys = pause_by_key(pause, move || quit.ask());
-        say(format!("playing {} on ROS domain {domain}; Ctrl-C ends it", self.bag.display()));
+        say(format!("playing {} on {domain}; Ctrl-C ends it", self.bag.display()));
         let session = Session {
             sinks: vec![Box::new(sink)],
             ..Session::of_recording(source, Clocks::as_stamped(), encode)

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use serde::Serialize;
+use teampulse_ros::BusId;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
 use teampulse_ros::graph::EndpointKind;
 use teampulse_sources::robots::norm_of_type;
@@ -42,7 +43,7 @@ pub struct Scan {
 #[derive(Debug, Serialize)]
 struct Domain {
     #[serde(rename = "domain")]
-    id: u32,
+    id: BusId,
     nodes: Vec<String>,
     topics: Vec<Topic>,
 }
@@ -62,13 +63,13 @@ impl Scan {
     pub async fn run(self) -> Result<Exit, Failure> {
         let buses = network::buses("teampulse_scan");
         let ids = if self.domains.is_empty() {
-            vec![network::default_domain(&buses)?]
+            vec![network::default_bus(&buses)?]
         } else {
-            self.domains
+            self.domains.into_iter().map(BusId::from).collect()
         };
         let mut domains = Vec::new();
         for id in ids {
-            let bus = buses.get(id)?;
+            let bus = buses.get(&id)?;
             domains.push(listen(id, &*bus, self.seconds).await);
         }
         if self.json {
@@ -88,7 +89,7 @@ struct Count {
     bytes: AtomicU64,
 }
 
-async fn listen(id: u32, bus: &dyn Bus, duration_secs: f64) -> Domain {
+async fn listen(id: BusId, bus: &dyn Bus, duration_secs: f64) -> Domain {
     let mut counting: BTreeMap<(String, String), (Arc<Count>, Option<Subscription>)> =
         BTreeMap::new();
     let looks = (duration_secs / LOOK.as_secs_f64()).ceil() as u32;
@@ -126,7 +127,7 @@ fn count(bus: &dyn Bus, topic: &str, type_name: &str) -> (Arc<Count>, Option<Sub
 
 fn show(found: &Domain) {
     output::line(format!(
-        "ROS domain {}: {} nodes, {} topics",
+        "{}: {} nodes, {} topics",
         found.id,
         found.nodes.len(),
         found.topics.len()
@@ -145,7 +146,7 @@ fn show(found: &Domain) {
     }
     for (kind, namespace) in sources {
         output::line(format!("[[sources]]\ntype      = \"{kind}\""));
-        output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.id));
+        output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.id.in_study()));
     }
 }
 

@@ -13,6 +13,7 @@ use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
+use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::simulated::{SimulatedPerson, SimulatedTeam};
@@ -97,7 +98,7 @@ impl Simulate {
                 .hint("remove `speed` and `clock`, or --clock-offset and --clock-skew-ppm")
                 .exit(Exit::BadArguments));
         }
-        let domain = self.domain.or(study.general.session.domain);
+        let domain = self.domain.map(BusId::from).or(study.general.session.domain.clone());
         self.simulate(team, time, domain).await
     }
 }
@@ -136,12 +137,12 @@ impl Simulate {
         &self,
         mut team: SimulatedTeam,
         time: SessionClock,
-        domain: Option<u32>,
+        domain: Option<BusId>,
     ) -> Result<Exit, Failure> {
         let host = Clock::host_off(self.clock_offset, self.clock_skew_ppm);
         let buses = network::buses_with_clock("teampulse_simulator", host.clone());
-        let domain = domain.map_or_else(|| network::default_domain(&buses), Ok)?;
-        let bus = buses.get(domain)?;
+        let domain = domain.map_or_else(|| network::default_bus(&buses), Ok)?;
+        let bus = buses.get(&domain)?;
         let (robots, people) = (team.robots, team.people);
         let is_simulated = time == SessionClock::Simulated;
         // Deadlines come sooner by a clock that runs fast.
@@ -156,9 +157,7 @@ impl Simulate {
             1 => " and a person".into(),
             _ => format!(" and {people} people"),
         };
-        say(format!(
-            "simulating {robots} robots{and_people} on ROS domain {domain}; Ctrl-C ends it"
-        ));
+        say(format!("simulating {robots} robots{and_people} on {domain}; Ctrl-C ends it"));
         let session = Session {
             clock: clock.clone(),
             pace: Pace::Live,

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clocks::ClockSettings;
 use teampulse_core::commands::CommandSettings;
+use teampulse_ros::BusId;
 use teampulse_sources::session::Phase;
 
 /// The settings that all studies share; sources, sinks and workers have tables of their own.
@@ -38,7 +39,7 @@ pub struct SessionSettings {
     pub clock: SessionClock,
     /// The ROS domain of `/clock`, `/session/events` and the published streams; by default that of
     /// `ROS_DOMAIN_ID`, else 0.
-    pub domain: Option<u32>,
+    pub domain: Option<BusId>,
     /// A folder with the definitions of types that no node on the network provides, as a ROS workspace
     /// installs them: `<folder>/share/<package>/msg/<Type>.msg`.
     pub messages: Option<PathBuf>,

@@ -57,7 +57,7 @@ fn a_misspelt_key_is_shown_at_its_place_with_the_right_one() {
 #[test]
 fn a_mistyped_value_is_shown_at_its_place() {
     insta::assert_snapshot!(shown("[[sources]]\ntype = \"robots\"\ndomain = \"zero\"\n"), @r#"
-     × invalid type: string "zero", expected u32
+     × invalid type: string "zero", expected a ROS domain, such as 12
       ╭─[study.toml:3:10]
     2 │ type = "robots"
     3 │ domain = "zero"

@@ -15,6 +15,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::Stream;
+use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
 use crate::claims::{Claimed, Rank, is_of_sessions};
@@ -41,7 +42,7 @@ pub struct Robots {
     /// which then needs a `prefix`.
     pub namespace: String,
     /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
-    pub domain: Option<u32>,
+    pub domain: Option<BusId>,
     /// The namespace given to a robot that has none: its topic `/odom` becomes `<prefix>/odom`.
     pub prefix: Option<Pattern>,
     /// Where the battery's state is, if not in a `sensor_msgs/BatteryState`.
@@ -171,7 +172,7 @@ required  = ["battery"]"#;
             }
         }
         let choice = Choice::new(&self)?;
-        let bus = join(context, self.domain)?;
+        let bus = join(context, self.domain.as_ref())?;
         let wanted = choice.clone();
         let claimed = context.claims.lay(&bus, Rank::Robots, move |each| {
             !is_of_sessions(&each.topic) && wanted.stream(&each.topic, &each.type_name).is_some()

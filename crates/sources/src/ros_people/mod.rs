@@ -12,6 +12,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::{About, Stream};
+use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
 use crate::claims::{Claimed, Rank};
@@ -39,7 +40,7 @@ pub struct RosPeople {
     #[schemars(with = "String")]
     pub namespace: Pattern,
     /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
-    pub domain: Option<u32>,
+    pub domain: Option<BusId>,
 }
 
 /// Where people stand unless a study says otherwise.
@@ -79,7 +80,7 @@ impl Component<dyn Source, SourceContext> for RosPeople {
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let choice = Choice::new(self.namespace)?;
-        let bus = join(context, self.domain)?;
+        let bus = join(context, self.domain.as_ref())?;
         let wanted = choice.clone();
         let claimed = context.claims.lay(&bus, Rank::People, move |each| {
             wanted.stream(&each.topic, &each.type_name).is_some()

@@ -1,0 +1,169 @@
+//! The name of a bus in a study.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::buses::BusKind;
+use crate::{BUSES, cyclone};
+
+/// A bus as named in a study: a ROS domain by its number, `12`, or a bus of any [kind](BUSES) by its word and
+/// address, `"dds:12"`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BusId {
+    kind: String,
+    address: String,
+}
+
+impl BusId {
+    /// Its kind; `None` where there is none of this word.
+    pub fn kind(&self) -> Option<&'static BusKind> {
+        BUSES.iter().find(|kind| kind.word == self.kind)
+    }
+
+    /// How a study names it: `12`, `"dds:12"`.
+    pub fn in_study(&self) -> String {
+        match self.domain() {
+            Some(domain) => domain.to_string(),
+            None => format!("\"{}:{}\"", self.kind, self.address),
+        }
+    }
+
+    /// The number of a ROS domain.
+    fn domain(&self) -> Option<u32> {
+        self.address.parse().ok().filter(|_| self.kind == cyclone::DDS.word)
+    }
+
+    /// Its address among those of its kind.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Fails where there is no such bus; the message fits after "join ROS domain 233: ".
+    pub(crate) fn check(&self) -> Result<&'static BusKind, String> {
+        let words = || BUSES.iter().map(|kind| kind.word).collect::<Vec<_>>().join(", ");
+        let kind = self.kind().ok_or_else(|| format!("expected one of the kinds {}", words()))?;
+        (kind.check)(&self.address).map(|()| kind)
+    }
+}
+
+impl From<u32> for BusId {
+    fn from(domain: u32) -> BusId {
+        BusId { kind: cyclone::DDS.word.to_owned(), address: domain.to_string() }
+    }
+}
+
+impl From<&BusId> for BusId {
+    fn from(id: &BusId) -> BusId {
+        id.clone()
+    }
+}
+
+impl fmt::Display for BusId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.kind() {
+            Some(kind) => f.write_str(&(kind.name)(&self.address)),
+            None => write!(f, "{}:{}", self.kind, self.address),
+        }
+    }
+}
+
+/// As in a study.
+impl Serialize for BusId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.domain() {
+            Some(domain) => serializer.serialize_u32(domain),
+            None => serializer.serialize_str(&format!("{}:{}", self.kind, self.address)),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for BusId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<BusId, D::Error> {
+        deserializer.deserialize_any(NumberOrText)
+    }
+}
+
+struct NumberOrText;
+
+impl Visitor<'_> for NumberOrText {
+    type Value = BusId;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a ROS domain, such as 12")
+    }
+
+    fn visit_i64<E: Error>(self, domain: i64) -> Result<BusId, E> {
+        let known = u32::try_from(domain).ok().map(BusId::from);
+        let known = known.filter(|id| id.check().is_ok());
+        known.ok_or_else(|| E::custom(not_a_domain(domain)))
+    }
+
+    fn visit_u64<E: Error>(self, domain: u64) -> Result<BusId, E> {
+        self.visit_i64(i64::try_from(domain).unwrap_or(i64::MAX))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<BusId, E> {
+        let Some((kind, address)) = text.split_once(':') else {
+            return Err(E::invalid_type(serde::de::Unexpected::Str(text), &self));
+        };
+        let id = BusId { kind: kind.to_owned(), address: address.to_owned() };
+        id.check().map_err(|reason| E::custom(format!("there is no bus \"{text}\": {reason}")))?;
+        Ok(id)
+    }
+}
+
+fn not_a_domain(domain: i64) -> String {
+    let highest = crate::environment::HIGHEST_DOMAIN;
+    format!("{domain} is not a ROS domain: expected 0 to {highest}")
+}
+
+impl JsonSchema for BusId {
+    fn schema_name() -> Cow<'static, str> {
+        "BusId".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let highest = crate::environment::HIGHEST_DOMAIN;
+        json_schema!({
+            "description": "A ROS domain by its number, or a bus as \"KIND:ADDRESS\".",
+            "anyOf": [
+                { "type": "integer", "minimum": 0, "maximum": highest },
+                { "type": "string", "pattern": "^[a-z]+:.+$" },
+            ],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::de::IntoDeserializer;
+    use serde::de::value::Error;
+
+    use super::*;
+
+    fn text(text: &str) -> Result<BusId, String> {
+        let read: Result<BusId, Error> = BusId::deserialize(text.into_deserializer());
+        read.map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_domain_is_the_same_bus_by_number_and_by_text() {
+        let number: Result<BusId, Error> = BusId::deserialize(12_u32.into_deserializer());
+        assert_eq!(number, Ok(BusId::from(12)));
+        assert_eq!(text("dds:12"), Ok(BusId::from(12)));
+        assert_eq!(BusId::from(12).to_string(), "ROS domain 12");
+    }
+
+    #[test]
+    fn a_bus_that_does_not_exist_is_refused_with_what_was_expected() {
+        assert!(text("twelve").unwrap_err().contains("expected a ROS domain, such as 12"));
+        assert!(text("smoke:12").unwrap_err().contains("expected one of the kinds dds"));
+        assert!(text("dds:233").unwrap_err().contains("expected 0 to 232"));
+        let negative: Result<BusId, Error> = BusId::deserialize((-1_i64).into_deserializer());
+        assert!(negative.unwrap_err().to_string().contains("-1 is not a ROS domain"));
+    }
+}
