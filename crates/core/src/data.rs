@@ -83,6 +83,15 @@ pub struct Wave {
     pub samples: Arc<[f64]>,
 }
 
+impl Wave {
+    /// Whether it can be placed in time and recorded: its period is a duration, and its samples are whole.
+    pub fn is_valid(&self) -> bool {
+        let width = self.channels as usize;
+        let is_whole = width > 0 && self.samples.len().is_multiple_of(width);
+        self.period_ns.is_finite() && self.period_ns >= 0.0 && is_whole
+    }
+}
+
 /// The values of a feature over one window, in the order of its stream's channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureValues {

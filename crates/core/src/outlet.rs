@@ -68,8 +68,12 @@ impl Outlet {
     }
 
     /// Hands a reading over without ever waiting. When this source has too much waiting the reading
-    /// is dropped and counted.
+    /// is dropped and counted. So is a wave that is not [valid](crate::data::Wave::is_valid), which no reader of
+    /// the recording could decode; that is a fault.
     pub fn offer(&self, reading: Reading) {
+        if self.is_invalid(&reading) {
+            return self.budget.drop_one(reading.stream);
+        }
         if self.budget.waiting_bytes() + reading_bytes(&reading) > BUDGET_BYTES {
             return self.budget.drop_one(reading.stream);
         }
@@ -221,6 +225,21 @@ impl Outlet {
         self.commands(move |command| matches!(command, Command::Do { component: asked, .. } if asked == component))
     }
 
+    /// Whether a reading can't be recorded, which is reported once a stream.
+    fn is_invalid(&self, reading: &Reading) -> bool {
+        let Data::Wave(wave) = &reading.data else { return false };
+        let is_invalid = !wave.is_valid();
+        if is_invalid {
+            let name = &self.streams.get(reading.stream).name;
+            let label =
+                format!("{name}: a wave without a valid period or with half a sample was left out");
+            if self.queue.commands().is_news(&label) {
+                self.happen(passing(label));
+            }
+        }
+        is_invalid
+    }
+
     fn hand_over(&self, stream: Stream, data: Data) {
         let stream = self.declare(stream);
         self.offer(Reading { index: None, stream, device_time: None, source_time: None, data });
@@ -263,6 +282,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::data::Wave;
     use crate::stream::{Shape, Subject};
     use crate::text::LONGEST_PROSE;
     use bytes::Bytes;
@@ -276,6 +296,33 @@ mod tests {
         let outlet = queue.outlet(Clock::settable(), Streams::default());
         let id = outlet.declare(Stream::raw("/r1/x", Subject::robot("r1"), Shape::Sample));
         (outlet, id)
+    }
+
+    #[test]
+    fn a_wave_that_no_reader_could_decode_is_counted_and_a_fault() {
+        let queue = Queue::new();
+        let (outlet, id) = outlet(&queue);
+        let offer = |period_ns, count: usize| {
+            let samples = vec![0.0; count].into();
+            let data = Data::Wave(Wave { period_ns, channels: 2, samples });
+            outlet.offer(Reading {
+                index: None,
+                stream: id,
+                device_time: None,
+                source_time: None,
+                data,
+            });
+        };
+        for (period_ns, count) in [(1e6, 4), (f64::NAN, 4), (-1.0, 4), (1e6, 3), (0.0, 2)] {
+            offer(period_ns, count);
+        }
+        let mut taken = VecDeque::new();
+        queue.take(&mut taken, Duration::ZERO);
+        let waves = |item: &&Item| matches!(item, Item::Arrived { reading, .. } if matches!(reading.data, Data::Wave(_)));
+        assert_eq!(taken.iter().filter(waves).count(), 2);
+        let faults = |item: &&Item| matches!(item, Item::Arrived { reading, .. } if matches!(reading.data, Data::Event(_)));
+        assert_eq!(taken.iter().filter(faults).count(), 1);
+        assert!(taken.iter().any(|item| matches!(item, Item::Dropped { count: 3, .. })));
     }
 
     #[test]
