@@ -21,8 +21,8 @@ pub struct Graph {
     nodes: SharedMap<Arc<str>, u32>,
     /// By type and id.
     services: SharedMap<(Arc<str>, Gid), Arc<Service>>,
-    /// Names of the computers of participants, where announced.
-    computers: SharedMap<Participant, Arc<str>>,
+    /// The computers of participants, where known.
+    computers: SharedMap<Participant, Arc<Computer>>,
 }
 
 impl Graph {
@@ -65,7 +65,12 @@ impl Graph {
     pub fn computer(&self, of: Gid) -> String {
         let participant = of.participant();
         let known = self.computers.get(&participant);
-        known.map_or_else(|| participant.to_string(), ToString::to_string)
+        known.map_or_else(|| participant.to_string(), |known| known.name.clone())
+    }
+
+    /// The host of an endpoint, if its participant announces it: all processes of a host have one clock.
+    pub fn host(&self, of: Gid) -> Option<&str> {
+        self.computers.get(&of.participant())?.host.as_deref()
     }
 
     /// The topics with an endpoint that was added, changed or removed since `before`.
@@ -114,16 +119,25 @@ impl Graph {
         self.services.remove(&(type_name.into(), gid));
     }
 
-    /// Sets the name of a participant's computer, if known.
-    pub(crate) fn name_computer(&mut self, of: Participant, name: Option<String>) {
-        match name {
-            Some(name) if self.computers.get(&of).is_none_or(|known| **known != *name) => {
-                self.computers.insert(of, name.into());
+    /// Sets the computer of a participant, if known.
+    pub(crate) fn name_computer(&mut self, of: Participant, computer: Option<Computer>) {
+        match computer {
+            Some(found) if self.computers.get(&of).is_none_or(|known| **known != found) => {
+                self.computers.insert(of, found.into());
             }
             Some(_) => {}
             None => drop(self.computers.remove(&of)),
         }
     }
+}
+
+/// The computer of a participant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Computer {
+    /// Different for each participant.
+    pub name: String,
+    /// The host, if announced.
+    pub host: Option<String>,
 }
 
 /// A service on offer.
@@ -225,15 +239,16 @@ mod tests {
 
     #[test]
     fn a_participant_is_known_by_its_own_id_whether_or_not_its_endpoints_begin_with_it() {
+        let called = |name: &str| Computer { name: name.to_owned(), host: None };
         let mut graph = Graph::default();
         let prefixed = Gid::prefixed([7; 16]);
         let (one, other) = (
             Participant([1; 16]),
             Participant([[1; 15].as_slice(), &[2]].concat().try_into().unwrap()),
         );
-        graph.name_computer(prefixed.participant(), Some("laptop".into()));
-        graph.name_computer(one, Some("robot1".into()));
-        graph.name_computer(other, Some("robot2".into()));
+        graph.name_computer(prefixed.participant(), Some(called("laptop")));
+        graph.name_computer(one, Some(called("robot1")));
+        graph.name_computer(other, Some(called("robot2")));
         let named = [prefixed, Gid::of(one, [9; 16]), Gid::of(other, [9; 16])];
         assert_eq!(named.map(|gid| graph.computer(gid)), ["laptop", "robot1", "robot2"]);
         assert_eq!(

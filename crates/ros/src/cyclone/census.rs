@@ -8,7 +8,7 @@ use teampulse_messages::standard::rmw_dds_common::{NodeEntitiesInfo, Participant
 
 use super::names;
 use super::service;
-use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Service};
+use crate::graph::{Computer, Endpoint, EndpointKind, Gid, Graph, Service};
 
 /// The topic on which participants announce their nodes.
 pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
@@ -16,14 +16,23 @@ pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
 /// A change found by discovery.
 #[derive(Debug)]
 pub(super) enum Change {
-    /// A participant is present, with the name of its computer if announced.
-    Participant(Gid, Option<String>),
+    /// A participant is present, with its process if announced.
+    Participant(Gid, Option<Process>),
     /// An endpoint was discovered or updated.
     Endpoint(Found),
     /// An endpoint is gone.
     EndpointGone(Gid),
     /// A participant is gone.
     ParticipantGone(Gid),
+}
+
+/// The process of a participant, as it announces it.
+#[derive(Clone, Debug)]
+pub(super) struct Process {
+    /// The part common to all processes of a computer.
+    pub(super) host: String,
+    /// May be empty.
+    pub(super) name: String,
 }
 
 /// An endpoint as discovered by DDS.
@@ -43,8 +52,8 @@ pub(super) struct Found {
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
-    /// The computers that participants announce, by participant id.
-    participants: BTreeMap<Gid, Option<String>>,
+    /// The processes that participants announce, by participant id.
+    participants: BTreeMap<Gid, Option<Process>>,
     endpoints: BTreeMap<Gid, Found>,
     /// The endpoints of each participant, as pairs of participant and endpoint id.
     of_participants: BTreeSet<(Gid, Gid)>,
@@ -73,8 +82,8 @@ impl Census {
 
     pub(super) fn apply(&mut self, change: Change) {
         match change {
-            Change::Participant(gid, computer) => {
-                self.participants.insert(gid, computer);
+            Change::Participant(gid, process) => {
+                self.participants.insert(gid, process);
                 self.name_computer(gid);
             }
             Change::Endpoint(found) => {
@@ -173,14 +182,17 @@ impl Census {
     fn name_computer(&mut self, gid: Gid) {
         let participant = gid.participant();
         let node = || self.nodes.get(&gid).and_then(|nodes| nodes.first()).map(full_name);
-        let announced =
-            self.participants.get(&gid).and_then(|announced| announced.clone().or_else(node));
-        let name = announced.map(|announced| {
-            let (name, process) = announced.split_once(' ').unwrap_or((&announced, ""));
-            let separator = if process.is_empty() { "" } else { ", " };
-            format!("{name} ({process}{separator}{participant})")
+        let computer = self.participants.get(&gid).and_then(|announced| match announced {
+            Some(Process { host, name }) => {
+                let separator = if name.is_empty() { "" } else { ", " };
+                let name = format!("{host} ({name}{separator}{participant})");
+                Some(Computer { name, host: Some(host.clone()) })
+            }
+            None => {
+                node().map(|node| Computer { name: format!("{node} ({participant})"), host: None })
+            }
         });
-        self.graph.name_computer(participant, name);
+        self.graph.name_computer(participant, computer);
     }
 
     fn put_service(&mut self, found: &Found) {
@@ -287,7 +299,10 @@ mod tests {
 
     fn census() -> Census {
         let mut census = Census::new(OURS);
-        census.apply(Change::Participant(ROBOT, Some("laptop2 driver".into())));
+        census.apply(Change::Participant(
+            ROBOT,
+            Some(Process { host: "laptop2".into(), name: "driver".into() }),
+        ));
         let publisher = found(EndpointKind::Publisher, ROBOT, 21, "rt/r1/x");
         let service = found(EndpointKind::Subscription, ROBOT, 22, "rq/r1/driver/yRequest");
         let ours = found(EndpointKind::Subscription, OURS, 11, "rt/r1/x");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use cyclors as c;
 
-use super::census::{Change, Found};
+use super::census::{Change, Found, Process};
 use super::domain::Participant;
 use super::entity::Entity;
 use super::names;
@@ -58,7 +58,7 @@ impl Discovery {
             take(&self.participants, |sample: &c::dds_builtintopic_participant_t, alive| {
                 let gid = Gid::prefixed(sample.key.v);
                 changes.push(if alive {
-                    Change::Participant(gid, computer(sample.qos))
+                    Change::Participant(gid, process(sample.qos))
                 } else {
                     Change::ParticipantGone(gid)
                 });
@@ -110,20 +110,18 @@ unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
     }
 }
 
-/// The host and process announced by a participant, separated by a space: in the format of Cyclone DDS or
-/// of Fast DDS.
+/// The host and process announced by a participant, in the format of Cyclone DDS or of Fast DDS.
 ///
 /// # Safety
 ///
 /// `policies` is null or a valid set.
-unsafe fn computer(policies: *const c::dds_qos_t) -> Option<String> {
+unsafe fn process(policies: *const c::dds_qos_t) -> Option<Process> {
     // SAFETY: guaranteed by the caller.
     let read = |name| unsafe { qos::property(policies, name) };
     let host = read(c"__Hostname").or_else(|| read(c"fastdds.physical_data.host"))?;
     let process = read(c"__ProcessName").or_else(|| read(c"fastdds.physical_data.process"));
-    // The first space ends the host: it is the part common to all processes of a computer.
-    let host: String = host.split_whitespace().collect();
-    Some(format!("{host} {}", process.unwrap_or_default()).trim().to_owned())
+    let host = host.split_whitespace().collect();
+    Some(Process { host, name: process.unwrap_or_default().trim().to_owned() })
 }
 
 fn endpoint(kind: EndpointKind, sample: &c::dds_builtintopic_endpoint_t, alive: bool) -> Change {

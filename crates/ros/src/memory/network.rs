@@ -11,7 +11,7 @@ use teampulse_core::time::Time;
 use tokio::sync::{broadcast, watch};
 
 use crate::bus::{Answer, Arrival, Asked, Deliver, Incident};
-use crate::graph::{Endpoint, EndpointKind, Gid, Graph, Participant, Service};
+use crate::graph::{Computer, Endpoint, EndpointKind, Gid, Graph, Participant, Service};
 use crate::offer;
 
 /// The most incidents queued for a slow listener.
@@ -358,7 +358,10 @@ impl Member {
     fn appear_in(&self, graph: &mut Graph) {
         let participant = self.participant();
         graph.put_node(&self.node);
-        graph.name_computer(participant, Some(format!("{} ({participant})", self.node)));
+        graph.name_computer(
+            participant,
+            Some(Computer { name: format!("{} ({participant})", self.node), host: None }),
+        );
     }
 
     fn report(&self, incident: Incident) {

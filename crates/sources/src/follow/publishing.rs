@@ -1,6 +1,6 @@
 //! The publishers of a topic and their names.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use teampulse_core::qos::Qos;
 use teampulse_ros::graph::{Gid, Graph};
@@ -14,9 +14,9 @@ pub(super) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
     of_type.map(|each| each.qos.clone()).collect()
 }
 
-/// The computers that publish a topic.
-pub(super) fn publishing(key: &Key, graph: &Graph) -> BTreeSet<String> {
-    gids(key, graph).map(|gid| graph.computer(gid)).collect()
+/// The computers that publish a topic, each with its host if announced.
+pub(super) fn publishing(key: &Key, graph: &Graph) -> BTreeMap<String, Option<String>> {
+    gids(key, graph).map(|gid| (graph.computer(gid), graph.host(gid).map(str::to_owned))).collect()
 }
 
 /// The publishers of a topic, except for ourselves.
@@ -45,16 +45,12 @@ pub(super) fn who(graph: &Graph, publisher: Gid) -> String {
 
 /// The names of several computers; `None` where all are processes of one host, which has one clock. Unnamed
 /// hosts may be the same one.
-pub(super) fn several(computers: &BTreeSet<String>) -> Option<String> {
-    let host = |computer: &String| {
-        let (host, _) = computer.split_once(" (")?;
-        (!host.starts_with('/')).then(|| host.to_owned())
-    };
-    let hosts: Option<BTreeSet<String>> = computers.iter().map(host).collect();
+pub(super) fn several(computers: &BTreeMap<String, Option<String>>) -> Option<String> {
+    let hosts: Option<BTreeSet<&str>> = computers.values().map(Option::as_deref).collect();
     let kind = if hosts.is_some() { "computers" } else { "processes" };
     let several = hosts.map_or(computers.len(), |hosts| hosts.len());
     let count = if several == 2 { "two".into() } else { several.to_string() };
-    let names: Vec<&str> = computers.iter().map(String::as_str).collect();
+    let names: Vec<&str> = computers.keys().map(String::as_str).collect();
     (several > 1).then(|| format!("{count} {kind}: {}", names.join(", ")))
 }
 
@@ -64,7 +60,11 @@ mod tests {
 
     #[test]
     fn processes_of_one_host_are_one_computer() {
-        let reported = |names: [&str; 2]| several(&names.map(str::to_owned).into());
+        let reported = |names: [&str; 2]| {
+            let host = |name: &str| name.split_once(" (").map(|(host, _)| host.to_owned());
+            let of = |name: &str| (name.to_owned(), host(name).filter(|it| !it.starts_with('/')));
+            several(&names.map(of).into())
+        };
         let two = "two computers: laptop1 (driver, 01), laptop2 (driver, 02)";
         assert_eq!(
             reported(["laptop1 (driver, 01)", "laptop2 (driver, 02)"]).as_deref(),
