@@ -8,6 +8,8 @@ ready := $(CARGO_TARGET_DIR)/ready
 python := .venv/bin/python
 nextest := $(shell command -v cargo-nextest 2>/dev/null)
 fuzz_secs ?= 60
+# Most end-to-end tests wait for a session: several run side by side, each process on a network of its own.
+processes ?= 3
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -41,7 +43,7 @@ else
 endif
 
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
-	tests/isolated $(python) -m pytest tests $(ARGS)
+	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
 check: lint ## format, lints and unit tests: before every commit
 	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)

@@ -7,14 +7,15 @@ import signal
 import pytest
 
 import harness
+import network
 
 # Whoever starts the tests may ignore hang-ups, as `nohup` does, and programs inherit that.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-FIGURES = pytest.StashKey[list[str]]()
-
-# Two tests in a row do not meet, even if a program of the first lingers.
-domains = itertools.cycle(range(100, 200))
+# Two tests in a row do not meet, even if a program of the first lingers; nor do those of several processes where
+# networks of their own can't be had.
+PROCESS = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+domains = itertools.cycle(range(100 + PROCESS % 4 * 25, 125 + PROCESS % 4 * 25))
 
 
 @pytest.fixture
@@ -59,14 +60,25 @@ def peer(request, stage):
 
 @pytest.fixture
 def figure(request):
-    """Tells a measured figure; all of them stand below the tests' outcome."""
-    return lambda text: request.config.stash.setdefault(FIGURES, []).append(text)
+    """Reports a measured figure; all of them follow the tests' outcome."""
+    return lambda text: request.node.user_properties.append(("figure", text))
 
 
-def pytest_terminal_summary(terminalreporter, config) -> None:
+# Last: the plugin that runs failed tests again has reached the first process by then.
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config) -> None:
+    """Gives each of several processes (`-n`) a network of its own, as tests that meet would disturb each other."""
+    if hasattr(config, "workerinput") and network.is_isolated():
+        network.enter_own()
+
+
+def pytest_terminal_summary(terminalreporter) -> None:
     terminalreporter.section("figures")
-    for text in config.stash.get(FIGURES, []):
-        terminalreporter.line(text)
+    reports = [each for group in terminalreporter.stats.values() for each in group]
+    for report in reports:
+        if getattr(report, "when", None) == "call":
+            for name, text in report.user_properties:
+                terminalreporter.line(text) if name == "figure" else None
 
 
 def leave_out(reason: str) -> None:
