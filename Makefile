@@ -34,6 +34,7 @@ build: $(ready)-build ## the binary, in target/release
 test: build peers test-rust test-peers ## every test: of the crates, and of the binary with independent peers
 
 test-rust: $(ready)-build ## the tests of the crates
+	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
 	cargo test --no-run --workspace --locked --quiet
 ifdef nextest
 	tests/isolated cargo nextest run --workspace --offline

@@ -24,6 +24,7 @@ use teampulse_sources::claims::Claims;
 use teampulse_sources::robots::Robots;
 use teampulse_sources::ros_people::RosPeople;
 use teampulse_sources::topics::Topics;
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 use crate::{cpu_secs, features};
 
@@ -49,7 +50,12 @@ pub async fn run(robots: usize) -> Result<(), Box<dyn Error>> {
     let bus: Arc<dyn Bus> = Arc::clone(&monitor) as Arc<dyn Bus>;
     let clock = Clock::host();
     let buses = Arc::new(Buses::holding([(0, bus)]));
-    let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
+    let context = SourceContext {
+        clock: clock.clone(),
+        buses,
+        claims: Claims::default(),
+        bluetooth: Bluetooth::default(),
+    };
     let sources = vec![
         source::<Robots>("namespace = \"/robot*\"\ntopics = [\"value_*\"]", &context)?,
         source::<RosPeople>(RosPeople::EXAMPLE, &context)?,

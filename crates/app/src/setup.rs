@@ -30,6 +30,7 @@ use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
     Computers, Overflows, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock, follow_clock,
 };
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_workers::{Program, WorkerContext};
 
 use crate::commands::simulate::team;
@@ -101,7 +102,12 @@ impl Setup {
     /// The sources of the study.
     pub fn sources(&self) -> Result<Sources, Failure> {
         let (clock, buses) = (self.clock.clone(), Arc::clone(&self.buses));
-        let context = SourceContext { clock, buses, claims: Claims::default() };
+        let context = SourceContext {
+            clock,
+            buses,
+            claims: Claims::default(),
+            bluetooth: Bluetooth::default(),
+        };
         Ok(self.study.build("sources", Components::of_this_program().sources, &context)?)
     }
 
@@ -309,7 +315,12 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_commands()?;
     team(study)?;
     let (clock, buses) = (Clock::settable(), Arc::new(Buses::apart()));
-    let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
+    let context = SourceContext {
+        clock: clock.clone(),
+        buses,
+        claims: Claims::default(),
+        bluetooth: Bluetooth::default(),
+    };
     study.build("sources", Components::of_this_program().sources, &context)?;
     features(study)?;
     // Not its workers: what they found is in the recording, and their programs may be elsewhere.

@@ -8,6 +8,18 @@ pub struct Stream {
     pub channels: Vec<Channel>,
     /// Nominal samples per second; `None` for what happens irregularly. Measure the true rate.
     pub rate_hz: Option<f64>,
+    /// Whether device times are of a clock that runs in the device; else they are none, or stamps of a program
+    /// that passed the samples on.
+    pub has_clock: bool,
+    /// Whether a reading is a run of samples of one period, as a notification holds them.
+    pub in_runs: bool,
+}
+
+impl Stream {
+    /// A stream of single samples that come irregularly, of a device without a clock.
+    pub const fn irregular(name: &'static str, channels: Vec<Channel>) -> Self {
+        Self { name, channels, rate_hz: None, has_clock: false, in_runs: false }
+    }
 }
 
 /// One value of each sample of a stream.

@@ -23,11 +23,7 @@ pub(crate) struct StandardServices {
 
 impl StandardServices {
     pub fn start(out: &mut Outbox<Request>) {
-        out.stream(Stream {
-            name: "battery",
-            channels: vec![Channel::new("charge", "%")],
-            rate_hz: None,
-        });
+        out.stream(Stream::irregular("battery", vec![Channel::new("charge", "%")]));
         for (characteristic, _) in INFORMATION {
             out.request(Request::Read(characteristic));
         }

@@ -43,6 +43,7 @@ use teampulse_sources::robots::Robots;
 use teampulse_sources::ros_people::RosPeople;
 use teampulse_sources::session::RosEvents;
 use teampulse_sources::topics::Topics;
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 /// What one message may take [B].
 const MOST_BYTES: i64 = 300_000_000;
@@ -127,6 +128,7 @@ async fn most_of(messages: Vec<Sent>) -> i64 {
         clock: clock.clone(),
         buses: Arc::new(Buses::holding([(0, Arc::clone(&bus))])),
         claims: Claims::default(),
+        bluetooth: Bluetooth::default(),
     };
     let sources = vec![
         built::<RosPeople>("", &context),

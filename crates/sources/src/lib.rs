@@ -19,6 +19,7 @@ use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
 
 use crate::claims::Claims;
+use crate::wearables::bluetooth::Bluetooth;
 
 /// The table of all sources.
 pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
@@ -26,6 +27,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<ros_people::RosPeople>("people"),
     Entry::new::<topics::Topics>("topics"),
     Entry::new::<wearables::empatica_e4::EmpaticaE4>("empatica_e4"),
+    Entry::new::<wearables::heart_rate::HeartRate>("heart_rate"),
 ];
 
 /// What sources are built with.
@@ -37,6 +39,8 @@ pub struct SourceContext {
     pub buses: Arc<Buses>,
     /// Which source takes which topic.
     pub claims: Claims,
+    /// This computer's Bluetooth.
+    pub bluetooth: Bluetooth,
 }
 
 /// The bus that a source names as `domain`; without one that of `ROS_DOMAIN_ID`, else domain 0.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use teampulse_core::clock::Clock;
 use teampulse_ros::buses::Buses;
 use teampulse_sources::claims::Claims;
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_sources::{SOURCES, SourceContext};
 
 const NOTHING: [String; 0] = [];
@@ -26,7 +27,8 @@ fn every_source_and_setting_is_documented() {
 #[test]
 fn every_example_builds() {
     let (clock, buses) = (Clock::host(), Arc::new(Buses::apart()));
-    let context = SourceContext { clock, buses, claims: Claims::default() };
+    let context =
+        SourceContext { clock, buses, claims: Claims::default(), bluetooth: Bluetooth::default() };
     let broken = SOURCES.iter().filter_map(|entry| rows::broken_example(entry, &context));
     assert_eq!(broken.collect::<Vec<_>>(), NOTHING);
 }

@@ -21,6 +21,7 @@ use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_sources::wearables::empatica_e4::EmpaticaE4;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
@@ -70,7 +71,12 @@ async fn serve(listener: TcpListener, mut server: E4Server, cut: usize, asked: A
 
 fn e4(settings: &str) -> Result<Box<dyn Source>, String> {
     let buses = Arc::new(Buses::apart());
-    let context = SourceContext { clock: Clock::host(), buses, claims: Claims::default() };
+    let context = SourceContext {
+        clock: Clock::host(),
+        buses,
+        claims: Claims::default(),
+        bluetooth: Bluetooth::default(),
+    };
     let settings: EmpaticaE4 = toml::from_str(settings).map_err(|error| error.to_string())?;
     settings.build(&context).map_err(|error| format!("{}: {error}", error.path))
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{About, Shape, Stream};
+use teampulse_core::stream::{About, Shape, Signal, Stream};
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
 use teampulse_sources::wearables;
@@ -198,7 +198,12 @@ fn nothing(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Option<St
 fn unworn(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
     let devices = wearables::KINDS.iter().filter_map(|device| {
         let wanted = kinds.iter().filter(|kind| kind == device).count();
-        let streams = heard.iter().map(|(stream, _)| stream).filter(|each| each.device == *device);
+        let is_of = |stream: &&Arc<Stream>| {
+            // What is known of its link and its battery says nothing of what it measures.
+            let measures = !matches!(stream.signal, Signal::Link | Signal::Battery);
+            measures && wearables::kind_of(&stream.device) == Some(device)
+        };
+        let streams = heard.iter().map(|(stream, _)| stream).filter(is_of);
         let present = streams.map(|stream| &stream.id).collect::<BTreeSet<_>>().len();
         (present < wanted)
             .then(|| format!("{device}: {present} of {wanted} in the study send samples"))

@@ -7,6 +7,7 @@ use teampulse_ros::bus::Bus;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::memory::MemoryBus;
 use teampulse_sources::claims::Claims;
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_sources::{SOURCES, SourceContext};
 
 use super::*;
@@ -18,7 +19,12 @@ fn read(text: &str) -> Result<usize, StudyError> {
     study.check_commands()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
-    let context = SourceContext { clock: Clock::settable(), buses, claims: Claims::default() };
+    let context = SourceContext {
+        clock: Clock::settable(),
+        buses,
+        claims: Claims::default(),
+        bluetooth: Bluetooth::default(),
+    };
     study.build("sources", SOURCES, &context).map(|sources| sources.len())
 }
 

@@ -12,6 +12,11 @@ pub struct Subject {
 }
 
 impl Subject {
+    /// The person of the given pseudonym.
+    pub fn person(id: impl Into<String>) -> Subject {
+        Subject { about: About::Person, id: id.into() }
+    }
+
     /// The robot of the given id.
     pub fn robot(id: impl Into<String>) -> Subject {
         Subject { about: About::Robot, id: id.into() }

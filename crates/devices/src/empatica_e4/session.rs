@@ -332,5 +332,5 @@ impl ByteSession for E4Session {
 fn described(channels: &Channels) -> Stream {
     let channel = |name: &&'static str| Channel::new(name, channels.unit).scaled(channels.scale);
     let names = channels.names.iter().map(channel).collect();
-    Stream { name: channels.stream, channels: names, rate_hz: channels.rate_hz }
+    Stream { rate_hz: channels.rate_hz, ..Stream::irregular(channels.stream, names) }
 }

@@ -28,11 +28,13 @@ struct BeatAccount {
 
 impl HeartRateReceiver {
     pub fn start(&mut self, out: &mut Outbox<Request>) {
-        let stream = |name, channels| Stream { name, channels, rate_hz: None };
         let contact = Channel::new("contact", "");
-        out.stream(stream("heart_rate", vec![Channel::new("heart_rate", "1/min"), contact]));
+        out.stream(Stream::irregular(
+            "heart_rate",
+            vec![Channel::new("heart_rate", "1/min"), contact],
+        ));
         let interval = Channel::new("rr_interval", "ms").scaled(RR_INTERVAL_MS);
-        out.stream(stream("rr_interval", vec![interval]));
+        out.stream(Stream::irregular("rr_interval", vec![interval]));
         if self.account.take().is_some() {
             out.event(Event::Gap { stream: "rr_interval", samples: None });
         }
@@ -59,7 +61,7 @@ impl HeartRateReceiver {
     fn receive_energy(&mut self, energy_kj: u16, out: &mut Outbox<Request>) {
         if self.energies == 0 {
             let channels = vec![Channel::new("energy_expended", "kJ")];
-            out.stream(Stream { name: "energy_expended", channels, rate_hz: None });
+            out.stream(Stream::irregular("energy_expended", channels));
         }
         let values = vec![f64::from(energy_kj)];
         out.reading(Reading::untimed("energy_expended", self.energies, values));

@@ -99,13 +99,15 @@ impl MyoSession {
         if self.settings.emg != EmgMode::Off {
             let names = ["emg1", "emg2", "emg3", "emg4", "emg5", "emg6", "emg7", "emg8"];
             let channels = names.map(|name| Channel::new(name, "")).to_vec();
-            self.out.stream(Stream { name: "emg", channels, rate_hz: Some(EMG_HZ) });
+            let emg = Stream::irregular("emg", channels);
+            self.out.stream(Stream { rate_hz: Some(EMG_HZ), in_runs: true, ..emg });
         }
         if self.settings.imu {
             for (name, names, unit, scale) in IMU_STREAMS {
                 let channel = |name: &&'static str| Channel::new(name, unit).scaled(scale);
                 let channels = names.iter().map(channel).collect();
-                self.out.stream(Stream { name, channels, rate_hz: Some(IMU_HZ) });
+                let stream = Stream::irregular(name, channels);
+                self.out.stream(Stream { rate_hz: Some(IMU_HZ), ..stream });
             }
         }
     }

@@ -152,7 +152,12 @@ impl Feed {
             self.described = Some(description);
             let channels = layout.channels_with_factor(factor);
             let name = frame.measurement.stream();
-            out.stream(Stream { name, channels, rate_hz: Some(self.rate_hz) });
+            out.stream(Stream {
+                rate_hz: Some(self.rate_hz),
+                has_clock: true,
+                in_runs: true,
+                ..Stream::irregular(name, channels)
+            });
         }
     }
 
@@ -163,7 +168,8 @@ impl Feed {
             return None;
         }
         if self.intervals == 0 {
-            out.stream(Stream { name: stream, channels: interval_channels(), rate_hz: None });
+            let pulses = Stream::irregular(stream, interval_channels());
+            out.stream(Stream { has_clock: true, ..pulses });
         }
         let after_first =
             intervals.iter().skip(1).map(|pulse| i64::from(pulse.interval_ms)).sum::<i64>();

@@ -126,7 +126,7 @@ impl Group {
                 ["calibrated_x", "calibrated_y", "calibrated_z"].map(|x| Channel::new(x, unit)),
             );
         }
-        Stream { name: self.stream, channels, rate_hz: None }
+        Stream { has_clock: true, ..Stream::irregular(self.stream, channels) }
     }
 
     fn values(&self, bytes: &mut &[u8], gsr_range: GsrRange) -> Vec<f64> {

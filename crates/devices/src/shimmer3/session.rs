@@ -241,7 +241,7 @@ impl ShimmerSession {
     fn receive_battery(&mut self, adc: u16) {
         if self.batteries == 0 {
             let channels = vec![Channel::new("voltage", "V").scaled(BATTERY_V)];
-            self.out.stream(Stream { name: "battery", channels, rate_hz: None });
+            self.out.stream(Stream::irregular("battery", channels));
         }
         self.out.reading(Reading::untimed("battery", self.batteries, vec![adc.into()]));
         self.batteries += 1;

@@ -3,18 +3,28 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::data::{Data, Event, EventKind, Wave};
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
 use teampulse_core::source::Reading;
-use teampulse_core::stream::{About, Channel, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{Channel, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::time::Time;
 use teampulse_devices as devices;
+
+use super::beats::BeatClock;
+use super::empatica_e4;
 
 /// Where the streams of people stand.
 const PEOPLE: &str = "/humans/persons";
-/// What a device calls a stream of intervals between beats.
-const INTERVALS: &str = "ibi";
+/// What devices call their streams of intervals between beats.
+const INTERVALS: [&str; 2] = ["ibi", BEATS];
+/// The stream of intervals that come without times, and the one that each of their notifications has.
+const BEATS: &str = "rr_interval";
+const HEART_RATE: &str = "heart_rate";
+/// The clock of beats that a strap reports: it is late by as much as they are.
+const STRAP: &str = "heart_rate_strap";
 
 /// A device and the person who wears it.
 #[derive(Clone, Debug)]
@@ -22,10 +32,27 @@ pub(super) struct Worn {
     person: String,
     /// Its name, as latencies are known by: `empatica_e4`.
     device: &'static str,
-    streams: BTreeMap<&'static str, StreamId>,
+    streams: BTreeMap<&'static str, WornStream>,
     markers: Option<StreamId>,
+    link: Option<StreamId>,
+    /// The clock of the beats, and that of their arrivals.
+    beats: BeatClock,
+    clock: Stopwatch,
+    /// Whether device times are of a clock in the device.
+    has_clock: bool,
     /// What was reported already and may come often.
     reported: BTreeSet<&'static str>,
+}
+
+/// A stream of the device.
+#[derive(Clone, Copy, Debug)]
+struct WornStream {
+    id: StreamId,
+    width: usize,
+    rate_hz: Option<f64>,
+    in_runs: bool,
+    /// The samples of the last reading, and when it came.
+    last: Option<(usize, Stopwatch)>,
 }
 
 impl Worn {
@@ -37,64 +64,135 @@ impl Worn {
             let hint = "give a pseudonym of letters, digits and `_`, such as \"p001\"";
             return Err(error.at("person").with_hint(hint));
         }
-        let (streams, reported) = (BTreeMap::new(), BTreeSet::new());
-        Ok(Worn { person, device, streams, markers: None, reported })
+        Ok(Worn {
+            person,
+            device,
+            streams: BTreeMap::new(),
+            markers: None,
+            link: None,
+            beats: BeatClock::default(),
+            clock: Stopwatch::start(),
+            has_clock: false,
+            reported: BTreeSet::new(),
+        })
+    }
+
+    /// Which device it is became known, before its first stream.
+    pub(super) fn set_device(&mut self, device: &'static str) {
+        if self.streams.is_empty() && self.link.is_none() {
+            self.device = device;
+        }
     }
 
     fn stream(&self, leaf: &str, shape: Shape) -> Stream {
-        let subject = Subject { about: About::Person, id: self.person.clone() };
         let name = format!("{PEOPLE}/{}/{}/{leaf}", self.person, self.device);
+        let subject = Subject::person(&self.person);
         Stream { device: self.device.to_owned(), ..Stream::raw(name, subject, shape) }
     }
 
     /// A stream begins, or its scale or rate changed.
     pub(super) fn declare(&mut self, described: &devices::Stream, outlet: &Outlet) {
         let signal = match described.name {
-            INTERVALS => Signal::Interval,
+            name if INTERVALS.contains(&name) => Signal::Interval,
             name => Signal::from_word(name).unwrap_or(Signal::Other),
         };
         let channel = |channel: &devices::Channel| Channel {
             scale: channel.scale,
             ..Channel::new(channel.name, if channel.unit.is_empty() { "1" } else { channel.unit })
         };
-        let stream = Stream {
+        let shape = if described.in_runs { Shape::Wave } else { Shape::Sample };
+        let mut stream = Stream {
             signal,
             channels: described.channels.iter().map(channel).collect(),
             rate_hz: described.rate_hz.unwrap_or(0.0),
-            ..self.stream(described.name, Shape::Sample)
+            ..self.stream(described.name, shape)
         };
+        if self.is_by_beats(described.name) && self.device != STRAP {
+            stream.device = format!("{STRAP}_{}", self.device);
+        }
+        self.has_clock |= described.has_clock;
         let id = outlet.declare(stream);
-        if self.streams.insert(described.name, id).is_none() && described.rate_hz.is_some() {
+        let &devices::Stream { name, rate_hz, in_runs, .. } = described;
+        let width = described.channels.len().max(1);
+        let last = self.streams.get(name).and_then(|known| known.last);
+        let worn = WornStream { id, width, rate_hz, in_runs, last };
+        if self.streams.insert(name, worn).is_none() && rate_hz.is_some() {
             // The device numbers its samples: what is lost is known.
             outlet.lost(id, 0.0);
         }
     }
 
     /// Samples came.
-    pub(super) fn offer(&self, reading: &devices::Reading, outlet: &Outlet) {
-        let Some(stream) = self.streams.get(reading.stream).copied() else { return };
-        let width = outlet.streams().get(stream).channels.len().max(1);
-        for (place, values) in reading.values.chunks(width).enumerate() {
+    pub(super) fn offer(&mut self, reading: &devices::Reading, outlet: &Outlet) {
+        let Some(stream) = self.streams.get_mut(reading.stream) else { return };
+        stream.last = Some((reading.values.len() / stream.width, Stopwatch::start()));
+        let stream = *stream;
+        let arrival_ms = self.clock.elapsed().as_secs_f64() * 1e3;
+        match reading.stream {
+            BEATS => self.offer_beats(stream, reading, outlet),
+            HEART_RATE if self.is_by_beats(HEART_RATE) => {
+                let device_time = Some(self.beats.notified(arrival_ms));
+                let data = Data::Sample(reading.values.as_slice().into());
+                let index = Some(reading.index);
+                let stream = stream.id;
+                outlet.offer(Reading { stream, index, device_time, source_time: None, data });
+            }
+            _ if stream.in_runs => offer_run(stream, reading, outlet),
+            _ => self.offer_samples(stream, reading, outlet),
+        }
+    }
+
+    /// Intervals between beats, each with the time of the beat at its end.
+    fn offer_beats(&mut self, stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
+        let channels = &outlet.streams().get(stream.id).channels;
+        let scale = channels.first().map_or(1.0, |channel| channel.scale);
+        let intervals_ms: Vec<f64> = reading.values.iter().map(|value| value * scale).collect();
+        let times = self.beats.beats(&intervals_ms);
+        let beat = |(interval, time): (&f64, i64)| Reading {
+            stream: stream.id,
+            index: None,
+            device_time: Some(time),
+            source_time: None,
+            data: Data::Sample([*interval].into()),
+        };
+        outlet.offer_together(reading.values.iter().zip(times).map(beat).collect());
+    }
+
+    /// Whether a stream of this name is timed by the beats: it comes from the Heart Rate service.
+    fn is_by_beats(&self, name: &str) -> bool {
+        name == BEATS || (name == HEART_RATE && self.device != empatica_e4::DEVICE)
+    }
+
+    fn offer_samples(&self, stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
+        for (place, values) in reading.values.chunks(stream.width).enumerate() {
             let after_ns =
                 reading.period_ns.map(|period_ns| (period_ns * place as f64).round() as i64);
             // Of irregular samples only the first has a time.
             let after_ns = after_ns.or((place == 0).then_some(0));
-            let device_time = reading.device_time_ns.zip(after_ns);
+            let stamp = reading.device_time_ns.zip(after_ns);
+            let stamp = stamp.map(|(at_ns, after_ns)| at_ns.saturating_add(after_ns));
+            let is_regular = stream.rate_hz.is_some();
             outlet.offer(Reading {
-                stream,
+                stream: stream.id,
                 index: Some(reading.index + place as u64),
-                device_time: device_time.map(|(at_ns, after_ns)| at_ns.saturating_add(after_ns)),
-                source_time: None,
+                device_time: stamp.filter(|_| self.has_clock),
+                source_time: self.source_time(stamp.filter(|_| !is_regular)),
                 data: Data::Sample(values.into()),
             });
         }
     }
 
-    /// Something else became known. A gap needs no words: the numbers of the samples have it.
+    /// The stamp of a program that passed something on which has no clock; regular samples are counted instead.
+    fn source_time(&self, stamp_ns: Option<i64>) -> Option<Time> {
+        stamp_ns.filter(|_| !self.has_clock).map(Time::from_nanos)
+    }
+
+    /// Something else became known.
     pub(super) fn report(&mut self, event: devices::Event, outlet: &Outlet) {
-        use devices::Event::{Discarded, Marker, Refused, Stalled, Wearable};
+        use devices::Event::{Discarded, Gap, Marker, Refused, Stalled, Wearable};
         match event {
             Marker { name, device_time_ns } => self.mark(name, device_time_ns, outlet),
+            Gap { stream, samples } => self.miss(stream, samples, outlet),
             Stalled { stream, quiet } => {
                 let secs = quiet.as_secs_f64();
                 self.fault(
@@ -118,7 +216,49 @@ impl Worn {
         }
     }
 
-    fn mark(&mut self, name: &str, device_time: Option<i64>, outlet: &Outlet) {
+    /// Samples are missing before the next ones: as many as the device says, else as many as belong into the
+    /// silence.
+    fn miss(&mut self, name: &str, samples: Option<u64>, outlet: &Outlet) {
+        if name == BEATS {
+            self.beats.restart();
+        }
+        let Some(stream) = self.streams.get(name) else { return };
+        let of_silence = || {
+            let (_, since) = stream.last?;
+            Some((stream.rate_hz? * since.elapsed().as_secs_f64()).round())
+        };
+        let samples = samples.map(|samples| samples as f64).or_else(of_silence);
+        let run = stream.last.map_or(1, |(run, _)| run.max(1)) as f64;
+        let readings =
+            if stream.in_runs { samples.map(|all| (all / run).round()) } else { samples };
+        if readings != Some(0.0) {
+            outlet.lost(stream.id, readings.unwrap_or(f64::NAN));
+        }
+    }
+
+    /// The link to the device is up, with the signal strength at its beginning \[dBm\], or it is down.
+    pub(super) fn link(&mut self, connected: bool, rssi_dbm: Option<i16>, outlet: &Outlet) {
+        let stream = self.link.unwrap_or_else(|| {
+            let link = self.stream("link", Shape::Sample);
+            let link = link.with_channels(&[("connected", "1"), ("rssi", "dBm")]);
+            let doc = "whether the device is connected, and its signal strength when it was".into();
+            outlet.declare(Stream { signal: Signal::Link, doc, ..link })
+        });
+        self.link = Some(stream);
+        let values = [f64::from(u8::from(connected)), rssi_dbm.map_or(f64::NAN, f64::from)];
+        let data = Data::Sample(values.into());
+        outlet.offer(Reading { stream, index: None, device_time: None, source_time: None, data });
+    }
+
+    /// Notifications were lost in this computer.
+    pub(super) fn count_lost(&mut self, notifications: u64, outlet: &Outlet) {
+        if notifications > 0 {
+            let what = format!("{notifications} notifications came faster than they were taken");
+            self.fault(&what, outlet);
+        }
+    }
+
+    fn mark(&mut self, name: &str, stamp_ns: Option<i64>, outlet: &Outlet) {
         let stream = self.markers.unwrap_or_else(|| {
             let markers = self.stream("markers", Shape::Event);
             outlet.declare(Stream { signal: Signal::Event, ..markers })
@@ -126,11 +266,33 @@ impl Worn {
         self.markers = Some(stream);
         let (kind, label) = (EventKind::Marker, name.to_owned());
         let event = Event { kind, label, value: f64::NAN, duration_secs: 0.0 };
-        let data = Data::Event(Arc::new(event));
-        outlet.offer(Reading { stream, index: None, device_time, source_time: None, data });
+        outlet.offer(Reading {
+            stream,
+            index: None,
+            device_time: stamp_ns.filter(|_| self.has_clock),
+            source_time: self.source_time(stamp_ns),
+            data: Data::Event(Arc::new(event)),
+        });
     }
 
     fn fault(&self, what: &str, outlet: &Outlet) {
         outlet.happen(passing(format!("{} of {}: {what}", self.device, self.person)));
     }
+}
+
+/// A run of samples, as one wave. What is missing before it is reported by its own event.
+fn offer_run(stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
+    let nominal_ns = stream.rate_hz.map(|rate_hz| 1e9 / rate_hz);
+    let wave = Wave {
+        period_ns: reading.period_ns.or(nominal_ns).unwrap_or(0.0),
+        channels: stream.width as u32,
+        samples: reading.values.as_slice().into(),
+    };
+    outlet.offer(Reading {
+        stream: stream.id,
+        index: None,
+        device_time: reading.device_time_ns,
+        source_time: None,
+        data: Data::Wave(wave),
+    });
 }

@@ -21,6 +21,7 @@ use teampulse_ros::buses::Buses;
 use teampulse_ros::memory::MemoryBus;
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 use crate::keeper::Keeper;
 
@@ -51,7 +52,12 @@ pub async fn watch_with(
     let bus: Arc<dyn Bus> = monitor;
     let clock = Clock::host();
     let buses = Arc::new(Buses::holding([(0, bus)]));
-    let context = SourceContext { clock: clock.clone(), buses, claims: Claims::default() };
+    let context = SourceContext {
+        clock: clock.clone(),
+        buses,
+        claims: Claims::default(),
+        bluetooth: Bluetooth::default(),
+    };
     let sources = build(&context).into_iter().map(|source| ("test".to_owned(), source)).collect();
     let kept = Arc::default();
     let session = Session {

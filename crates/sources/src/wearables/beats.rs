@@ -1,0 +1,140 @@
+//! The times of beats, of which a strap reports only the intervals.
+
+use std::collections::VecDeque;
+
+/// What the clock of the beats is set back by where intervals are missing \[ms\]: two days, so that it is seen to
+/// have started again, however long it ran.
+const RESTART_MS: f64 = 172_800_000.0;
+/// Notifications whose bounds count: about a minute, in which no two clocks drift apart by much.
+const REMEMBERED: usize = 64;
+/// The middle between the bounds is taken once they are this near \[ms\].
+const MIDDLE_MS: f64 = 20.0;
+
+/// A clock that runs on by each interval, which is all that a strap says of the time of its beats.
+///
+/// What it shows when a notification is sent is known from two sides: it is past the last beat that is in the
+/// notification and not yet at the next one, which is not. As beats are irregular against notifications, a minute of
+/// them leaves some milliseconds. Where intervals are missing the clock starts again, as their sum is unknown.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BeatClock {
+    /// The last beat \[ms\]; `None` before the first, and where intervals are missing.
+    beat: Option<f64>,
+    /// What was set back so far \[ms\].
+    set_back: f64,
+    /// When the last two notifications came \[ms\]: this one, and the one before.
+    arrivals: [Option<f64>; 2],
+    /// By how much arrivals are ahead of this clock, at least and at most, as notifications show it \[ms\].
+    ahead: VecDeque<(f64, f64)>,
+}
+
+impl BeatClock {
+    /// A notification came; the time of this clock when it was sent \[ns\].
+    pub fn notified(&mut self, arrival_ms: f64) -> i64 {
+        self.arrivals = [Some(arrival_ms), self.arrivals[0]];
+        self.nanos(arrival_ms - self.ahead_ms())
+    }
+
+    /// The times of the beats at the ends of the intervals that came with the last notification \[ns\].
+    pub fn beats(&mut self, intervals_ms: &[f64]) -> Vec<i64> {
+        let [Some(arrival_ms), before_ms] = self.arrivals else { return Vec::new() };
+        let sum_ms: f64 = intervals_ms.iter().sum();
+        let is_first = self.beat.is_none();
+        let mut beat_ms = self.beat.unwrap_or(arrival_ms - sum_ms);
+        let first_ms = beat_ms + intervals_ms.first().copied().unwrap_or(0.0);
+        let next = |interval_ms: &f64| {
+            beat_ms += interval_ms;
+            beat_ms
+        };
+        let beats: Vec<f64> = intervals_ms.iter().map(next).collect();
+        self.beat = Some(beat_ms);
+        let least_ms = before_ms.filter(|_| !is_first).map(|before_ms| before_ms - first_ms);
+        self.bound(least_ms.unwrap_or(f64::NEG_INFINITY), arrival_ms - beat_ms);
+        beats.into_iter().map(|beat_ms| self.nanos(beat_ms)).collect()
+    }
+
+    /// Intervals are missing before the next one.
+    pub fn restart(&mut self) {
+        let set_back = self.set_back - RESTART_MS;
+        *self = BeatClock { set_back, arrivals: self.arrivals, ..BeatClock::default() };
+    }
+
+    fn bound(&mut self, least_ms: f64, most_ms: f64) {
+        self.ahead.push_back((least_ms, most_ms));
+        while self.ahead.len() > REMEMBERED {
+            self.ahead.pop_front();
+        }
+        // Clocks drift apart, and packets are late now and then: what is older than a contradiction does not count.
+        while self.ahead.len() > 1 && self.bounds().0 > self.bounds().1 {
+            self.ahead.pop_front();
+        }
+    }
+
+    fn bounds(&self) -> (f64, f64) {
+        let all = self.ahead.iter();
+        all.fold((f64::NEG_INFINITY, f64::INFINITY), |(least, most), each| {
+            (least.max(each.0), most.min(each.1))
+        })
+    }
+
+    /// By how much arrivals are ahead. As the time filter keeps the least that it is shown, the most is the start.
+    fn ahead_ms(&self) -> f64 {
+        match self.bounds() {
+            (_, f64::INFINITY) => 0.0,
+            (least_ms, most_ms) => most_ms - ((most_ms - least_ms) / 2.0).min(MIDDLE_MS),
+        }
+    }
+
+    fn nanos(&self, ms: f64) -> i64 {
+        ((ms + self.set_back) * 1e6).round() as i64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beats_are_as_far_apart_as_their_intervals() {
+        let mut clock = BeatClock::default();
+        clock.notified(5000.0);
+        assert_eq!(clock.beats(&[800.0, 750.5]), [4_249_500_000, 5_000_000_000]);
+        clock.notified(6000.0);
+        assert_eq!(clock.beats(&[600.0]), [5_600_000_000]);
+    }
+
+    #[test]
+    fn where_intervals_are_missing_the_clock_starts_again() {
+        let mut clock = BeatClock::default();
+        clock.notified(1e8);
+        let before = clock.beats(&[1000.0])[0];
+        clock.restart();
+        clock.notified(2e8);
+        assert!(clock.beats(&[1000.0])[0] < before - 60_000_000_000_000);
+    }
+
+    /// Beats 0.6 to 0.9 s apart, a notification each second 20 ms late, whose last beat was up to 0.9 s before.
+    #[test]
+    fn a_minute_of_notifications_shows_when_beats_were() {
+        let mut clock = BeatClock::default();
+        let beats = (0..100_u32).scan(0.0, |beat_ms, at| {
+            *beat_ms += 600.0 + f64::from(at * 7919 % 300);
+            Some(*beat_ms)
+        });
+        let beats: Vec<f64> = beats.collect();
+        let mut ahead_ms = f64::NAN;
+        for second in 1..60 {
+            let sent_ms = f64::from(second) * 1000.0;
+            let since = beats.partition_point(|beat_ms| *beat_ms <= sent_ms - 1000.0);
+            let until = beats.partition_point(|beat_ms| *beat_ms <= sent_ms);
+            let intervals: Vec<f64> =
+                (since.max(1)..until).map(|at| beats[at] - beats[at - 1]).collect();
+            let shown_ms = clock.notified(sent_ms + 20.0) as f64 / 1e6;
+            if let Some(last) = clock.beats(&intervals).last() {
+                // By this clock the notification was so long after the last beat; and in truth.
+                let (by_clock, truly) = (shown_ms - *last as f64 / 1e6, sent_ms - beats[until - 1]);
+                ahead_ms = by_clock - truly;
+            }
+        }
+        assert!(ahead_ms.abs() < 20.0, "{ahead_ms} ms");
+    }
+}

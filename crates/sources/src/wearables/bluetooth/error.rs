@@ -1,0 +1,72 @@
+use thiserror::Error;
+
+use teampulse_core::source::SourceError;
+
+/// Why a Bluetooth device can't be used. The message fits after "failed to".
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum BluetoothError {
+    /// There is no D-Bus, or it refuses us.
+    #[error("connect to the system's D-Bus: {0}")]
+    Bus(String),
+    /// Nobody has the name `org.bluez`, or it left.
+    #[error("reach BlueZ on D-Bus: {0}")]
+    Daemon(String),
+    /// This computer has none, or it is disabled.
+    #[error("find a Bluetooth adapter: BlueZ has none")]
+    Adapter,
+    /// The adapter is there and does not work.
+    #[error("use the Bluetooth adapter {0}: it is powered off")]
+    Off(String),
+    /// A scan found nothing that fits.
+    #[error("find {0}: it is not in range")]
+    NotInRange(String),
+    /// Several devices fit, of which only one can be meant.
+    #[error("choose {wanted}: {found} are in range")]
+    Several {
+        /// What is looked for.
+        wanted: String,
+        /// Those that fit, with their addresses.
+        found: String,
+        /// The setting that says which.
+        setting: String,
+    },
+    /// Another source of this session holds the device.
+    #[error("connect to {0}: another source of this session uses it")]
+    Taken(String),
+    /// It was found and can't be connected to.
+    #[error("connect to {device}: {reason}")]
+    Connect {
+        /// The device.
+        device: String,
+        /// Why, as `BlueZ` says it.
+        reason: String,
+    },
+    /// The link was lost.
+    #[error("go on: the Bluetooth link is lost")]
+    Lost,
+}
+
+impl BluetoothError {
+    /// What the user can do.
+    pub fn hint(&self) -> String {
+        match self {
+            Self::Bus(_) => "is dbus running? In a container, share /run/dbus with it".into(),
+            Self::Daemon(_) => "start it: `sudo systemctl start bluetooth`".into(),
+            Self::Adapter => "plug one in; `rfkill list` and `bluetoothctl list` show them".into(),
+            Self::Off(_) => "`bluetoothctl power on`, or `rfkill unblock bluetooth`".into(),
+            Self::NotInRange(_) => "is it worn, charged and near, and no phone connected to it? \
+                `teampulse scan` lists the devices in range"
+                .into(),
+            Self::Several { setting, .. } => setting.clone(),
+            Self::Taken(_) => "give each source the address of its own device".into(),
+            Self::Connect { .. } => "bring it nearer, or take it off and put it on again".into(),
+            Self::Lost => "is the device on, and near?".into(),
+        }
+    }
+}
+
+impl From<BluetoothError> for SourceError {
+    fn from(error: BluetoothError) -> SourceError {
+        SourceError::Gone { message: error.to_string(), hint: error.hint() }
+    }
+}

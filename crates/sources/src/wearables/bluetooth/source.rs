@@ -1,0 +1,253 @@
+//! A source that is a Bluetooth device which a person wears.
+
+use std::collections::VecDeque;
+use std::future::Future;
+use std::pin::Pin;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use tokio::sync::mpsc;
+use tokio::time::sleep;
+
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::command::Command;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::SettingsError;
+use teampulse_core::source::{Source, SourceError};
+use teampulse_devices::gatt::Request;
+use teampulse_devices::{Error, GattSession, Output};
+
+use super::{Answer, Bluetooth, BluetoothError, GattLink, Seen, Wanted};
+use crate::SourceContext;
+use crate::wearables::worn::Worn;
+
+/// The longest time without a look at the session.
+const LOOK: Duration = Duration::from_secs(1);
+/// How long a device has to end its session.
+const FAREWELL: Duration = Duration::from_secs(2);
+/// The requests that may wait for a device that answers none.
+const REQUESTS: usize = 256;
+
+/// A protocol over Bluetooth Low Energy, and how its devices are known.
+pub(in crate::wearables) trait Wearable: GattSession + Send + 'static {
+    /// The type of the source in a study: `polar`.
+    const KIND: &'static str;
+
+    /// Whether a device in range speaks it.
+    fn is_kind(seen: &Seen) -> bool;
+
+    /// What a device is called in streams, and as latencies are known by: `polar_h10`.
+    fn device(seen: &Seen) -> &'static str;
+
+    /// Whether it carries out a command; the person is who wears it.
+    fn accepts(_command: &Command, _person: &str) -> bool {
+        false
+    }
+
+    /// Carries out a command that it accepts.
+    fn obey(&mut self, _command: &Command) {}
+}
+
+/// Which device a person wears, as a study says it.
+pub(in crate::wearables) struct Pairing {
+    pub person: String,
+    pub address: Option<String>,
+    pub name: Option<String>,
+}
+
+/// A Bluetooth device at work. Its session goes on when the link is up again.
+pub(in crate::wearables) struct Wireless<S> {
+    bluetooth: Bluetooth,
+    wanted: Wanted,
+    person: String,
+    session: S,
+    worn: Worn,
+    /// The time of the session.
+    clock: Stopwatch,
+}
+
+impl<S: Wearable> Wireless<S> {
+    pub(in crate::wearables) fn build(
+        pairing: Pairing,
+        session: S,
+        context: &SourceContext,
+    ) -> Result<Box<dyn Source>, SettingsError> {
+        let Pairing { person, address, name } = pairing;
+        let worn = Worn::new(person.clone(), S::KIND)?;
+        if let Some(address) = &address {
+            check_address(address)?;
+            context.bluetooth.reserve(address);
+        }
+        let bluetooth = context.bluetooth.clone();
+        let wanted = Wanted { kind: S::KIND, is_kind: S::is_kind, address, name };
+        let clock = Stopwatch::start();
+        Ok(Box::new(Wireless { bluetooth, wanted, person, session, worn, clock }))
+    }
+
+    /// Holds the session until the link is lost, the device gives up or the session of teampulse is over; the
+    /// device is then asked to stop.
+    async fn hold(&mut self, link: &mut GattLink, outlet: &Outlet) -> Result<(), SourceError> {
+        let mut commands = self.commands(outlet);
+        let mut requests = VecDeque::new();
+        let mut pending: Option<Pending> = None;
+        let mut leaving: Option<Stopwatch> = None;
+        self.session.start(self.clock.elapsed());
+        loop {
+            let ended = self.take_outputs(&mut requests, outlet);
+            if pending.is_none() {
+                let next = requests.pop_front();
+                pending = next.map(|request| Box::pin(link.carry_out(request)) as Pending);
+            }
+            match ended {
+                // What it asked for at its end, such as to stop measuring, is still carried out.
+                Some(result) if pending.is_none() => return result.map_err(gone),
+                Some(result) => return farewell(pending, requests, link, result).await,
+                None => {}
+            }
+            if requests.len() > REQUESTS {
+                return Err(gone(Error::NoAnswer("requests")));
+            }
+            if leaving.as_ref().is_some_and(|since| since.elapsed() >= FAREWELL) {
+                return Ok(());
+            }
+            tokio::select! {
+                value = link.next() => match value {
+                    Some((characteristic, value)) => {
+                        self.session.receive(characteristic, &value, self.clock.elapsed());
+                    }
+                    None if leaving.is_some() => return Ok(()),
+                    None => return Err(BluetoothError::Lost.into()),
+                },
+                answer = answer(&mut pending) => {
+                    pending = None;
+                    self.take_answer(answer);
+                }
+                Some(command) = commands.recv() => self.session.obey(&command),
+                () = sleep(self.pause()) => {}
+                () = outlet.closed(), if leaving.is_none() => {
+                    leaving = Some(Stopwatch::start());
+                    self.session.stop(self.clock.elapsed());
+                }
+            }
+            self.worn.count_lost(link.take_lost(), outlet);
+            self.session.tick(self.clock.elapsed());
+        }
+    }
+
+    /// The commands for this device.
+    fn commands(&self, outlet: &Outlet) -> mpsc::Receiver<Command> {
+        let person = self.person.clone();
+        outlet.commands(move |command| S::accepts(command, &person))
+    }
+
+    /// How long nothing has to be done, unless something arrives.
+    fn pause(&self) -> Duration {
+        let left = |at: Duration| at.saturating_sub(self.clock.elapsed());
+        self.session.next_tick().map_or(LOOK, left).min(LOOK)
+    }
+
+    fn take_answer(&mut self, answer: Answer) {
+        let now = self.clock.elapsed();
+        match answer {
+            Answer::Done(characteristic, Some(value)) => {
+                self.session.receive(characteristic, &value, now);
+            }
+            Answer::Done(_, None) => {}
+            Answer::Failed(characteristic) => self.session.fail(characteristic, now),
+        }
+    }
+
+    /// Hands over what the session gives and keeps what it asks for; how it ended, if it has.
+    fn take_outputs(
+        &mut self,
+        requests: &mut VecDeque<Request>,
+        outlet: &Outlet,
+    ) -> Option<Result<(), Error>> {
+        while let Some(output) = self.session.poll() {
+            match output {
+                Output::Request(request) => requests.push_back(request),
+                Output::Stream(stream) => self.worn.declare(&stream, outlet),
+                Output::Reading(reading) => self.worn.offer(&reading, outlet),
+                Output::Event(event) => self.worn.report(event, outlet),
+                Output::Done(result) => return Some(result),
+            }
+        }
+        None
+    }
+}
+
+/// A request under way.
+type Pending = Pin<Box<dyn Future<Output = Answer> + Send>>;
+
+/// The answer to the request under way; never comes when there is none.
+async fn answer(pending: &mut Option<Pending>) -> Answer {
+    match pending {
+        Some(pending) => pending.await,
+        None => std::future::pending().await,
+    }
+}
+
+/// Carries out what a session asked for at its end.
+async fn farewell(
+    pending: Option<Pending>,
+    requests: VecDeque<Request>,
+    link: &mut GattLink,
+    result: Result<(), Error>,
+) -> Result<(), SourceError> {
+    let all = async {
+        if let Some(pending) = pending {
+            pending.await;
+        }
+        for request in requests {
+            link.carry_out(request).await;
+        }
+    };
+    // A device that accepts nothing any more is left as it is.
+    drop(tokio::time::timeout(FAREWELL, all).await);
+    result.map_err(gone)
+}
+
+#[async_trait]
+impl<S: Wearable> Source for Wireless<S> {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        // Held, so that finding and connecting share one connection to `BlueZ`.
+        let bus = tokio::select! {
+            bus = self.bluetooth.bus() => bus?,
+            () = outlet.closed() => return Ok(()),
+        };
+        let seen = tokio::select! {
+            seen = self.bluetooth.find(&self.wanted) => seen?,
+            () = outlet.closed() => return Ok(()),
+        };
+        // The same one again, also when another of its kind comes into range.
+        self.wanted.address = Some(seen.address.clone());
+        self.worn.set_device(S::device(&seen));
+        let rssi_dbm = seen.rssi_dbm;
+        let (mut link, _hold) = match self.bluetooth.connect(seen, outlet.closed()).await {
+            Err(_) if outlet.is_closed() => return Ok(()),
+            connected => connected?,
+        };
+        self.worn.link(true, rssi_dbm, outlet);
+        let held = self.hold(&mut link, outlet).await;
+        link.close().await;
+        self.worn.link(false, None, outlet);
+        drop(bus);
+        held
+    }
+}
+
+/// An error of a session after which the device is tried again.
+fn gone(error: Error) -> SourceError {
+    let hint = "is the device on, worn and near?".into();
+    SourceError::Gone { message: format!("go on: {error}"), hint }
+}
+
+fn check_address(address: &str) -> Result<(), SettingsError> {
+    let is_byte = |byte: &str| byte.len() == 2 && byte.bytes().all(|each| each.is_ascii_hexdigit());
+    let bytes: Vec<&str> = address.split(':').collect();
+    if bytes.len() == 6 && bytes.into_iter().all(is_byte) {
+        return Ok(());
+    }
+    let error = SettingsError::new(format!("`{address}` is not a Bluetooth address"));
+    Err(error.at("address").with_hint("`teampulse scan` lists those in range"))
+}
