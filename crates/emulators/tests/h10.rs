@@ -5,10 +5,10 @@
 use std::time::Duration;
 
 use teampulse_devices::gatt::{Request, Uuid};
-use teampulse_devices::polar::{self, Measurement, PolarSession, Selection};
-use teampulse_devices::{Error, Event, GattSession, Output, Reading, Session, heart_rate};
+use teampulse_devices::polar::{Measurement, PolarSession, Selection};
+use teampulse_devices::{Error, Event, GattSession, Output, Reading, Session};
 use teampulse_emulators::devices::{
-    AttError, Characteristic, Fault, H10, H10Settings, Incident, Sent, Wearer,
+    AttError, Characteristic, Fault, H10, H10Settings, Incident, Peripheral, Sent, Wearer, assigned,
 };
 
 const RATE_HZ: f64 = 130.0;
@@ -33,21 +33,11 @@ impl Wearer for Numbers {
 }
 
 fn uuid(characteristic: Characteristic) -> Uuid {
-    match characteristic {
-        Characteristic::HeartRate => heart_rate::MEASUREMENT,
-        Characteristic::Battery => Uuid::short(0x2a19),
-        Characteristic::Manufacturer => Uuid::short(0x2a29),
-        Characteristic::Model => Uuid::short(0x2a24),
-        Characteristic::Control => polar::CONTROL,
-        Characteristic::Data => polar::DATA,
-    }
+    Uuid(characteristic.uuid())
 }
 
 fn characteristic(of: Uuid) -> Option<Characteristic> {
-    use Characteristic::{Battery, Control, Data, HeartRate, Manufacturer, Model};
-    [HeartRate, Battery, Manufacturer, Model, Control, Data]
-        .into_iter()
-        .find(|one| uuid(*one) == of)
+    Characteristic::of(of.0)
 }
 
 /// A strap and a session, joined by a link that loses nothing.
@@ -217,6 +207,41 @@ fn a_first_frame_that_takes_half_a_minute_is_waited_for() {
 fn an_answer_that_is_lost_is_asked_for_again() {
     let link = Link::new(with(0.0, Fault::LostAnswer)).until(20.0);
     link.assert_numbered();
+}
+
+#[test]
+fn an_answer_that_is_late_costs_no_sample_of_the_stream() {
+    let link = Link::new(with(0.0, Fault::LateAnswer(3.0))).until(30.0);
+    link.assert_numbered();
+}
+
+#[test]
+fn a_start_that_was_answered_and_not_carried_out_is_repeated() {
+    let mut strap = H10::new(with(0.0, Fault::FalseAnswer));
+    strap.until(0.0, &mut Numbers);
+    strap.subscribe(Characteristic::Control).expect("it can be subscribed to");
+    strap.write(Characteristic::Control, &[2, 0, 0, 1, 130, 0]).expect("a command");
+    let answer = Sent::Value(0.02, Characteristic::Control, vec![0xf0, 2, 0, 0, 0]);
+    assert_eq!(strap.until(0.2, &mut Numbers), [answer]);
+    assert!(!strap.is_streaming());
+    // The session notices when nothing comes.
+    let link = Link::new(with(0.0, Fault::FalseAnswer)).until(60.0);
+    assert!(!link.readings("ecg").is_empty());
+}
+
+#[test]
+fn each_percent_of_the_battery_is_reported() {
+    let settings = H10Settings { drain_percent_per_hour: 60.0, ..H10Settings::default() };
+    let link = Link::new(settings).until(200.0);
+    let levels: Vec<f64> = link.readings("battery").iter().map(|r| r.values[0]).collect();
+    assert_eq!(levels, [87.0, 86.0, 85.0, 84.0]);
+}
+
+#[test]
+fn an_h10_is_found_by_its_name_and_the_heart_rate_service() {
+    let found = H10::new(H10Settings::default()).advertisement();
+    assert_eq!(found.name, "Polar H10 A1B2C3D4");
+    assert!(found.services.contains(&assigned(0x180d)));
 }
 
 #[test]

@@ -3,15 +3,23 @@
 //! Written from the makers' documents, not from our decoders, which are tested against them. A device has no link and no
 //! clock: who holds it carries its bytes and says how late it is.
 
+mod peripheral;
 mod h10;
+mod strap;
+mod heart_rate;
+mod battery;
 mod shimmer;
 mod e4;
 mod myo;
 
 pub use e4::{E4Fault, E4Incident, E4Server};
-pub use h10::{AttError, Characteristic, Fault, H10, H10Settings, Incident, Sent};
+pub use h10::{Characteristic, Fault, H10, H10Settings, Incident, Sent};
 pub use myo::{Myo, MyoFault, MyoIncident, MyoSent};
+pub use peripheral::{
+    Advertisement, AttError, Entry, Notice, Peripheral, Property, Service, assigned,
+};
 pub use shimmer::{Shimmer, ShimmerFault, ShimmerIncident, ShimmerSettings};
+pub use strap::{Strap, StrapFault, StrapIncident, StrapSettings};
 
 /// Who wears a device: what its sensors meet at any time. By default that is air, and nobody.
 pub trait Wearer {

@@ -5,6 +5,11 @@
 
 mod control;
 mod stream;
+mod settings;
+mod characteristic;
 mod strap;
+mod peripheral;
 
-pub use strap::{AttError, Characteristic, Fault, H10, H10Settings, Incident, Sent};
+pub use characteristic::Characteristic;
+pub use settings::{Fault, H10Settings, Incident};
+pub use strap::{H10, Sent};

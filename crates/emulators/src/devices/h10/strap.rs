@@ -1,99 +1,17 @@
+use super::characteristic::Characteristic;
 use super::control::{self, ALREADY_IN_STATE, Asked, FEATURES, INVALID_MTU, Kind, SUCCESS};
+use super::settings::{Fault, H10Settings, Incident, LEAST_MTU};
 use super::stream::Stream;
-use crate::devices::Wearer;
+use crate::devices::battery::Battery;
+use crate::devices::heart_rate::BeatDetector;
+use crate::devices::{AttError, Wearer};
 use crate::noise::Noise;
-
-/// Between two notifications of the heart rate \[s\].
-const HEART_RATE_SECS: f64 = 1.0;
 
 /// Off the skin an H10 without streams ends its link after this \[s\] (known issues of Polar's SDK).
 const OFF_SKIN_SECS: f64 = 45.0;
 
-/// The least MTU with which it streams: a frame is one packet.
-const LEAST_MTU: u16 = 232;
-
 /// An answer comes after this \[s\].
 const ANSWER_SECS: f64 = 0.02;
-
-/// What can be read, written or subscribed to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Characteristic {
-    /// Heart Rate Measurement, 0x2A37.
-    HeartRate,
-    /// Battery Level, 0x2A19.
-    Battery,
-    /// Manufacturer Name, 0x2A29.
-    Manufacturer,
-    /// Model Number, 0x2A24.
-    Model,
-    /// The control point of the PMD service, FB005C81.
-    Control,
-    /// The data of the PMD service, FB005C82.
-    Data,
-}
-
-/// Why a request failed, as the link says it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AttError {
-    /// Written before it was subscribed to.
-    #[error("the client has not subscribed to the characteristic")]
-    NotSubscribed,
-    /// It can't be read, or can't be written.
-    #[error("the characteristic does not permit this")]
-    NotPermitted,
-}
-
-/// What an H10 is like.
-#[derive(Clone, Debug)]
-pub struct H10Settings {
-    /// How much faster than true its clock runs: 0.02 for 2 %.
-    pub clock_fast: f64,
-    /// The first frame begins this long after its start \[s\]; up to 30 s are known.
-    pub start_delay_secs: f64,
-    /// The MTU of the link.
-    pub mtu: u16,
-    /// What goes wrong, in the order of time.
-    pub incidents: Vec<Incident>,
-    /// Of the noise off the skin.
-    pub seed: u64,
-}
-
-impl Default for H10Settings {
-    fn default() -> Self {
-        let (clock_fast, start_delay_secs) = (0.0, 0.0);
-        Self { clock_fast, start_delay_secs, mtu: LEAST_MTU, incidents: Vec::new(), seed: 1 }
-    }
-}
-
-/// Something that goes wrong at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Incident {
-    /// From when on \[s\].
-    pub at_secs: f64,
-    /// What.
-    pub fault: Fault,
-}
-
-/// What may go wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// The next frame is not sent.
-    LostFrame,
-    /// The next frame is sent twice.
-    RepeatedFrame,
-    /// A bit of this byte of the next frame is flipped.
-    CorruptByte(usize),
-    /// No frame is sent until the stream is started again.
-    Stall,
-    /// The clock is set forward \[ns\].
-    ClockSet(u64),
-    /// The next answer is not sent.
-    LostAnswer,
-    /// The strap is taken off: it measures noise and no beats.
-    StrapOff,
-    /// It is put on again.
-    StrapOn,
-}
 
 /// What an H10 sends.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,8 +29,8 @@ pub struct H10 {
     now_secs: f64,
     subscribed: Vec<Characteristic>,
     streams: Vec<Stream>,
-    heart_rate_secs: f64,
-    last_beat_secs: Option<f64>,
+    beats: BeatDetector,
+    battery: Battery,
     answers: Vec<(f64, Vec<u8>)>,
     armed: Vec<Fault>,
     stalled: bool,
@@ -126,12 +44,12 @@ impl H10 {
     pub fn new(settings: H10Settings) -> Self {
         Self {
             noise: Noise::seeded(settings.seed),
+            battery: Battery::new(settings.battery_percent, settings.drain_percent_per_hour),
             settings,
             now_secs: 0.0,
             subscribed: Vec::new(),
             streams: Vec::new(),
-            heart_rate_secs: 0.0,
-            last_beat_secs: None,
+            beats: BeatDetector::default(),
             answers: Vec::new(),
             armed: Vec::new(),
             stalled: false,
@@ -163,15 +81,28 @@ impl H10 {
         Ok(())
     }
 
+    /// Disables them.
+    pub fn unsubscribe(&mut self, characteristic: Characteristic) {
+        self.subscribed.retain(|one| *one != characteristic);
+    }
+
     /// Reads a value. That of the control point is always the features.
     pub fn read(&self, characteristic: Characteristic) -> Result<Vec<u8>, AttError> {
         match characteristic {
-            Characteristic::Battery => Ok(vec![87]),
+            Characteristic::Battery => Ok(vec![self.battery.percent(self.now_secs)]),
+            Characteristic::SensorLocation => Ok(vec![1]), // the chest
             Characteristic::Manufacturer => Ok(b"Polar Electro Oy\0".to_vec()),
             Characteristic::Model => Ok(b"H10\0".to_vec()),
+            Characteristic::Serial => Ok(self.settings.serial.clone().into_bytes()),
+            Characteristic::Firmware => Ok(b"5.0.0\0".to_vec()),
             Characteristic::Control => Ok(FEATURES.to_vec()),
             Characteristic::HeartRate | Characteristic::Data => Err(AttError::NotPermitted),
         }
+    }
+
+    /// What it is like.
+    pub const fn settings(&self) -> &H10Settings {
+        &self.settings
     }
 
     /// Writes a command; its answer is sent a little later.
@@ -183,7 +114,11 @@ impl H10 {
             return Err(AttError::NotSubscribed);
         }
         let asked = control::parse(value);
-        let result = asked.and_then(|asked| self.carry_out(asked));
+        let result = if asked.is_ok() && self.strikes(Fault::FalseAnswer) {
+            Ok(Vec::new())
+        } else {
+            asked.and_then(|asked| self.carry_out(asked))
+        };
         let mut answer = vec![0xf0];
         answer.extend(value.iter().chain(&[0, 0]).take(2));
         match result {
@@ -193,8 +128,17 @@ impl H10 {
             }
             Err(status) => answer.push(status),
         }
-        self.answers.push((self.now_secs + ANSWER_SECS, answer));
+        let at_secs = self.now_secs + ANSWER_SECS + self.delay_secs();
+        self.answers.push((at_secs, answer));
         Ok(())
+    }
+
+    /// By which the next answer is late.
+    fn delay_secs(&mut self) -> f64 {
+        let delay =
+            |fault: &Fault| if let Fault::LateAnswer(secs) = fault { Some(*secs) } else { None };
+        let secs = self.armed.iter().find_map(delay);
+        secs.filter(|secs| self.strikes(Fault::LateAnswer(*secs))).unwrap_or(0.0)
     }
 
     /// The parameters of the answer, or the status of a refusal.
@@ -234,6 +178,7 @@ impl H10 {
                 Next::Incident => self.suffer(),
                 Next::Answer => sent.extend(self.answer()),
                 Next::HeartRate => sent.extend(self.heart_rate(wearer)),
+                Next::Battery => sent.extend(self.battery_level()),
                 Next::Frame(at) => sent.extend(self.frame(at, wearer)),
                 Next::LinkLost => {
                     self.disconnect();
@@ -250,12 +195,14 @@ impl H10 {
     fn next(&self) -> Option<(f64, Next)> {
         let incident = self.settings.incidents.first().map(|one| (one.at_secs, Next::Incident));
         let answer = self.answers.first().map(|(at_secs, _)| (*at_secs, Next::Answer));
-        let heart_rate = (self.heart_rate_secs + HEART_RATE_SECS, Next::HeartRate);
+        let heart_rate = (self.beats.due_secs(), Next::HeartRate);
+        let battery = (self.battery.due_secs(), Next::Battery);
         let frames = self.streams.iter().enumerate();
         let frames = frames.map(|(at, stream)| (stream.due_secs(), Next::Frame(at)));
         let off = self.off_since_secs.filter(|_| !self.is_streaming());
         let lost = off.map(|since_secs| (since_secs + OFF_SKIN_SECS, Next::LinkLost));
-        let all = incident.into_iter().chain(answer).chain([heart_rate]).chain(frames).chain(lost);
+        let all = incident.into_iter().chain(answer).chain([heart_rate, battery]);
+        let all = all.chain(frames).chain(lost);
         all.min_by(|(one, _), (other, _)| one.total_cmp(other))
     }
 
@@ -282,26 +229,20 @@ impl H10 {
         (!lost).then_some(Sent::Value(at_secs, Characteristic::Control, answer))
     }
 
-    /// The rate of the last beats, and every interval since the last notification.
     fn heart_rate(&mut self, wearer: &mut dyn Wearer) -> Option<Sent> {
-        let from_secs = std::mem::replace(&mut self.heart_rate_secs, self.now_secs);
-        let mut value = vec![0x10, 0];
-        if self.off_since_secs.is_none() {
-            for beat_secs in wearer.beats(from_secs, self.now_secs) {
-                if let Some(last_secs) = self.last_beat_secs.replace(beat_secs) {
-                    let interval_secs = (beat_secs - last_secs) * self.quartz();
-                    value.extend(((interval_secs * 1024.0).round() as u16).to_le_bytes());
-                    value[1] = (60.0 / interval_secs).round().clamp(0.0, 255.0) as u8;
-                }
-            }
-        } else {
-            self.last_beat_secs = None;
-        }
-        if value.len() == 2 {
-            value[0] = 0;
-        }
-        let heard = self.subscribed.contains(&Characteristic::HeartRate);
-        heard.then_some(Sent::Value(self.now_secs, Characteristic::HeartRate, value))
+        let worn = if self.off_since_secs.is_none() { Some(wearer) } else { None };
+        let value = self.beats.measure(self.now_secs, worn, None, self.quartz());
+        self.send(Characteristic::HeartRate, value)
+    }
+
+    fn battery_level(&mut self) -> Option<Sent> {
+        let level = self.battery.report(self.now_secs);
+        self.send(Characteristic::Battery, vec![level])
+    }
+
+    fn send(&self, characteristic: Characteristic, value: Vec<u8>) -> Option<Sent> {
+        let heard = self.subscribed.contains(&characteristic);
+        heard.then_some(Sent::Value(self.now_secs, characteristic, value))
     }
 
     fn frame(&mut self, at: usize, wearer: &mut dyn Wearer) -> Vec<Sent> {
@@ -336,6 +277,7 @@ enum Next {
     Incident,
     Answer,
     HeartRate,
+    Battery,
     Frame(usize),
     LinkLost,
 }

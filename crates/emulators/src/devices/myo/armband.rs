@@ -1,8 +1,4 @@
-//! A Myo armband.
-//!
-//! From its maker's header, and from what dl-myo accepts: little endian, whatever the header says.
-
-use super::Wearer;
+use crate::devices::Wearer;
 
 /// Without a command that keeps it awake it sleeps after this \[s\] (Open-Myo 3).
 const AWAKE_SECS: f64 = 30.0;
@@ -65,7 +61,19 @@ impl Myo {
 
     /// Enables notifications of a characteristic.
     pub fn subscribe(&mut self, characteristic: u16) {
-        self.subscribed.push(characteristic);
+        if !self.subscribed.contains(&characteristic) {
+            self.subscribed.push(characteristic);
+        }
+    }
+
+    /// Disables them.
+    pub fn unsubscribe(&mut self, characteristic: u16) {
+        self.subscribed.retain(|one| *one != characteristic);
+    }
+
+    /// The link ended: subscriptions end, and what streams goes on streaming.
+    pub fn disconnect(&mut self) {
+        self.subscribed.clear();
     }
 
     /// Takes a command; `false` for one whose length is wrong.

@@ -1,0 +1,72 @@
+/// The least MTU with which it streams: a frame is one packet.
+pub(super) const LEAST_MTU: u16 = 232;
+
+/// What an H10 is like.
+#[derive(Clone, Debug)]
+pub struct H10Settings {
+    /// How much faster than true its clock runs: 0.02 for 2 %.
+    pub clock_fast: f64,
+    /// The first frame begins this long after its start \[s\]; up to 30 s are known.
+    pub start_delay_secs: f64,
+    /// The MTU of the link.
+    pub mtu: u16,
+    /// What goes wrong, in the order of time.
+    pub incidents: Vec<Incident>,
+    /// Of the noise off the skin.
+    pub seed: u64,
+    /// Printed on it, and part of its name.
+    pub serial: String,
+    /// Of its battery, when it is switched on.
+    pub battery_percent: f64,
+    /// How fast that falls: 400 hours last by the maker's word.
+    pub drain_percent_per_hour: f64,
+}
+
+impl Default for H10Settings {
+    fn default() -> Self {
+        Self {
+            clock_fast: 0.0,
+            start_delay_secs: 0.0,
+            mtu: LEAST_MTU,
+            incidents: Vec::new(),
+            seed: 1,
+            serial: "A1B2C3D4".into(),
+            battery_percent: 87.0,
+            drain_percent_per_hour: 0.25,
+        }
+    }
+}
+
+/// Something that goes wrong at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incident {
+    /// From when on \[s\].
+    pub at_secs: f64,
+    /// What.
+    pub fault: Fault,
+}
+
+/// What may go wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// The next frame is not sent.
+    LostFrame,
+    /// The next frame is sent twice.
+    RepeatedFrame,
+    /// A bit of this byte of the next frame is flipped.
+    CorruptByte(usize),
+    /// No frame is sent until the stream is started again.
+    Stall,
+    /// The clock is set forward \[ns\].
+    ClockSet(u64),
+    /// The next answer is not sent.
+    LostAnswer,
+    /// The next answer comes this much later \[s\].
+    LateAnswer(f64),
+    /// The next command is answered with success and not carried out.
+    FalseAnswer,
+    /// The strap is taken off: it measures noise and no beats.
+    StrapOff,
+    /// It is put on again.
+    StrapOn,
+}

@@ -1,0 +1,109 @@
+use super::Wearer;
+
+/// A device that is reached over Bluetooth Low Energy: what it advertises, and its table of characteristics (GATT).
+///
+/// Characteristics go by their UUIDs. Times are true seconds since it was switched on, and never go back.
+pub trait Peripheral: Send {
+    /// What it sends while nobody is connected.
+    fn advertisement(&self) -> Advertisement;
+
+    /// Its services, in the order of their handles.
+    fn services(&self) -> &'static [Service];
+
+    /// The MTU of its links: a value has 3 bytes less at most.
+    fn mtu(&self) -> u16;
+
+    /// Enables notifications or indications.
+    fn subscribe(&mut self, characteristic: u128) -> Result<(), AttError>;
+
+    /// Disables them.
+    fn unsubscribe(&mut self, characteristic: u128);
+
+    /// Reads a value.
+    fn read(&mut self, characteristic: u128) -> Result<Vec<u8>, AttError>;
+
+    /// Writes a value.
+    fn write(&mut self, characteristic: u128, value: &[u8]) -> Result<(), AttError>;
+
+    /// The link ended: subscriptions end with it.
+    fn disconnect(&mut self);
+
+    /// What it sends until then, in the order of time.
+    fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<Notice>;
+}
+
+/// What a device advertises.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Advertisement {
+    /// Its name.
+    pub name: String,
+    /// Its services, by which it is found.
+    pub services: Vec<u128>,
+    /// The number of a company (assigned numbers, 7.1), and what that adds.
+    pub manufacturer: Option<(u16, Vec<u8>)>,
+}
+
+/// A service of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Service {
+    /// The handle of its declaration.
+    pub handle: u16,
+    /// Its UUID.
+    pub uuid: u128,
+    /// Its characteristics, in the order of their handles.
+    pub characteristics: &'static [Entry],
+}
+
+/// A characteristic of a service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// The handle of its declaration; its value has the next one.
+    pub handle: u16,
+    /// Its UUID.
+    pub uuid: u128,
+    /// What it permits.
+    pub properties: &'static [Property],
+}
+
+/// What a characteristic permits (Core specification, vol. 3, part G, 3.3.1.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Property {
+    /// To read it.
+    Read,
+    /// To write it with response.
+    Write,
+    /// To write it without.
+    WriteWithoutResponse,
+    /// To subscribe to it; values are not confirmed.
+    Notify,
+    /// To subscribe to it; values are confirmed.
+    Indicate,
+}
+
+/// Why a request failed, as the link says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AttError {
+    /// Written before it was subscribed to.
+    #[error("the client has not subscribed to the characteristic")]
+    NotSubscribed,
+    /// It can't be read, written or subscribed to.
+    #[error("the characteristic does not permit this")]
+    NotPermitted,
+    /// The value has the wrong length.
+    #[error("the length of the value is wrong")]
+    Length,
+}
+
+/// What a device sends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// A notification or indication: the characteristic, and its value.
+    Value(u128, Vec<u8>),
+    /// It ends the link.
+    LinkLost,
+}
+
+/// The UUID that the Bluetooth SIG assigned a number for (Core specification, vol. 3, part B, 2.5.1).
+pub const fn assigned(number: u16) -> u128 {
+    0x0000_0000_0000_1000_8000_0080_5f9b_34fb | (number as u128) << 96
+}
