@@ -5,6 +5,7 @@ pub mod ros_people;
 pub mod topics;
 pub mod wearables;
 pub mod simulated;
+pub mod emulated;
 pub mod session;
 pub mod claims;
 mod follow;

@@ -1,0 +1,65 @@
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
+use teampulse_core::clock::Stopwatch;
+use zbus::object_server::SignalEmitter;
+use zbus::{Connection, Variant};
+
+pub(super) const ADAPTER_PATH: &str = "/org/bluez/hci0";
+
+/// What the objects share: the connection, and which clients discover.
+#[derive(Debug)]
+pub(super) struct Central {
+    pub connection: Connection,
+    /// The time of all devices and of who wears them.
+    pub clock: Stopwatch,
+    discovering: Mutex<BTreeSet<String>>,
+    powered: Mutex<bool>,
+}
+
+impl Central {
+    pub fn new(connection: Connection, clock: Stopwatch) -> Self {
+        Self { connection, clock, discovering: Mutex::default(), powered: Mutex::new(true) }
+    }
+
+    /// True seconds of the emulation.
+    pub fn now_secs(&self) -> f64 {
+        self.clock.elapsed().as_secs_f64()
+    }
+
+    pub fn is_discovering(&self) -> bool {
+        self.is_powered() && !self.discoverers(|clients| clients.is_empty())
+    }
+
+    pub fn is_powered(&self) -> bool {
+        *self.powered.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn power(&self, on: bool) {
+        *self.powered.lock().unwrap_or_else(PoisonError::into_inner) = on;
+        if !on {
+            self.discoverers(BTreeSet::clear);
+        }
+    }
+
+    /// The clients that discover.
+    pub fn discoverers<T>(&self, change: impl FnOnce(&mut BTreeSet<String>) -> T) -> T {
+        change(&mut self.discovering.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Emits `PropertiesChanged` for one property of an object.
+    pub async fn changed(
+        &self,
+        path: &str,
+        interface: &str,
+        property: &str,
+        value: Variant<'_>,
+    ) -> zbus::Result<()> {
+        let emitter = SignalEmitter::new(&self.connection, path)?;
+        let changed = std::collections::HashMap::from([(property, value)]);
+        let invalidated: &[&str] = &[];
+        emitter.emit(PROPERTIES, "PropertiesChanged", &(interface, changed, invalidated)).await
+    }
+}
+
+const PROPERTIES: &str = "org.freedesktop.DBus.Properties";

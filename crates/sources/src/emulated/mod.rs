@@ -1,0 +1,3 @@
+//! Emulated devices on real transports.
+
+pub mod bluetooth;
