@@ -29,6 +29,8 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<topics::Topics>("topics"),
     Entry::new::<wearables::empatica_e4::EmpaticaE4>("empatica_e4"),
     Entry::new::<wearables::heart_rate::HeartRate>("heart_rate"),
+    Entry::new::<wearables::polar::Polar>("polar"),
+    Entry::new::<wearables::myo::Myo>("myo"),
 ];
 
 /// What sources are built with.

@@ -10,116 +10,30 @@ use std::time::Duration;
 
 use teampulse_core::clock::{Clock, Stopwatch};
 use teampulse_core::clocks::{ClockSettings, Clocks};
+use teampulse_core::command::{Command, Sender};
 use teampulse_core::commands::{CommandSettings, Commands};
 use teampulse_core::data::Data;
-use teampulse_core::outlet::Queue;
+use teampulse_core::outlet::{Outlet, Queue};
 use teampulse_core::registry::Component;
 use teampulse_core::sample::Record;
 use teampulse_core::session::{Pace, Session};
-use teampulse_core::source::Source;
+use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::Signal;
 use teampulse_core::streams::Streams;
-use teampulse_devices::gatt::Uuid;
-use teampulse_devices::{heart_rate, polar};
-use teampulse_emulators::devices::{Characteristic, H10, H10Settings, Sent, Wearer};
+use teampulse_core::time::Time;
+use teampulse_emulators::devices::{Fault, Incident};
 use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_sources::wearables::heart_rate::HeartRate;
+use teampulse_sources::wearables::myo::Myo;
+use teampulse_sources::wearables::polar::Polar;
 
-use bluez::{Bluez, Device, Peripheral};
+use bluez::worn::{COUNTS_HZ, armband, beats, h10, intervals, strap};
+use bluez::{Bluez, Course};
 use keeper::Keeper;
-
-/// The intervals of a heart that beats unevenly, in steps of 1/1024 s, so that a strap reports them exactly.
-fn intervals() -> impl Iterator<Item = u32> {
-    (0..).map(|beat: u32| 560 + beat.wrapping_mul(7919) % 300)
-}
-
-/// Its beats [s].
-fn beats() -> impl Iterator<Item = f64> {
-    intervals().scan(0, |steps, interval| {
-        *steps += interval;
-        Some(f64::from(*steps) / 1024.0)
-    })
-}
-
-/// Wears that heart.
-struct Heart;
-
-impl Wearer for Heart {
-    fn beats(&mut self, after_secs: f64, until_secs: f64) -> Vec<f64> {
-        let since = beats().skip_while(|secs| *secs <= after_secs);
-        since.take_while(|secs| *secs <= until_secs).collect()
-    }
-}
-
-/// An H10 that is worn.
-struct Strap {
-    h10: H10,
-    wearer: Box<dyn Wearer + Send + Sync>,
-}
-
-const CHARACTERISTICS: [(Characteristic, Uuid); 6] = [
-    (Characteristic::HeartRate, heart_rate::MEASUREMENT),
-    (Characteristic::Battery, Uuid::short(0x2a19)),
-    (Characteristic::Manufacturer, Uuid::short(0x2a29)),
-    (Characteristic::Model, Uuid::short(0x2a24)),
-    (Characteristic::Control, polar::CONTROL),
-    (Characteristic::Data, polar::DATA),
-];
-
-fn characteristic(of: Uuid) -> Option<Characteristic> {
-    CHARACTERISTICS
-        .into_iter()
-        .find(|(_, uuid)| *uuid == of)
-        .map(|(characteristic, _)| characteristic)
-}
-
-impl Peripheral for Strap {
-    fn characteristics(&self) -> Vec<Uuid> {
-        CHARACTERISTICS.iter().map(|(_, uuid)| *uuid).collect()
-    }
-
-    fn subscribe(&mut self, of: Uuid) -> bool {
-        characteristic(of).is_some_and(|of| self.h10.subscribe(of).is_ok())
-    }
-
-    fn read(&mut self, of: Uuid) -> Option<Vec<u8>> {
-        self.h10.read(characteristic(of)?).ok()
-    }
-
-    fn write(&mut self, of: Uuid, value: &[u8]) -> bool {
-        characteristic(of).is_some_and(|of| self.h10.write(of, value).is_ok())
-    }
-
-    fn until(&mut self, secs: f64) -> Vec<(Uuid, Vec<u8>)> {
-        let sent = self.h10.until(secs, &mut *self.wearer);
-        let value = |sent| match sent {
-            Sent::Value(_, of, value) => {
-                let uuid = CHARACTERISTICS.into_iter().find(|(each, _)| *each == of)?.1;
-                Some((uuid, value))
-            }
-            Sent::LinkLost(_) => None,
-        };
-        sent.into_iter().filter_map(value).collect()
-    }
-
-    fn disconnect(&mut self) {
-        self.h10.disconnect();
-    }
-}
-
-fn strap(address: &'static str) -> Device {
-    let h10 = H10::new(H10Settings::default());
-    Device {
-        address,
-        name: "Polar H10 00000001",
-        services: vec![heart_rate::SERVICE],
-        peripheral: Box::new(Strap { h10, wearer: Box::new(Heart) }),
-    }
-}
 
 const ADDRESS: &str = "A0:9E:1A:00:00:01";
 
@@ -144,18 +58,20 @@ type Kept = Arc<Mutex<Vec<Record>>>;
 
 /// Runs a session with a source until the records are as asked, and 60 s at most.
 async fn session(
-    source: Box<dyn Source>,
+    sources: Vec<Box<dyn Source>>,
     clock: Clock,
     until: impl Fn(&[Record]) -> bool,
 ) -> Vec<Record> {
     let kept = Kept::default();
-    let latency = ClockSettings { latency_secs: Some(0.0), ..ClockSettings::default() };
+    let latency = || ClockSettings { latency_secs: Some(0.0), ..ClockSettings::default() };
+    let devices = ["heart_rate_strap", "polar_h10", "myo"];
+    let settings = devices.map(|device| (device.to_owned(), latency()));
     let session = Session {
         clock,
         pace: Pace::Live,
-        clocks: Clocks::new([("heart_rate_strap".to_owned(), latency)].into()),
+        clocks: Clocks::new(settings.into()),
         streams: Streams::default(),
-        sources: vec![("strap".into(), source)],
+        sources: sources.into_iter().map(|source| ("worn".to_owned(), source)).collect(),
         features: Vec::new(),
         sinks: vec![Box::new(Keeper(Arc::clone(&kept)))],
         workers: Vec::new(),
@@ -206,7 +122,7 @@ async fn every_interval_of_a_strap_is_read_and_again_after_its_link_was_lost() {
     let context = context(&bluez.address);
     let source = source::<HeartRate>(r#"person = "p001""#, &context);
     let course = Arc::clone(&bluez.courses[0]);
-    let records = session(source, context.clock.clone(), |records| {
+    let records = session(vec![source], context.clock.clone(), |records| {
         let mut course = course.lock().expect("a course");
         let intervals = of(records, "rr_interval").len();
         course.drop |= intervals >= 5 && course.connections == 1;
@@ -237,7 +153,7 @@ async fn the_beats_of_a_strap_without_a_clock_are_placed_where_they_were() {
     let began = context.clock.now() - bluez.clock.elapsed();
     let source = source::<HeartRate>(r#"person = "p001""#, &context);
     let is_enough = |records: &[Record]| of(records, "rr_interval").len() >= 60;
-    let records = session(source, context.clock.clone(), is_enough).await;
+    let records = session(vec![source], context.clock.clone(), is_enough).await;
     let truth: Vec<f64> = beats().take(200).collect();
     let error_secs = |record: &&Record| {
         let secs = record.sample.measured.secs_since(began);
@@ -247,6 +163,122 @@ async fn the_beats_of_a_strap_without_a_clock_are_placed_where_they_were() {
     let errors_secs: Vec<f64> = of(&records, "rr_interval").iter().map(error_secs).collect();
     // After half a minute it is known how late each one is.
     assert!(errors_secs[40..].iter().all(|error| error.abs() < 0.030), "{errors_secs:?}");
+}
+
+/// By how much the samples of a wave that count the time are off [s].
+fn wave_errors(record: &Record, began: Time) -> Vec<f64> {
+    let Data::Wave(wave) = &record.sample.data else { panic!("{record:?}") };
+    let first_secs = record.sample.measured.secs_since(began);
+    let samples = wave.samples.iter().enumerate();
+    let error = |(place, count): (usize, &f64)| {
+        let secs = first_secs + place as f64 * record.sample.period_ns / 1e9;
+        let error = secs - count / COUNTS_HZ;
+        // It counts to 16 s, and again.
+        (error + 8.0).rem_euclid(16.0) - 8.0
+    };
+    samples.map(error).collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_ecg_of_an_h10_is_where_it_was_whatever_fails() {
+    let incident = |at_secs, fault| Incident { at_secs, fault };
+    let incidents = vec![
+        incident(0.0, Fault::LostAnswer),
+        incident(12.0, Fault::LostFrame),
+        incident(14.0, Fault::Stall),
+    ];
+    let bluez = Bluez::start(vec![h10(ADDRESS, incidents)]).await;
+    let context = context(&bluez.address);
+    let began = context.clock.now() - bluez.clock.elapsed();
+    let source = source::<Polar>(r#"person = "p001""#, &context);
+    let course = Arc::clone(&bluez.courses[0]);
+    let seen_from = |records: &[Record], secs: f64| {
+        let late = |record: &&&Record| record.sample.measured.secs_since(began) > secs;
+        of(records, "ecg").iter().filter(late).count()
+    };
+    let records = session(vec![source], context.clock.clone(), |records| {
+        let mut course = course.lock().expect("a course");
+        // The link is lost once it streams again after the stall; the strap goes on streaming.
+        course.drop |= seen_from(records, 15.0) == 3 && course.connections == 1;
+        course.connections == 2 && seen_from(records, 15.0) > 10
+    })
+    .await;
+    let ecg = of(&records, "ecg");
+    assert_eq!((ecg[0].stream.signal, ecg[0].stream.device.as_str()), (Signal::Ecg, "polar_h10"));
+    assert_eq!((ecg[0].stream.channels[0].unit.as_str(), ecg[0].stream.rate_hz), ("uV", 130.0));
+    // The first seconds show how late the others are.
+    for wave in ecg.iter().skip(10) {
+        let errors_secs = wave_errors(wave, began);
+        assert!(errors_secs.iter().all(|error| error.abs() < 0.005), "{errors_secs:?}");
+    }
+    for pair in ecg.windows(2) {
+        let gap_secs = pair[1].sample.measured.secs_since(pair[0].sample.measured);
+        assert!(gap_secs < 30.0, "it came back after {gap_secs} s");
+    }
+    let told = faults(&records);
+    for what in ["ecg was silent", "link is lost"] {
+        assert!(told.iter().any(|label| label.contains(what)), "no `{what}` in {told:?}");
+    }
+    let lost = records.iter().filter(|record| record.stream.name == "/teampulse/lost_source");
+    assert!(lost.count() >= 2, "the lost frame is not counted");
+    let course = course.lock().expect("a course");
+    assert_eq!(course.written.last().map(Vec::as_slice), Some(&[3, 0][..]), "it still streams");
+    assert!(course.disconnections >= 1, "it is left connected");
+}
+
+/// Asks for a vibration once a device is connected.
+struct Button(Arc<Mutex<Course>>);
+
+#[async_trait::async_trait]
+impl Source for Button {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        while self.0.lock().expect("a course").written.is_empty() {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+        let command = Command::Vibrate { subject: "p001".into(), secs: 0.5 };
+        outlet.command(&Sender::keys(), command).expect("keys may ask for anything");
+        outlet.closed().await;
+        Ok(())
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_myo_is_read_bit_for_bit_and_vibrates_on_command() {
+    let bluez = Bluez::start(vec![armband(ADDRESS)]).await;
+    let context = context(&bluez.address);
+    let source = source::<Myo>(r#"person = "p001""#, &context);
+    let course = Arc::clone(&bluez.courses[0]);
+    let button = Box::new(Button(Arc::clone(&course)));
+    let records = session(vec![source, button], context.clock.clone(), |records| {
+        let mut course = course.lock().expect("a course");
+        let runs = of(records, "emg").len();
+        course.drop |= runs >= 100 && course.connections == 1;
+        course.connections == 2 && runs >= 300
+    })
+    .await;
+    let emg = of(&records, "emg");
+    assert_eq!((emg[0].stream.signal, emg[0].stream.rate_hz), (Signal::Emg, 200.0));
+    let number = |sample: &[f64]| sample[0] + 100.0 * sample[1];
+    let runs: Vec<[f64; 2]> = emg
+        .iter()
+        .map(|record| match &record.sample.data {
+            Data::Wave(wave) => [number(&wave.samples[..8]), number(&wave.samples[8..])],
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(runs.iter().all(|[first, second]| second - first == 1.0), "{runs:?}");
+    // Nothing is missing but at the lost link, where as much is counted as is missing.
+    let gaps: Vec<f64> = runs
+        .windows(2)
+        .map(|pair| pair[1][0] - pair[0][1] - 1.0)
+        .filter(|gap| *gap != 0.0)
+        .collect();
+    assert_eq!(gaps.len(), 1, "{gaps:?}");
+    assert!(!of(&records, "orientation").is_empty() && !of(&records, "acceleration").is_empty());
+    let course = course.lock().expect("a course");
+    let last = course.written.iter().rev().take(2).rev().map(Vec::as_slice).collect::<Vec<_>>();
+    assert!(course.written.iter().any(|command| *command == [3, 1, 2]), "it did not vibrate");
+    assert_eq!(last, [&[1, 3, 0, 0, 0][..], &[9, 1, 0][..]], "it still streams");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -9,6 +9,8 @@ use teampulse_devices::heart_rate::{HeartRateSession, SERVICE};
 use super::bluetooth::{Pairing, Seen, Wearable, Wireless};
 use crate::SourceContext;
 
+/// The type of the source in a study.
+pub(super) const KIND: &str = "heart_rate";
 /// Its streams' device, as latencies are known by.
 pub(super) const DEVICE: &str = "heart_rate_strap";
 
@@ -35,12 +37,18 @@ impl Component<dyn Source, SourceContext> for HeartRate {
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let HeartRate { person, address, name } = self;
-        Wireless::build(Pairing { person, address, name }, HeartRateSession::new(), context)
+        Wireless::<HeartRateSession>::build(Pairing { person, address, name }, (), context)
     }
 }
 
 impl Wearable for HeartRateSession {
-    const KIND: &'static str = "heart_rate";
+    const KIND: &'static str = KIND;
+
+    type Settings = ();
+
+    fn session((): &(), _: &Seen) -> Self {
+        Self::new()
+    }
 
     fn is_kind(seen: &Seen) -> bool {
         seen.services.contains(&SERVICE)

@@ -6,15 +6,40 @@ mod beats;
 pub mod bluetooth;
 pub mod empatica_e4;
 pub mod heart_rate;
+pub mod polar;
+pub mod myo;
 
 /// The kinds of sources that are a device which a person wears.
-pub const KINDS: [&str; 2] = [empatica_e4::DEVICE, "heart_rate"];
+pub const KINDS: [&str; 4] = [empatica_e4::DEVICE, heart_rate::KIND, polar::DEVICE, myo::DEVICE];
 
 /// The kind of source that reads a device, by the device of its streams.
 pub fn kind_of(device: &str) -> Option<&'static str> {
-    match device {
+    // Beats that a Polar reports have the clock of a strap.
+    let sensor = device.strip_prefix("heart_rate_strap_").unwrap_or(device);
+    match sensor {
         empatica_e4::DEVICE => Some(empatica_e4::DEVICE),
-        heart_rate::DEVICE => Some("heart_rate"),
-        _ => None,
+        heart_rate::DEVICE => Some(heart_rate::KIND),
+        myo::DEVICE => Some(myo::DEVICE),
+        _ => sensor.starts_with(polar::DEVICE).then_some(polar::DEVICE),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_belongs_to_the_source_that_reads_it() {
+        for (device, kind) in [
+            ("empatica_e4", Some("empatica_e4")),
+            ("heart_rate_strap", Some("heart_rate")),
+            ("polar_h10", Some("polar")),
+            ("heart_rate_strap_polar_h10", Some("polar")),
+            ("myo", Some("myo")),
+            ("camera", None),
+        ] {
+            assert_eq!(kind_of(device), kind);
+            assert!(kind.is_none_or(|kind| KINDS.contains(&kind)));
+        }
     }
 }

@@ -58,13 +58,24 @@ struct WornStream {
 impl Worn {
     /// A device of a person; an error where the person's id can't be a part of a topic.
     pub(super) fn new(person: String, device: &'static str) -> Result<Worn, SettingsError> {
+        Worn::check(&person)?;
+        Ok(Worn::of(person, device))
+    }
+
+    /// An error where a person's id can't be a part of a topic.
+    pub(super) fn check(person: &str) -> Result<(), SettingsError> {
         let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
         if person.is_empty() || !person.chars().all(is_plain) {
             let error = SettingsError::new(format!("`{person}` can't be the id of a person"));
             let hint = "give a pseudonym of letters, digits and `_`, such as \"p001\"";
             return Err(error.at("person").with_hint(hint));
         }
-        Ok(Worn {
+        Ok(())
+    }
+
+    /// A device of a person whose id was checked.
+    pub(super) fn of(person: String, device: &'static str) -> Worn {
+        Worn {
             person,
             device,
             streams: BTreeMap::new(),
@@ -74,13 +85,6 @@ impl Worn {
             clock: Stopwatch::start(),
             has_clock: false,
             reported: BTreeSet::new(),
-        })
-    }
-
-    /// Which device it is became known, before its first stream.
-    pub(super) fn set_device(&mut self, device: &'static str) {
-        if self.streams.is_empty() && self.link.is_none() {
-            self.device = device;
         }
     }
 

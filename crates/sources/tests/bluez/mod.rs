@@ -2,6 +2,8 @@
 //!
 //! Written from the documentation of its D-Bus API (`org.bluez.Device`, `.GattCharacteristic`), answered by hand.
 
+pub mod worn;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader};
 use std::pin::Pin;

@@ -33,6 +33,12 @@ pub(in crate::wearables) trait Wearable: GattSession + Send + 'static {
     /// The type of the source in a study: `polar`.
     const KIND: &'static str;
 
+    /// What a study says of its session.
+    type Settings: Send + 'static;
+
+    /// A session with a device, which is made once.
+    fn session(settings: &Self::Settings, seen: &Seen) -> Self;
+
     /// Whether a device in range speaks it.
     fn is_kind(seen: &Seen) -> bool;
 
@@ -56,10 +62,17 @@ pub(in crate::wearables) struct Pairing {
 }
 
 /// A Bluetooth device at work. Its session goes on when the link is up again.
-pub(in crate::wearables) struct Wireless<S> {
+pub(in crate::wearables) struct Wireless<S: Wearable> {
     bluetooth: Bluetooth,
     wanted: Wanted,
     person: String,
+    settings: S::Settings,
+    /// Once it is known which device it is.
+    conversation: Option<Conversation<S>>,
+}
+
+/// A session with a device that a person wears.
+struct Conversation<S> {
     session: S,
     worn: Worn,
     /// The time of the session.
@@ -69,25 +82,31 @@ pub(in crate::wearables) struct Wireless<S> {
 impl<S: Wearable> Wireless<S> {
     pub(in crate::wearables) fn build(
         pairing: Pairing,
-        session: S,
+        settings: S::Settings,
         context: &SourceContext,
     ) -> Result<Box<dyn Source>, SettingsError> {
         let Pairing { person, address, name } = pairing;
-        let worn = Worn::new(person.clone(), S::KIND)?;
+        Worn::check(&person)?;
         if let Some(address) = &address {
             check_address(address)?;
             context.bluetooth.reserve(address);
         }
         let bluetooth = context.bluetooth.clone();
         let wanted = Wanted { kind: S::KIND, is_kind: S::is_kind, address, name };
-        let clock = Stopwatch::start();
-        Ok(Box::new(Wireless { bluetooth, wanted, person, session, worn, clock }))
+        let conversation = None::<Conversation<S>>;
+        Ok(Box::new(Wireless { bluetooth, wanted, person, settings, conversation }))
     }
+}
 
+impl<S: Wearable> Conversation<S> {
     /// Holds the session until the link is lost, the device gives up or the session of teampulse is over; the
     /// device is then asked to stop.
-    async fn hold(&mut self, link: &mut GattLink, outlet: &Outlet) -> Result<(), SourceError> {
-        let mut commands = self.commands(outlet);
+    async fn hold(
+        &mut self,
+        link: &mut GattLink,
+        commands: &mut mpsc::Receiver<Command>,
+        outlet: &Outlet,
+    ) -> Result<(), SourceError> {
         let mut requests = VecDeque::new();
         let mut pending: Option<Pending> = None;
         let mut leaving: Option<Stopwatch> = None;
@@ -132,12 +151,6 @@ impl<S: Wearable> Wireless<S> {
             self.worn.count_lost(link.take_lost(), outlet);
             self.session.tick(self.clock.elapsed());
         }
-    }
-
-    /// The commands for this device.
-    fn commands(&self, outlet: &Outlet) -> mpsc::Receiver<Command> {
-        let person = self.person.clone();
-        outlet.commands(move |command| S::accepts(command, &person))
     }
 
     /// How long nothing has to be done, unless something arrives.
@@ -221,16 +234,22 @@ impl<S: Wearable> Source for Wireless<S> {
         };
         // The same one again, also when another of its kind comes into range.
         self.wanted.address = Some(seen.address.clone());
-        self.worn.set_device(S::device(&seen));
+        let conversation = self.conversation.get_or_insert_with(|| Conversation {
+            session: S::session(&self.settings, &seen),
+            worn: Worn::of(self.person.clone(), S::device(&seen)),
+            clock: Stopwatch::start(),
+        });
+        let person = self.person.clone();
+        let mut commands = outlet.commands(move |command| S::accepts(command, &person));
         let rssi_dbm = seen.rssi_dbm;
         let (mut link, _hold) = match self.bluetooth.connect(seen, outlet.closed()).await {
             Err(_) if outlet.is_closed() => return Ok(()),
             connected => connected?,
         };
-        self.worn.link(true, rssi_dbm, outlet);
-        let held = self.hold(&mut link, outlet).await;
+        conversation.worn.link(true, rssi_dbm, outlet);
+        let held = conversation.hold(&mut link, &mut commands, outlet).await;
         link.close().await;
-        self.worn.link(false, None, outlet);
+        conversation.worn.link(false, None, outlet);
         drop(bus);
         held
     }
