@@ -203,6 +203,55 @@ fn a_muscle_that_tires_has_a_falling_median_frequency() {
     assert_eq!(value(&*all.windows, &short, "EMG_MDF_Slope/ch1"), Err(Reason::Short));
 }
 
+/// Contractions of two seconds in every five whose band falls from 150 to 140 Hz in a minute; at rest, noise
+/// around 85 Hz that a frame of contraction and rest would mix in.
+fn tiring_contractions(secs: usize) -> Vec<f64> {
+    let (mut phase, mut quiet) = (0.0f64, 0.0f64);
+    let sample = |k: usize| {
+        let jitter = ((k * 7919 % 1000) as f64 / 500.0 - 1.0) * 30.0;
+        phase += std::f64::consts::TAU * (150.0 - k as f64 / 6000.0 + jitter) / 1000.0;
+        quiet += std::f64::consts::TAU * (85.0 + jitter) / 1000.0;
+        let rest = 0.05 * quiet.sin();
+        if k % 5000 < 3000 { rest } else { rest + phase.sin() }
+    };
+    (0..secs * 1000).map(sample).collect()
+}
+
+#[test]
+fn fatigue_is_that_of_contractions_without_rest() {
+    let channels = [tiring_contractions(120)];
+    let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
+    let all = whole(&settings(1), &recording).unwrap();
+    let mut live = causal(&settings(1), 1000.0).unwrap();
+    feed(&mut *live, &channels, 1000.0);
+    for windows in [&*all.windows as &dyn Windows, &*live] {
+        for span in [secs(0.0, 120.0), secs(60.0, 120.0), secs(31.0, 88.0)] {
+            let slope = value(windows, &windows.measure(span), "EMG_MDF_Slope/ch1").unwrap();
+            assert!((slope + 10.0).abs() < 1.5, "{slope}");
+        }
+        // Between contractions, and within one.
+        for span in [secs(50.0, 53.0), secs(53.0, 55.0)] {
+            let slope = value(windows, &windows.measure(span), "EMG_MDF_Slope/ch1");
+            assert_eq!(slope, Err(Reason::Short));
+        }
+    }
+}
+
+#[test]
+fn a_muscle_that_rests_in_a_window_has_no_fatigue_there() {
+    let mut signal = tiring_contractions(60);
+    let quiet: Vec<f64> = signal[..3000].to_vec();
+    for (place, sample) in signal[30_000..].iter_mut().enumerate() {
+        *sample = quiet[place % 3000];
+    }
+    let channels = [signal];
+    let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
+    let all = whole(&settings(1), &recording).unwrap();
+    let measured = all.windows.measure(secs(31.0, 60.0));
+    assert_eq!(value(&*all.windows, &measured, "EMG_MDF_Slope/ch1"), Err(Reason::Short));
+    assert!(value(&*all.windows, &measured, "EMG_MDF/ch1").is_ok());
+}
+
 #[test]
 fn what_is_forgotten_changes_nothing_later() {
     let channels = [bursts(8000, 200.0), bursts(8000, 200.0)];

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use super::Thresholds;
 use super::band::{clean, envelope};
 use super::burst::{Burst, BurstDetector, BurstSettings, bursts_of};
-use super::channel::Taken;
+use super::channel::{Activity, Taken};
 use super::store::{Pair, Store};
 use super::values::{measure, values};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
@@ -118,9 +118,10 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     let (mut lanes, mut events) = (Vec::new(), Vec::new());
     for index in 0..settings.channels.len() {
         let raw = recording.channels.get(index).unwrap_or(&nothing);
-        let lane = Lane::of(&raw[..recording.len()], recording.rate_hz);
-        let take = |burst| events.push(event(index, &burst, recording));
-        bursts_of(lane.raw, &lane.envelope, recording.rate_hz, settings.bursts, take)?;
+        let mut lane = Lane::of(&raw[..recording.len()], recording.rate_hz);
+        let bursts = bursts_of(lane.raw, &lane.envelope, recording.rate_hz, settings.bursts)?;
+        events.extend(bursts.iter().map(|burst| event(index, burst, recording)));
+        lane.mark(&bursts);
         lanes.push(lane);
     }
     let mut taken = vec![Taken::default(); lanes.len()];
@@ -157,6 +158,7 @@ struct Lane<'a> {
     raw: &'a [f64],
     band: Vec<f64>,
     envelope: Vec<f64>,
+    activity: Vec<Activity>,
 }
 
 impl Lane<'_> {
@@ -164,12 +166,23 @@ impl Lane<'_> {
         // A channel that cannot be filtered is too short, or has no usable sample.
         let band = clean(raw, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
         let envelope = envelope(&band, rate_hz).unwrap_or_else(|_| vec![0.0; raw.len()]);
-        Lane { raw, band, envelope }
+        Lane { raw, band, envelope, activity: Vec::new() }
+    }
+
+    fn mark(&mut self, bursts: &[Burst]) {
+        let known = if bursts.is_empty() { Activity::Unknown } else { Activity::Rest };
+        self.activity = vec![known; self.raw.len()];
+        for burst in bursts {
+            let end = (burst.offset as usize).min(self.activity.len());
+            let samples = (burst.onset as usize).min(end)..end;
+            self.activity[samples].fill(Activity::Contraction);
+        }
     }
 
     fn at(&self, sample: usize) -> Taken {
         let (raw, band) = (self.raw[sample], self.band[sample]);
-        Taken { raw, band, envelope: self.envelope[sample] }
+        let (envelope, activity) = (self.envelope[sample], self.activity[sample]);
+        Taken { raw, band, envelope, activity }
     }
 }
 
@@ -228,7 +241,13 @@ impl Causal for Running {
             let raw = channels.get(index).copied().unwrap_or(f64::NAN);
             let was_open = self.detectors[index].is_open();
             let (band, envelope, burst) = self.detectors[index].follow(raw);
-            self.taken[index] = Taken { raw, band, envelope };
+            // Known to rest since its first burst.
+            let activity = match self.taken[index].activity {
+                _ if self.detectors[index].is_active() => Activity::Contraction,
+                Activity::Unknown => Activity::Unknown,
+                Activity::Rest | Activity::Contraction => Activity::Rest,
+            };
+            self.taken[index] = Taken { raw, band, envelope, activity };
             if let Some(burst) = burst {
                 self.report(index, &burst);
             }

@@ -77,27 +77,23 @@ pub struct Burst {
 /// a usable number.
 pub fn find_bursts(signal: &[f64], rate_hz: f64) -> Result<Vec<Burst>, SignalError> {
     let envelope = envelope(&clean(signal, rate_hz)?, rate_hz)?;
-    let mut all = Vec::new();
-    bursts_of(signal, &envelope, rate_hz, BurstSettings::default(), |burst| all.push(burst))?;
-    Ok(all)
+    bursts_of(signal, &envelope, rate_hz, BurstSettings::default())
 }
 
-/// Passes on each burst of a whole recording; one cut off by the end of the recording ends there.
+/// The bursts of a whole recording; one cut off by the end of the recording ends there.
 pub(super) fn bursts_of(
     signal: &[f64],
     envelope: &[f64],
     rate_hz: f64,
     settings: BurstSettings,
-    take: impl FnMut(Burst),
-) -> Result<(), SignalError> {
+) -> Result<Vec<Burst>, SignalError> {
     let levels = levels(signal, envelope, rate_hz, settings.memory_secs)?;
     let mut gate = Gate::new(rate_hz, settings)?;
     let known = envelope.iter().zip(levels);
     let mut found: Vec<Burst> =
         known.filter_map(|(&envelope, level)| gate.push(envelope, level)).collect();
     found.extend(gate.finish());
-    found.into_iter().for_each(take);
-    Ok(())
+    Ok(found)
 }
 
 /// Detects bursts sample by sample.
@@ -136,6 +132,13 @@ impl BurstDetector {
     /// Whether a burst may have begun.
     pub(super) fn is_open(&self) -> bool {
         self.gate.open.is_some()
+    }
+
+    /// Whether the newest sample belongs to a burst: it is above the lower threshold, after the upper one was
+    /// exceeded.
+    pub(super) fn is_active(&self) -> bool {
+        let newest = self.gate.place - 1.0;
+        self.gate.open.is_some_and(|open| open.is_loud && open.last >= newest)
     }
 
     /// Takes in a sample; returns the band-passed sample, the envelope, and the burst that ended with it.

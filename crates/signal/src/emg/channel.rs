@@ -4,12 +4,23 @@ use super::faults::{FaultDetector, Faults, Phases};
 use super::frames::{Features, Frames};
 use crate::error::SignalError;
 
-/// A sample of one channel: raw, band-passed, and its envelope.
+/// A sample of one channel: raw, band-passed, its envelope, and whether the muscle contracts.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Taken {
     pub(super) raw: f64,
     pub(super) band: f64,
     pub(super) envelope: f64,
+    pub(super) activity: Activity,
+}
+
+/// Whether a muscle contracts.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub(super) enum Activity {
+    /// It has had no burst: rest and a contraction that never ends look the same.
+    #[default]
+    Unknown,
+    Rest,
+    Contraction,
 }
 
 /// The summary of one channel in a row.
@@ -21,6 +32,8 @@ pub(super) struct Cell {
     pub(super) envelope: f64,
     /// The features of the frame that ends with the row.
     pub(super) features: Option<Features>,
+    /// `Contraction` if the muscle contracts in all of that frame.
+    pub(super) activity: Activity,
 }
 
 /// One channel's detectors, and the samples of its next frame.
@@ -30,6 +43,8 @@ pub(super) struct Channel {
     /// The newest band-passed samples, at least a frame.
     band: Vec<f64>,
     length: usize,
+    /// The number of successive samples of contraction up to now.
+    contracting: usize,
     pub(super) cell: Cell,
     before: Cell,
 }
@@ -38,7 +53,8 @@ impl Channel {
     pub(super) fn new(rate_hz: f64, length: usize) -> Result<Channel, SignalError> {
         let (cell, before) = (Cell::default(), Cell::default());
         let band = Vec::with_capacity(2 * length);
-        Ok(Channel { watch: FaultDetector::new(rate_hz)?, band, length, cell, before })
+        let watch = FaultDetector::new(rate_hz)?;
+        Ok(Channel { watch, band, length, contracting: 0, cell, before })
     }
 
     pub(super) fn push(&mut self, taken: Taken, phases: &Phases) {
@@ -52,6 +68,12 @@ impl Channel {
             self.band.truncate(self.length);
         }
         self.band.push(taken.band);
+        let is_contracting = taken.activity == Activity::Contraction;
+        self.contracting = if is_contracting { self.contracting + 1 } else { 0 };
+        self.cell.activity = match taken.activity {
+            Activity::Contraction if self.contracting < self.length => Activity::Rest,
+            activity => activity,
+        };
     }
 
     /// Ends the row, with the frame that ends here.

@@ -1,7 +1,7 @@
 //! The values of a span, and their recipes.
 
 use super::analysis::Settings;
-use super::channel::Cell;
+use super::channel::{Activity, Cell};
 use super::faults::quality;
 use super::frames::Features;
 use super::store::Store;
@@ -11,8 +11,9 @@ use crate::slope::least_squares;
 /// The smallest [quality] for which muscle activity is reported: below it, three quarters of the power came
 /// from elsewhere, or most samples were clipped.
 const LEAST_QUALITY: f64 = 0.25;
-/// The shortest trend of the median frequency [s].
+/// The shortest trend of the median frequency [s], and its fewest frames: two seconds of contraction.
 const LEAST_TREND_SECS: f64 = 10.0;
+const LEAST_TREND_FRAMES: usize = 15;
 
 const FRAMES: &str = "mean over 0.25 s frames, 0.125 s apart";
 /// The values of each channel: name, unit (`u` is the signal's), and recipe.
@@ -26,7 +27,12 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ("EMG_SSC", "1", "turns in a frame"),
     ("EMG_MNF", "Hz", "mean frequency of the periodogram (Hann, mean taken off)"),
     ("EMG_MDF", "Hz", "median frequency of the periodogram (Hann, mean taken off)"),
-    ("EMG_MDF_Slope", "Hz/min", "least-squares line through the median frequencies of frames"),
+    (
+        "EMG_MDF_Slope",
+        "Hz/min",
+        "least-squares line through the median frequencies of frames within bursts, which rest is no part of \
+         (of all frames while the channel has had no burst: a contraction without rest)",
+    ),
     ("EMG_Amplitude_Mean", "u", "mean of the envelope (rectified, Butterworth 2 low-pass 6 Hz)"),
     ("EMG_MVC", "%", "100 · mean of the envelope / that of the maximal voluntary contraction"),
     ("EMG_Activation_N", "1", "bursts that begin in the window"),
@@ -153,14 +159,14 @@ impl Of<'_> {
 
     fn fatigue(&self) -> Result<f64, Reason> {
         let minutes = |at_ns: i64| at_ns.saturating_sub(self.span.begin_ns) as f64 / 60e9;
-        let points = || {
-            let known = self.frames().filter_map(|(at_ns, cell)| Some((at_ns, cell.features?)));
-            known.filter(|(_, features)| features.mdf_hz.is_finite())
-        };
-        let (x, y): (Vec<f64>, Vec<f64>) =
-            points().map(|(at_ns, features)| (minutes(at_ns), features.mdf_hz)).unzip();
+        let rests = self.frames().any(|(_, cell)| cell.activity != Activity::Unknown);
+        let contracts = |cell: &Cell| !rests || cell.activity == Activity::Contraction;
+        let frames = self.frames().filter(|(_, cell)| contracts(cell));
+        let known =
+            frames.filter_map(|(at_ns, cell)| Some((minutes(at_ns), cell.features?.mdf_hz)));
+        let (x, y): (Vec<f64>, Vec<f64>) = known.filter(|(_, mdf_hz)| mdf_hz.is_finite()).unzip();
         let length = x.last().zip(x.first()).map_or(0.0, |(last, first)| last - first);
-        if length * 60.0 < LEAST_TREND_SECS - 1.0 {
+        if length * 60.0 < LEAST_TREND_SECS - 1.0 || x.len() < LEAST_TREND_FRAMES {
             return Err(Reason::Short);
         }
         let line = least_squares(&x, &y).ok_or(Reason::Undefined)?;
