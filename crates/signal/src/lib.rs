@@ -27,6 +27,7 @@ pub mod agreement;
 pub mod analysis;
 pub mod ecg;
 pub mod ppg;
+pub mod arrival;
 pub mod respiration;
 pub mod emg;
 pub mod eeg;

@@ -18,12 +18,14 @@ mod entropy;
 mod fuzzy;
 mod multiscale;
 mod dfa;
+mod event_related;
 mod windows;
 pub mod analysis;
 
 pub use asymmetry::{Asymmetry, asymmetry};
 pub use dfa::{ALPHA1_BEATS, ALPHA2_BEATS, DetrendedFluctuation, detrended_fluctuation, dfa_alpha};
 pub use entropy::{Entropies, approximate_entropy, entropies, sample_entropy};
+pub use event_related::{EventRate, EventSpans};
 pub use fragmentation::{Fragmentation, fragmentation};
 pub use frequency::{FrequencyDomain, Recipe, frequency_domain};
 pub use fuzzy::fuzzy_entropy;
