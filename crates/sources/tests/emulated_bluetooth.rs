@@ -249,6 +249,27 @@ async fn a_lost_link_is_reported_and_what_streamed_goes_on() {
 }
 
 #[tokio::test]
+async fn a_disconnect_is_answered_before_it_is_reported() {
+    let bluetooth = start(vec![h10()]).await;
+    let mut client = Client::of(&bluetooth).await;
+    client.connect(H10_PATH).await;
+    let mut all = MessageStream::from(&client.connection);
+    client.call(H10_PATH, "Disconnect", &()).await.expect("it is connected");
+    client.signal(|message| changed(message, H10_PATH, "Connected").filter(|on: &bool| !on)).await;
+    let mut next = async || std::future::poll_fn(|cx| Pin::new(&mut all).poll_next(cx)).await;
+    let first = loop {
+        let message = next().await.expect("the bus is there").expect("a message");
+        let is_report = message.header().member().is_some();
+        if is_report || message.message_type() == zbus::message::Type::MethodReturn {
+            break message;
+        }
+    };
+    assert_eq!(first.message_type(), zbus::message::Type::MethodReturn);
+    let again = client.call(H10_PATH, "Disconnect", &()).await.expect_err("it is not connected");
+    assert_eq!(name_of(&again), "org.bluez.Error.NotConnected");
+}
+
+#[tokio::test]
 async fn a_device_out_of_range_is_connected_to_when_it_is_back() {
     let bluetooth = start(vec![h10()]).await;
     let mut client = Client::of(&bluetooth).await;

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use teampulse_emulators::devices::{Advertisement, AttError, Notice, Peripheral, Service, Wearer};
 use tokio::sync::{mpsc, oneshot};
 use zbus::Variant;
+use zbus::object_server::ResponseDispatchListener;
 
 use super::central::{ADAPTER_PATH, Central};
 use super::error::BluezError;
@@ -40,7 +41,8 @@ pub(super) struct State {
 /// What the task of a link is asked for; it answers when that is done.
 pub(super) enum Request {
     Connect(Answer),
-    Disconnect(Answer),
+    /// The link is lost when the reply of the client has been sent.
+    Disconnect(Answer, ResponseDispatchListener),
     Remove(Answer),
     Suffer(LinkFault, Answer),
 }
@@ -108,8 +110,8 @@ impl Handle {
         self.ask(Request::Connect).await
     }
 
-    pub async fn disconnect(&self) -> Result<(), BluezError> {
-        self.ask(Request::Disconnect).await
+    pub async fn disconnect(&self, replied: ResponseDispatchListener) -> Result<(), BluezError> {
+        self.ask(|answer| Request::Disconnect(answer, replied)).await
     }
 
     pub async fn remove(&self) -> Result<(), BluezError> {

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use teampulse_emulators::devices::Notice;
 use tokio::sync::mpsc;
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::{MissedTickBehavior, interval, timeout};
 use zbus::Variant;
 
 use super::central::Central;
@@ -20,6 +20,8 @@ const ADVERTISE_SECS: f64 = 0.3;
 const SETUP_SECS: f64 = 0.05;
 /// A device that does not answer is given up after this \[s\].
 const CONNECT_PATIENCE_SECS: f64 = 20.0;
+/// How long a reply to a client may take to be sent.
+const REPLY_PATIENCE: Duration = Duration::from_secs(1);
 
 /// The radio link of a device: what is advertised, connected, resolved and lost, one after the other.
 pub(super) struct Link {
@@ -82,11 +84,14 @@ impl Link {
                 self.connect(answer);
                 return Ok(());
             }
-            Request::Disconnect(answer) => {
-                let was_connected = self.is_connected() || self.connecting.is_some();
-                self.lose().await?;
-                let refused = || BluezError::NotConnected("Not Connected".into());
-                _ = answer.send(if was_connected { Ok(()) } else { Err(refused()) });
+            Request::Disconnect(answer, replied) => {
+                if self.is_connected() || self.connecting.is_some() {
+                    _ = answer.send(Ok(()));
+                    _ = timeout(REPLY_PATIENCE, replied).await;
+                    self.lose().await?;
+                } else {
+                    _ = answer.send(Err(BluezError::NotConnected("Not Connected".into())));
+                }
             }
             Request::Remove(answer) => {
                 self.lose().await?;

@@ -9,6 +9,7 @@
 //! - Services and characteristics are objects while the device is connected. A characteristic's path has the handle of
 //!   its declaration.
 //! - A read changes `Value`, as a notification does.
+//! - `Disconnect` answers before it reports anything: bleak 0.20 closes its connection at the report.
 //! - A lost link is reported by `ServicesResolved`, then by `Connected`; then the objects of its services are removed.
 //! - Discoveries and subscriptions end with the client that began them; links do not.
 

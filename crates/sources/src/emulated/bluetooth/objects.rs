@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use zbus::object_server::ResponseDispatchNotifier;
 use zbus::{ObjectPath, OwnedObjectPath, Variant, interface};
 
 use super::central::ADAPTER_PATH;
@@ -20,8 +21,10 @@ impl Device {
         self.0.connect().await
     }
 
-    async fn disconnect(&self) -> Result<(), BluezError> {
-        self.0.disconnect().await
+    async fn disconnect(&self) -> Result<ResponseDispatchNotifier<()>, BluezError> {
+        let (reply, replied) = ResponseDispatchNotifier::new(());
+        self.0.disconnect(replied).await?;
+        Ok(reply)
     }
 
     fn pair(&self) -> Result<(), BluezError> {
