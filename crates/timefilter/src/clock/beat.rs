@@ -20,8 +20,6 @@ const LONGEST_SECS: f64 = 0.11;
 const MOST_EVENTS: f64 = 40.0;
 /// How long after the last step delays count as beating [ns].
 const BEATS_NANOS: i64 = 3_600_000_000_000;
-/// The stated uncertainty of a saw-tooth that is not followed, as a fraction of its height.
-const STATED: f64 = 0.6;
 /// The height of the gate for a saw-tooth, as a multiple of its height: a delay may be half of that above
 /// the middle of its band, and step.
 const GATE: f64 = 2.2;
@@ -143,11 +141,6 @@ impl Beat {
     /// The interval between events [s]; 0 if none is known.
     pub fn interval(&self) -> f64 {
         self.known.map_or(self.suspected, |(interval, _)| interval)
-    }
-
-    /// The uncertainty of a time whose phase between two events is unknown [s].
-    pub fn secs(interval: f64) -> f64 {
-        STATED * interval
     }
 
     /// How high bins may be above the line because of the saw-tooth [s].

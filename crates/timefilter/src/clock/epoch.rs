@@ -82,8 +82,6 @@ pub(super) struct Epoch {
     silent: f64,
     beat: Beat,
     teeth: Teeth,
-    /// Whether the line was fitted to the steps of the delays.
-    is_through_steps: bool,
     /// The number of packets taken.
     taken: u64,
 }
@@ -110,7 +108,6 @@ impl Epoch {
             silent: 0.0,
             beat: Beat::default(),
             teeth: Teeth::live(),
-            is_through_steps: false,
             taken: 1,
         }
     }
@@ -206,13 +203,8 @@ impl Epoch {
         let age = seconds(now);
         let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
         let young = YOUNG_ERROR / (1.0 + age.max(0.0));
-        let beat = if self.is_through_steps { 0.0 } else { Beat::secs(self.beat.interval()) };
         let of_first = self.fit.uncertainty_at(age - span, age);
-        self.fit.uncertainty_at(age, age).max(of_first)
-            + behind
-            + young
-            + self.raised.unclear()
-            + beat
+        self.fit.uncertainty_at(age, age).max(of_first) + behind + young + self.raised.unclear()
     }
 
     /// A packet's device time and delay in the epoch.
@@ -323,13 +315,11 @@ impl Epoch {
     /// Fits a line to the steps of a saw-tooth if there is one, otherwise under all bins.
     fn lay(&mut self, open: Option<Point>) {
         if self.teeth.are_followed() {
-            self.is_through_steps = true;
             if let Some(level) = self.teeth.level() {
                 self.fit = self.teeth.live_line(level);
             }
             return;
         }
-        self.is_through_steps = false;
         // The more packets in a bin, the closer its minimum is to the shortest possible delay.
         let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
         let scatter = self.delays.rms() / in_bin.max(1.0);

@@ -55,6 +55,8 @@ pub(super) struct Fit {
     error: f64,
     /// The standard error of the slope.
     slope_error: f64,
+    /// The standard error of the delay at `device` if residuals were independent and of size one.
+    independent: f64,
     /// The effect of a skew that drifts by 1/s on the delay at `device` [s²].
     bend: f64,
 }
@@ -69,6 +71,7 @@ impl Fit {
             spread: LEAST_SPREAD,
             error: 0.0,
             slope_error: super::envelope::USUAL_SKEW,
+            independent: 0.0,
             bend: 0.0,
         }
     }
@@ -116,6 +119,7 @@ impl Fit {
             spread: uncertain,
             error: uncertain * square.sqrt(),
             slope_error: uncertain * slope_square.sqrt(),
+            independent: square.sqrt(),
             bend: bend.abs() / 2.0,
         }
     }
@@ -153,6 +157,16 @@ impl Fit {
         let beyond = (device - self.device).abs();
         let bend = self.bend + beyond * beyond / 2.0 + beyond * (2.0 * self.bend).sqrt();
         ERRORS * self.error.hypot(self.slope_error * beyond) + drift * bend
+    }
+
+    /// The size of independent residuals that would give the line its standard error [s].
+    pub fn residual(&self) -> f64 {
+        if self.independent > 0.0 { self.error / self.independent } else { 0.0 }
+    }
+
+    /// The same line with the standard error of residuals of at least `residual` [s].
+    pub fn no_surer_than_by(self, residual: f64) -> Fit {
+        self.no_surer(residual * self.independent)
     }
 
     /// The same line with a standard error of at least `error` [s].
@@ -213,12 +227,13 @@ pub(super) fn line_under<I: Iterator<Item = Point>>(
     }
     let mut errors = Errors::new(CORRELATED * memory);
     let line = sums.line(expected);
-    let mut bend = 0.0;
+    let (mut square, mut bend) = (0.0, 0.0);
     for point in points() {
         let x = point.device - device;
         let residual = point.delay - delay - slope * x;
         let w = weight(residual, x, used);
         let share = w * line.share(x);
+        square += share * share;
         errors.push(x, share * residual, w * line.slope_share(x) * residual);
         bend += share * x * x;
     }
@@ -231,6 +246,7 @@ pub(super) fn line_under<I: Iterator<Item = Point>>(
         spread,
         error: error.max(finest),
         slope_error: slope_error.max(1e-7).min(expected.skew.max(1e-7)),
+        independent: square.sqrt(),
         bend: bend.abs() / 2.0,
     }
 }

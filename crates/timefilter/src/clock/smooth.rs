@@ -1,6 +1,6 @@
 //! Offline smoothing: the clock models with knowledge of later timestamps too.
 
-use super::beat::{Beat, Teeth};
+use super::beat::Teeth;
 use super::envelope::{BIN_NANOS, INCREDIBLE, POOR_SKEW, memory_secs};
 use super::epoch::RAISED_LONG;
 use super::fit::{Fit, Point, line_around};
@@ -17,7 +17,7 @@ const BOTH_SIDES: f64 = 0.4;
 const REACH: f64 = 4.0;
 /// The stated drift of the skew in addition to that of the live model [1/s]: a fit to points on both sides
 /// has little other error.
-const DRIFT: f64 = 2e-8;
+const DRIFT: f64 = 1.2e-8;
 /// The stated drift of the skew between nodes [1/s].
 const BETWEEN_DRIFT: f64 = 3e-8;
 /// The number of nodes dropped before delays rose permanently.
@@ -26,6 +26,8 @@ const RISING_NODES: usize = 2;
 const FAR_SECS: f64 = 120.0;
 /// The number of points that suffice for a fit.
 const ENOUGH: usize = 16;
+/// The share of packets from which on a course counts as beating.
+const BEATING: f64 = 0.2;
 /// The steepest slope of the map between nodes; it keeps the map strictly increasing.
 const STEEPEST: f64 = 0.5;
 
@@ -37,8 +39,11 @@ struct Course {
     run: usize,
     /// The height of the last raised bin above the line [s].
     height: f64,
-    /// The interval between the link events that packets beat with [s]; 0 if there are none.
-    beat_interval: f64,
+    /// The last interval between link events that packets beat with [s], the number of packets for which the
+    /// live model knew one, and the number of all.
+    interval: f64,
+    beating: u64,
+    packets: u64,
     /// Whether the skew was outside the usual range.
     is_poor: bool,
 }
@@ -68,6 +73,21 @@ impl Course {
             self.bins[from..].iter_mut().for_each(|bin| bin.is_raised = false);
         }
         (self.run, self.height) = (run, height);
+    }
+
+    /// Takes the interval that packets beat with at present [s]; 0 if they do not.
+    fn beats(&mut self, interval: f64) {
+        self.packets += 1;
+        if interval > 0.0 {
+            self.interval = interval;
+            self.beating += 1;
+        }
+    }
+
+    /// The interval between the link events that packets beat with [s]; 0 if there are none.
+    fn beat_interval(&self) -> f64 {
+        let often = self.beating as f64 >= BEATING * self.packets as f64;
+        if often { self.interval } else { 0.0 }
     }
 }
 
@@ -116,9 +136,7 @@ impl Smoother {
         let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
         course.bins.extend(if goes_on && lower { Some(new) } else { open });
         course.is_poor |= epoch.is_poor();
-        if epoch.beat_interval() > 0.0 {
-            course.beat_interval = epoch.beat_interval();
-        }
+        course.beats(epoch.beat_interval());
     }
 
     /// Returns the smoothed clock, which expects the same stamps again in the same order.
@@ -235,27 +253,21 @@ impl Map {
     fn new(course: &Course, usual_skew: f64) -> Map {
         let free: Vec<Point> =
             course.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect();
-        let (Some(first), Some(last)) = (free.first(), free.last()) else {
+        if free.is_empty() {
             return Map { nodes: Vec::new() };
-        };
-        if let Some(nodes) = through_steps(&free, course.beat_interval) {
+        }
+        if let Some(nodes) = through_steps(&free, course.beat_interval()) {
             return Map { nodes };
         }
-        let beat_secs = Beat::secs(course.beat_interval);
         let skew = if course.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
-        let mut nodes: Vec<Node> = Vec::new();
-        let mut device = first.device;
-        let mut fit = Fit::level(*first);
-        loop {
-            fit = around(&free, device, skew, fit);
-            let (delay, slope) = (fit.at(device), fit.slope.clamp(-STEEPEST, STEEPEST));
-            let error = fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT) + beat_secs;
-            let node = Node { device, delay, slope, error };
+        // A few points may lie on a line by chance, so none is surer than is usual in this course.
+        let usual_spread = median(lines(&free, skew, 0.0).iter().map(|(_, fit)| fit.spread));
+        let lines = lines(&free, skew, usual_spread);
+        let usual_residual = median(lines.iter().map(|(_, fit)| fit.residual()));
+        let mut nodes: Vec<Node> = Vec::with_capacity(lines.len() + 1);
+        for (device, fit) in lines {
+            let node = Node::of(fit.no_surer_than_by(usual_residual), device);
             nodes.push(nodes.last().map_or(node, |before| node.near(before)));
-            // A long silence needs no nodes: the next one is where timestamps resume.
-            let next = free.get(free.partition_point(|bin| bin.device <= device));
-            let Some(next) = next else { break };
-            device = (device + NODE_SECS).max(next.device).min(last.device);
         }
         if course.run > 0 {
             // Delays may already have been rising in the last bins.
@@ -308,6 +320,13 @@ impl Map {
 }
 
 impl Node {
+    /// The node of a line at a device time [s].
+    fn of(fit: Fit, device: f64) -> Node {
+        let (delay, slope) = (fit.at(device), fit.slope.clamp(-STEEPEST, STEEPEST));
+        let error = fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT);
+        Node { device, delay, slope, error }
+    }
+
     /// The node, with the slope from `before` limited to the steepest that the map allows.
     fn near(self, before: &Node) -> Node {
         let most = STEEPEST * (self.device - before.device);
@@ -333,14 +352,37 @@ fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
     teeth.are_followed().then(|| levels.into_iter().map(node).collect())
 }
 
-/// Fits a line around a device time to sufficiently many points.
-fn around(bins: &[Point], device: f64, usual_skew: f64, guess: Fit) -> Fit {
+/// Fits a line around each node, given with its device time [s]; a long silence has no nodes, the next one
+/// is where timestamps resume.
+fn lines(bins: &[Point], skew: f64, usual_spread: f64) -> Vec<(f64, Fit)> {
+    let (Some(first), Some(last)) = (bins.first(), bins.last()) else { return Vec::new() };
+    let mut lines = Vec::new();
+    let (mut device, mut fit) = (first.device, Fit::level(*first));
+    loop {
+        fit = around(bins, device, skew, usual_spread, fit);
+        lines.push((device, fit));
+        let next = bins.get(bins.partition_point(|bin| bin.device <= device));
+        let Some(next) = next else { return lines };
+        device = (device + NODE_SECS).max(next.device).min(last.device);
+    }
+}
+
+/// The median; 0 of none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Fits a line around a device time to sufficiently many points, which scatter by at least `usual_spread`
+/// [s] in the long run.
+fn around(bins: &[Point], device: f64, usual_skew: f64, usual_spread: f64, guess: Fit) -> Fit {
     let within = |secs: f64| {
         let from = bins.partition_point(|bin| bin.device < device - secs);
         let to = bins.partition_point(|bin| bin.device <= device + secs);
         &bins[from..to]
     };
-    let mut memory = BOTH_SIDES * memory_secs(guess.spread);
+    let mut memory = BOTH_SIDES * memory_secs(guess.spread.max(usual_spread));
     while within(REACH * memory).len() < ENOUGH.min(bins.len()) {
         memory *= 2.0;
     }

@@ -55,6 +55,33 @@ fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
 }
 
 #[test]
+fn a_link_that_seemed_to_beat_for_a_moment_does_not() {
+    let mut course = Course::default();
+    (0..100).for_each(|_| course.beats(0.0));
+    (0..10).for_each(|_| course.beats(0.02));
+    assert!(course.beat_interval() <= 0.0);
+    (0..100).for_each(|_| course.beats(0.02));
+    assert!(course.beat_interval() > 0.0);
+}
+
+#[test]
+fn a_few_points_on_a_line_are_no_surer_than_the_others() {
+    let mut device = Device::new(10.0);
+    let scattered =
+        |place: i32| Point { device: f64::from(2 * place), delay: 0.02 * device.uniform() };
+    let mut points: Vec<Point> = (0..400).map(scattered).collect();
+    // Between outages.
+    points.retain(|point| !(300.0..600.0).contains(&point.device) || point.device % 50.0 < 9.0);
+    let between = 300.0..600.0;
+    for point in points.iter_mut().filter(|point| between.contains(&point.device)) {
+        point.delay = 0.005;
+    }
+    let bins = points.into_iter().map(|point| Bin { point, is_raised: false }).collect();
+    let map = Map::new(&Course { bins, ..Course::default() }, 50e-6);
+    assert!(map.error_at(450.0) > 0.8 * map.error_at(100.0));
+}
+
+#[test]
 fn any_settings_are_smoothed_without_a_panic() {
     for usual_skew_ppm in [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300] {
         let latency = Latency::new(f64::NAN, f64::INFINITY);
