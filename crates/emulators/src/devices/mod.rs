@@ -4,6 +4,7 @@
 //! clock: who holds it carries its bytes and says how late it is.
 
 mod peripheral;
+mod body_wearer;
 mod h10;
 mod strap;
 mod heart_rate;
@@ -12,6 +13,7 @@ mod shimmer;
 mod e4;
 mod myo;
 
+pub use body_wearer::BodyWearer;
 pub use e4::{E4Fault, E4Incident, E4Server};
 pub use h10::{Characteristic, Fault, H10, H10Settings, Incident, Sent};
 pub use myo::{Myo, MyoFault, MyoIncident, MyoSent};
