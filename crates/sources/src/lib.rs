@@ -4,6 +4,7 @@ pub mod robots;
 pub mod ros_people;
 pub mod topics;
 pub mod wearables;
+pub mod serial;
 pub mod simulated;
 pub mod emulated;
 pub mod session;

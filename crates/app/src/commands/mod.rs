@@ -3,6 +3,7 @@
 mod calibrate;
 mod check;
 mod demo;
+mod emulate;
 mod export;
 mod extract;
 mod import;
@@ -57,6 +58,8 @@ pub enum Command {
     Schema,
     /// Runs only the simulated robots of a study, on ROS
     Simulate(simulate::Simulate),
+    /// Runs only the emulated wearables of a study, on their transports
+    Emulate(emulate::Emulate),
 }
 
 impl Command {
@@ -79,6 +82,7 @@ impl Command {
             Command::List(command) => Ok(command.run()),
             Command::Schema => Ok(schema::run()),
             Command::Simulate(command) => command.run().await,
+            Command::Emulate(command) => command.run().await,
         }
     }
 }

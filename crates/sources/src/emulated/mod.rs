@@ -1,3 +1,64 @@
-//! Emulated devices on real transports.
+//! Emulated wearables on real transports, for drivers and programs that know nothing of an emulation.
+//!
+//! The devices are those of `teampulse_emulators::devices`, worn by simulated people; here they are put on the
+//! transport that the real ones have. [`EmulatedWearable`] is the table: a type is a file with its settings and an
+//! `open`, which returns what is reached where, and the task that serves it.
 
 pub mod bluetooth;
+mod wardrobe;
+mod empatica_e4;
+mod shimmer3;
+
+use std::io;
+use std::pin::Pin;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+pub use empatica_e4::EmulatedE4;
+pub use shimmer3::{EmulatedShimmer, serve_shimmer};
+pub use wardrobe::{PersonError, Wardrobe};
+
+/// A wearable of a simulated person, which `teampulse emulate` puts on its transport.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum EmulatedWearable {
+    /// The streaming server of an Empatica E4, on loopback.
+    EmpaticaE4(EmulatedE4),
+    /// A Shimmer3 GSR+, on a pseudoterminal in place of its serial port.
+    Shimmer3(EmulatedShimmer),
+}
+
+impl EmulatedWearable {
+    /// The person who wears it.
+    pub fn person(&self) -> &str {
+        match self {
+            EmulatedWearable::EmpaticaE4(e4) => &e4.person,
+            EmulatedWearable::Shimmer3(shimmer) => &shimmer.person,
+        }
+    }
+
+    /// Puts it on its transport.
+    pub async fn open(&self, wardrobe: &Wardrobe) -> io::Result<Emulation> {
+        let worn = wardrobe.worn_by(self.person()).map_err(io::Error::other)?;
+        match self {
+            EmulatedWearable::EmpaticaE4(e4) => e4.open(worn).await,
+            EmulatedWearable::Shimmer3(shimmer) => shimmer.open(worn),
+        }
+    }
+}
+
+/// An emulated device that can be reached.
+pub struct Emulation {
+    /// What it is, such as `Shimmer3 of p001`.
+    pub device: String,
+    /// Where it is reached.
+    pub address: String,
+    /// The lines of a study that reads it.
+    pub study: String,
+    /// Serves it until it fails or is dropped.
+    pub serving: Serving,
+}
+
+/// A task that serves a device.
+pub type Serving = Pin<Box<dyn Future<Output = io::Result<()>> + Send>>;

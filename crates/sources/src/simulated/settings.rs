@@ -7,6 +7,8 @@ use teampulse_emulators::body;
 use teampulse_emulators::robots::{self, Change, RADIUS_M, Scene, Topic};
 use teampulse_emulators::task::Plan;
 
+use crate::emulated::EmulatedWearable;
+
 /// A team of simulated robots that drive through an arena, discharge, and hear a router more or
 /// less well.
 ///
@@ -65,6 +67,8 @@ pub struct SimulatedTeam {
     pub body: body::Settings,
     /// What changes, with which robot and when: faults, and the load of computers.
     pub script: Vec<Scene>,
+    /// Wearables on their own transports, which `teampulse emulate` serves; nothing of them is on ROS.
+    pub wearables: Vec<EmulatedWearable>,
 }
 
 impl Default for SimulatedTeam {
@@ -92,6 +96,7 @@ impl Default for SimulatedTeam {
             task: Plan::default(),
             body: body::Settings::default(),
             script: Vec::new(),
+            wearables: Vec::new(),
         }
     }
 }
@@ -108,7 +113,7 @@ impl SimulatedTeam {
     }
 
     /// The settings of the model: without what is about its speed and what people wear.
-    pub(super) fn model(&self) -> robots::Settings {
+    pub(crate) fn model(&self) -> robots::Settings {
         let rates = self.rates().into_iter().filter(|(_, rate_hz)| *rate_hz > 0.0);
         robots::Settings {
             robots: self.names(),

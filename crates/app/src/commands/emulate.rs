@@ -1,0 +1,78 @@
+//! `teampulse emulate`: runs only the emulated wearables of a study, on their transports.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use teampulse_core::clock::Clock;
+use teampulse_sources::emulated::{EmulatedWearable, Emulation, Wardrobe};
+use tokio::task::JoinSet;
+
+use crate::commands::run::seconds;
+use crate::commands::simulate::team;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::output::{line, say};
+use crate::stop::Stop;
+use crate::study::Study;
+
+/// Runs only the emulated wearables of a study, each on its own transport, worn by the simulated people.
+///
+/// Reads the tables [[simulate.wearables]] of the study. Prints each device, its address and the lines of a study
+/// that reads it.
+#[derive(Debug, Args)]
+pub struct Emulate {
+    /// The study
+    study: PathBuf,
+    /// Ends by itself after this many seconds
+    #[arg(long, value_name = "SECS", value_parser = seconds)]
+    duration: Option<f64>,
+    /// The seed of all random numbers, instead of the study's
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+impl Emulate {
+    /// Runs the command.
+    pub async fn run(self) -> Result<Exit, Failure> {
+        let study = Study::read(&self.study)?;
+        let mut team = team(&study)?.unwrap_or_default();
+        if team.wearables.is_empty() {
+            let lacking = "it has no table [[simulate.wearables]]";
+            let hint = "add one, such as `type = \"shimmer3\"` with `person = \"p001\"`";
+            return Err(study.error(("simulate", ""), lacking, hint).into());
+        }
+        team.seed = self.seed.unwrap_or(team.seed);
+        let stopped = Stop::default().asked(Clock::host(), self.duration);
+        let wardrobe = Wardrobe::of(&team, &team.wearables).map_err(|error| {
+            Failure::new(error.to_string())
+                .hint("name one of them as `person`")
+                .exit(Exit::BadStudy)
+        })?;
+        let mut serving = JoinSet::new();
+        for wearable in &team.wearables {
+            let emulation = open(wearable, &wardrobe).await?;
+            show(&emulation);
+            serving.spawn(emulation.serving);
+        }
+        say("emulating wearables; Ctrl-C ends it");
+        tokio::select! {
+            () = stopped => Ok(Exit::Fine),
+            Some(ended) = serving.join_next() => {
+                let ended = ended.unwrap_or_else(|error| Err(std::io::Error::other(error)));
+                let why = ended.err().map_or_else(|| "it ended".into(), |error| error.to_string());
+                Err(Failure::to(format!("serve a device: {why}")))
+            }
+        }
+    }
+}
+
+async fn open(wearable: &EmulatedWearable, wardrobe: &Wardrobe) -> Result<Emulation, Failure> {
+    wearable.open(wardrobe).await.map_err(|error| {
+        let failure = Failure::to(format!("put a device of {} up: {error}", wearable.person()));
+        failure.hint("is its `port` in use? choose another one")
+    })
+}
+
+fn show(Emulation { device, address, study, .. }: &Emulation) {
+    line(format!("# {device} at {address}\n{study}\n"));
+}

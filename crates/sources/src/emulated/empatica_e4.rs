@@ -1,0 +1,94 @@
+//! An Empatica E4: its streaming server over TCP, on loopback.
+
+use std::io;
+use std::net::Ipv4Addr;
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_emulators::devices::E4Server;
+use tokio::io::AsyncWriteExt;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::JoinSet;
+use tokio::time::{interval, sleep};
+
+use super::Emulation;
+use super::shimmer3::GRAIN;
+use super::wardrobe::Dressed;
+
+/// Bytes of requests that are taken at once.
+const PIECE: usize = 1024;
+/// Between two lines, so that they arrive one by one.
+const BETWEEN_LINES: Duration = Duration::from_millis(1);
+/// The clients that are served at a time.
+const MOST_CLIENTS: usize = 16;
+
+/// The streaming server of an Empatica E4 that a simulated person wears, on loopback.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EmulatedE4 {
+    /// The person who wears it: `p001`.
+    pub person: String,
+    /// The port; 0 for any that is free. Default: 28000, as Empatica's.
+    #[serde(default = "port")]
+    pub port: u16,
+}
+
+fn port() -> u16 {
+    28000
+}
+
+impl EmulatedE4 {
+    pub(super) async fn open(&self, worn: Dressed) -> io::Result<Emulation> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port)).await?;
+        let address = listener.local_addr()?.to_string();
+        Ok(Emulation {
+            device: format!("Empatica E4 of {}", self.person),
+            study: format!(
+                "[[sources]]\ntype   = \"empatica_e4\"\nperson = \"{}\"\nserver = \"{address}\"",
+                self.person
+            ),
+            address,
+            serving: Box::pin(serve(listener, worn)),
+        })
+    }
+}
+
+/// As Empatica's server does, every client has a session of its own.
+async fn serve(listener: TcpListener, worn: Dressed) -> io::Result<()> {
+    let mut clients = JoinSet::new();
+    loop {
+        tokio::select! {
+            accepted = listener.accept(), if clients.len() < MOST_CLIENTS => {
+                let (client, _) = accepted?;
+                clients.spawn(converse(client, worn.clone()));
+            }
+            // A client that leaves in the middle of a line is no fault of the server.
+            Some(_left) = clients.join_next() => {}
+        }
+    }
+}
+
+async fn converse(mut client: TcpStream, worn: Dressed) -> io::Result<()> {
+    client.set_nodelay(true)?;
+    let (mut server, mut wearer) = (E4Server::default(), worn.wearer.at_wrist());
+    let mut ticks = interval(GRAIN);
+    let mut bytes = [0; PIECE];
+    // What was measured before is nobody's.
+    server.until(worn.clock.elapsed().as_secs_f64(), &mut wearer);
+    loop {
+        ticks.tick().await;
+        match client.try_read(&mut bytes) {
+            Ok(0) => return Ok(()),
+            Ok(count) => server.receive(bytes.get(..count).unwrap_or_default()),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error),
+        }
+        let sent = server.until(worn.clock.elapsed().as_secs_f64(), &mut wearer);
+        // A line a segment: programs that take a read for a line exist.
+        for line in sent.split_inclusive(|byte| *byte == b'\n') {
+            client.write_all(line).await?;
+            sleep(BETWEEN_LINES).await;
+        }
+    }
+}

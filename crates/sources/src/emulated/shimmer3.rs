@@ -1,0 +1,79 @@
+//! A Shimmer3 GSR+: a pseudoterminal in place of its serial port.
+
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::clock::Stopwatch;
+use teampulse_emulators::devices::{Shimmer, ShimmerSettings, Wearer};
+use tokio::time::interval;
+
+use super::Emulation;
+use super::wardrobe::Dressed;
+use crate::serial::Pty;
+
+/// How often devices are looked at.
+pub(super) const GRAIN: Duration = Duration::from_millis(5);
+/// Bytes that wait for a slow reader; what is more is lost, as on a radio link.
+const MOST_WAITING: usize = 4096;
+
+/// A Shimmer3 GSR+ that a simulated person wears at the fingers, on a pseudoterminal in place of a serial port.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EmulatedShimmer {
+    /// The person who wears it: `p001`.
+    pub person: String,
+    /// Where a link to its port is made, such as `/tmp/shimmer`; without it the port has a name of the system.
+    #[serde(default)]
+    pub port: Option<PathBuf>,
+}
+
+impl EmulatedShimmer {
+    pub(super) fn open(&self, worn: Dressed) -> io::Result<Emulation> {
+        let pty = Pty::open(self.port.as_deref())?;
+        let address = pty.path().to_owned();
+        let serving = async move {
+            let mut shimmer = Shimmer::new(ShimmerSettings::default());
+            let Dressed { mut wearer, clock } = worn;
+            serve_shimmer(&pty, &mut shimmer, &mut wearer, clock).await
+        };
+        Ok(Emulation {
+            device: format!("Shimmer3 GSR+ of {}", self.person),
+            study: format!(
+                "[[sources]]\ntype   = \"shimmer3\"\nperson = \"{}\"\nport   = \"{address}\"",
+                self.person
+            ),
+            address,
+            serving: Box::pin(serving),
+        })
+    }
+}
+
+/// Serves a Shimmer on a port, by a clock. It goes on streaming when nobody listens.
+pub async fn serve_shimmer(
+    pty: &Pty,
+    shimmer: &mut Shimmer,
+    wearer: &mut (dyn Wearer + Send),
+    clock: Stopwatch,
+) -> io::Result<()> {
+    let mut ticks = interval(GRAIN);
+    let (mut received, mut waiting) = (Vec::new(), Vec::new());
+    loop {
+        ticks.tick().await;
+        let is_open = pty.read(&mut received)?;
+        shimmer.receive(&received);
+        received.clear();
+        let sent = shimmer.until(clock.elapsed().as_secs_f64(), wearer);
+        if !is_open {
+            waiting.clear();
+            continue;
+        }
+        if waiting.len() + sent.len() <= MOST_WAITING {
+            waiting.extend(sent);
+        }
+        let written = pty.write(&waiting)?;
+        waiting.drain(..written);
+    }
+}

@@ -1,0 +1,103 @@
+use std::fs::{self, OpenOptions};
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::{OpenOptionsExt, symlink};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+/// Bytes that are taken at once.
+const PIECE: usize = 1024;
+const MOST_PIECES: usize = 16;
+
+/// A serial port without a device: what is written here is read by who opens its path, and the other way round.
+#[derive(Debug)]
+pub struct Pty {
+    near: OwnedFd,
+    path: String,
+    link: Option<PathBuf>,
+}
+
+impl Pty {
+    /// Makes a port, and a link to it where its path is to be known beforehand. An earlier link is replaced.
+    pub fn open(link: Option<&Path>) -> io::Result<Pty> {
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&near)?;
+        unlockpt(&near)?;
+        fcntl_setfl(&near, fcntl_getfl(&near)? | OFlags::NONBLOCK)?;
+        let path = ptsname(&near, Vec::new())?.into_string().map_err(io::Error::other)?;
+        // Raw, as a device is; and closed once, as only then it is seen that nobody has it open.
+        let flags = OFlags::NOCTTY.bits().cast_signed();
+        let far = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&path)?;
+        let mut settings = tcgetattr(&far)?;
+        settings.make_raw();
+        tcsetattr(&far, OptionalActions::Now, &settings)?;
+        if let Some(link) = link {
+            if link.is_symlink() {
+                fs::remove_file(link)?;
+            }
+            symlink(&path, link)?;
+        }
+        Ok(Pty { near, path, link: link.map(Path::to_owned) })
+    }
+
+    /// Where it is opened.
+    pub fn path(&self) -> &str {
+        self.link.as_deref().and_then(Path::to_str).unwrap_or(&self.path)
+    }
+
+    /// Reads what has arrived; whether somebody has the port open.
+    pub fn read(&self, received: &mut Vec<u8>) -> io::Result<bool> {
+        let mut bytes = [0; PIECE];
+        for _ in 0..MOST_PIECES {
+            match rustix::io::read(&self.near, &mut bytes) {
+                Ok(count) => received.extend(bytes.iter().take(count)),
+                Err(Errno::INTR) => {}
+                Err(Errno::AGAIN) => return Ok(true),
+                Err(Errno::IO) => return Ok(false),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Writes as many bytes as are accepted at once; their number.
+    pub fn write(&self, bytes: &[u8]) -> io::Result<usize> {
+        match rustix::io::write(&self.near, bytes) {
+            Err(Errno::AGAIN | Errno::IO | Errno::INTR) => Ok(0),
+            written => Ok(written?),
+        }
+    }
+}
+
+impl Drop for Pty {
+    fn drop(&mut self) {
+        let ours = |link: &PathBuf| fs::read_link(link).is_ok_and(|to| to == Path::new(&self.path));
+        if let Some(link) = self.link.as_ref().filter(|link| ours(link)) {
+            // A link that stays leads nowhere, and is replaced by the next.
+            let _removed = fs::remove_file(link);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_that_nobody_has_open_is_known_and_its_link_goes_with_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join("shimmer");
+        let pty = Pty::open(Some(&link)).expect("a pseudoterminal");
+        assert!(!pty.read(&mut Vec::new()).expect("is there"));
+        let far = OpenOptions::new().read(true).write(true).open(pty.path()).expect("opens");
+        assert!(pty.read(&mut Vec::new()).expect("is there"));
+        drop(far);
+        assert!(!pty.read(&mut Vec::new()).expect("is there"));
+        drop(pty);
+        assert!(!link.is_symlink());
+    }
+}
