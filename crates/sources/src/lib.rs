@@ -32,6 +32,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<wearables::heart_rate::HeartRate>("heart_rate"),
     Entry::new::<wearables::polar::Polar>("polar"),
     Entry::new::<wearables::myo::Myo>("myo"),
+    Entry::new::<wearables::shimmer3::Shimmer3>("shimmer3"),
 ];
 
 /// What sources are built with.

@@ -8,9 +8,11 @@ pub mod empatica_e4;
 pub mod heart_rate;
 pub mod polar;
 pub mod myo;
+pub mod shimmer3;
 
 /// The kinds of sources that are a device which a person wears.
-pub const KINDS: [&str; 4] = [empatica_e4::DEVICE, heart_rate::KIND, polar::DEVICE, myo::DEVICE];
+pub const KINDS: [&str; 5] =
+    [empatica_e4::DEVICE, heart_rate::KIND, polar::DEVICE, myo::DEVICE, shimmer3::DEVICE];
 
 /// The kind of source that reads a device, by the device of its streams.
 pub fn kind_of(device: &str) -> Option<&'static str> {
@@ -20,6 +22,7 @@ pub fn kind_of(device: &str) -> Option<&'static str> {
         empatica_e4::DEVICE => Some(empatica_e4::DEVICE),
         heart_rate::DEVICE => Some(heart_rate::KIND),
         myo::DEVICE => Some(myo::DEVICE),
+        shimmer3::DEVICE => Some(shimmer3::DEVICE),
         _ => sensor.starts_with(polar::DEVICE).then_some(polar::DEVICE),
     }
 }
@@ -36,6 +39,7 @@ mod tests {
             ("polar_h10", Some("polar")),
             ("heart_rate_strap_polar_h10", Some("polar")),
             ("myo", Some("myo")),
+            ("shimmer3", Some("shimmer3")),
             ("camera", None),
         ] {
             assert_eq!(kind_of(device), kind);

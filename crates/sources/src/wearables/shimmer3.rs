@@ -1,0 +1,154 @@
+//! A Shimmer3, over a serial port.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::source::{Source, SourceError};
+use teampulse_devices::shimmer3::{Sensors, ShimmerSession, ShimmerSettings};
+use tokio::time::timeout;
+
+use super::link::Conversation;
+use super::worn::Worn;
+use crate::SourceContext;
+use crate::serial::SerialPort;
+
+/// Its name in a study, and as latencies are known by.
+pub(super) const DEVICE: &str = "shimmer3";
+/// That of its dock; Bluetooth's ports have none.
+const BAUD: u32 = 115_200;
+/// How long a port may take to open: Bluetooth calls a device for up to 20 s.
+const PATIENCE: Duration = Duration::from_secs(25);
+/// What the device can be set to \[Hz\], and what its radio carries.
+const LEAST_HZ: f64 = 1.0;
+const MOST_HZ: f64 = 1024.0;
+
+/// A Shimmer3 (GSR+ or another unit, firmware `LogAndStream`) that a person wears: skin conductance, PPG, acceleration,
+/// rotation, magnetic field, battery.
+///
+/// It is reached through a serial port: `sudo rfcomm bind 0 ADDRESS` makes `/dev/rfcomm0` of a paired device. Its own
+/// clock times the samples. A byte that the link loses costs its packet, which is counted, and shifts no channel.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shimmer3 {
+    /// The person who wears it, by pseudonym: `p001`.
+    pub person: String,
+    /// The serial port.
+    #[serde(default = "port")]
+    pub port: String,
+    /// What it measures.
+    #[serde(default = "sensors")]
+    pub sensors: Vec<ShimmerSensor>,
+    /// Samples per second \[Hz\], from 1 to 1024. Above 256 Hz of several sensors, the radio loses bytes.
+    #[serde(default = "rate_hz")]
+    pub rate_hz: f64,
+}
+
+/// A sensor of a Shimmer3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShimmerSensor {
+    /// Skin conductance.
+    Eda,
+    /// The optical pulse sensor.
+    Ppg,
+    /// The low-noise accelerometer.
+    AccelerationLowNoise,
+    /// The wide-range accelerometer.
+    AccelerationWideRange,
+    /// The gyroscope.
+    Gyroscope,
+    /// The magnetometer.
+    Magnetometer,
+    /// The voltage of the battery, with every sample.
+    Battery,
+}
+
+impl ShimmerSensor {
+    fn bits(self) -> Sensors {
+        match self {
+            ShimmerSensor::Eda => Sensors::GSR,
+            ShimmerSensor::Ppg => Sensors::PPG,
+            ShimmerSensor::AccelerationLowNoise => Sensors::ACCELERATION_LOW_NOISE,
+            ShimmerSensor::AccelerationWideRange => Sensors::ACCELERATION_WIDE_RANGE,
+            ShimmerSensor::Gyroscope => Sensors::GYROSCOPE,
+            ShimmerSensor::Magnetometer => Sensors::MAGNETOMETER,
+            ShimmerSensor::Battery => Sensors::BATTERY,
+        }
+    }
+}
+
+fn port() -> String {
+    "/dev/rfcomm0".into()
+}
+
+fn sensors() -> Vec<ShimmerSensor> {
+    vec![ShimmerSensor::Eda, ShimmerSensor::Ppg]
+}
+
+fn rate_hz() -> f64 {
+    128.0
+}
+
+impl Component<dyn Source, SourceContext> for Shimmer3 {
+    const EXAMPLE: &'static str = r#"person = "p001""#;
+
+    fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+        if !(LEAST_HZ..=MOST_HZ).contains(&self.rate_hz) {
+            let message = format!("rate_hz is {}; expected {LEAST_HZ} to {MOST_HZ}", self.rate_hz);
+            let hint = "128 is enough for skin conductance and PPG";
+            return Err(SettingsError::new(message).at("rate_hz").with_hint(hint));
+        }
+        let bits = self.sensors.iter().map(|sensor| sensor.bits());
+        let Some(sensors) = bits.reduce(|all, sensor| all | sensor) else {
+            let error = SettingsError::new("it has no sensors").at("sensors");
+            return Err(error.with_hint("name some, such as [\"eda\", \"ppg\"]"));
+        };
+        let worn = Worn::new(self.person, DEVICE)?;
+        let settings =
+            ShimmerSettings { rate_hz: self.rate_hz, sensors, ..ShimmerSettings::default() };
+        let session = ShimmerSession::new(settings);
+        let conversation = Conversation { session, worn, clock: Stopwatch::start() };
+        Ok(Box::new(Shimmer { port: self.port, conversation }))
+    }
+}
+
+/// A Shimmer3 at work.
+struct Shimmer {
+    port: String,
+    conversation: Conversation<ShimmerSession>,
+}
+
+#[async_trait]
+impl Source for Shimmer {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let opening = timeout(PATIENCE, SerialPort::open(&self.port, BAUD));
+        let opened = tokio::select! {
+            opened = opening => opened,
+            () = outlet.closed() => return Ok(()),
+        };
+        let opened = opened.map_err(|_elapsed| SourceError::Gone {
+            message: format!("open {}: the device does not answer", self.port),
+            hint: "is it on, paired and near?".into(),
+        })?;
+        let link = opened
+            .map_err(|error| SourceError::Gone { message: error.to_string(), hint: error.hint })?;
+        let held = self.conversation.hold(link, outlet).await;
+        held.map_err(|error| at_port(error, &self.port))
+    }
+}
+
+/// The same error with the port.
+fn at_port(error: SourceError, port: &str) -> SourceError {
+    match error {
+        SourceError::Gone { message, .. } => SourceError::Gone {
+            message: format!("{message} (Shimmer3 at {port})"),
+            hint: "is this the port of a Shimmer3 with LogAndStream, and is it on and near?".into(),
+        },
+        fatal @ SourceError::Fatal { .. } => fatal,
+    }
+}
