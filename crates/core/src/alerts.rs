@@ -1,4 +1,4 @@
-//! Alerts: that a robot needs someone, published as events in words, and parsed again.
+//! Alerts that a robot needs attention, as events: formatted and parsed.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -6,14 +6,14 @@ use std::fmt;
 /// The topic of alerts.
 pub const ALERTS: &str = "/team/alerts";
 
-/// A robot needs someone, or does not any more.
+/// A robot needs someone, or no longer does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alert {
     /// The robot.
     pub robot: String,
     /// Why.
     pub why: Why,
-    /// What became of it.
+    /// The state of the alert.
     pub stage: Stage,
 }
 
@@ -24,7 +24,7 @@ pub enum Why {
     Offline,
     /// A sensor of this name repeats itself.
     Stuck(String),
-    /// Its diagnostics say error.
+    /// Its diagnostics report an error.
     Diagnostics,
     /// A number is beyond its limit, in words: `battery below 20 %`.
     Limit(String),
@@ -68,12 +68,12 @@ impl PartialOrd for Why {
     }
 }
 
-/// What became of an alert.
+/// The state of an alert.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// The robot needs someone.
     Raised,
-    /// Somebody commanded the robot.
+    /// A person has commanded the robot.
     Answered,
     /// The robot no longer needs someone.
     Over,
@@ -92,14 +92,14 @@ impl Stage {
 }
 
 impl Alert {
-    /// As it stands in the label of its event: `robot2 needs someone: offline`.
+    /// As in the label of its event: `robot2 needs someone: offline`.
     pub fn label(&self) -> String {
         format!("{}{}{}", self.robot, self.stage.words(), self.why)
     }
 
     /// The alert of a label; `None` for any other text.
     pub fn read(label: &str) -> Option<Alert> {
-        // The words of one are the last ones of another, so the robot is a single word.
+        // One phrase may be the end of another, so the robot is a single word.
         Stage::ALL.into_iter().find_map(|stage| {
             let (robot, why) = label.split_once(stage.words())?;
             let is_robot = !robot.is_empty() && !robot.contains(' ');

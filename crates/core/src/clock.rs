@@ -9,18 +9,19 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::time::Time;
 
-/// What the time is, for a whole session; clones read the same clock.
+/// The clock of a whole session; clones share it.
 #[derive(Clone, Debug)]
 pub struct Clock(Arc<Kind>);
 
 #[derive(Debug)]
 enum Kind {
-    /// Ahead of the machine's clock by so much when it started [s], and faster by so much [ppm].
+    /// Its offset from the machine's clock at the start [s], and its skew [ppm]; both positive
+    /// where it is ahead.
     Host { wall_at_start: Time, started: Moment, ahead_secs: f64, fast_ppm: f64 },
     Set {
         nanos: AtomicI64,
-        /// How far the session's time is ahead of the time that was set [ns]: it continued evenly when that
-        /// jumped.
+        /// How far the session's time is ahead of the time that was set [ns]: the session's time goes on
+        /// evenly where the other jumps.
         ahead_nanos: AtomicI64,
     },
 }
@@ -32,8 +33,7 @@ impl Clock {
         Clock::host_off(0.0, 0.0)
     }
 
-    /// The host's clock as it would be if it were ahead by so much now [s], and ran so much faster
-    /// [ppm]: for a simulated computer.
+    /// The host's clock with an offset [s] and a skew [ppm]: for a simulated computer.
     pub fn host_off(ahead_secs: f64, fast_ppm: f64) -> Clock {
         let (wall_at_start, started) = (wall(), Moment::now());
         Clock(Arc::new(Kind::Host { wall_at_start, started, ahead_secs, fast_ppm }))
@@ -67,15 +67,15 @@ impl Clock {
         }
     }
 
-    /// From now on the session's time is so far ahead of the simulated time by which messages are
-    /// stamped [ns].
+    /// Sets how far the session's time is ahead of the simulated time that stamps messages [ns].
     pub fn run_ahead(&self, of_stamps_nanos: i64) {
         if let Kind::Set { ahead_nanos, .. } = &*self.0 {
             ahead_nanos.store(of_stamps_nanos, Ordering::Release);
         }
     }
 
-    /// A stamp by simulated time, in the session's time; a host's clock changes nothing.
+    /// Converts a stamp of simulated time to the session's time; with a host's clock the stamp is
+    /// returned unchanged.
     pub fn session_from_stamp(&self, stamp: Time) -> Time {
         match &*self.0 {
             Kind::Host { .. } => stamp,
@@ -86,7 +86,7 @@ impl Clock {
         }
     }
 
-    /// Whether the time is set from outside (simulated) rather than the host's.
+    /// Whether the time is set from outside (simulated time) instead of read from the host.
     pub fn is_settable(&self) -> bool {
         matches!(*self.0, Kind::Set { .. })
     }
@@ -103,7 +103,7 @@ impl Clock {
     }
 }
 
-/// The machine's wall clock, for what lies outside any session: names of files, ages of files.
+/// The machine's wall clock, for uses outside any session: names and ages of files.
 pub fn wall() -> Time {
     let nanos = match SystemTime::now().duration_since(UNIX_EPOCH) {
         Ok(after) => i64::try_from(after.as_nanos()).unwrap_or(i64::MAX),
@@ -128,7 +128,8 @@ impl Moment {
     }
 }
 
-/// How long our own work takes, by the machine's monotonic clock: pacing, which no result depends on.
+/// Measures the duration of our own work by the machine's monotonic clock: for pacing only, as no
+/// result may depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch(Moment);
 
@@ -149,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_reported_clock_never_goes_back() {
+    fn a_set_clock_never_goes_back() {
         let clock = Clock::settable();
         assert!(clock.set(Time::from_nanos(5)));
         assert!(!clock.set(Time::from_nanos(3)));
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_off_is_off_by_so_much_and_that_is_no_step() {
+    fn an_offset_clock_has_its_offset_and_skew_and_no_step() {
         let clock = Clock::host_off(1.5, 40.0);
         assert!((clock.now().secs_since(wall()) - 1.5).abs() < 1.0);
         assert!(clock.wall_offset_nanos().abs() < 1_000_000_000);

@@ -25,32 +25,32 @@ pub use settings::{ClockSettings, IntervalLatency};
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
 
-/// What a study calls the device of a stream (`[clocks.imu]`): the last word of its device, or of
-/// its topic where it names none.
+/// The name in a study of the device of a stream (`[clocks.imu]`): the last token of its device, or
+/// of its topic where it has no device.
 pub fn device_of(stream: &Stream) -> &str {
     let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
     last_token(name)
 }
 
-/// How times come about in a session.
+/// How the samples of a session get their times.
 #[derive(Default)]
 pub struct Clocks {
     settings: BTreeMap<String, ClockSettings>,
     timing: Timing,
-    /// By topic, the computer that stamps it.
+    /// The computer that stamps each topic.
     computers: BTreeMap<String, String>,
     at_work: Vec<Clock>,
-    /// The place of each clock at work.
+    /// The index of each clock in use.
     places: BTreeMap<Owner, usize>,
     /// The clock of each stream, by its id.
     of: Vec<Option<Placed>>,
-    /// By topic, the streams that have a clock.
+    /// The streams of each topic that have a clock.
     streams: BTreeMap<String, Vec<StreamId>>,
-    /// How often simulated time broke.
+    /// The number of breaks of simulated time.
     simulated_epoch: u32,
 }
 
-/// How times come about.
+/// How samples get their times.
 #[derive(Default)]
 enum Timing {
     /// They are corrected.
@@ -58,11 +58,11 @@ enum Timing {
     Corrected,
     /// They are as stamped.
     Stamped,
-    /// Those of devices are as stamped, by `retime`; what is known of their clocks is modelled.
+    /// Those of devices are as stamped by `retime`; the other clocks are modelled.
     Retimed,
-    /// They are corrected, and the stamps of devices collected.
+    /// They are corrected, and the stamps of devices are collected.
     Collecting(Hindsight),
-    /// They are corrected with all stamps of devices known.
+    /// They are corrected with all stamps of devices at hand.
     Known(Hindsight),
 }
 
@@ -70,46 +70,46 @@ enum Timing {
 #[derive(Clone, Copy)]
 struct Placed {
     clock: usize,
-    /// What the study says of a stream of messages: how long before its stamp it was measured.
+    /// How long before its stamp a message was measured, by the study.
     latency: Latency,
 }
 
 /// Stamped at once.
 const NO_LATENCY: Latency = Latency::new(0.0, 0.0);
 
-/// One clock at work.
+/// One clock in use.
 struct Clock {
     owner: Owner,
     model: Box<dyn ClockModel>,
     /// Whether its stamps are shifted.
     off_secs: Option<f64>,
-    /// What its latency is over links of which the connection interval is known.
+    /// Its latency over links with a known connection interval.
     by_interval: Option<ByInterval>,
 }
 
 impl Clocks {
-    /// Times are corrected; `settings` by name of the device.
+    /// Clocks that correct times; `settings` by the name of the device.
     pub fn new(settings: BTreeMap<String, ClockSettings>) -> Clocks {
         Clocks { settings, ..Clocks::default() }
     }
 
-    /// Times are taken as they are stamped: for simulations, and what is played.
+    /// Clocks that take times as stamped: for simulations and for playback.
     pub fn as_stamped() -> Clocks {
         Clocks { timing: Timing::Stamped, ..Clocks::default() }
     }
 
-    /// Times of devices are taken as `retime` has stamped them.
+    /// Clocks that take the times of devices as `retime` has stamped them.
     pub fn retimed(settings: BTreeMap<String, ClockSettings>) -> Clocks {
         Clocks { settings, timing: Timing::Retimed, ..Clocks::default() }
     }
 
-    /// Times are corrected, and their stamps collected, to correct them with hindsight.
+    /// Clocks that correct times and collect the stamps, for a second pass over the recording.
     pub fn collecting(settings: BTreeMap<String, ClockSettings>, hindsight: &Hindsight) -> Clocks {
         Clocks { settings, timing: Timing::Collecting(hindsight.clone()), ..Clocks::default() }
     }
 
-    /// Times are corrected with the stamps of the whole recording, which is handed over once more.
-    /// From now on samples are stamped with them.
+    /// Clocks that correct times with the stamps of the whole recording, which is read a second
+    /// time. Samples are stamped with these times from then on.
     pub fn with_hindsight(
         settings: BTreeMap<String, ClockSettings>,
         hindsight: Hindsight,
@@ -117,12 +117,12 @@ impl Clocks {
         Clocks { settings, timing: Timing::Known(hindsight), ..Clocks::default() }
     }
 
-    /// Whether waves are to be given their period by the session's clock.
+    /// Whether waves get their period by the session's clock.
     pub(crate) fn stamps_anew(&self) -> bool {
         matches!(self.timing, Timing::Known(_))
     }
 
-    /// The place in time of a reading of a raw stream.
+    /// The corrected time of a reading of a raw stream.
     pub(crate) fn correct(&mut self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Corrected {
         let stamped = Corrected {
             measured: stamps.source.unwrap_or(stamps.arrival),
@@ -152,7 +152,7 @@ impl Clocks {
         Corrected { measured: corrected.measured.saturating_sub(latency_nanos), ..corrected }
     }
 
-    /// From now on the stamps of the streams of this name are by the clock of this computer.
+    /// Assigns the streams of this name to the clock of this computer from now on.
     pub(crate) fn stamped_by(&mut self, stream: String, computer: String) {
         if self.computers.get(&stream) != Some(&computer) {
             for id in self.streams.remove(&stream).unwrap_or_default() {
@@ -162,18 +162,18 @@ impl Clocks {
         }
     }
 
-    /// The clock of a computer was probed.
+    /// Takes in a probe of the clock of a computer.
     pub(crate) fn probed(&mut self, computer: String, probe: &Probe) {
         let clock = self.owned_by(&Owner::Computer(computer), 0.0);
         self.at_work[clock].model.probe(probe);
     }
 
-    /// Simulated time broke.
+    /// Takes in a break of simulated time.
     pub(crate) fn begin_epoch_of_simulated_time(&mut self) {
         self.simulated_epoch += 1;
     }
 
-    /// Time passes; gives what happened to clocks, each with the clock's name.
+    /// Advances the time; returns the events of clocks, each with the clock's name.
     pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, News)> {
         let mut told = Vec::new();
         for clock in &mut self.at_work {
@@ -190,7 +190,7 @@ impl Clocks {
         told
     }
 
-    /// What is known of the clock of a stream; `None` before its first sample.
+    /// The state of the clock of a stream; `None` before its first sample.
     pub(crate) fn state(&self, id: StreamId) -> Option<ClockState> {
         let Placed { clock, latency } = (*self.of.get(id.0 as usize)?)?;
         let Clock { owner, model, by_interval, .. } = &self.at_work[clock];
@@ -205,7 +205,7 @@ impl Clocks {
         Some(ClockState { uncertainty_secs, ..state })
     }
 
-    /// What is wrong with the clock of a stream.
+    /// The fault of the clock of a stream, if any.
     pub(crate) fn complaint(&self, id: StreamId) -> Option<String> {
         let clock = self.clock(id)?;
         let secs = clock.off_secs?;
@@ -240,9 +240,9 @@ impl Clocks {
         placed
     }
 
-    /// Whose clock stamps a stream. Messages without a known sender are stamped by their subject: a robot
-    /// is one computer until more is known. Samples in our own shapes that another computer stamped are
-    /// already placed by the device's clock, in that computer's time.
+    /// Whose clock stamps a stream. Messages without a known sender are assigned to their subject: a
+    /// robot counts as one computer until its computers are known. Samples in our own shapes that another
+    /// computer stamped are already placed by the device's clock, in that computer's time.
     fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
         let device = || stream.device.clone();
         let computer = self.computers.get(&stream.name).map(String::as_str);
@@ -278,7 +278,7 @@ impl Clocks {
         place
     }
 
-    /// The model of a clock that is new.
+    /// The model of a new clock.
     fn begin(&self, owner: &Owner, rate_hz: f64) -> Box<dyn ClockModel> {
         match &self.timing {
             Timing::Known(hindsight) => {
@@ -301,7 +301,7 @@ impl Clocks {
         }
     }
 
-    /// What the study says of the device's latency by connection interval; `None` where it says nothing.
+    /// The study's latencies of the device by connection interval; `None` where it has none.
     fn by_interval(&self, owner: &Owner) -> Option<ByInterval> {
         let (Owner::Device(_, device) | Owner::Counted(_, device)) = owner else { return None };
         let intervals = &self.settings.get(last_token(device))?.intervals;
@@ -309,7 +309,7 @@ impl Clocks {
         (!intervals.is_empty()).then(|| ByInterval::new(base, intervals.clone()))
     }
 
-    /// What collects the stamps of a clock; `None` for those that are corrected as they come.
+    /// The collector of the stamps of a clock; `None` for clocks that are corrected causally.
     fn smoother(&self, owner: &Owner, rate_hz: f64) -> Option<Smoother> {
         match owner {
             Owner::Device(_, device) => Some(Smoother::new(self.settings_of(device))),
@@ -320,13 +320,13 @@ impl Clocks {
         }
     }
 
-    /// What the study says of a stream of messages: a driver's messages are stamped later than they were measured.
+    /// The study's latency of a stream of messages: a driver's messages are stamped later than they were measured.
     fn latency_of(&self, stream: &Stream) -> Latency {
         let told = self.settings.get(device_of(stream));
         told.and_then(ClockSettings::latency).unwrap_or(NO_LATENCY)
     }
 
-    /// What is known of the clock of a kind of device: from the study, else from the table.
+    /// The latency of a kind of device: from the study, else from the table.
     fn settings_of(&self, device: &str) -> OneWaySettings {
         let device = last_token(device);
         let known = KnownDevice::find(device);
@@ -348,13 +348,12 @@ fn is_kept(stream: &Stream) -> bool {
     stream.about != About::Session && stream.qos.iter().any(kept)
 }
 
-/// Whether a raw stream was concluded from others, by a worker: its stamps are the times of what that looked
-/// at.
+/// Whether a worker derived a raw stream from others: its stamps are the times of the worker's inputs.
 fn is_concluded(stream: &Stream) -> bool {
     stream.origin == Origin::Raw && !stream.inputs.is_empty()
 }
 
-/// The state of a clock of which nothing is known.
+/// The state of an unknown clock.
 pub(crate) const UNKNOWN: ClockState = ClockState {
     kind: ClockKind::Host,
     epoch: 0,

@@ -1,5 +1,5 @@
-//! Other computers' clocks, reported in band: which computer stamps a stream, and what probes of its clock
-//! found. Both are recorded like any other input, so that a replay corrects the same.
+//! Other computers' clocks, reported in band: which computer stamps a stream, and the results of probes of
+//! its clock. Both are recorded like any other input, so that a replay makes the same corrections.
 
 use std::sync::Arc;
 
@@ -19,16 +19,16 @@ const PROBES: &str = "/teampulse/clock_probes";
 /// The topics of reports on computers' clocks and on publishers: too frequent to be shown to people.
 pub const UNTOLD: [&str; 3] = [STAMPED_BY, PROBES, publishers::TOPIC];
 
-/// No clock is so far behind [s]: stamps that are, such as those of a simulation that began at 0, are of
-/// simulated time. Ten years.
+/// Stamps further behind than this are of simulated time, as of a simulation that began at 0 [s]: ten
+/// years.
 const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;
 
-/// Whether stamps that are so far off [s] are of simulated time, and no clock's.
+/// Whether stamps with this offset [s] are of simulated time.
 pub fn is_simulated(offset_secs: f64) -> bool {
     offset_secs < -SIMULATED_SECS
 }
 
-/// What is said of stamps that are, in a session that keeps another time.
+/// The remark on stamps of simulated time in a session by another clock.
 pub const SIMULATED: &str =
     "stamps by simulated time: set clock = \"/clock\" below [session] to follow it";
 
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_reported_is_read_as_it_was() {
+    fn a_report_survives_its_event() {
         for told in [
             ClockReport::StampedBy {
                 stream: "/r1/odom".into(),

@@ -10,7 +10,8 @@ use crate::stream::Stream;
 use crate::text::{self, LONGEST_LABEL, LONGEST_NAME};
 use crate::words::words;
 
-/// What a sample holds: a closed set of shapes, not of sensors. A new sensor needs no new shape.
+/// The content of a sample: a closed set of shapes, not of sensors. A new sensor needs no new
+/// shape.
 #[derive(Clone, Debug)]
 pub enum Data {
     /// One reading, a number for each channel.
@@ -30,7 +31,7 @@ pub enum Data {
 }
 
 impl Data {
-    /// What it holds in memory beside itself [bytes]. What is shared with others counts in full.
+    /// Its heap memory [bytes]; shared data count in full.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         match self {
@@ -72,7 +73,7 @@ impl Data {
     }
 }
 
-/// A run of samples with one period: what a device gives in one notification.
+/// A run of samples with one period, as from one notification of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wave {
     /// Time from one sample to the next [ns].
@@ -97,9 +98,9 @@ impl Wave {
 pub struct FeatureValues {
     /// Length of the window [s].
     pub window_secs: f64,
-    /// How much of the window had data [0..1].
+    /// The share of the window with data [0..1].
     pub coverage: f32,
-    /// How good the data were [0..1].
+    /// The quality of the data [0..1].
     pub quality: f32,
     /// A value for each channel; NaN exactly where `reasons` is not [`Reason::Ok`].
     pub values: Vec<f64>,
@@ -113,7 +114,7 @@ pub struct FeatureValues {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Reason {
-    /// It has one.
+    /// There is a value.
     Ok = 0,
     /// The window is not yet full enough.
     Short = 1,
@@ -127,7 +128,7 @@ pub enum Reason {
     Undefined = 5,
     /// No baseline is over yet to compare with.
     NoBaseline = 6,
-    /// What it would describe has not happened, or is over.
+    /// The described event has not happened, or is over.
     Nothing = 7,
     /// The baseline is too short to estimate how much its values vary.
     BriefBaseline = 8,
@@ -147,7 +148,7 @@ impl Reason {
         Self::BriefBaseline,
     ];
 
-    /// The reason of a code on the wire; `None` for any other.
+    /// The reason with this code on the wire; `None` for an unknown code.
     pub fn from_code(code: u8) -> Option<Reason> {
         Self::ALL.get(usize::from(code)).copied()
     }
@@ -169,16 +170,16 @@ impl fmt::Display for Reason {
     }
 }
 
-/// Something that happened at a moment, or over a while.
+/// Something that happened at a moment, or over a span of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// What kind of thing.
+    /// The kind of event.
     pub kind: EventKind,
-    /// Which one: the name of the phase, the text of the marker, the stream with the fault.
+    /// Its label: the name of the phase, the text of the marker, the stream with the fault.
     pub label: String,
-    /// A number that belongs to it; NaN where there is none.
+    /// Its value; NaN where it has none.
     pub value: f64,
-    /// How long it lasted or will last [s]; 0 for a moment, NaN where unknown.
+    /// Its duration [s]; 0 for a moment, NaN where unknown.
     pub duration_secs: f64,
 }
 
@@ -203,7 +204,7 @@ words! {
         Blink = "blink",
         /// A person steps in and commands a robot.
         Intervention = "intervention",
-        /// Somebody asked something of the session; see [`Accepted`](crate::command::Accepted).
+        /// A command to the session; see [`Accepted`](crate::command::Accepted).
         Command = "command",
         /// Something went wrong.
         Fault = "fault",

@@ -1,30 +1,30 @@
-//! Whether samples come more densely than it is stated: waves that overlap.
+//! Detects waves that overlap in time: samples that arrive faster than stated.
 //!
 //! A wave states the time from one of its samples to the next, and a description the rate of its stream. Where
-//! more samples than that stand between the stamps of the first wave and the last, waves overlap in time, and
-//! what is computed of them has a wrong time base. A function of corrected times and log times, so that a
-//! replay says the same.
+//! there are more samples than that between the stamps of the first wave and the last, waves overlap in time,
+//! and features computed from them have a wrong time base. A function of corrected times and log times, so
+//! that a replay has the same result.
 
 use std::collections::VecDeque;
 
 use crate::time::Time;
 
-/// It is looked at so much of a stream [s], and at so many waves of it.
+/// The span of a stream that is examined [s], and the number of its waves.
 const LEAST_SECS: f64 = 10.0;
 const LEAST_WAVES: u64 = 8;
-/// Waves of about so much time are counted together [s].
+/// The length of the stretches in which waves are counted [s].
 const STRETCH_SECS: f64 = 1.0;
 /// A rate that is exceeded by less is right: clocks of devices are off by less than a thousandth, and waves
 /// that are stamped by their arrival jitter.
 const TOLERATED: f64 = 1.1;
-/// More stretches are not kept, however much of them overlaps.
+/// The largest number of stretches that are kept.
 const MOST_STRETCHES: usize = 256;
 
-/// How densely the samples of a stream of waves stand.
+/// The density of the samples in a stream of waves.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Density {
     stretches: VecDeque<Stretch>,
-    /// What the newest whole stretches came to.
+    /// The counts of the newest complete stretches.
     exceeded: Option<Exceeded>,
 }
 
@@ -45,8 +45,8 @@ struct Exceeded {
 }
 
 impl Density {
-    /// A wave of so many samples came in its turn; its rate is stated [Hz], by its period or by the
-    /// description of its stream, whichever is lower.
+    /// Takes in a wave of this many samples in its turn; the stated rate [Hz] is that of its period
+    /// or of the stream's description, whichever is lower.
     pub(crate) fn came(&mut self, samples: u64, measured: Time, log_time: Time, stated_hz: f64) {
         let goes_on = self.stretches.back_mut().filter(|stretch| {
             measured.secs_since(stretch.measured) < STRETCH_SECS
@@ -61,7 +61,7 @@ impl Density {
         self.stretches.push_back(Stretch { measured, log_time, waves: 1, samples });
     }
 
-    /// Looks at the stretches before a wave that begins at a time.
+    /// Examines the stretches before a wave that begins at a time.
     fn judge(&mut self, until: Time, stated_hz: f64) {
         let (mut waves, mut samples) = (0_u64, 0_u64);
         let enough = self.stretches.iter().rposition(|stretch| {
@@ -82,7 +82,7 @@ impl Density {
         self.exceeded = is_exceeded.then_some(Exceeded { rate_hz, stated_hz });
     }
 
-    /// What is wrong with the stream, as long as it is.
+    /// The fault of the stream while it lasts.
     pub(crate) fn complaint(&self) -> Option<String> {
         let Exceeded { rate_hz, stated_hz } = self.exceeded?;
         let [comes, stated] = [rate_hz, stated_hz].map(|hz| format!("{hz:.0}"));
@@ -100,8 +100,8 @@ mod tests {
         Time::from_nanos(BEGIN.nanos() + (secs * 1e9).round() as i64)
     }
 
-    /// What is said after so many seconds of waves of 128 samples that come so many times as fast as their
-    /// period of 1 ms says.
+    /// The remark after this many seconds of waves of 128 samples that arrive this many times as fast as
+    /// their period of 1 ms states.
     fn said(times: f64, secs: f64) -> Option<String> {
         let mut density = Density::default();
         let every_secs = 0.128 / times;
@@ -122,14 +122,14 @@ mod tests {
     }
 
     #[test]
-    fn waves_that_follow_each_other_or_leave_gaps_are_not() {
+    fn consecutive_waves_and_waves_with_gaps_are_not_marked() {
         for times in [0.1, 0.5, 0.999, 1.0, 1.001, 1.05] {
             assert_eq!(said(times, 100.0), None, "{times} times the rate");
         }
     }
 
     #[test]
-    fn what_was_kept_and_comes_at_once_with_its_own_stamps_does_not_overlap() {
+    fn a_stored_burst_with_its_own_stamps_does_not_overlap() {
         let mut density = Density::default();
         for k in 0..1000 {
             // For a minute nothing arrives; then all of that comes within a millisecond.
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn stamps_that_jitter_and_seldom_waves_are_not_marked() {
+    fn jittering_stamps_and_rare_waves_are_not_marked() {
         let mut density = Density::default();
         for k in 0..200_u32 {
             // A wave of 10 s each 10 s, stamped by its arrival, up to half a second late.

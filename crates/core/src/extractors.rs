@@ -1,4 +1,4 @@
-//! Features at work: which extractor hears which stream.
+//! Running features: which extractor receives which stream.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -12,19 +12,19 @@ use crate::sample::{Sample, Turn};
 use crate::stream::{Stream, StreamId, Subject};
 use crate::time::Time;
 
-/// All features of a session at work.
+/// All running features of a session.
 ///
-/// An extractor that panics is left out from then on, and so is a feature that can't even say what it
-/// accepts; all others go on.
+/// An extractor that panics is left out from then on, and so is a feature that panics in `accepts`;
+/// all others go on.
 pub(crate) struct Extractors {
-    /// By name; without the feature where that has panicked.
+    /// By name; `None` for a feature that has panicked.
     features: Vec<(&'static str, Option<Arc<dyn Feature>>)>,
     at_work: Vec<AtWork>,
-    /// By feature and what shares an extractor.
+    /// By feature and scope.
     shared: BTreeMap<(usize, Sharing), usize>,
-    /// Who listens to a stream, by its id.
+    /// The extractors that receive a stream, by its id.
     listeners: BTreeMap<StreamId, Vec<usize>>,
-    /// Of everyone, for all extractors.
+    /// The phases of all subjects, for all extractors.
     phases: Arc<Phases>,
     broken: Vec<Broken>,
 }
@@ -32,12 +32,12 @@ pub(crate) struct Extractors {
 /// A feature with the name that it has in a study.
 pub type NamedFeature = (&'static str, Arc<dyn Feature>);
 
-/// What panicked, and is left out.
+/// A feature that panicked, and is left out.
 #[derive(Clone, Debug)]
 pub struct Broken {
     /// The feature.
     pub feature: &'static str,
-    /// The stream or subject of what is left out; empty for what is about all together.
+    /// The stream or subject that it is left out for; empty for the whole session.
     pub about: String,
     /// The panic.
     pub panic: Panic,
@@ -68,9 +68,9 @@ enum Sharing {
     Session,
 }
 
-/// What extractors gave, in order.
+/// The output of extractors, in order.
 pub(crate) enum Given {
-    /// An output was declared or is better known.
+    /// An output was declared, or declared again with more known about it.
     Declared { output: Output, stream: Box<Stream> },
     /// A sample of an output that was declared before.
     Sample { output: Output, measured: Time, data: Data },
@@ -96,8 +96,8 @@ impl Extractors {
         }
     }
 
-    /// A stream was declared: every feature that accepts it joins. None hears what a second publisher of
-    /// a person's topic sent.
+    /// A stream was declared: every feature that accepts it joins. No feature receives the stream of a
+    /// second publisher of a person's topic.
     pub(crate) fn join(&mut self, id: StreamId, stream: &Stream, given: &mut VecDeque<Given>) {
         if !stream.beside.is_empty() {
             return;
@@ -126,8 +126,8 @@ impl Extractors {
         }
     }
 
-    /// The extractor of a feature for a stream, begun if there is none yet; `None` where the feature
-    /// does not accept the stream.
+    /// The extractor of a feature for a stream, started if there is none yet; `None` where the
+    /// feature does not accept the stream.
     fn at_work_on(
         &mut self,
         feature: usize,
@@ -154,7 +154,7 @@ impl Extractors {
         Ok(Some(index))
     }
 
-    /// An output that was declared has this id in the session.
+    /// Notes the session's id of a declared output.
     pub(crate) fn name(&mut self, output: Output, id: StreamId) {
         let ids = &mut self.at_work[output.by].ids;
         match ids.get_mut(output.id.0) {
@@ -168,7 +168,7 @@ impl Extractors {
         self.at_work[output.by].ids[output.id.0]
     }
 
-    /// A sample was taken: all who listen to its stream get it.
+    /// Hands a sample to all extractors that receive its stream.
     pub(crate) fn push(&mut self, sample: &Sample, given: &mut VecDeque<Given>) {
         let is_taken = matches!(sample.turn, Turn::OnTime | Turn::Late);
         let is_changed = is_taken && Arc::make_mut(&mut self.phases).push(sample);
@@ -181,7 +181,7 @@ impl Extractors {
         }
     }
 
-    /// Time passes for all.
+    /// Advances the time of all extractors.
     pub(crate) fn tick(&mut self, now: Time, given: &mut VecDeque<Given>) {
         for (index, at_work) in self.at_work.iter_mut().enumerate() {
             let ticks = |extractor: &mut dyn Extractor, outputs: &mut Outputs| {
@@ -191,7 +191,7 @@ impl Extractors {
         }
     }
 
-    /// None could hear anything until then.
+    /// Notes for all extractors that nothing could be received until then.
     pub(crate) fn stood_still(&mut self, until: Time, given: &mut VecDeque<Given>) {
         for (index, at_work) in self.at_work.iter_mut().enumerate() {
             let waits = |extractor: &mut dyn Extractor, _: &mut Outputs| {
@@ -201,12 +201,12 @@ impl Extractors {
         }
     }
 
-    /// What has panicked since this was last asked.
+    /// The features that have panicked since the last call.
     pub(crate) fn take_broken(&mut self) -> Vec<Broken> {
         std::mem::take(&mut self.broken)
     }
 
-    /// Lets go of all features: what they gave stays.
+    /// Drops all features; their output stays.
     pub(crate) fn leave_out_all(&mut self) {
         self.features.clear();
         self.listeners.clear();
@@ -215,8 +215,8 @@ impl Extractors {
 }
 
 impl AtWork {
-    /// Calls the extractor and hands on what it gives. What it gave in a call that panicked is let go
-    /// of, and so is the extractor.
+    /// Calls the extractor and hands on its output. After a panic the output of this call is dropped,
+    /// and so is the extractor.
     fn call(
         &mut self,
         by: usize,
@@ -242,7 +242,7 @@ impl AtWork {
 
     fn leave_out(&mut self) {
         let extractor = self.extractor.take();
-        // What is half done may panic once more when it is dropped.
+        // A half-updated extractor may panic again when it is dropped.
         drop(caught(|| drop(extractor)));
         self.outputs.news.clear();
         self.outputs.emitted.clear();

@@ -5,7 +5,7 @@ use crate::qos::Qos;
 use crate::session_streams::session_events;
 use crate::stream::{Origin, Shape, Signal, Stream, Subject};
 
-/// The topic of the features that panicked; a replay makes it anew.
+/// The topic of the features that panicked; a replay computes it again.
 pub const FAULTS: &str = "/teampulse/faults";
 
 /// A fault that lasts: it is reported once and stays on the screen.
@@ -13,7 +13,7 @@ pub fn lasting(label: impl Into<String>) -> Event {
     fault(label, f64::NAN)
 }
 
-/// A fault of a moment: what failed is tried again.
+/// A momentary fault: the failed operation is tried again.
 pub fn passing(label: impl Into<String>) -> Event {
     fault(label, 0.0)
 }

@@ -9,7 +9,8 @@ use crate::stream::{Stream, StreamId};
 use crate::time::Time;
 use crate::units::spelt;
 
-/// A family of features as a study configures it: which streams it accepts, and how it begins.
+/// A family of features as a study configures it: which streams it accepts, and how its extractors
+/// start.
 ///
 /// Configuration is separate from state: one `Feature` starts an [`Extractor`] for each stream (or
 /// each subject) that it accepts.
@@ -22,11 +23,11 @@ pub trait Feature: Send + Sync {
         Scope::Stream
     }
 
-    /// Begins on the first accepted stream of its scope.
+    /// Starts an extractor on the first accepted stream of its scope.
     fn start(&self, stream: &Stream) -> Box<dyn Extractor>;
 }
 
-/// What shares an extractor.
+/// Which streams share an extractor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// Each stream has its own.
@@ -37,7 +38,7 @@ pub enum Scope {
     Session,
 }
 
-/// A feature at work on its input: a pure state machine that receives the time as ticks of 100 ms.
+/// A running feature: a pure state machine that receives the time as ticks of 100 ms.
 ///
 /// No I/O, no clock, no blocking. The same input gives the same output, bit for bit.
 pub trait Extractor: Send {
@@ -46,7 +47,7 @@ pub trait Extractor: Send {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs);
 
     /// Phases have begun, ended or become known with this sample, which is pushed next: [`Outputs::phases`]
-    /// are other than before.
+    /// have changed.
     fn phases_changed(&mut self, _by: &Sample, _out: &mut Outputs) {}
 
     /// A sample that came in its turn.
@@ -58,15 +59,15 @@ pub trait Extractor: Send {
     /// Time passes. Called every 100 ms of the session, after all samples taken before it.
     fn tick(&mut self, _now: Time, _out: &mut Outputs) {}
 
-    /// Until then, a moment that is still to come, teampulse itself did not run: what was not heard may
-    /// have been there.
+    /// teampulse itself did not run until this time, which is still to come: silence up to then means
+    /// nothing.
     fn stood_still(&mut self, _until: Time) {}
 }
 
-/// What an extractor gives, and the phases that its runner keeps for it.
+/// The outputs of an extractor, and the phases that its runner keeps for it.
 #[derive(Debug, Default)]
 pub struct Outputs {
-    /// `None` but in a call.
+    /// `Some` only during a call.
     pub(crate) phases: Option<Arc<Phases>>,
     pub(crate) declared: Vec<Stream>,
     /// Which declarations are new or changed.
@@ -87,18 +88,18 @@ pub(crate) struct Emitted {
 pub struct OutputId(pub(crate) usize);
 
 impl Outputs {
-    /// An empty set: what a test hands to an extractor.
+    /// An empty set, as a test hands to an extractor.
     pub fn new() -> Outputs {
         Outputs::default()
     }
 
-    /// The phases of everyone, as published so far.
+    /// The phases of all subjects, as published so far.
     pub fn phases(&self) -> Arc<Phases> {
         self.phases.clone().unwrap_or_default()
     }
 
-    /// Declares a stream that this extractor gives; the same name again keeps its id and replaces
-    /// what was declared. Its units are spelt as all are that machines read.
+    /// Declares an output stream of this extractor; the same name again keeps its id and replaces
+    /// the declaration. Its units are brought to the spelling for machines.
     pub fn declare(&mut self, mut stream: Stream) -> OutputId {
         stream.channels.iter_mut().for_each(|channel| channel.unit = spelt(&channel.unit));
         let known = self.declared.iter().position(|known| known.name == stream.name);
@@ -117,7 +118,7 @@ impl Outputs {
         self.emitted.push(Emitted { stream, measured, data });
     }
 
-    /// What was emitted so far, in order; for tests.
+    /// The samples emitted so far, in order; for tests.
     pub fn samples(&self) -> impl Iterator<Item = (OutputId, Time, &Data)> {
         self.emitted.iter().map(|each| (each.stream, each.measured, &each.data))
     }

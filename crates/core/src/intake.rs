@@ -1,25 +1,25 @@
-//! How much of what comes is computed with: one publisher must not hold up the session.
+//! Limits what features compute: one publisher must not hold up the session.
 //!
-//! A stream of waves says how fast its samples come; one whose waves overlap gives many times as many. What
-//! is too much is recorded like all else, but left out of what is computed, and counted. All of it is a
-//! function of log times, so that a replay leaves out the same.
+//! A stream of waves says how fast its samples come; one whose waves overlap gives many times as many. The
+//! excess is recorded like all else, but left out of features, and counted. All of it is a function of log
+//! times, so that a replay leaves out the same samples.
 
 use crate::data::Data;
 use crate::stream::Stream;
 use crate::time::Time;
 
-/// Numbers that a stream can have computed with at once, and in each second from then on.
+/// The most numbers of a stream that features take at once, and in each second from then on.
 const NUMBERS: Bucket = Bucket::new(1_000_000.0, 200_000.0);
-/// The same for all streams together.
+/// The same limit for all streams together.
 const OF_ALL: Bucket = Bucket::new(2_000_000.0, 600_000.0);
 /// Time that the samples of waves can stand for at once, by their own period, and in each second from then on
-/// [s]: a device that sends what it has kept may be far behind, and waves that overlap are no longer believed.
+/// [s]: a device that sends stored samples may be far behind, and waves that overlap are no longer believed.
 const SPAN_SECS: Bucket = Bucket::new(60.0, 4.0);
 
-/// So long after samples were left out it is still complained of [s].
+/// How long a report on samples that were left out lasts [s].
 const COMPLAINT_SECS: f64 = 10.0;
 
-/// What may still be computed with.
+/// The remaining budget.
 #[derive(Clone, Copy, Debug)]
 struct Bucket {
     most: f64,
@@ -39,7 +39,7 @@ impl Bucket {
     }
 }
 
-/// What all streams together may still have computed with.
+/// The remaining budget of all streams together.
 #[derive(Debug)]
 pub(crate) struct Shared(Bucket);
 
@@ -49,7 +49,7 @@ impl Default for Shared {
     }
 }
 
-/// What a stream may still have computed with, and what was left out.
+/// The remaining budget of a stream, and what was left out.
 #[derive(Debug)]
 pub(crate) struct Intake {
     numbers: Bucket,
@@ -66,7 +66,7 @@ impl Default for Intake {
 }
 
 impl Intake {
-    /// Whether there is room to compute with what came at `now`; what has none is counted.
+    /// Whether the budget at `now` suffices; samples beyond it are counted.
     pub(crate) fn admits(
         &mut self,
         all: &mut Shared,
@@ -93,7 +93,7 @@ impl Intake {
         fits
     }
 
-    /// What is wrong with the stream, as long as it is.
+    /// The fault of the stream while it lasts.
     pub(crate) fn complaint(&self, now: Time) -> Option<String> {
         let is_new = self.newest.is_some_and(|newest| now.secs_since(newest) <= COMPLAINT_SECS);
         let left_out = self.left_out;
@@ -103,7 +103,7 @@ impl Intake {
     }
 }
 
-/// What a reading asks for.
+/// The cost of a reading.
 struct Cost {
     samples: u64,
     numbers: f64,
@@ -124,7 +124,7 @@ impl Cost {
         };
         let samples = wave.samples.len() / wave.channels.max(1) as usize;
         let span_secs = samples as f64 * wave.period_ns / 1e9;
-        // What its period leaves out at the declared rate is filled in as missing.
+        // Gaps by its period at the declared rate are filled in as missing.
         let declared = span_secs * stream.rate_hz * width;
         let numbers = declared.max(wave.samples.len() as f64);
         Cost { samples: samples as u64, numbers, span_secs }
@@ -148,7 +148,7 @@ mod tests {
         Data::Wave(Wave { period_ns, channels: 1, samples: vec![0.0; samples].into() })
     }
 
-    /// How many of so many waves are admitted, one each `every_ns` [ns].
+    /// The number of waves that are admitted out of `count`, one every `every_ns` [ns].
     fn admitted(count: i64, every_ns: i64, wave: &Data) -> usize {
         let (mut intake, mut all, stream) = (Intake::default(), Shared::default(), ecg());
         let at = |k: i64| Time::from_nanos(1_700_000_000_000_000_000 + k * every_ns);
@@ -160,10 +160,10 @@ mod tests {
     }
 
     #[test]
-    fn waves_that_follow_each_other_are_all_computed_with() {
+    fn consecutive_waves_are_all_admitted() {
         // An hour, by a clock that is 5 % fast.
         assert_eq!(admitted(36_000, 95 * MS_NS, &wave(100, 1e6)), 36_000);
-        // What was kept for 50 s comes at once.
+        // Samples stored for 50 s arrive at once.
         assert_eq!(admitted(500, 1, &wave(100, 1e6)), 500);
     }
 
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_without_end_are_cut_back() {
+    fn endless_numbers_are_cut_back() {
         // A hundred million a second, by any period.
         for period_ns in [0.0, 1.0, 1e3] {
             let count = admitted(2000, 10 * MS_NS, &wave(1_000_000, period_ns));

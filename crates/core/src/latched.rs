@@ -1,4 +1,5 @@
-//! State that was published once and still holds: a recording that continues in another bag begins with it.
+//! State that was published once and is still valid: a recording that continues in another bag begins with
+//! it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use crate::sample::Record;
 use crate::stream::{About, Stream, StreamId};
 use crate::time::Time;
 
-/// After so many things no more are kept: memory is bounded, and no session has as many topics.
+/// The most events that are kept: memory is bounded, and no session has as many topics.
 const MOST: usize = 100_000;
 
 /// The newest event of each kind of state: the phase of the session and of each person and robot, whose
@@ -26,12 +27,11 @@ pub struct StandingEvent {
     pub id: StreamId,
     /// The same, described.
     pub stream: Arc<Stream>,
-    /// What holds.
+    /// The event.
     pub event: Event,
-    /// What the device's clock would say then [ns], if it stamped the event.
+    /// The device's clock at that time [ns], if it stamped the event.
     pub device_time: Option<i64>,
-    /// What its publisher's clock would say then, if that stamped the event: a replay corrects it as it did the
-    /// first stamp.
+    /// The publisher's clock at that time, if it stamped the event: a replay corrects it like the first stamp.
     pub source_time: Option<Time>,
 }
 
@@ -45,8 +45,8 @@ enum Rank {
 }
 
 impl Latched {
-    /// Takes in an event. Of two events about the same state the newer one holds, in whichever order they
-    /// are taken.
+    /// Takes in an event. Of two events about the same state the newer one is valid, in whichever order
+    /// they are taken.
     pub fn take(&mut self, record: &Record) {
         let Data::Event(event) = &record.sample.data else { return };
         let Some((rank, about)) = about(record, event) else { return };
@@ -60,8 +60,8 @@ impl Latched {
         }
     }
 
-    /// The state at a time, as events that could be published then: of a phase that still holds, with its
-    /// remaining length. In the order of publication.
+    /// The state at a time, as events that could be published then, in the order of publication; a phase
+    /// has its remaining length.
     pub fn at(&self, at: Time) -> Vec<StandingEvent> {
         let told = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
         let told = told.filter_map(|((rank, id, _), record)| {
@@ -88,7 +88,7 @@ impl Latched {
     }
 }
 
-/// What an event is about that holds until there is another about the same.
+/// The key of an event that is valid until there is another with the same key.
 fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
     let Record { stream, sample, .. } = record;
     let of_session = stream.about == About::Session;
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_phase_that_goes_on_the_rest_is_reported() {
+    fn a_phase_that_goes_on_has_its_remaining_length() {
         let mut latched = Latched::default();
         latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
         assert_eq!(at(&latched, 5), [], "it has not begun");
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_word_stands_in_whichever_order_it_is_taken() {
+    fn the_newest_event_is_valid_in_whichever_order_it_is_taken() {
         let mut latched = Latched::default();
         latched.take(&reported(&session_events(), 0, 20, phase("task", 60.0)));
         latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn one_s_own_phases_stand_before_those_of_the_session_and_clocks_before_both() {
+    fn a_subject_s_phases_come_before_the_session_s_and_clocks_before_both() {
         let mut latched = Latched::default();
         latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
         latched.take(&reported(&person(), 7, 10, phase("1-back", 20.0)));

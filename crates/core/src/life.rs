@@ -1,4 +1,4 @@
-//! The life of a stream: how it is judged, on ticks, from its rate, its age and its losses.
+//! The health of a stream: judged on ticks, from its rate, its age and its losses.
 
 mod pace;
 mod usual;
@@ -12,14 +12,14 @@ use crate::status::{SIGMAS_95, State, StreamStatus};
 use crate::time::Time;
 use usual::{Heard, UsualRate, is_stale};
 
-/// Over how many seconds a rate is counted, and a loss remembered [s].
+/// The time over which a rate is counted, and a loss is reported [s].
 const WINDOW_SECS: usize = 10;
-/// How many delays are kept for the median.
+/// The number of delays that are kept for the median.
 const DELAYS: usize = 32;
 /// How often a stream without any samples is reported: there may be thousands.
 const SILENT_SECS: u32 = 30;
 
-/// What is counted of a stream within one second.
+/// The counts of a stream within one second.
 #[derive(Clone, Copy, Debug, Default)]
 struct Second {
     lost: u64,
@@ -28,20 +28,20 @@ struct Second {
     disbelieved: u64,
 }
 
-/// The life of one stream so far; a function of what arrived and of the ticks.
+/// The health of one stream so far; a function of its arrivals and of the ticks.
 #[derive(Clone, Debug)]
 pub(crate) struct Life {
     usual: UsualRate,
-    /// Whether it comes now and then, so that a silence means nothing.
+    /// Whether it is irregular, so that a silence means nothing.
     irregular: bool,
     now: Time,
     first: Option<Time>,
     seconds: VecDeque<Second>,
     current: Second,
     newest: Option<Time>,
-    /// Until when nothing could be heard, as this process did not run.
+    /// Until when nothing could be received, as this process did not run.
     deaf_until: Option<Time>,
-    /// How many seconds passed before anything came.
+    /// The number of seconds before the first sample.
     silent_secs: u32,
     received: u64,
     pace: Pace,
@@ -56,7 +56,7 @@ pub(crate) struct Life {
 }
 
 impl Life {
-    /// The life of a stream whose rate is declared [Hz], or is to be learned when that is 0.
+    /// The health of a stream with a declared rate [Hz], or with one to be learned when that is 0.
     pub(crate) fn new(declared_hz: f64) -> Life {
         Life {
             usual: UsualRate::of(declared_hz),
@@ -80,19 +80,19 @@ impl Life {
         }
     }
 
-    /// The life of a stream that comes now and then: no rate is learned, and no silence held against it.
+    /// The health of an irregular stream: no rate is learned, and a silence is no fault.
     pub(crate) fn irregular() -> Life {
         Life { irregular: true, ..Life::new(0.0) }
     }
 
-    /// A declared rate became known [Hz].
+    /// Sets the declared rate, once it is known [Hz].
     pub(crate) fn declare_rate(&mut self, declared_hz: f64) {
         if declared_hz > 0.0 {
             self.usual = UsualRate::of(declared_hz);
         }
     }
 
-    /// A sample was taken, or a run of so many.
+    /// Counts a sample, or a run of this many.
     pub(crate) fn arrived(
         &mut self,
         samples: u32,
@@ -113,36 +113,36 @@ impl Life {
         }
     }
 
-    /// A sample was taken that was published before the subscription: it says nothing about the rate.
+    /// Counts a sample that was published before the subscription: it does not count for the rate.
     pub(crate) fn was_given_history(&mut self, log_time: Time) {
         self.newest = Some(log_time);
         self.received += 1;
     }
 
-    /// The sample just taken came out of its turn.
+    /// Counts the sample just taken as out of order.
     pub(crate) fn was_late(&mut self) {
         self.late += 1;
         self.current.late += 1;
     }
 
-    /// Until then nothing could be heard: a silence counts from there.
+    /// Notes that nothing could be received until then: a silence counts from there.
     pub(crate) fn stood_still(&mut self, until: Time) {
         self.deaf_until = self.deaf_until.max(Some(until));
     }
 
-    /// The sample just taken came twice.
+    /// Counts the sample just taken as a duplicate.
     pub(crate) fn was_duplicate(&mut self) {
         self.duplicates += 1;
         self.current.duplicates += 1;
     }
 
-    /// The stamp of the sample just taken was not believed.
+    /// Counts the stamp of the sample just taken as implausible.
     pub(crate) fn was_disbelieved(&mut self) {
         self.current.disbelieved += 1;
         self.disbelieved_ahead_secs = self.ahead_secs;
     }
 
-    /// So many were lost on the way; NaN when that can't be known.
+    /// Counts samples lost on the way; NaN when the number can't be known.
     pub(crate) fn lost_on_the_way(&mut self, count: f64) {
         if count.is_nan() {
             self.lost_source = None;
@@ -152,13 +152,13 @@ impl Life {
         self.current.lost += count as u64;
     }
 
-    /// So many were dropped in our own queue.
+    /// Counts samples dropped in our own queue.
     pub(crate) fn lost_in_our_queue(&mut self, count: f64) {
         self.lost_queue += count as u64;
         self.current.lost += count as u64;
     }
 
-    /// A whole second of the session has passed: it is `now`.
+    /// Advances by a whole second of the session, to `now`.
     pub(crate) fn second(&mut self, now: Time) {
         self.now = now;
         if self.newest.is_none() {
@@ -180,8 +180,8 @@ impl Life {
         self.newest.is_some() || self.silent_secs % SILENT_SECS == 1
     }
 
-    /// How the stream of this name is doing at `now`; its clock is as `clock` says, with what is
-    /// wrong with that.
+    /// The status of the stream of this name at `now`, with the state of its clock and the fault of
+    /// that, if any.
     pub(crate) fn status(
         &self,
         name: &str,
@@ -234,12 +234,12 @@ impl Life {
         }
     }
 
-    /// That moment, or when it could be heard again after it.
+    /// The given time, or the end of a standstill after it.
     fn heard_since(&self, moment: Time) -> Time {
         self.deaf_until.map_or(moment, |until| until.max(moment))
     }
 
-    /// What is wrong with a stream that does come, with what is wrong with its clock.
+    /// The fault of a stream that has samples, or of its clock.
     fn complaint(&self, of_clock: Option<String>) -> Option<String> {
         let lost = self.sum(|second| second.lost);
         let disbelieved = self.sum(|second| second.disbelieved);

@@ -1,4 +1,4 @@
-//! Panics: caught where a component is called, so that it takes itself out and not the session.
+//! Panics: caught where a component is called, so that they end the component and not the session.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -7,15 +7,15 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::pin::pin;
 use std::sync::{Mutex, PoisonError};
 
-/// The most that is kept of a panic's message [characters].
+/// The longest kept message of a panic [characters].
 const MESSAGE_CHARS: usize = 300;
 /// The most panics outside of any component that are kept.
 const MOST_STRAYS: usize = 16;
 
-/// A panic that was caught. Its text is the message that it came with.
+/// A caught panic, displayed as its message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Panic {
-    /// The first line of what it said, without control characters.
+    /// The first line of its message, without control characters.
     pub message: String,
     /// Where in the code it began; `None` without the [hook](install_hook).
     pub place: Option<String>,
@@ -28,18 +28,18 @@ impl fmt::Display for Panic {
 }
 
 thread_local! {
-    /// Whether somebody above on this thread catches panics.
+    /// Whether a caller on this thread catches panics.
     static WATCHED: Cell<bool> = const { Cell::new(false) };
     /// Where the newest panic of this thread began.
     static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Panics on threads that nobody watches.
+/// Panics on threads without such a caller.
 static STRAYS: Mutex<Vec<Panic>> = Mutex::new(Vec::new());
 
 /// Calls a component. Costs nothing unless it panics.
 ///
-/// What the component was working on may be half done afterwards: whoever calls this lets go of it.
+/// The state of the component may be inconsistent afterwards: the caller drops it.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| Panic {
         message: message(&*payload),
@@ -47,7 +47,7 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     })
 }
 
-/// The same for the work of a whole thread: the [hook](install_hook) leaves what is said to the
+/// The same for the work of a whole thread: the [hook](install_hook) leaves reporting to the
 /// caller, also for panics that are [caught] further down.
 pub fn watched<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     let before = WATCHED.replace(true);
@@ -66,8 +66,8 @@ pub async fn watched_async<T>(work: impl Future<Output = T>) -> Result<T, Panic>
     .await
 }
 
-/// From now on panics say nothing by themselves where somebody catches them. Elsewhere they are one
-/// line on standard error, and are kept for [`strays_after`].
+/// Installs a panic hook: panics that a caller catches print nothing; any other prints one line on
+/// standard error, and is kept for [`strays_after`].
 pub fn install_hook() {
     std::panic::set_hook(Box::new(|panic: &PanicHookInfo<'_>| {
         let place = panic.location().map(ToString::to_string);
@@ -84,12 +84,12 @@ pub fn install_hook() {
     }));
 }
 
-/// The panics on threads that nobody watches, after the first so many.
+/// The panics on threads without a caller that catches them, after the first `count`.
 pub fn strays_after(count: usize) -> Vec<Panic> {
     STRAYS.lock().unwrap_or_else(PoisonError::into_inner).iter().skip(count).cloned().collect()
 }
 
-/// Where a panic began, as it stands behind its message.
+/// The place of a panic, as appended to its message.
 pub fn at(panic: &Panic) -> String {
     panic.place.as_ref().map_or_else(String::new, |place| format!(" (at {place})"))
 }

@@ -42,7 +42,7 @@ impl Pattern {
         true
     }
 
-    /// Whether its first token names one thing: it has no star.
+    /// Whether its first token has no star.
     pub fn is_rooted(&self) -> bool {
         self.text.split('/').nth(1).is_some_and(|first| !first.contains('*'))
     }

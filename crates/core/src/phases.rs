@@ -14,21 +14,21 @@ pub const BASELINE: &str = "baseline";
 /// The name of a phase that was published without one.
 const UNNAMED: &str = "unnamed";
 
-/// Of anybody, the phases after so many are not taken: no study has them, and memory is bounded.
+/// The most phases of one subject: memory is bounded, and no study has as many.
 const MOST_PHASES: usize = 10_000;
 
 /// A phase of a session, or of one subject.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phase {
-    /// What it is called.
+    /// Its name.
     pub label: String,
     /// When it begins.
     pub begin: Time,
-    /// When it ends, where that is known beforehand, or ended.
+    /// When it ends or ended, where that is known.
     pub end: Option<Time>,
 }
 
-/// The phases of everyone in a session, as published.
+/// The phases of all subjects in a session, as published.
 ///
 /// A phase begins when its event was measured. It ends after the length in its event, else at the start of
 /// the next one, or of one without a name, else with the session. A subject with phases on a stream of its
@@ -50,14 +50,14 @@ impl Phases {
             && (of_session || matches!(stream.about, About::Person | About::Robot))
     }
 
-    /// Reads a stream from now on, if it may contain phases.
+    /// Adds a stream, if it may contain phases.
     pub fn join(&mut self, id: StreamId, stream: &Stream) {
         if Phases::hears(stream) {
             self.of_stream.insert(id, stream.subject());
         }
     }
 
-    /// Takes in what came on any stream; whether phases are other than before.
+    /// Takes in a sample of any stream; returns whether phases have changed.
     pub fn push(&mut self, sample: &Sample) -> bool {
         let (Some(subject), Data::Event(event)) =
             (self.of_stream.get(&sample.stream), &sample.data)
@@ -97,7 +97,8 @@ impl Phases {
         self.is_over
     }
 
-    /// Ends the session, and all phases with it: by its closing event, or for who knows that none comes.
+    /// Ends the session, and all phases with it: by its closing event, or by a caller that knows that
+    /// there is none.
     pub fn end(&mut self, at: Time) {
         self.is_over = true;
         for phases in self.own.values_mut().chain([&mut self.session]) {
@@ -112,8 +113,8 @@ pub fn name_of(label: &str) -> Option<&str> {
     (!label.is_empty()).then_some(if is_blank { UNNAMED } else { label })
 }
 
-/// A phase begins, and the one before it is over; whether anything changed. One without a name only ends
-/// the one before.
+/// Begins a phase and ends the one before; returns whether anything changed. One without a name only
+/// ends the one before.
 fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
     let is_next = phases.last().is_none_or(|last| last.begin <= at);
     if !is_next || phases.len() == MOST_PHASES {
@@ -128,7 +129,7 @@ fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
     true
 }
 
-/// No phase is longer than until `at`.
+/// Ends phases at `at` at the latest.
 fn cut(phases: &mut [Phase], at: Time) {
     if let Some(last) = phases.last_mut() {
         last.end = Some(last.end.map_or(at, |end| end.min(at)).max(last.begin));
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_phases_of_its_own_has_those_from_then_on() {
+    fn a_subject_with_own_phases_has_those_from_then_on() {
         let mut phases = phases();
         report(&mut phases, SESSION, 0, "baseline", 60.0);
         report(&mut phases, OWN, 10, "1-back", f64::NAN);
@@ -231,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_phase_or_began_before_the_last_one_changes_nothing() {
+    fn other_events_and_phases_before_the_last_one_change_nothing() {
         let mut phases = phases();
         assert!(report(&mut phases, SESSION, 10, "baseline", f64::NAN));
         assert!(!report(&mut phases, SESSION, 5, "task", f64::NAN));

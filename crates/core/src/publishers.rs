@@ -14,11 +14,11 @@ pub(crate) const TOPIC: &str = "/teampulse/published_by";
 pub(crate) struct PublishedBy {
     /// The topic.
     pub(crate) stream: String,
-    /// What they are called.
+    /// Their names.
     pub(crate) publishers: Vec<String>,
 }
 
-/// What stands between two names.
+/// The separator between two names.
 const BETWEEN: &str = "; ";
 
 impl PublishedBy {
@@ -50,8 +50,8 @@ impl PublishedBy {
         Some(PublishedBy { stream: topic.to_owned(), publishers: publishers.collect() })
     }
 
-    /// What is wrong with a stream that is published so: its numbers are of several. Of a robot's other
-    /// topics, such as `/diagnostics`, that is nothing unusual.
+    /// The fault of a stream with several publishers: its numbers are mixed. On a robot's other topics,
+    /// such as `/diagnostics`, several publishers are usual.
     pub(crate) fn complaint(&self, stream: &Stream) -> Option<String> {
         let has_numbers = stream.about == About::Person || !stream.channels.is_empty();
         let count = self.publishers.len();
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_reported_is_read_as_it_was() {
+    fn a_report_survives_its_event() {
         for names in [&["laptop1 (driver, 01)", "laptop2 (driver, 02)"][..], &["one"], &[]] {
             let told = published_by(names);
             assert_eq!(PublishedBy::read(&PublishedBy::stream(), &told.event()), Some(told));
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn two_publishers_are_wrong_where_numbers_are_read() {
+    fn two_publishers_are_a_fault_where_numbers_are_read() {
         let two = published_by(&["a", "b"]);
         let plain = Stream::raw("/r1/odom", Subject::robot("r1"), Shape::Sample);
         let read = plain.clone().with_channels(&[("x", "m")]);

@@ -1,7 +1,7 @@
 //! The pump: takes readings in hand-over order, corrects their time, runs features, encodes.
 //!
-//! Its contract stands in ARCHITECTURE.md. Everything here is a function of what was taken and in
-//! which order, so that a replay of the recorded readings gives the same samples, byte for byte.
+//! Its contract is in ARCHITECTURE.md. Everything here is a function of the readings and their
+//! order, so that a replay of the recorded readings gives the same samples, byte for byte.
 
 mod in_band;
 
@@ -35,7 +35,7 @@ use crate::track::Track;
 pub const TICK: Duration = Duration::from_millis(100);
 const TICKS_PER_SECOND: i64 = 10;
 
-/// How many records make a batch at most.
+/// The most records of a batch.
 pub(crate) const BATCH: usize = 1024;
 
 /// How a sample becomes a ROS message: CDR with its four-byte header.
@@ -54,7 +54,7 @@ pub struct Pump {
     given: VecDeque<Given>,
     records: Vec<Record>,
     dropped: u64,
-    /// What there was no time left for, by stream.
+    /// Readings for which there was no time left, by stream.
     left_out: BTreeMap<StreamId, u64>,
     broken: Vec<Broken>,
 }
@@ -84,7 +84,7 @@ impl Pump {
         }
     }
 
-    /// Takes what comes next out of the queue.
+    /// Takes the next item of the queue.
     pub(crate) fn take(&mut self, item: Item) {
         match item {
             Item::Declared { id, stream, at, .. } => self.take_declaration(id, &stream, at),
@@ -99,7 +99,7 @@ impl Pump {
         }
     }
 
-    /// There is no time left to take what comes next out of the queue: readings are counted as lost.
+    /// Discards the next item of the queue, as there is no time left: readings are counted as lost.
     pub(crate) fn leave_out(&mut self, item: Item) {
         match item {
             Item::Arrived { reading, .. } => *self.left_out.entry(reading.stream).or_default() += 1,
@@ -107,14 +107,14 @@ impl Pump {
         }
     }
 
-    /// Time has passed up to `now`, and nothing came that was not taken.
+    /// Advances the time to `now`, after all readings before it were taken.
     pub(crate) fn tick_until(&mut self, now: Time) {
         while let Some(tick) = self.ticks.next_until(now.nanos()) {
             self.tick(Time::from_nanos(tick));
         }
     }
 
-    /// The same, but no more than a batch of what comes of it at once: whether there is more.
+    /// Advances the time to `now` until a batch is full; returns whether there is more.
     pub(crate) fn tick_towards(&mut self, now: Time) -> bool {
         while self.records.len() < BATCH {
             let Some(tick) = self.ticks.next_until(now.nanos()) else { return false };
@@ -137,7 +137,7 @@ impl Pump {
         }
     }
 
-    /// Ticks go on behind a time, without those before it.
+    /// Resumes ticks after a time, without those before it.
     fn pause_until(&mut self, until: Time) {
         let mut ticks = Ticks::every(TICK.as_nanos() as i64);
         // The first call gives no tick: it sets when time begins.
@@ -166,17 +166,17 @@ impl Pump {
         self.happen(event, now);
     }
 
-    /// Something happens in the session itself.
+    /// Takes in an event of the session itself.
     pub(crate) fn happen(&mut self, event: Event, now: Time) {
         self.take_own(session_events(), Data::Event(Arc::new(event)), now);
     }
 
-    /// From now on nothing is computed any more: what is raw is still taken.
+    /// Stops all computation from now on; raw readings are still taken.
     pub(crate) fn leave_out_features(&mut self) {
         self.extractors.leave_out_all();
     }
 
-    /// What came of what was taken, in order.
+    /// The records so far, in order.
     pub(crate) fn records(&mut self) -> &mut Vec<Record> {
         &mut self.records
     }
@@ -204,7 +204,7 @@ impl Pump {
         self.settle(at);
     }
 
-    /// Takes a reading; what a recording hands over as derived keeps the log time of its cause.
+    /// Takes a reading; a derived one of a recording keeps the log time of its cause.
     fn take_reading(&mut self, mut reading: Reading, arrival: Time) {
         reading.data = reading.data.cleaned();
         let track = self.track(reading.stream).expect("a stream is declared before its readings");
@@ -238,7 +238,7 @@ impl Pump {
         self.take_reading(reading, at);
     }
 
-    /// The log time of what arrived at `arrival`; everything gets its ticks first.
+    /// The log time of a reading that arrived at `arrival`, after all ticks before it.
     fn next_log_time(&mut self, arrival: Time) -> Time {
         let log_time = arrival.max(Time::from_nanos(self.last.nanos().saturating_add(1)));
         self.tick_until(log_time);
@@ -246,7 +246,7 @@ impl Pump {
         self.last
     }
 
-    /// Reports what happened to clocks.
+    /// Reports the events of clocks.
     fn report_clocks(&mut self, tick: Time) {
         for (owner, news) in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
@@ -260,7 +260,7 @@ impl Pump {
         }
     }
 
-    /// Declares and records all that extractors gave, and feeds it to those who listen to it.
+    /// Declares and records the output of extractors, and hands it to those that accept it.
     fn settle(&mut self, log_time: Time) {
         self.settle_given(log_time);
         loop {
@@ -312,7 +312,7 @@ impl Pump {
     }
 
     fn take_derived(&mut self, stream: StreamId, measured: Time, log_time: Time, data: Data) {
-        // What was read out of messages from elsewhere.
+        // Numbers read from messages of others.
         let data = data.cleaned();
         let track = self.track(stream).expect("an extractor declares before it emits");
         let index = track.number(None);

@@ -7,13 +7,13 @@ use std::time::Duration;
 pub struct Qos {
     /// Whether lost messages are sent again.
     pub reliability: Reliability,
-    /// Whether a late joiner is given what was sent before.
+    /// Whether a late joiner receives earlier messages.
     pub durability: Durability,
     /// How many messages are kept.
     pub history: History,
-    /// The longest time between two messages that is promised; `None` promises nothing.
+    /// The longest promised time between two messages; `None` promises nothing.
     pub deadline: Option<Duration>,
-    /// How long a message stays valid; `None` is for ever.
+    /// How long a message stays valid; `None` is forever.
     pub lifespan: Option<Duration>,
     /// Who asserts that a publisher is alive.
     pub liveliness: Liveliness,
@@ -33,16 +33,16 @@ pub enum Reliability {
 /// Whether a late joiner is given what was sent before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Durability {
-    /// Only what is sent from now on.
+    /// Only new messages.
     Volatile,
-    /// What the publisher still keeps.
+    /// The messages that the publisher still keeps.
     TransientLocal,
 }
 
 /// How many messages a publisher or subscriber keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum History {
-    /// The last so many.
+    /// The last messages, up to this number.
     KeepLast(u32),
     /// All, within resource limits.
     KeepAll,

@@ -8,11 +8,11 @@ use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A row of one of the three tables: a kind of source, feature or sink.
+/// A row of a table of components: a kind of source, feature, sink or worker.
 pub struct Entry<T: ?Sized, C> {
     /// The word that a study uses: `type = "robots"`.
     pub kind: &'static str,
-    /// A setting that works, as it stands in a study; shown in the documentation and tested.
+    /// Working settings, as written in a study; shown in the documentation and tested.
     pub example: &'static str,
     /// Builds the component from its settings.
     pub build: fn(Settings<'_>, &C) -> Result<Box<T>, SettingsError>,
@@ -22,7 +22,7 @@ pub struct Entry<T: ?Sized, C> {
 
 /// The settings of a kind of component: how they are read and what they build.
 pub trait Component<T: ?Sized, C>: DeserializeOwned + JsonSchema {
-    /// A setting that works, without its `type`.
+    /// Working settings, without the `type`.
     const EXAMPLE: &'static str;
 
     /// Builds the component.
@@ -56,7 +56,7 @@ impl<T: ?Sized, C> Entry<T, C> {
     }
 }
 
-/// The settings of one component as they stand in a study, with their place in it.
+/// The settings of one component as written in a study, with their place in it.
 #[derive(Clone, Debug)]
 pub struct Settings<'a>(Spanned<DeValue<'a>>);
 
@@ -83,11 +83,11 @@ impl<'a> Settings<'a> {
     }
 }
 
-/// What is wrong with settings, and where in the study.
+/// An error in settings, and its place in the study.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{message}")]
 pub struct SettingsError {
-    /// What is wrong: the value, and what was expected.
+    /// The message: the value, and what was expected.
     pub message: String,
     /// What the user can do; may be empty.
     pub hint: String,

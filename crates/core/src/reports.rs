@@ -1,4 +1,4 @@
-//! Self-reports: what people say of their own workload, published as events, and parsed again.
+//! Self-reports: people's ratings of their own workload, as events: formatted and parsed.
 
 use std::ops::RangeInclusive;
 
@@ -19,7 +19,7 @@ pub struct Isa<'a> {
 }
 
 impl Isa<'_> {
-    /// The report of an event; `None` of any other.
+    /// The report in an event; `None` for any other event.
     pub fn read(event: &Event) -> Option<Isa<'_>> {
         let mut words = event.label.split_whitespace();
         let is_isa = words.next()?.eq_ignore_ascii_case(ISA) && event.kind == EventKind::Report;

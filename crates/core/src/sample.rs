@@ -1,4 +1,4 @@
-//! Samples: what travels from the pump to features and sinks.
+//! Samples, which the pump hands to features and sinks.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use crate::time::Time;
 pub struct Sample {
     /// The stream that it belongs to.
     pub stream: StreamId,
-    /// When it was measured, by the session's clock, as the time filter has it: of the first
-    /// sample of a wave, of the end of a feature's window.
+    /// When it was measured, by the session's clock, as corrected by the time filter: the time of
+    /// the first sample of a wave, or of the end of a feature's window.
     pub measured: Time,
     /// When the pump took it; never goes back. A derived sample has that of what caused it.
     pub log_time: Time,
     /// The device's own clock [ns]; `None` when it has none.
     pub device_time: Option<i64>,
-    /// The stamp that its source put on it, by the clock of the source's host.
+    /// The stamp of its source, by the clock of the source's host.
     pub source_time: Option<Time>,
     /// From one sample of a wave to the next, by the session's clock [ns]; 0 for anything else.
     pub period_ns: f64,
@@ -28,7 +28,7 @@ pub struct Sample {
     pub index: u64,
     /// Whether it came in its turn.
     pub turn: Turn,
-    /// What it holds.
+    /// Its content.
     pub data: Data,
 }
 
@@ -39,13 +39,13 @@ pub enum Turn {
     OnTime,
     /// After one that was measured later; it keeps its true place in time.
     Late,
-    /// A second time; recorded, not fed to features.
+    /// A duplicate; recorded, not fed to features.
     Duplicate,
-    /// More of it came than can be computed with; recorded, not fed to features.
+    /// Beyond the limit of what features take; recorded, not fed to features.
     Excess,
 }
 
-/// A sample as sinks are given it: with its stream, and encoded once for all of them.
+/// A sample for sinks: with its stream, and encoded once for all of them.
 #[derive(Clone, Debug)]
 pub struct Record {
     /// The stream, as it was declared when the sample was taken.
@@ -56,12 +56,12 @@ pub struct Record {
     pub cdr: Bytes,
 }
 
-/// What the counts of shared data and the places in a queue take beside the record itself [bytes].
+/// The memory of reference counts and of the place in a queue, beside the record itself [bytes].
 const OVERHEAD_BYTES: usize = 64;
 
 impl Record {
-    /// What it takes in memory while it waits, by which queues are bounded [bytes]: its data and its
-    /// message, which are one where the message came from elsewhere. Its stream is shared by all its
+    /// Its memory in a queue, by which queues are bounded [bytes]: its data and its message, which
+    /// share their bytes where the message came from elsewhere. Its stream is shared by all its
     /// records.
     #[must_use]
     pub fn held_bytes(&self) -> usize {

@@ -1,7 +1,7 @@
-//! A session: sources, features and sinks running together, and the supervisor that minds them.
+//! A session: sources, features and sinks running together, and their supervisor.
 //!
-//! Every component is called where its panic is caught: it takes out itself, is named in an event and in
-//! the [`Outcome`], and the others go on.
+//! Every component is called where its panic is caught: it alone is left out, is named in an event and
+//! in the [`Outcome`], and the others go on.
 
 mod sources;
 mod pumping;
@@ -36,24 +36,24 @@ pub use workers::WorkerEnd;
 const WALL_STEP_NANOS: i64 = 500_000_000;
 /// How long sources may take to end once they are asked to.
 const SOURCES_PATIENCE: Duration = Duration::from_secs(5);
-/// How long a sink may take to end once there is a hurry.
+/// How long a sink may take to end after the end was requested twice.
 const HURRIED: Duration = Duration::from_secs(5);
-/// How often a wait looks at its own end.
+/// How often a wait checks whether it is over.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What a session is made of.
+/// The parts of a session.
 pub struct Session {
-    /// What the time is.
+    /// The session's clock.
     pub clock: Clock,
     /// How time passes.
     pub pace: Pace,
-    /// How samples get their place in time.
+    /// How the times of samples are corrected.
     pub clocks: Clocks,
-    /// The streams, to be filled.
+    /// The streams, initially empty.
     pub streams: Streams,
     /// The sources, each with the name it has in messages.
     pub sources: Vec<(String, Box<dyn Source>)>,
-    /// The features, each with its name, in the order in which they hear a sample.
+    /// The features, each with its name, in the order in which they receive a sample.
     pub features: Vec<NamedFeature>,
     /// The sinks.
     pub sinks: Vec<Box<dyn Sink>>,
@@ -61,25 +61,25 @@ pub struct Session {
     pub workers: Vec<(String, Box<dyn Worker>)>,
     /// How samples become ROS messages.
     pub encode: Encode,
-    /// Who may command it.
+    /// Its commands, and who may send them.
     pub commands: Commands,
 }
 
 /// How time passes in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// By the session's clock: ticks fire in silence too.
+    /// By the session's clock: there are ticks during silence, too.
     Live,
-    /// By what a recording says: as fast as it can be read.
+    /// By the times of a recording: as fast as it can be read.
     Recorded,
 }
 
 /// How a session went.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// The sources that gave up, with why.
+    /// The sources that gave up, with the reason.
     pub sources: Vec<(String, SourceError)>,
-    /// The sinks that ended early, with why.
+    /// The sinks that ended early, with the reason.
     pub sinks: Vec<(&'static str, SinkError)>,
     /// How many readings were dropped in our own queue.
     pub dropped: u64,
@@ -91,12 +91,12 @@ pub struct Outcome {
     pub pump: Option<Panic>,
     /// Panics outside of any component.
     pub strays: Vec<Panic>,
-    /// What was left undone because the end was asked for twice, or took too long.
+    /// Work that was not finished because the end was requested twice, or took too long.
     pub undone: Vec<String>,
 }
 
 impl Session {
-    /// A session over a recording, which nobody commands: without features and sinks as yet.
+    /// A session over a recording, without commands, and at first without features and sinks.
     pub fn of_recording(source: impl Source + 'static, clocks: Clocks, encode: Encode) -> Session {
         Session {
             clock: Clock::settable(),
@@ -112,14 +112,12 @@ impl Session {
         }
     }
 
-    /// Runs until all sources have ended, one of them says that there is no use in going on, or
-    /// `stop` resolves.
+    /// Runs until all sources have ended, one of them fails for good, or `stop` resolves.
     pub async fn run(self, stop: impl Future<Output = ()>) -> Outcome {
         self.run_until(stop, pending()).await
     }
 
-    /// The same; once `hurry` has resolved, too, only what is bounded in time is still waited for: a
-    /// few seconds for the sinks to end what they hold.
+    /// The same; once `hurry` has resolved, too, sinks get only a few seconds to finish.
     pub async fn run_until(
         self,
         stop: impl Future<Output = ()>,
@@ -177,7 +175,7 @@ impl Session {
     }
 }
 
-/// Waits for all sources to end; those that take too long are left behind.
+/// Waits for all sources to end; those that take too long are abandoned.
 async fn end_sources(
     sources: &mut Sources,
     hurry: &mut Once<'_, impl Future<Output = ()>>,
@@ -198,7 +196,7 @@ async fn end_sources(
     }
 }
 
-/// Waits for all workers to end; those that take longer than `patience` together are left behind.
+/// Waits for all workers to end; those that take longer than `patience` together are abandoned.
 async fn end_workers(
     running: Vec<workers::Running>,
     patience: Duration,
@@ -217,7 +215,7 @@ async fn end_workers(
     ends
 }
 
-/// Waits for all sinks, and no longer than a few seconds once there is a hurry.
+/// Waits for all sinks; only a few seconds once `hurry` has resolved.
 async fn end_sinks(
     running: &mut [sinks::Running],
     hurry: &mut Once<'_, impl Future<Output = ()>>,
@@ -268,7 +266,7 @@ impl<F: Future<Output = ()>> Once<'_, F> {
     }
 }
 
-/// Resolves after so much of the machine's time, whatever a test makes of the runtime's.
+/// Resolves after this much of the machine's time, even where a test pauses the runtime's.
 async fn passed(duration: Duration) {
     let began = Stopwatch::start();
     while began.elapsed() < duration {

@@ -1,4 +1,5 @@
-//! The streams of a session itself: what happens in it, to its clocks, and what its streams are.
+//! The streams of a session itself: its events, the events of its clocks, and the descriptions of
+//! its streams.
 
 use crate::data::{Data, EventKind};
 use crate::qos::Qos;
@@ -7,10 +8,10 @@ use crate::stream::{About, Origin, Shape, Signal, Stream, Subject};
 /// The label of the event with which a session ends.
 pub const END: &str = "end";
 
-/// The topic of what happens in a session.
+/// The topic of the events of a session.
 pub(crate) const SESSION_EVENTS: &str = "/session/events";
 
-/// The stream of what happens in a session: phases, markers, its end.
+/// The stream of the events of a session: phases, markers, its end.
 pub fn session_events() -> Stream {
     let mut stream = Stream::raw(SESSION_EVENTS, Subject::session(), Shape::Event);
     stream.signal = Signal::Event;
@@ -19,17 +20,17 @@ pub fn session_events() -> Stream {
     stream
 }
 
-/// Whether this is the end of a session: the last losses have been reported then.
+/// Whether this event ends a session: the last losses have been reported by then.
 pub(crate) fn is_end(stream: &Stream, data: &Data) -> bool {
     stream.about == About::Session
         && stream.name == SESSION_EVENTS
         && matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
 }
 
-/// The topic of what happens to clocks; a replay makes it anew.
+/// The topic of the events of clocks; a replay computes it again.
 pub const CLOCKS: &str = "/teampulse/clocks";
 
-/// The stream of what happens to the clocks of devices and computers.
+/// The stream of the events of the clocks of devices and computers.
 pub(crate) fn clock_events() -> Stream {
     let mut stream = Stream::raw(CLOCKS, Subject::session(), Shape::Event);
     stream.origin = Origin::Derived;

@@ -1,4 +1,4 @@
-//! Simulated time that breaks: reported as events of the session, and read again.
+//! Breaks of simulated time, as events of the session: formatted and parsed.
 
 use std::fmt;
 
@@ -7,23 +7,23 @@ use crate::data::{Data, Event, EventKind};
 /// The topic of simulated time.
 pub const SIMULATED_CLOCK: &str = "/clock";
 
-/// What happened to simulated time.
+/// A break of simulated time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Break {
-    /// It went back by so much [s].
+    /// It went back by this much [s].
     Back(f64),
-    /// It jumped ahead by so much [s].
+    /// It jumped ahead by this much [s].
     Ahead(f64),
     /// It published no new time for this long [s].
     Stopped(f64),
-    /// It goes on, after the session's time has gone on so long by the host's clock [s].
+    /// It goes on; until then the session's time followed the host's clock for this long [s].
     GoesOn(f64),
-    /// A second one publishes it, and is not followed.
+    /// A second publisher of it appeared, and is not followed.
     Several,
 }
 
 impl Break {
-    /// The event of this break: a label that begins with the topic, and how much it was [s].
+    /// The event of this break: a label that begins with the topic, and its size [s].
     pub fn event(self) -> Event {
         let (kind, value) = match self {
             Break::Back(secs) => (EventKind::Clock, -secs),
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_reported_is_read_as_it_was() {
+    fn a_break_survives_its_event() {
         let is_read = |each: Break| breaks_simulated_time(&Data::Event(Arc::new(each.event())));
         let breaks = [Break::Back(1.0), Break::Ahead(1.0), Break::Stopped(4.0), Break::GoesOn(8.0)];
         assert!(breaks.into_iter().all(is_read));

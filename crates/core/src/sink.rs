@@ -1,4 +1,4 @@
-//! Sinks: whatever keeps or shows data.
+//! Sinks: components that store, show or publish data.
 
 mod queue;
 
@@ -9,41 +9,42 @@ pub use queue::{Batch, Inbox, Limits, Post, Posted, Received, queue, queue_withi
 
 use crate::stream::Stream;
 
-/// Whatever keeps or shows data: a bag, a screen, ROS.
+/// A component that stores, shows or publishes data: a bag, a screen, ROS.
 ///
 /// Each sink runs on a thread of its own, so it may block on its disk or its socket.
 pub trait Sink: Send {
-    /// What it is called in messages: `bag`, `terminal`.
+    /// Its name in messages: `bag`, `terminal`.
     fn name(&self) -> &'static str;
 
-    /// What happens when it is slower than the samples come.
+    /// What happens when it is slower than the samples.
     fn delivery(&self) -> Delivery;
 
-    /// Which streams it is given.
+    /// Which streams it receives.
     fn wants(&self) -> Wants {
         Wants::Everything
     }
 
-    /// The verbs of the [commands](crate::command::Command) that it carries out, when their events come.
+    /// The verbs of the [commands](crate::command::Command) that it carries out when it receives their
+    /// events.
     fn carries_out(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// Takes what the inbox gives until it is closed, then finishes its work.
+    /// Takes records from the inbox until that is closed, then finishes its work.
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError>;
 }
 
-/// What happens when a sink is slower than the samples come.
+/// What happens when a sink is slower than the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// It gets every sample; when its queue is full the pump waits, for five seconds at most. Then
-    /// the sink is cut off, which counts as a loss, while the session goes on.
+    /// The sink gets every sample; when its queue is full the pump waits, for five seconds at most.
+    /// Then the sink is cut off, which counts as a loss, while the session goes on.
     Lossless,
-    /// It gets the newest samples; what it had no time for is skipped and counted.
+    /// The sink gets the newest samples; those that it has no time for are skipped and counted.
     Fresh,
 }
 
-/// Which streams a sink or a worker is given.
+/// Which streams a sink or a worker receives.
 pub enum Wants {
     /// All of them.
     Everything,
@@ -64,15 +65,15 @@ impl Wants {
 /// Why a sink ended early. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub enum SinkError {
-    /// What it should have kept was not all kept: exit code 3.
+    /// Not all data were stored: exit code 3.
     #[error("{message}")]
     Lost {
-        /// What failed.
+        /// The failure.
         message: String,
-        /// What the user can do; may be empty.
+        /// The hint for the user; may be empty.
         hint: String,
     },
-    /// It could not do its work at all: exit code 1.
+    /// The sink could not do its work at all: exit code 1.
     #[error("{message}")]
     Failed {
         /// What failed.

@@ -8,10 +8,10 @@ use std::time::Duration;
 use crate::data::{Data, Event, EventKind};
 use crate::fault::passing;
 
-/// How the label of the event begins.
+/// The start of the event's label.
 const STOOD_STILL: &str = "teampulse itself stood still";
 
-/// The event that this process did not run for so long.
+/// The event that this process did not run for this long.
 pub(crate) fn stood_still(lasted: Duration) -> Event {
     let secs = lasted.as_secs_f64();
     let label = format!(
@@ -20,7 +20,7 @@ pub(crate) fn stood_still(lasted: Duration) -> Event {
     Event { duration_secs: secs, ..passing(label) }
 }
 
-/// How long this process did not run, if an event of the session reports that.
+/// The duration of a standstill, if an event of the session reports one.
 pub(crate) fn standstill(data: &Data) -> Option<Duration> {
     let Data::Event(event) = data else { return None };
     let is_told = event.kind == EventKind::Fault && event.label.starts_with(STOOD_STILL);

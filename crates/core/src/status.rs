@@ -4,10 +4,10 @@ use std::fmt;
 
 use crate::text::{LONGEST_LABEL, LONGEST_NAME, is_clean};
 
-/// How a stream is doing.
+/// The health of a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamStatus {
-    /// The stream's name; that of a further type on its topic has the type behind it: `/r1/x (a_msgs/msg/A)`.
+    /// The stream's name; for a second type on its topic, with the type appended: `/r1/x (a_msgs/msg/A)`.
     pub name: String,
     /// Its place in the life cycle.
     pub state: State,
@@ -17,20 +17,20 @@ pub struct StreamStatus {
     pub rate_hz: f64,
     /// Time since its last sample arrived [s]; NaN before the first.
     pub age_secs: f64,
-    /// How many samples were taken, duplicates included.
+    /// The number of samples taken, duplicates included.
     pub received: u64,
-    /// How many were lost on the way here; `None` where that can't be known.
+    /// The number of samples lost on the way here; `None` where that can't be known.
     pub lost_source: Option<u64>,
-    /// How many were lost in our own queue.
+    /// The number of samples lost in our own queue.
     pub lost_queue: u64,
-    /// How many came out of their turn.
+    /// The number of samples out of order.
     pub late: u64,
-    /// How many came twice.
+    /// The number of duplicates.
     pub duplicates: u64,
-    /// How its clock is modelled: 0 by the host's, 1 one way, 2 two ways, 3 by sample index, 4 as
-    /// another computer's; see [`ClockKind`](teampulse_timefilter::clock::ClockKind).
+    /// How its clock is modelled: 0 the host's, 1 one-way, 2 two-way, 3 by sample index, 4 another
+    /// computer's; see [`ClockKind`](teampulse_timefilter::clock::ClockKind).
     pub clock: u8,
-    /// How often its clock has begun anew.
+    /// The number of times that its clock was restarted.
     pub epoch: u32,
     /// How far its clock is ahead of the session's [s]; NaN where unknown.
     pub offset_secs: f64,
@@ -50,7 +50,7 @@ pub struct StreamStatus {
 pub(crate) const SIGMAS_95: f64 = 1.96;
 
 impl StreamStatus {
-    /// The name of a further type on a topic.
+    /// The name of a second type on a topic.
     pub(crate) fn name_of_type(topic: &str, type_name: &str) -> String {
         format!("{topic} ({type_name})")
     }
@@ -76,20 +76,20 @@ impl StreamStatus {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum State {
-    /// Declared, and never seen.
+    /// Declared, without any sample so far.
     Never = 0,
-    /// As declared or learned.
+    /// Its rate is as declared or learned.
     Ok = 1,
-    /// It comes, but not as it should.
+    /// It has samples, but with a fault.
     Degraded = 2,
-    /// It should have come by now.
+    /// Its next sample is overdue.
     Stale = 3,
-    /// It has not come for long.
+    /// It has had no sample for long.
     Dead = 4,
 }
 
 impl State {
-    /// The state of a code on the wire; `None` for any other.
+    /// The state with this code on the wire; `None` for an unknown code.
     pub fn from_code(code: u8) -> Option<State> {
         [Self::Never, Self::Ok, Self::Degraded, Self::Stale, Self::Dead]
             .get(usize::from(code))

@@ -1,4 +1,4 @@
-//! Streams: what there is to watch, declared before its first sample.
+//! Streams, each declared before its first sample.
 
 mod subject;
 mod signal;
@@ -15,20 +15,20 @@ pub use schema::Schema;
 pub use signal::Signal;
 pub use subject::{About, Subject};
 
-/// A stream of a session, by its place in the session's [`Streams`](crate::streams::Streams).
+/// A stream of a session, by its index in the session's [`Streams`](crate::streams::Streams).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StreamId(pub u32);
 
-/// A stream: what it is called, what it measures, about whom, and how to read it.
+/// A stream: its name, its signal, its subject, and how to read it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stream {
     /// The ROS topic name, with its leading slash: `/robot1/battery_state`.
     pub name: String,
-    /// What is measured.
+    /// The measured signal.
     pub signal: Signal,
-    /// What kind of subject it is about.
+    /// The kind of its subject.
     pub about: About,
-    /// The subject: `robot1`, `p001`; empty for the team and the session.
+    /// The id of its subject: `robot1`, `p001`; empty for the team and the session.
     pub id: String,
     /// The device that measures: `battery_state`, `polar_h10`; may be empty.
     pub device: String,
@@ -38,26 +38,25 @@ pub struct Stream {
     pub shape: Shape,
     /// The numbers of a sample, in their order.
     pub channels: Vec<Channel>,
-    /// The rate that is declared [Hz]; 0 where none is or it is irregular.
+    /// The declared rate [Hz]; 0 where none is declared or it is irregular.
     pub rate_hz: f64,
     /// The streams it was computed from, by name.
     pub inputs: Vec<String>,
     /// How it was computed: the recipe, with its window and its reference.
     pub method: String,
-    /// What feature it is, whatever it was computed from: `heart`, `skin`, `deployment`; empty for what is
-    /// raw.
+    /// The family of its feature, such as `heart`, `skin` or `deployment`; empty for a raw stream.
     pub family: String,
-    /// Over what its values are computed; `None` where they are of a moment.
+    /// The span of its values; `None` where they are instantaneous.
     pub window: Option<Window>,
-    /// The topic of which this is what another publisher sent than the one that is heard: it is recorded,
-    /// and no feature hears it. Empty for any other stream.
+    /// The topic of which this stream holds the samples of a second publisher: it is recorded, and no
+    /// feature receives it. Empty for any other stream.
     pub beside: String,
     /// One sentence for people.
     pub doc: String,
-    /// Who published it first, with the id of the publisher on its bus; empty where that is unknown or
+    /// Its first publisher, with the publisher's id on its bus; empty where that is unknown or
     /// ourselves. A bag keeps it with its channel.
     pub publisher: String,
-    /// What its publishers offer, or with what it is to be published.
+    /// The quality of service that its publishers offer, or that it is published with.
     pub qos: Vec<Qos>,
 }
 
@@ -85,7 +84,7 @@ impl Stream {
         }
     }
 
-    /// What it holds in memory beside itself [bytes].
+    /// Its heap memory [bytes].
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         let Stream { name, id, device, method, family, beside, doc, publisher, .. } = self;
@@ -136,7 +135,7 @@ impl Stream {
         self
     }
 
-    /// The one input that it was derived from and is named below.
+    /// The only input that it was derived from and is named after.
     pub fn input(&self) -> Option<&str> {
         match self.inputs.as_slice() {
             [input] if self.name.starts_with(input.as_str()) => Some(input),
@@ -157,7 +156,7 @@ impl Stream {
         Stream { name, beside: self.name.clone(), ..self.clone() }
     }
 
-    /// Whom the stream is about.
+    /// The subject of the stream.
     pub fn subject(&self) -> Subject {
         Subject { about: self.about, id: self.id.clone() }
     }
@@ -169,13 +168,13 @@ impl Stream {
         self
     }
 
-    /// The place of the channel of a name.
+    /// The index of the channel with this name.
     pub fn place_of(&self, channel: &str) -> Option<usize> {
         self.channels.iter().position(|each| each.name == channel)
     }
 
-    /// The same stream with its texts [cut and cleaned](crate::text), and a rate that is one. What is derived
-    /// has longer names than what it was derived from.
+    /// The same stream with its texts [cut and cleaned](crate::text), and a valid rate. Derived streams may
+    /// have longer names than their inputs.
     #[must_use]
     pub fn cleaned(mut self) -> Stream {
         let longest = match self.origin {
@@ -209,14 +208,14 @@ impl Stream {
     }
 }
 
-/// So many times as long as the names of what comes from outside are those of what is derived, at most.
+/// How many times longer the names of derived streams may be than those from outside.
 const DERIVED: usize = 4;
 
 /// One number of each sample of a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// What it is called. In a [`Shape::Message`] it is the path of a field (`pose.pose.position.x`): the
-    /// number that is read out of the message.
+    /// Its name. In a [`Shape::Message`] it is the path of the field (`pose.pose.position.x`) whose
+    /// number is read from the message.
     pub name: String,
     /// Its unit, in SI (`V`, `m/s`, `1` for a fraction), as [`units`](crate::units) spells it.
     pub unit: String,
@@ -225,13 +224,13 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A channel whose numbers are in its unit.
+    /// A channel with a scale of 1.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Channel {
         Channel { name: name.into(), unit: unit.into(), scale: 1.0 }
     }
 }
 
-/// Over what the values of a feature are computed. In a name it is `w30`, `w2_5` or `phases`.
+/// The span of a feature's values: `w30`, `w2_5` or `phases` in a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Window {
     /// Windows of this length.
@@ -256,11 +255,11 @@ impl fmt::Display for Window {
     }
 }
 
-/// Whether a stream came from outside or was computed here. Raw streams are what a replay reads;
-/// derived ones are what it computes again.
+/// Whether a stream came from outside or was computed here. A replay reads raw streams and computes
+/// derived ones again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
-    /// From outside, kept as it came.
+    /// From outside, kept unchanged.
     Raw,
     /// Computed here from raw streams.
     Derived,
@@ -275,7 +274,7 @@ pub enum Shape {
     Wave,
     /// The named values of one window.
     Feature,
-    /// Things that happen.
+    /// Events.
     Event,
     /// The health of streams.
     Status,
@@ -290,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_stands_in_a_field_and_in_the_name() {
+    fn a_window_is_in_a_field_and_in_the_name() {
         let ecg = Stream::raw("/humans/persons/p001/strap/ecg", Subject::session(), Shape::Wave);
         let over = |window| Stream::derived(&ecg, "heart", Shape::Feature).over(window);
         for (window, leaf) in [

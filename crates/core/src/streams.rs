@@ -1,4 +1,4 @@
-//! The streams of a session, shared by all who need to look one up.
+//! The streams of a session, shared by its components.
 
 use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
@@ -10,17 +10,17 @@ use crate::stream::{Shape, Stream, StreamId};
 #[derive(Clone, Debug, Default)]
 pub struct Streams(Arc<RwLock<Known>>);
 
-/// What was declared so far.
+/// The streams declared so far.
 #[derive(Debug, Default)]
 struct Known {
     streams: Vec<Arc<Stream>>,
-    /// The places of the streams of each name.
+    /// The indices of the streams of each name.
     named: HashMap<String, Vec<usize>>,
 }
 
 impl Streams {
-    /// Declares a stream. One of the same name, origin and type keeps its id, and what is newly
-    /// known about it replaces what was; another type on the same topic is another stream.
+    /// Declares a stream. One of the same name, origin and type keeps its id, and the new
+    /// declaration replaces the old one; another type on the same topic is another stream.
     ///
     /// Its texts are [cut and cleaned](Stream::cleaned).
     pub fn declare(&self, stream: Stream) -> Declared {
@@ -41,7 +41,7 @@ impl Streams {
         Declared { id: StreamId(id), news }
     }
 
-    /// The stream of an id that was declared here.
+    /// The stream with this id, which was given out here.
     pub fn get(&self, id: StreamId) -> Arc<Stream> {
         Arc::clone(&self.known().streams[id.0 as usize])
     }
@@ -60,7 +60,7 @@ impl Streams {
         places.map(|index| StreamId(*index as u32)).collect()
     }
 
-    /// The streams that were declared after the first so many.
+    /// The streams that were declared after the first `count`.
     pub fn after(&self, count: usize) -> Vec<(StreamId, Arc<Stream>)> {
         let known = self.known();
         let numbered = known.streams.iter().enumerate().skip(count);
@@ -77,17 +77,17 @@ impl Streams {
     }
 }
 
-/// What came of a declaration.
+/// The result of a declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Declared {
     /// The stream's id.
     pub id: StreamId,
-    /// Whether it was unknown, or something new is known about it.
+    /// Whether it is new, or has changed.
     pub news: bool,
 }
 
-/// Whether a description of the stream contains news. Who publishes it, and with which quality of service,
-/// does not count: a replay, which knows these from the start, has the same descriptions.
+/// Whether a description of the stream contains news. Its publisher and its quality of service do not
+/// count: a replay, which knows these from the start, has the same descriptions.
 fn is_described_anew(known: &Stream, stream: &Stream) -> bool {
     let (qos, publisher) = (known.qos.clone(), known.publisher.clone());
     known != stream && *known != Stream { publisher, qos, ..stream.clone() }
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_publishers_offer_is_kept_and_no_news() {
+    fn quality_of_service_is_kept_and_is_no_change() {
         let streams = Streams::default();
         let first = message("/r1/x", "a/msg/X", "");
         let id = streams.declare(first.clone()).id;

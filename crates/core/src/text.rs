@@ -1,11 +1,11 @@
 //! Text from elsewhere, cut and cleaned where it enters.
 //!
 //! A label, a name or a unit comes from a robot, a bag or a study, and ends on a terminal, in a table and as
-//! the name of a file. So none has control characters (C0, DEL, C1), line or paragraph separators, or marks
-//! that turn the direction of writing (they show a text as another one than it is): each becomes a space. And
-//! none is endless. What is clean stays as it is; cleaning twice changes nothing more.
+//! the name of a file. So it has no control characters (C0, DEL, C1), line or paragraph separators, or marks
+//! that turn the direction of writing (which make a text look like another one): each becomes a space. And it
+//! has a limited length. A clean text stays unchanged; cleaning twice changes nothing more.
 //!
-//! Messages from elsewhere are no text: they are recorded byte for byte, whatever is in them.
+//! Messages from elsewhere are not text: they are recorded byte for byte.
 
 use std::borrow::Cow;
 
@@ -19,7 +19,7 @@ pub const LONGEST_LABEL: usize = 1000;
 /// The longest documentation of a stream [characters].
 pub const LONGEST_PROSE: usize = 8000;
 
-/// What the recipe of one channel may add to the method of a stream [characters].
+/// The longest part of a stream's method for one channel [characters].
 const LONGEST_RECIPE: usize = 600;
 
 /// The longest name of a file without its extension [bytes]; file systems take 255.
@@ -28,8 +28,8 @@ const LONGEST_FILE_NAME: usize = 200;
 /// The number of hexadecimal digits that keep changed names distinct.
 const DIGITS: usize = 8;
 
-/// What is called something: clean, and at most `longest` characters. One that had to be changed ends with
-/// `…` and eight digits of its own, so that two names stay two.
+/// A clean name of at most `longest` characters. A name that had to be changed ends with `…` and eight
+/// digits of its hash, so that different names stay different.
 pub fn name(text: String, longest: usize) -> String {
     if is_clean(&text, longest) {
         return text;
@@ -40,7 +40,7 @@ pub fn name(text: String, longest: usize) -> String {
     format!("{kept}…{own:08x}")
 }
 
-/// What is said: clean, and at most `longest` characters; one that was cut ends with `…`.
+/// A clean text of at most `longest` characters; one that was cut ends with `…`.
 pub fn label(text: String, longest: usize) -> String {
     if is_clean(&text, longest) {
         return text;
@@ -58,9 +58,9 @@ pub fn longest_method(channels: usize) -> usize {
     LONGEST_PROSE + LONGEST_RECIPE * channels
 }
 
-/// The name of a file for what is called so, without its extension: letters and digits of any script, `_`,
-/// `-` and `.`, where each other character is a `_`; no option of a command, nothing hidden, and not longer
-/// than a file system takes.
+/// The file name for a name, without its extension: letters and digits of any script, `_`, `-` and `.`,
+/// with `_` for every other character; never like an option of a command, never hidden, and not too long
+/// for a file system.
 pub fn file_name(text: &str) -> String {
     let fits = |each: char| each.is_alphanumeric() || matches!(each, '_' | '-' | '.');
     let mut kept: String = text.chars().map(|each| if fits(each) { each } else { '_' }).collect();
@@ -76,7 +76,7 @@ pub fn file_name(text: &str) -> String {
     format!("{kept}_{:08x}", digest(text))
 }
 
-/// Each character that has no place in a line is a space.
+/// Replaces each character that has no place in a line by a space.
 pub fn on_one_line(text: &str) -> Cow<'_, str> {
     if text.chars().any(is_unwanted) {
         Cow::Owned(text.replace(is_unwanted, " "))
@@ -85,7 +85,7 @@ pub fn on_one_line(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Whether [`label`] and [`name`] leave a text as it is.
+/// Whether [`label`] and [`name`] leave a text unchanged.
 pub fn is_clean(text: &str, longest: usize) -> bool {
     let fits = text.len() <= longest || text.chars().nth(longest).is_none();
     fits && !text.chars().any(is_unwanted)
@@ -100,7 +100,7 @@ pub fn is_unwanted(each: char) -> bool {
     each.is_control() || turns || matches!(each, '\u{2028}' | '\u{2029}')
 }
 
-/// Keeps the first so many characters.
+/// The first `count` characters.
 fn cut(text: &mut String, most: usize) {
     if let Some((end, _)) = text.char_indices().nth(most) {
         text.truncate(end);
@@ -120,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    /// Any text, often with what has no place in one.
+    /// Any text, often with characters that have no place in a line.
     fn any_text() -> impl Strategy<Value = String> {
         let odd = prop::sample::select(vec![
             '\u{1b}', '\r', '\n', '\t', '\0', '\u{7f}', '\u{9b}', '\u{202e}', '\u{2066}',
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_clean_stays_as_it_is() {
+    fn a_clean_text_stays_unchanged() {
         for text in ["", "/robot1/battery_state", "µS", "n-back: 2", "心拍", "a…b"] {
             assert_eq!(label(text.to_owned(), 100), text);
             assert_eq!(name(text.to_owned(), 100), text);
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_called_what_a_shell_and_a_file_system_take() {
+    fn a_file_name_suits_shells_and_file_systems() {
         assert_eq!(file_name("robot1__battery_state"), "robot1__battery_state");
         assert!(file_name("-rf").starts_with("_-rf_"));
         assert!(file_name("..").starts_with("_.._"));

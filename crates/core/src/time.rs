@@ -45,12 +45,12 @@ impl Time {
         self.0 as f64 / 1e9
     }
 
-    /// How long after `earlier` this is [ns]; negative when it is before.
+    /// The time since `earlier` [ns]; negative when this is before it.
     pub fn nanos_since(self, earlier: Time) -> i64 {
         self.0.saturating_sub(earlier.0)
     }
 
-    /// How long after `earlier` this is [s]; negative when it is before.
+    /// The time since `earlier` [s]; negative when this is before it.
     pub fn secs_since(self, earlier: Time) -> f64 {
         self.nanos_since(earlier) as f64 / 1e9
     }
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_comes_back_as_it_was() {
+    fn a_stamp_survives_the_round_trip() {
         for nanos in [0, 1, -1, 1_700_000_000_123_456_789, -2_000_000_001] {
             let (secs, nanos_of_sec) = Time::from_nanos(nanos).stamp();
             assert_eq!(Time::from_stamp(secs, nanos_of_sec).nanos(), nanos);

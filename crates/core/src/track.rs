@@ -1,4 +1,4 @@
-//! One stream in front of the pump: its numbers, its place in time, its life.
+//! One stream in the pump: its sample numbers, its times, its health.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -22,14 +22,14 @@ use crate::status::StreamStatus;
 use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 use crate::time::Time;
 
-/// With how many of its newest neighbours a message is compared to find it sent twice.
+/// The number of newest messages that a message is compared with to find duplicates.
 const NEIGHBOURS: usize = 4;
 
-/// What is older than this when it arrives may have been kept for those who join later [s].
+/// The age from which a message may have been kept for late joiners [s].
 const KEPT_SECS: f64 = 1.0;
-/// For how long after the first message, or after a silence, what was kept may come [s].
+/// How long after the first message, or after a silence, kept messages may arrive [s].
 const JOINING_SECS: f64 = 2.0;
-/// How long such a silence lasts [s].
+/// The shortest such silence [s].
 const SILENCE_SECS: f64 = 5.0;
 
 /// One stream: how its readings become samples.
@@ -42,32 +42,33 @@ pub(crate) struct Track {
     density: Density,
     /// The name in reports of its health.
     pub(crate) told_as: String,
-    /// The losses on this stream, if it is one of those.
+    /// The kind of losses that this stream reports, if it does.
     pub(crate) gives: Option<Loss>,
-    /// What its readings say to the pump itself, if anything.
+    /// The reports in its readings that the pump itself acts on, if any.
     pub(crate) word: Option<Word>,
-    /// What is wrong with its publishers.
+    /// The fault of its publishers, if any.
     pub(crate) published_by: Option<String>,
     joining: Option<Joining>,
     next_index: u64,
     /// The number of the last sample.
     last_index: Option<u64>,
-    /// How many samples there were, of waves each one counted, and the lost ones too.
+    /// The number of samples, those within waves and the lost ones included.
     position: u64,
-    /// How many samples the last reading had.
+    /// The number of samples of the last reading.
     last_count: u32,
     newest: Option<Time>,
     neighbours: VecDeque<(Time, Bytes)>,
 }
 
-/// What the readings of a stream say to the pump itself; known by its name, which stays.
+/// The reports in readings that the pump itself acts on; known by the stream's name, which does not
+/// change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Word {
-    /// What happens in the session.
+    /// Events of the session.
     Happenings,
-    /// Whose clock stamps a stream, or what a probe of it found.
+    /// The computer that stamps a stream, or the result of a probe of its clock.
     Computers,
-    /// Who publishes a topic.
+    /// The publishers of a topic.
     Publishers,
 }
 
@@ -82,18 +83,18 @@ impl Word {
     }
 }
 
-/// When what was kept for those who join later may come.
+/// When messages that were kept for late joiners may arrive.
 #[derive(Debug)]
 struct Joining {
-    /// Whether anything was.
+    /// Whether any was kept.
     is_kept: bool,
-    /// When readings began to come, at first or after a silence.
+    /// When readings began to arrive, at first or after a silence.
     began: Time,
-    /// When the last one came.
+    /// When the last one arrived.
     last: Time,
 }
 
-/// Whether a stream comes now and then by its nature: what happens, and what people do.
+/// Whether a stream is irregular by its nature: events, and the input of people.
 fn is_irregular(stream: &Stream) -> bool {
     stream.shape == Shape::Event || stream.signal == Signal::Input
 }
@@ -126,7 +127,7 @@ impl Track {
         self.stream.origin == Origin::Raw && !own
     }
 
-    /// Numbers a reading and gives it its place in time.
+    /// Numbers a reading and corrects its time.
     ///
     /// A stamp equal to the log time is ignored; in a bag it can't be distinguished from a missing one.
     pub(crate) fn sample(
@@ -166,7 +167,7 @@ impl Track {
         if is_history {
             self.life.was_given_history(log_time);
         } else {
-            // Of our own shapes a recording has no stamp of the source's.
+            // A recording has no source's stamp of our own messages.
             let source_time = reading.source_time.filter(|_| is_message);
             self.life.arrived(stamps.count, log_time, measured, source_time);
             if disbelieved {
@@ -191,16 +192,16 @@ impl Track {
         }
     }
 
-    /// The rate that is stated, by the period of a wave [ns] or by the description, whichever is lower [Hz];
-    /// 0 where none is.
+    /// The stated rate, by the period of a wave [ns] or by the description, whichever is lower [Hz]; 0 where
+    /// none is.
     fn stated_hz(&self, period_nanos: f64) -> f64 {
         let rates_hz = [1e9 / period_nanos, self.stream.rate_hz];
         let stated_hz = rates_hz.into_iter().filter(|hz| hz.is_finite() && *hz > 0.0);
         stated_hz.reduce(f64::min).unwrap_or(0.0)
     }
 
-    /// Marks a sample that comes in its turn, or late, as too much where nothing can be computed with it any
-    /// more.
+    /// Marks a sample in its turn, or a late one, as excess where the limit of what features take is
+    /// reached.
     pub(crate) fn bound(&mut self, sample: &mut Sample, all: &mut Shared) {
         let is_computed_with = matches!(sample.turn, Turn::OnTime | Turn::Late);
         if is_computed_with && !self.intake.admits(all, &self.stream, &sample.data, sample.log_time)
@@ -209,7 +210,7 @@ impl Track {
         }
     }
 
-    /// How the stream is doing at `now`, its clock included.
+    /// The status of the stream at `now`, its clock included.
     pub(crate) fn status(&self, now: Time, clocks: &Clocks) -> StreamStatus {
         let clock = clocks.state(self.id).unwrap_or(UNKNOWN);
         let of_publishers = || self.published_by.clone();
@@ -240,8 +241,8 @@ impl Track {
         }
     }
 
-    /// The number of the next sample: its publisher's `own`, if that goes on counting, so that what was
-    /// missing there is missing here; else one more than the last.
+    /// The number of the next sample: its publisher's `own`, if that continues the count, so that gaps
+    /// there are gaps here; else one more than the last.
     pub(crate) fn number(&mut self, own: Option<u64>) -> u64 {
         let goes_on = |own: &u64| self.last_index.is_none_or(|last| *own > last);
         let index = own.filter(goes_on).unwrap_or(self.next_index);
@@ -250,7 +251,7 @@ impl Track {
         index
     }
 
-    /// So many samples are missing before the next one.
+    /// Notes that this many samples are missing before the next one.
     pub(crate) fn lost(&mut self, loss: Loss, count: f64) {
         match loss {
             Loss::OnTheWay => self.life.lost_on_the_way(count),
@@ -267,7 +268,7 @@ impl Track {
             return Turn::Duplicate;
         }
         if self.newest.is_some_and(|newest| measured < newest) {
-            // What two publishers have kept comes one behind the other.
+            // The kept messages of two publishers arrive one after the other.
             if !is_history {
                 self.life.was_late();
             }
@@ -277,10 +278,11 @@ impl Track {
         Turn::OnTime
     }
 
-    /// Whether a reading is what a publisher has kept for those who join later: it was published long
-    /// before it came, and came at once with the first, or, as a message, after a silence.
+    /// Whether a publisher has kept a reading for late joiners: it was published long before it
+    /// arrived, and arrived with the first ones, or, as a message, after a silence.
     ///
-    /// Derived from what a recording contains, too: the offers at the first reading, and stored stamps.
+    /// Uses only values that a recording contains, too: the offers at the first reading, and stored
+    /// stamps.
     fn is_history(&mut self, reading: &Reading, log_time: Time) -> bool {
         let is_message = matches!(self.stream.shape, Shape::Message(_));
         let joining = self.joining.get_or_insert_with(|| {
@@ -300,7 +302,7 @@ impl Track {
             && reading.source_time.is_some_and(is_old)
     }
 
-    /// Whether the same bytes with the same stamp came just before.
+    /// Whether the same bytes with the same stamp arrived just before.
     fn came_before(&mut self, reading: &Reading) -> bool {
         let (Some(stamp), Data::Message(bytes)) = (reading.source_time, &reading.data) else {
             return false;

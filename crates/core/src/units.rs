@@ -1,12 +1,11 @@
-//! How units are spelt: one way where machines read them, one where people do; and what numbers of one are
-//! in another.
+//! The spelling of units, one for machines and one for people; and conversions between units.
 
 mod conversion;
 
 pub use conversion::{Conversion, accepted, worked_in};
 
-/// THE table of spellings: as machines read it (in messages, bags, tables and JSON: ASCII, as most ROS
-/// drivers and BIDS write), as people do, and what else means the same.
+/// THE table of spellings: that for machines (in messages, bags, tables and JSON: ASCII, as in most
+/// ROS drivers and BIDS), that for people, and synonyms.
 const SPELLINGS: &[(&str, &str, &[&str])] = &[
     ("degC", "°C", &["℃"]),
     ("deg", "°", &[]),
@@ -16,23 +15,23 @@ const SPELLINGS: &[(&str, &str, &[&str])] = &[
     (" ", "·", &["⋅"]),
     ("u", "µ", &["μ"]),
 ];
-/// THE table of units: all that our own streams are declared in, as machines read them, and each of them
-/// in a second (`V/s`).
+/// THE table of units: all units of our own streams, as spelt for machines, and each of them per second
+/// (`V/s`).
 pub const UNITS: &[&str] = &[
     "1", "%", "%/min", "s", "ms", "ms^2", "ln(ms)", "ln(ms^2)", "1/min", "Hz", "Hz/min", "uS",
     "uS^2", "uS/min", "uS s", "mV", "uV", "uV^2", "uV s", "degC", "degC/min", "g", "g s/min",
     "deg", "m", "m/s", "m/s^2", "rad/s", "V", "A", "Ah", "W", "J", "dB", "dBm", "Mb/s",
 ];
 
-/// Whether a unit stands in the table.
+/// Whether a unit is in the table.
 pub fn is_known(unit: &str) -> bool {
     UNITS.contains(&unit) || unit.strip_suffix("/s").is_some_and(|of| UNITS.contains(&of))
 }
 
-/// What a micro stands before; an arbitrary unit `u` stands alone.
+/// Units that may follow a `u` for micro; an arbitrary unit `u` has none after it.
 const OF_MICRO: &[&str] = &["A", "S", "V", "W", "g", "m", "s"];
 
-/// The unit as it stands where machines read it: `uS`, `degC`, `m/s^2`, `1/min`.
+/// The unit as spelt for machines: `uS`, `degC`, `m/s^2`, `1/min`.
 pub fn spelt(unit: &str) -> String {
     SPELLINGS.iter().fold(unit.to_owned(), |unit, (machine, shown, others)| {
         let alike = others.iter().chain([shown]);
@@ -40,7 +39,7 @@ pub fn spelt(unit: &str) -> String {
     })
 }
 
-/// The unit as people read it: `µS`, `°C`, `m/s²`; nothing for a number without one.
+/// The unit as spelt for people: `µS`, `°C`, `m/s²`; empty for a number without a unit.
 pub fn shown(unit: &str) -> String {
     let unit = spelt(unit);
     if unit == "1" {

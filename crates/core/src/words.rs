@@ -10,12 +10,12 @@ macro_rules! words {
             /// Every word, in the order of the documentation.
             pub const ALL: &'static [$name] = &[$($name::$variant),*];
 
-            /// The word itself, as it stands on the wire and in a bag.
+            /// The word itself, as on the wire and in a bag.
             pub fn word(self) -> &'static str {
                 match self { $($name::$variant => $word),* }
             }
 
-            /// The value of a word; `None` for any other.
+            /// The value of a word; `None` for an unknown word.
             pub fn from_word(word: &str) -> Option<$name> {
                 match word { $($word => Some($name::$variant),)* _ => None }
             }

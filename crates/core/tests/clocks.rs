@@ -1,4 +1,4 @@
-//! Clocks of devices and computers in a session: corrected, reported, and the same again in a replay.
+//! Clocks of devices and computers in a session: corrected, reported, and equal in a replay.
 
 mod session;
 
@@ -26,7 +26,7 @@ use session::{Keeper, Recording, derived, encode};
 const SECOND_NANOS: i64 = 1_000_000_000;
 const BEGAN_NANOS: i64 = 1_700_000_000 * SECOND_NANOS;
 
-/// A reading as it comes, with the stream that it belongs to.
+/// A reading, with the stream that it belongs to.
 struct Coming {
     arrival: i64,
     stream: Stream,
@@ -110,7 +110,7 @@ fn strap(secs: i64, jump_secs: f64) -> Vec<Coming> {
     (0..batches).map(batch).collect()
 }
 
-/// A robot that talks ten times a second, 2 to 6 ms late, its clock ahead by `offset_secs`.
+/// A robot that publishes at 10 Hz, 2 to 6 ms late, its clock ahead by `offset_secs`.
 fn robot(topic: &str, secs: i64, offset_secs: f64) -> Vec<Coming> {
     let message = |k: i64| {
         let sent = BEGAN_NANOS + k * SECOND_NANOS / 10;
@@ -154,7 +154,7 @@ fn last_status<'a>(records: &'a [Record], name: &str) -> &'a StreamStatus {
         Data::Status(status) => Some(&**status),
         _ => None,
     });
-    statuses.find(|status| status.name == name).expect("its health is told")
+    statuses.find(|status| status.name == name).expect("its health is reported")
 }
 
 fn clock_events(records: &[Record]) -> Vec<&Event> {
@@ -166,7 +166,7 @@ fn clock_events(records: &[Record]) -> Vec<&Event> {
     .collect()
 }
 
-/// How wrong the first sample of each batch is placed in time, from some time on [s].
+/// The error of the time of each batch's first sample, from some time on [s].
 fn errors_secs(records: &[Record], from_secs: f64) -> Vec<f64> {
     let waves = records.iter().filter_map(|record| match &record.sample.data {
         Data::Wave(wave) => Some((record.sample.measured, wave.samples[0])),
@@ -200,7 +200,7 @@ fn intervals() -> Stream {
     Stream { device: "strap".into(), ..stream }.with_channels(&[("rr", "ms")])
 }
 
-/// When each beat of a heart is, since it was first listened to [s].
+/// The time of each beat of a heart, from the start [s].
 fn beats(count: usize) -> Vec<f64> {
     let interval_secs = |k: usize| 0.8 + 0.2 * ((k * 7919) % 97) as f64 / 97.0;
     let next = |at: &mut f64, k| {
@@ -322,7 +322,7 @@ async fn a_replay_gives_the_same_times_as_the_run() {
 }
 
 #[tokio::test]
-async fn what_is_kept_for_late_joiners_keeps_its_time_and_the_same_again_in_a_replay() {
+async fn samples_kept_for_late_joiners_keep_their_time_live_and_in_a_replay() {
     let subject = Subject { about: About::Person, id: "p001".into() };
     let mut phases = Stream::raw("/humans/persons/p001/task/phases", subject, Shape::Event);
     phases.qos = vec![Qos::latched(100)];

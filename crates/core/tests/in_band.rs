@@ -1,5 +1,5 @@
-//! What is said in band of publishers, of simulated time and of what was kept for late joiners: it is
-//! held against the streams, and the same again in a replay.
+//! Reports in band on publishers, on simulated time and on messages kept for late joiners: streams
+//! are judged by them, live and in a replay.
 
 mod session;
 
@@ -131,7 +131,7 @@ fn live(secs: std::ops::Range<u32>) -> impl Iterator<Item = (f64, Coming)> {
 }
 
 #[tokio::test]
-async fn what_was_kept_for_late_joiners_is_neither_a_rate_nor_a_wrong_clock() {
+async fn messages_kept_for_late_joiners_are_neither_a_rate_nor_a_wrong_clock() {
     let kept = |began: f64, secs: std::ops::Range<u32>| {
         let message = move |k: u32| Coming::Message { stamp_secs: f64::from(k) };
         secs.enumerate().map(move |(place, k)| (began + place as f64 * 1e-3, message(k)))
@@ -160,7 +160,7 @@ async fn a_slow_clock_is_found_on_a_latched_topic_all_the_same() {
 }
 
 #[tokio::test]
-async fn two_publishers_are_said_as_long_as_there_are_two() {
+async fn two_publishers_are_reported_as_long_as_there_are_two() {
     let two = Coming::Publishers(vec!["laptop1".into(), "laptop2".into()]);
     let script = live(0..6)
         .chain([(5.5, two)])
@@ -176,7 +176,7 @@ async fn two_publishers_are_said_as_long_as_there_are_two() {
 }
 
 #[tokio::test]
-async fn what_could_not_be_heard_was_not_silent() {
+async fn a_standstill_of_the_session_is_no_silence_of_a_stream() {
     let of = |silence: Option<(f64, Coming)>| {
         let script = live(0..20).chain(silence).chain(live(80..85));
         twice(messages(Qos::reliable(1)), script.collect())

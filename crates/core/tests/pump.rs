@@ -286,7 +286,7 @@ impl Extractor for Slow {
     }
 }
 
-/// Hands over more than can be computed with, all at once.
+/// Hands over more than features can take, all at once.
 struct Flood(u64);
 
 #[async_trait]
@@ -307,7 +307,7 @@ impl Source for Flood {
     }
 }
 
-/// Would take a hundred minutes if all were computed with.
+/// All features together would take a hundred minutes.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() {
     let kept: Arc<std::sync::Mutex<Vec<Record>>> = Arc::default();
@@ -335,7 +335,7 @@ async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() 
     });
     assert_eq!(labels.filter(|label| label.contains("no features were computed")).count(), 1);
     assert!(matches!(
-        &kept.last().expect("the end is told").sample.data,
+        &kept.last().expect("the end is reported").sample.data,
         Data::Event(_) | Data::Status(_)
     ));
 }
@@ -384,7 +384,7 @@ impl Sink for Largest {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_comes_of_a_long_silence_is_handed_over_in_portions() {
+async fn the_ticks_of_a_long_silence_are_handed_over_in_portions() {
     let noted = Arc::default();
     let session = Session {
         clock: Clock::settable(),

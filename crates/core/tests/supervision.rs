@@ -1,4 +1,4 @@
-//! What panics, stalls or never comes back takes itself out, is named, and the session goes on.
+//! Components that panic, stall or never return are left out and named, and the session goes on.
 
 mod session;
 
@@ -27,7 +27,7 @@ use teampulse_core::streams::Streams;
 
 use session::{Keeper, Recording, derived, encode};
 
-/// So many readings are handed over by each source.
+/// The number of readings of each source.
 const READINGS: u64 = 300;
 /// The reading at which something panics.
 const MIDWAY: u64 = 150;
@@ -67,7 +67,7 @@ enum At {
     Accepting,
     Starting,
     Joining,
-    /// The so-many-eth reading.
+    /// The reading with this number.
     Pushing(u64),
     Ticking,
 }
@@ -196,7 +196,7 @@ async fn keep(parts: Parts, is_over: fn(&[Record]) -> bool) -> (Vec<Record>, Out
     (kept, outcome)
 }
 
-/// Says nothing until the session is over.
+/// Hands over nothing until the session is over.
 struct Silence;
 
 #[async_trait]
@@ -336,7 +336,7 @@ async fn a_pump_that_panics_ends_the_session_at_once_and_each_sink_knows() {
     assert_eq!(message, "go on: the pump panicked: no room for it");
 }
 
-/// What panics, in a session at a random moment.
+/// The component that panics, in a session at a random moment.
 #[derive(Clone, Copy, Debug)]
 enum Unlucky {
     Source,
@@ -432,7 +432,7 @@ impl Sink for Stubborn {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn in_a_hurry_a_sink_that_does_not_end_is_left_behind_and_named() {
+async fn in_a_hurry_a_sink_that_does_not_end_is_abandoned_and_named() {
     let held = Arc::<(Mutex<bool>, Condvar)>::default();
     let kept = Arc::<Mutex<Vec<Record>>>::default();
     let sinks: Vec<Box<dyn Sink>> = vec![
@@ -462,7 +462,7 @@ async fn in_a_hurry_a_sink_that_does_not_end_is_left_behind_and_named() {
     held.1.notify_all();
 }
 
-/// A source that does not hear that the session is over.
+/// A source that ignores the end of the session.
 struct Deaf;
 
 #[async_trait]
@@ -473,7 +473,7 @@ impl Source for Deaf {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_source_that_does_not_end_is_left_behind_and_named() {
+async fn a_source_that_does_not_end_is_abandoned_and_named() {
     let kept = Arc::<Mutex<Vec<Record>>>::default();
     let session = Session {
         clock: Clock::host(),

@@ -116,7 +116,7 @@ async fn records(source: Box<dyn Source>) -> Vec<Record> {
     std::mem::take(&mut *kept.lock().expect("nobody panicked"))
 }
 
-/// Every text of a stream, with how long it may be.
+/// Every text of a stream, with its longest length.
 fn texts_of(stream: &Stream) -> Vec<(&str, usize)> {
     let longest = if stream.origin == Origin::Raw { LONGEST_NAME } else { 4 * LONGEST_NAME };
     let names = [&stream.name, &stream.id, &stream.device].into_iter();
@@ -146,7 +146,7 @@ fn texts(record: &Record) -> Vec<(&str, usize)> {
     texts
 }
 
-/// A hundred thousand characters, many of which have no place in a line.
+/// A hundred thousand characters, many of them control characters.
 fn long_texts() -> impl Strategy<Value = String> {
     let odd = prop::sample::select(vec![
         '\u{1b}', '\r', '\n', '\0', '\u{9b}', '\u{202e}', '\u{2069}', '\u{61c}', '/', '=', '|', 'ä',
@@ -164,7 +164,7 @@ proptest! {
         runtime.block_on(async {
             let run = records(Box::new(Odd(text.clone()))).await;
             let kinds = |record: &&Record| record.stream.shape == Shape::Status;
-            prop_assert!(run.iter().filter(kinds).count() > 5, "its health is told");
+            prop_assert!(run.iter().filter(kinds).count() > 5, "its health is reported");
             for (found, longest) in run.iter().flat_map(texts) {
                 prop_assert!(is_clean(found, longest), "{found:?}");
             }
@@ -172,7 +172,7 @@ proptest! {
                 Data::Message(bytes) => Some(bytes),
                 _ => None,
             });
-            // What comes from elsewhere stays as it came.
+            // Messages from elsewhere stay unchanged.
             prop_assert_eq!(messages.collect::<Vec<_>>(), vec![text.as_bytes()]);
             let replay = records(Box::new(Recording(run.clone()))).await;
             prop_assert!(derived(&replay) == derived(&run));

@@ -1,5 +1,5 @@
-//! Workers look at their own pace: what they find has the time of what they looked at, and whatever becomes
-//! of them, the session goes on.
+//! Workers process records at their own pace: their results have the time of their input, and the session
+//! goes on even if they fail.
 
 mod session;
 
@@ -76,7 +76,7 @@ impl Source for Camera {
     }
 }
 
-/// Takes as long for its first frame as it is let.
+/// Takes as long for its first frame as the test allows.
 struct Slow {
     looks: SyncSender<()>,
     released: Receiver<()>,
@@ -145,7 +145,7 @@ fn taken(kept: &Kept) -> Vec<Record> {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_slow_worker_skips_to_the_newest_and_stamps_what_it_looked_at() {
+async fn a_slow_worker_skips_to_the_newest_and_stamps_with_the_time_of_its_input() {
     let (looks, looked) = sync_channel(10);
     let (release, released) = sync_channel(10);
     let kept = Kept::default();
@@ -161,7 +161,7 @@ async fn a_slow_worker_skips_to_the_newest_and_stamps_what_it_looked_at() {
     let last = (FRAMES - 1) as f64;
     assert_eq!(measured(&first, FACE), [(100.0, 0.0), (100.0 + last, last)]);
 
-    // In a replay nobody looks again, and what was found is the same.
+    // In a replay no worker runs, and its results are the same.
     let recording = Box::new(Recording(first.clone()));
     session(Pace::Recorded, &kept, vec![recording], Vec::new()).run(pending()).await;
     let again = taken(&kept);
@@ -184,7 +184,7 @@ impl Source for Numbers {
     }
 }
 
-/// What becomes of a worker at its first record.
+/// What a worker does at its first record.
 enum Fate {
     Panics,
     /// It fails, and works when it is run again.
@@ -246,7 +246,7 @@ async fn doom(fate: Fate) -> (Outcome, Vec<String>) {
     let over = async {
         until(|| has_worked.try_recv().is_ok() || is_lasting()).await;
     };
-    // Only what never returns is not waited for.
+    // Only a worker that never returns is not waited for.
     let outcome = if never_returns {
         session.run_until(over, ready(())).await
     } else {
@@ -277,7 +277,7 @@ async fn a_worker_that_fails_is_run_again() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_worker_that_never_returns_is_left_behind_and_named() {
+async fn a_worker_that_never_returns_is_abandoned_and_named() {
     let (outcome, _) = doom(Fate::NeverReturns).await;
     let error = outcome.workers[0].error.as_ref().expect("an error");
     assert!(error.message.starts_with("stop in time"), "{error}");

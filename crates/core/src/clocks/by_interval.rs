@@ -1,21 +1,22 @@
-//! The latency of a device over links of which the connection interval is known.
+//! The latency of a device over links with a known connection interval.
 
 use teampulse_timefilter::clock::{ClockState, ConnectionInterval, Latency};
 
 use super::IntervalLatency;
 
-/// How fast times are moved to another latency: 5 ms a second, so that samples stay in order.
+/// How fast the latency in force is moved to another one: 5 ms per second, so that samples stay in
+/// order.
 const SLEW: f64 = 5e-3;
 
-/// Recognises the interval of a link, and goes over to the latency that belongs to it.
+/// Recognises the connection interval of a link, and moves to the latency for this interval.
 pub(super) struct ByInterval {
-    /// What the model subtracts.
+    /// The latency that the model subtracts.
     base: Latency,
     intervals: Vec<IntervalLatency>,
     link: ConnectionInterval,
-    /// The latency that belongs to the link as far as its interval is known.
+    /// The latency for the link's interval, as far as that is known.
     latency: Latency,
-    /// What is subtracted beside the base now [s], and since when [ns].
+    /// The additional latency in force [s], and since when [ns].
     more_secs: f64,
     at: Option<i64>,
 }
@@ -26,7 +27,8 @@ impl ByInterval {
         ByInterval { base, intervals, link, latency: base, more_secs: 0.0, at: None }
     }
 
-    /// A packet arrived [ns]: what is to be subtracted beside the base [s].
+    /// Takes in the arrival of a packet [ns]; returns the latency to subtract in addition to the
+    /// base [s].
     pub(super) fn more_secs(&mut self, arrival: i64) -> f64 {
         self.link.push(arrival);
         let of_link = self.link.secs().and_then(|secs| {
@@ -42,7 +44,7 @@ impl ByInterval {
         self.more_secs
     }
 
-    /// The state of a model that subtracts the base, as it is with the latency of the link.
+    /// Converts the state of a model that subtracts the base to one with the latency of the link.
     pub(super) fn state(&self, state: ClockState) -> ClockState {
         let (base, now) = (self.base.uncertainty_secs, self.latency.uncertainty_secs);
         let of_model = (state.uncertainty_secs.powi(2) - base.powi(2)).max(0.0).sqrt();
@@ -75,7 +77,7 @@ mod tests {
         ByInterval::new(Latency::new(0.05, 0.05), vec![of(0.015, 0.045), of(0.05, 0.06)])
     }
 
-    /// Packets at 52 Hz wait for the next event; the greatest step of what is subtracted [s].
+    /// Packets at 52 Hz wait for the next event; the largest step of the subtracted latency [s].
     fn feed(by_interval: &mut ByInterval, interval_secs: f64, from_secs: i64) -> f64 {
         let mut steepest = 0.0_f64;
         for number in 0..52 * 20 {
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn on_a_link_of_another_interval_it_is_as_ever() {
+    fn a_link_with_an_unlisted_interval_keeps_the_base_latency() {
         let mut by_interval = of_links();
         feed(&mut by_interval, 0.03, 1_000);
         assert!(by_interval.more_secs.abs() < f64::EPSILON);

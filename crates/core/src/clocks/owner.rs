@@ -11,11 +11,11 @@ pub(super) enum Owner {
     Host,
     /// This host, for a stream whose late joiners receive earlier samples.
     Kept(StreamId),
-    /// This host, for what a worker concluded of samples that are placed already.
+    /// This host, for readings that a worker derived from samples whose time is already corrected.
     Worker,
     /// A device with a clock.
     Device(Subject, String),
-    /// A device without: one for each of its streams.
+    /// A device without a clock: one model for each of its streams.
     Counted(StreamId, String),
     /// A computer that stamps messages.
     Computer(String),

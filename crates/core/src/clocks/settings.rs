@@ -1,4 +1,4 @@
-//! What a study says of the clocks of devices.
+//! A study's settings for the clocks of devices.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -14,10 +14,10 @@ pub struct ClockSettings {
     pub latency_secs: Option<f64>,
     /// Half the width of the interval that holds that time with a probability of 95 % [s].
     pub uncertainty_secs: Option<f64>,
-    /// After how long the device's counter begins at zero again [s].
+    /// The time after which the device's counter wraps to zero [s].
     pub wraps_secs: Option<f64>,
-    /// The same latency over links of which the connection interval is known: it is in force once the session
-    /// has recognised the interval from the arrivals.
+    /// The latency over links with a known connection interval: in force once the session has recognised the
+    /// interval from the arrivals.
     pub intervals: Vec<IntervalLatency>,
 }
 
@@ -25,7 +25,7 @@ pub struct ClockSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IntervalLatency {
-    /// From one connection event to the next [s]: 0.0075 to 0.1 are recognised.
+    /// The time from one connection event to the next [s]: 0.0075 to 0.1 are recognised.
     pub interval_secs: f64,
     /// The shortest time from measuring to arrival [s].
     pub latency_secs: f64,
@@ -34,7 +34,7 @@ pub struct IntervalLatency {
 }
 
 impl IntervalLatency {
-    /// Whether it is that of links with such an interval [s].
+    /// Whether it applies to links with this interval [s].
     pub fn is_of(&self, interval_secs: f64) -> bool {
         (self.interval_secs - interval_secs).abs() < SAME_INTERVAL_SECS
     }
@@ -47,11 +47,11 @@ impl IntervalLatency {
 /// Intervals are whole multiples of 1.25 ms.
 const SAME_INTERVAL_SECS: f64 = 0.000_6;
 
-/// The 95 % uncertainty of a latency that a study gives without one [s].
+/// The 95 % uncertainty of a latency for which the study gives none [s].
 const CALIBRATED_SECS: f64 = 0.005;
 
 impl ClockSettings {
-    /// The latency over links with that connection interval [s], or over those of which it is not known;
+    /// The latency over links with this connection interval [s], or over links with an unknown one;
     /// `None` where the study gives none.
     pub fn latency_secs_at(&self, interval_secs: Option<f64>) -> Option<f64> {
         let of_interval = interval_secs

@@ -53,7 +53,7 @@ fn a_hundred_thousand_computers_have_a_clock_each() {
 }
 
 #[test]
-fn a_stream_keeps_its_clock_when_another_is_reported_whose_it_is() {
+fn a_stream_keeps_its_clock_when_another_stream_s_is_reported() {
     let (mut clocks, schema) = (Clocks::default(), schema());
     let stamps = Stamps { source: Some(NOW), ..Stamps::arrived(NOW) };
     for number in 0..2 {
@@ -66,7 +66,7 @@ fn a_stream_keeps_its_clock_when_another_is_reported_whose_it_is() {
     assert_eq!(clocks.at_work[2].owner, Owner::Computer("laptop".into()));
 }
 
-/// A wave of a person's strap from another computer, stamped so long after it arrives [ns].
+/// A wave of a person's strap from another computer, stamped this long after it arrives [ns].
 fn wave(clocks: &mut Clocks, arrival: i64, ahead_nanos: i64) -> Corrected {
     let person = Subject { about: crate::stream::About::Person, id: "p001".into() };
     let mut stream = Stream::raw("/humans/persons/p001/strap/ecg", person, Shape::Wave);
@@ -78,7 +78,7 @@ fn wave(clocks: &mut Clocks, arrival: i64, ahead_nanos: i64) -> Corrected {
 }
 
 #[test]
-fn what_another_computer_has_stamped_in_our_shapes_is_believed_and_its_clock_is_unknown() {
+fn our_messages_from_another_computer_keep_their_stamps_and_its_clock_is_unknown() {
     let mut clocks = Clocks::default();
     clocks.stamped_by("/humans/persons/p001/strap/ecg".into(), "laptop2".into());
     for k in 0..100 {
@@ -92,7 +92,7 @@ fn what_another_computer_has_stamped_in_our_shapes_is_believed_and_its_clock_is_
 }
 
 #[test]
-fn our_shapes_go_through_the_clock_of_the_computer_that_stamps_them() {
+fn our_messages_are_corrected_by_the_clock_of_the_computer_that_stamps_them() {
     for ahead_nanos in [600_000_000, -600_000_000] {
         let mut clocks = Clocks::default();
         clocks.stamped_by("/humans/persons/p001/strap/ecg".into(), "laptop2".into());

@@ -4,24 +4,24 @@ use std::collections::VecDeque;
 
 use crate::time::Time;
 
-/// A rate is counted over so many seconds [s], or over so many arrivals of a slower stream.
+/// The span over which a rate is counted [s], and the number of arrivals of a slower stream.
 const WINDOW_SECS: f64 = 10.0;
 const FEWEST_ARRIVALS: u64 = 5;
-/// A pause is the end of a series when it is longer than so many usual intervals, and than so many
-/// seconds [s]: what comes after it is counted anew.
+/// A pause ends a series when it exceeds both this many usual intervals and this many seconds [s]:
+/// later arrivals are counted anew.
 const PAUSE_INTERVALS: f64 = 10.0;
 const PAUSE_SECS: f64 = 5.0;
-/// What arrives within so much time is one arrival: networks and radios deliver in bursts [s].
+/// Samples within this time count as one arrival: networks and radios deliver in bursts [s].
 const BURST_SECS: f64 = 0.02;
 
-/// The pace of a stream: how many samples came from its first recent arrival until its last.
+/// The rate of a stream: the number of samples between its first recent arrival and its last.
 ///
 /// The last arrival ends the time that is counted over, and its samples belong to the next interval: so
 /// the rate is right from the second arrival on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
     stretches: VecDeque<Stretch>,
-    /// How many samples came with the last arrival.
+    /// The number of samples of the last arrival.
     last_samples: u64,
 }
 
@@ -35,7 +35,7 @@ struct Stretch {
 }
 
 impl Pace {
-    /// So many samples arrived at a time.
+    /// Takes in the arrival of this many samples at a time.
     pub(super) fn arrived(&mut self, samples: u64, at: Time) {
         let pause_secs = self.last().map_or(0.0, |last| at.secs_since(last));
         let is_anew = self.interval_secs().is_some_and(|usual_secs| {
@@ -64,7 +64,7 @@ impl Pace {
         }
     }
 
-    /// The rate at `now` [Hz]; 0 before the second arrival, and of what no longer comes.
+    /// The rate at `now` [Hz]; 0 before the second arrival, and for a stream that has ended.
     ///
     /// It sinks as soon as a stream is silent for longer than usual.
     pub(super) fn rate_hz(&self, now: Time) -> f64 {
@@ -103,7 +103,7 @@ mod tests {
         Time::from_nanos((secs * 1e9).round() as i64)
     }
 
-    /// Lives from one second to another with so many arrivals a second.
+    /// Runs from one second to another with this many arrivals a second.
     fn come(pace: &mut Pace, from_secs: f64, to_secs: f64, hz: f64) {
         let count = ((to_secs - from_secs) * hz).round() as usize;
         (0..count).for_each(|k| pace.arrived(1, at(from_secs + k as f64 / hz)));

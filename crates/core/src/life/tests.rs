@@ -20,13 +20,13 @@ fn live(life: &mut Life, from_secs: i64, secs: i64, rate: i64) -> Time {
 }
 
 #[test]
-fn a_stream_that_never_came_is_never_fine() {
+fn a_stream_without_samples_is_never_ok() {
     let life = Life::new(5.0);
     assert_eq!(status(&life, Time::from_nanos(1)).state, State::Never);
 }
 
 #[test]
-fn what_was_not_heard_while_nothing_could_be_heard_was_not_silent() {
+fn a_standstill_of_the_session_is_no_silence_of_a_stream() {
     let mut life = Life::new(5.0);
     let stopped = live(&mut life, 0, 20, 5);
     let woke = stopped + Duration::from_secs(60);
@@ -37,7 +37,7 @@ fn what_was_not_heard_while_nothing_could_be_heard_was_not_silent() {
     assert_eq!(status(&life, back).state, State::Ok, "{}", status(&life, back).reason);
     let gone = back + Duration::from_secs(6);
     assert_eq!(status(&life, gone).state, State::Dead);
-    // What did not come back is as silent as it is.
+    // A stream that does not come back is silent.
     let mut life = Life::new(5.0);
     live(&mut life, 0, 20, 5);
     life.stood_still(woke);
@@ -46,7 +46,7 @@ fn what_was_not_heard_while_nothing_could_be_heard_was_not_silent() {
 }
 
 #[test]
-fn a_stream_that_never_came_is_reported_now_and_then() {
+fn a_stream_without_samples_is_reported_now_and_then() {
     let mut life = Life::new(0.0);
     let reported = |life: &mut Life, from_secs: i64, secs: i64| {
         let seconds = from_secs..from_secs + secs;
@@ -59,7 +59,11 @@ fn a_stream_that_never_came_is_reported_now_and_then() {
     assert_eq!(reported(&mut life, 0, 10), 1);
     assert_eq!(reported(&mut life, 10, 290), 9);
     live(&mut life, 300, 1, 5);
-    assert_eq!(reported(&mut life, 301, 60), 60, "what came once is told of every second");
+    assert_eq!(
+        reported(&mut life, 301, 60),
+        60,
+        "once a sample came the status is published every second"
+    );
 }
 
 #[test]
@@ -76,7 +80,7 @@ fn a_learned_rate_is_held_against_the_stream() {
 }
 
 #[test]
-fn what_comes_now_and_then_is_never_dead() {
+fn an_irregular_stream_is_never_dead() {
     let mut life = Life::irregular();
     live(&mut life, 0, 20, 10);
     let now = live(&mut life, 20, 100, 0);
@@ -114,7 +118,7 @@ fn silence_is_stale_then_dead_and_ends() {
 }
 
 #[test]
-fn a_silence_while_learning_is_not_the_way_it_is() {
+fn a_silence_while_learning_does_not_lower_the_rate() {
     let mut life = Life::new(0.0);
     live(&mut life, 0, 3, 20);
     let now = live(&mut life, 3, 8, 0);
@@ -126,7 +130,7 @@ fn a_silence_while_learning_is_not_the_way_it_is() {
 }
 
 #[test]
-fn a_network_that_catches_up_is_not_the_way_it_is() {
+fn a_burst_while_learning_does_not_raise_the_rate() {
     for (held_up_from, held_up_secs) in [(2, 3), (6, 3), (15, 4), (30, 4)] {
         let mut life = Life::new(0.0);
         live(&mut life, 0, held_up_from, 20);

@@ -4,35 +4,35 @@ use std::collections::VecDeque;
 
 use crate::time::Time;
 
-/// A rate is learned from so many samples on, over at least so many seconds [s], and within so many
-/// seconds of the first [s].
+/// The least number of samples for a learned rate, the shortest time that they cover [s], and the
+/// time after the first sample in which it is learned [s].
 const LEARNED_FROM: u64 = 5;
 const LEARNED_FROM_SECS: f64 = 2.0;
 const LEARNED_WITHIN_SECS: f64 = 60.0;
-/// A rate was kept up when it held for so many seconds: a burst after a pause raises it for as long as
-/// one counts, which is less.
+/// The number of seconds for which a rate must last to be learned: a burst after a pause raises it for
+/// a shorter time.
 const KEPT_UP_SECS: usize = 13;
-/// The rate against which a stream is held.
+/// The rate that a stream is compared with.
 #[derive(Clone, Debug)]
 pub(super) enum UsualRate {
     /// It was declared [Hz].
     Declared(f64),
     /// It is learned, or was.
     Learned {
-        /// What was learned so far [Hz].
+        /// The rate learned so far [Hz].
         expected_hz: Option<f64>,
-        /// The rates of the last seconds, while it is learned which is usual [Hz].
+        /// The rates of the last seconds, while the usual one is learned [Hz].
         held_hz: VecDeque<f64>,
     },
 }
 
-/// What came of a stream so far.
+/// The arrivals of a stream so far.
 pub(super) struct Heard {
     /// When the first sample came.
     pub(super) first: Time,
-    /// When the newest did.
+    /// When the newest sample came.
     pub(super) newest: Time,
-    /// How many did.
+    /// The number of samples.
     pub(super) received: u64,
     /// The second that has just passed.
     pub(super) now: Time,
@@ -48,7 +48,7 @@ impl UsualRate {
         }
     }
 
-    /// The rate that is expected [Hz]; `None` while it is not known.
+    /// The expected rate [Hz]; `None` while it is unknown.
     pub(super) fn expected_hz(&self) -> Option<f64> {
         match self {
             UsualRate::Declared(expected_hz) => Some(*expected_hz),
@@ -57,7 +57,7 @@ impl UsualRate {
     }
 
     /// Learns the rate in the first minute: the fastest that it kept up, so that a silence within
-    /// does not pass for the way it is. `rate_hz` is that of now.
+    /// it does not lower it. `rate_hz` is the present rate.
     pub(super) fn learn(&mut self, heard: &Heard, rate_hz: impl FnOnce() -> f64) {
         let UsualRate::Learned { expected_hz, held_hz } = self else { return };
         let between_secs = heard.newest.secs_since(heard.first);

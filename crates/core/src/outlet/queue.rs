@@ -38,23 +38,23 @@ struct Waiting {
     pump_sleeps: bool,
 }
 
-/// What comes out of the queue.
+/// An item of the queue.
 #[derive(Debug)]
 pub(crate) enum Item {
     /// A stream was declared, or more is known about it, with the budget of its source.
     Declared { id: StreamId, stream: Arc<Stream>, at: Time, budget: Arc<Budget> },
     /// A reading, with the time of its arrival and its source's budget.
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
-    /// Time has passed up to a moment, and nothing came.
+    /// Time has passed up to a moment without a reading.
     Passed { until: Time },
-    /// Nothing was watched up to a moment, and time did not pass.
+    /// Nothing was recorded up to a moment, and time did not pass.
     Paused { until: Time },
-    /// So many readings of a stream did not fit in their source's budget.
+    /// The number of readings of a stream that did not fit in their source's budget.
     Dropped { stream: StreamId, count: u64 },
 }
 
 impl Item {
-    /// What it takes in memory while it waits [bytes], with the budget to which this counts.
+    /// Its memory in the queue [bytes], with the budget that it counts against.
     fn held(&self) -> Option<(usize, &Budget)> {
         match self {
             Item::Declared { stream, budget, .. } => Some((declaration_bytes(stream), budget)),
@@ -64,17 +64,17 @@ impl Item {
     }
 }
 
-/// What a reading takes in memory while it waits [bytes].
+/// The memory of a reading in the queue [bytes].
 pub(super) fn reading_bytes(reading: &Reading) -> usize {
     size_of::<Item>() + reading.data.held_bytes()
 }
 
-/// The same of a declaration.
+/// The memory of a declaration in the queue [bytes].
 pub(super) fn declaration_bytes(stream: &Stream) -> usize {
     size_of::<Item>() + size_of::<Stream>() + stream.held_bytes()
 }
 
-/// What one source has waiting.
+/// The items of one source in the queue.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
     bytes: AtomicUsize,
@@ -82,17 +82,17 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// What waits [bytes].
+    /// The memory of the waiting items [bytes].
     pub(super) fn waiting_bytes(&self) -> usize {
         self.bytes.load(Ordering::Acquire)
     }
 
-    /// So much more waits [bytes].
+    /// Adds to the memory of the waiting items [bytes].
     pub(super) fn add(&self, bytes: usize) {
         self.bytes.fetch_add(bytes, Ordering::AcqRel);
     }
 
-    /// A reading of a stream did not fit.
+    /// Counts a reading of a stream that did not fit.
     pub(super) fn drop_one(&self, stream: StreamId) {
         *self.dropped().entry(stream).or_default() += 1;
     }
@@ -108,7 +108,7 @@ impl Queue {
         Queue::with_commands(Commands::default())
     }
 
-    /// The same, of a session with these commands.
+    /// An empty, open queue of a session with these commands.
     pub(crate) fn with_commands(commands: Commands) -> Queue {
         Queue(Arc::new(Shared {
             state: Mutex::default(),
@@ -129,7 +129,7 @@ impl Queue {
         Outlet { queue: self.clone(), budget, clock, streams }
     }
 
-    /// Closes the queue: sources stop, and what they still hand over is still taken.
+    /// Closes the queue: sources stop; readings that they still hand over are taken.
     pub fn close(&self) {
         self.0.closed.store(true, Ordering::Release);
         self.0.closing.notify_waiters();
@@ -150,8 +150,8 @@ impl Queue {
         self.0.closed.load(Ordering::Acquire)
     }
 
-    /// Moves all that waits into `taken`; waits for it if there is nothing, at most for `patience`. Drops
-    /// are reported after what was kept.
+    /// Moves all waiting items into `taken`; where there are none, waits for at most `patience`. Drops
+    /// are reported after the kept readings.
     pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
         let mut state = self.lock();
         if state.items.is_empty() && !self.has_ended() {
@@ -185,7 +185,7 @@ impl Queue {
         }
     }
 
-    /// Resolves when the pump has taken what waited, or the queue is closed.
+    /// Resolves when the pump has emptied the queue, or the queue is closed.
     pub(super) fn drained(&self) -> Notified<'_> {
         self.0.drained.notified()
     }
@@ -208,7 +208,8 @@ impl Queue {
         self.push_with(|| ([make()], ()));
     }
 
-    /// The same of none or several, one right behind the other; gives what `make` gives beside them.
+    /// Appends any number of items, one directly after the other; returns the second value of
+    /// `make`.
     pub(super) fn push_with<I, T>(&self, make: impl FnOnce() -> (I, T)) -> T
     where
         I: IntoIterator<Item = Item>,

@@ -1,4 +1,4 @@
-//! What readings say to the pump itself: losses, other computers' clocks, publishers, standstills.
+//! Readings that the pump itself acts on: losses, other computers' clocks, publishers, standstills.
 
 use std::time::Duration;
 
@@ -26,13 +26,13 @@ impl Pump {
         }
     }
 
-    /// What a reading says to the pump itself.
+    /// Applies the reports in a reading that the pump itself acts on.
     pub(super) fn take_word(&mut self, reading: &Reading, log_time: Time) {
         match self.track(reading.stream).and_then(|track| track.word) {
             Some(Word::Computers) => self.take_clock_report(reading, log_time),
             Some(Word::Publishers) => self.take_publishers(reading),
             Some(Word::Happenings) if breaks_simulated_time(&reading.data) => {
-                // What is stamped by simulated time begins a new epoch.
+                // Clocks in simulated time begin a new epoch.
                 self.clocks.begin_epoch_of_simulated_time();
             }
             Some(Word::Happenings) => {
@@ -68,7 +68,7 @@ impl Pump {
         }
     }
 
-    /// What was not heard while this process did not run was not silent.
+    /// No stream counts as silent while this process did not run.
     fn take_standstill(&mut self, lasted: Duration, log_time: Time) {
         let until = log_time + lasted;
         for track in self.tracks.iter_mut().flatten() {

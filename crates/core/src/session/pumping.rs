@@ -22,33 +22,35 @@ use crate::worker::FeedPost;
 
 /// How long the pump waits for readings before it looks at the clock.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// How long after it woke a live pump wakes again at the soonest, while readings gather: it wakes, and
-/// wakes its sinks, a few hundred times a second, whatever the rate of messages.
+/// The shortest time between two wake-ups of a live pump, while readings gather: it wakes, and wakes
+/// its sinks, a few hundred times a second at any rate of messages.
 const GATHER: Duration = Duration::from_millis(4);
 /// How long a live pump computes before it hands over what it has: the features of one sensor don't
 /// wait for those of all others.
 const PROMPT: Duration = Duration::from_millis(1);
-/// A recording that comes in smaller portions than this is played in time: nothing is held back.
+/// A recording that arrives in smaller portions than this is played in real time: nothing is held
+/// back.
 const FEW: usize = 64;
-/// So long after its end was asked for, a live session computes nothing more of what still waits in front
-/// of the pump: it is recorded as it came.
+/// The time after the request to end from which a live session computes no more features: readings that
+/// still wait are recorded only.
 const COMPUTES: Duration = Duration::from_secs(3);
-/// So long after that was asked for it takes what waits; what is left then is counted as lost.
+/// The time after that request for which it takes waiting readings; the remaining ones are counted
+/// as lost.
 const LAST_WORDS: Duration = Duration::from_secs(5);
-/// A pump that takes so long for one reading at the end never comes back from it.
+/// The time for one reading at the end after which the pump counts as hung.
 const STUCK: Duration = Duration::from_secs(3);
 
-/// A wait of a few milliseconds that lasts so long was none: this process stood still.
+/// A wait of a few milliseconds that lasts this long means that this process stood still.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
-/// What a pump did.
+/// The result of a pump.
 #[derive(Default)]
 struct Pumped {
     dropped: u64,
     broken: Vec<Broken>,
 }
 
-/// A pump that runs.
+/// A running pump.
 pub(super) struct Pumping {
     ended: oneshot::Receiver<Result<Pumped, Panic>>,
     known: Option<Result<Pumped, Panic>>,
@@ -56,7 +58,7 @@ pub(super) struct Pumping {
     pace: Pace,
 }
 
-/// What the pump's thread and the session know of each other.
+/// The state shared by the pump's thread and the session.
 #[derive(Debug, Default)]
 struct Course {
     /// Rises with each reading that was taken.
@@ -75,7 +77,7 @@ impl Pumping {
         let work = move || {
             let pumped = watched(|| pipeline.run());
             if let Err(panic) = &pumped {
-                // What was whole before that is kept.
+                // Everything before the panic is kept.
                 drop(watched(|| {
                     sinks::deliver(&mut pipeline.routes, &[], pipeline.pump.records())
                 }));
@@ -99,7 +101,7 @@ impl Pumping {
         }
     }
 
-    /// Waits until all that still waits has been taken; what takes too long is cut short.
+    /// Waits until the queue is empty; a pump that takes too long is cut short.
     pub(super) async fn finish(
         mut self,
         hurry: &mut Once<'_, impl Future<Output = ()>>,
@@ -149,7 +151,7 @@ fn break_off(sinks: &[sinks::Running], reason: &str) {
     }
 }
 
-/// The pump with what is before and behind it.
+/// The pump with its queue and its sinks.
 pub(super) struct Pipeline {
     queue: Queue,
     clock: Clock,
@@ -159,9 +161,9 @@ pub(super) struct Pipeline {
     feeds: Vec<FeedPost>,
     course: Arc<Course>,
     taken: u64,
-    /// Since when the end is asked for.
+    /// When the end was requested.
     closing: Option<Stopwatch>,
-    /// Whether nothing is computed any more.
+    /// Whether no features are computed any more.
     is_plain: bool,
 }
 
@@ -230,8 +232,8 @@ impl Pipeline {
         Pumped { dropped: self.pump.dropped(), broken: self.pump.take_broken() }
     }
 
-    /// A wait that was far longer than intended: the robots were not silent, but this process was stopped,
-    /// or the machine was. It is reported before anything is concluded from that silence.
+    /// Reports a wait that was far longer than intended: this process, or the machine, was stopped. The
+    /// report comes before the silence is judged.
     fn note_standstill(&mut self, since: Time, waited: Duration) {
         if self.pace != Pace::Live || waited < STANDSTILL {
             return;
@@ -239,9 +241,9 @@ impl Pipeline {
         self.pump.happen(stood_still(waited), since);
     }
 
-    /// Takes what comes next, unless it is too late for that.
+    /// Takes the next item, unless it is too late.
     fn take(&mut self, item: Item) {
-        // A long silence comes to more than is to be held at once.
+        // A long silence gives more records than should be held at once.
         while self.pump.tick_towards(self.pump.time_of(&item)) {
             self.deliver();
         }
@@ -258,7 +260,7 @@ impl Pipeline {
         self.course.taken.store(self.taken, Ordering::Release);
     }
 
-    /// How long ago the end of a live session was asked for; nothing before that.
+    /// How long ago the end of a live session was requested; `None` before that.
     fn overdue(&mut self) -> Duration {
         if self.pace != Pace::Live || !self.queue.is_closed() {
             return Duration::ZERO;
@@ -266,7 +268,7 @@ impl Pipeline {
         self.closing.get_or_insert_with(Stopwatch::start).elapsed()
     }
 
-    /// From now on what waits is taken as it came, and nothing is computed of it.
+    /// Takes waiting readings without computing features from now on.
     fn leave_out_features(&mut self) {
         if std::mem::replace(&mut self.is_plain, true) {
             return;
@@ -276,7 +278,7 @@ impl Pipeline {
         self.pump.happen(lasting(label), self.clock.now());
     }
 
-    /// Hands over what there is; events about sinks go through the pump with the next batch.
+    /// Hands the records over; events about sinks go through the pump with the next batch.
     fn deliver(&mut self) {
         self.course.is_held.store(true, Ordering::Release);
         let told = sinks::deliver(&mut self.routes, &self.feeds, self.pump.records());

@@ -1,4 +1,4 @@
-//! The sinks of a session at work, each on a thread of its own.
+//! The running sinks of a session, each on a thread of its own.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ pub(super) struct Route {
     wants: Wants,
 }
 
-/// A sink that runs.
+/// A running sink.
 pub(super) struct Running {
     pub name: &'static str,
     delivery: Delivery,
@@ -72,7 +72,7 @@ fn panicked(delivery: Delivery, panic: &Panic) -> SinkError {
 }
 
 impl Route {
-    /// Nothing more will come, for a reason that fits after "failed to".
+    /// Ends the queue, for a reason that fits after "failed to".
     pub(super) fn break_off(&self, reason: &str) {
         self.post.gate().break_off(reason);
     }
@@ -84,8 +84,8 @@ impl Running {
         self.gate.break_off(reason);
     }
 
-    /// Waits until it has ended. A lossless sink that did not get everything has lost something, also
-    /// where it says nothing of that.
+    /// Waits until it has ended. A lossless sink that did not get everything has lost data, also
+    /// where it reports no error.
     pub(super) async fn ended(&mut self) -> Result<(), SinkError> {
         let ended = match (&mut self.ended).await {
             Ok(ended) => ended,
@@ -107,7 +107,7 @@ impl Running {
 }
 
 /// Hands records to each sink that wants them; a sink that has ended is left out from then on. Returns
-/// events about sinks that don't keep up.
+/// events about sinks that do not keep up.
 pub(super) fn deliver(
     routes: &mut Vec<Route>,
     feeds: &[FeedPost],

@@ -1,4 +1,4 @@
-//! The sources of a session at work: each is run again when its device went away, and is left out when
+//! The running sources of a session: each is run again when its device went away, and is left out when
 //! it panics.
 
 use std::time::Duration;
@@ -15,10 +15,10 @@ use crate::source::{Source, SourceError};
 /// are on this machine or on its network: trying again costs nothing.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(5);
-/// A source that has run for so long was well: its next pause is the first again.
+/// The next pause of a source that has run for this long is the first again.
 const WELL: Duration = Duration::from_secs(30);
 
-/// Sources that run.
+/// Running sources.
 #[derive(Default)]
 pub(super) struct Sources {
     running: JoinSet<(String, Ended)>,
@@ -27,9 +27,9 @@ pub(super) struct Sources {
 
 /// How a source ended.
 enum Ended {
-    /// It has no more.
+    /// It has no more data.
     Done,
-    /// There is no use in going on without it.
+    /// The session can't go on without it.
     Fatal(SourceError),
     /// It panicked; the others go on.
     Panicked(SourceError),
@@ -47,7 +47,7 @@ impl Sources {
     /// Waits until every source has ended, or one of them has failed for good.
     pub(super) async fn all_ended(&mut self, failed: &mut Vec<(String, SourceError)>) {
         while let Some(ended) = self.running.join_next().await {
-            // What can't be joined was aborted: it is still in the list of names.
+            // A task that can't be joined was aborted: it is still in the list of names.
             let Ok((name, ended)) = ended else { continue };
             if let Some(index) = self.names.iter().position(|known| *known == name) {
                 self.names.swap_remove(index);
@@ -67,7 +67,7 @@ impl Sources {
         self.running.is_empty()
     }
 
-    /// Leaves those behind that still run; gives their names.
+    /// Abandons those that still run; returns their names.
     pub(super) fn abandon(&mut self) -> Vec<String> {
         self.running.abort_all();
         std::mem::take(&mut self.names)

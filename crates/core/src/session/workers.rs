@@ -1,4 +1,4 @@
-//! The workers of a session at work, each on a thread of its own: one that fails is run again, one that
+//! The running workers of a session, each on a thread of its own: one that fails is run again, one that
 //! panics is left out.
 
 use std::time::Duration;
@@ -16,7 +16,7 @@ use crate::worker::{Feed, FeedPost, Looked, Worker, WorkerError, feed};
 /// The pauses before a worker is run again double from the first to the last.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(5);
-/// The next pause of a worker that has run for so long is the first again.
+/// The next pause of a worker that has run for this long is the first again.
 const WELL: Duration = Duration::from_secs(30);
 
 /// How a worker ended.
@@ -24,13 +24,13 @@ const WELL: Duration = Duration::from_secs(30);
 pub struct WorkerEnd {
     /// Its name.
     pub name: String,
-    /// How much it has looked at.
+    /// How many records it has taken and skipped.
     pub looked: Looked,
     /// Why it ended before the session did.
     pub error: Option<WorkerError>,
 }
 
-/// A worker that runs.
+/// A running worker.
 pub(super) struct Running {
     name: String,
     feed: Feed,
@@ -51,7 +51,7 @@ pub(super) fn start(
     let (known, fed) = (name.clone(), feed.clone());
     let work = move || drop(send_end.send(mind(&known, worker, &fed, &outlet)));
     let thread = std::thread::Builder::new().name("worker".into());
-    // Without a thread the sender is dropped, and that is its end.
+    // Without a thread the sender is dropped, which ends the worker.
     drop(thread.spawn(work));
     (post, Running { name, feed, ended })
 }
@@ -91,7 +91,7 @@ fn mind(
 }
 
 impl Running {
-    /// The session is over: it stops after what it looks at now.
+    /// Notes that the session is over: the worker stops after its present records.
     pub(super) fn close(&self) {
         self.feed.close();
     }
@@ -107,7 +107,7 @@ impl Running {
         WorkerEnd { name: self.name.clone(), looked: self.feed.looked(), error }
     }
 
-    /// It is left behind, as it does not stop.
+    /// It is abandoned, as it does not stop.
     pub(super) fn abandon(&self) -> WorkerEnd {
         let message = "stop in time: it was still at work at the end of the session".to_owned();
         let error = Some(WorkerError { message, hint: String::new() });

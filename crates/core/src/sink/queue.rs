@@ -1,4 +1,4 @@
-//! The queue in front of a sink: bounded, and honest about what did not get through.
+//! The queue in front of a sink: bounded, with skipped and lost records counted.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -16,20 +16,20 @@ use crate::streams::Streams;
 /// A run of records in the pump's order, shared by all sinks.
 pub type Batch = Arc<[Record]>;
 
-/// What a sink's queue holds, and how long it may hold the pump.
+/// The limits of a sink's queue: its size, and how long it may hold the pump.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// The most that waits [bytes].
+    /// The largest size of the waiting records [bytes].
     pub bytes: usize,
-    /// How long a lossless sink may hold the pump; `None` for as long as it takes.
+    /// How long a lossless sink may hold the pump; `None` is without limit.
     pub patience: Option<Duration>,
-    /// A lossless sink that takes nothing for so long is named.
+    /// The time after which a lossless sink that takes nothing is reported.
     pub stall: Duration,
 }
 
 impl Limits {
-    /// The limits of a live session. A lossless sink outlives a disk that stands still for twelve
-    /// seconds at 20 MB/s.
+    /// The limits of a live session. A lossless sink survives a disk that stalls for twelve seconds
+    /// at 20 MB/s.
     pub fn live(delivery: Delivery) -> Limits {
         let bytes = match delivery {
             Delivery::Lossless => 256 << 20,
@@ -45,7 +45,7 @@ pub fn queue(delivery: Delivery, streams: Streams) -> (Post, Inbox) {
     queue_within(delivery, streams, Limits::live(delivery))
 }
 
-/// The same with limits of one's own.
+/// The same with other limits.
 pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Post, Inbox) {
     let shared = Arc::new(Shared::default());
     let post = Post { delivery, limits, shared: Arc::clone(&shared) };
@@ -56,22 +56,22 @@ pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Po
 struct Shared {
     state: Mutex<State>,
     changed: Condvar,
-    /// What holds of what was taken out of the queue or skipped.
+    /// The lasting state of the records that were taken out of the queue or skipped.
     latched: Mutex<Latched>,
 }
 
 #[derive(Debug, Default)]
 struct State {
     batches: VecDeque<(Batch, usize)>,
-    /// Of how many of the oldest batches only what is [lasting](is_lasting) is left.
+    /// The number of the oldest batches of which only [lasting](is_lasting) records are left.
     thinned: usize,
     bytes: usize,
     skipped: u64,
     closed: bool,
     abandoned: bool,
-    /// Why nothing more comes through, though the session did not end.
+    /// Why the queue ended, though the session did not.
     cut_off: Option<String>,
-    /// Since when something has waited without being taken.
+    /// Since when a record has waited without being taken.
     waits: Option<Stopwatch>,
     /// Whether that was reported.
     is_stalled: bool,
@@ -90,7 +90,7 @@ impl Shared {
     }
 }
 
-/// Whether nothing that comes later replaces a record: an event, or what a stream is.
+/// Whether no later record replaces this one: an event, or the description of a stream.
 fn is_lasting(record: &Record) -> bool {
     matches!(record.sample.data, Data::Event(_) | Data::Description(_))
 }
@@ -107,25 +107,25 @@ pub struct Post {
     shared: Arc<Shared>,
 }
 
-/// What came of a delivery.
+/// The result of a delivery.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Posted {
-    /// The sink has it, or will skip it and count.
+    /// The batch is in the queue, or skipped and counted.
     Accepted,
-    /// The same, but for a while now the sink has taken nothing. Said once for each time.
+    /// The same, but the sink has taken nothing for a while. Returned once for each stall.
     Stalled {
-        /// What waits for it [bytes].
+        /// The size of the waiting records [bytes].
         waiting_bytes: usize,
     },
-    /// The same, and it takes what comes again.
+    /// The same, and the sink takes records again.
     Recovered,
-    /// The sink held the pump for too long: this is the first batch that it does not get. What comes
-    /// from now on is [skipped](Posted::Skipped) until it [resumes](Inbox::resume).
+    /// The sink held the pump for too long: this is the first batch that it does not get. Later ones
+    /// are [skipped](Posted::Skipped) until it [resumes](Inbox::resume).
     CutOff {
         /// Why; fits after "failed to".
         reason: String,
     },
-    /// The sink is cut off; what was not delivered is counted.
+    /// The sink is cut off; undelivered records are counted.
     Skipped,
     /// The sink has ended.
     Ended,
@@ -193,7 +193,7 @@ impl Post {
         Posted::Accepted
     }
 
-    /// A handle by which the session can break this queue off.
+    /// A handle with which the session can end this queue early.
     pub(crate) fn gate(&self) -> Gate {
         Gate(Arc::clone(&self.shared))
     }
@@ -204,8 +204,8 @@ impl State {
         !self.closed && !self.abandoned && self.cut_off.is_none()
     }
 
-    /// Skips what can best be done without: the oldest samples, and the oldest of what is lasting only when
-    /// no sample is left.
+    /// Skips the least important records: the oldest samples; the oldest lasting records only when no
+    /// sample is left.
     fn skip_oldest(&mut self) {
         let at = if self.thinned < self.batches.len() { self.thinned } else { 0 };
         let Some((oldest, bytes)) = self.batches.remove(at) else { return };
@@ -241,12 +241,13 @@ impl Drop for Post {
     }
 }
 
-/// A way to end a sink's queue from outside of the pump.
+/// A handle that ends a sink's queue from outside of the pump.
 #[derive(Clone, Debug)]
 pub(crate) struct Gate(Arc<Shared>);
 
 impl Gate {
-    /// Nothing more will come, for a reason that fits after "failed to". What waits is still given.
+    /// Ends the queue, for a reason that fits after "failed to". Waiting records are still handed
+    /// out.
     pub(crate) fn break_off(&self, reason: &str) {
         let mut state = self.0.lock();
         if !state.closed {
@@ -256,7 +257,7 @@ impl Gate {
         self.0.changed.notify_all();
     }
 
-    /// Why nothing more came through, if the session did not simply end.
+    /// Why the queue ended, unless the session simply ended.
     pub(crate) fn cut_off(&self) -> Option<String> {
         self.0.lock().cut_off.clone()
     }
@@ -270,14 +271,14 @@ pub struct Inbox {
     outlet: Option<Outlet>,
 }
 
-/// What an inbox gives.
+/// An item of an inbox.
 #[derive(Debug)]
 pub enum Received {
     /// Records, in the pump's order.
     Batch(Batch),
-    /// Nothing came for as long as was asked.
+    /// No record came within the given time.
     Silence,
-    /// Nothing will come any more: the session has ended, or this sink was [cut off](Inbox::cut_off).
+    /// The queue has ended: the session is over, or this sink was [cut off](Inbox::cut_off).
     Closed,
 }
 
@@ -309,14 +310,13 @@ impl Inbox {
         }
     }
 
-    /// Why nothing more comes, where that is not because the session has ended. It fits after
-    /// "failed to".
+    /// Why the queue ended, unless the session is over. It fits after "failed to".
     pub fn cut_off(&self) -> Option<String> {
         self.shared.lock().cut_off.clone()
     }
 
-    /// Takes what comes from now on, after this sink was cut off; gives how many records it did not
-    /// get. `None` when nothing will come any more.
+    /// Takes records again, after this sink was cut off; returns the number of records that it did
+    /// not get. `None` when the queue has ended.
     pub fn resume(&self) -> Option<u64> {
         let mut state = self.shared.lock();
         if state.closed {
@@ -326,13 +326,13 @@ impl Inbox {
         Some(std::mem::take(&mut state.skipped))
     }
 
-    /// What holds of all that was received or skipped so far: what a recording that goes on elsewhere
-    /// begins with.
+    /// The lasting state of all records received or skipped so far, with which a recording that
+    /// continues elsewhere begins.
     pub fn latched(&self) -> Latched {
         self.shared.latched.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// How many records were skipped since this was last asked.
+    /// The number of records skipped since the last call.
     pub fn take_skipped(&self) -> u64 {
         std::mem::take(&mut self.shared.lock().skipped)
     }
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn a_queue_is_bounded_by_what_its_records_hold_beside_their_messages() {
+    fn a_queue_is_bounded_by_the_whole_memory_of_its_records() {
         for data in [description, status, event] {
             for delivery in [Delivery::Fresh, Delivery::Lossless] {
                 let (post, inbox) = queue_within(delivery, Streams::default(), limits());
@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fresh_sink_is_given_the_newest_and_every_event_and_what_it_is_not_given_is_counted() {
+    fn a_fresh_sink_gets_the_newest_and_every_event_and_skips_are_counted() {
         let (post, inbox) = queue_within(Delivery::Fresh, Streams::default(), limits());
         for index in 0..30 {
             let index = 10 * index;
@@ -486,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn of_more_events_than_fit_the_newest_are_given() {
+    fn of_more_events_than_fit_the_newest_are_kept() {
         let (post, inbox) = queue_within(Delivery::Fresh, Streams::default(), limits());
         let offered = 2 * LIMIT_BYTES as u64 / LONGEST_PROSE as u64;
         for index in 0..offered {

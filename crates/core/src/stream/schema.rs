@@ -19,13 +19,13 @@ pub struct Schema {
 }
 
 impl Schema {
-    /// What its texts hold in memory [bytes].
+    /// The memory of its texts [bytes].
     pub(super) fn held_bytes(&self) -> usize {
         let Schema { name, encoding, text, hash } = self;
         [name, encoding, text, hash].map(String::capacity).iter().sum()
     }
 
-    /// Cuts and cleans its name and what stands beside it; the definition stays as it came.
+    /// Cuts and cleans all texts but the definition, which stays unchanged.
     pub(super) fn clean(this: &mut Arc<Schema>) {
         let Schema { name, encoding, hash, .. } = &**this;
         if [name, encoding, hash].iter().all(|text| text::is_clean(text, LONGEST_NAME)) {

@@ -1,10 +1,10 @@
-//! What streams measure.
+//! The signals that streams measure.
 
 use crate::words::words;
 
 words! {
-    /// What a stream measures: a closed list. A feature runs on every stream whose signal it
-    /// accepts.
+    /// The signal that a stream measures: a closed list. A feature runs on every stream whose
+    /// signal it accepts.
     Signal {
         /// Electrocardiogram.
         Ecg = "ecg",
@@ -38,7 +38,7 @@ words! {
         Odometry = "odometry",
         /// Diagnostics of a robot.
         Diagnostics = "diagnostics",
-        /// Things that happen.
+        /// Events.
         Event = "event",
         /// Anything else.
         Other = "other",

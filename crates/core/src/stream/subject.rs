@@ -1,8 +1,8 @@
-//! Whom streams are about.
+//! The subjects of streams.
 
 use crate::words::words;
 
-/// Whom a stream is about.
+/// The subject of a stream.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Subject {
     /// The kind of subject.
@@ -32,8 +32,8 @@ impl Subject {
         Subject { about: About::Session, id: String::new() }
     }
 
-    /// What a topic of the subject is called within its namespace, for people to read:
-    /// `polar_h10/ecg`, `battery_state`; any other has its whole name.
+    /// The name of a topic within the subject's namespace, for people: `polar_h10/ecg`,
+    /// `battery_state`; any other topic keeps its whole name.
     pub fn within<'a>(&self, topic: &'a str) -> &'a str {
         match topic.split_once(&format!("/{}/", self.id)) {
             Some((_, within)) if !self.id.is_empty() => within,
@@ -43,7 +43,7 @@ impl Subject {
 }
 
 words! {
-    /// What kind of subject a stream is about.
+    /// The kinds of subjects.
     About {
         /// A person, by pseudonym.
         Person = "person",

@@ -3,13 +3,13 @@
 use super::spelt;
 use crate::stream::Signal;
 
-/// How numbers of one unit become those of another.
+/// The conversion of numbers from one unit to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conversion {
     relation: Relation,
-    /// Multiplied with the number, or with one over it.
+    /// The factor of the number, or of its reciprocal.
     factor: f64,
-    /// Added after that.
+    /// The offset, added after that.
     offset: f64,
 }
 
@@ -21,15 +21,15 @@ enum Relation {
     Inverse,
 }
 
-/// A unit of a quantity: how it is spelt, what else people write in any case of letters, how large it is
-/// in the smallest unit of its quantity, and where its zero lies in that.
+/// A unit of a quantity: its spelling, other spellings in any case of letters, its size in the smallest
+/// unit of its quantity, and its zero in that unit.
 struct Unit(&'static [&'static str], &'static [&'static str], f64, f64);
 
-/// THE table of quantities that come in several units. Sizes are whole numbers where they can be, so that
-/// 1 mV is 1000 uV and no bit less.
+/// THE table of quantities with several units. Sizes are whole numbers where possible, so that 1 mV is
+/// exactly 1000 uV.
 const QUANTITIES: &[&[Unit]] =
     &[TIMES, CONDUCTANCES, RESISTANCES, VOLTAGES, WARMTHS, ACCELERATIONS];
-/// The places of two of them in it.
+/// The indices of two of them.
 const CONDUCTANCE: usize = 1;
 const RESISTANCE: usize = 2;
 const TIMES: &[Unit] = &[
@@ -51,7 +51,7 @@ const RESISTANCES: &[Unit] = &[
     Unit(&["kohm", "kOhm", "kΩ"], &["kohms", "kiloohm", "kiloohms"], 1e3, 0.0),
     Unit(&["Mohm", "MOhm", "MOhms", "MΩ"], &["megaohm", "megaohms"], 1e6, 0.0),
 ];
-/// What a conductance in its smallest unit is one over, for a resistance in its smallest unit.
+/// The product of a resistance and its conductance, each in its smallest unit.
 const NANOSIEMENS_OHM: f64 = 1e9;
 const VOLTAGES: &[Unit] = &[
     Unit(&["nV"], &["nanovolt", "nanovolts"], 1.0, 0.0),
@@ -80,9 +80,9 @@ impl Conversion {
     /// Numbers stay as they are.
     pub const SAME: Conversion = Conversion { relation: Relation::Same, factor: 1.0, offset: 0.0 };
 
-    /// From a unit to another of the same quantity, or from a resistance to a conductance and back; a unit
-    /// that is not declared (empty) is the wanted one. `None` where the one can't be converted to the
-    /// other: volts to microsiemens, raw counts to anything.
+    /// The conversion to another unit of the same quantity, or from a resistance to a conductance and
+    /// back; an undeclared (empty) unit counts as the wanted one. `None` where there is no conversion:
+    /// volts to microsiemens, raw counts to any unit.
     pub fn between(from: &str, to: &str) -> Option<Conversion> {
         let (from, to) = (spelt(from.trim()), spelt(to));
         if from.is_empty() || from == to {
@@ -105,7 +105,8 @@ impl Conversion {
         is_inverse.then_some(Conversion { relation: Relation::Inverse, factor, offset: 0.0 })
     }
 
-    /// To the unit that an analysis of a signal works in; where any will do, numbers stay as they are.
+    /// The conversion to the unit in which a signal is analysed; where any unit will do, numbers stay
+    /// as they are.
     pub fn for_signal(signal: Signal, from: &str) -> Option<Conversion> {
         worked_in(signal).map_or(Some(Conversion::SAME), |to| Conversion::between(from, to))
     }
@@ -120,8 +121,8 @@ impl Conversion {
     }
 }
 
-/// The unit that analyses of a signal work in, and in which they state what they find; `None` where any
-/// will do, and what they find is in that.
+/// The unit in which a signal is analysed, and in which results are stated; `None` where any unit will
+/// do, which is then that of the results.
 pub fn worked_in(signal: Signal) -> Option<&'static str> {
     match signal {
         Signal::Eda => Some("uS"),
@@ -140,7 +141,7 @@ pub fn accepted(unit: &str) -> Vec<&'static str> {
     QUANTITIES[quantity].iter().chain(inverse).map(|unit| unit.0[0]).collect()
 }
 
-/// The place of a unit: of its quantity in the table, and in that.
+/// The indices of a unit: of its quantity in the table, and within that.
 fn found(unit: &str) -> Option<(usize, usize)> {
     let lower = unit.to_lowercase();
     let place = |is_meant: &dyn Fn(&Unit) -> bool| {
@@ -162,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_reported_in_another_unit_without_losing_a_bit() {
+    fn numbers_are_converted_without_losing_a_bit() {
         let alike = [
             (0.8, "s", "ms", 800.0),
             (853.0, "s/1024", "ms", 853.0 * 1000.0 / 1024.0),
@@ -184,14 +185,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_declared_or_the_same_stays_bit_for_bit() {
+    fn numbers_in_the_same_or_an_undeclared_unit_stay_bit_for_bit() {
         for unit in ["", " ", "ms", "milliseconds"] {
             assert_eq!(reported(0.1 + 0.2, unit, "ms"), Some(0.1 + 0.2), "{unit}");
         }
     }
 
     #[test]
-    fn what_can_not_be_reported_in_a_unit_is_refused() {
+    fn units_of_different_quantities_are_refused() {
         for (from, to) in [("1", "uS"), ("counts", "uS"), ("mV", "uS"), ("1/min", "ms"), ("S", "s")]
         {
             assert_eq!(Conversion::between(from, to), None, "{from} to {to}");

@@ -1,4 +1,4 @@
-//! What holds for the table of components in a crate's `src/lib.rs`: shared by the crates that have one.
+//! Laws of the table of components in a crate's `src/lib.rs`: shared by the crates that have one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -53,7 +53,8 @@ fn missing_row(source: &Path, file: &Path, kind: &str, table: &str) -> Option<St
     ))
 }
 
-/// What documentation a row lacks: its first sentence, that of a setting, or an example in TOML.
+/// The documentation that a row lacks: its first sentence, that of a setting, or an example in
+/// TOML.
 pub fn undocumented<T: ?Sized, C>(entry: &Entry<T, C>) -> Vec<String> {
     let mut lacking = Vec::new();
     if !entry.summary().ends_with(['.', ':']) {
@@ -71,7 +72,7 @@ pub fn undocumented<T: ?Sized, C>(entry: &Entry<T, C>) -> Vec<String> {
     lacking
 }
 
-/// What the example of a row fails to build, if anything.
+/// The error of building the example of a row, if any.
 pub fn broken_example<T: ?Sized, C>(entry: &Entry<T, C>, context: &C) -> Option<String> {
     let table = DeTable::parse(entry.example).ok()?;
     let table = Spanned::new(table.span(), DeValue::Table(table.into_inner()));

@@ -1,4 +1,4 @@
-//! What the tests of a session share: a recording as a source, a sink that keeps.
+//! Parts shared by the tests of a session: a recording as a source, and a sink that keeps records.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -13,7 +13,7 @@ use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Origin, Shape, Stream};
 use teampulse_core::time::Time;
 
-/// Hands what is raw over again, as a bag would.
+/// Hands over raw readings again, as a bag would.
 pub struct Recording(pub Vec<Record>);
 
 #[async_trait]
@@ -46,7 +46,7 @@ impl Source for Recording {
     }
 }
 
-/// Keeps everything, taking its time now and then.
+/// Keeps everything, with pauses now and then.
 pub struct Keeper {
     pub kept: Arc<Mutex<Vec<Record>>>,
     pub pause: Duration,
@@ -81,7 +81,7 @@ pub fn encode(sample: &Sample) -> Bytes {
     Bytes::from(format!("{measured:?} {log_time:?} {index} {data:?}"))
 }
 
-/// The stamp that a bag has of a sample: the source's own of a message, else when it was measured.
+/// The stamp of a sample in a bag: the source's own for a message, else when it was measured.
 fn stamp(stream: &Stream, sample: &Sample) -> Option<Time> {
     match &stream.shape {
         Shape::Message(_) => sample.source_time,
@@ -89,7 +89,7 @@ fn stamp(stream: &Stream, sample: &Sample) -> Option<Time> {
     }
 }
 
-/// All that was computed, byte by byte, in order.
+/// All derived samples, byte by byte, in order.
 pub fn derived(records: &[Record]) -> Vec<(&str, &Bytes)> {
     let computed = records.iter().filter(|record| {
         record.stream.origin == Origin::Derived && record.stream.name != "/teampulse/streams"
