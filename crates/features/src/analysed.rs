@@ -19,8 +19,8 @@ use crate::running::Running;
 /// A phase is reported this long after its end even if nothing has arrived on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
 
-/// No sensor of a person is faster [samples a second]; what says so is not analysed, as it would take room for
-/// its windows.
+/// The highest plausible rate of a person's sensor [samples a second]; a stream with a higher one is not
+/// analysed, as its windows would take too much memory.
 const HIGHEST_RATE_HZ: f64 = 100_000.0;
 
 /// The feature of a row of the table of analyses.
@@ -56,7 +56,7 @@ impl<const ROW: usize> Component<dyn Feature, FeatureContext> for Analysed<ROW> 
     }
 }
 
-/// The row of a feature in the table of features, which is the analysis of this place.
+/// The row in the table of features of the analysis with this index.
 pub(crate) const fn entry<const ROW: usize>() -> Entry<dyn Feature, FeatureContext> {
     Entry::new::<Analysed<ROW>>(feature::<ROW>().name)
 }
@@ -104,7 +104,7 @@ impl Feature for OfPeople {
         self.analyses(stream) || Phases::hears(stream)
     }
 
-    /// All streams share one: phases are reported in the order of their streams.
+    /// All streams share one extractor: phases are reported in the order of their streams.
     fn scope(&self) -> Scope {
         Scope::Session
     }
@@ -145,7 +145,7 @@ impl Extractor for Analyses {
         }
     }
 
-    /// With the session, all phases are over.
+    /// The end of the session ends all phases.
     fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
         if by.turn == Turn::OnTime && out.phases().is_over() {
             self.end_phases(by.measured, out);
@@ -210,7 +210,7 @@ mod tests {
             Warming { extractor, out, now_secs: 0.0 }
         }
 
-        /// Waves of so many samples, until a time.
+        /// Waves of this many samples, until a time.
         fn warm(&mut self, until_secs: f64, length: usize) {
             while self.now_secs < until_secs {
                 let at = |place: usize| self.now_secs + place as f64 / RATE_HZ;
@@ -283,8 +283,8 @@ mod tests {
         assert_eq!(phases(&mut warming)[2..], [(140.0, 20.0, 1.0)]);
     }
 
-    /// How many intervals an ECG with a beat each 0.8 s has in a phase of so many seconds; the beats are
-    /// at 0.3 s, 1.1 s and so on.
+    /// The number of intervals in a phase of this many seconds of an ECG with a beat every 0.8 s; the
+    /// beats are at 0.3 s, 1.1 s and so on.
     fn intervals_in(phase_secs: f64) -> f64 {
         const RATE_HZ: f64 = 130.0;
         let bump = |secs: f64, at: f64, width: f64| {
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_that_fell_silent_gives_what_it_had_of_the_phase() {
+    fn a_stream_that_fell_silent_is_reported_up_to_its_silence() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.warm(45.0, 4);
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_phase_before_the_stream_or_without_length_nothing_is_reported() {
+    fn a_phase_before_the_stream_or_without_length_is_not_reported() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.happen(100.0, EventKind::Phase, "task", f64::NAN);
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_of_which_the_stream_has_little_is_short() {
+    fn a_phase_with_few_samples_is_short() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.now_secs = 50.0;
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_phase_longer_than_is_held_its_last_ten_minutes_are_reported() {
+    fn a_long_phase_is_reported_by_its_last_ten_minutes() {
         let mut warming = Warming::new();
         warming.happen(0.0, EventKind::Phase, "baseline", f64::NAN);
         warming.warm(1000.0, 40);

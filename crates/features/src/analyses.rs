@@ -1,4 +1,4 @@
-//! The table of analyses: what each signal of a person is analysed by, live, by `extract` and by `import`.
+//! The table of analyses: how each signal of a person is analysed, live, by `extract` and by `import`.
 //!
 //! A new signal is an analysis in the crate `signal` and a row here.
 
@@ -15,21 +15,21 @@ use teampulse_signal::{
 /// analysis declares.
 #[derive(Clone, Copy, Debug)]
 pub struct Analysis {
-    /// What is measured.
+    /// The signal.
     pub signal: Signal,
-    /// The feature that runs it on streams of people; `None` where only tables are analysed so.
+    /// The feature that runs it on streams of people; `None` where it is for tables only.
     pub feature: Option<Documented>,
     /// The events that it finds; the first are those that `extract` scores.
     pub events: &'static [Happening],
-    /// How a table of samples has it.
+    /// Its form in a table of samples.
     pub table: Tabled,
-    /// Begins it at a rate [Hz], sample by sample.
+    /// Starts the analysis, sample by sample, at a rate [Hz].
     pub causal: fn(&Chosen, f64) -> Begun,
     /// Analyses a whole recording.
     pub whole: fn(&Chosen, &Recording<'_>) -> Result<Whole, SignalError>,
 }
 
-/// An analysis that has begun, or why it can't.
+/// A started analysis, or the reason why it can't start.
 pub type Begun = Result<Box<dyn Causal + Send>, SignalError>;
 
 /// The documentation of a feature.
@@ -37,52 +37,52 @@ pub type Begun = Result<Box<dyn Causal + Send>, SignalError>;
 pub struct Documented {
     /// Its name in a study, and of its streams below their input.
     pub name: &'static str,
-    /// What the values of windows are, for people who look at a stream.
+    /// A description of the values of windows, for people.
     pub doc: &'static str,
-    /// What it is, in a sentence.
+    /// A description in one sentence.
     pub summary: &'static str,
-    /// What is reported, as events and of each window.
+    /// The events and values that are reported.
     pub measures: &'static str,
-    /// What holds of its windows beside.
+    /// Remarks on its windows.
     pub windows: &'static str,
-    /// Who says so.
+    /// References.
     pub reference: &'static str,
-    /// What it can't do.
+    /// Limits.
     pub limits: &'static str,
 }
 
 /// Events of one kind.
 #[derive(Clone, Copy, Debug)]
 pub struct Happening {
-    /// As the analysis calls them.
+    /// Their name in the analysis.
     pub kind: &'static str,
     /// The name of their stream below the input.
     pub leaf: &'static str,
-    /// As the wire calls them.
+    /// Their kind on the wire.
     pub word: EventKind,
-    /// The detail that is the event's number.
+    /// The detail that becomes the event's value.
     pub value: &'static str,
-    /// The detail that is its length [s]; none for a moment.
+    /// The detail that becomes its duration [s]; `None` for a moment.
     pub duration: &'static str,
 }
 
 /// A signal in a table of samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Tabled {
-    /// What it is, in a few words.
+    /// A description in a few words.
     pub help: &'static str,
     /// Words that occur in the names of its columns.
     pub columns: &'static [&'static str],
-    /// Words in the names of files that have it, as devices name them.
+    /// Words in the names of files with this signal, as devices name them.
     pub files: &'static [&'static str],
-    /// How many channels it has; `None` for any number.
+    /// The number of channels; `None` for any number.
     pub channels: Option<usize>,
     /// The lowest plausible sampling rate [Hz]: where times have no unit, a unit that gives a lower rate is
     /// rejected.
     pub least_hz: f64,
 }
 
-/// What is known of a signal and chosen for its analysis; by default what is chosen live.
+/// The properties of a signal and the options of its analysis; by default those of a live analysis.
 #[derive(Clone, Debug)]
 pub struct Chosen {
     /// The names of the channels.
@@ -140,7 +140,7 @@ impl Analysis {
     }
 }
 
-/// The place of the row of a feature.
+/// The index of the row of a feature.
 pub(crate) const fn row(name: &str) -> usize {
     let mut place = 0;
     while place < ANALYSES.len() {
@@ -179,7 +179,7 @@ impl Documented {
     }
 }
 
-/// What is said of the windows of analyses of beats.
+/// The remark on the windows of analyses of beats.
 const SLOW: &str = ", nonlinear and geometric values anew every 10 s";
 const OF_VARIABILITY: &str = "Task Force (1996), doi:10.1161/01.CIR.93.5.1043; Lipponen & Tarvainen (2019), \
      doi:10.1080/03091902.2019.1640306.";
@@ -226,7 +226,7 @@ pub const ANALYSES: &[Analysis] = &[
                 variability, amplitude, rise time and width of the waves, and the quality of the PPG.",
             windows: SLOW,
             reference: "Elgendi et al. (2013), doi:10.1371/journal.pone.0076585.",
-            limits: "a pulse is known about half a second after it; motion makes windows poor, and they say so.",
+            limits: "a pulse is known about half a second after it; motion lowers the quality of windows.",
         }),
         events: &[Happening {
             kind: "pulse",

@@ -1,23 +1,23 @@
-//! What a study says to all of its features.
+//! The settings of a study for all of its features.
 
 use teampulse_core::registry::SettingsError;
 
-/// The longest window that may be asked for [s]: a day.
+/// The longest window that a study may have [s]: a day.
 const LONGEST_SECS: f64 = 86_400.0;
 
-/// What is said of windows that can't be.
+/// The hint for invalid windows.
 const WINDOWS: &str = "give lengths in seconds, like [30, 60]";
 
-/// What a study says to all of its features: `[features]`.
+/// The settings of a study for all of its features: `[features]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureContext {
-    /// The lengths of the windows of every feature that does not say its own [s].
+    /// The lengths of the windows of every feature without a setting of its own [s].
     pub windows_secs: Vec<f64>,
-    /// The frequency of the mains [Hz]: 50 or 60; without it the one that is heard in a signal.
+    /// The frequency of the mains [Hz]: 50 or 60; without it, it is detected in the signal.
     pub mains_hz: Option<f64>,
 }
 
-/// Windows of 30 s and 60 s, and the mains that are heard.
+/// Windows of 30 s and 60 s, and a detected mains frequency.
 impl Default for FeatureContext {
     fn default() -> FeatureContext {
         FeatureContext { windows_secs: vec![30.0, 60.0], mains_hz: None }
@@ -25,7 +25,7 @@ impl Default for FeatureContext {
 }
 
 impl FeatureContext {
-    /// The lengths that a feature asks for, or else the study's: ascending, each once [s].
+    /// The lengths in a feature's settings, or else the study's: ascending, each once [s].
     pub(crate) fn windows_or(&self, own_secs: Option<Vec<f64>>) -> Result<Vec<f64>, SettingsError> {
         let mut lengths_secs = own_secs.unwrap_or_else(|| self.windows_secs.clone());
         if let Some(wrong) = lengths_secs.iter().find(|secs| !(1.0..=LONGEST_SECS).contains(*secs))

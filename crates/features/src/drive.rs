@@ -98,12 +98,12 @@ impl Drive {
         self.extractor.push_late(&late, &mut self.out);
     }
 
-    /// Until `secs` teampulse itself does not run.
+    /// Lets time pass until `secs` while teampulse itself does not run.
     pub(crate) fn stood_still(&mut self, secs: f64) {
         self.extractor.stood_still(time(secs));
     }
 
-    /// All ticks up to `secs`.
+    /// Runs all ticks up to `secs`.
     pub(crate) fn until(&mut self, secs: f64) {
         while self.next_tick_ns <= time(secs).nanos() {
             self.extractor.tick(Time::from_nanos(self.next_tick_ns), &mut self.out);
@@ -111,7 +111,7 @@ impl Drive {
         }
     }
 
-    /// Everything that the stream of this name was given, with its time [s].
+    /// All samples of the stream of this name, with their times [s].
     pub(crate) fn data(&mut self, name: &str) -> Vec<(f64, Data)> {
         let known = self.out.streams().iter().find(|stream| stream.name == name).cloned();
         let id = self.out.declare(known.expect("a declared output"));

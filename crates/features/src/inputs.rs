@@ -1,11 +1,11 @@
-//! The inputs of what hears many streams.
+//! The inputs of an extractor of many streams.
 
 use teampulse_core::stream::Stream;
 
 /// The names of the streams that joined, in their order.
 ///
-/// What hears a whole session has many: its outputs are not declared again for each, but once a second
-/// when there are new ones.
+/// An extractor of a whole session has many: its outputs are not declared again for each, but at most
+/// once a second when there are new ones.
 #[derive(Debug, Default)]
 pub(crate) struct Inputs {
     names: Vec<String>,
@@ -13,14 +13,14 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// A stream joined.
+    /// Adds a stream.
     pub(crate) fn join(&mut self, stream: &Stream) {
         if !self.names.contains(&stream.name) {
             self.names.push(stream.name.clone());
         }
     }
 
-    /// All names, if there are any that were not taken yet.
+    /// All names, if any was added since the last call.
     pub(crate) fn take_news(&mut self) -> Option<Vec<String>> {
         let is_news = self.declared < self.names.len();
         self.declared = self.names.len();
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_joined_is_news_once() {
+    fn a_new_input_is_reported_once() {
         let mut inputs = Inputs::default();
         let join = |inputs: &mut Inputs, name: &str| {
             inputs.join(&Stream::raw(name, Subject::team(), Shape::Event));

@@ -25,7 +25,7 @@ pub mod robots {
     pub mod stuck;
 }
 
-/// Features of people that are no row of the table of analyses, one file each.
+/// Features of people outside of the table of analyses, one file each.
 pub mod people {
     pub mod estimates;
     pub mod input;

@@ -1,5 +1,5 @@
-//! What is held of a stream for its windows and phases, and phases that are over: each is reported once, as far as
-//! its samples are kept.
+//! The samples of a stream that are held for its windows and phases, and the phases that are over: each is
+//! reported once, as far as its samples are held.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,31 +11,32 @@ use teampulse_core::stream::{Shape, Signal, Stream};
 use teampulse_core::time::Time;
 use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
 
-/// How a recipe says what is measured of a phase.
+/// The part of a phase that is measured, as stated in a recipe.
 pub(crate) const OVER_PHASES: &str = "each phase, of a longer one its last 600 s, or fewer where these have more than 8 million numbers";
 
-/// More numbers of a stream than these are not held, neither for windows nor for a phase that goes on: of 20
-/// channels at 1 kHz, those of 400 s. One stream takes a few times eight bytes for each, whatever its rate.
+/// The most numbers of a stream that are held for windows and for the present phase: of 20 channels at 1
+/// kHz, those of 400 s. One stream takes a few times eight bytes for each.
 const MOST_HELD: u64 = 8_000_000;
 
-/// From when on the numbers of a stream are held, so that they are never more than [`MOST_HELD`].
+/// Decides how far back the numbers of a stream are held, so that there are never more than
+/// [`MOST_HELD`].
 ///
 /// Counted in whole seconds of the stream's own time, so that any chunking holds the same.
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
-    /// No more numbers than these.
+    /// The most numbers.
     most: u64,
-    /// What is older is needed by no window and no phase [s].
+    /// The longest time that a window or a phase needs [s].
     longest_secs: i64,
     /// Each second with its numbers, ascending; some have none.
     seconds: VecDeque<(i64, u64)>,
     numbers: u64,
-    /// Nothing from before this second is held any more.
+    /// The first second that is held.
     from_sec: Option<i64>,
 }
 
 impl Held {
-    /// Of a stream with windows of these lengths [s].
+    /// For a stream with windows of these lengths [s].
     pub(crate) fn new(windows_secs: &[f64]) -> Held {
         let longest_secs = windows_secs.iter().copied().fold(0.0, f64::max).ceil() as i64;
         let longest_secs = longest_secs.max(LONGEST_HELD_NS / SECOND_NS);
@@ -43,7 +44,7 @@ impl Held {
         Held { most: MOST_HELD, longest_secs, seconds, numbers: 0, from_sec }
     }
 
-    /// So many numbers came for a time [ns]. What comes late counts with the newest.
+    /// Counts numbers measured at a time [ns]. Late ones count with the newest.
     pub(crate) fn came(&mut self, at_ns: i64, numbers: u64) {
         let sec = at_ns.div_euclid(SECOND_NS);
         match self.seconds.back_mut() {
@@ -68,13 +69,13 @@ impl Held {
         self.from_sec.map_or(i64::MIN, |sec| sec.saturating_mul(SECOND_NS))
     }
 
-    /// Whether a window of so many seconds that ends now is held.
+    /// Whether all of a window of this many seconds that ends now is held.
     fn holds(&self, secs: f64) -> bool {
         let now_ns = self.seconds.back().map_or(i64::MAX, |(sec, _)| sec.saturating_mul(SECOND_NS));
         now_ns.saturating_sub((secs * 1e9) as i64) >= self.since_ns()
     }
 
-    /// How many numbers came in each second, over what is held.
+    /// The mean number of numbers in each second that is held.
     fn per_sec(&self) -> f64 {
         let ends = self.seconds.front().zip(self.seconds.back());
         let secs = ends.map_or(1, |((first, _), (newest, _))| newest.saturating_sub(*first) + 1);
@@ -87,8 +88,8 @@ impl Held {
 pub(crate) struct LeftOut(usize);
 
 impl LeftOut {
-    /// Says, as a fault below the input, which windows of `lengths_secs` [s], ascending, are left out; once of
-    /// each, as a stream may come and go about its limit.
+    /// Reports, as a fault below the input, which windows of `lengths_secs` [s], ascending, are left out; each
+    /// once, as the rate of a stream may vary around the limit.
     pub(crate) fn report(
         &mut self,
         (input, leaf): (&Stream, &str),
@@ -112,7 +113,7 @@ impl LeftOut {
     }
 }
 
-/// Says, as a fault below a stream, what is not computed of it.
+/// Reports, as a fault below a stream, a feature that is not computed.
 pub(crate) fn refuse(
     (input, leaf): (&Stream, &str),
     label: String,
@@ -123,7 +124,7 @@ pub(crate) fn refuse(
     let output = out.declare(Stream {
         signal: Signal::Event,
         device: input.device.clone(),
-        doc: format!("What is not computed of {}, and why.", input.name),
+        doc: format!("Features of {} that are not computed, with the reason.", input.name),
         ..Stream::derived(input, leaf, Shape::Event).below("refused")
     });
     let fault = Event { kind: EventKind::Fault, label, value, duration_secs: 0.0 };
@@ -151,8 +152,8 @@ impl ReportedPhases {
     }
 }
 
-/// What is measured of a phase that is over: all of it, or as much of its end as is held (`held_ns`). `None`
-/// of one without length, or of before there was anything (`since_ns`).
+/// The part of a finished phase that is measured: all of it, or as much of its end as is held (`held_ns`).
+/// `None` for a phase without length, or before the first sample (`since_ns`).
 pub(crate) fn measured_span(phase: &Phase, since_ns: i64, held_ns: i64) -> Option<Span> {
     let (begin_ns, end_ns) = (phase.begin.nanos(), phase.end?.nanos());
     let begin_ns = begin_ns.max(end_ns.saturating_sub(LONGEST_HELD_NS)).max(held_ns);
@@ -163,7 +164,8 @@ pub(crate) fn measured_span(phase: &Phase, since_ns: i64, held_ns: i64) -> Optio
 mod tests {
     use super::*;
 
-    /// From when on numbers are held after so many seconds of so many each [s].
+    /// The time from which numbers are held after this many seconds with this many numbers each
+    /// [s].
     fn held_from_secs(secs: i64, numbers: u64) -> Option<i64> {
         let mut held = Held::new(&[]);
         for sec in 0..secs {
@@ -183,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_stream_at_its_limit_no_more_than_so_many_numbers_are_held() {
+    fn a_stream_at_its_limit_holds_a_bounded_number() {
         assert_eq!(held_from_secs(600, 200_000), Some(560));
         assert_eq!(held_from_secs(600, 20_000), Some(200));
         assert_eq!(held_from_secs(50, 10_000_000), Some(49));
@@ -206,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_late_or_after_a_gap_counts_too() {
+    fn late_numbers_and_those_after_a_gap_count_too() {
         let mut held = Held::new(&[]);
         held.came(1000 * SECOND_NS, 6_000_000);
         held.came(500 * SECOND_NS, 1_000_000);

@@ -1,4 +1,4 @@
-//! An analysis of the signal crate at work on one stream of a person.
+//! A running analysis of the signal crate on one stream of a person.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const HOP_NS: i64 = 1_000_000_000;
 /// it, and the last one of a phase belongs to the phase.
 const KNOWN_AFTER_NS: i64 = 2_000_000_000;
 
-/// An analysis at work on one stream, in windows of several lengths and over phases.
+/// A running analysis of one stream, in windows of several lengths and over phases.
 pub(crate) struct Running {
     analysis: &'static Analysis,
     mains_hz: Option<f64>,
@@ -33,13 +33,13 @@ pub(crate) struct Running {
     is_refusal_told: bool,
 }
 
-/// An analysis that has begun.
+/// A started analysis.
 struct Work {
     live: Live,
     held: Held,
     left_out: LeftOut,
     readout: Readout,
-    /// To the unit that the analysis works in, a channel each.
+    /// The conversion of each channel to the unit of the analysis.
     conversions: Vec<Conversion>,
     numbers: Vec<f64>,
     windows: Vec<OutputId>,
@@ -47,7 +47,7 @@ struct Work {
 }
 
 impl Running {
-    /// Begins on a stream, in windows of `windows_secs` [s].
+    /// Starts on a stream, in windows of `windows_secs` [s].
     pub(crate) fn begin(
         (analysis, mains_hz): (&'static Analysis, Option<f64>),
         windows_secs: &[f64],
@@ -73,12 +73,13 @@ impl Running {
         self.analysis.feature.expect("only features run live")
     }
 
-    /// The stream that it runs on.
+    /// Its stream.
     pub(crate) fn stream(&self) -> &Stream {
         &self.stream
     }
 
-    /// The stream is known better: at another rate, with other channels or units it begins anew.
+    /// Takes in a new declaration of the stream: with another rate, other channels or units it
+    /// starts again.
     pub(crate) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
         let of = |stream: &Stream| (stream.rate_hz.to_bits(), stream.channels.clone());
         let is_same = of(&self.stream) == of(stream);
@@ -97,7 +98,7 @@ impl Running {
         let (causal, chosen) = (self.analysis.causal, chosen(stream, self.mains_hz));
         let make = Box::new(move |rate_hz| causal(&chosen, rate_hz));
         let channels = stream.channels.len();
-        // A rate at which nothing can be computed gives no stream.
+        // A rate at which no value can be computed gives no stream.
         let live = Live::new(make, stream.rate_hz, channels, &lengths_ns, HOP_NS).ok()?;
         let window = |&secs: &f64| out.declare(self.window(secs, live.values()));
         let windows = self.windows_secs.iter().map(window).collect();
@@ -134,7 +135,7 @@ impl Running {
         }
     }
 
-    /// Takes in what came on the stream; `phases` are those of its subject.
+    /// Takes in a sample of the stream; `phases` are those of its subject.
     pub(crate) fn push(&mut self, sample: &Sample, phases: &[Phase], out: &mut Outputs) {
         let Some(mut work) = self.work.take() else {
             self.report_refusal(sample.measured, out);
@@ -166,7 +167,7 @@ impl Running {
                         }
                     }
                 });
-                // What is missing takes as much room as what came.
+                // Missing samples take as much memory as others.
                 let taken = missing.map_or(0, |missing| 1 + missing as u64);
                 work.held.came(at_ns, taken * width as u64);
                 work.live.hold_since(work.held.since_ns());
@@ -195,7 +196,8 @@ impl Running {
         self.work = Some(work);
     }
 
-    /// Reports phases that ended at or before a time [ns], and keeps what the next one needs.
+    /// Reports phases that ended at or before a time [ns], and keeps the samples that the next one
+    /// needs.
     fn report_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
         while let Some(phase) = self.reported_phases.next_over(phases, at_ns) {
             self.report_phase(work, phase, out);
@@ -216,8 +218,8 @@ impl Running {
     }
 }
 
-/// How the numbers of each channel become those of the unit that analyses of the signal work in; else the
-/// unit that can't, and that one.
+/// The conversion of each channel to the unit in which the signal is analysed; else the unit that can't
+/// be converted, and that one.
 fn conversions(stream: &Stream) -> Result<Vec<Conversion>, (String, &'static str)> {
     let conversion = |Channel { unit, .. }: &Channel| {
         let refused = || (unit.clone(), worked_in(stream.signal).unwrap_or("1"));
@@ -226,7 +228,7 @@ fn conversions(stream: &Stream) -> Result<Vec<Conversion>, (String, &'static str
     stream.channels.iter().map(conversion).collect()
 }
 
-/// What is known of a stream for its analysis.
+/// The properties of a stream for its analysis.
 fn chosen(stream: &Stream, mains_hz: Option<f64>) -> Chosen {
     let channels = stream.channels.iter().map(|channel| channel.name.clone()).collect();
     let unit = stream.channels.first().map(|channel| channel.unit.clone());

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_signal::estimate::Estimate;
 
-/// A value with its uncertainty, or why there is none.
+/// A value with its uncertainty, or the reason why there is none.
 pub(crate) type Value = Result<Estimate, Reason>;
 
-/// A value that may have come out as no number; then it is undefined.
+/// A computed value; undefined if it is not finite.
 pub(crate) fn defined(estimate: Option<Estimate>) -> Value {
     let sound = |estimate: &Estimate| estimate.value.is_finite() && !estimate.sigma.is_infinite();
     estimate.filter(sound).ok_or(Reason::Undefined)
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_is_missing_exactly_where_a_reason_says_why() {
+    fn a_value_is_missing_exactly_where_it_has_a_reason() {
         let values = [Ok(Estimate { value: 1.0, sigma: 0.5 }), Err(Reason::Gap)];
         let Data::Feature(window) = window_of(30.0, 1.0, 1.0, &values) else { panic!() };
         assert_eq!(window.reasons, [Reason::Ok, Reason::Gap]);
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_is_undefined() {
+    fn a_value_that_is_not_a_number_is_undefined() {
         assert_eq!(defined(None), Err(Reason::Undefined));
         assert_eq!(defined(Some(Estimate::unstated(f64::INFINITY))), Err(Reason::Undefined));
         let unbounded = Estimate { value: 1.0, sigma: f64::INFINITY };

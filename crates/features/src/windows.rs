@@ -7,7 +7,7 @@ use teampulse_signal::window::Window;
 
 use crate::whole_seconds::WholeSeconds;
 
-/// Most readings that a window keeps; of a faster stream, as many, evenly.
+/// The most readings that a window keeps; a faster stream is thinned evenly.
 const MOST_READINGS: usize = 600;
 
 /// The share of a window that must have data before a value is given.
@@ -27,9 +27,9 @@ pub(crate) struct View<'a, T> {
     pub(crate) secs: f64,
     /// The readings in the order of their times, each with its time before the end [s], ≤ 0.
     pub(crate) readings: Vec<(f64, &'a T)>,
-    /// How much of the window has data [0..1].
+    /// The share of the window with data [0..1].
     pub(crate) coverage: f64,
-    /// Why the window gives no value; `None` when it has enough data.
+    /// The reason why the window has no value; `None` when it has enough data.
     pub(crate) lack: Option<Reason>,
 }
 
@@ -93,7 +93,7 @@ impl<T: Copy> Windows<T> {
 }
 
 impl<T> View<'_, T> {
-    /// One number of each reading, in the order of their times.
+    /// A number of each reading, in the order of their times.
     pub(crate) fn numbers(&self, number: impl Fn(&T) -> f64) -> Vec<f64> {
         self.readings.iter().map(|(_, reading)| number(reading)).collect()
     }
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fast_stream_keeps_so_many_readings_and_no_more() {
+    fn a_fast_stream_keeps_a_bounded_number_of_readings() {
         let mut windows = Windows::new(&[10.0]);
         for k in 0..20_000 {
             let now = Time::from_nanos(k * 1_000_000);

@@ -1,4 +1,4 @@
-//! Each signal of a person goes bad in turn: the others don't notice, and nothing is made up.
+//! Each signal of a person goes bad in turn: the others are not affected, and no value is invented.
 
 mod living;
 
@@ -10,12 +10,12 @@ use teampulse_core::sample::Record;
 use teampulse_core::stream::{Channel, Origin};
 use teampulse_emulators::body::{Fault, Scene, Sensor, Settings};
 
-/// The baseline is as long as z against it needs.
+/// The baseline is long enough for z.
 const PHASES: [(&str, f64); 2] = [("baseline", 0.0), ("task", 150.0)];
 const SECS: f64 = 195.0;
 const BAD_FROM_SECS: f64 = 153.0;
 const BACK_SECS: f64 = 167.0;
-/// Fewer seconds than this after a fault began, something of before may still become known.
+/// The time after the start of a fault in which earlier results may still be reported [s].
 const SETTLING_SECS: f64 = 3.0;
 const WINDOW_SECS: f64 = 30.0;
 
@@ -44,7 +44,7 @@ impl Lived {
         Lived::with(sensor, vec![Scene { sensor: Some(sensor), from_secs, to_secs, what }])
     }
 
-    /// What was computed from the other sensors, by stream: in order, as it is stored.
+    /// The results from the other sensors, by stream: in order, as stored.
     fn others(&self) -> BTreeMap<&str, Vec<&Bytes>> {
         let mut streams = BTreeMap::<&str, Vec<&Bytes>>::new();
         let bad = living::name(self.sensor);
@@ -111,7 +111,7 @@ impl Window<'_> {
     }
 }
 
-/// What only describes the signal; `PPG_Peaks_N` counts no pulse that is flagged.
+/// Values that only describe the signal; `PPG_Peaks_N` counts no pulse that is flagged.
 const OF_SIGNAL: [&str; 14] = [
     "Quality",
     "SQI",
@@ -129,9 +129,9 @@ const OF_SIGNAL: [&str; 14] = [
     "PPG_Peaks_N",
 ];
 
-/// What the signal alone can't show: a thermometer in the air of a warm room from a cold hand, a wrist at
-/// rest from a table, a resting muscle from an electrode in a quiet place, white noise from the muscles of
-/// a clenched jaw (which shows only in the quality).
+/// Faults that the signal alone can't show: a thermometer in the air of a warm room from a cold hand, a
+/// wrist at rest from a table, a resting muscle from an electrode in a quiet place, white noise from the
+/// muscles of a clenched jaw (which shows only in the quality).
 fn is_detectable(sensor: Sensor, what: Fault) -> bool {
     match what {
         Fault::Stuck => sensor != Sensor::Temperature,
@@ -184,12 +184,12 @@ fn assert_comes_back(back: &Lived) {
     assert!(!back.reported("phases")[1].of_person().is_empty());
 }
 
-/// The state says what it no longer knows, and the rest of it stays as it is.
+/// The state reports which values are missing, and its other values are unchanged.
 fn assert_state_knows(good: &Lived, dead: &Lived) {
     let known_by = |name: &str| match dead.sensor {
         Sensor::Ecg => name.starts_with("heart_rate") || name.starts_with("ln_rmssd"),
         Sensor::Respiration => name.starts_with("breathing_rate"),
-        // One of the two is looked at: the same for both values.
+        // Only one of the two is checked: both values behave alike.
         Sensor::EdaWrist | Sensor::EdaFingers => {
             let of_skin = name.starts_with("skin_level") || name.starts_with("response_rate");
             of_skin && dead.state()[name].is_err()

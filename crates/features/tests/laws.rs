@@ -1,4 +1,4 @@
-//! What holds for every feature, whatever it is fed.
+//! Laws of every feature, for any input.
 
 use std::collections::BTreeSet;
 
@@ -85,7 +85,7 @@ fn worn() -> Vec<Stream> {
 }
 
 #[test]
-fn every_unit_that_is_declared_stands_in_the_table_of_units() {
+fn every_declared_unit_is_in_the_table_of_units() {
     let mut unknown = BTreeSet::new();
     let mut known = BTreeSet::new();
     for (kind, feature) in features() {
@@ -243,7 +243,7 @@ proptest! {
 }
 
 #[test]
-fn every_output_is_derived_from_a_named_input_and_says_how() {
+fn every_output_names_its_input_and_its_method() {
     for (kind, feature) in features() {
         for stream in streams().iter().filter(|stream| feature.accepts(stream)) {
             let out = run(feature.as_ref(), stream, &[]);

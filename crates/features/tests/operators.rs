@@ -23,14 +23,14 @@ use teampulse_signal::statistics::{PageMethod, page_trend};
 const PEOPLE: u64 = 30;
 const LEVELS: [&str; 3] = ["1-back", "2-back", "3-back"];
 const SENSORS: [Sensor; 3] = [Sensor::Ecg, Sensor::EdaWrist, Sensor::Respiration];
-/// What is needed for the estimates.
+/// The features that the estimates need.
 const FAMILIES: [&str; 6] = ["heart", "skin", "breath", "input", "state", "estimates"];
 /// How long each person is simulated [s], until the last level is reported; and the length of each step
 /// [s].
 const SECS: u32 = 410;
 const CHUNK_SECS: f64 = 0.25;
 
-/// A plan of which each level comes once, after a baseline long enough for z in windows of 30 s.
+/// A plan with each level once, after a baseline long enough for z in windows of 30 s.
 fn plan() -> Plan {
     Plan { baseline_secs: 150.0, rounds: Some(1), ..Plan::default() }
 }
@@ -116,7 +116,7 @@ fn ends() -> BTreeMap<&'static str, f64> {
         .collect()
 }
 
-/// What an estimate was at the end of each level, after the baseline, which is 0 by its definition.
+/// The estimate at the end of each level, after that of the baseline, which is 0 by definition.
 fn by_level(records: &[Record], (spans, channel): Which) -> Row {
     let name = format!("/humans/persons/p1/estimates/{spans}");
     let at = |secs: f64| {
@@ -133,9 +133,9 @@ fn by_level(records: &[Record], (spans, channel): Which) -> Row {
     [0.0, one, two, three]
 }
 
-/// Over which spans, and which estimate.
+/// The spans, and the estimate.
 type Which = (&'static str, &'static str);
-/// It in the baseline and at each level.
+/// Its values in the baseline and at each level.
 type Row = [f64; 4];
 
 const ESTIMATES: [Which; 5] = [
@@ -146,7 +146,7 @@ const ESTIMATES: [Which; 5] = [
     ("w30", "arousal"),
 ];
 
-/// The estimates about everyone, on two threads.
+/// The estimates about all operators, on two threads.
 fn everyone() -> Vec<Vec<(Which, Row)>> {
     let of_one = |seed| {
         let operating = Box::new(Operating::of_seed(seed));
@@ -162,7 +162,7 @@ fn everyone() -> Vec<Vec<(Which, Row)>> {
 }
 
 #[test]
-fn estimates_order_the_levels_of_a_task_in_a_group_and_not_in_everyone() {
+fn estimates_order_the_levels_of_a_task_in_a_group_but_not_in_every_person() {
     let mut rows: BTreeMap<Which, Vec<Row>> = BTreeMap::new();
     for of_one in everyone() {
         for (stream, row) in of_one {

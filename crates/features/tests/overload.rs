@@ -1,5 +1,4 @@
-//! One publisher can't hold up a session: what it sends too much of is recorded, and left out of what is
-//! computed.
+//! One publisher can't hold up a session: its excess samples are recorded, and left out of features.
 #![expect(clippy::unwrap_used, reason = "a test")]
 
 use std::sync::{Arc, Mutex};
@@ -26,13 +25,13 @@ use teampulse_messages::convert::encode;
 const WAVES: i64 = 1500;
 const BEGIN: Time = Time::from_stamp(1_700_000_000, 0);
 
-/// A sensor whose waves overlap: 62,500 or 2000 samples a second, said to be 1000.
+/// A sensor whose waves overlap: 62,500 or 2000 samples a second, declared as 1000.
 struct Overlapping {
-    /// The rate that its description says [Hz].
+    /// The rate in its description [Hz].
     declared_hz: f64,
-    /// From one sample to the next, as its waves say [ns].
+    /// The period of its waves [ns].
     period_ns: f64,
-    /// In each wave; there are a hundred waves a second.
+    /// The samples of each wave; there are a hundred waves a second.
     samples: i32,
 }
 
@@ -115,16 +114,16 @@ async fn seen(source: Overlapping) -> (i64, String) {
     seen.clone()
 }
 
-/// Would take hours if all were computed with.
+/// All features together would take hours.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn waves_that_overlap_are_recorded_and_counted_but_not_all_computed_with() {
+async fn overlapping_waves_are_recorded_and_counted_but_not_all_analysed() {
     let source = Overlapping { declared_hz: 1000.0, period_ns: 1e6, samples: 625 };
     let (waves, reason) = seen(source).await;
     assert_eq!(waves, WAVES);
     assert!(reason.contains("samples left out of what is computed"), "{reason}");
 }
 
-/// Would take all memory, or for ever, if it were believed.
+/// Would take all memory, or forever, if it were believed.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_absurd_rate_is_not_believed() {
     for (declared_hz, period_ns) in [(1e12, 1e6), (f64::NAN, 1e6), (1e5, 4.7e8), (1000.0, 0.0)] {

@@ -21,7 +21,7 @@ const WINDOW_SECS: f64 = 30.0;
 /// One step of a session.
 #[derive(Clone, Debug)]
 enum Step {
-    /// A reading of a stream, by its place, with these numbers.
+    /// A reading of a stream, by its index, with these numbers.
     Tells(usize, [f64; 6]),
     Ticks(u16),
 }

@@ -1,5 +1,4 @@
-//! What numbers come to, live: the statistics of every stream with numbers, and what they differ by from
-//! the baseline.
+//! The statistics of every stream with numbers, live, and their differences from the baseline.
 
 mod tracked;
 mod meaning;
@@ -23,12 +22,12 @@ use crate::context::FeatureContext;
 /// A phase is reported this long after its end even if nothing has arrived on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
 
-/// What the numbers of a stream come to in windows and phases, and by how much that differs from the
+/// Statistics of the numbers of a stream in windows and phases, and their differences from the
 /// baseline.
 ///
 /// - Measures: of each channel of every raw stream of a person or a robot that has numbers (plain ones, or
 ///   the fields that are read from messages): mean, standard deviation, median, median absolute deviation,
-///   minimum, maximum and slope; and of each its difference from the same of the baseline phase.
+///   minimum, maximum and slope; and the difference of each from its value in the baseline phase.
 /// - Formula: numpy's `mean`, `std(ddof=1)`, `median`, `min` and `max`; SciPy's `median_abs_deviation`, not
 ///   scaled; the slope of the least-squares line; all exact, of every usable sample. A difference is the
 ///   value less that of the newest phase named `baseline` that is over; so that of `sd` is the standard
@@ -76,7 +75,7 @@ impl Feature for Every {
         has_numbers(stream) || Phases::hears(stream)
     }
 
-    /// All streams share one: phases are reported in the order of their streams.
+    /// All streams share one extractor: phases are reported in the order of their streams.
     fn scope(&self) -> Scope {
         Scope::Session
     }
@@ -87,7 +86,7 @@ impl Feature for Every {
     }
 }
 
-/// All streams at work.
+/// The statistics of all streams.
 struct AtWork {
     windows_secs: Vec<f64>,
     tracked: BTreeMap<StreamId, TrackedStream>,
@@ -107,7 +106,7 @@ impl Extractor for AtWork {
         }
     }
 
-    /// With the session, all phases are over.
+    /// The end of the session ends all phases.
     fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
         if out.phases().is_over() {
             self.end_phases(by.measured, out);

@@ -31,16 +31,16 @@ const FAMILY: &str = "estimates";
 
 /// Estimates of a person's workload and arousal, from the own state and from self-reports.
 ///
-/// - Measures: nothing: these are estimates. `workload_physiology` and `arousal` say how far the body is
-///   from the own baseline, `workload_report` what the person says (ISA, 1 to 5), `workload` both.
+/// - Measures: nothing: these are estimates. `workload_physiology` and `arousal` state how far the body
+///   is from the own baseline, `workload_report` the person's rating (ISA, 1 to 5), `workload` both.
 /// - Formula: each measure counts z/(|z| + 3) in its direction, z the robust z of `state` (z where that is
 ///   undefined). `workload_physiology` is the mean of heart rate (up), ln RMSSD (down) and breathing rate
 ///   (up), `arousal` that of skin level (up) and response rate (up), as far as they are known, held at 0
 ///   from below. `workload_report` is (ISA − 1)/4 of the newest report about the phase. `workload` takes
-///   both by inverse variance. Sigmas: 0.21 at least; the spread of the measures, what the baseline leaves
-///   unsure and the scatter of a window add to it; a report has the same 0.21, its variance doubles
+///   both by inverse variance. Sigmas: 0.21 at least; the spread of the measures, the uncertainty of the
+///   baseline and the scatter of a window add to it; a report has the same 0.21, its variance doubles
 ///   within `report_secs` and grows as the window leaves the phase that the report is about; where body
-///   and report contradict each other, the sum is less sure.
+///   and report contradict each other, the combined sigma is larger.
 /// - Unit: 1, on [0..1]: 0 as in the baseline or below (ISA 1), 1 as much as can be (ISA 5).
 /// - Window: those of `state`, once a second, and phases; of reports alone those of the study.
 /// - Reference: three classes of workload are classified correctly in 72 % of cases within people, and in
@@ -56,12 +56,12 @@ const FAMILY: &str = "estimates";
 ///   `isa` about the person, or on /session/events labelled `isa p001`, or `isa` where there is one person
 ///   only. One that is not on the scale is not used; the first of a person is published as a fault on
 ///   `/humans/persons/<id>/reports/faults`, and the first that is about nobody known on
-///   `/session/reports/faults`. Hidden from the screen unless the study says `show_estimates`: who sees
-///   them in an experiment is no longer blind.
+///   `/session/reports/faults`. Hidden from the screen unless the study sets `show_estimates`: an
+///   experimenter who sees them is no longer blind.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Estimates {
-    /// After so long the variance of a report has doubled [s].
+    /// The time after which the variance of a report has doubled [s].
     pub report_secs: f64,
 }
 
@@ -112,7 +112,7 @@ impl Feature for Estimating {
     }
 }
 
-/// Windows about a person, by which it is known who is there; among them the states.
+/// Windows about a person, which show who is present; states among them.
 fn is_of_a_person(stream: &Stream) -> bool {
     stream.about == About::Person
         && stream.origin == Origin::Derived
@@ -122,15 +122,15 @@ fn is_of_a_person(stream: &Stream) -> bool {
         && stream.family != FAMILY
 }
 
-/// The estimates about everyone.
+/// The estimates about all people.
 struct EstimatesExtractor {
     doubled_secs: f64,
     windows: Vec<(Window, f64)>,
     /// The stream of the session's phases, as soon as there are any.
     of_session: Option<String>,
-    /// The streams of events, by whom they are about and what they are called.
+    /// The streams of events, by their subjects and names.
     events: BTreeMap<StreamId, (Subject, String)>,
-    /// The streams of states, by whom they are about and over which spans.
+    /// The streams of states, by their subjects and spans.
     states: BTreeMap<StreamId, (String, Window)>,
     people: BTreeMap<String, Person>,
     /// Whether a fault about a report for an unknown person was published.
@@ -205,7 +205,7 @@ impl Extractor for EstimatesExtractor {
 }
 
 impl EstimatesExtractor {
-    /// Something happened: a report, if it is one.
+    /// Takes in an event, which may be a report.
     fn hear(&mut self, sample: &Sample, event: &Event, out: &mut Outputs) {
         let Some((subject, stream)) = self.events.get(&sample.stream) else { return };
         let of_session = subject.about == About::Session;

@@ -1,4 +1,4 @@
-//! How much a person does at keys, mice and controls.
+//! The activity of a person at keys, mice and controls.
 
 mod activity;
 
@@ -31,8 +31,8 @@ const SETTLED_NS: i64 = 1_000_000_000;
 /// - Window: `windows_secs`, once a second, from when the first such stream is known; and each phase when
 ///   it is over, of a longer one its last 600 s. Silence is a rate of 0, not missing.
 /// - Reference: none; counts.
-/// - Limits: who has put the hands away and whose keyboard has come off are the same silence. Which key
-///   it was is nowhere.
+/// - Limits: a person who does nothing and a keyboard that is disconnected give the same silence. The
+///   keys themselves are not recorded.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Input {
@@ -72,10 +72,10 @@ impl Feature for Inputs {
     }
 }
 
-/// What everyone did.
+/// The input of all people.
 struct InputExtractor {
     windows_secs: Vec<f64>,
-    /// Whose each stream of input is.
+    /// The person of each stream of input.
     whose: BTreeMap<StreamId, Subject>,
     people: BTreeMap<Subject, Activity>,
     seconds: WholeSeconds,
@@ -98,7 +98,7 @@ impl Extractor for InputExtractor {
         }
     }
 
-    /// With the session, all phases are over.
+    /// The end of the session ends all phases.
     fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
         if out.phases().is_over() {
             self.end_phases(by.measured, out);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_no_seconds_are_no_reaction_times() {
+    fn only_numbers_in_seconds_are_reaction_times() {
         let mut drive = drive(&presses().with_channels(&[]));
         drive.take(40.0, press(3.0));
         drive.until(45.0);

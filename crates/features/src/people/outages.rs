@@ -1,4 +1,4 @@
-//! Sensors of people that fall silent or stand still, and that come back.
+//! Outages of people's sensors: when one falls silent or stands still, and when it is back.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::value::moment;
 
 /// A silence is longer than this many of the stream's usual intervals.
 const USUAL_INTERVALS: f64 = 3.0;
-/// How slow a stream may be of which one sample came so far [s].
+/// The longest assumed interval of a stream with a single sample so far [s].
 const SLOWEST_SECS: f64 = 60.0;
 /// Signals whose numbers never stay the same for long on a living body.
 const RESTLESS: [Signal; 7] = [
@@ -97,16 +97,16 @@ struct OutagesExtractor {
     run: Option<Run>,
 }
 
-/// What is known of the arrivals of a stream.
+/// The arrivals of a stream so far.
 struct Presence {
     last_arrival: Time,
     /// The end of the newest sample.
     newest: Time,
-    /// How many times there were between arrivals, and how long in all, without silences [s].
+    /// The number of intervals between arrivals, and their sum, without silences [s].
     intervals: f64,
     came_secs: f64,
     is_silent: bool,
-    /// Until when nothing could be heard, as teampulse itself did not run.
+    /// Until when nothing could be received, as teampulse itself did not run.
     deaf_until: Option<Time>,
 }
 
@@ -130,7 +130,7 @@ impl Extractor for OutagesExtractor {
         self.compare(sample, out);
     }
 
-    /// A late sample is a sign of life, too.
+    /// A late sample ends a silence, too.
     fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
         self.judge(sample.log_time, out);
         self.arrive(sample, out);
@@ -147,7 +147,7 @@ impl Extractor for OutagesExtractor {
 }
 
 impl OutagesExtractor {
-    /// Notices a silence that has become too long by `now`.
+    /// Detects a silence that has become too long by `now`.
     fn judge(&mut self, now: Time, out: &mut Outputs) {
         let Some(presence) = &mut self.presence else { return };
         let is_known = presence.intervals > 0.0;
@@ -160,7 +160,7 @@ impl OutagesExtractor {
             return;
         }
         presence.is_silent = true;
-        // What stands still and then falls silent is one outage.
+        // A stream that stands still and then falls silent has one outage.
         self.run = None;
         let silent = moment(EventKind::Fault, format!("{} silent", self.name));
         let since = presence.newest;
@@ -235,7 +235,7 @@ impl OutagesExtractor {
         }
     }
 
-    /// Other numbers came.
+    /// The numbers have changed.
     fn change(&mut self, numbers: &[f64], at: Time, out: &mut Outputs) {
         let told = self.run.as_ref().filter(|run| run.is_told).map(|run| run.since);
         match &mut self.run {
@@ -261,7 +261,7 @@ impl OutagesExtractor {
     }
 }
 
-/// When the last sample of a run was measured.
+/// The time of the last sample of a run.
 fn end_of(sample: &Sample) -> Time {
     let samples = match &sample.data {
         Data::Wave(wave) => wave.samples.len() / wave.channels.max(1) as usize,
@@ -271,7 +271,7 @@ fn end_of(sample: &Sample) -> Time {
     Time::from_nanos(sample.measured.nanos().saturating_add(length_ns))
 }
 
-/// What a stream is called for people: `p001/polar_h10/ecg`.
+/// The name of a stream for people: `p001/polar_h10/ecg`.
 fn short_name(stream: &Stream) -> String {
     let subject = stream.subject();
     match subject.within(&stream.name) {
@@ -302,7 +302,7 @@ mod tests {
 
     use super::*;
 
-    /// An ECG in waves of a quarter of a second, at 100 Hz.
+    /// An ECG in waves of a quarter of a second, sampled at 100 Hz.
     struct Ecg {
         watch: Box<dyn Extractor>,
         out: Outputs,
@@ -347,7 +347,7 @@ mod tests {
             self.watch.tick(Time::from_stamp(to_secs, 0), &mut self.out);
         }
 
-        /// When [s], what, and how long it had lasted [s].
+        /// The time [s], the kind and label, and the duration [s] of each event.
         fn reported(&self) -> Vec<(f64, String, f64)> {
             let told = self.out.samples().map(|(_, at, data)| {
                 let Data::Event(event) = data else { panic!("no event") };
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sensor_is_silent_while_nothing_could_be_heard() {
+    fn no_sensor_is_silent_while_teampulse_did_not_run() {
         let mut ecg = Ecg::new();
         ecg.come(0..40, beat);
         ecg.watch.stood_still(Time::from_stamp(60, 0));

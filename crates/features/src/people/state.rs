@@ -1,4 +1,4 @@
-//! How a person differs from the own baseline.
+//! The differences of a person from the own baseline.
 
 mod baseline;
 mod measures;
@@ -30,29 +30,29 @@ use crate::whole_seconds::WholeSeconds;
 /// The family of states.
 pub(super) const FAMILY: &str = "state";
 
-/// How a person differs from the own baseline: heart, breath, skin and input.
+/// The differences of a person from the own baseline: heart, breath, skin and input.
 ///
 /// - Measures: heart rate, ln RMSSD (of an ECG, else of intervals, else of a pulse wave), breathing rate,
 ///   skin conductance level, rate of skin responses, and input rate, each against the person's last phase
 ///   `baseline` that is over; each second in windows of each length, and of each later phase that is over.
 /// - Formula: of windows: difference from the mean of the windows that lie wholly inside the baseline; z in
 ///   their SD (n − 1); robust z from their median in 1.4826 MAD. Of phases: difference from the value of
-///   the baseline as one phase, in the same SD and MAD, those of the shortest windows. Sigmas are what the
-///   baseline leaves unsure; its overlapping windows are worth n (1 − r)/(1 + r) independent ones, r their
-///   correlation at lag 1, and at most those that fit side by side.
+///   the baseline as one phase, in the same SD and MAD, those of the shortest windows. Sigmas are the
+///   uncertainty from the baseline; its overlapping windows count as n (1 − r)/(1 + r) independent ones, r
+///   their correlation at lag 1, and at most as many as fit side by side.
 /// - Unit: differences in 1/min, ln(ms), µS; z and robust z in 1.
 /// - Window: those of the families it reads, once a second; phases.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043, for the logarithm; Bayley & Hammersley
 ///   (1946), doi:10.2307/2983560, for overlapping windows.
-/// - Limits: a description of one person, no test, and nothing about why. Before a baseline is over there
-///   is no state. Few windows vary less than a person does, and z against them is far too large: so it is
-///   reported only when five windows fit side by side into what is known of the baseline, without its gaps
-///   (150 s for windows of 30 s; a twentieth may be missing), and five minutes are better; a difference
-///   needs nearly two. A measure is missing where no sensor gives it, has no baseline where the sensor came
-///   later, a baseline too short, and a gap where its newest window is older than `stale_secs`; else it has
-///   the reason of its window. Of several devices the best
-///   family that has a baseline is taken, in it the best in quality during the baseline, of equals the
-///   first by name; it is not changed until the next baseline.
+/// - Limits: a description of one person, neither a test nor an explanation. Before a baseline is over
+///   there is no state. Few windows vary less than a person does, and z against them is far too large: so
+///   it is reported only when five windows fit side by side into the baseline without its gaps (150 s for
+///   windows of 30 s; a twentieth may be missing), and five minutes are better; a difference needs nearly
+///   two. A measure is missing where no sensor gives it, has no baseline where the sensor came later, a
+///   baseline too short, and a gap where its newest window is older than `stale_secs`; else it has the
+///   reason of its window. Of several devices the best family that has a baseline is taken, in it the best
+///   in quality during the baseline, of equals the first by name; it is not changed until the next
+///   baseline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct State {
@@ -97,16 +97,16 @@ impl Feature for State {
     }
 }
 
-/// The states of everyone.
+/// The states of all people.
 struct StateExtractor {
     stale_secs: f64,
-    /// The stream of a person's own phases, where the session's do not apply.
+    /// The streams of people's own phases, which replace the session's.
     told_by: BTreeMap<String, String>,
     /// The stream of the session's phases.
     session: String,
     /// The streams that may contain phases, by their subjects and names.
     events: BTreeMap<StreamId, (About, String, String)>,
-    /// The streams of windows and phases, by whom they are about.
+    /// The streams of windows and phases, by their subjects.
     windows: BTreeMap<StreamId, (String, Window)>,
     people: BTreeMap<String, Person>,
     seconds: WholeSeconds,
@@ -167,7 +167,7 @@ impl Extractor for StateExtractor {
 }
 
 impl StateExtractor {
-    /// The session has ended: what comes now is the last of its phases, and nothing passes any more.
+    /// Whether the session has ended: only its last phases are reported after that.
     fn end(&mut self, at: Time, out: &mut Outputs) {
         let phases = out.phases();
         for person in self.people.values_mut() {

@@ -1,4 +1,4 @@
-//! How fast a battery is used, and when it will be empty.
+//! The power drawn from a battery, its loss of charge, and when it will be empty.
 
 mod reading;
 mod gauge;
@@ -28,20 +28,19 @@ use crate::windows::{View, Windows};
 ///
 /// - Measures: the power taken from the battery and the loss of charge, negative while it is charged;
 ///   the time and the share of the charge that are left.
-/// - Formula: power is the first that can be had of: the power itself; the median of voltage ×
-///   current; −d(energy)/dt; −d(fraction)/dt × capacity × voltage; −d(charge)/dt × voltage. Loss is
-///   −d(fraction)/dt. Time left is what is left over its loss, where that is more than twice its
-///   uncertainty; the share that is left is the median. Slopes are Theil–Sen lines, through the moments of change where a gauge is
-///   coarse.
+/// - Formula: power is the first available of: the power itself; the median of voltage × current; −d(energy)/dt; −d(fraction)/dt ×
+///   capacity × voltage; −d(charge)/dt × voltage. Loss is −d(fraction)/dt. Time left is the remaining charge over its loss, where
+///   that is more than twice its uncertainty; the share that is left is the median. Slopes are Theil–Sen lines, through the
+///   moments of change where a gauge is coarse.
 /// - Unit: W, %/min, s, 1, each with its standard uncertainty.
 /// - Window: `windows_secs`, once a second; at most 600 readings each.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; `sensor_msgs/msg/BatteryState`; Sen (1968),
 ///   doi:10.1080/01621459.1968.10480934.
 /// - Limits: drivers that give percent as 0–100, or discharge as a positive current, are recognised
-///   and said once in `notes`; a current that is exactly zero throughout is not measured. A
-///   battery's own estimate of its charge is taken at its word. The time left assumes that use goes
-///   on as in the window. Uncertainties assume independent errors.
+///   and reported once in `notes`; a current that is exactly zero throughout is not measured. A
+///   battery's own estimate of its charge is not checked. The time left assumes that use goes on as
+///   in the window. Uncertainties assume independent errors.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BatteryUse {
@@ -162,7 +161,7 @@ fn output(input: &Stream, secs: f64) -> Stream {
         device: input.device.clone(),
         rate_hz: 1.0,
         method: format!("median power and Theil-Sen slopes over {secs} s, Sen (1968)"),
-        doc: format!("How fast {} was used in the last {secs} s.", input.name),
+        doc: format!("The use of {} in the last {secs} s.", input.name),
         ..Stream::derived(input, "use", Shape::Feature)
             .over(Window::of_secs(secs))
             .with_channels(&channels)

@@ -1,4 +1,4 @@
-//! How long a robot has been at work.
+//! The time that a robot has been deployed.
 
 use std::sync::Arc;
 
@@ -19,19 +19,20 @@ use crate::whole_seconds::WholeSeconds;
 /// The family of its streams.
 pub(crate) const FAMILY: &str = "deployment";
 
-/// How long a robot has been at work: its time online since it was first seen, and its outages.
+/// The time that a robot has been deployed: its time online since it was first seen, and its
+/// outages.
 ///
-/// - Measures: whether anything comes from the robot on any of its topics, for how long it has in
-///   all, how old its newest sample is and how often it was gone.
+/// - Measures: whether the robot publishes on any of its topics, its total time online, the age of
+///   its newest sample, and the number of its outages.
 /// - Formula: the sum of (last arrival − first arrival) over the stretches without a silence longer
 ///   than `offline_secs`; a silence that long is an outage and does not count.
 /// - Unit: s; 1 for `online` (1 or 0) and `outages`.
 /// - Window: none; once a second, and an event at each change.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team", the robots' deployment time.
-/// - Limits: a robot that runs but can't be heard counts as gone. Which topics exist is no sign of
-///   life; only their messages are, but not those by which people command it. While teampulse itself
-///   does not run nothing is heard, and no robot goes offline.
+/// - Limits: a robot that runs but can't be reached counts as offline. Only messages show that a
+///   robot is online: neither the existence of its topics nor the commands of people do. While
+///   teampulse itself does not run, no robot goes offline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Deployment {
@@ -87,7 +88,7 @@ struct DeploymentExtractor {
     duty: Option<Duty>,
 }
 
-/// What is known of a robot from its first sample on.
+/// The state of a robot from its first sample on.
 struct Duty {
     /// Since when it has been online; `None` while it is offline.
     since: Option<Time>,
@@ -141,7 +142,7 @@ impl Extractor for DeploymentExtractor {
 }
 
 impl DeploymentExtractor {
-    /// Notices that the robot has been silent for too long by `now`.
+    /// Detects that the robot has been silent for too long by `now`.
     fn judge(&mut self, now: Time, out: &mut Outputs) {
         let Some(duty) = &mut self.duty else { return };
         let Some(since) = duty.since else { return };
@@ -183,7 +184,7 @@ impl DeploymentExtractor {
                 "time from first to last arrival, silences longer than {} s left out",
                 self.offline_ns as f64 / 1e9
             ),
-            doc: format!("How long {} has been online, and whether it is.", self.robot),
+            doc: format!("The time that {} has been online, and whether it is.", self.robot),
             ..state.with_channels(&channels)
         }
     }
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_is_said_once() {
+    fn each_change_is_reported_once() {
         let mut drive = drive();
         online(&mut drive, 0..11);
         online(&mut drive, 100..121);
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn no_robot_goes_offline_while_nothing_could_be_heard() {
+    fn no_robot_goes_offline_while_teampulse_did_not_run() {
         let mut drive = drive();
         online(&mut drive, 0..11);
         drive.stood_still(60.0);
@@ -292,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_give_a_robot_is_no_sign_of_its_life() {
+    fn commands_to_a_robot_do_not_show_that_it_is_online() {
         let commands = plain("/r1/goal_pose", Signal::Input, &[]);
         assert!(!built::<Deployment>("").accepts(&commands));
     }
@@ -315,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_sample_is_a_sign_of_life_but_not_of_youth() {
+    fn a_late_sample_shows_that_a_robot_is_online_but_has_its_own_age() {
         let mut drive = drive();
         online(&mut drive, 0..11);
         drive.until(13.9);

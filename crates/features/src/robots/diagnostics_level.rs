@@ -1,4 +1,4 @@
-//! How bad the worst of a robot's diagnostics is.
+//! The worst level of a robot's diagnostics.
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,18 +18,18 @@ use crate::context::{FeatureContext, duration_setting};
 use crate::value::{moment, window_of};
 use crate::windows::Windows;
 
-/// How many entries of an array are read.
+/// The number of entries of an array that are read.
 const MOST_ENTRIES: usize = 64;
 
-/// How bad the worst of a robot's diagnostics is, and when that changes.
+/// The worst level of a robot's diagnostics, and its changes.
 ///
 /// - Measures: the greatest level of all statuses in all messages of the window.
 /// - Formula: maximum of `status[*].level`.
 /// - Unit: 1; 0 ok, 1 warning, 2 error, 3 stale.
-/// - Window: `window_secs`, once a second, as every part of a robot reports in messages of its own.
+/// - Window: `window_secs`, once a second, as each part of a robot publishes its own messages.
 /// - Reference: `diagnostic_msgs/msg/DiagnosticStatus`; REP-107.
-/// - Limits: of each message the first 64 statuses are read. While nothing comes, the level is
-///   unknown, not ok.
+/// - Limits: of each message the first 64 statuses are read. Without messages the level is unknown,
+///   not ok.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DiagnosticsLevel {
@@ -153,7 +153,7 @@ impl fmt::Display for Level {
     }
 }
 
-/// Reads the declared channels; where one names the first entry of an array, all entries.
+/// Reads the declared channels, or all entries where a channel names the first entry of an array.
 fn readout(stream: &Stream) -> Option<Readout> {
     let entries = |channel: &Channel| -> Vec<Channel> {
         let entries = if channel.name.contains("[0]") { MOST_ENTRIES } else { 1 };
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_said_once_in_each_direction() {
+    fn a_change_is_reported_once_in_each_direction() {
         let mut drive = drive();
         drive.at(1.5, &[0.0, 2.0, 1.0]);
         (2..30).for_each(|secs| drive.at(f64::from(secs) + 0.5, &[0.0, 0.0, 0.0]));

@@ -1,4 +1,4 @@
-//! How good a robot's radio link is.
+//! The quality of a robot's radio link.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -16,15 +16,15 @@ use crate::context::FeatureContext;
 use crate::value::{Value, defined, window_of};
 use crate::windows::{View, Windows};
 
-/// Signal levels that a radio can report; anything else is a driver's word for "none" [dBm].
+/// Signal levels that a radio can report; other values are a driver's code for "none" [dBm].
 const PLAUSIBLE_DBM: std::ops::RangeInclusive<f64> = -150.0..=30.0;
 
-/// The level at which a link has no quality left, and how far above it the quality is full: Linux'
+/// The level at which the quality of a link is 0, and how far above it the quality is 1: Linux'
 /// net/wireless/wext-compat.c maps −110 … −40 dBm to 0 … 70.
 const NO_QUALITY_DBM: f64 = -110.0;
 const FULL_QUALITY_DB: f64 = 70.0;
 
-/// How good a robot's radio link is: its level, how it varies, and how often it is weak.
+/// The quality of a robot's radio link: its level, the variation of that, and how often it is weak.
 ///
 /// - Measures: the received signal level (RSSI) of a stream whose first channel is in dBm; of
 ///   others, only the share of full quality that the driver reports.
@@ -33,9 +33,9 @@ const FULL_QUALITY_DB: f64 = 70.0;
 /// - Unit: dBm, dB, dBm, 1, 1.
 /// - Window: `windows_secs`, once a second.
 /// - Reference: the scale of quality is that of Linux' cfg80211 (`wext-compat.c`).
-/// - Limits: levels of different radios can't be compared closely. Uncertainties assume
-///   independent readings; a level that fades slowly is known less well. Of a stream faster than
-///   600 readings a window, short dips are missed.
+/// - Limits: levels of different radios can't be compared closely. Uncertainties assume independent
+///   readings; a slowly fading level is more uncertain. Of a stream faster than 600 readings a
+///   window, short dips are missed.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LinkQuality {
@@ -86,7 +86,7 @@ impl Feature for Links {
     }
 }
 
-/// In what a link reports how good it is, and in which of its channels.
+/// The kind of a link's report, and its channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     /// As a level [dBm].
@@ -209,7 +209,7 @@ fn output(input: &Stream, secs: f64, weak_dbm: f64) -> Stream {
             "median, MAD and minimum over {secs} s; share below {weak_dbm} dBm; \
              quality (median + 110) / 70"
         ),
-        doc: format!("How good the link of {} was in the last {secs} s.", input.name),
+        doc: format!("The quality of the link of {} in the last {secs} s.", input.name),
         ..Stream::derived(input, "quality", Shape::Feature)
             .over(Window::of_secs(secs))
             .with_channels(&channels)

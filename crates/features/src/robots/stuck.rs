@@ -1,4 +1,4 @@
-//! Sensors that say the same for too long.
+//! Sensors whose numbers do not change for too long.
 
 use std::sync::Arc;
 
@@ -18,22 +18,22 @@ use crate::value::moment;
 /// The family of its streams.
 pub(crate) const FAMILY: &str = "stuck";
 
-/// A speed below this is standing still [m/s].
+/// The speed below which a robot stands still [m/s].
 const STANDING_M_PER_SEC: f64 = 0.01;
 
 /// A run is too long when it is this many times the second longest one before it.
 const USUAL_RUNS: i64 = 3;
 
-/// Fewer equal samples than this prove nothing.
+/// The least number of equal samples that is a fault.
 const LEAST_SAMPLES: u32 = 3;
 
-/// Sensors of a robot that say exactly the same for too long, and when they move again.
+/// Sensors of a robot whose numbers do not change at all for too long, and when they change again.
 ///
-/// - Measures: runs of samples that come on time but whose numbers do not change at all, for
-///   batteries, links, temperatures and odometry. Odometry is stuck only when its speed is not
-///   zero while its position stays.
+/// - Measures: runs of samples that arrive on time but whose numbers do not change at all, for
+///   batteries, links, temperatures and odometry. Odometry is stuck only when its speed is not zero
+///   while its position stays.
 /// - Formula: a run is a fault once it lasts `stuck_secs`, and three times the second longest run
-///   so far: a gauge that is coarse by nature is reported twice and then known.
+///   so far: a coarse gauge is reported twice and then recognised.
 /// - Unit: s (the event's value is the length of the run; its duration, when it ends).
 /// - Window: none; judged at each sample.
 /// - Reference: the check on minimum variability of automatic weather stations, Zahumenský (2004),

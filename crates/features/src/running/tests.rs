@@ -48,7 +48,7 @@ fn voltages() -> Vec<f64> {
     (0..7800).map(|k| bump(k, 40.0, 1.5) + 0.2 * bump(k, 75.0, 6.0)).collect()
 }
 
-/// What comes out when samples come in waves of these many, some of them lost.
+/// The output for samples in waves of these lengths, some of them lost.
 fn reported(lengths: &[usize]) -> (Vec<Stream>, Vec<(OutputId, Time, String)>) {
     let feature = built(Signal::Ecg, Some(vec![10.0]));
     let stream = ecg();
@@ -122,7 +122,7 @@ fn waves_of_any_length_give_the_same() {
 }
 
 #[test]
-fn live_is_what_the_analysis_gives_afterwards() {
+fn live_results_equal_those_of_the_analysis_afterwards() {
     let make: Make =
         Box::new(|rate_hz| ecg::analysis::causal(&ecg::analysis::Settings::default(), rate_hz));
     let mut live = Live::new(make, RATE_HZ, 1, &[10_000_000_000], HOP_NS).unwrap();
@@ -165,7 +165,7 @@ fn intervals_in_any_unit_of_time_are_reported_in_milliseconds() {
     assert!(milliseconds.1.iter().any(|(_, data)| {
         matches!(data, Data::Event(event) if (event.value - 800.0).abs() < 1e-9)
     }));
-    // Undeclared, they are what the feature works in.
+    // Without a declared unit they are in that of the feature.
     for (unit, of_ms) in [("s", 1e-3), ("us", 1e3), ("s/1024", 1.024), ("", 1.0)] {
         let told = windows_of_intervals(unit, of_ms);
         assert_eq!(format!("{:?}", told.1), format!("{:?}", milliseconds.1), "{unit}");
@@ -173,7 +173,7 @@ fn intervals_in_any_unit_of_time_are_reported_in_milliseconds() {
 }
 
 #[test]
-fn what_can_not_be_converted_is_refused_and_said_once() {
+fn a_unit_that_can_not_be_converted_is_refused_and_reported_once() {
     let (streams, samples) = windows_of_intervals("1/min", 1.0);
     let names: Vec<&str> = streams.iter().map(|stream| stream.name.as_str()).collect();
     assert_eq!(names, ["/humans/persons/p1/polar_h10/rr/intervals/refused"]);
@@ -183,7 +183,7 @@ fn what_can_not_be_converted_is_refused_and_said_once() {
 }
 
 #[test]
-fn a_robot_s_or_a_derived_signal_is_left_alone() {
+fn a_robot_s_or_a_derived_signal_is_ignored() {
     let feature = built(Signal::Ecg, None);
     assert!(!feature.accepts(&Stream { about: About::Robot, ..ecg() }));
     assert!(!feature.accepts(&Stream { origin: Origin::Derived, ..ecg() }));

@@ -30,36 +30,36 @@ use crate::whole_seconds::WholeSeconds;
 
 /// The stream of the team's state.
 const STATE: &str = "/team/state";
-/// So many alerts are kept for whoever joins later.
+/// The number of alerts that are kept for late joiners.
 const KEPT_ALERTS: u32 = 1000;
 
 /// Which robots need someone, since when and why, and how many people there are for them.
 ///
-/// - Measures: the people who are there, the robots that are online, robots per person, the robots that
-///   need someone, and how long the oldest of their alerts has waited. A robot needs someone when it is
-///   offline, its battery is low or soon empty, its diagnostics say error, its link is poor or a sensor
-///   is stuck, from when that begins until it ends or somebody commands the robot.
-/// - Formula: a person is there while anything comes of the person's streams, with silences of at most
+/// - Measures: the people present, the robots online, robots per person, the robots that need someone,
+///   and how long the oldest of their alerts has waited. A robot needs someone when it is offline, its
+///   battery is low or soon empty, its diagnostics report an error, its link is poor or a sensor is
+///   stuck, from the start of the cause until it ends or a person commands the robot.
+/// - Formula: a person is present while samples of the person's streams arrive, with silences of at most
 ///   `present_secs`. An alert is raised when its cause begins, one for each robot and reason; answered
 ///   when the robot is commanded afterwards; over when the cause ends, for a limit a tenth beyond it. All
 ///   three are events: a fault, then markers with the time to the answer [s] and the length.
 /// - Unit: 1, 1, 1, 1, s.
 /// - Window: none; once a second, and an event at each change.
-/// - Reference: how many robots there are for a person, to be held against the fan-out, which is how many
-///   one person can look after: Olsen & Goodrich (2003), "Metrics for evaluating human-robot
+/// - Reference: how many robots there are for a person, for comparison with the fan-out, the number of
+///   robots that one person can look after: Olsen & Goodrich (2003), "Metrics for evaluating human-robot
 ///   interactions", NIST's workshop on performance metrics for intelligent systems; Olsen & Wood (2004),
 ///   doi:10.1145/985692.985722.
-/// - Limits: rests on the features `deployment`, `battery_use`, `diagnostics_level`, `link_quality` and
-///   `stuck`, and sees nothing of those that a study disables. Whether a command was meant as an answer
-///   is not known. A robot that was never seen has no alert.
+/// - Limits: uses the features `deployment`, `battery_use`, `diagnostics_level`, `link_quality` and
+///   `stuck`, without those that a study disables. Whether a command was meant as an answer is not
+///   known. A robot that was never seen has no alert.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Attention {
-    /// The silence after which a person is not there any more [s].
+    /// The silence after which a person is no longer present [s].
     pub present_secs: f64,
     /// The share of its charge below which a battery is low [0..1].
     pub low_battery: f64,
-    /// The time before it is empty from which on a battery needs someone [s].
+    /// The time before a battery is empty from which the robot needs someone [s].
     pub empty_in_secs: f64,
     /// The quality below which a link is poor [0..1].
     pub poor_link: f64,
@@ -96,7 +96,7 @@ impl Attention {
         }
     }
 
-    /// What a stream contributes to the team's state.
+    /// The contribution of a stream to the team's state.
     fn role(&self, stream: &Stream) -> Option<Role> {
         let (raw, id) = (stream.origin == Origin::Raw, || stream.id.clone());
         if stream.about == About::Person && raw {
@@ -139,9 +139,9 @@ impl Feature for Attention {
 
 /// What a stream contributes to the team's state.
 enum Role {
-    /// That a person is there.
+    /// A person is present.
     Life { person: String },
-    /// That somebody commands a robot.
+    /// A person commands a robot.
     Command { robot: String },
     /// Whether a robot is online, on this channel.
     Online { robot: String, channel: usize },
@@ -159,9 +159,9 @@ fn online_channel(stream: &Stream) -> Option<usize> {
 struct AttentionExtractor {
     settings: Attention,
     roles: BTreeMap<StreamId, Role>,
-    /// When something last came of each person.
+    /// The time of each person's last sample.
     people: BTreeMap<String, Time>,
-    /// Whether each robot was online last.
+    /// Whether each robot was online at last.
     online: BTreeMap<String, bool>,
     alerts: Alerts,
     inputs: Inputs,

@@ -1,4 +1,4 @@
-//! How often people step in and command robots.
+//! Interventions: how often people command robots.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,10 +23,10 @@ use crate::whole_seconds::WholeSeconds;
 const NAME: &str = "/team/interventions";
 /// Their family.
 const FAMILY: &str = "interventions";
-/// The share of a window that must have been watched before a rate is given.
+/// The share of a window that must have been recorded before a rate is given.
 const LEAST_WATCHED: f64 = 0.5;
 
-/// How often people step in and command robots: interventions.
+/// Interventions: how often people command robots.
 ///
 /// - Measures: each intervention (as an event at its start, reported when it is over; its value is the
 ///   number of its messages), and for each window how often people intervened, how many robots they
@@ -123,7 +123,7 @@ struct InterventionsExtractor {
     inputs: Inputs,
     outputs: Option<(OutputId, Vec<OutputId>)>,
     seconds: WholeSeconds,
-    /// Since when it is watched.
+    /// The start of the recording.
     since: Option<Time>,
 }
 
@@ -134,7 +134,7 @@ struct Topic {
     run: Option<Run>,
 }
 
-/// Messages of a topic that follow each other closely: an intervention that may go on.
+/// Messages of a topic in close succession: an intervention that may go on.
 #[derive(Clone, Copy)]
 struct Run {
     begin: Time,
@@ -220,7 +220,7 @@ impl InterventionsExtractor {
         }
     }
 
-    /// Interventions each minute, robots that were commanded, and time since the last command [s].
+    /// Interventions per minute, robots that were commanded, and time since the last command [s].
     fn values(&self, end: Time, secs: f64, coverage: f64) -> [Value; 3] {
         let is_within = |at: &&Time| (0.0..secs).contains(&end.secs_since(**at));
         let count = |times: &mut dyn Iterator<Item = &Time>| times.filter(is_within).count() as f64;
@@ -269,7 +269,7 @@ impl Run {
         Run { begin, last: begin, last_arrival, count: 1 }
     }
 
-    /// Takes in a message of the same intervention; whether it is one.
+    /// Takes in a message; returns whether it belongs to the same intervention.
     fn goes_on(&mut self, sample: &Sample, pause_ns: i64) -> bool {
         let measured = sample.measured;
         let is_same = measured.nanos_since(self.last) <= pause_ns
@@ -296,7 +296,7 @@ fn events_stream(inputs: &[String], pause_ns: i64) -> Stream {
             "messages of one topic at most {} s apart are one intervention",
             pause_ns as f64 / 1e9
         ),
-        doc: "When people commanded robots; the value is how many messages it took.".to_owned(),
+        doc: "When people commanded robots; the value is the number of messages.".to_owned(),
         ..Stream::concluded(NAME, Subject::team(), FAMILY, Shape::Event)
     }
 }

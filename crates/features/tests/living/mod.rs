@@ -1,4 +1,4 @@
-//! A simulated body in a session: its sensors are a source, and everything that comes of them is kept.
+//! A simulated body in a session: its sensors are a source, and all results are kept.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -26,10 +26,10 @@ use teampulse_messages::convert::encode;
 
 /// When the session begins [s].
 const START_SECS: i32 = 1_700_000_000;
-/// So much of each signal comes at once [s].
+/// The length of each signal that is handed over at once [s].
 const CHUNK_SECS: f64 = 0.25;
 
-/// What one sensor gave at once.
+/// The samples that one sensor hands over at once.
 pub struct Chunk {
     sensor: Sensor,
     at: Time,
@@ -40,12 +40,13 @@ pub struct Chunk {
 /// Where the sensors of the person are.
 pub const WORN: &str = "/humans/persons/p1/worn/";
 
-/// What a sensor's stream is called.
+/// The name of a sensor's stream.
 pub fn name(sensor: Sensor) -> String {
     format!("{WORN}{}", format!("{sensor:?}").to_lowercase())
 }
 
-/// What the sensors of a body give in so many seconds, at a workload that rises after the first phase.
+/// The samples of a body's sensors for this many seconds, at a workload that rises after the first
+/// phase.
 pub fn lived(settings: &Settings, phases: &[(&str, f64)], secs: f64) -> Vec<Chunk> {
     let mut body = Body::wearing(&Traits::of_seed(3), 3, settings).expect("settings that can be");
     let mut chunks = Vec::new();
@@ -55,7 +56,7 @@ pub fn lived(settings: &Settings, phases: &[(&str, f64)], secs: f64) -> Vec<Chun
             body.state(1.0, 1.0, 0.5);
         }
         let record = body.until(now_secs);
-        // Of a sensor that is dead nothing comes.
+        // A dead sensor gives no samples.
         let comes = |wave: &&Recorded| wave.samples.iter().any(|sample| sample.is_finite());
         for wave in record.waves().filter(comes) {
             let data = Data::Wave(Wave {
@@ -70,18 +71,18 @@ pub fn lived(settings: &Settings, phases: &[(&str, f64)], secs: f64) -> Vec<Chun
     chunks
 }
 
-/// So long after the session's begin.
+/// This long after the session's start.
 pub fn after(secs: f64) -> Time {
     Time::from_stamp(START_SECS, 0) + Duration::from_secs_f64(secs)
 }
 
-/// Everything that comes of what was lived, with all features in windows of 30 s.
+/// All results of these samples, with all features in windows of 30 s.
 pub fn kept(chunks: Vec<Chunk>, phases: &[(&str, f64)]) -> Vec<Record> {
     let phases = phases.iter().map(|(name, secs)| ((*name).to_owned(), *secs)).collect();
     heard(Box::new(Worn { chunks, phases }), |_| true)
 }
 
-/// Everything that comes of a source, with the features of these kinds in windows of 30 s.
+/// All results of a source, with the features of these kinds in windows of 30 s.
 pub fn heard(source: Box<dyn Source>, is_wanted: fn(&str) -> bool) -> Vec<Record> {
     let kept = Arc::new(Mutex::new(Vec::new()));
     let session = Session {

@@ -2,8 +2,7 @@
 
 use teampulse_core::stream::{About, Signal, Stream};
 
-/// One plain sentence on what the statistics of a stream do not mean; none where they mean what they seem
-/// to.
+/// A sentence on the meaning of a stream's statistics; `None` where that is obvious.
 pub(super) fn caution(stream: &Stream) -> Option<&'static str> {
     let is_person = stream.about == About::Person;
     Some(match stream.signal {
@@ -16,11 +15,9 @@ pub(super) fn caution(stream: &Stream) -> Option<&'static str> {
             "The mean of a raw EMG is the offset of its amplifier, not the muscle, whose effort shows in sd."
         }
         Signal::Respiration => {
-            "The mean of a raw breathing signal is how the sensor sits, not how one breathes."
+            "The mean of a raw breathing signal is the fit of the sensor, not the breathing."
         }
-        Signal::Audio => {
-            "The mean of raw sound is the offset of its amplifier, not how loud it is."
-        }
+        Signal::Audio => "The mean of raw sound is the offset of its amplifier, not the loudness.",
         Signal::Acceleration if is_person => {
             "The mean of a raw acceleration is mostly gravity, and so posture; movement shows in sd."
         }
@@ -29,7 +26,7 @@ pub(super) fn caution(stream: &Stream) -> Option<&'static str> {
              by field, and that of a position is no place where the robot need have been."
         }
         Signal::Battery | Signal::Diagnostics => {
-            "The mean of a number that stands for a word, such as a status or a level, means nothing."
+            "The mean of a number that encodes a state, such as a status or a level, means nothing."
         }
         _ => return None,
     })

@@ -1,4 +1,4 @@
-//! The streams of statistics: what they are called, and what they say of themselves.
+//! The streams of statistics: their names and descriptions.
 
 use teampulse_core::stream::{Channel, Shape, Stream, Window};
 use teampulse_signal::analysis::Value;
@@ -7,12 +7,12 @@ use super::meaning::caution;
 use super::values::{STATISTICS, Unit};
 use crate::over::OVER_PHASES;
 
-/// What a reader needs to compute the same.
+/// The recipe, from which a reader can compute the same.
 const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: median absolute deviation from the \
     median, not scaled; minimum; maximum; slope: rise of the least-squares line; all of every usable sample; \
     …_difference: the value less that of the newest phase named baseline that is over";
 
-/// Windows are reported this many times in their length, but at most once a second.
+/// The number of reports within the length of a window; at most one per second.
 const TOLD_IN_LENGTH: f64 = 30.0;
 
 /// The interval between the reports of a window of `secs` [s], in whole seconds.
@@ -24,14 +24,14 @@ pub(super) fn hop_secs_of(secs: f64) -> f64 {
 pub(super) fn over_window(input: &Stream, secs: f64) -> Stream {
     let each_secs = hop_secs_of(secs);
     let method = format!("causal, windows of {secs} s, each {each_secs} s; {RECIPE}");
-    let doc = format!("What {} came to in the last {secs} s.", input.name);
+    let doc = format!("Statistics of {} in the last {secs} s.", input.name);
     Stream { rate_hz: each_secs.recip(), ..output(input, Window::of_secs(secs), method, doc) }
 }
 
 /// The statistics over phases.
 pub(super) fn over_phases(input: &Stream) -> Stream {
     let method = format!("{OVER_PHASES}; {RECIPE}");
-    let doc = format!("What {} came to in each phase, when it was over.", input.name);
+    let doc = format!("Statistics of {} in each phase, reported at its end.", input.name);
     output(input, Window::Phases, method, doc)
 }
 
@@ -50,7 +50,7 @@ fn output(input: &Stream, window: Window, method: String, mut doc: String) -> St
     }
 }
 
-/// The values in their order: of each channel the statistics, then what each differs by.
+/// The values in their order: the statistics of each channel, then their differences.
 fn values(input: &Stream) -> Vec<Value> {
     let is_alone = input.channels.len() == 1;
     let mut values = Vec::new();

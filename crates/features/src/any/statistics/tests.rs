@@ -108,7 +108,7 @@ fn saw(height: f64) -> impl Fn(i32) -> f64 {
 }
 
 #[test]
-fn a_window_is_reported_each_second_as_what_its_samples_come_to() {
+fn a_window_is_reported_each_second_by_its_samples() {
     let mut scene = Scene::new(&input(&[("x", "uS")]));
     scene.run(0..300, saw(0.25));
     let windows = scene.reported("w10");
@@ -132,7 +132,7 @@ fn a_window_is_reported_each_second_as_what_its_samples_come_to() {
 }
 
 #[test]
-fn a_long_window_is_reported_more_seldom_as_what_its_samples_come_to() {
+fn a_long_window_is_reported_more_seldom() {
     let mut scene = Scene::in_windows(&input(&[("x", "uS")]), &[60.0, 10.0]);
     scene.run(0..1000, saw(0.25));
     let windows = scene.reported("w60");
@@ -181,7 +181,7 @@ fn a_phase_differs_from_the_newest_baseline_that_is_over() {
 }
 
 #[test]
-fn a_baseline_that_the_stream_had_little_of_gives_no_differences() {
+fn a_baseline_with_few_samples_gives_no_differences() {
     let mut scene = Scene::new(&input(&[("x", "uS")]));
     scene.happen(0.0, EventKind::Phase, "baseline", 20.0);
     scene.run(0..300, |tenth| if tenth < 150 { f64::NAN } else { 1.0 });
@@ -215,7 +215,7 @@ fn a_late_sample_counts_from_then_on() {
 }
 
 #[test]
-fn numbers_that_come_when_they_like_are_reported_when_the_next_one_comes() {
+fn irregular_numbers_are_reported_with_the_next_one() {
     let mut scene = Scene::new(&Stream { rate_hz: 0.0, ..input(&[("x", "uS")]) });
     for secs in [0.0, 2.0, 4.5, 6.5, 9.0, 14.0] {
         scene.wave(secs, 1, &[secs]);
@@ -243,7 +243,7 @@ fn the_fields_of_a_message_are_numbers_too() {
 }
 
 #[test]
-fn another_rate_goes_on_and_other_channels_begin_anew() {
+fn a_new_rate_continues_and_new_channels_start_again() {
     let mut scene = Scene::new(&input(&[("x", "uS")]));
     scene.run(0..100, |_| 1.0);
     let faster = Stream { rate_hz: 2.0 * RATE_HZ, ..input(&[("x", "uS")]) };
@@ -258,7 +258,7 @@ fn another_rate_goes_on_and_other_channels_begin_anew() {
 }
 
 #[test]
-fn what_has_another_number_of_channels_is_missing() {
+fn a_sample_with_another_number_of_channels_is_missing() {
     let mut scene = Scene::new(&input(&[("x", "uS"), ("y", "uS")]));
     (0..30).for_each(|secs| scene.wave(f64::from(secs), 1, &[1.0; 10]));
     let window = scene.reported("w10").pop().unwrap().1;
@@ -266,7 +266,7 @@ fn what_has_another_number_of_channels_is_missing() {
 }
 
 #[test]
-fn what_is_derived_or_about_nobody_or_has_no_numbers_is_left_alone() {
+fn derived_streams_and_those_without_subject_or_numbers_are_ignored() {
     let feature = feature(&[10.0]);
     let stream = input(&[("x", "uS")]);
     assert!(feature.accepts(&stream));
@@ -307,7 +307,7 @@ proptest! {
 }
 
 #[test]
-fn a_window_with_more_numbers_than_are_to_be_held_is_left_out_and_that_is_said() {
+fn a_window_with_too_many_numbers_is_left_out_and_reported() {
     let channels: Vec<String> = (0..1000).map(|channel| format!("c{channel}")).collect();
     let channels: Vec<(&str, &str)> = channels.iter().map(|name| (name.as_str(), "1")).collect();
     let mut scene = Scene::in_windows(&input(&channels), &[10.0, 1000.0]);

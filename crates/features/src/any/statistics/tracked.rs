@@ -18,10 +18,10 @@ use crate::value::{Value, window_of};
 /// Windows end at whole seconds of the stream's own time [ns].
 const HOP_NS: i64 = 1_000_000_000;
 
-/// A stream at work.
+/// The statistics of one stream.
 pub(super) struct TrackedStream {
     stream: Stream,
-    /// Whom the stream is about.
+    /// The subject of the stream.
     subject: Subject,
     windows_secs: Vec<f64>,
     /// `None` while its numbers can't be read.
@@ -35,7 +35,7 @@ struct Work {
     held: Held,
     left_out: LeftOut,
     windows: Vec<OutputId>,
-    /// What the newest baseline that is over came to.
+    /// The statistics of the newest baseline that is over.
     baseline: Option<Vec<Value>>,
 }
 
@@ -46,7 +46,7 @@ impl TrackedStream {
         TrackedStream { stream, subject, windows_secs, work: None, reported_phases }
     }
 
-    /// The stream is known, or known better: only with other channels it begins anew.
+    /// Takes in a declaration of the stream: only other channels start the statistics again.
     pub(super) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
         let names = |of: &Stream| {
             of.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>()
@@ -76,10 +76,10 @@ impl TrackedStream {
         Rolling::new(self.stream.rate_hz, self.stream.channels.len(), &paces, HOP_NS)
     }
 
-    /// Takes in what came on the stream, in its turn or late.
+    /// Takes in a sample of the stream, in its turn or late.
     pub(super) fn push(&mut self, sample: &Sample, phases: &Phases, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
-        // What has another number of channels than was declared is missing.
+        // A sample with another number of channels than declared counts as missing.
         let missing = || vec![f64::NAN; self.stream.channels.len()];
         let numbers = work.readout.read(&sample.data).map_or_else(missing, <[f64]>::to_vec);
         for (place, numbers) in numbers.chunks_exact(self.stream.channels.len()).enumerate() {
@@ -116,7 +116,8 @@ impl TrackedStream {
         }
     }
 
-    /// Reports phases that ended at or before a time [ns], and keeps what the next one needs.
+    /// Reports phases that ended at or before a time [ns], and keeps the samples that the next one
+    /// needs.
     fn report_phases(&mut self, work: &mut Work, phases: &[Phase], at_ns: i64, out: &mut Outputs) {
         while let Some(phase) = self.reported_phases.next_over(phases, at_ns) {
             self.report_phase(work, phase, out);

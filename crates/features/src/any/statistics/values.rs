@@ -7,7 +7,7 @@ use teampulse_signal::estimate::Estimate;
 
 use crate::value::{Value, defined};
 
-/// Of each channel of the input: what a value is called, and what its unit is.
+/// The name and the unit of each value of a channel.
 pub(super) const STATISTICS: [(&str, Unit); 7] = [
     ("mean", Unit::Own),
     ("sd", Unit::Own),
@@ -27,7 +27,7 @@ pub(super) enum Unit {
     PerSecond,
 }
 
-/// The share of the view that has data, in the channel that has most [0..1].
+/// The share of the view with data, in the channel with most data [0..1].
 pub(super) fn coverage(view: &View) -> f64 {
     view.channels.iter().map(|channel| channel.coverage).fold(0.0, f64::max)
 }
@@ -37,7 +37,7 @@ pub(super) fn statistics(view: &View) -> Vec<Value> {
     view.channels.iter().flat_map(|channel| of_channel(channel, view.is_young)).collect()
 }
 
-/// The [`STATISTICS`] of each channel, followed by what they differ by from those of the baseline.
+/// The [`STATISTICS`] of each channel, followed by their differences from those of the baseline.
 pub(super) fn with_differences(view: &View, baseline: Option<&[Value]>) -> Vec<Value> {
     let width = STATISTICS.len();
     let mut values = Vec::with_capacity(2 * width * view.channels.len());
@@ -59,7 +59,7 @@ fn of_channel(channel: &Described, is_young: bool) -> [Value; 7] {
         return [Err(if is_young { Reason::Short } else { Reason::Gap }); 7];
     };
     let Summary { mean, sd, median, mad, least, greatest, slope_per_sec, .. } = summary;
-    // Of too few samples there is neither spread nor slope.
+    // Too few samples have neither a spread nor a slope.
     let of_two = |number: Option<f64>| number.map_or(Err(Reason::Short), sound);
     let [mean, median, mad, least, greatest] = [mean, median, mad, least, greatest].map(sound);
     [mean, of_two(sd), median, mad, least, greatest, of_two(slope_per_sec)]
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_says_why() {
+    fn a_missing_value_has_a_reason() {
         let full = view(&[1.0, 2.0], 1.0, false);
         let reasons = |view: &View, baseline: Option<&[Value]>| {
             let values = with_differences(view, baseline);

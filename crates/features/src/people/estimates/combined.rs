@@ -1,13 +1,13 @@
-//! Two estimates of one quantity as one.
+//! The combination of two estimates of one quantity.
 
 use teampulse_core::data::Reason;
 use teampulse_signal::estimate::Estimate;
 
 use crate::value::Value;
 
-/// Two independent estimates as one, each by the inverse of its variance; where they are further apart
-/// than their sigmas explain, it is as much less sure (Birge 1932, doi:10.1103/PhysRev.40.207). One
-/// alone is that one.
+/// Combines two independent estimates, weighted by the inverse of their variances; where they differ
+/// by more than their sigmas explain, sigma is enlarged accordingly (Birge 1932,
+/// doi:10.1103/PhysRev.40.207). A single estimate is returned unchanged.
 pub(super) fn combined(one: Value, other: Value) -> Value {
     let (one, other) = match (one, other) {
         (Ok(one), Ok(other)) => (one, other),
@@ -31,20 +31,20 @@ mod tests {
     }
 
     #[test]
-    fn equals_meet_in_the_middle_and_are_surer_together() {
+    fn equal_weights_give_the_mean_with_a_smaller_sigma() {
         let both = both((0.4, 0.2), (0.5, 0.2));
         assert!((both.value - 0.45).abs() < 1e-12 && both.sigma < 0.2);
     }
 
     #[test]
-    fn one_alone_is_that_one() {
+    fn a_single_estimate_stays_unchanged() {
         let alone = Ok(Estimate { value: 0.4, sigma: 0.2 });
         assert_eq!(combined(alone, Err(Reason::Gap)), alone);
         assert_eq!(combined(Err(Reason::Gap), alone), alone);
     }
 
     #[test]
-    fn a_contradiction_is_not_sure_of_itself() {
+    fn a_contradiction_enlarges_sigma() {
         assert!(both((0.0, 0.1), (1.0, 0.1)).sigma > 0.4);
     }
 }

@@ -43,7 +43,8 @@ pub(super) fn estimates(
     }
 }
 
-/// What was reported of a person and can't be used, or of the session: of nobody known.
+/// The stream of faults about unusable reports: of a person, or of the session where the person is
+/// unknown.
 pub(super) fn faults(subject: &Subject, input: &str) -> Stream {
     let id = &subject.id;
     let (name, method, whom) = if id.is_empty() {
@@ -57,12 +58,12 @@ pub(super) fn faults(subject: &Subject, input: &str) -> Stream {
         signal: Signal::Event,
         inputs: vec![input.to_owned()],
         method: method.to_owned(),
-        doc: format!("That a self-report of {whom} is not used."),
+        doc: format!("Self-reports of {whom} that are not used."),
         ..Stream::concluded(name, subject.clone(), "reports", Shape::Event)
     }
 }
 
-/// What is said of a report that is not on its scale.
+/// The fault about a report that is not on its scale.
 pub(super) fn off_scale(value: f64) -> String {
     let told =
         if value.is_nan() { "ISA that is not a number".to_owned() } else { format!("ISA {value}") };
@@ -72,13 +73,13 @@ pub(super) fn off_scale(value: f64) -> String {
     )
 }
 
-/// What is said of a report that names this person, or nobody, among so many. Who they are isn't said:
-/// what is about the session may be published.
+/// The fault about a report that names an unknown person, or none, where there are this many people.
+/// It does not name them, as streams about the session may be published.
 pub(super) fn about_nobody(named: &str, count: usize) -> String {
     let told = match (named, count) {
         ("", 0) => "ISA without a name is not used, as nobody is known yet".to_owned(),
         ("", _) => format!("ISA without a name is not used, as there are {count} people"),
         _ => format!("ISA of {named} is not used, as nobody of that name is known"),
     };
-    format!("{told}: label it isa and the id of a person, as it stands in the streams' names")
+    format!("{told}: label it isa and the id of a person, as in the streams' names")
 }

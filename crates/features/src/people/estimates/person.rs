@@ -18,29 +18,30 @@ use super::reports::{JUST_ENDED_NS, Reports, Stretch};
 use crate::people::state::measures_of;
 use crate::value::{Value, moment, window_of};
 
-/// So long after its end a phase waits for reports about it [ns]: as long as they count, and on their way.
+/// How long after its end a phase waits for reports about it [ns]: as long as they count, and are on their
+/// way.
 const LISTENING_NS: i64 = JUST_ENDED_NS + 1_000_000_000;
-/// A phase is reported this long after its end, whatever is still missing [ns]: its state takes up to 12 s.
+/// A phase is reported this long after its end at the latest [ns]: its state takes up to 12 s.
 const PATIENCE_NS: i64 = JUST_ENDED_NS + 5_000_000_000;
 
-/// So many of the newest phases are held.
+/// The number of newest phases that are held.
 const MOST_PHASES: usize = 8;
 
-/// What is known of one person.
+/// The state of one person.
 pub(super) struct Person {
     subject: Subject,
-    /// After so long the variance of a report has doubled [s].
+    /// The time after which the variance of a report has doubled [s].
     doubled_secs: f64,
     reports: Reports,
     /// Whether a fault about a report off the scale was published.
     is_off_scale_told: bool,
     /// The streams of the reports and phases so far.
     of_stream: BTreeSet<String>,
-    /// What is measured of the body, whether there is a state of it or not.
+    /// Whether measures of the body are present, with or without a state.
     measured: BTreeSet<&'static str>,
     states: BTreeMap<Window, State>,
     outputs: BTreeMap<Window, Output>,
-    /// The phases before this one, by their number, are done with.
+    /// The index of the first phase that is not finished.
     next: usize,
 }
 
@@ -78,12 +79,12 @@ impl Person {
         &self.subject
     }
 
-    /// A stream contains windows of the person.
+    /// Notes that a stream contains windows of the person.
     pub(super) fn measure(&mut self, stream: &Stream) {
         self.measured.extend(measures_of(stream));
     }
 
-    /// A stream contains states over these windows.
+    /// Notes that a stream contains states over these windows.
     pub(super) fn join(&mut self, stream: &Stream, window: Window) {
         let known = self.states.remove(&window);
         let phases = known.map_or_else(VecDeque::new, |known| known.phases);
@@ -104,12 +105,12 @@ impl Person {
         }
     }
 
-    /// Phases were published on a stream.
+    /// Notes that phases were published on a stream.
     pub(super) fn heed(&mut self, stream: &str) {
         self.of_stream.insert(stream.to_owned());
     }
 
-    /// Takes in a state: for one of a window, the estimate follows at once.
+    /// Takes in a state; for a window, the estimate follows at once.
     pub(super) fn take(
         &mut self,
         (over, end): (Window, Time),
@@ -119,7 +120,7 @@ impl Person {
     ) {
         let Some(state) = self.states.get_mut(&over) else { return };
         if over == Window::Phases {
-            // A phase has no scatter of its own beside what its sigma says.
+            // The scatter of a phase is contained in its sigma.
             state.phases.push_back((end, state.reading.read(values, 0.0)));
             if state.phases.len() > MOST_PHASES {
                 state.phases.pop_front();
@@ -132,7 +133,7 @@ impl Person {
         self.emit(over, window, (body, report), out);
     }
 
-    /// A whole second has passed: where only reports are known, they are the estimate.
+    /// Advances by a whole second: where only reports are known, the estimate follows from them.
     pub(super) fn report(
         &mut self,
         second: Time,
@@ -168,7 +169,7 @@ impl Person {
             let told = told.find(|(at, _)| *at == end).map(|(_, body)| *body);
             let report = self.reports.of_phase(stretch, phases, self.doubled_secs);
             let since_ns = now.nanos_since(end);
-            // A newer report may come, also where there is one.
+            // A newer report may come, even where there is one already.
             let is_known = told.is_some() && (since_ns >= LISTENING_NS || is_last);
             let is_late = since_ns >= PATIENCE_NS;
             if !(is_known || is_late || is_last && self.states.is_empty()) {
@@ -199,7 +200,7 @@ impl Person {
         out.emit(output.id, over.end, window_of(secs, body.coverage, body.quality, &values));
     }
 
-    /// The output over these windows, declared with all that has come in so far.
+    /// The output over these windows, declared with all its present inputs.
     fn declare(&mut self, window: Window, out: &mut Outputs) -> &mut Output {
         let state = self.states.get(&window).map(|state| &state.name);
         let count = self.of_stream.len() + usize::from(state.is_some());

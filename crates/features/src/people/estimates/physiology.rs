@@ -16,7 +16,7 @@ pub(super) const LEAST_SIGMA: f64 = 0.21;
 
 /// The z at which a measure counts half.
 const HALF_Z: f64 = 3.0;
-/// What a measure that is alone may differ from those that are not there.
+/// The uncertainty of a single measure, for those that are missing.
 const SPREAD_OF_ONE: f64 = 0.5;
 
 /// A measure and its direction: 1 where it rises with the index, −1 where it falls.
@@ -35,7 +35,7 @@ pub(super) struct Physiology {
     pub(super) arousal: Value,
     /// The share of the measures that is known [0..1].
     pub(super) coverage: f64,
-    /// How good their data were [0..1].
+    /// The quality of their data [0..1].
     pub(super) quality: f64,
 }
 
@@ -49,20 +49,20 @@ pub(super) fn without_state(measured: &BTreeSet<&str>) -> Physiology {
     Physiology { workload, arousal, coverage: 0.0, quality: 1.0 }
 }
 
-/// Where the values of the measures stand in a state.
+/// The indices of the measures' values in a state.
 pub(super) struct Reading {
     workload: Vec<Place>,
     arousal: Vec<Place>,
 }
 
-/// Where the robust z and the z of one measure stand, and its direction.
+/// The indices of the robust z and the z of one measure, and its direction.
 struct Place {
     channels: [usize; 2],
     sign: f64,
 }
 
 impl Reading {
-    /// How this stream of states is read.
+    /// The layout of this stream of states.
     pub(super) fn of(state: &Stream) -> Reading {
         let place = |&(measure, sign): &Sign| {
             let channel = |each: Comparison| state.place_of(&each.of(measure));
@@ -101,8 +101,8 @@ impl Place {
 
 /// The index of measures [0..1]: the mean of z/(|z| + 3), held at 0 from below.
 ///
-/// Its variance: the least one, and that of the mean of measures which differ among themselves, and of
-/// which each is as unsure as its baseline and its window.
+/// Its variance: the least one, plus that of the mean of the measures, from their differences and from
+/// the uncertainties of their baselines and windows.
 fn index(z: impl Iterator<Item = Value>, scatter: f64) -> Value {
     let (mut scores, mut variances, mut lack) = (Vec::new(), 0.0, Reason::Missing);
     for z in z {
@@ -152,14 +152,14 @@ mod tests {
     }
 
     #[test]
-    fn it_is_never_surer_than_what_is_published() {
+    fn its_sigma_is_never_below_the_published_one() {
         for z in [0.0, 3.0, 1e9] {
             assert!(of(&[z; 3]).sigma >= LEAST_SIGMA);
         }
     }
 
     #[test]
-    fn measures_that_contradict_each_other_make_it_unsure() {
+    fn contradicting_measures_enlarge_sigma() {
         assert!(of(&[6.0, -6.0, 6.0]).sigma > 1.5 * of(&[3.0, 3.0, 3.0]).sigma);
         assert!(of(&[3.0]).sigma > of(&[3.0, 3.0, 3.0]).sigma);
     }

@@ -1,4 +1,4 @@
-//! What a person says of the own workload.
+//! A person's reports of the own workload.
 
 use std::collections::VecDeque;
 
@@ -11,9 +11,9 @@ use teampulse_signal::estimate::Estimate;
 use super::physiology::LEAST_SIGMA;
 use crate::value::Value;
 
-/// A phase has just ended for so long [ns]: a report is about it, not about the one that began.
+/// How long after the end of a phase a report still is about it, not about the one that began [ns].
 pub(super) const JUST_ENDED_NS: i64 = 10_000_000_000;
-/// So many of the newest reports are held.
+/// The number of newest reports that are held.
 const MOST: usize = 16;
 
 /// The newest reports of a person.
@@ -29,7 +29,7 @@ struct Report {
     workload: f64,
 }
 
-/// A stretch of time, from its begin to its end.
+/// A span of time, from its start to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
     pub(super) begin: Time,
@@ -46,7 +46,7 @@ impl Stretch {
 }
 
 impl Reports {
-    /// Takes in a report from 1 to 5; whether it was one.
+    /// Takes in a report from 1 to 5; returns whether it was on the scale.
     pub(super) fn take(&mut self, at: Time, event: &Event) -> bool {
         let Some(isa) = Isa::read(event).filter(Isa::is_on_scale) else { return false };
         let place = self.newest.partition_point(|known| known.at <= at);
@@ -84,7 +84,7 @@ impl Reports {
 }
 
 impl Report {
-    /// What it is about: the phase in which it was given, or that had just ended.
+    /// The span that it is about: the phase in which it was given, or the one that had just ended.
     fn about(&self, phases: &[Phase]) -> Stretch {
         let (always, never) = (Time::from_nanos(i64::MIN), Time::from_nanos(i64::MAX));
         let begun = phases.partition_point(|phase| phase.begin <= self.at);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_on_the_scale_is_no_report() {
+    fn a_report_off_the_scale_is_not_used() {
         assert!(reports(&[(1, 0.0), (2, 6.0), (3, f64::NAN)]).is_empty());
     }
 }

@@ -1,4 +1,4 @@
-//! Laws of estimates, on states and reports as they come.
+//! Laws of estimates, on states and reports in any order.
 
 use std::sync::Arc;
 
@@ -150,13 +150,13 @@ fn a_report_about_nobody_is_a_fault_that_is_reported_once() {
 }
 
 #[test]
-fn what_is_not_a_number_is_not_called_off_the_scale() {
+fn a_report_that_is_not_a_number_is_not_called_off_the_scale() {
     assert!(output::off_scale(f64::NAN).starts_with("ISA that is not a number is not used"));
     assert!(output::off_scale(f64::INFINITY).starts_with("ISA inf is not used"));
 }
 
 #[test]
-fn a_report_alone_gives_an_estimate_and_says_its_age_in_its_uncertainty() {
+fn a_report_alone_gives_an_estimate_whose_sigma_grows_with_its_age() {
     let mut drive = begun();
     report(&mut drive, 10.5, 4.0);
     drive.until(131.0);
@@ -196,7 +196,7 @@ fn a_body_that_is_measured_lacks_a_baseline_until_there_is_a_state() {
 }
 
 #[test]
-fn body_and_report_meet_by_what_they_are_sure_of() {
+fn body_and_report_are_weighted_by_their_sigmas() {
     let mut drive = with_body();
     report(&mut drive, 99.0, 2.0);
     drive.take_on(STATES, 100.0, state(30.0, HARD));
@@ -307,7 +307,7 @@ fn a_report_on_the_session_s_events_names_whom_it_is_about() {
 }
 
 #[test]
-fn every_estimate_names_all_that_it_is_made_of() {
+fn every_estimate_names_all_of_its_inputs() {
     let mut drive = with_body();
     phase(&mut drive, 0.0, "task");
     drive.take_on(STATES, 10.0, state(30.0, CALM));

@@ -1,4 +1,4 @@
-//! What one person did, in windows and over phases.
+//! The input of one person, in windows and over phases.
 
 use std::collections::VecDeque;
 
@@ -17,17 +17,17 @@ use crate::value::{Value, defined, window_of};
 
 /// The most moments of a window that are counted separately; events at one moment are added up.
 const MOST_MOMENTS: usize = 600;
-/// So many events of a phase are kept at most.
+/// The most events of a phase that are kept.
 const MOST_OF_PHASE: usize = 20_000;
 
-/// What a person did, in windows of several lengths and in the phase that goes on.
+/// The input of a person, in windows of several lengths and in the present phase.
 pub(super) struct Activity {
     windows: Vec<(f64, window::Window<Deeds>)>,
     outputs: Vec<OutputId>,
     sources: Vec<Source>,
-    /// The stream that was declared last, and of which all outputs are made.
+    /// The stream that was declared last, from which all outputs are derived.
     stream: Option<Stream>,
-    /// When this was first looked at.
+    /// When the first such stream was declared.
     begin: Option<Time>,
     /// Input since the start of the next phase to be reported, in the order of arrival.
     of_phase: VecDeque<(Time, Deeds)>,
@@ -42,7 +42,7 @@ struct Source {
     is_timed: bool,
 }
 
-/// What was done at one moment.
+/// The input at one moment.
 #[derive(Clone, Copy, Debug, Default)]
 struct Deeds {
     count: u32,
@@ -104,7 +104,7 @@ impl Activity {
         }
     }
 
-    /// Reports the phases that are over at `now`, and keeps what the next one needs.
+    /// Reports the phases that are over at `now`, and keeps the events that the next one needs.
     pub(super) fn end_phases(&mut self, phases: &[Phase], now: Time, out: &mut Outputs) {
         while let Some(phase) = self.reported_phases.next_over(phases, now.nanos()) {
             self.report_phase(phase, out);
@@ -129,7 +129,7 @@ impl Activity {
         out.emit(output, Time::from_nanos(span.end_ns), data);
     }
 
-    /// Why there is no reaction time when nobody reacted.
+    /// The reason for a missing reaction time where there was no reaction.
     fn unreacted(&self) -> Reason {
         let is_timed = self.sources.iter().any(|source| source.is_timed);
         if is_timed { Reason::Nothing } else { Reason::Missing }
@@ -151,7 +151,7 @@ impl Activity {
                 "{over}; input_rate: events over length, 0 in silence; reaction_time: \
                  mean of the finite numbers of events that are in s"
             ),
-            doc: format!("How much {} does at keys, mice and controls.", stream.id),
+            doc: format!("The activity of {} at keys, mice and controls.", stream.id),
             ..output.with_channels(&[("input_rate", "1/min"), ("reaction_time", "s")])
         }
     }
@@ -165,7 +165,8 @@ impl Deeds {
     }
 }
 
-/// The values of a window or phase; `unreacted` is why there is no reaction time when nobody reacted.
+/// The values of a window or phase; `unreacted` is the reason for a missing reaction time where there
+/// was no reaction.
 fn summary<'a>(
     deeds: impl Iterator<Item = &'a Deeds>,
     secs: f64,

@@ -1,4 +1,4 @@
-//! What a measure was in the baseline, and how another value differs from it.
+//! A measure in the baseline, and the difference of another value from it.
 
 use teampulse_core::data::Reason;
 use teampulse_signal::descriptive::describe;
@@ -8,15 +8,15 @@ use teampulse_signal::statistics::effective_count;
 
 use crate::value::{Value, defined};
 
-/// Fewer windows say nothing of a spread.
+/// The least number of windows for a spread.
 const LEAST_WINDOWS: usize = 3;
-/// The windows of a baseline must reach over nearly two of their lengths: else none of them is
-/// independent of the others.
+/// The windows of a baseline must reach over nearly two of their lengths: else no two of them are
+/// independent.
 const LEAST_LENGTHS: f64 = 0.9;
 
-/// So many windows must fit side by side into what is known of a baseline: else their spread is that of
-/// a moment, and z against it is far too large. A twentieth may be missing, as windows end at whole
-/// seconds and artefacts take some.
+/// The number of windows that must fit side by side into the usable part of a baseline: with fewer
+/// their spread is too small, and z against it far too large. A twentieth may be missing, as windows
+/// end at whole seconds and artefacts take some.
 const WINDOWS_FOR_Z: f64 = 5.0;
 const LEAST_FOR_Z: f64 = 0.95 * WINDOWS_FOR_Z;
 
@@ -25,16 +25,16 @@ const LEAST_FOR_Z: f64 = 0.95 * WINDOWS_FOR_Z;
 const MEDIAN_OVER_MEAN: f64 = std::f64::consts::FRAC_PI_2;
 const MAD_OVER_SD: f64 = 1.0 / 0.37;
 
-/// A measure in one window that lies in the baseline.
+/// A measure in one window within the baseline.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
     /// When the window ends [ns].
     pub(super) end_ns: i64,
     /// The measure, in its unit.
     pub(super) value: f64,
-    /// How much of the window had data [0..1].
+    /// The share of the window with data [0..1].
     pub(super) coverage: f32,
-    /// How good the data were [0..1].
+    /// The quality of the data [0..1].
     pub(super) quality: f32,
 }
 
@@ -47,23 +47,25 @@ pub(super) struct Baseline {
     pub(super) median: f64,
     /// 1.4826 median absolute deviations.
     pub(super) deviation: f64,
-    /// How many windows there are.
+    /// The number of windows.
     pub(super) count: usize,
-    /// How many independent windows these are worth: never more than would fit side by side, at least 2.
+    /// The equivalent number of independent windows: at most those that would fit side by side, at least
+    /// 2.
     pub(super) worth: f64,
-    /// How much time of the baseline the windows know [s].
+    /// The time of the baseline that the windows cover [s].
     pub(super) known_secs: f64,
-    /// How long a window is [s].
+    /// The length of a window [s].
     pub(super) length_secs: f64,
     /// Mean quality of the windows [0..1].
     pub(super) quality: f64,
 }
 
-/// How a value differs from the baseline: in its unit, and in two kinds of standard deviations [1].
+/// The difference of a value from the baseline: in its unit, and in two kinds of standard
+/// deviations [1].
 pub(super) type Difference = [Value; 3];
 
 impl Baseline {
-    /// Of windows of a length [s], in the order of time; `None` of too few.
+    /// The baseline from windows of a length [s], in the order of time; `None` for too few.
     pub(super) fn of(held: &[Held], length_secs: f64) -> Option<Baseline> {
         let lengths = secs(held.last()?.end_ns, held.first()?.end_ns) / length_secs;
         if held.len() < LEAST_WINDOWS || lengths.is_nan() || lengths < LEAST_LENGTHS {
@@ -78,7 +80,7 @@ impl Baseline {
             median: summary.median,
             deviation: SIGMA_FROM_MAD * summary.mad,
             count: held.len(),
-            // Windows that are all equal have no correlation; they are worth the least.
+            // Windows that are all equal have no correlation; they count as the least number.
             worth: effective_count(&values).unwrap_or(2.0).min(lengths + 1.0).max(2.0),
             known_secs: known_secs(held, length_secs),
             length_secs,
@@ -86,7 +88,7 @@ impl Baseline {
         })
     }
 
-    /// How much of a baseline must be known for z [s].
+    /// The time of a baseline that z needs [s].
     pub(super) fn needed_secs(&self) -> f64 {
         WINDOWS_FOR_Z * self.length_secs
     }
@@ -96,10 +98,10 @@ impl Baseline {
         self.known_secs < LEAST_FOR_Z * self.length_secs
     }
 
-    /// How the value of a window differs: from the mean, in its unit and in standard deviations, and
-    /// from the median in 1.4826 median absolute deviations.
+    /// The difference of a window's value: from the mean, in its unit and in standard deviations,
+    /// and from the median in 1.4826 median absolute deviations.
     ///
-    /// Sigmas are the baseline's own, with n the windows that it is worth: SD/√n of the difference,
+    /// Sigmas are the baseline's own, with n the equivalent number of windows: SD/√n of the difference,
     /// √(1/n + z²/2(n − 1)) of z (the mean and the SD are uncertain), and of the robust z the same with
     /// the variances of a median and a MAD. There is no z against a baseline that is too short.
     pub(super) fn difference(&self, value: f64) -> Difference {
@@ -107,8 +109,8 @@ impl Baseline {
         self.differences([value - self.mean, value - self.mean, value - self.median], shares)
     }
 
-    /// How the value of a phase that is worth so many windows differs from that of the baseline as one
-    /// phase, in the same units; both are as uncertain as means of so many windows.
+    /// The difference of a phase's value, equivalent to this many windows, from that of the baseline
+    /// as one phase, in the same units; both are as uncertain as means of their numbers of windows.
     pub(super) fn between(&self, value: f64, baseline: f64, worth: f64) -> Difference {
         let share = 1.0 / self.worth + 1.0 / worth.max(1.0);
         self.differences([value - baseline; 3], [share; 3])
@@ -121,13 +123,13 @@ impl Baseline {
             let of_deviation = of_spread * z * z / (2.0 * (self.worth - 1.0));
             defined(Some(Estimate { value: z, sigma: (shares[place] + of_deviation).sqrt() }))
         };
-        // Of windows that are all equal nobody knows how much they vary.
+        // Windows that are all equal have no known spread.
         let sigma = if self.sd > 0.0 { self.sd * shares[0].sqrt() } else { f64::NAN };
         let in_unit = Estimate { value: from[0], sigma };
         [defined(Some(in_unit)), z(1, self.sd, 1.0), z(2, self.deviation, MAD_OVER_SD)]
     }
 
-    /// A difference in deviations; what is left by rounding equal values is none.
+    /// A difference in deviations; a rounding error of equal values counts as none.
     fn over(&self, difference: f64, deviation: f64) -> Result<f64, Reason> {
         if self.is_brief() {
             return Err(Reason::BriefBaseline);
@@ -137,7 +139,7 @@ impl Baseline {
     }
 }
 
-/// The time that windows know together, in the order of time, without what is missing in them [s].
+/// The time that windows in their order cover together, without the missing data in them [s].
 fn known_secs(held: &[Held], length_secs: f64) -> f64 {
     let mut until_ns = None;
     let known = held.iter().map(|window| {
@@ -148,7 +150,7 @@ fn known_secs(held: &[Held], length_secs: f64) -> f64 {
     known.sum()
 }
 
-/// From one time to another [s].
+/// The time from one moment to another [s].
 fn secs(to_ns: i64, from_ns: i64) -> f64 {
     to_ns.saturating_sub(from_ns) as f64 / 1e9
 }
@@ -171,7 +173,7 @@ mod tests {
         Baseline::of(&held(values), 1.0).unwrap()
     }
 
-    /// Whether windows of 30 s, one each second, give a z for a baseline of a length.
+    /// Whether windows of 30 s, one every second, give a z for a baseline of a length.
     fn has_z(secs: i64, coverage: impl Fn(i64) -> f32) -> bool {
         let window = |end: i64| Held {
             end_ns: end * 1_000_000_000,
@@ -195,8 +197,8 @@ mod tests {
     }
 
     #[test]
-    fn gaps_take_of_a_baseline_what_they_last() {
-        // Each second that is missing is so in thirty windows.
+    fn gaps_shorten_a_baseline_by_their_length() {
+        // Each missing second is missing in thirty windows.
         let gap_secs = |lasts: i64| {
             move |end: i64| {
                 1.0 - (end.min(60 + lasts) - (end - 30).max(60)).clamp(0, lasts) as f32 / 30.0
@@ -231,13 +233,13 @@ mod tests {
     }
 
     #[test]
-    fn windows_are_worth_no_more_than_fit_side_by_side() {
+    fn windows_count_as_no_more_than_fit_side_by_side() {
         let wild: Vec<f64> = (0..61).map(|k| f64::from(k * 37 % 11)).collect();
         assert_eq!(Baseline::of(&held(&wild), 20.0).unwrap().worth, 4.0);
     }
 
     #[test]
-    fn overlapping_windows_make_a_baseline_less_sure() {
+    fn overlapping_windows_make_a_baseline_less_certain() {
         let wild: Vec<f64> = (0..60).map(|k| f64::from(k * 37 % 11)).collect();
         let mut drifting = wild.clone();
         drifting.sort_by(f64::total_cmp);

@@ -1,28 +1,29 @@
-//! THE table of measures: what of a person is compared with the baseline, and where it is read.
+//! THE table of measures: the values of a person that are compared with the baseline, and their
+//! streams.
 
 use teampulse_core::stream::{About, Origin, Shape, Stream, Window};
 
 /// One measure of a person's state.
 pub(super) struct Measure {
-    /// What it is called.
+    /// Its name.
     pub(super) name: &'static str,
-    /// In what it differs.
+    /// The unit of its differences.
     pub(super) unit: &'static str,
     /// The families of features that contain it, the best first.
     pub(super) families: &'static [&'static str],
-    /// Which of their values it is.
+    /// The name of its value in these families.
     pub(super) value: &'static str,
-    /// From their value to the measure.
+    /// The conversion of that value to the measure.
     pub(super) read: fn(f64) -> f64,
 }
 
-/// Families that know beats, the surest first.
+/// Families with beats, the most reliable first.
 const OF_THE_HEART: &[&str] = &["heart", "intervals", "pulse"];
 
 /// Every measure, in the order of the values of a state.
 pub(super) const MEASURES: [Measure; 6] = [
     Measure::of("heart_rate", "1/min", OF_THE_HEART, "HRV_MeanHR"),
-    // Of a spread, the logarithm is closer to normal: Task Force (1996).
+    // The logarithm of a spread is closer to normal: Task Force (1996).
     Measure { read: f64::ln, ..Measure::of("ln_rmssd", "ln(ms)", OF_THE_HEART, "HRV_RMSSD") },
     Measure::of("breathing_rate", "1/min", &["breath"], "RSP_Rate_Mean"),
     Measure::of("skin_level", "uS", &["skin"], "EDA_Tonic_Mean"),
@@ -30,7 +31,7 @@ pub(super) const MEASURES: [Measure; 6] = [
     Measure::of("input_rate", "1/min", &["input"], "input_rate"),
 ];
 
-/// How many there are.
+/// Their number.
 pub(super) const COUNT: usize = MEASURES.len();
 
 impl Measure {
@@ -43,7 +44,7 @@ impl Measure {
         Measure { name, unit, families, value, read: |value| value }
     }
 
-    /// How good the family of a stream is for it, 0 the best, and the place of its value there.
+    /// The rank of a stream's family for it, 0 the best, and the index of its value there.
     pub(super) fn place_in(&self, stream: &Stream) -> Option<(usize, usize)> {
         let rank = self.families.iter().position(|each| *each == stream.family)?;
         let channel = stream.place_of(self.value)?;
@@ -51,7 +52,7 @@ impl Measure {
     }
 }
 
-/// The window of a stream about a person that measures are read from.
+/// The window of a person's stream from which measures are read.
 pub(super) fn read_window(stream: &Stream) -> Option<Window> {
     let is_of_person = stream.about == About::Person
         && stream.origin == Origin::Derived

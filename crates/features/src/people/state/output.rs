@@ -8,7 +8,7 @@ use super::FAMILY;
 use super::baseline::Baseline;
 use super::measures::{MEASURES, Measure};
 
-/// How the values are made, as it stands in every method.
+/// How the values are computed, for every method.
 const FORMULA: &str = "difference from the mean of the baseline's windows, z in their SD (n - 1), \
      robust_z from their median in 1.4826 MAD; sigmas are those of the baseline's mean, SD, median and \
      MAD, with overlapping windows worth n (1 - r)/(1 + r), r their correlation at lag 1, and at most those \
@@ -25,7 +25,7 @@ pub(super) fn windows<'a>(
     inputs: impl Iterator<Item = &'a str>,
     method: String,
 ) -> Stream {
-    let doc = format!("How {} differs from the own baseline, each second.", person.id);
+    let doc = format!("The difference of {} from the own baseline, each second.", person.id);
     Stream { rate_hz: 1.0, ..state(person, Window::of_secs(length_secs), inputs, method, doc) }
 }
 
@@ -35,7 +35,7 @@ pub(super) fn phases<'a>(
     inputs: impl Iterator<Item = &'a str>,
     method: String,
 ) -> Stream {
-    let doc = format!("How {} differed from the own baseline in each phase.", person.id);
+    let doc = format!("The difference of {} from the own baseline in each phase.", person.id);
     state(person, Window::Phases, inputs, method, doc)
 }
 
@@ -95,7 +95,7 @@ pub(super) fn method_of_phases(
     )
 }
 
-/// Of what a measure is made, and what it was in the baseline.
+/// The input of a measure, and its value in the baseline.
 pub(super) fn recipe(measure: &Measure, stream: &str, baseline: &Baseline) -> String {
     let Baseline { mean, sd, median, deviation, count, worth, known_secs, .. } = baseline;
     let needed_secs = baseline.needed_secs();

@@ -15,18 +15,18 @@ use super::windows::Windows;
 /// A baseline is evaluated this long after its end: its last windows arrive a little later [ns].
 const SETTLED_NS: i64 = 2_000_000_000;
 
-/// What is known of one person.
+/// The state of one person.
 pub(super) struct Person {
     subject: Subject,
-    /// The baseline of which windows are held.
+    /// The baseline whose windows are held.
     held: Option<Held>,
     windows: BTreeMap<Window, Windows>,
     whole: Whole,
 }
 
-/// A baseline of which windows are held.
+/// A baseline whose windows are held.
 struct Held {
-    /// Which phase it is.
+    /// The index of its phase.
     number: usize,
     span: Span,
     is_judged: bool,
@@ -49,7 +49,7 @@ impl Person {
         }
     }
 
-    /// A window of a stream, or a phase, has ended.
+    /// Takes in the end of a window of a stream, or of a phase.
     pub(super) fn take(&mut self, at: (StreamId, Time), window: Window, values: &FeatureValues) {
         let baseline = self.held.as_ref().map(|held| held.span);
         if window == Window::Phases {
@@ -59,7 +59,7 @@ impl Person {
         }
     }
 
-    /// The person's phases are other than before.
+    /// Takes in a change of the person's phases.
     pub(super) fn heed(&mut self, phases: &[Phase]) {
         let Some(number) = phases.iter().rposition(|phase| phase.label == BASELINE) else { return };
         let span = (phases[number].begin, phases[number].end);
@@ -72,7 +72,8 @@ impl Person {
         }
     }
 
-    /// A baseline that is over, and has settled, is judged; at the end of a session at once.
+    /// Evaluates a baseline that is over, after its last windows have arrived; at the end of a
+    /// session at once.
     pub(super) fn judge(
         &mut self,
         phases: &[Phase],
@@ -94,7 +95,7 @@ impl Person {
         }
     }
 
-    /// A whole second has passed.
+    /// Advances by a whole second.
     pub(super) fn report(
         &mut self,
         phases: &[Phase],

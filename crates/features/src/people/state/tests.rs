@@ -54,7 +54,7 @@ fn event(kind: EventKind, label: &str) -> Data {
     Data::Event(Arc::new(Event { kind, label, value: f64::NAN, duration_secs: f64::NAN }))
 }
 
-/// A value that goes up and down by 2 about a centre, as windows of the baseline do.
+/// A value that varies by 2 about a centre, as windows of the baseline do.
 fn around(centre: f64, secs: u32) -> f64 {
     centre + 2.0 * (f64::from(secs) * 0.7).sin()
 }
@@ -88,7 +88,7 @@ fn after_baseline() -> Drive {
     let mut drive = begun();
     phase(&mut drive, 10, "baseline");
     for secs in 11..100 {
-        // Windows that began before the baseline are another matter.
+        // Windows that began before the baseline do not count.
         let rate = if secs < 25 { 120.0 } else { around(70.0, secs) };
         heart_window(&mut drive, secs, rate);
         skin_window(&mut drive, secs, around(5.0, secs));
@@ -123,7 +123,7 @@ fn a_person_without_a_baseline_has_no_state() {
 }
 
 #[test]
-fn a_baseline_that_lasts_is_none_yet() {
+fn a_baseline_that_goes_on_is_not_used_yet() {
     let mut drive = begun();
     phase(&mut drive, 0, "baseline");
     for secs in 1..200 {
@@ -181,7 +181,7 @@ fn a_sensor_that_reported_too_little_of_the_baseline_has_not_even_differences() 
 }
 
 #[test]
-fn what_is_not_measured_is_missing() {
+fn an_unmeasured_value_is_missing() {
     let mut drive = after_baseline();
     drive.until(105.0);
     assert_eq!(value(&mut drive, "breathing_rate_z"), Err(Reason::Missing));
@@ -213,7 +213,7 @@ fn the_reason_of_a_window_is_that_of_the_state() {
 }
 
 #[test]
-fn a_sensor_that_comes_after_the_baseline_has_nothing_to_be_compared_with() {
+fn a_sensor_without_data_in_the_baseline_has_no_differences() {
     let mut drive = after_baseline();
     let breath = windows("belt/respiration", "breath", W15, &[("RSP_Rate_Mean", "1/min")]);
     drive.join(StreamId(3), &breath);
@@ -246,7 +246,7 @@ fn of_two_devices_the_better_one_is_taken_and_named() {
 }
 
 #[test]
-fn a_pulse_stands_in_where_there_is_no_electrocardiogram() {
+fn a_pulse_is_used_where_there_is_no_electrocardiogram() {
     let mut drive = begun();
     let pulse = windows("watch/ppg", "pulse", W15, &[("HRV_MeanHR", "bpm"), ("HRV_RMSSD", "ms")]);
     drive.join(StreamId(3), &pulse);
@@ -260,12 +260,12 @@ fn a_pulse_stands_in_where_there_is_no_electrocardiogram() {
     drive.take_on(StreamId(3), 103.0, values(15.0, 0.9, &[80.0, 30.0]));
     drive.until(104.0);
     assert!(value(&mut drive, "heart_rate_z").unwrap() > 3.0);
-    // What the electrocardiogram does know is still its own.
+    // Measures that the electrocardiogram has are still its own.
     assert!(drive.outputs()[0].method.contains("ln_rmssd: HRV_RMSSD of /humans/persons/p1/strap"));
 }
 
 #[test]
-fn a_later_baseline_takes_the_place_of_the_first() {
+fn a_later_baseline_replaces_the_first() {
     let mut drive = after_baseline();
     phase(&mut drive, 200, "baseline");
     (201..300).for_each(|secs| heart_window(&mut drive, secs, around(90.0, secs)));

@@ -9,16 +9,16 @@ use teampulse_core::time::Time;
 use super::baseline::Held;
 use super::measures::MEASURES;
 
-/// At most so many windows of a baseline are held: those of an hour.
+/// The most windows of a baseline that are held: those of an hour.
 const MOST_HELD: usize = 3600;
-/// So many of the newest values are held, for who asks a little later.
+/// The number of newest values that are held, for slightly later requests.
 const MOST_VALUES: usize = 8;
 
 /// One measure in one stream of windows, or of phases.
 pub(super) struct Track {
-    /// Its place in the table.
+    /// Its index in the table.
     pub(super) measure: usize,
-    /// How good the family of the stream is for it, 0 the best.
+    /// The rank of the stream's family for it, 0 the best.
     pub(super) rank: usize,
     /// The stream.
     pub(super) id: StreamId,
@@ -38,11 +38,11 @@ pub(super) struct WindowValue {
     pub(super) end: Time,
     /// The measure, in its unit.
     pub(super) value: Result<f64, Reason>,
-    /// How good the data were [0..1].
+    /// The quality of the data [0..1].
     pub(super) quality: f32,
 }
 
-/// From when to when; an end that is not known yet is later than all.
+/// Its start and end; an unknown end is later than all times.
 pub(super) type Span = (Time, Option<Time>);
 
 impl Track {
@@ -82,7 +82,7 @@ impl Track {
         }
     }
 
-    /// Another baseline begins.
+    /// Begins another baseline.
     pub(super) fn begin_anew(&mut self) {
         self.held.clear();
     }

@@ -20,7 +20,7 @@ const PATIENCE_NS: i64 = 12_000_000_000;
 #[derive(Default)]
 pub(super) struct Whole {
     tracks: Vec<Track>,
-    /// The phases before this one, by their number, are done with.
+    /// The index of the first phase that is not finished.
     next: usize,
     /// The baseline that phases are compared with.
     against: Option<Against>,
@@ -28,13 +28,13 @@ pub(super) struct Whole {
 
 /// A baseline as a phase.
 struct Against {
-    /// Which phase it is.
+    /// The index of its phase.
     number: usize,
     end: Time,
     length_secs: f64,
-    /// What is compared: of each measure the windows of the baseline and the track of the same stream.
+    /// The compared measures: the windows of the baseline of each, and the track of the same stream.
     compared: [Option<Compared>; COUNT],
-    /// Why each of the others has no windows of the baseline.
+    /// The reason why each other measure has no windows of the baseline.
     lacks: [Reason; COUNT],
     method: String,
     inputs: Vec<String>,
@@ -56,14 +56,14 @@ impl Whole {
         }
     }
 
-    /// A stream has reported a phase that ended.
+    /// Notes that a stream has reported a finished phase.
     pub(super) fn take(&mut self, (id, end): (StreamId, Time), phase: &FeatureValues) {
         for track in self.tracks.iter_mut().filter(|track| track.id == id) {
             track.take(end, phase, None);
         }
     }
 
-    /// A baseline is over: later phases are compared with it, by what its windows of a length compare.
+    /// Ends a baseline: later phases are compared with it, in the measures that its windows compare.
     pub(super) fn judge(&mut self, (number, phase): (usize, &Phase), windows: &Windows) {
         let Some(end) = phase.end else { return };
         let mut compared = [const { None }; COUNT];
@@ -107,7 +107,7 @@ impl Whole {
         }
     }
 
-    /// Whether all that is compared has reported the phase with this end.
+    /// Whether all compared measures have been reported for the phase with this end.
     fn is_complete(&self, end: Time) -> bool {
         let Some(against) = &self.against else { return false };
         let mut compared = against.compared.iter().enumerate();
@@ -155,8 +155,8 @@ impl Compared {
         track.family == self.family
     }
 
-    /// How a phase that ended then differs, and how good its data were; it is so many times as long as
-    /// the baseline.
+    /// The differences of the phase with this end, and the quality of its data; `lengths` is its length
+    /// over that of the baseline.
     fn difference(
         &self,
         track: &Track,
@@ -179,7 +179,7 @@ fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option
     tracks.iter().find(|track| track.measure == measure && compared.is_of(track))
 }
 
-/// Why a measure has nothing to compare, where its windows lacked something as the baseline was over.
+/// Why a measure has no comparison, where its windows were insufficient when the baseline ended.
 fn lack(tracks: &[Track], measure: usize, of_windows: Reason) -> Reason {
     let is_told = tracks.iter().any(|track| track.measure == measure);
     match of_windows {

@@ -12,7 +12,7 @@ use super::output;
 use super::track::{Span, Track};
 use crate::value::window_of;
 
-/// What is compared: which track, by its place, and what it was in the baseline.
+/// A compared measure: the index of its track, and its baseline.
 pub(super) type Compared = (usize, Baseline);
 
 /// All streams of one person with windows of one length.
@@ -32,7 +32,7 @@ impl Windows {
         }
     }
 
-    /// A window of a stream has ended.
+    /// Takes in the end of a window of a stream.
     pub(super) fn take(
         &mut self,
         (id, end): (StreamId, Time),
@@ -45,18 +45,18 @@ impl Windows {
         }
     }
 
-    /// Another baseline begins.
+    /// Begins another baseline.
     pub(super) fn begin_anew(&mut self) {
         self.tracks.iter_mut().for_each(Track::begin_anew);
     }
 
-    /// How long its windows are [s].
+    /// The length of its windows [s].
     pub(super) fn length_secs(&self) -> f64 {
         self.length_secs
     }
 
-    /// The baseline is over: chooses what is compared from now on, of each measure the track of the best
-    /// family that has a baseline, of several the best in quality, of equals the first by name.
+    /// Ends the baseline and chooses the track of each measure for later comparisons: that of the best
+    /// family with a baseline, of several the one with the best quality, of equals the first by name.
     pub(super) fn judge(
         &mut self,
         person: &Subject,
@@ -91,7 +91,7 @@ impl Windows {
         }
     }
 
-    /// What is compared: the measure of a stream, and its baseline.
+    /// The compared measure of a stream, and its baseline.
     pub(super) fn chosen(&self) -> impl Iterator<Item = (&Track, &Baseline)> {
         self.compared.iter().flatten().map(|(place, baseline)| (&self.tracks[*place], baseline))
     }
@@ -130,7 +130,7 @@ impl Windows {
         window_of(self.length_secs, known / COUNT as f64, quality, differences.as_flattened())
     }
 
-    /// How a measure differs, and how good the window is, or why that is not known.
+    /// The difference of a measure and the quality of the window, or the reason why it is unknown.
     fn difference(
         &self,
         measure: usize,

@@ -1,4 +1,4 @@
-//! Which sign of the current discharges.
+//! The sign of a discharge current.
 
 use teampulse_signal::estimate::Estimate;
 use teampulse_signal::robust::median;
@@ -13,28 +13,28 @@ const DISCHARGING: f64 = 2.0;
 /// A smaller current has no direction [A].
 const LEAST_CURRENT_A: f64 = 0.01;
 
-/// How many readings must have a direction, and what share of them must agree.
+/// The least number of readings with a direction, and the share of them that must agree.
 const LEAST_READINGS: usize = 3;
 const AGREEING_SHARE: f64 = 0.9;
 
-/// How many standard uncertainties a trend must be away from level.
+/// The least distance of a trend from zero [standard uncertainties].
 const CLEAR_TREND: f64 = 3.0;
 
-/// Which sign of the current discharges, as far as is known.
+/// The sign of a discharge current, as far as it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Direction {
-    /// Not known yet: a battery is taken to discharge.
+    /// Unknown so far: a battery is assumed to discharge.
     #[default]
     Unknown,
-    /// A negative current discharges, as `sensor_msgs/msg/BatteryState` has it.
+    /// A negative current discharges, as `sensor_msgs/msg/BatteryState` defines.
     NegativeOut,
     /// A positive current discharges.
     PositiveOut,
 }
 
 impl Direction {
-    /// What is known after this window: by the status where it says something, or else by whether
-    /// the fraction falls (`trend` [1/s]). Kept until there is clear evidence of the contrary.
+    /// The sign after this window: by the status where that is set, or else by whether the fraction
+    /// falls (`trend` [1/s]). Kept until there is clear evidence of the contrary.
     pub(super) fn judged(self, view: &View<'_, Reading>, trend: Option<Estimate>) -> Direction {
         let by_status = agreed(view.numbers(outward_sign_by_status));
         by_status.or_else(|| by_trend(view, trend?)).unwrap_or(self)
@@ -51,7 +51,7 @@ impl Direction {
     }
 }
 
-/// The sign of the current while it discharges, as one reading's status has it; NaN without one.
+/// The sign of a discharge current by the status of one reading; NaN without one.
 fn outward_sign_by_status(reading: &Reading) -> f64 {
     let status = reading.get(Quantity::Status);
     let outward = match () {

@@ -15,30 +15,30 @@ use crate::windows::View;
 
 const SECS_PER_HOUR: f64 = 3600.0;
 
-/// From a fraction each second to percent each minute.
+/// From a fraction per second to percent per minute.
 const PERCENT_PER_MIN: f64 = 100.0 * 60.0;
 
-/// How many standard uncertainties a loss must be above zero before it predicts when the battery is empty.
+/// The least loss that predicts when the battery is empty [standard uncertainties].
 const CLEAR_LOSS: f64 = 2.0;
 
-/// Fewer readings than this share of a window do not stand for it.
+/// The least share of a window's readings that represents the window.
 const LEAST_SHARE: f64 = 0.5;
 
 /// The use of a battery within a window.
 pub(super) struct Use {
     /// Power out of the battery [W].
     pub(super) power_w: Value,
-    /// How that was found, where it was.
+    /// How the power was computed, where it was.
     pub(super) power_method: Option<PowerMethod>,
     /// Loss of charge [%/min].
     pub(super) percent_per_min: Value,
     /// Time until it is empty [s].
     pub(super) empty_in_secs: Value,
-    /// The share of its charge that is left [0..1].
+    /// The remaining share of its charge [0..1].
     pub(super) fraction_left: Value,
 }
 
-/// How the power was found.
+/// How the power was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PowerMethod {
     Power,
@@ -124,7 +124,7 @@ fn power(
     }
 }
 
-/// Why there is no line: an energy or a charge that has never moved, or none at all.
+/// Why there is no line: an energy or a charge that has never changed, or is missing.
 fn reason_without_power(view: &View<'_, Reading>) -> Reason {
     let given = |quantity| view.share(|reading: &Reading| reading.get(quantity).is_finite()) > 0.0;
     if given(Quantity::Energy) || given(Quantity::Charge) {

@@ -10,10 +10,11 @@ use crate::windows::View;
 /// A fraction above this is a percentage.
 const GREATEST_FRACTION: f64 = 1.5;
 
-/// How many such readings it takes; one alone may be a fault.
+/// The number of such readings that is needed; a single one may be a fault.
 const READINGS_TO_BELIEVE: u32 = 2;
 
-/// A gauge of the fraction is taken to read in whole percents until it shows finer steps.
+/// A gauge of the fraction is assumed to have a resolution of one percent until it shows finer
+/// steps.
 const COARSEST_STEP: f64 = 0.01;
 
 /// The gauges of a battery: its fraction, its charge and its energy.
@@ -25,7 +26,7 @@ pub(super) struct Gauges {
     energy: Steps,
 }
 
-/// The lines along what is left in a battery, by seconds before the window's end.
+/// The lines along the remaining charge of a battery, by seconds before the window's end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GaugeTrends {
     /// Along the fraction [1].
@@ -44,7 +45,7 @@ struct Steps {
 }
 
 impl Gauges {
-    /// Gauges of which nothing was seen yet.
+    /// Gauges without any reading so far.
     pub(super) fn of(stream: &Stream) -> Gauges {
         let in_percent = stream.channels.iter().any(|channel| channel.unit == "%");
         let unseen = Steps { last: f64::NAN, smallest: f64::INFINITY };
@@ -56,7 +57,7 @@ impl Gauges {
         }
     }
 
-    /// Learns from a reading whether the fraction comes as 0–100; true when that is news.
+    /// Learns from a reading whether the fraction is given as 0–100; true when that was unknown.
     pub(super) fn learn_percent(&mut self, fraction: f64) -> bool {
         if self.is_percent() || fraction.is_nan() || fraction <= GREATEST_FRACTION {
             return false;
@@ -72,7 +73,7 @@ impl Gauges {
         self.energy.follow(reading.get(Quantity::Energy));
     }
 
-    /// The fraction of charge that is left [0..1]; NaN where unknown.
+    /// The remaining fraction of charge [0..1]; NaN where unknown.
     pub(super) fn fraction_left(&self, reading: &Reading) -> f64 {
         let given = reading.get(Quantity::Fraction);
         let fraction = match self.is_percent() {
@@ -93,7 +94,7 @@ impl Gauges {
             || alone.iter().any(|number| number.is_finite())
     }
 
-    /// The lines along what is left, by seconds before the window's end.
+    /// The lines along the remaining charge, by seconds before the window's end.
     pub(super) fn trends(&self, view: &View<'_, Reading>) -> GaugeTrends {
         let scale = if self.is_percent() { 0.01 } else { 1.0 };
         let fraction_step = (self.fraction.smallest * scale).min(COARSEST_STEP);

@@ -1,4 +1,4 @@
-//! What was found out about a battery's driver, each said once.
+//! Conventions of a battery's driver, each reported once.
 
 use std::fmt;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use teampulse_core::time::Time;
 use super::estimates::PowerMethod;
 use crate::value::moment;
 
-/// Something worth knowing about a battery's driver.
+/// A convention of a battery's driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Note {
     PercentAsHundred,
@@ -40,7 +40,7 @@ impl Notes {
         }));
     }
 
-    /// Says a note, if it was not said before.
+    /// Reports a note, unless it was reported before.
     pub(super) fn say(&mut self, note: Note, at: Time, out: &mut Outputs) {
         if self.said.contains(&note) {
             return;

@@ -1,4 +1,4 @@
-//! What a battery says at one moment.
+//! The reading of a battery at one moment.
 
 use std::ops::RangeInclusive;
 
@@ -9,7 +9,7 @@ use teampulse_core::stream::Stream;
 pub(super) enum Quantity {
     Voltage,
     Current,
-    /// The fraction of charge that is left, as the driver gives it: 0–1 or 0–100.
+    /// The remaining fraction of charge, as given by the driver: 0–1 or 0–100.
     Fraction,
     Charge,
     Capacity,
@@ -19,11 +19,11 @@ pub(super) enum Quantity {
     Status,
 }
 
-/// What a battery says at one moment; NaN where it doesn't, or where it can't be true.
+/// The reading of a battery at one moment; NaN for missing and implausible quantities.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading([f64; Quantity::ALL.len()]);
 
-/// In which channel of a stream each quantity stands.
+/// The channel of each quantity in a stream.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
     channels: [Option<usize>; Quantity::ALL.len()],
@@ -57,7 +57,7 @@ impl Quantity {
         }
     }
 
-    /// What can be true of any battery that a robot carries: up to 2 kV, 10 kA, 100 kAh.
+    /// The plausible range for any battery of a robot: up to 2 kV, 10 kA, 100 kAh.
     fn plausible(self) -> RangeInclusive<f64> {
         match self {
             Quantity::Voltage => 1e-3..=2e3,
@@ -91,7 +91,7 @@ impl Layout {
         layout
     }
 
-    /// Whether anything about the use of the battery can come of it.
+    /// Whether the use of the battery can be computed from it.
     pub(super) fn shows_use(&self) -> bool {
         let has = |quantity: Quantity| self.channels[quantity as usize].is_some();
         let alone = [Quantity::Fraction, Quantity::Charge, Quantity::Energy, Quantity::Power];

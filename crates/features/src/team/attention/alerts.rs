@@ -18,17 +18,17 @@ pub(super) struct Alerts {
     unreported: Vec<(Time, Event)>,
 }
 
-/// A robot needs someone.
+/// A robot that needs someone.
 #[derive(Debug)]
 struct Need {
     begun: Time,
     is_answered: bool,
-    /// The streams that say so.
+    /// The streams that report it.
     causes: BTreeSet<StreamId>,
 }
 
 impl Alerts {
-    /// A stream says from now on that a robot needs someone.
+    /// Notes that a stream reports from now on that a robot needs someone.
     pub(super) fn begin(&mut self, robot: &str, why: &Why, says: StreamId, at: Time) {
         let key = (robot.to_owned(), why.clone());
         if let Some(alert) = self.open.get_mut(&key) {
@@ -41,7 +41,7 @@ impl Alerts {
         self.unreported.push((at, Event { duration_secs: f64::NAN, ..raised }));
     }
 
-    /// A stream says that a robot does not need someone, any more.
+    /// Notes that a stream no longer reports that a robot needs someone.
     pub(super) fn end(&mut self, robot: &str, why: &Why, says: StreamId, at: Time) {
         let key = (robot.to_owned(), why.clone());
         let Some(alert) = self.open.get_mut(&key) else { return };
@@ -55,7 +55,7 @@ impl Alerts {
         self.unreported.push((at, Event { duration_secs, ..over }));
     }
 
-    /// Somebody commands a robot: that answers all its alerts that began before.
+    /// Takes in a command of a person to a robot: it answers all earlier alerts of the robot.
     pub(super) fn answer(&mut self, robot: &str, at: Time) {
         for ((_, why), alert) in self.open.iter_mut().filter(|((id, _), _)| id == robot) {
             if !alert.is_answered && alert.begun <= at {
@@ -73,13 +73,13 @@ impl Alerts {
         }
     }
 
-    /// How many robots need someone whom nobody has answered.
+    /// The number of robots with an alert that nobody has answered.
     pub(super) fn robots_in_need(&self) -> usize {
         let robots = self.unanswered().map(|((robot, _), _)| robot);
         robots.collect::<BTreeSet<&String>>().len()
     }
 
-    /// When the oldest of the alerts that nobody has answered began, of those up to now.
+    /// The start of the oldest alert that nobody has answered, of those up to now.
     pub(super) fn oldest_unanswered(&self, now: Time) -> Option<Time> {
         let begun = self.unanswered().map(|(_, alert)| alert.begun);
         begun.min().map(|begun| begun.min(now))

@@ -1,4 +1,4 @@
-//! Signs: what a robot's features say of whether it needs someone.
+//! Signs in a robot's features that it needs someone.
 
 use std::fmt;
 
@@ -8,17 +8,17 @@ use teampulse_core::stream::{About, Origin, Shape, Signal, Stream};
 
 use crate::robots::{deployment, stuck};
 
-/// A limit is left behind only when a number is beyond it by this share of it.
+/// The hysteresis of a limit, as a share of it.
 const CLEARLY: f64 = 0.1;
-/// The level of diagnostics from which on a part fails.
+/// The least level of diagnostics that is an error.
 const ERROR_LEVEL: f64 = 2.0;
 
-/// From which numbers on a robot needs someone.
+/// The limits beyond which a robot needs someone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// The share of its charge below which a battery is low [0..1].
     pub(super) low_battery: f64,
-    /// The time before it is empty from which on a battery needs someone [s].
+    /// The time before a battery is empty from which the robot needs someone [s].
     pub(super) empty_in_secs: f64,
     /// The quality below which a link is poor [0..1].
     pub(super) poor_link: f64,
@@ -36,12 +36,12 @@ impl fmt::Display for Limits {
     }
 }
 
-/// What a sample says of a sign.
+/// The result of a sample for a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Said {
     /// The robot needs someone.
     Needs,
-    /// In this respect it does not, any more.
+    /// The robot no longer needs someone for this reason.
     Fine,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct Sign {
     indication: Indication,
 }
 
-/// How a stream indicates it.
+/// The kind of indication.
 #[derive(Clone, Copy, Debug)]
 enum Indication {
     /// A fault begins it, a marker ends it.
@@ -81,7 +81,7 @@ impl Sign {
         &self.why
     }
 
-    /// What a sample says; `None` when it says nothing new.
+    /// The result of a sample; `None` for no change.
     pub(super) fn read(&self, data: &Data) -> Option<Said> {
         match (self.indication, data) {
             (Indication::ByEvents, Data::Event(event)) => by_kind(event),
@@ -106,8 +106,8 @@ fn by_kind(event: &Event) -> Option<Said> {
     }
 }
 
-/// What a number says that must not be below a limit. One that is not defined, as the time until a
-/// battery is empty that is being charged, is no reason for anybody to come.
+/// The result of a number with a lower limit. An undefined one, such as the time until a charging
+/// battery is empty, is no reason for an alert.
 fn below(values: &FeatureValues, channel: usize, limit: f64) -> Option<Said> {
     let number = *values.values.get(channel)?;
     match values.reasons.get(channel)? {

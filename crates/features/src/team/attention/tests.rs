@@ -156,7 +156,7 @@ fn a_command_before_an_alert_is_no_answer_to_it() {
 }
 
 #[test]
-fn the_oldest_alert_that_nobody_answered_counts() {
+fn the_oldest_unanswered_alert_counts() {
     let mut drive = drive();
     drive.take_on(STUCK, 10.0, event(EventKind::Fault));
     drive.take_on(OFFLINE, 20.0, event(EventKind::Fault));
@@ -172,7 +172,7 @@ fn the_oldest_alert_that_nobody_answered_counts() {
 }
 
 #[test]
-fn a_limit_is_left_behind_only_clearly_and_in_every_window() {
+fn an_alert_ends_only_clearly_beyond_its_limit_and_in_every_window() {
     let mut drive = drive();
     let charge = |drive: &mut Drive, id, secs, left| drive.take_on(id, secs, feature(&[1e4, left]));
     charge(&mut drive, SHORT, 10.0, 0.199);
@@ -187,7 +187,7 @@ fn a_limit_is_left_behind_only_clearly_and_in_every_window() {
 }
 
 #[test]
-fn a_battery_of_which_it_is_not_known_when_it_is_empty_needs_nobody() {
+fn a_battery_with_an_unknown_time_left_needs_nobody() {
     let mut drive = drive();
     for (secs, empty_in_secs) in [(10.0, 250.0), (20.0, f64::NAN)] {
         drive.take_on(BATTERY, secs, feature(&[empty_in_secs, 0.5]));
@@ -234,7 +234,7 @@ fn the_state_of_a_second_is_that_which_all_features_reported_for_it() {
 }
 
 #[test]
-fn nothing_of_what_a_person_wears_is_in_what_is_reported_the_team() {
+fn reports_about_the_team_do_not_name_what_a_person_wears() {
     let drive = drive();
     assert!(drive.streams().iter().all(|stream| stream.about == About::Team));
 }

@@ -38,7 +38,7 @@ fn a_pause_ends_an_intervention_and_a_shorter_one_does_not() {
 }
 
 #[test]
-fn a_late_message_belongs_where_it_was_sent() {
+fn a_late_message_counts_at_the_time_it_was_sent() {
     let mut drive = drive();
     drive.at(5.0, &[]);
     drive.late(4.0, &[]);
@@ -70,7 +70,7 @@ fn before_half_a_window_there_is_no_rate_and_before_a_command_no_time_since() {
 }
 
 #[test]
-fn what_goes_on_when_the_session_ends_is_reported() {
+fn an_intervention_at_the_end_of_the_session_is_reported() {
     let feature = built::<Interventions>("");
     let (command, events) = (plain("/r1/goal_pose", Signal::Input, &[]), session_events());
     assert!(feature.accepts(&events));
@@ -84,7 +84,7 @@ fn what_goes_on_when_the_session_ends_is_reported() {
 }
 
 #[test]
-fn what_a_person_presses_and_what_a_robot_says_is_no_command() {
+fn input_of_people_and_messages_of_robots_are_no_commands() {
     let feature = built::<Interventions>("");
     let keys = Subject { about: About::Person, id: "p001".to_owned() };
     let keys = Stream { signal: Signal::Input, ..Stream::raw("/p/keys", keys, Shape::Event) };
