@@ -1,4 +1,4 @@
-//! The sources, features, sinks and workers that stand in a study.
+//! The sources, features, sinks and workers that a study can use.
 
 use std::sync::OnceLock;
 
@@ -13,7 +13,7 @@ use teampulse_sinks::{SINKS, SinkContext};
 use teampulse_sources::{SOURCES, SourceContext};
 use teampulse_workers::{WORKERS, WorkerContext};
 
-/// The tables of a program: those of `teampulse`, or of one that has components of its own beside them.
+/// The tables of a program: those of `teampulse`, or of a program with additional components.
 #[derive(Clone, Copy)]
 pub struct Components {
     /// The sources, by the name that a study uses.

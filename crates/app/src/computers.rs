@@ -67,7 +67,7 @@ fn line(computer: &str, status: &StreamStatus) -> String {
     format!("clock    {word} {computer}  {sign}{offset} ± {uncertainty} {how}{remedy}")
 }
 
-/// What is known of a computer whose clock is off, and the remedy. Its stamps alone cannot separate a clock
+/// The report on a computer whose clock is off, with the remedy. Its stamps alone cannot separate a clock
 /// that is behind from messages that are sent late.
 fn remedy(status: &StreamStatus) -> String {
     if is_probed(status) {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_computer_in_step_is_fine() {
+    fn a_synchronised_computer_is_ok() {
         let near = line("laptop2", &status(-0.004, ClockKind::Remote));
         assert_eq!(near, "clock    ok    laptop2  -4.0 ms ± 1.0 ms by its stamps");
     }
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stamps_alone_cannot_give_is_not_reported() {
+    fn an_offset_that_stamps_alone_cannot_give_is_not_reported() {
         let behind = line("camera", &status(-0.201, ClockKind::Remote));
         assert_eq!(
             behind,
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unknown_is_said_to_be_unknown() {
+    fn an_unknown_clock_is_reported_as_unknown() {
         let nothing = line("laptop2", &status(f64::NAN, ClockKind::Remote));
         assert!(nothing.starts_with("clock    ?     laptop2  unknown: "), "{nothing}");
         let vague = StreamStatus { sigma_secs: f64::NAN, ..status(0.01, ClockKind::Remote) };
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn stamps_of_a_simulation_are_no_clock_that_is_off() {
+    fn stamps_of_a_simulation_are_not_a_clock_offset() {
         let told = line("arena", &status(-1.8e9, ClockKind::Remote));
         assert!(told.starts_with("clock    off   arena  stamps by simulated time"), "{told}");
     }

@@ -9,7 +9,7 @@ use teampulse_sinks::{Scroll, View};
 use teampulse_sources::session::{Key, Keys, PhaseDesk, marker};
 
 /// The question before a key ends a recording.
-const END: &str = "end the recording?  y ends it, any other key goes on";
+const END: &str = "end the recording?  y ends it, any other key continues";
 
 /// The message when no phase can begin.
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_is_ended_by_two_keys_and_anything_else_by_one() {
+    fn ending_a_recording_takes_two_keys_and_anything_else_one() {
         let growth = Growth::default();
         assert_eq!(press(&mut controls(&growth), "q"), (String::new(), true));
         growth.begin();
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_are_no_letters_set_no_marker() {
+    fn other_keys_than_letters_set_no_marker() {
         let mut controls = controls(&Growth::default());
         let keys = [Key::Up, Key::PageDown, Key::Home, Key::Escape, Key::Control('n')];
         assert!(keys.into_iter().all(|key| controls.press(key).is_none()));

@@ -1,4 +1,4 @@
-//! Failures as they are shown: the cause, and what the user can do.
+//! Failures as shown to the user: the cause, and a hint.
 
 use std::fmt;
 

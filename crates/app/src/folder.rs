@@ -1,4 +1,4 @@
-//! The folder of a recording: one that no other recording has.
+//! The folder of a recording, which no other recording shares.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sessions_that_begin_at_once_have_a_folder_each() {
+    fn simultaneous_sessions_have_separate_folders() {
         let out = tempfile::tempdir().unwrap();
         let sessions: Vec<Claimed> = std::thread::scope(|scope| {
             let claim = || Claimed::new(out.path(), "pilot").unwrap();
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_stays_only_if_something_is_in_it() {
+    fn an_empty_folder_is_removed() {
         let out = tempfile::tempdir().unwrap();
         let (empty, full) = (Claimed::new(out.path(), "a"), Claimed::new(out.path(), "b"));
         let (empty, full) = (empty.unwrap(), full.unwrap());
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_cannot_be_made_is_said_with_a_remedy() {
+    fn a_folder_that_cannot_be_created_is_reported_with_a_hint() {
         let (message, hint) = Claimed::new(Path::new("/proc/nowhere"), "a").unwrap_err().words();
         assert!(message.starts_with("failed to create /proc/nowhere"), "{message}");
         assert!(!hint.is_empty());

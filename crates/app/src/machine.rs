@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_receive_buffer_holds_what_comes_while_the_machine_is_busy() {
+    fn a_receive_buffer_covers_the_delays_of_a_busy_machine() {
         let (installed, large) = (208 << 10, 16 << 20);
         let told = too_small(installed, 50_000.0).unwrap();
         assert!(told.contains("208 KiB hold 4 ms of 50000 messages/s"), "{told}");
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn many_messages_ask_for_priority_where_there_is_none() {
+    fn many_messages_without_priority_give_a_warning() {
         let told = waits(false, 50_000.0).unwrap();
         assert!(told.contains("50000 messages/s") && told.contains("nice -10"), "{told}");
         assert_eq!(waits(true, 50_000.0), None);
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_recorded_into_a_file_or_below_one() {
+    fn a_file_is_not_a_folder_for_recordings() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         std::fs::write(&file, "mine").unwrap();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_with_less_room_than_must_stay_free_is_too_full() {
+    fn a_disk_with_less_free_space_than_required_is_refused() {
         let said = |free_mib: u64, keep_free_mib: u64| {
             too_full(free_mib << 20, keep_free_mib << 20, Path::new("/data"))
         };

@@ -54,7 +54,7 @@ fn looking_at_nothing(workers: &[Program], heard: &[&str]) -> Vec<String> {
     let looked_at = workers.iter().flat_map(|worker| &worker.streams);
     let idle = looked_at.filter(|pattern| !names_something(pattern, heard));
     idle.map(|pattern| {
-        format!("a worker looks at `{}`, which matches no received stream", pattern.text())
+        format!("the pattern `{}` of a worker matches no received stream", pattern.text())
     })
     .collect()
 }
@@ -108,13 +108,13 @@ mod tests {
     }
 
     #[test]
-    fn that_nothing_is_kept_is_said() {
+    fn a_study_that_stores_nothing_is_reported() {
         assert_eq!(notes(""), "no sink stores data: nothing is recorded");
         assert_eq!(notes("[[sinks]]\ntype = \"bag\"\n"), "");
     }
 
     #[test]
-    fn that_less_room_is_asked_for_than_a_recording_begins_with_is_said() {
+    fn a_limit_of_free_space_below_the_least_is_reported() {
         let keeping =
             |mib: u32| notes(&format!("[[sinks]]\ntype = \"bag\"\nkeep_free_mib = {mib}\n"));
         assert_eq!(keeping(64), "");
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_worker_that_looks_at_nothing_is_named() {
+    fn a_worker_without_matching_streams_is_named() {
         let worker = |text: &str| Program {
             command: vec!["true".into()],
             streams: vec![Pattern::parse(text).unwrap()],
@@ -154,18 +154,18 @@ mod tests {
         let workers = [worker("/robot1/odom"), worker("/robot2/odom"), worker("/team/state")];
         assert_eq!(
             looking_at_nothing(&workers, &["/robot1/odom"]),
-            ["a worker looks at `/robot2/odom`, which matches no received stream"]
+            ["the pattern `/robot2/odom` of a worker matches no received stream"]
         );
     }
 
     #[test]
-    fn that_a_phase_begins_by_hand_is_said() {
+    fn a_phase_without_a_start_is_reported() {
         let study = format!("{PEOPLE}[[phases]]\nname = \"baseline\"\nlasts_secs = 60\n");
         assert!(notes(&study).starts_with("the phase `baseline` has no from_secs: it begins with"));
     }
 
     #[test]
-    fn that_no_phase_is_a_baseline_is_said_where_people_are_watched() {
+    fn a_missing_baseline_is_reported_where_people_are_recorded() {
         assert_eq!(notes(&phase("baseline")), "");
         assert!(notes(&phase("Baseline")).contains("write `baseline`"));
         assert!(notes(&phase("rest")).contains("no phase is called `baseline`"));

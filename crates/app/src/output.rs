@@ -15,7 +15,7 @@ pub fn line(text: impl AsRef<str>) {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
         Err(error) => {
-            say(format!("error: failed to write what was found: {error}"));
+            say(format!("error: failed to write the results: {error}"));
             std::process::exit(Exit::Failed as i32);
         }
     }
@@ -61,5 +61,5 @@ pub fn lines(texts: impl IntoIterator<Item = String>) {
 /// Prints a value as JSON, one object.
 pub fn json(value: &impl serde::Serialize) {
     let text = serde_json::to_string_pretty(value);
-    line(text.expect("what is printed has string keys and no failing parts"));
+    line(text.expect("printed values have string keys and can be serialised"));
 }

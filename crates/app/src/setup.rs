@@ -190,7 +190,7 @@ impl Setup {
         bags.map(|bag| bag.keep_free_mib.saturating_mul(1 << 20)).max().unwrap_or(0)
     }
 
-    /// What the terminal shows.
+    /// The settings of the terminal's view.
     fn terminal(&self) -> TerminalContext {
         let shown = self.study.general.session.show_estimates;
         let phases = self.phases.clone();
@@ -323,7 +323,8 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     };
     study.build("sources", Components::of_this_program().sources, &context)?;
     features(study)?;
-    // Not its workers: what they found is in the recording, and their programs may be elsewhere.
+    // Without its workers: their results are in the recording, and their programs may not be on
+    // this machine.
     sinks(study, &sink_context(study, Path::new("nowhere"), &clock))?;
     Ok(())
 }
@@ -354,7 +355,7 @@ pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     Ok(enabled)
 }
 
-/// What the sinks of a session are built with.
+/// The context with which the sinks of a session are built.
 pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
     let session = study.general.session.name.as_str();
     let context = SinkContext::new(bag, session, clock.clone());
@@ -392,9 +393,9 @@ pub fn conclude(outcome: Outcome) -> Exit {
     }
     for WorkerEnd { name, looked: Looked { taken, skipped }, error } in outcome.workers {
         if taken + skipped == 0 {
-            say(format!("{name}: nothing came on the streams that it looks at"));
+            say(format!("{name}: no sample came on its streams"));
         } else if skipped > 0 {
-            say(format!("{name}: looked at {taken} of {} samples", taken + skipped));
+            say(format!("{name}: processed {taken} of {} samples", taken + skipped));
         }
         if let Some(error) = error {
             let failure = Failure::new(format!("{name}: failed to {error}"));

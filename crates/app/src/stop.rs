@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_process_ignores_is_known() {
+    fn ignored_signals_are_read_from_proc() {
         let status = "Name:\tx\nSigBlk:\t0000000000000001\nSigIgn:\t0000000000001001\n";
         assert!(is_ignored(1, status) && is_ignored(13, status));
         assert!(!is_ignored(2, status) && !is_ignored(1, ""));

@@ -1,4 +1,4 @@
-//! A study: what to watch, what to compute, what to keep, in one TOML file.
+//! A study: the sources, features and sinks of a session, in one TOML file.
 
 mod settings;
 mod error;
@@ -201,7 +201,7 @@ impl Study {
         })
     }
 
-    /// Fails where a command is allowed that there is not, or to a component that there is not.
+    /// Fails where an unknown command is allowed, or one to an unknown component.
     pub fn check_commands(&self) -> Result<(), StudyError> {
         self.check_commanders()?;
         let Some((setting, place, word)) = self.general.commands.unknown() else { return Ok(()) };

@@ -185,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn demos_on_one_machine_have_a_domain_each() {
+    fn each_demo_on_a_machine_has_its_own_domain() {
         // Names of this test only: a demo may run beside it.
         let prefix = format!("teampulse_test_{}", std::process::id());
         let domain = |taken: &Option<Taken>| taken.as_ref().map(|taken| taken.domain);

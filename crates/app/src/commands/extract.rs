@@ -95,7 +95,7 @@ pub struct Extract {
     json: bool,
 }
 
-/// How a recording is analysed.
+/// The method of analysis of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
     /// Each sample with those before it, as live

@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_that_ended_early_says_why_and_one_that_goes_on_from_where() {
+    fn notes_state_why_a_recording_ended_early_and_which_one_it_continues() {
         let notes = [(ENDED_NOTE, "the disk is full"), (CONTINUES_NOTE, "a_bag")];
         let notes = notes.map(|(note, text)| (note.to_owned(), text.to_owned()));
         let lines: Vec<String> = how_it_ended(&BTreeMap::from(notes)).collect();
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn long_names_move_no_column() {
+    fn columns_stay_aligned_with_long_names() {
         let row = |name: &str| Row {
             name: name.to_owned(),
             type_name: "teampulse_msgs/msg/Feature".to_owned(),
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn no_rate_is_known_from_one_message_or_without_time() {
+    fn one_message_or_no_duration_gives_no_rate() {
         assert_eq!(rate_hz(1, 0.0), None);
         assert_eq!(rate_hz(1, 60.0), None);
         assert_eq!(rate_hz(5, 0.0), None);

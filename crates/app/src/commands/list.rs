@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_setting_is_where_it_is_left_out_is_reported() {
+    fn the_default_of_a_setting_is_reported() {
         for (kind, name, end) in [
             ("stuck", "stuck_secs", "[s] (default 30)"),
             ("link_quality", "weak_dbm", "[dBm] (default -75)"),

@@ -130,8 +130,8 @@ pub fn source_of(bag: &Arc<Bag>, selection: Selection) -> BagSource {
     if bag.notes().contains_key(RETIMED) { source.as_placed() } else { source }
 }
 
-/// How the samples of a bag get their times: from the clocks of a study, or as stamped where `retime` has
-/// computed them.
+/// The timing of a bag's samples: from the clocks of a study, or as stamped where `retime` has computed
+/// them.
 pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     let settings = study.map(|study| study.general.clocks.clone()).unwrap_or_default();
     if bag.notes().contains_key(RETIMED) {

@@ -93,7 +93,7 @@ fn say_where(folder: &Path) {
     say(format!("recorded; look into it with `teampulse info {}`", folder.display()));
     let summary = folder.join(SUMMARY);
     if summary.exists() {
-        say(format!("what was usable, on one page: {}", summary.display()));
+        say(format!("data quality and losses, on one page: {}", summary.display()));
     }
     last_line(folder.display().to_string());
 }

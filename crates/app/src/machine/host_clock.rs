@@ -1,5 +1,5 @@
 //! Whether the clock of this machine is synchronised.
-#![expect(unsafe_code, reason = "the kernel's word on its clock has no safe binding")]
+#![expect(unsafe_code, reason = "the kernel's clock status has no safe binding")]
 
 /// The state of the clock as reported by the kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_that_nothing_keeps_in_step_is_reported_with_a_remedy() {
+    fn an_unsynchronised_clock_is_reported_with_a_hint() {
         assert!(describe(Clock::Free).contains("start chrony"));
         let kept = describe(Clock::Synchronised { within_secs: 0.012_3 });
         assert_eq!(kept, "clock    ok    synchronised to within 12 ms");

@@ -56,7 +56,7 @@ impl Shown<'_> {
         }
     }
 
-    /// What is written next stands at a byte of the study.
+    /// Notes the byte of the study at which the next text is.
     fn reach(&mut self, at: usize) {
         let here = self.text.len();
         if at >= self.span.start {
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_study_of_short_lines_stays_as_it_is() {
+    fn a_study_of_short_lines_stays_unchanged() {
         let text = "a = 1\n\nb = \"ä\"\n[c]";
         for span in [0..1, 3..5, 7..15, 0..text.len(), text.len()..text.len()] {
             assert_eq!(excerpt(text, &span), (text.to_owned(), span));
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_long_line_what_is_wrong_is_shown() {
+    fn the_error_in_a_long_line_is_shown() {
         let text =
             format!("a = 1\nb = \"{}\" wrong {}\nc = 2", "x".repeat(70_000), "y".repeat(70_000));
         let at = text.find("wrong").unwrap();

@@ -18,7 +18,7 @@ pub struct General {
     pub session: SessionSettings,
     /// The features to compute.
     pub features: FeatureSettings,
-    /// What is known of the devices' clocks, by the device's name; `teampulse calibrate` measures it.
+    /// Properties of the devices' clocks, by the device's name; `teampulse calibrate` measures them.
     pub clocks: BTreeMap<String, ClockSettings>,
     /// The phases of the study, at set times or begun by hand; `baseline` is the reference.
     pub phases: Vec<Phase>,

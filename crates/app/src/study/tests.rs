@@ -195,7 +195,7 @@ fn with_text(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_mistake_behind_the_longest_line_is_shown() {
+fn a_mistake_after_the_longest_line_is_shown() {
     for length in [65_534, 65_535, 65_536, 200_000] {
         let text = format!("[session]\nname = \"{}\"\n", "x/".repeat(length));
         let shown = shown(&text);
@@ -240,7 +240,7 @@ proptest! {
 }
 
 #[test]
-fn a_table_of_sources_that_is_misspelt_is_found() {
+fn a_misspelt_table_of_sources_has_a_suggestion() {
     for (wrong, meant) in
         [("[[source]]", "sources"), ("[[sink]]", "sinks"), ("[simulated]", "simulate")]
     {
@@ -250,7 +250,7 @@ fn a_table_of_sources_that_is_misspelt_is_found() {
 }
 
 #[test]
-fn a_command_that_there_is_not_is_shown_at_its_place() {
+fn an_unknown_command_is_shown_at_its_place() {
     insta::assert_snapshot!(shown("[commands]\nros = [\"mark\", \"nextphase\"]\n"), @r#"
      × there is no command `nextphase`
       ╭─[study.toml:2:16]

@@ -1,8 +1,8 @@
-//! Writes the latency of a device into a study; all else stays as it is.
+//! Writes the latency of a device into a study; the rest stays unchanged.
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
-/// Intervals that are written differently and are one: they are whole multiples of 1.25 ms [s].
+/// The tolerance within which two intervals are equal [s]: they are whole multiples of 1.25 ms.
 const SAME_INTERVAL_SECS: f64 = 0.000_6;
 
 /// A latency as written in a study.
@@ -42,7 +42,7 @@ pub(super) fn with_latency(text: &str, device: &str, latency: &Latency) -> Resul
             set(interval, key, number);
         }
     }
-    // That of one interval is the best that is known of others, too.
+    // The latency of one interval is the best estimate for others, too.
     if latency.interval_secs.is_none() || !clock.contains_key("latency_secs") {
         for (key, number) in latency.settings() {
             set(clock, key, number);
@@ -123,14 +123,14 @@ mod tests {
     }
 
     #[test]
-    fn a_new_table_stands_behind_all_that_there_was() {
+    fn a_new_table_is_appended() {
         let text = "# ours\n[session]\nname = \"a\"   # short\n\n[[sinks]]\ntype='bag'\n";
         let added = "\n[clocks.polar_h10]\nlatency_secs = 0.0613\nuncertainty_secs = 0.004\n";
         assert_eq!(edited(text), format!("{text}{added}"));
     }
 
     #[test]
-    fn in_a_table_that_there_was_only_the_numbers_change() {
+    fn in_an_existing_table_only_the_numbers_change() {
         let text = "[clocks.polar_h10]  # chest\nlatency_secs = 1e-2 # guessed\nwraps_secs = 512\n\n\
                     [clocks.myo]\nlatency_secs = 0.02\n[session]\nname = \"a\"\n";
         let expected = "[clocks.polar_h10]  # chest\nlatency_secs = 0.0613 # guessed\n\
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_in_one_line_and_odd_names_are_edited_too() {
+    fn inline_tables_and_odd_names_are_edited_too() {
         let text = "clocks = { polar_h10 = { latency_secs = 1.0, uncertainty_secs = 1.0 } }\n";
         assert_eq!(
             edited(text),
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_latency_of_a_connection_interval_stands_beside_those_of_others() {
+    fn the_latency_of_a_connection_interval_is_added_to_those_of_others() {
         let text = "[clocks.myo]\nlatency_secs = 0.05\n";
         let first = with_latency(text, "myo", &OVER_30_MS).unwrap();
         let expected = "[clocks.myo]\nlatency_secs = 0.05\nintervals = [{ interval_secs = 0.03, \
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn without_any_latency_that_of_the_interval_is_the_devices() {
+    fn the_first_latency_of_an_interval_is_also_the_device_s() {
         let text = lines("myo", &OVER_30_MS);
         assert!(
             text.contains("\nlatency_secs = 0.0613\n") && text.contains("interval_secs = 0.03")
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_refused() {
+    fn anything_but_a_table_is_refused() {
         assert!(with_latency("clocks = 3\n", "a", &LATENCY).is_err());
         assert!(with_latency("[clocks]\na = 3\n", "a", &LATENCY).is_err());
         assert!(with_latency("[clocks\n", "a", &LATENCY).is_err());

@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn phases_of_a_person_count_instead_of_the_study_s() {
+    fn phases_of_a_person_replace_the_study_s() {
         let own = BTreeMap::from([("p001".to_owned(), "/humans/persons/p001/task/events".into())]);
         assert_eq!(overruled(true, &own).len(), 1);
         assert_eq!(overruled(false, &own), Vec::<String>::new());

@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_robot_there_is_nothing_to_say_of_its_topics() {
+    fn without_a_robot_its_topics_are_not_reported() {
         let wanted: Robots = toml::from_str("images = [\"camera\"]").expect("settings");
         assert_eq!(notes(&[wanted], [].into_iter()), Vec::<String>::new());
     }

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_publish_in_other_types_is_named() {
+    fn people_s_topics_of_other_types_are_named() {
         let topics = [
             ("/humans/persons/p001/h10/ecg", "teampulse_msgs/msg/Wave"),
             ("/humans/persons/p001/h10/hr", "std_msgs/msg/Float32"),
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn thousands_of_lines_are_not_said() {
+    fn long_lists_are_shortened() {
         let all: Vec<(String, &str)> =
             (0..500).map(|number| (format!("/turtle{number}/battery"), BATTERY)).collect();
         let topics: Vec<(&str, &str)> = all.iter().map(|(topic, of)| (&**topic, *of)).collect();

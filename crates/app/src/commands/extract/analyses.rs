@@ -1,4 +1,4 @@
-//! The signals that tables can have, and how the user has them analysed.
+//! The signals that tables can have, and the options of their analysis.
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_person_has_is_refused() {
+    fn implausible_numbers_are_refused() {
         for (signal, wrong, right) in [
             (Signal::Interval, &[0.8][..], &[800.0][..]),
             (Signal::Eda, &[1812.0], &[18.12]),
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn of_nothing_nothing_is_said() {
+    fn an_empty_table_has_no_remark() {
         assert!(Plausible::new(Signal::Eda).refused().is_ok());
         assert!(!is_refused(Signal::Eda, &[f64::NAN]));
     }

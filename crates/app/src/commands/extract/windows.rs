@@ -91,12 +91,12 @@ mod tests {
     }
 
     #[test]
-    fn without_a_length_one_window_holds_all() {
+    fn without_a_length_there_is_one_window() {
         assert_eq!(reported(None, None, 5), [(0, 5)]);
     }
 
     #[test]
-    fn what_is_left_over_is_a_shorter_window() {
+    fn the_remainder_is_a_shorter_window() {
         assert_eq!(reported(Some(2.0), None, 5), [(0, 2), (2, 4), (4, 5)]);
         assert_eq!(reported(Some(2.0), None, 4), [(0, 2), (2, 4)]);
         assert_eq!(reported(Some(9.0), None, 4), [(0, 4)]);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_that_was_reported_is_not_left() {
+    fn a_reported_window_is_not_repeated() {
         let mut windows = Windows::new(0, Lengths::new(Some(2.0), Some(1.0)));
         let span = |begin: i64| Span { begin_ns: begin * SEC, end_ns: (begin + 2) * SEC };
         assert!(!windows.take(span(-1)));

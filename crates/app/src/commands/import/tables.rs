@@ -276,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_of_devices_give_by_their_names_what_they_measure() {
+    fn the_names_of_device_files_indicate_their_signals() {
         let of = |name: &str| signal_of(Path::new(name)).map(|analysis| analysis.signal);
         assert_eq!(of("E4/EDA.csv"), Some(Signal::Eda));
         assert_eq!(of("E4/IBI.csv"), Some(Signal::Interval));

@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn times_and_the_intervals_before_them_are_known_in_any_unit() {
+    fn times_and_the_intervals_before_them_are_recognised_in_any_unit() {
         assert_eq!(of("1.512 0.812\n2.300 0.788\n3.1 0.8\n9.05 0.85\n9.85 0.8"), Some(["s", "s"]));
         assert_eq!(of("1.512 812\n2.300 788\n3.1 800\n3.9 800"), Some(["s", "ms"]));
         assert_eq!(of("1512 812\n2300 788\n3100 800\n3900 800"), Some(["ms", "ms"]));
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn other_pairs_of_numbers_are_no_beats() {
+    fn other_pairs_of_numbers_are_not_beats() {
         for text in [
             "1.512 0.812\n2.300 0.788",
             "0 0.004\n0.004 0.004\n0.008 0.004\n0.012 0.004",

@@ -181,7 +181,7 @@ impl Clock {
             && usual_rate_hz(&times).is_none_or(|hz| (least_hz..=MOST_HZ).contains(&hz))
     }
 
-    /// The rate that these cells make [Hz].
+    /// The rate of these cells as times [Hz].
     pub fn rate_hz(&self, cells: &[&str]) -> Option<f64> {
         usual_rate_hz(&self.times_of(cells))
     }
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn times_since_the_start_give_their_unit_by_the_rate_that_they_make() {
+    fn the_unit_of_times_since_the_start_follows_from_their_rate() {
         let clock = |cells: &[&str]| Clock::recognised("t", cells, 50.0).unwrap();
         assert_eq!(clock(&["0", "0,004", "0,008"]), Clock::of_unit(SEC));
         for (cells, ns) in [
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_in_the_name_is_known() {
+    fn a_unit_in_the_name_is_recognised() {
         for (name, ns) in [
             ("time_ms", Some(1_000_000)),
             ("timestamp [ms]", Some(1_000_000)),
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn minutes_and_seconds_are_no_hours_and_minutes_where_rows_come_faster() {
+    fn frequent_rows_have_minutes_and_seconds_not_hours_and_minutes() {
         let form = |cells: &[&str]| Clock::recognised("t", cells, 0.0).unwrap().form;
         assert_eq!(form(&["00:00.000", "00:00.250"]), Form::Minutes);
         assert_eq!(form(&["59:59", "60:00", "60:01"]), Form::Minutes);
@@ -316,13 +316,13 @@ mod tests {
     }
 
     #[test]
-    fn a_midnight_is_no_step_back() {
+    fn midnight_is_not_a_step_back() {
         let times = read(&["23:59:59.9", "00:00:00.1"], 1.0);
         assert_eq!(times[1] - times[0], SEC / 5);
     }
 
     #[test]
-    fn what_is_no_time_is_not_recognised() {
+    fn other_cells_are_not_taken_as_times() {
         for cells in [&["a", "b"][..], &[], &["1", "x"]] {
             assert_eq!(Clock::recognised("t", cells, 1.0), None, "{cells:?}");
         }

@@ -63,7 +63,7 @@ pub fn minutes_ns(cell: &str) -> Option<i64> {
     Some(whole_ns + decimals_ns(decimals)?)
 }
 
-/// What stands behind the decimal point of seconds [ns].
+/// The fraction of a second after the decimal point [ns].
 fn decimals_ns(decimals: &str) -> Option<i64> {
     let (mut nanos, mut step_ns) = (0, SEC_NS);
     for digit in decimals.bytes() {
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_date_is_none() {
+    fn other_texts_are_not_dates() {
         for cell in
             ["", "12.5", "1617637684", "noon", "2021-13-01 00:00", "2021-04-05", "T", "µT1:2"]
         {

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_one_number_or_two_is_asked_for() {
+    fn an_ambiguous_comma_is_an_error() {
         assert_eq!(of("12,65\n13,64\n12,7", 0), None);
         let line = TextLine { number: 1, text: "12,65".to_owned() };
         let chosen = |decimal| separator(std::slice::from_ref(&line), 0, true, Some(decimal));

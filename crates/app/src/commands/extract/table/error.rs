@@ -11,7 +11,7 @@ pub enum TableError {
     Open {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         error: io::Error,
     },
     /// Reading failed.

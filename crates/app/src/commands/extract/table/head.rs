@@ -223,7 +223,7 @@ fn is_names(line: &str) -> bool {
         && cells().any(|cell| number(cell).is_none())
 }
 
-/// Whether a cell holds a time that is no mere number.
+/// Whether a cell holds a time that is not a plain number.
 fn is_time(cell: &str) -> bool {
     is_date(cell) || time_of_day_ns(cell).is_some() || minutes_ns(cell).is_some()
 }
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn times_and_numbers_of_rows_are_no_signals() {
+    fn times_and_row_numbers_are_not_signals() {
         for name in [
             "time",
             "Time (s)",
@@ -262,13 +262,13 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_behind_a_space_belongs_to_its_name() {
+    fn a_unit_after_a_space_belongs_to_its_name() {
         assert_eq!(names("time [ms] ecg (mV) x"), ["time [ms]", "ecg (mV)", "x"]);
         assert_eq!(names("a b;[c]"), ["a b", "[c]"]);
     }
 
     #[test]
-    fn a_line_with_a_date_is_none_of_names() {
+    fn a_line_with_a_date_is_not_a_header() {
         assert!(is_names("Phone timestamp;ecg [uV]") && is_names("ms;uS;"));
         assert!(!is_names("2021-04-05T15:48:04.834;start") && !is_names("1;2"));
         assert!(!is_names("00:01.250;start") && !is_names("15:48:04;start"));

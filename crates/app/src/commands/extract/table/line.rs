@@ -9,7 +9,7 @@ pub enum Separator {
     Mark(char),
     /// Any number of spaces.
     Spaces,
-    /// A comma that is also the decimal one in every number: each second comma separates.
+    /// A comma that is also the decimal one in every number: every second comma separates.
     SecondComma,
 }
 
@@ -24,8 +24,8 @@ impl Separator {
         marks.into_iter().find(is_one).map_or(Separator::Spaces, Separator::Mark)
     }
 
-    /// The number of cells in a line, without empty ones at its end. Where each second comma separates, all
-    /// commas count.
+    /// The number of cells in a line, without empty ones at its end. Where every second comma separates,
+    /// all commas count.
     pub fn width(self, line: &str) -> usize {
         let all = if self == Separator::SecondComma { Separator::Mark(',') } else { self };
         let filled = all.cells(line).enumerate().filter(|(_, cell)| !cell.is_empty());
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_stand_between_commas_semicolons_tabs_or_spaces() {
+    fn cells_are_separated_by_commas_semicolons_tabs_or_spaces() {
         assert_eq!(cells("1, 2,,3"), ["1", "2", "", "3"]);
         assert_eq!(cells("1,5;2"), ["1,5", "2"]);
         assert_eq!(cells("a b\t\tc"), ["a b", "", "c"]);
@@ -125,13 +125,13 @@ mod tests {
     }
 
     #[test]
-    fn each_second_comma_may_separate() {
+    fn every_second_comma_may_separate() {
         let cells: Vec<&str> = Separator::SecondComma.cells("0,01,-33,5,7").collect();
         assert_eq!(cells, ["0,01", "-33,5", "7"]);
     }
 
     #[test]
-    fn what_says_that_there_is_no_number_is_none() {
+    fn a_mark_of_a_missing_value_is_not_a_number() {
         for cell in ["", "NaN", "NA", "inf", "-inf", "null", "1e999"] {
             assert!(number(cell).is_some_and(f64::is_nan), "{cell}");
         }

@@ -31,7 +31,7 @@ fn of(signal: Signal) -> Wanted {
     analyses::wanted(Analysis::of(signal).unwrap(), Vec::new(), None, None)
 }
 
-/// What is read of a file with this text: the table, its times [ns] and its numbers.
+/// The contents of a file with this text: the table, its times [ns] and its numbers.
 fn reported(name: &str, wanted: &Wanted, text: &str) -> (Table, Vec<i64>, Vec<Vec<f64>>) {
     let file = File::new(name, text);
     let mut table = Table::open(&file.0, wanted, None).unwrap();
@@ -43,7 +43,7 @@ fn reported(name: &str, wanted: &Wanted, text: &str) -> (Table, Vec<i64>, Vec<Ve
     (table, times, numbers)
 }
 
-/// A file that is gone when the test is over.
+/// A file that is removed at the end of the test.
 struct File(PathBuf);
 
 impl File {
@@ -77,7 +77,7 @@ fn an_e4_gives_when_it_began_and_its_rate() {
 }
 
 #[test]
-fn a_column_may_give_the_times_and_with_them_the_rate() {
+fn a_column_may_contain_the_times_and_so_determine_the_rate() {
     let file = File::new("times.csv", "time_ms,ecg\n0,1\n10,2\n20.5,3\n50,4\n");
     let chosen = Wanted { time: Some("time_ms".into()), ..wanted("ecg", false) };
     let mut table = Table::open(&file.0, &chosen, None).unwrap();
@@ -88,7 +88,7 @@ fn a_column_may_give_the_times_and_with_them_the_rate() {
 }
 
 #[test]
-fn a_column_of_times_or_of_text_is_no_signal() {
+fn a_column_of_times_or_of_text_is_not_a_signal() {
     let file = File::new("text.csv", "Sample Index,EXG Channel 0,Note\n0,1.5,go\n1,2.5,\n");
     let mut table = Table::open(&file.0, &wanted("eeg", true), Some(250.0)).unwrap();
     assert_eq!(table.names(), ["EXG Channel 0"]);

@@ -5,7 +5,7 @@ use teampulse_core::units::{self, Conversion};
 use super::columns::Wanted;
 use super::head::Head;
 
-/// What devices and people write for raw counts of a converter.
+/// Spellings of raw counts of a converter.
 const RAW: [&str; 9] =
     ["counts", "count", "adc", "raw", "lsb", "digits", "no_units", "adu", "codes"];
 
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_stand_in_brackets_or_at_the_end_of_a_name() {
+    fn units_are_in_brackets_or_at_the_end_of_a_name() {
         for (name, unit) in [
             ("ecg [uV]", Some("uV")),
             ("Temp (°C)", Some("°C")),
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_that_windows_wrote_are_mended() {
+    fn letters_in_windows_encoding_are_repaired() {
         assert_eq!(["\u{fffd}S", "\u{fffd}C", "mV"].map(mended), ["uS", "degC", "mV"]);
     }
 }

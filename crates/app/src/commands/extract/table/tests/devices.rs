@@ -1,4 +1,4 @@
-//! Tables as devices and their programs write them, made here after their formats.
+//! Tables in the formats of devices and their programs.
 
 use super::*;
 
@@ -14,7 +14,7 @@ fn steps(times: &[i64]) -> Vec<i64> {
 
 #[test]
 fn polar_sensor_logger_s_ecg_has_the_sensor_s_rate_and_the_phone_s_time() {
-    // The phone stamps what comes at once with nearly the same time.
+    // The phone gives samples of one packet nearly the same time.
     let row = |k: i64| {
         let (phone_ms, sensor_ns) = (270 + k / 4, 599_616_050_941_733_632 + k * 7_692_308);
         format!("2026-04-24T14:10:15.{phone_ms};{sensor_ns};{:.1};{}", k as f64 * 7.692, 85 - k)
@@ -31,7 +31,7 @@ fn polar_sensor_logger_s_ecg_has_the_sensor_s_rate_and_the_phone_s_time() {
 }
 
 #[test]
-fn polar_sensor_logger_s_acceleration_and_pulse_are_known() {
+fn polar_sensor_logger_s_acceleration_and_pulse_are_recognised() {
     let row = |k: i64| {
         let sensor_ns = 599_616_065_136_175_104 + k * 20_000_000;
         format!("2026-04-24T14:10:20.{:03};{sensor_ns};-953;63;{}", 58 + k, 425 + k)
@@ -64,7 +64,7 @@ fn polar_sensor_logger_s_intervals_have_their_times() {
     assert_eq!(times, [1_777_039_815_270 * MS, 1_777_039_816_100 * MS]);
     assert_eq!(numbers, [[812.0], [830.0]]);
 
-    // The error of a pulse-to-pulse interval is none.
+    // The error estimate of an interval is not an interval.
     let text = "Phone timestamp;PP-interval [ms];error estimate [ms];blocker;contact;contact supported\n\
                 2026-04-24T14:10:15.270;812;10;0;1;1\n";
     let (table, ..) = reported("psl_ppi.txt", &of(Signal::Interval), text);
@@ -109,7 +109,7 @@ fn an_embrace_plus_counts_microseconds() {
 }
 
 #[test]
-fn an_embrace_plus_minute_by_minute_says_its_units() {
+fn the_minutes_of_an_embrace_plus_state_their_units() {
     let head =
         "timestamp_unix,timestamp_iso,participant_full_id,temperature_celsius,missing_value_reason";
     let row = |k: i64| {
@@ -185,7 +185,7 @@ fn dates_are_times_in_any_form_of_them() {
 }
 
 #[test]
-fn decimal_commas_stand_in_any_column() {
+fn decimal_commas_are_read_in_any_column() {
     let row = |k: i64| format!("{},{:03};{},5;-1,25", k / 4, k % 4 * 250, 33 + k % 2);
     for (name, mark) in [("semicolons", ";"), ("tabs", "\t"), ("spaces", "  ")] {
         let text = lines("time;temp;x", (0..20).map(row)).replace(';', mark);

@@ -53,7 +53,7 @@ fn lines_may_end_with_carriage_returns() {
     for (name, end) in [("returns", "\r"), ("both", "\r\n"), ("twice", "\r\r\n")] {
         assert_eq!(read(name, &text.replace('\n', end)), expected, "{name}");
     }
-    // A return within a line of a table whose lines end otherwise ends none of them.
+    // A carriage return within a line does not end it where lines end otherwise.
     let file = File::new("within.csv", "ecg;note\n1;\"a\rb\"\n2;c\nx;d\n");
     let mut table = Table::open(&file.0, &of(Signal::Ecg), Some(250.0)).unwrap();
     assert_eq!(table.next_row().unwrap().unwrap().values, [1.0]);
@@ -72,7 +72,7 @@ fn a_stopwatch_s_times_are_minutes_and_seconds() {
     assert_eq!((table.rate_hz(), times[0]), (4.0, (59 * 60 + 55) * 1000 * MS));
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 250 * MS), "{times:?}");
     assert!(table.notes().iter().any(|note| note.contains("minutes and seconds")));
-    // What may be either is a time of day, with a word about it, unless it is named.
+    // An ambiguous column is taken as times of day, with a note, unless the user names its form.
     let text = "time;temp\n08:15;33.1\n08:16;33.2\n08:17;33.3\n";
     let (table, times, _) = reported("of_day.csv", &of(Signal::Temperature), text);
     assert_eq!(times[1] - times[0], 60_000 * MS);
@@ -91,7 +91,7 @@ fn days_of_a_spreadsheet_are_its_dates() {
     assert!((table.rate_hz() - 4.0).abs() < 1e-3, "{}", table.rate_hz());
     assert_eq!(times[0], 1_617_624_000_000 * MS, "5 April 2021, noon");
     assert!(table.notes().iter().any(|note| note.contains("days since 1900")));
-    // So slow that they may be seconds as well: they are named.
+    // So slow that they may also be seconds: the user names the form.
     let text = "at;temp\n44291.50;33.1\n44291.75;33.2\n44292.00;33.3\n";
     let named = Wanted { time: Some("at:excel".into()), ..of(Signal::Temperature) };
     let (_, times, _) = reported("named_excel.csv", &named, text);

@@ -1,8 +1,8 @@
-//! What is said of tables: nothing is left out, or chosen, in silence.
+//! Notes on tables: every omission and every choice is reported.
 
 use super::*;
 
-/// What is said of a table with this text that is read with a rate [Hz], in the end.
+/// The notes on a table with this text that was read with a rate [Hz].
 fn notes(signal: Signal, text: impl AsRef<[u8]>, rate_hz: Option<f64>) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("noted.csv");
@@ -19,7 +19,7 @@ fn timed(step_ms: usize) -> String {
 }
 
 #[test]
-fn a_rate_that_counts_more_than_times_is_said() {
+fn a_rate_that_overrides_times_is_reported() {
     let [note] = &notes(Signal::Ecg, timed(4), Some(130.0))[..] else { panic!("one note") };
     assert!(note.starts_with("--rate (130 Hz) is used, not the times in column time_ms (250 Hz)"));
     assert!(note.ends_with("unless --time \"time_ms\" is given"), "{note}");
@@ -35,7 +35,7 @@ fn a_rate_that_counts_more_than_times_is_said() {
 }
 
 #[test]
-fn a_rate_that_the_table_gives_otherwise_is_said() {
+fn a_rate_that_differs_from_the_table_is_reported() {
     let text = "%Sample Rate = 250 Hz\nStamp,ecg,Timestamp\n1,2,0.000\n2,3,0.010\n3,4,0.020\n";
     assert!(
         notes(Signal::Ecg, text, Some(200.0))
@@ -72,7 +72,7 @@ fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
 }
 
 #[test]
-fn a_row_of_which_no_one_knows_what_is_what_holds_no_number() {
+fn a_row_with_unassignable_cells_holds_no_number() {
     let mut lines = vec!["time,temp".to_owned()];
     lines.extend((0..40).map(|k| format!("{},{:02},33,{:02}", k / 4, k % 4 * 25, 40 + k % 7)));
     lines[30] = "7,25,33".into();
@@ -86,7 +86,7 @@ fn a_row_of_which_no_one_knows_what_is_what_holds_no_number() {
 }
 
 #[test]
-fn a_separator_at_the_end_of_the_names_begins_no_column() {
+fn a_separator_at_the_end_of_the_names_does_not_begin_a_column() {
     let text = "Phone timestamp;HR [bpm];HRV [ms];\n2026-04-24T14:10:15.270;72;;\n2026-04-24T14:10:16.270;73;;\n";
     let (table, ..) = reported("psl_hr.txt", &of(Signal::Other), text);
     assert_eq!(table.names(), ["HR [bpm]", "HRV [ms]"]);
@@ -114,7 +114,7 @@ fn times_that_are_not_those_of_samples_give_no_rate() {
 }
 
 #[test]
-fn decimal_commas_that_can_not_be_reported_from_others_are_refused() {
+fn ambiguous_decimal_commas_are_refused() {
     let text = "time,temp\n0,33,40\n0,25,33,41\n0,5,33,42\n0,75,33\n1,33,43\n";
     let file = File::new("ragged.csv", text);
     let opened = Table::open(&file.0, &of(Signal::Temperature), None);

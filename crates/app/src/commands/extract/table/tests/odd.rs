@@ -1,4 +1,4 @@
-//! Tables as nobody should write them: they are read, or refused with a reason, and nothing else.
+//! Malformed tables: they are either read, or refused with a reason.
 
 use proptest::prelude::*;
 use teampulse_core::text::is_unwanted;
@@ -6,7 +6,7 @@ use teampulse_core::text::is_unwanted;
 use super::super::super::rows::{Rows, Said};
 use super::*;
 
-/// What may stand in a cell.
+/// Possible contents of a cell.
 fn cell() -> impl Strategy<Value = String> {
     let odd = [
         "",
@@ -55,7 +55,7 @@ fn cell() -> impl Strategy<Value = String> {
     ]
 }
 
-/// The bytes of a table: ragged rows, between any separators, behind any head, in any encoding.
+/// The bytes of a table: ragged rows, any separators, any header, any encoding.
 fn table() -> impl Strategy<Value = Vec<u8>> {
     let row = || prop::collection::vec(cell(), 0..6);
     let heads = [
@@ -89,7 +89,7 @@ fn table() -> impl Strategy<Value = Vec<u8>> {
                 0 => [&b"\xff\xfe"[..], &wide(u16::to_le_bytes)].concat(),
                 1 => [&b"\xfe\xff"[..], &wide(u16::to_be_bytes)].concat(),
                 2 => [&b"\xef\xbb\xbf"[..], text.as_bytes()].concat(),
-                // As Latin 1 has it.
+                // In Latin 1.
                 3 => text.chars().map(|each| each as u32 as u8).collect(),
                 _ => text.into_bytes(),
             }
