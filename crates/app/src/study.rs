@@ -371,17 +371,28 @@ impl Study {
     }
 }
 
-/// An unknown table may be a misspelling of one that is read separately.
+/// An error with the tables that are read separately, as an unknown table may be meant as one of them.
 fn with_own_tables(mut error: SettingsError) -> SettingsError {
-    if let Some(known) = error.message.strip_prefix("unknown field `")
-        && let Some((word, "session")) = known
-            .split_once("`, expected one of `")
-            .map(|(word, known)| (word, known.split('`').next().unwrap_or_default()))
-        && let Some(near) = nearest(word, &OWN_TABLES)
-    {
-        error.hint = format!("did you mean `{near}`?");
+    let unknown = error.message.strip_prefix("unknown field `");
+    let Some((word, known)) = unknown.and_then(|rest| rest.split_once("`, expected one of `"))
+    else {
+        return error;
+    };
+    if !known.starts_with("session`") {
+        return error;
     }
+    let shared = known.split('`').step_by(2);
+    let all: Vec<&str> = shared.filter(|key| !key.is_empty()).chain(OWN_TABLES).collect();
+    if let Some(near) = nearest(word, &all).filter(|near| OWN_TABLES.contains(near)) {
+        error.hint = format!("did you mean `{}`?", header(near));
+    }
+    error.message += &OWN_TABLES.map(|key| format!(", `{}`", header(key))).concat();
     error
+}
+
+/// The header of a table that is read separately, as written in a study.
+fn header(key: &str) -> String {
+    if key == "simulate" { format!("[{key}]") } else { format!("[[{key}]]") }
 }
 
 /// The text of an error, without terminal control characters and with an end.

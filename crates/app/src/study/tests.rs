@@ -241,11 +241,16 @@ proptest! {
 
 #[test]
 fn a_misspelt_table_of_sources_has_a_suggestion() {
-    for (wrong, meant) in
-        [("[[source]]", "sources"), ("[[sink]]", "sinks"), ("[simulated]", "simulate")]
-    {
+    for (wrong, meant) in [
+        ("[[source]]", "[[sources]]"),
+        ("[[sink]]", "[[sinks]]"),
+        ("[worker]", "[[workers]]"),
+        ("[simulated]", "[simulate]"),
+        ("[sesion]", "session"),
+    ] {
         let said = shown(&format!("{wrong}\ntype = \"robots\"\n"));
         assert!(said.contains(&format!("did you mean `{meant}`?")), "{said}");
+        assert!(said.contains("`[[workers]]`"), "{said}");
     }
 }
 

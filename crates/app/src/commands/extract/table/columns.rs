@@ -210,10 +210,11 @@ pub fn is_own_time(name: &str) -> bool {
     OWN_TIMES.contains(&name)
 }
 
-/// The column that looks like times, if there is one.
+/// The column that looks like times, if there is one: by its name, or by cells with dates.
 fn recognised(head: &Head, wanted: &Wanted) -> Option<Time> {
     let is_one = |&place: &usize| match head.names.get(place) {
-        Some(name) => is_time_like(name) && !is_count_like(name),
+        Some(name) if is_time_like(name) => !is_count_like(name),
+        Some(_) => is_date(head, place),
         None => head.names.is_empty() && is_date(head, place),
     };
     let mut places: Vec<usize> = (0..head.width).filter(is_one).collect();

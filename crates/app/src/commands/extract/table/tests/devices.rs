@@ -179,6 +179,10 @@ fn dates_are_times_in_any_form_of_them() {
         let (table, times, _) = reported(&format!("{name}.csv"), &of(Signal::Eda), &text);
         assert_eq!((table.rate_hz(), times[0]), (4.0, 1_617_637_680_000 * MS), "{name}");
     }
+    let text = lines("recorded_at;eda", (0..30).map(|k| row("2021-04-05T", ".", k)));
+    let (table, times, numbers) = reported("any_name.csv", &of(Signal::Eda), &text);
+    assert_eq!((table.rate_hz(), times[0]), (4.0, 1_617_637_680_000 * MS));
+    assert_eq!(numbers[1], [1.0]);
     let text = lines("time,eda", (0..30).map(|k| row("", ".", k).replace(';', ",")));
     let (table, times, _) = reported("clock.csv", &of(Signal::Eda), &text);
     assert_eq!((table.rate_hz(), times[1] - times[0]), (4.0, 250 * MS));
