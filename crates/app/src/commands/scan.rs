@@ -1,5 +1,7 @@
 //! `teampulse scan`: what is in range.
 
+mod bluetooth;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,16 +11,19 @@ use clap::Args;
 use serde::Serialize;
 use teampulse_ros::BusId;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
+use teampulse_ros::buses::Buses;
 use teampulse_ros::graph::EndpointKind;
 use teampulse_sources::robots::norm_of_type;
 use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
+use teampulse_sources::wearables::bluetooth::Bluetooth;
 
+use self::bluetooth::Device;
 use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::machine;
 use crate::network;
-use crate::output;
+use crate::output::{self, say};
 
 /// How often the graph is read during a scan.
 const LOOK: Duration = Duration::from_millis(100);
@@ -34,9 +39,22 @@ pub struct Scan {
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<u32>,
-    /// Prints one JSON object
+    /// Prints one JSON array: of each domain, and of Bluetooth where devices are in range
     #[arg(long)]
     json: bool,
+}
+
+/// What was found in one place.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Place {
+    /// On a domain of ROS.
+    Domain(Domain),
+    /// Over Bluetooth.
+    Bluetooth {
+        #[serde(rename = "bluetooth")]
+        devices: Vec<Device>,
+    },
 }
 
 /// The nodes and topics of a domain.
@@ -65,20 +83,42 @@ impl Scan {
         let ids = if self.domains.is_empty() {
             vec![network::default_bus(&buses)?]
         } else {
-            self.domains.into_iter().map(BusId::from).collect()
+            self.domains.iter().copied().map(BusId::from).collect()
         };
+        let bluetooth = Bluetooth::default();
+        let in_range = bluetooth.in_range(Duration::from_secs_f64(self.seconds));
+        let (domains, in_range) = tokio::join!(self.domains(&buses, ids), in_range);
+        let domains = domains?;
+        let devices = match in_range {
+            Ok(seen) => Some(seen.iter().filter_map(Device::of).collect::<Vec<_>>()),
+            Err(error) => {
+                say(format!("no Bluetooth: failed to {error}\n hint: {}", error.hint()));
+                None
+            }
+        };
+        if self.json {
+            let devices = devices.filter(|devices| !devices.is_empty());
+            let places = domains.into_iter().map(Place::Domain);
+            let places = places.chain(devices.map(|devices| Place::Bluetooth { devices }));
+            output::json(&places.collect::<Vec<_>>());
+        } else {
+            domains.iter().for_each(show);
+            if let Some(devices) = devices {
+                bluetooth::show(&devices);
+            }
+            output::lines(machine::check(".".as_ref()));
+        }
+        Ok(Exit::Fine)
+    }
+
+    /// What is in range on each domain.
+    async fn domains(&self, buses: &Buses, ids: Vec<BusId>) -> Result<Vec<Domain>, Failure> {
         let mut domains = Vec::new();
         for id in ids {
             let bus = buses.get(&id)?;
             domains.push(listen(id, &*bus, self.seconds).await);
         }
-        if self.json {
-            output::json(&domains);
-        } else {
-            domains.iter().for_each(show);
-            output::lines(machine::check(".".as_ref()));
-        }
-        Ok(Exit::Fine)
+        Ok(domains)
     }
 }
 

@@ -10,9 +10,26 @@ pub mod polar;
 pub mod myo;
 pub mod shimmer3;
 
+use teampulse_devices::heart_rate::HeartRateSession;
+use teampulse_devices::myo::MyoSession;
+use teampulse_devices::polar::PolarSession;
+
+use bluetooth::{Seen, Wearable};
+
 /// The kinds of sources that are a device which a person wears.
 pub const KINDS: [&str; 5] =
     [empatica_e4::DEVICE, heart_rate::KIND, polar::DEVICE, myo::DEVICE, shimmer3::DEVICE];
+
+/// The kind of source that reads a Bluetooth device in range; a Polar is more than a strap.
+pub fn kind_in_range(seen: &Seen) -> Option<&'static str> {
+    type IsKind = fn(&Seen) -> bool;
+    const KINDS: [(&str, IsKind); 3] = [
+        (polar::DEVICE, PolarSession::is_kind),
+        (myo::DEVICE, MyoSession::is_kind),
+        (heart_rate::KIND, HeartRateSession::is_kind),
+    ];
+    KINDS.iter().find(|(_, is_kind)| is_kind(seen)).map(|(kind, _)| *kind)
+}
 
 /// The kind of source that reads a device, by the device of its streams.
 pub fn kind_of(device: &str) -> Option<&'static str> {

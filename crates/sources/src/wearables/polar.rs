@@ -93,7 +93,8 @@ impl Wearable for PolarSession {
     }
 
     fn is_kind(seen: &Seen) -> bool {
-        seen.name.starts_with("Polar ")
+        // Polar's watches have such names, too.
+        Self::device(seen) != DEVICE
     }
 
     fn device(seen: &Seen) -> &'static str {
@@ -101,7 +102,7 @@ impl Wearable for PolarSession {
         match seen.name.as_str() {
             name if name.starts_with("Polar H10") => H10,
             name if name.starts_with("Polar OH1") => "polar_oh1",
-            name if name.contains("Sense") => "polar_verity_sense",
+            name if name.starts_with("Polar") && name.contains("Sense") => "polar_verity_sense",
             _ => DEVICE,
         }
     }
