@@ -79,7 +79,7 @@ bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded 
 
 setup: $(ready)-build peers ## all that the other targets install, and nothing else
 
-peers: $(ready)-peers .venv/ready tests/build/fastdds_peer
+peers: $(ready)-peers .venv/ready .venv-myo/ready tests/build/fastdds_peer
 
 $(ready)-build:
 	@.ci/apt-install "to build teampulse" build-essential cmake libclang-dev pkg-config
@@ -95,6 +95,12 @@ $(ready)-peers:
 	@echo "setting up .venv with the Python peers of tests/peers/requirements.txt"
 	@python3 -m venv .venv
 	@.venv/bin/pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+.venv-myo/ready: tests/peers/requirements-myo.txt .venv/ready
+	@echo "setting up .venv-myo with dl-myo, which needs an older bleak"
+	@python3 -m venv .venv-myo
+	@.venv-myo/bin/pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 
 .venv/signal-ready: bench/signal/requirements.txt .venv/ready

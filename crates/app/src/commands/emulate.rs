@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use teampulse_core::clock::Clock;
-use teampulse_sources::emulated::{EmulatedWearable, Emulation, Wardrobe};
+use teampulse_sources::emulated::{EmulatedWearable, Emulation, Wardrobe, bluetooth};
 use tokio::task::JoinSet;
 
 use crate::commands::run::seconds;
@@ -49,8 +49,16 @@ impl Emulate {
                 .exit(Exit::BadStudy)
         })?;
         let mut serving = JoinSet::new();
-        for wearable in &team.wearables {
+        let (radios, others): (Vec<_>, Vec<_>) =
+            team.wearables.iter().partition(|wearable| wearable.is_bluetooth());
+        for wearable in others {
             let emulation = open(wearable, &wardrobe).await?;
+            show(&emulation);
+            serving.spawn(emulation.serving);
+        }
+        if !radios.is_empty() {
+            let emulation = bluetooth::open(&radios, &wardrobe).await;
+            let emulation = emulation.map_err(|error| Failure::new(error.to_string()))?;
             show(&emulation);
             serving.spawn(emulation.serving);
         }

@@ -15,6 +15,7 @@ use std::pin::Pin;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+pub use bluetooth::EmulatedRadio;
 pub use empatica_e4::EmulatedE4;
 pub use shimmer3::{EmulatedShimmer, serve_shimmer};
 pub use wardrobe::{PersonError, Wardrobe};
@@ -27,6 +28,12 @@ pub enum EmulatedWearable {
     EmpaticaE4(EmulatedE4),
     /// A Shimmer3 GSR+, on a pseudoterminal in place of its serial port.
     Shimmer3(EmulatedShimmer),
+    /// A Polar H10, behind a BlueZ on a private D-Bus.
+    PolarH10(EmulatedRadio),
+    /// A heart rate strap of any maker, behind a BlueZ on a private D-Bus.
+    HeartRate(EmulatedRadio),
+    /// A Myo armband, behind a BlueZ on a private D-Bus.
+    Myo(EmulatedRadio),
 }
 
 impl EmulatedWearable {
@@ -35,7 +42,16 @@ impl EmulatedWearable {
         match self {
             EmulatedWearable::EmpaticaE4(e4) => &e4.person,
             EmulatedWearable::Shimmer3(shimmer) => &shimmer.person,
+            EmulatedWearable::PolarH10(radio)
+            | EmulatedWearable::HeartRate(radio)
+            | EmulatedWearable::Myo(radio) => &radio.person,
         }
+    }
+
+    /// Whether it is reached over Bluetooth; [`bluetooth::open`] puts several on one bus.
+    pub const fn is_bluetooth(&self) -> bool {
+        use EmulatedWearable::{HeartRate, Myo, PolarH10};
+        matches!(self, PolarH10(_) | HeartRate(_) | Myo(_))
     }
 
     /// Puts it on its transport.
@@ -44,6 +60,9 @@ impl EmulatedWearable {
         match self {
             EmulatedWearable::EmpaticaE4(e4) => e4.open(worn).await,
             EmulatedWearable::Shimmer3(shimmer) => shimmer.open(worn),
+            EmulatedWearable::PolarH10(_)
+            | EmulatedWearable::HeartRate(_)
+            | EmulatedWearable::Myo(_) => bluetooth::open(&[self], wardrobe).await,
         }
     }
 }

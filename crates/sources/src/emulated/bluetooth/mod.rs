@@ -21,11 +21,14 @@ mod gatt;
 mod central;
 mod daemon;
 mod error;
+mod wearable;
 
 use std::collections::BTreeSet;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
 use teampulse_core::clock::Stopwatch;
 use teampulse_emulators::devices::{Peripheral, Wearer};
 use tokio::task::JoinSet;
@@ -40,6 +43,7 @@ use self::device::Handle;
 use self::link::Link;
 
 pub use self::error::EmulatedBluetoothError;
+pub use self::wearable::{EmulatedRadio, open};
 
 /// A device for [`EmulatedBluetooth`].
 pub struct EmulatedDevice {
@@ -54,7 +58,8 @@ pub struct EmulatedDevice {
 }
 
 /// Something that goes wrong with a link at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct LinkIncident {
     /// From when on \[s\].
     pub at_secs: f64,
@@ -63,7 +68,8 @@ pub struct LinkIncident {
 }
 
 /// What may go wrong with a link.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum LinkFault {
     /// It is lost, and may be set up again at once.
     Drop,

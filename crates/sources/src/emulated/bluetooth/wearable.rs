@@ -1,0 +1,76 @@
+//! Bluetooth devices of simulated people: all of a study behind one private D-Bus.
+
+use std::io;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_emulators::devices::{H10, H10Settings, Myo, Peripheral, Strap, StrapSettings};
+
+use super::{EmulatedBluetooth, EmulatedDevice, LinkIncident};
+use crate::emulated::{EmulatedWearable, Emulation, Wardrobe};
+
+/// A Bluetooth device that a simulated person wears, behind a BlueZ on a private D-Bus.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EmulatedRadio {
+    /// The person who wears it: `p001`.
+    pub person: String,
+    /// Of its radio, such as `A0:9E:1A:00:00:01`.
+    pub address: String,
+    /// What goes wrong with its link, in the order of time.
+    #[serde(default)]
+    pub faults: Vec<LinkIncident>,
+}
+
+/// Puts Bluetooth devices on a D-Bus that they share; others are left out.
+pub async fn open(wearables: &[&EmulatedWearable], wardrobe: &Wardrobe) -> io::Result<Emulation> {
+    let mut devices = Vec::new();
+    let (mut names, mut lines) = (Vec::new(), Vec::new());
+    let mut clock = None;
+    for wearable in wearables {
+        let Some((radio, source, peripheral)) = parts(wearable) else { continue };
+        let worn = wardrobe.worn_by(&radio.person).map_err(io::Error::other)?;
+        names.push(format!("{} of {}", peripheral.advertisement().name, radio.person));
+        lines.push(format!(
+            "[[sources]]\ntype    = \"{source}\"\nperson  = \"{}\"\naddress = \"{}\"",
+            radio.person, radio.address
+        ));
+        clock = Some(worn.clock);
+        devices.push(EmulatedDevice {
+            address: radio.address.clone(),
+            peripheral,
+            wearer: Box::new(worn.wearer),
+            incidents: radio.faults.clone(),
+        });
+    }
+    let clock = clock.ok_or_else(|| io::Error::other("no Bluetooth device is worn"))?;
+    let bluetooth = EmulatedBluetooth::start(devices, clock).await;
+    let bluetooth = bluetooth
+        .map_err(|error| io::Error::other(format!("failed to {error}; {}", error.hint())))?;
+    Ok(Emulation {
+        device: names.join(", "),
+        address: format!("DBUS_SYSTEM_BUS_ADDRESS={}", bluetooth.bus_address()),
+        study: lines.join("\n"),
+        serving: Box::pin(async move {
+            let _served = bluetooth;
+            std::future::pending().await
+        }),
+    })
+}
+
+/// The settings of a Bluetooth device, the source that reads it, and the device itself.
+fn parts(wearable: &EmulatedWearable) -> Option<(&EmulatedRadio, &str, Box<dyn Peripheral>)> {
+    match wearable {
+        EmulatedWearable::PolarH10(radio) => {
+            // The maker prints the end of the address on it.
+            let serial = radio.address.replace(':', "").chars().skip(4).collect();
+            let settings = H10Settings { serial, ..H10Settings::default() };
+            Some((radio, "polar", Box::new(H10::new(settings))))
+        }
+        EmulatedWearable::HeartRate(radio) => {
+            Some((radio, "heart_rate", Box::new(Strap::new(StrapSettings::default()))))
+        }
+        EmulatedWearable::Myo(radio) => Some((radio, "myo", Box::new(Myo::default()))),
+        EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => None,
+    }
+}

@@ -1,0 +1,125 @@
+"""Programs that others wrote read the emulated Bluetooth devices as they read real ones through BlueZ."""
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+
+import harness
+import pytest
+
+PEER_SECS = 120
+POLAR_PEER = [sys.executable, harness.TESTS / "peers/polar_peer.py", "Polar H10 1A000001"]
+# dl-myo needs an older bleak than the others.
+MYO_PEER = [harness.ROOT / ".venv-myo/bin/python", harness.TESTS / "peers/myo_peer.py"]
+
+STUDY = """
+[session]
+name = "emulated"
+[[simulate.wearables]]
+type    = "{type}"
+person  = "p001"
+address = "{address}"
+"""
+
+
+def read(stage, type: str, address: str, peer: list) -> dict:
+    """What a program reads of an emulated device that a simulated person wears."""
+    study = stage.study(STUDY.format(type=type, address=address))
+    emulation = stage.teampulse("emulate", study)
+    bus = emulation.wait_for(r"DBUS_SYSTEM_BUS_ADDRESS=(\S+)", pipe="stdout")[1]
+    env = {**os.environ, "DBUS_SYSTEM_BUS_ADDRESS": bus}
+    ran = subprocess.run(
+        list(map(str, peer)), env=env, capture_output=True, text=True, timeout=PEER_SECS
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert emulation.interrupt() == 0, emulation.report()
+    return json.loads(ran.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def polar(tmp_path_factory):
+    stage = harness.Stage(tmp_path_factory.mktemp("polar"), 99)
+    yield read(stage, "polar_h10", "A0:9E:1A:00:00:01", POLAR_PEER)
+    stage.close()
+
+
+def r_waves_secs(frames: list) -> list:
+    """The times of R waves: the highest samples of what is above half of the highest."""
+    samples = [value for _, values in frames for value in values]
+    half = max(samples) / 2
+    tops, above = [], []
+    for at, value in enumerate(samples):
+        if value > half:
+            above.append((value, at))
+        elif above:
+            tops.append(max(above)[1] / 130)
+            above = []
+    return tops
+
+
+def test_bleakheart_is_offered_what_an_h10_offers(polar):
+    heard = polar["bleakheart"]
+    assert heard["battery"] == 87
+    assert heard["settings"]["ECG"]["SAMPLE_RATE"] == [130]
+    assert heard["settings"]["ECG"]["RESOLUTION"] == [14]
+    assert heard["settings"]["ACC"]["SAMPLE_RATE"] == [25, 50, 100, 200]
+    assert heard["settings"]["ACC"]["RANGE"] == [2, 4, 8]
+    assert heard["starts"] == heard["stops"] == [0, 0]
+
+
+def test_every_interval_arrives_also_two_in_one_packet(polar):
+    measurements = [values for _, values in polar["bleakheart"]["HR"]]
+    intervals_ms = [interval for _, intervals in measurements for interval in intervals]
+    # In steps of 1/1024 s, of which bleakheart keeps whole ms and polar-python everything.
+    exact_ms = [interval for _, found in polar["polar_python"]["HR"] for interval in found]
+    steps = [interval_ms * 1024 / 1000 for interval_ms in exact_ms]
+    assert steps and all(abs(step - round(step)) < 1e-6 for step in steps), steps
+    assert max(len(intervals) for _, intervals in measurements) >= 2
+    # A measurement a second: their intervals fill the time, but for the one that was going on.
+    filled_secs = sum(interval for _, found in measurements[1:] for interval in found) / 1000
+    assert abs(filled_secs - (len(measurements) - 1)) <= max(intervals_ms) / 1000
+    for rate, intervals in measurements[1:]:
+        assert not intervals or abs(rate - 60000 / intervals[-1]) < 1
+
+
+def test_the_ecg_has_the_amplitude_and_the_beats_of_the_heart_rate(polar):
+    frames = polar["bleakheart"]["ECG"]
+    assert all(len(values) == 73 for _, values in frames)
+    samples = [value for _, values in frames for value in values]
+    assert 500 < max(samples) < 4000 and -2000 < min(samples) < 0  # microvolts
+    between = statistics.mean(b - a for (a, _), (b, _) in zip(frames, frames[1:]))
+    assert abs(between / 1e9 - 73 / 130) < 1e-3
+    tops = r_waves_secs(frames)
+    seen_ms = [1000 * (b - a) for a, b in zip(tops, tops[1:])]
+    reported_ms = [interval for _, (_, found) in polar["bleakheart"]["HR"] for interval in found]
+    # Each that was seen whole is among those that were reported, to two samples.
+    assert len(seen_ms) >= 5
+    for interval_ms in seen_ms[1:-1]:
+        assert min(abs(interval_ms - reported) for reported in reported_ms) < 2000 / 130
+
+
+def test_acceleration_is_that_of_a_person_upright_or_lying(polar):
+    samples = [sample for _, values in polar["bleakheart"]["ACC"] for sample in values]
+    length = statistics.median(sum(axis**2 for axis in sample) ** 0.5 for sample in samples)
+    assert 900 < length < 1100  # mg
+
+
+def test_polar_python_reads_the_same_heart(polar):
+    heard = polar["polar_python"]
+    assert heard["features"] == ["ECG", "ACC"]
+    assert all(len(values) == 73 for _, values in heard["ECG"])
+    both = [max(v for _, values in polar[peer]["ECG"] for v in values)
+            for peer in ("bleakheart", "polar_python")]
+    assert 0.7 < both[0] / both[1] < 1.4
+    assert all(30 < rate < 200 for rate, intervals in heard["HR"] if intervals)
+
+
+def test_dl_myo_reads_muscles_and_movement(stage):
+    heard = read(stage, "myo", "D2:3B:85:94:32:8E", MYO_PEER)
+    samples = [sample for pair in heard["emg"] for sample in pair]
+    assert all(len(sample) == 8 and all(-128 <= v <= 127 for v in sample) for sample in samples)
+    assert len({tuple(sample) for sample in samples}) > len(samples) / 4  # no constant
+    # 200 samples and 50 of the IMU a second.
+    assert 3 < len(samples) / len(heard["imu"]) < 5
