@@ -87,6 +87,7 @@ $(ready)-build:
 
 $(ready)-peers:
 	@.ci/apt-install "to test on a network of its own" iproute2 util-linux
+	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
 	@.ci/apt-install "to test against Fast DDS" --if-available fastddsgen g++ libfastrtps-dev
 	@mkdir -p $(@D) && touch $@
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import statistics
 import subprocess
 import sys
@@ -123,3 +124,20 @@ def test_dl_myo_reads_muscles_and_movement(stage):
     assert len({tuple(sample) for sample in samples}) > len(samples) / 4  # no constant
     # 200 samples and 50 of the IMU a second.
     assert 3 < len(samples) / len(heard["imu"]) < 5
+
+
+def listens(address: str) -> bool:
+    """Whether anything answers at the address of a D-Bus."""
+    path = address.removeprefix("unix:path=").split(",")[0]
+    with socket.socket(socket.AF_UNIX) as link:
+        return link.connect_ex(path) == 0
+
+
+@pytest.mark.parametrize("end", ["interrupt", "kill"])
+def test_its_bus_ends_with_it_however_it_ends(stage, end):
+    study = stage.study(STUDY.format(type="heart_rate", address="A0:9E:1A:00:00:02"))
+    emulation = stage.teampulse("emulate", study)
+    bus = emulation.wait_for(r"DBUS_SYSTEM_BUS_ADDRESS=(\S+)", pipe="stdout")[1]
+    assert listens(bus)
+    getattr(emulation, end)()
+    harness.eventually(lambda: not listens(bus))

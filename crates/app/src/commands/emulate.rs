@@ -63,14 +63,17 @@ impl Emulate {
             serving.spawn(emulation.serving);
         }
         say("emulating wearables; Ctrl-C ends it");
-        tokio::select! {
+        let ended = tokio::select! {
             () = stopped => Ok(Exit::Fine),
             Some(ended) = serving.join_next() => {
                 let ended = ended.unwrap_or_else(|error| Err(std::io::Error::other(error)));
                 let why = ended.err().map_or_else(|| "it ended".into(), |error| error.to_string());
                 Err(Failure::to(format!("serve a device: {why}")))
             }
-        }
+        };
+        // Their ports, links and buses are taken down before this process ends.
+        serving.shutdown().await;
+        ended
     }
 }
 

@@ -1,4 +1,3 @@
-use std::io::ErrorKind;
 use std::process::Stdio;
 
 use tempfile::TempDir;
@@ -7,13 +6,24 @@ use tokio::process::{Child, Command};
 
 use super::EmulatedBluetoothError;
 
+/// Runs a daemon until standard input is closed, which it is however the process that holds it ends.
+const GUARD: &str = r#"command -v dbus-daemon >/dev/null || exit 127
+exec 3>&1 >/dev/null
+dbus-daemon --nofork --nopidfile --print-address=1 --config-file "$1" >&3 3>&- &
+exec 3>&-
+read -r _
+kill $!"#;
+/// What the shell says where there is no such program.
+const NO_PROGRAM: i32 = 127;
+
 /// A `dbus-daemon` of our own, on which everybody of this machine's user may do everything. It ends when this is
-/// dropped.
+/// dropped, or with this process.
 #[derive(Debug)]
 pub(super) struct Daemon {
     /// As D-Bus writes addresses.
     pub address: String,
-    _process: Child,
+    // Holds the standard input open.
+    _guard: Child,
     _folder: TempDir,
 }
 
@@ -27,23 +37,27 @@ impl Daemon {
         let socket = folder.path().join("socket");
         let text = CONFIGURATION.replace("SOCKET", &socket.to_string_lossy());
         std::fs::write(&settings, text).map_err(|error| failed(&error))?;
-        let process = Command::new("dbus-daemon")
-            .args(["--nofork", "--nopidfile", "--print-address=1", "--config-file"])
+        let guard = Command::new("sh")
+            .args(["-c", GUARD, "dbus-daemon"])
             .arg(&settings)
-            .stdin(Stdio::null())
+            .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
-            .kill_on_drop(true)
+            // Ctrl-C in a terminal is for us: the guard must outlive it.
+            .process_group(0)
             .spawn();
-        let mut process = process.map_err(|error| match error.kind() {
-            ErrorKind::NotFound => EmulatedBluetoothError::NoDaemon,
-            _ => failed(&error),
-        })?;
-        let output = process.stdout.take().ok_or_else(|| failed(&"it has no output"))?;
+        let mut guard = guard.map_err(|error| failed(&error))?;
+        let output = guard.stdout.take().ok_or_else(|| failed(&"it has no output"))?;
         let line = BufReader::new(output).lines().next_line().await;
-        let line = line.map_err(|error| failed(&error))?;
-        let address = line.ok_or_else(|| failed(&"dbus-daemon ended at once"))?;
-        Ok(Self { address, _process: process, _folder: folder })
+        let Some(address) = line.map_err(|error| failed(&error))? else {
+            drop(guard.stdin.take());
+            let status = guard.wait().await.map_err(|error| failed(&error))?;
+            return Err(match status.code() {
+                Some(NO_PROGRAM) => EmulatedBluetoothError::NoDaemon,
+                _ => failed(&"dbus-daemon ended at once"),
+            });
+        };
+        Ok(Self { address, _guard: guard, _folder: folder })
     }
 }
 
