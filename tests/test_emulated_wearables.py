@@ -168,3 +168,9 @@ def test_a_session_records_both_by_the_lines_that_emulate_prints(stage):
         measured_hz = (len(secs) - 1) / (secs[-1] - secs[0])
         assert abs(measured_hz / rate_hz - 1) < 0.02, (topic, measured_hz)
     assert bags.messages(bag, f"{people}/empatica_e4/ibi")
+    # What arrives is what features work with, and stamps are those of this computer.
+    topics = bags.counts(bag)
+    assert f"{people}/shimmer3/eda/skin/w30" in topics and f"{people}/empatica_e4/eda/skin/w30" in topics
+    assert not [topic for topic in topics if topic.endswith("/refused")]
+    reasons = {each.content.reason for each in bags.messages(bag, "/teampulse/status")}
+    assert not [reason for reason in reasons if "believed" in reason], reasons

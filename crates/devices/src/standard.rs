@@ -15,14 +15,17 @@ const INFORMATION: [(Uuid, Identity); 4] = [
 
 /// The services that any Bluetooth device may have: Device Information (0x180A) and Battery (0x180F).
 ///
-/// A device may lack each of them: that is no failure.
+/// A device may lack each of them: that is no failure. A charge that has not changed is not reported again, as `BlueZ`
+/// gives each value that is read as a notification, too.
 #[derive(Debug, Default)]
 pub(crate) struct StandardServices {
     batteries: u64,
+    last_percent: Option<u8>,
 }
 
 impl StandardServices {
-    pub fn start(out: &mut Outbox<Request>) {
+    pub fn start(&mut self, out: &mut Outbox<Request>) {
+        self.last_percent = None;
         out.stream(Stream::irregular("battery", vec![Channel::new("charge", "%")]));
         for (characteristic, _) in INFORMATION {
             out.request(Request::Read(characteristic));
@@ -54,6 +57,9 @@ impl StandardServices {
             out.discarded("battery", value.len());
             return;
         };
+        if self.last_percent.replace(percent) == Some(percent) {
+            return;
+        }
         out.reading(Reading::untimed("battery", self.batteries, vec![f64::from(percent)]));
         self.batteries += 1;
     }

@@ -40,7 +40,7 @@ impl Session for HeartRateSession {
         self.watchdog = Some(Watchdog::new(now, PATIENCE));
         self.restarts = 0;
         self.heart_rate.start(&mut self.out);
-        StandardServices::start(&mut self.out);
+        self.standard.start(&mut self.out);
     }
 
     fn tick(&mut self, now: Duration) {

@@ -224,7 +224,7 @@ impl Session for MyoSession {
         }
         self.out.request(Request::Read(INFORMATION));
         self.out.request(Request::Read(FIRMWARE));
-        StandardServices::start(&mut self.out);
+        self.standard.start(&mut self.out);
         let sends = self.settings.emg != EmgMode::Off || self.settings.imu;
         self.watchdog = sends.then_some(Watchdog::new(now, PATIENCE));
         self.keep_awake_at = Some(now.saturating_add(KEEP_AWAKE));

@@ -320,7 +320,7 @@ impl Session for PolarSession {
             self.out.request(request);
         }
         self.heart_rate.start(&mut self.out);
-        StandardServices::start(&mut self.out);
+        self.standard.start(&mut self.out);
     }
 
     fn tick(&mut self, now: Duration) {

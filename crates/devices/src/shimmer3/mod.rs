@@ -22,10 +22,10 @@
 //!
 //! Packet: `00`, time u24 \[1/32768 s\], the channels in the order of `01`, the checksum.
 //!
-//! Streams of a [`ShimmerSession`], by channel: `eda` (raw with the range in bits 14–15, `resistance` in `kOhm`,
-//! `conductance` in `uS`), `ppg` (`mV`), `acceleration_low_noise`, `acceleration_wide_range` (raw, and in `m/s^2`),
-//! `gyroscope` (raw, `deg/s`), `magnetometer` (raw, calibrated in its local flux), `battery` (`V`), and the other channels
-//! as they are. Device times count from the first packet's 24 bits; they go on over wraps.
+//! Streams of a [`ShimmerSession`], each of one quantity: `eda` (conductance in `uS`) and `eda_raw` (with the range in
+//! bits 14–15), `ppg` (`mV`), `acceleration_low_noise`, `acceleration_wide_range` (`m/s^2`), `gyroscope` (`deg/s`) and
+//! `magnetometer` (in its local flux) as calibrated, each with its `…_raw`, `battery` (`V`), and the other channels as they
+//! are. Device times count from the first packet's 24 bits; they go on over wraps.
 //!
 //! Quirks, each with a test:
 //! - The time wraps every 512 s.

@@ -78,7 +78,7 @@ impl Packets {
                 }
             }
         }
-        self.groups.iter().map(Group::description).collect()
+        self.groups.iter().flat_map(Group::descriptions).collect()
     }
 
     pub fn receive(&mut self, ticks: u32, bytes: &[u8], now: Duration, out: &mut Outbox<Vec<u8>>) {
@@ -89,15 +89,23 @@ impl Packets {
         let index = self.next_index.saturating_add(lost);
         self.next_index = index.saturating_add(1);
         let mut rest = bytes;
+        let device_time_ns = Some(nanos(count));
+        let period_ns = Some(self.interval_ticks as f64 * 1e9 / f64::from(super::TICKS_HZ));
         for group in &self.groups {
-            let stream = group.stream;
-            if lost > 0 {
-                out.event(Event::Gap { stream, samples: Some(lost) });
+            let raw = group.raw(&mut rest);
+            let mut reading = |stream, values| {
+                if lost > 0 {
+                    out.event(Event::Gap { stream, samples: Some(lost) });
+                }
+                out.reading(Reading { stream, index, device_time_ns, period_ns, values });
+            };
+            match (group.converted(&raw, self.gsr_range), group.raw_stream()) {
+                (Some(converted), Some(raw_stream)) => {
+                    reading(group.stream, converted);
+                    reading(raw_stream, raw);
+                }
+                _ => reading(group.stream, raw),
             }
-            let values = group.values(&mut rest, self.gsr_range);
-            let device_time_ns = Some(nanos(count));
-            let period_ns = Some(self.interval_ticks as f64 * 1e9 / f64::from(super::TICKS_HZ));
-            out.reading(Reading { stream, index, device_time_ns, period_ns, values });
         }
     }
 }
@@ -107,47 +115,54 @@ impl Group {
         self.stream == "eda"
     }
 
-    /// Raw values; what is no multiple of them stands behind them.
-    fn description(&self) -> Stream {
+    /// The stream of raw values, where those that are computed from them have a stream of their own.
+    fn raw_stream(&self) -> Option<&'static str> {
+        match self.stream {
+            "eda" => Some("eda_raw"),
+            _ if self.calibration.is_none() || self.channels.len() != 3 => None,
+            "acceleration_low_noise" => Some("acceleration_low_noise_raw"),
+            "acceleration_wide_range" => Some("acceleration_wide_range_raw"),
+            "gyroscope" => Some("gyroscope_raw"),
+            "magnetometer" => Some("magnetometer_raw"),
+            _ => None,
+        }
+    }
+
+    /// Each stream has one quantity: what is computed from raw values, and these.
+    fn descriptions(&self) -> Vec<Stream> {
+        let of = |name, channels| Stream { has_clock: true, ..Stream::irregular(name, channels) };
         let raw = |channel: &PacketChannel| {
             Channel::new(channel.name, channel.unit).scaled(channel.scale)
         };
-        let mut channels: Vec<Channel> = self.channels.iter().map(raw).collect();
-        if self.is_gsr() {
-            channels.push(Channel::new("resistance", "kOhm"));
-            channels.push(Channel::new("conductance", "uS"));
-        } else if self.calibration.is_some() && self.channels.len() == 3 {
-            let unit = match self.stream {
-                "gyroscope" => "deg/s",
-                "magnetometer" => "",
-                _ => "m/s^2",
-            };
-            channels.extend(
-                ["calibrated_x", "calibrated_y", "calibrated_z"].map(|x| Channel::new(x, unit)),
-            );
-        }
-        Stream { has_clock: true, ..Stream::irregular(self.stream, channels) }
+        let raw: Vec<Channel> = self.channels.iter().map(raw).collect();
+        let Some(raw_stream) = self.raw_stream() else { return vec![of(self.stream, raw)] };
+        let axes = |unit| ["x", "y", "z"].map(|axis| Channel::new(axis, unit)).to_vec();
+        let converted = match self.stream {
+            "eda" => vec![Channel::new("conductance", "uS")],
+            "gyroscope" => axes("deg/s"),
+            "magnetometer" => axes(""),
+            _ => axes("m/s^2"),
+        };
+        vec![of(self.stream, converted), of(raw_stream, raw)]
     }
 
-    fn values(&self, bytes: &mut &[u8], gsr_range: GsrRange) -> Vec<f64> {
-        let mut values = Vec::with_capacity(6);
-        for channel in &self.channels {
+    fn raw(&self, bytes: &mut &[u8]) -> Vec<f64> {
+        let value = |channel: &PacketChannel| {
             let (field, rest) = bytes.split_at_checked(channel.bytes).unwrap_or_default();
             *bytes = rest;
-            values.push(channel.decode(field));
-        }
-        match (&self.calibration, values.as_slice()) {
+            channel.decode(field)
+        };
+        self.channels.iter().map(value).collect()
+    }
+
+    /// What is computed from raw values.
+    fn converted(&self, raw: &[f64], gsr_range: GsrRange) -> Option<Vec<f64>> {
+        match (&self.calibration, raw) {
             (_, [raw]) if self.is_gsr() => {
-                let gsr = Gsr { raw: *raw as u16 };
-                let converted = [gsr.resistance_kohm(gsr_range), gsr.conductance_us(gsr_range)];
-                values.extend(converted);
+                Some(vec![Gsr { raw: *raw as u16 }.conductance_us(gsr_range)])
             }
-            (Some(calibration), [x, y, z]) => {
-                let calibrated = calibration.apply([*x, *y, *z]);
-                values.extend(calibrated);
-            }
-            _ => {}
+            (Some(calibration), [x, y, z]) => Some(calibration.apply([*x, *y, *z]).to_vec()),
+            _ => None,
         }
-        values
     }
 }

@@ -9,7 +9,7 @@ use super::Wearer;
 /// The ID of the E4.
 const ID: &str = "9ff167";
 
-/// Unix time at the first moment \[s\].
+/// Unix time at the first moment, unless it is set \[s\].
 const EPOCH_SECS: f64 = 1_460_377_850.0;
 
 /// Subscription, line and rate \[Hz\] of what is sampled.
@@ -44,8 +44,9 @@ pub enum E4Fault {
 }
 
 /// A server. Times are true seconds since it was started, and never go back.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct E4Server {
+    epoch_secs: f64,
     has_decimal_comma: bool,
     incidents: Vec<E4Incident>,
     now_secs: f64,
@@ -67,10 +68,34 @@ enum Silence {
     Stalled,
 }
 
+impl Default for E4Server {
+    fn default() -> Self {
+        Self::new(Vec::new())
+    }
+}
+
 impl E4Server {
     /// With what goes wrong, in the order of time.
     pub fn new(incidents: Vec<E4Incident>) -> Self {
-        Self { incidents, ..Self::default() }
+        Self {
+            epoch_secs: EPOCH_SECS,
+            has_decimal_comma: false,
+            incidents,
+            now_secs: 0.0,
+            line: Vec::new(),
+            sent: VecDeque::new(),
+            is_connected: false,
+            silent: Vec::new(),
+            subscribed: Vec::new(),
+            next: [0; SIGNALS.len()],
+            last_beat_secs: None,
+        }
+    }
+
+    /// Started at this Unix time \[s\].
+    #[must_use]
+    pub fn started_at(self, epoch_secs: f64) -> Self {
+        Self { epoch_secs, ..self }
     }
 
     /// On a Windows that writes numbers with a comma.
@@ -212,7 +237,7 @@ impl E4Server {
         if !subscribed || !self.silent.is_empty() {
             return;
         }
-        let mut line = format!("{word} {:.6}", EPOCH_SECS + self.now_secs);
+        let mut line = format!("{word} {:.6}", self.epoch_secs + self.now_secs);
         for value in values {
             line.push(' ');
             line.push_str(&value.to_string());

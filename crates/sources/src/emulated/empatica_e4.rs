@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_core::clock;
 use teampulse_emulators::devices::E4Server;
 use tokio::io::AsyncWriteExt;
 use tokio::net::{TcpListener, TcpStream};
@@ -71,7 +72,10 @@ async fn serve(listener: TcpListener, worn: Dressed) -> io::Result<()> {
 
 async fn converse(mut client: TcpStream, worn: Dressed) -> io::Result<()> {
     client.set_nodelay(true)?;
-    let (mut server, mut wearer) = (E4Server::default(), worn.wearer.at_wrist());
+    // It stamps with the clock of its computer, which is this one.
+    let started = clock::wall() - worn.clock.elapsed();
+    let server = E4Server::default().started_at(started.nanos() as f64 * 1e-9);
+    let (mut server, mut wearer) = (server, worn.wearer.at_wrist());
     let mut ticks = interval(GRAIN);
     let mut bytes = [0; PIECE];
     // What was measured before is nobody's.

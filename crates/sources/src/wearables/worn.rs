@@ -26,6 +26,11 @@ const HEART_RATE: &str = "heart_rate";
 /// The clock of beats that a strap reports: it is late by as much as they are.
 const STRAP: &str = "heart_rate_strap";
 
+/// What the streams of acceleration begin with: a device may have several sensors of it.
+const ACCELERATION: &str = "acceleration";
+/// What the streams of numbers without a unit end with, beside those in units that are computed from them.
+const RAW: &str = "_raw";
+
 /// A device and the person who wears it.
 #[derive(Clone, Debug)]
 pub(super) struct Worn {
@@ -98,6 +103,7 @@ impl Worn {
     pub(super) fn declare(&mut self, described: &devices::Stream, outlet: &Outlet) {
         let signal = match described.name {
             name if INTERVALS.contains(&name) => Signal::Interval,
+            name if name.starts_with(ACCELERATION) && !name.ends_with(RAW) => Signal::Acceleration,
             name => Signal::from_word(name).unwrap_or(Signal::Other),
         };
         let channel = |channel: &devices::Channel| Channel {

@@ -15,8 +15,9 @@ use crate::emulated::{EmulatedWearable, Emulation, Wardrobe};
 pub struct EmulatedRadio {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// Of its radio, such as `A0:9E:1A:00:00:01`.
-    pub address: String,
+    /// Of its radio, such as `A0:9E:1A:00:00:01`; without it the devices of a study are numbered.
+    #[serde(default)]
+    pub address: Option<String>,
     /// What goes wrong with its link, in the order of time.
     #[serde(default)]
     pub faults: Vec<LinkIncident>,
@@ -27,17 +28,19 @@ pub async fn open(wearables: &[&EmulatedWearable], wardrobe: &Wardrobe) -> io::R
     let mut devices = Vec::new();
     let (mut names, mut lines) = (Vec::new(), Vec::new());
     let mut clock = None;
-    for wearable in wearables {
-        let Some((radio, source, peripheral)) = parts(wearable) else { continue };
+    for (place, wearable) in wearables.iter().enumerate() {
+        let Some(radio) = radio(wearable) else { continue };
+        let address = radio.address.clone().unwrap_or_else(|| numbered(place + 1));
+        let Some((source, peripheral)) = parts(wearable, &address) else { continue };
         let worn = wardrobe.worn_by(&radio.person).map_err(io::Error::other)?;
         names.push(format!("{} of {}", peripheral.advertisement().name, radio.person));
         lines.push(format!(
             "[[sources]]\ntype    = \"{source}\"\nperson  = \"{}\"\naddress = \"{}\"",
-            radio.person, radio.address
+            radio.person, address
         ));
         clock = Some(worn.clock);
         devices.push(EmulatedDevice {
-            address: radio.address.clone(),
+            address,
             peripheral,
             wearer: Box::new(worn.wearer),
             incidents: radio.faults.clone(),
@@ -58,19 +61,38 @@ pub async fn open(wearables: &[&EmulatedWearable], wardrobe: &Wardrobe) -> io::R
     })
 }
 
-/// The settings of a Bluetooth device, the source that reads it, and the device itself.
-fn parts(wearable: &EmulatedWearable) -> Option<(&EmulatedRadio, &str, Box<dyn Peripheral>)> {
+/// The settings of a Bluetooth device.
+fn radio(wearable: &EmulatedWearable) -> Option<&EmulatedRadio> {
     match wearable {
-        EmulatedWearable::PolarH10(radio) => {
-            // The maker prints the end of the address on it.
-            let serial = radio.address.replace(':', "").chars().skip(4).collect();
-            let settings = H10Settings { serial, ..H10Settings::default() };
-            Some((radio, "polar", Box::new(H10::new(settings))))
-        }
-        EmulatedWearable::HeartRate(radio) => {
-            Some((radio, "heart_rate", Box::new(Strap::new(StrapSettings::default()))))
-        }
-        EmulatedWearable::Myo(radio) => Some((radio, "myo", Box::new(Myo::default()))),
+        EmulatedWearable::PolarH10(radio)
+        | EmulatedWearable::HeartRate(radio)
+        | EmulatedWearable::Myo(radio) => Some(radio),
         EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => None,
     }
+}
+
+/// The source that reads a Bluetooth device, and the device itself.
+fn parts(
+    wearable: &EmulatedWearable,
+    address: &str,
+) -> Option<(&'static str, Box<dyn Peripheral>)> {
+    match wearable {
+        EmulatedWearable::PolarH10(_) => {
+            // The maker prints the end of the address on it.
+            let serial = address.replace(':', "").chars().skip(4).collect();
+            let settings = H10Settings { serial, ..H10Settings::default() };
+            Some(("polar", Box::new(H10::new(settings))))
+        }
+        EmulatedWearable::HeartRate(_) => {
+            Some(("heart_rate", Box::new(Strap::new(StrapSettings::default()))))
+        }
+        EmulatedWearable::Myo(_) => Some(("myo", Box::new(Myo::default()))),
+        EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => None,
+    }
+}
+
+/// The address of a device without one.
+fn numbered(place: usize) -> String {
+    let [high, low] = u16::try_from(place).unwrap_or(u16::MAX).to_be_bytes();
+    format!("A0:9E:1A:00:{high:02X}:{low:02X}")
 }
