@@ -66,7 +66,7 @@ def origins(bag: Path) -> dict[str, str]:
 
 
 def channel_metadata(bag: Path) -> dict[str, dict[str, str]]:
-    """What the channel of each topic tells of it."""
+    """The metadata of the channel of each topic."""
     found = {}
     for path in parts(bag):
         with path.open("rb") as file:

@@ -110,9 +110,9 @@ class Bag:
 
     def channel(self, topic: str, kind: str) -> int:
         if topic not in self.channels:
-            told = {"teampulse_origin": "raw", "teampulse_shape": "own"}
+            metadata = {"teampulse_origin": "raw", "teampulse_shape": "own"}
             schema = self.schema(kind)
-            self.channels[topic] = self.writer.register_channel(topic, "cdr", schema, told)
+            self.channels[topic] = self.writer.register_channel(topic, "cdr", schema, metadata)
         return self.channels[topic]
 
     def schema(self, kind: str) -> int:

@@ -40,7 +40,7 @@ def write(waves, stream, path: Path) -> Path:
 
 
 def extracted(stage, table: Path, stream, window_secs: int) -> dict:
-    """What `extract` tells of a table causally, in windows that begin each second."""
+    """What `extract --method causal` computes of a table, in windows that begin each second."""
     answer = stage.ask(
         *("extract", table, "--signal", stream.signal, "--rate", stream.rate_hz, "--json"),
         *("--time", "measured_secs", "--column", ",".join(stream.channels)),

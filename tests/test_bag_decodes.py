@@ -28,9 +28,9 @@ def test_every_topic_has_a_hash_that_rosbags_accepts(bag):
 def test_info_counts_what_rosbags_counts(bag, stage):
     answer = stage.ask("info", bag, "--json")
     assert answer.returncode == 0, answer.stderr
-    told = {each["name"]: each["messages"] for each in json.loads(answer.stdout)["streams"]}
+    counts = {each["name"]: each["messages"] for each in json.loads(answer.stdout)["streams"]}
     with AnyReader([bag]) as reader:
-        assert told == {each.topic: each.msgcount for each in reader.connections}
+        assert counts == {each.topic: each.msgcount for each in reader.connections}
 
 
 def test_all_five_robots_are_in_it_with_what_they_offer_and_what_follows_from_it(bag):

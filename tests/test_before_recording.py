@@ -125,13 +125,13 @@ def test_simulate_takes_the_domain_of_the_session(stage):
     stage.teampulse("simulate", study).wait_for("on ROS domain 42")
 
 
-def test_check_tells_of_a_network_without_room_for_images(stage, team):
+def test_check_warns_of_a_network_without_room_for_images(stage, team):
     lines = stage.ask("check", team, "--out", stage.folder).stdout.splitlines()
     [network] = [line for line in lines if line.startswith("network")]
     assert ("ok" in network.split()) == (harness.receive_buffer_bytes() >= 4 << 20)
 
 
-def test_scan_tells_topics_with_what_they_add(stage, team):
+def test_scan_lists_topics_with_what_they_add(stage, team):
     answer = stage.ask("scan", "--json")
     [domain] = json.loads(answer.stdout)
     assert "/teampulse_simulator" in domain["nodes"]
@@ -163,8 +163,8 @@ def test_scan_suggests_people_where_it_hears_them(stage):
 
 def suggested(stage) -> str:
     """The lines of a study that `scan` prints."""
-    told = stage.ask("scan").stdout
-    lines = [line.strip() for line in told[told.index("[[sources]]") :].splitlines()]
+    output = stage.ask("scan").stdout
+    lines = [line.strip() for line in output[output.index("[[sources]]") :].splitlines()]
     return "\n".join(line for line in lines if line.startswith("[[") or " = " in line)
 
 

@@ -35,12 +35,12 @@ def off(stage, study: Path) -> float:
 
 
 def last_statuses(bag: Path, topics: str) -> dict[str, bags.Message]:
-    """By stream, the last that was told of it."""
-    told = bags.messages(bag, "/teampulse/status")
-    return {each.content.name: each for each in told if each.content.name.startswith(topics)}
+    """The last status of each stream."""
+    statuses = bags.messages(bag, "/teampulse/status")
+    return {each.content.name: each for each in statuses if each.content.name.startswith(topics)}
 
 
-def test_probes_tell_a_robots_offset_to_two_milliseconds(stage, figure):
+def test_probes_find_a_robots_offset_to_two_milliseconds(stage, figure):
     study, out = stage.study(TEAM), stage.folder / "sessions"
     began_secs = off(stage, study)
     monitor = stage.teampulse("run", study, "--duration", 20, "--out", out)
@@ -114,7 +114,7 @@ def test_a_person_on_a_laptop_that_is_off_is_aligned_with_a_robot(stage, figure)
     assert [line for line in clocks if line.split()[1] == "off" and "+600." in line], clocks
 
 
-def test_stamps_alone_tell_an_offset_to_twenty_milliseconds(stage, figure):
+def test_stamps_alone_find_an_offset_to_twenty_milliseconds(stage, figure):
     recorder, out = stage.record("/r9/*")
     peer = stage.cyclone("send", "/r9/position", "--type", "geometry_msgs/msg/PointStamped")
     peer.answer("matched")
@@ -139,7 +139,7 @@ def test_any_node_may_ask_a_computer_for_its_clock(stage, figure):
     assert wrong_ms < 2 + answer["round_trip_secs"] * 500
 
 
-def test_check_tells_the_offset_of_each_computer_and_of_this_one(stage):
+def test_check_prints_the_offset_of_each_computer_and_of_this_one(stage):
     study = stage.study(TEAM)
     off(stage, study)
     answer = stage.ask("check", study, "--out", stage.folder)

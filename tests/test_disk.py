@@ -117,8 +117,8 @@ def went_on(stage, disk, recorder) -> None:
     assert recorder.interrupt() == 3, recorder.report()
     assert "error: bag: failed to" in recorder.stderr
     said = re.search(r"(\d+) messages are in no bag", recorder.stderr)
-    told = faults(second)
-    assert "recording goes on in" in told and f"{said[1]} messages are in no bag" in told
+    labels = faults(second)
+    assert "recording goes on in" in labels and f"{said[1]} messages are in no bag" in labels
     assert "recording goes on in" in (second / "summary.md").read_text()
 
     stage.ask("recover", first(disk))

@@ -33,7 +33,7 @@ def table(path, rows, head=None):
 
 
 def extract(stage, *arguments) -> dict:
-    """What was told as JSON."""
+    """What was printed as JSON."""
     done = stage.ask("extract", *arguments, "--json")
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -49,29 +49,29 @@ def test_beats_are_found_where_they_are(stage, recording, method):
     truth = [round(beat * RATE_HZ) for beat in BEAT_SECS]
     truth = table(stage.folder / "truth.csv", [f"{sample},N" for sample in truth], "sample,symbol")
     arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--method", method, "--truth", truth)
-    told = extract(stage, recording, *arguments)
-    assert (told["signal"], told["rate_hz"], told["method"]) == ("ecg", RATE_HZ, method)
-    assert [score["tolerance_ms"] for score in told["score"]] == [150, 50]
-    # A causal analysis tells of a beat some time after it: the last may be missing.
-    for score in told["score"]:
+    extracted = extract(stage, recording, *arguments)
+    assert (extracted["signal"], extracted["rate_hz"], extracted["method"]) == ("ecg", RATE_HZ, method)
+    assert [score["tolerance_ms"] for score in extracted["score"]] == [150, 50]
+    # A causal analysis reports a beat some time after it: the last may be missing.
+    for score in extracted["score"]:
         assert score["tp"] >= 148 and score["fp"] == 0 and score["f1"] > 0.99
-    beats = [event for event in told["events"] if event["kind"] == "beat"]
+    beats = [event for event in extracted["events"] if event["kind"] == "beat"]
     assert all(abs(beat["sample"] / RATE_HZ - beat["time_secs"]) < 1e-6 for beat in beats)
     offsets = [beat["time_secs"] - true for beat, true in zip(beats, BEAT_SECS)]
     assert max(map(abs, offsets)) < 0.008
 
 
 @pytest.mark.parametrize("method", ["whole", "causal"])
-def test_every_window_tells_each_value_or_why_there_is_none(stage, recording, method):
+def test_every_window_has_each_value_or_why_there_is_none(stage, recording, method):
     arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--window", 30, "--method", method)
-    told = extract(stage, recording, *arguments)
-    windows = sorted({(row["start_secs"], row["end_secs"]) for row in told["features"]})
+    extracted = extract(stage, recording, *arguments)
+    windows = sorted({(row["start_secs"], row["end_secs"]) for row in extracted["features"]})
     assert windows == [(0, 30), (30, 60), (60, 90), (90, 120)]
-    for row in told["features"]:
+    for row in extracted["features"]:
         assert (row["value"] is None) == (row["reason"] is not None), row
         assert row["unit"] and row["method"], row
         assert 0 <= row["coverage"] <= 1 and 0 <= row["quality"] <= 1
-    rows = {row["name"]: row for row in told["features"] if row["start_secs"] == 60}
+    rows = {row["name"]: row for row in extracted["features"] if row["start_secs"] == 60}
     assert abs(rows["ECG_Rate_Mean"]["value"] - 75) < 0.5
     assert 5 < rows["HRV_RMSSD"]["value"] < 40
     assert rows["HRV_LF"]["reason"] == "window too short"
@@ -87,7 +87,7 @@ def test_people_read_a_table_and_how_it_was_computed(stage, recording):
     assert head.startswith("kind,sample,time_secs") and len(rows) == 150
 
 
-def test_a_table_may_tell_its_rate(stage):
+def test_a_table_may_state_its_rate(stage):
     samples = [f"{each:.4f}" for each in ecg()]
     tables = {
         "comment.txt": ["# Simple Text Format", "# Sampling Rate (Hz):= 130.00", *samples],
@@ -95,27 +95,27 @@ def test_a_table_may_tell_its_rate(stage):
         "spaces.txt": [f"% Sample Rate = {RATE_HZ} Hz"] + [f"  {v}  " for v in samples],
     }
     for name, rows in tables.items():
-        told = extract(stage, table(stage.folder / name, rows), "--signal", "ecg")
-        assert told["rate_hz"] == RATE_HZ, name
-        assert len(told["events"]) == 150, name
+        extracted = extract(stage, table(stage.folder / name, rows), "--signal", "ecg")
+        assert extracted["rate_hz"] == RATE_HZ, name
+        assert len(extracted["events"]) == 150, name
 
 
 def test_a_file_of_an_e4_is_known(stage):
     path = table(stage.folder / "TEMP.csv", ["1551453301.00", "4.000000"] + ["33.21"] * 480)
-    told = extract(stage, path, "--signal", "temperature")
-    assert told["rate_hz"] == 4
-    rows = {row["name"]: row["value"] for row in told["features"]}
+    extracted = extract(stage, path, "--signal", "temperature")
+    assert extracted["rate_hz"] == 4
+    rows = {row["name"]: row["value"] for row in extracted["features"]}
     assert any(abs((value or 0) - 33.21) < 1e-6 for value in rows.values()), rows
 
 
-def test_missing_rows_are_gaps_and_told(stage):
+def test_missing_rows_are_gaps_and_reported(stage):
     rows = [f"{k / RATE_HZ:.6f},{v:.4f}" for k, v in enumerate(ecg()) if not 30 < k / RATE_HZ < 40]
     path = table(stage.folder / "gap.csv", rows, "time_secs,ecg")
     done = stage.ask("extract", path, "--signal", "ecg", "--window", 20, "--json")
     assert "1299 rows are missing" in done.stderr
-    told = json.loads(done.stdout)
-    assert not [e for e in told["events"] if 30.2 < e["time_secs"] < 39.8]
-    coverage = {row["start_secs"]: row["coverage"] for row in told["features"]}
+    extracted = json.loads(done.stdout)
+    assert not [e for e in extracted["events"] if 30.2 < e["time_secs"] < 39.8]
+    coverage = {row["start_secs"]: row["coverage"] for row in extracted["features"]}
     assert coverage[0] == 1 and abs(coverage[20] - 0.5) < 0.01 and coverage[40] == 1
 
 
@@ -124,8 +124,8 @@ def test_the_column_is_named_or_must_be(stage):
     done = stage.ask("extract", path, "--signal", "ecg", "--rate", RATE_HZ)
     assert done.returncode == 2 and "left, right" in done.stderr and "--column" in done.stderr
     for column in ("right", "RIGHT", "2"):
-        told = extract(stage, path, "--signal", "ecg", "--rate", RATE_HZ, "--column", column)
-        assert len(told["events"]) == 150
+        extracted = extract(stage, path, "--signal", "ecg", "--rate", RATE_HZ, "--column", column)
+        assert len(extracted["events"]) == 150
     done = stage.ask("extract", path, "--signal", "ecg", "--rate", RATE_HZ, "--column", "middle")
     assert done.returncode == 2 and "middle" in done.stderr and "left, right" in done.stderr
 
@@ -192,11 +192,11 @@ def test_intervals_give_their_variability(stage):
     chance = random.Random(3)
     intervals = [round(chance.gauss(800, 30)) for _ in range(400)]
     path = table(stage.folder / "rr.txt", intervals)
-    told = extract(stage, path, "--signal", "interval")
-    rows = {row["name"]: row["value"] for row in told["features"]}
+    extracted = extract(stage, path, "--signal", "interval")
+    rows = {row["name"]: row["value"] for row in extracted["features"]}
     mean = sum(intervals) / len(intervals)
     assert abs(rows["HRV_MeanNN"] / mean - 1) < 0.01
-    assert told["rate_hz"] is None
+    assert extracted["rate_hz"] is None
 
 
 def test_samples_come_from_standard_input_too(stage, recording):
@@ -224,24 +224,24 @@ def test_causal_and_whole_windows_are_the_same_spans(stage, recording, hop):
     spans = []
     for method in ("causal", "whole"):
         arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--window", 10, "--hop", hop)
-        told = extract(stage, recording, *arguments, "--method", method)
-        spans.append(sorted({(row["start_secs"], row["end_secs"]) for row in told["features"]}))
-        quality = {row["start_secs"]: row["quality"] for row in told["features"]}
+        extracted = extract(stage, recording, *arguments, "--method", method)
+        spans.append(sorted({(row["start_secs"], row["end_secs"]) for row in extracted["features"]}))
+        quality = {row["start_secs"]: row["quality"] for row in extracted["features"]}
         assert min(quality.values()) > 0.5, quality
     assert spans[0] == spans[1]
 
 
 def test_a_decimal_comma_in_the_only_column_is_one(stage):
     path = table(stage.folder / "comma.csv", [f"33,{40 + k % 30}" for k in range(200)], "Temp")
-    told = extract(stage, path, "--signal", "temperature", "--rate", 4)
-    rows = {row["name"]: row["value"] for row in told["features"]}
+    extracted = extract(stage, path, "--signal", "temperature", "--rate", 4)
+    rows = {row["name"]: row["value"] for row in extracted["features"]}
     assert 33.5 < rows["TEMP_Mean"] < 33.6
 
 
 def test_intervals_of_an_e4_are_in_seconds_and_others_must_be_plausible(stage):
     rows = ["1551453301.000000, IBI"] + [f"{k * 0.8},{0.8 + k % 5 / 100:.2f}" for k in range(200)]
-    told = extract(stage, table(stage.folder / "IBI.csv", rows), "--signal", "interval")
-    rows = {row["name"]: row["value"] for row in told["features"]}
+    extracted = extract(stage, table(stage.folder / "IBI.csv", rows), "--signal", "interval")
+    rows = {row["name"]: row["value"] for row in extracted["features"]}
     assert abs(rows["HRV_MeanNN"] - 820) < 1
     path = table(stage.folder / "secs.txt", [0.8] * 100)
     done = stage.ask("extract", path, "--signal", "interval")
@@ -250,24 +250,24 @@ def test_intervals_of_an_e4_are_in_seconds_and_others_must_be_plausible(stage):
 
 @pytest.mark.parametrize("method", ["whole", "causal"])
 def test_intervals_lie_where_their_times_say(stage, method):
-    """An E4 tells intervals only while the hand is still: gaps stay gaps, in every window."""
+    """An E4 sends intervals only while the hand is still: gaps stay gaps, in every window."""
     rows = ["1551453301.000000, IBI"]
     for begin_secs in (10, 110):
         ends = [begin_secs + 0.8 * (k + 1) for k in range(75)]
         rows += [f"{end:.6f},0.800000" for end in ends]
     path = table(stage.folder / "gaps.csv", rows)
-    told = extract(stage, path, "--signal", "interval", "--window", 60, "--method", method)
-    beats = [event["time_secs"] - 1551453301 for event in told["events"]]
+    extracted = extract(stage, path, "--signal", "interval", "--window", 60, "--method", method)
+    beats = [event["time_secs"] - 1551453301 for event in extracted["events"]]
     assert len(beats) == 150 and abs(beats[0] - 10.8) < 1e-3 and abs(beats[75] - 110.8) < 1e-3
-    coverage = {row["start_secs"] - 1551453301: row["coverage"] for row in told["features"]}
+    coverage = {row["start_secs"] - 1551453301: row["coverage"] for row in extracted["features"]}
     expected = {0: 50 / 60, 60: 20 / 60, 120: 50 / 50}
     assert coverage.keys() == expected.keys()
     for begin, share in expected.items():
         assert abs(coverage[begin] - share) < 0.03, coverage
 
 
-def spans(told) -> dict:
-    return {row["name"]: row["value"] for row in told["features"]}
+def spans(extracted) -> dict:
+    return {row["name"]: row["value"] for row in extracted["features"]}
 
 
 @pytest.mark.parametrize("method", ["whole", "causal"])
@@ -276,24 +276,24 @@ def test_a_single_lost_beat_is_a_gap_where_times_are_those_of_beats(stage, metho
     kept = [k for k in range(len(ends)) if k not in (40, 41, 90)]
     rows = [f"{ends[k] / 1e3:.6f},{BEATS_MS[k]:.3f}" for k in kept]
     path = table(stage.folder / "lost.csv", rows, "time_secs,rr_ms")
-    told = extract(stage, path, "--signal", "interval", "--method", method)
-    beats = [event["time_secs"] for event in told["events"]]
+    extracted = extract(stage, path, "--signal", "interval", "--method", method)
+    beats = [event["time_secs"] for event in extracted["events"]]
     assert beats == pytest.approx([ends[k] / 1e3 for k in kept], abs=1e-4)
-    assert spans(told)["HRV_N"] == len(kept)
-    assert told["features"][0]["coverage"] == pytest.approx(1 - sum(BEATS_MS[k] for k in (40, 41, 90)) / ends[-1], abs=1e-4)
+    assert spans(extracted)["HRV_N"] == len(kept)
+    assert extracted["features"][0]["coverage"] == pytest.approx(1 - sum(BEATS_MS[k] for k in (40, 41, 90)) / ends[-1], abs=1e-4)
 
 
 @pytest.mark.parametrize("method", ["whole", "causal"])
 @pytest.mark.parametrize("late_secs", [-0.4, 0.4])
 def test_the_last_interval_counts_whatever_its_time(stage, method, late_secs):
-    """A strap tells its intervals when it comes to it: their times are not those of the beats."""
+    """A strap sends its intervals when it gets to it: their times are not those of the beats."""
     ends = [sum(BEATS_MS[: k + 1]) / 1e3 + (0, 0.3, late_secs)[k % 3] for k in range(len(BEATS_MS))]
     path = table(stage.folder / "strap.csv", [f"{e:.3f},{rr:.0f}" for e, rr in zip(ends, BEATS_MS)], "time_secs,rr_ms")
-    told = extract(stage, path, "--signal", "interval", "--method", method)
-    assert spans(told)["HRV_N"] == len(BEATS_MS)
+    extracted = extract(stage, path, "--signal", "interval", "--method", method)
+    assert spans(extracted)["HRV_N"] == len(BEATS_MS)
 
 
-def test_what_is_chosen_or_left_out_is_told_to_machines_too(stage):
+def test_what_is_chosen_or_left_out_is_printed_for_machines_too(stage):
     rows = [f"{k / RATE_HZ:.6f},{v:.4f}" for k, v in enumerate(ecg())]
     rows[1000] = rows[999]
     rows[2000] = rows[2000].split(",")[0]
@@ -308,7 +308,7 @@ def test_what_is_chosen_or_left_out_is_told_to_machines_too(stage):
     assert "--rate (100 Hz) is used" in overruled.stderr
 
 
-def test_samples_that_do_not_last_as_long_as_their_times_are_told(stage):
+def test_samples_that_do_not_last_as_long_as_their_times_are_reported(stage):
     half = 60 * RATE_HZ
     times = [min(k, half) / RATE_HZ + max(k - half, 0) / RATE_HZ / 2 for k in range(len(ecg()))]
     path = table(stage.folder / "faster.csv", [f"{at:.6f},{v:.4f}" for at, v in zip(times, ecg())], "t,ecg")
@@ -321,8 +321,8 @@ def test_samples_that_do_not_last_as_long_as_their_times_are_told(stage):
 def test_a_table_in_utf_16_is_read(stage, encoding):
     path = stage.folder / "wide.txt"
     path.write_text("time [s]\tskin temp [°C]\r\n" + "".join(f"{k / 4}\t33,4\r\n" for k in range(400)), encoding=encoding)
-    told = extract(stage, path, "--signal", "temperature")
-    assert told["rate_hz"] == 4 and spans(told)["TEMP_Mean"] == pytest.approx(33.4)
+    extracted = extract(stage, path, "--signal", "temperature")
+    assert extracted["rate_hz"] == 4 and spans(extracted)["TEMP_Mean"] == pytest.approx(33.4)
 
 
 def test_units_are_converted_or_refused(stage):
@@ -337,8 +337,8 @@ def test_units_are_converted_or_refused(stage):
     means = {}
     for name, (head, rows, options) in tables.items():
         path = table(stage.folder / f"{name}.csv", rows, head)
-        told = extract(stage, path, "--signal", "eda", "--rate", 4, *options)
-        means[name] = next(row["value"] for row in told["features"] if "Mean" in row["name"])
+        extracted = extract(stage, path, "--signal", "eda", "--rate", 4, *options)
+        means[name] = next(row["value"] for row in extracted["features"] if "Mean" in row["name"])
     assert all(abs(mean / means["own"] - 1) < 1e-9 for mean in means.values()), means
     for head, rows, options, words in (
         ("eda [counts]", eda, [], "eda in counts can't be converted to uS"),
@@ -394,7 +394,7 @@ def test_a_full_disk_is_a_failure(stage, recording):
 
 
 @pytest.mark.parametrize("events", [[], ["--events"]])
-def test_what_comes_in_live_is_told_as_it_becomes_known(stage, events):
+def test_what_comes_in_live_is_printed_as_it_becomes_known(stage, events):
     arguments = ["extract", "-", "--signal", "ecg", "--rate", RATE_HZ, "--method", "causal"]
     program = stage.teampulse(*arguments, "--window", 10, *events)
     for voltage in ecg()[: 30 * RATE_HZ]:

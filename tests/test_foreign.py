@@ -43,9 +43,9 @@ def record(path, version, storage, mode):
 @pytest.mark.parametrize("mode", [CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE])
 def test_a_recording_of_others_is_read_and_replayed_with_the_defaults(stage, version, storage, mode):
     bag = record(stage.folder / "theirs", version, storage, mode)
-    told = stage.ask("info", bag, "--json")
-    assert told.returncode == 0, told.stderr
-    counts = {each["name"]: each["messages"] for each in json.loads(told.stdout)["streams"]}
+    answer = stage.ask("info", bag, "--json")
+    assert answer.returncode == 0, answer.stderr
+    counts = {each["name"]: each["messages"] for each in json.loads(answer.stdout)["streams"]}
     assert counts == {"/robot1/battery_state": COUNT, "/chatter": COUNT}
     done = stage.ask("replay", bag, "--out", stage.folder)
     assert done.returncode == 0, done.stderr
@@ -124,13 +124,13 @@ def test_tables_of_a_wristband_become_one_bag_of_a_person(stage):
     done = stage.ask("import", folder, "--person", "p007", "--device", "e4", "--out", stage.folder / "sessions")
     assert done.returncode == 0, done.stderr
     bag = done.stdout.splitlines()[-1]
-    told = json.loads(stage.ask("info", bag, "--json").stdout)
-    streams = {each["name"]: each for each in told["streams"]}
+    info = json.loads(stage.ask("info", bag, "--json").stdout)
+    streams = {each["name"]: each for each in info["streams"]}
     below = "/humans/persons/p007/e4"
     raw = {name for name, each in streams.items() if each["origin"] == "raw" and name.startswith("/humans")}
     assert raw == {f"{below}/eda", f"{below}/acceleration", f"{below}/interval"}
     assert streams[f"{below}/interval"]["messages"] == 110
-    assert abs(told["start_secs"] - begin) < 1 and abs(told["duration_secs"] - 90) < 1.5
+    assert abs(info["start_secs"] - begin) < 1 and abs(info["duration_secs"] - 90) < 1.5
     assert streams[f"{below}/eda/skin/w30"]["messages"] > 50
     # As `extract` has it: 64 is 1 g.
     table = stage.folder / "tables"
@@ -150,11 +150,11 @@ def test_tables_of_polar_sensor_logger_become_one_bag_of_their_day(stage):
     (folder / "Polar_H10_B5_20240504_100000_HR.txt").write_text("Phone timestamp;HR [bpm];HRV [ms];\n2024-05-04T10:00:01.000;75;;\n")
     done = stage.ask("import", folder, "--device", "polar_h10", "--out", stage.folder / "sessions")
     assert done.returncode == 0, done.stderr
-    told = json.loads(stage.ask("info", done.stdout.splitlines()[-1], "--json").stdout)
-    streams = {each["name"]: each["messages"] for each in told["streams"] if each["origin"] == "raw"}
+    info = json.loads(stage.ask("info", done.stdout.splitlines()[-1], "--json").stdout)
+    streams = {each["name"]: each["messages"] for each in info["streams"] if each["origin"] == "raw"}
     assert streams["/humans/persons/p001/polar_h10/interval"] == 24
     assert streams["/humans/persons/p001/polar_h10/ecg"] > 20
-    assert abs(told["start_secs"] - 1714816800) < 1
+    assert abs(info["start_secs"] - 1714816800) < 1
 
 
 def test_a_table_at_a_rate_keeps_its_day(stage):
@@ -165,8 +165,8 @@ def test_a_table_at_a_rate_keeps_its_day(stage):
     assert done.returncode == 2 and "there are 4.0 rows a second" in done.stderr, done
     done = stage.ask("import", table, "--rate", 4, "--out", stage.folder / "sessions")
     assert done.returncode == 0, done.stderr
-    told = json.loads(stage.ask("info", done.stdout.splitlines()[-1], "--json").stdout)
-    assert abs(told["start_secs"] - 1714816800) < 1 and abs(told["duration_secs"] - 50) < 1.5
+    info = json.loads(stage.ask("info", done.stdout.splitlines()[-1], "--json").stdout)
+    assert abs(info["start_secs"] - 1714816800) < 1 and abs(info["duration_secs"] - 50) < 1.5
 
 
 def test_what_a_table_measures_has_to_be_known(stage):

@@ -1,4 +1,4 @@
-"""With both DDS peers, in both directions: every message, every hash, and every mismatch told."""
+"""With both DDS peers, in both directions: every message, every hash, and every mismatch reported."""
 
 import json
 import re
@@ -95,11 +95,11 @@ def test_a_peer_sees_our_node_its_endpoints_and_their_type_hashes(stage):
         each["topic"] for each in subscribed
     }
     for endpoint in published + subscribed:
-        told = re.search(r"typehash=(RIHS01_[0-9a-f]{64});", endpoint["user_data"])
-        assert told, f"{endpoint} tells no type hash"
+        announced = re.search(r"typehash=(RIHS01_[0-9a-f]{64});", endpoint["user_data"])
+        assert announced, f"{endpoint} has no type hash"
         package, kind, _, name = endpoint["type"].removesuffix("_").split("::")
         known_hash = ros_types.type_hash(f"{package}/{kind}/{name}")
-        assert known_hash in (None, told[1]), endpoint
+        assert known_hash in (None, announced[1]), endpoint
 
 
 def test_no_topic_has_two_readers_of_ours(stage):
@@ -116,7 +116,7 @@ def test_no_topic_has_two_readers_of_ours(stage):
 
 
 @pytest.mark.parametrize("late", [[], ["--listen-late"]], ids=["ready", "discovered late"])
-def test_our_parameters_are_told_to_any_node_on_cyclone(stage, late):
+def test_our_parameters_reach_any_node_on_cyclone(stage, late):
     monitored(stage)
     kind = "rcl_interfaces/srv/ListParameters"
     asker = stage.cyclone("ask", "/teampulse/list_parameters", kind, *late)
@@ -133,14 +133,14 @@ def test_our_gids_have_24_bytes_where_humble_is_spoken(stage):
     assert all(len(gid) == 48 for gid in node["writers"])
 
 
-def test_a_reader_that_asks_for_more_than_we_offer_is_told_about(stage):
+def test_a_reader_that_asks_for_more_than_we_offer_is_reported(stage):
     monitor = monitored(stage)
     status = ("/teampulse/status", "--type", "teampulse_msgs/msg/StreamStatus")
     stage.cyclone("subscribe", *status, "--deadline-ms", 1)
     monitor.wait_for(r"/teampulse/status.*deadline|deadline.*/teampulse/status")
 
 
-def test_a_missed_deadline_is_told(stage):
+def test_a_missed_deadline_is_reported(stage):
     recorder, _ = stage.record("/bench*")
     publisher = stage.cyclone("publish", "/bench", "--deadline-ms", 200, "--count", 20)
     publisher.answer("sent")
@@ -150,7 +150,7 @@ def test_a_missed_deadline_is_told(stage):
 @pytest.mark.parametrize(
     "reliability", ["--best-effort", "--depth=1000"], ids=["best effort", "reliable"]
 )
-def test_injected_loss_is_told_exactly_or_as_unknown(stage, reliability):
+def test_injected_loss_is_reported_exactly_or_as_unknown(stage, reliability):
     lossy = "<Internal><Test><XmitLossiness>100</XmitLossiness></Test></Internal>"
     recorder, out = stage.record("/bench*")
     publisher = stage.cyclone(
@@ -167,7 +167,7 @@ def test_injected_loss_is_told_exactly_or_as_unknown(stage, reliability):
 
 
 def monitored(stage, settings: str = "", **options) -> harness.Program:
-    """A session that has something to tell."""
+    """A session that has something to report."""
     stage.cyclone("publish", "/bench")
     return stage.teampulse(
         "run", stage.study(SESSION + settings), "--out", stage.folder / "sessions", **options

@@ -1,4 +1,4 @@
-"""What is told of a person live is what `extract --method causal` tells afterwards of the same samples,
+"""What is computed of a person live is what `extract --method causal` finds afterwards in the same samples,
 bit for bit: also where a sensor failed, and where its computer went away and came back."""
 
 from itertools import pairwise
@@ -8,7 +8,7 @@ import pytest
 import bags
 import harness
 import tables
-from told import by_end, is_number, secs, windows
+from windows import by_end, is_number, secs, windows
 
 PERSON = "/humans/persons/p001"
 WINDOWS_SECS = [10, 20]
@@ -80,7 +80,7 @@ def test_there_are_gaps_of_both_kinds(bag):
 
 
 @pytest.mark.parametrize("sensor", SENSORS)
-def test_live_is_what_is_told_afterwards_bit_for_bit(bag, tmp_path, sensor):
+def test_live_is_what_is_extracted_afterwards_bit_for_bit(bag, tmp_path, sensor):
     stage = harness.Stage(tmp_path, 94)
     topic = f"{PERSON}/simulated/{sensor}"
     stream = tables.described(bag)[topic]
@@ -89,9 +89,9 @@ def test_live_is_what_is_told_afterwards_bit_for_bit(bag, tmp_path, sensor):
     # What ends behind the last sample is known afterwards alone: live, the next may still come.
     last_ns = max(at_ns for at_ns, _ in tables.rows(waves[-1]))
     for window_secs in WINDOWS_SECS:
-        told = tables.extracted(stage, table, stream, window_secs)
+        extracted = tables.extracted(stage, table, stream, window_secs)
         live = windows(bag, f"{topic}/{SENSORS[sensor]}/w{window_secs}")
-        afterwards = by_end(told["features"], window_secs)
+        afterwards = by_end(extracted["features"], window_secs)
         afterwards = {end: each for end, each in afterwards.items() if end <= last_ns / 1e9}
         assert len(afterwards) > 20
         first_ns = min(afterwards)
@@ -102,13 +102,13 @@ def test_live_is_what_is_told_afterwards_bit_for_bit(bag, tmp_path, sensor):
     assert numbers
     for kind, leaf in HAPPENS.get(stream.signal, {}).items():
         happened = [secs(each) for each in bags.messages(bag, f"{topic}/{leaf}")]
-        afterwards = [each["time_secs"] for each in told["events"] if each["kind"] == kind]
+        afterwards = [each["time_secs"] for each in extracted["events"] if each["kind"] == kind]
         assert sorted(happened) == afterwards
 
 
 def heard(bag, topic) -> list:
-    """The waves of a topic from the first on that came after what they are was told."""
+    """The waves of a topic from the first one on that came after the description of its stream."""
     of_stream = (each for each in bags.messages(bag, "/teampulse/streams"))
-    told = next(each for each in of_stream if each.content.name == topic and each.content.channels)
+    described = next(each for each in of_stream if each.content.name == topic and each.content.channels)
     waves = bags.messages(bag, topic)
-    return [wave for wave in waves if wave.log_secs > told.log_secs]
+    return [wave for wave in waves if wave.log_secs > described.log_secs]

@@ -1,5 +1,5 @@
-"""Where a device's own clock runs fast, and how fast is found out while samples come, what is told live
-is what `extract --method causal` tells of the same samples at the times that they got, bit for bit."""
+"""Where a device's own clock runs fast, and how fast is found out while samples come, what is computed live
+is what `extract --method causal` finds in the same samples at the times that they got, bit for bit."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ import bags
 import harness
 import recorded
 import tables
-from told import by_end, is_number, secs, windows
+from windows import by_end, is_number, secs, windows
 
 WINDOW_SECS = 20
 LASTS_SECS = 120
@@ -101,20 +101,20 @@ def samples(stage, bag, signal: Drifting) -> Path:
 
 def test_how_fast_the_clock_runs_is_found_out_while_samples_come(bag):
     health = [each.content for each in bags.messages(bag, "/teampulse/status")]
-    told = [each.skew_ppm for each in health if each.name == SIGNALS["pulse"].topic]
-    told = [ppm for ppm in told if not math.isnan(ppm)]
-    assert abs(told[0] - FAST_PPM) > 100 and abs(told[-1] - FAST_PPM) < 20
+    found = [each.skew_ppm for each in health if each.name == SIGNALS["pulse"].topic]
+    found = [ppm for ppm in found if not math.isnan(ppm)]
+    assert abs(found[0] - FAST_PPM) > 100 and abs(found[-1] - FAST_PPM) < 20
     # The line through its delays is laid anew every four seconds.
-    assert len(set(told)) > LASTS_SECS / 4
+    assert len(set(found)) > LASTS_SECS / 4
 
 
 @pytest.mark.parametrize("leaf", SIGNALS)
-def test_live_is_what_is_told_afterwards_of_a_moving_rate(stage, bag, leaf):
+def test_live_is_what_is_extracted_afterwards_of_a_moving_rate(stage, bag, leaf):
     signal = SIGNALS[leaf]
     live = windows(bag, f"{signal.topic}/{leaf}/w{WINDOW_SECS}")
     described = tables.described(bag)[signal.topic]
-    told = tables.extracted(stage, samples(stage, bag, signal), described, WINDOW_SECS)
-    afterwards = by_end(told["features"], WINDOW_SECS)
+    extracted = tables.extracted(stage, samples(stage, bag, signal), described, WINDOW_SECS)
+    afterwards = by_end(extracted["features"], WINDOW_SECS)
     assert len(afterwards) > LASTS_SECS - WINDOW_SECS - 2
     assert {end: live.get(end) for end in afterwards} == afterwards
     assert any(is_number(value) for value in afterwards[max(afterwards)])
@@ -123,7 +123,7 @@ def test_live_is_what_is_told_afterwards_of_a_moving_rate(stage, bag, leaf):
 def test_pulses_are_those_that_are_found_afterwards(stage, bag):
     signal = SIGNALS["pulse"]
     described = tables.described(bag)[signal.topic]
-    told = tables.extracted(stage, samples(stage, bag, signal), described, WINDOW_SECS)
+    extracted = tables.extracted(stage, samples(stage, bag, signal), described, WINDOW_SECS)
     live = sorted(secs(each) for each in bags.messages(bag, f"{signal.topic}/pulses"))
     assert len(live) > LASTS_SECS
-    assert live == [each["time_secs"] for each in told["events"] if each["kind"] == "pulse"]
+    assert live == [each["time_secs"] for each in extracted["events"] if each["kind"] == "pulse"]

@@ -35,12 +35,12 @@ def test_what_its_publisher_overwrites_is_lost_before_it_comes_here(stage, peer)
     recorder, out = stage.record("/bench")
     sent = peer("publish", "/bench", *load).answer("sent")
     assert sent["handed_over"] < sent["sent"], "it sent each message before the next was written"
-    told = recorder.wait_for(r"(\d+) messages? of /bench lost before reaching this machine")
+    reported = recorder.wait_for(r"(\d+) messages? of /bench lost before reaching this machine")
     assert recorder.interrupt() in (0, 3), recorder.report()
     received = bags.counts(harness.the_bag(out))["/bench"]
     assert received == sent["handed_over"]
     # What comes before the first that is heard is not known to be lost.
-    assert 0 < int(told[1]) <= sent["sent"] - received
+    assert 0 < int(reported[1]) <= sent["sent"] - received
 
 
 def every_message_is_accounted_for(stage, peer, load, sent: int, figure) -> int:

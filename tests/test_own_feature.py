@@ -57,9 +57,9 @@ def test_it_is_recorded_raw_and_as_it_was_described(bag):
 def test_its_values_are_those_of_the_signal_in_the_bag(bag):
     waves = bags.messages(bag, INPUT)
     place = {stamp_ns(wave): k for k, wave in enumerate(waves)}
-    told = [each for each in bags.messages(bag, OUTPUT) if place.get(stamp_ns(each), 0) >= 3]
-    assert len(told) > RECORDED_SECS / 2
-    for each in told:
+    answers = [each for each in bags.messages(bag, OUTPUT) if place.get(stamp_ns(each), 0) >= 3]
+    assert len(answers) > RECORDED_SECS / 2
+    for each in answers:
         last = place[stamp_ns(each)]
         second = [value for wave in waves[last - 3 : last + 1] for value in wave.content.samples]
         mean = fmean(second)
@@ -70,9 +70,9 @@ def test_features_of_any_numbers_run_on_it(bag):
     topic = f"{OUTPUT}/statistics/w30"
     newest = bags.messages(bag, topic)[-1]
     end_ns = stamp_ns(newest)
-    told = [each for each in bags.messages(bag, OUTPUT) if end_ns - 30e9 <= stamp_ns(each) < end_ns]
+    answers = [each for each in bags.messages(bag, OUTPUT) if end_ns - 30e9 <= stamp_ns(each) < end_ns]
     mean = newest.content.values[described(bag)[topic].channels.index("mean")]
-    assert mean == pytest.approx(fmean(each.content.values[0] for each in told), rel=1e-12)
+    assert mean == pytest.approx(fmean(each.content.values[0] for each in answers), rel=1e-12)
 
 
 def test_a_replay_leaves_both_as_they_were(bag, tmp_path):

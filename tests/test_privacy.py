@@ -16,7 +16,7 @@ from conftest import leave_out
 STUDY = harness.ROOT / "studies/one_operator.toml"
 PERSON = "/humans/persons/"
 RECORDED_SECS = 45
-# Where the health of streams is told.
+# Where the health of streams is published.
 HEALTH = {
     "/teampulse/status": "teampulse_msgs/msg/StreamStatus",
     "/teampulse/clocks": "teampulse_msgs/msg/Event",
@@ -92,7 +92,7 @@ def test_no_number_of_a_person_is_in_what_the_session_sent(overheard):
 
 
 def test_nor_is_there_a_word_of_what_was_computed_of_a_person(overheard):
-    """A description tells how: of a state, from which heart rate in the baseline."""
+    """A description has the method: of a state, from which heart rate in the baseline."""
     bag, of_monitor = overheard.bag, overheard.of_monitor
     computed = {topic for topic, origin in bags.origins(bag).items() if origin == "derived"}
     computed = {topic.encode() for topic in computed if topic.startswith(PERSON)}
@@ -102,9 +102,9 @@ def test_nor_is_there_a_word_of_what_was_computed_of_a_person(overheard):
 
 def test_nor_who_it_is_or_how_the_sensors_are(overheard):
     """The id stands in the names of the sensors' own topics, and of our readers of these, alone."""
-    told = overheard.health
-    assert len(told["/teampulse/status"]) > 50 and len(told["/diagnostics"]) > 5
-    assert not [each for messages in told.values() for each in messages if b"p001" in each]
+    health = overheard.health
+    assert len(health["/teampulse/status"]) > 50 and len(health["/diagnostics"]) > 5
+    assert not [each for messages in health.values() for each in messages if b"p001" in each]
     [node] = [each for each in overheard.graph["nodes"] if each["name"] == "/teampulse"]
     published = [
         each["topic"] for each in overheard.graph["endpoints"] if each["gid"] in node["writers"]

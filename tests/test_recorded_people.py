@@ -115,8 +115,8 @@ def features(bag):
     def of(stream: str, leaf: str, window_secs: int) -> dict:
         topic = f"/humans/persons/{stream}/{leaf}/w{window_secs}"
         newest = bags.messages(bag, topic)[-1].content
-        told = zip(newest.values, newest.reasons, strict=True)
-        shown = [float(value) if reason == 0 else f"reason {reason}" for value, reason in told]
+        values = zip(newest.values, newest.reasons, strict=True)
+        shown = [float(value) if reason == 0 else f"reason {reason}" for value, reason in values]
         return dict(zip(described[topic].channels, shown, strict=True))
 
     return of
@@ -131,7 +131,7 @@ def happened_secs(bag, topic: str) -> np.ndarray:
 def test_beats_are_those_that_neurokit_finds(bag):
     ours = happened_secs(bag, "lab/biopac/ecg/beats")
     theirs = np.array(golden("bio100_ecg")["r_peaks"]) / LAB_HZ
-    # A beat is told of when the signal has gone on for a while.
+    # A beat is reported when the signal has gone on for a while.
     theirs = theirs[theirs < 149]
     off_secs = np.abs(ours[:, None] - theirs).min(axis=0)
     assert np.mean(off_secs < 0.05) >= 0.99
@@ -140,18 +140,18 @@ def test_beats_are_those_that_neurokit_finds(bag):
 
 def test_intervals_vary_as_those_of_neurokit_s_beats(features):
     """Against NeuroKit's, whose beats lie on whole samples of 10 ms."""
-    told = features("lab/biopac/ecg", "heart", WINDOWS_SECS["lab"])
+    ours = features("lab/biopac/ecg", "heart", WINDOWS_SECS["lab"])
     theirs = golden("bio100_ecg")["hrv"]
-    assert told["HRV_MeanNN"] == pytest.approx(theirs["HRV_MeanNN"], rel=2e-3)
-    assert told["HRV_MedianNN"] == pytest.approx(theirs["HRV_MedianNN"], abs=10)
-    assert told["HRV_SDNN"] == pytest.approx(theirs["HRV_SDNN"], rel=0.05)
-    assert told["HRV_RMSSD"] == pytest.approx(theirs["HRV_RMSSD"], rel=0.05)
-    assert told["ECG_Rate_Mean"] == pytest.approx(60e3 / theirs["HRV_MeanNN"], abs=1)
+    assert ours["HRV_MeanNN"] == pytest.approx(theirs["HRV_MeanNN"], rel=2e-3)
+    assert ours["HRV_MedianNN"] == pytest.approx(theirs["HRV_MedianNN"], abs=10)
+    assert ours["HRV_SDNN"] == pytest.approx(theirs["HRV_SDNN"], rel=0.05)
+    assert ours["HRV_RMSSD"] == pytest.approx(theirs["HRV_RMSSD"], rel=0.05)
+    assert ours["ECG_Rate_Mean"] == pytest.approx(60e3 / theirs["HRV_MeanNN"], abs=1)
 
 
 def test_breath_is_as_fast_as_neurokit_says(features):
-    told = features("lab/biopac/respiration", "breath", WINDOWS_SECS["lab"])
-    assert told["RSP_Rate_Mean"] == pytest.approx(golden("bio100_rsp")["nk_rate_mean"], abs=0.5)
+    ours = features("lab/biopac/respiration", "breath", WINDOWS_SECS["lab"])
+    assert ours["RSP_Rate_Mean"] == pytest.approx(golden("bio100_rsp")["nk_rate_mean"], abs=0.5)
 
 
 def test_every_response_that_neurokit_finds_is_found(bag, features):
@@ -161,18 +161,18 @@ def test_every_response_that_neurokit_finds_is_found(bag, features):
     whole = [peak / theirs["analysis_fs"] for onset, peak in zip(onsets, peaks) if onset]
     ours = happened_secs(bag, "lab/biopac/eda/responses")
     assert all(np.abs(ours - peak).min() < 0.25 for peak in whole)
-    told = features("lab/biopac/eda", "skin", WINDOWS_SECS["lab"])
-    assert told["EDA_Tonic_Mean"] == pytest.approx(theirs["tonic_mean"], rel=0.01)
+    ours = features("lab/biopac/eda", "skin", WINDOWS_SECS["lab"])
+    assert ours["EDA_Tonic_Mean"] == pytest.approx(theirs["tonic_mean"], rel=0.01)
 
 
 @pytest.mark.parametrize("which", EYES)
 def test_bands_are_welch_s(features, which):
-    told, theirs = features(f"{which}/eeg/eeg", "brain", WINDOWS_SECS[which]), golden_eyes(which)
+    ours, theirs = features(f"{which}/eeg/eeg", "brain", WINDOWS_SECS[which]), golden_eyes(which)
     for band in BANDS:
-        assert told[f"EEG_{band}"] == pytest.approx(theirs[band.lower()], rel=1e-6), band
-        assert told[f"EEG_{band}Rel"] == pytest.approx(theirs["rel"][band.lower()], rel=1e-6)
-    assert told["EEG_Engagement"] == pytest.approx(theirs["engagement_beta_over_alpha_theta"], 1e-6)
-    assert told["EEG_ThetaAlpha"] == pytest.approx(theirs["theta_alpha"], rel=1e-6)
+        assert ours[f"EEG_{band}"] == pytest.approx(theirs[band.lower()], rel=1e-6), band
+        assert ours[f"EEG_{band}Rel"] == pytest.approx(theirs["rel"][band.lower()], rel=1e-6)
+    assert ours["EEG_Engagement"] == pytest.approx(theirs["engagement_beta_over_alpha_theta"], 1e-6)
+    assert ours["EEG_ThetaAlpha"] == pytest.approx(theirs["theta_alpha"], rel=1e-6)
 
 
 def golden_eyes(which: str) -> dict:
@@ -185,7 +185,7 @@ def test_alpha_is_higher_with_eyes_closed(features):
 
 
 def test_bands_of_eight_channels_are_welch_s(features):
-    told = features("openbci/cyton/eeg", "brain", WINDOWS_SECS["openbci"])
+    found = features("openbci/cyton/eeg", "brain", WINDOWS_SECS["openbci"])
     count = WINDOWS_SECS["openbci"] * OPENBCI_HZ
     for channel in UNTOUCHED:
         samples = openbci()[:count, channel]
@@ -194,13 +194,13 @@ def test_bands_of_eight_channels_are_welch_s(features):
         for band, (low_hz, high_hz) in BANDS.items():
             inside = (hz >= low_hz) & (hz <= high_hz)
             expected = np.trapezoid(power[inside], hz[inside])
-            ours = told[f"EEG_{band}/EXG{channel}"]
+            ours = found[f"EEG_{band}/EXG{channel}"]
             assert ours == pytest.approx(expected, rel=1e-6), (band, channel)
 
 
 def test_muscles_are_as_loud_as_the_formulas_say(features):
     sections = signal.butter(4, [20, 95], "band", fs=MYO_HZ, output="sos")
-    told = features("gesture2/myo/emg", "muscle", WINDOWS_SECS["myo"])
+    found = features("gesture2/myo/emg", "muscle", WINDOWS_SECS["myo"])
     count = WINDOWS_SECS["myo"] * MYO_HZ
     for channel, samples in enumerate(myo(2)[:count, :8].T):
         begin = signal.sosfilt_zi(sections) * samples[0]
@@ -212,7 +212,7 @@ def test_muscles_are_as_loud_as_the_formulas_say(features):
             "WL": np.mean(np.sum(np.abs(np.diff(frames)), axis=1)),
         }
         for name, each in formulas.items():
-            ours = told[f"EMG_{name}/emg{channel}"]
+            ours = found[f"EMG_{name}/emg{channel}"]
             assert ours == pytest.approx(each, rel=1e-9), (name, channel)
 
 
@@ -225,14 +225,14 @@ def test_temperature_and_movement_are_summed_up_by_the_formulas(features):
     _, temperature, acceleration = wristband()
     secs = WINDOWS_SECS["e4"]
     readings = newest(temperature.samples, 4, secs)
-    told = features("wrist/e4/temperature", "skin_temperature", secs)
-    assert told["TEMP_Mean"] == pytest.approx(readings.mean(), rel=1e-9)
-    assert told["TEMP_SD"] == pytest.approx(readings.std(ddof=1), rel=1e-9)
-    assert (told["TEMP_Min"], told["TEMP_Max"]) == (readings.min(), readings.max())
+    ours = features("wrist/e4/temperature", "skin_temperature", secs)
+    assert ours["TEMP_Mean"] == pytest.approx(readings.mean(), rel=1e-9)
+    assert ours["TEMP_SD"] == pytest.approx(readings.std(ddof=1), rel=1e-9)
+    assert (ours["TEMP_Min"], ours["TEMP_Max"]) == (readings.min(), readings.max())
     strength = np.linalg.norm(newest(acceleration.samples, 32, secs), axis=1)
-    told = features("wrist/e4/acceleration", "movement", secs)
-    assert told["ACC_VM_Mean"] == pytest.approx(strength.mean(), rel=1e-9)
-    assert told["ACC_ENMO"] == pytest.approx(np.maximum(strength - 1, 0).mean(), rel=1e-9)
+    ours = features("wrist/e4/acceleration", "movement", secs)
+    assert ours["ACC_VM_Mean"] == pytest.approx(strength.mean(), rel=1e-9)
+    assert ours["ACC_ENMO"] == pytest.approx(np.maximum(strength - 1, 0).mean(), rel=1e-9)
 
 
 def newest(samples: np.ndarray, rate_hz: int, secs: int) -> np.ndarray:
@@ -241,6 +241,6 @@ def newest(samples: np.ndarray, rate_hz: int, secs: int) -> np.ndarray:
     return samples[end - secs * rate_hz : end]
 
 
-def test_of_skin_that_no_electrode_touches_nothing_is_told(features):
-    told = features("wrist/e4/eda", "skin", WINDOWS_SECS["e4"])
-    assert set(told.values()) == {"reason 3"}
+def test_of_skin_that_no_electrode_touches_nothing_is_computed(features):
+    ours = features("wrist/e4/eda", "skin", WINDOWS_SECS["e4"])
+    assert set(ours.values()) == {"reason 3"}

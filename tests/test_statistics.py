@@ -71,10 +71,10 @@ def bag(tmp_path_factory):
 @pytest.mark.parametrize("topic", [EMG, TEMPERATURE, ODOMETRY])
 def test_windows_are_what_numpy_says_of_their_samples(bag, topic):
     times_ns, columns = samples(bag, topic)
-    told = [window for window in told_of(bag, topic, "w5") if window.content.reasons[0] == 0]
-    assert len(told) > 10
-    for window in told:
-        assert_told(window, channels(bag, topic, "w5"), times_ns, columns)
+    windows = [window for window in windows_of(bag, topic, "w5") if window.content.reasons[0] == 0]
+    assert len(windows) > 10
+    for window in windows:
+        assert_exact(window, channels(bag, topic, "w5"), times_ns, columns)
 
 
 @pytest.mark.parametrize("topic", [EMG, TEMPERATURE, ODOMETRY])
@@ -82,13 +82,13 @@ def test_phases_differ_from_the_baseline_as_numpy_says(bag, topic):
     times_ns, columns = samples(bag, topic)
     names = channels(bag, topic, "phases")
     baseline, differed = None, 0
-    told = told_of(bag, topic, "phases")
+    windows = windows_of(bag, topic, "phases")
     # Where a person's own phases take the place of the session's, one may be cut to nearly nothing.
-    for phase in [each for each in told if each.content.window_secs > 1]:
+    for phase in [each for each in windows if each.content.window_secs > 1]:
         name_of_phase = label(bag, phase)
         values = dict(zip(names, phase.content.values, strict=True))
         if phase.content.reasons[0] == 0:
-            assert_told(phase, names, times_ns, columns)
+            assert_exact(phase, names, times_ns, columns)
         if name_of_phase == "baseline":
             baseline = values
         for name in names:
@@ -115,7 +115,7 @@ def test_a_study_can_leave_statistics_out(bag, stage):
     assert not any("/statistics/" in topic for topic in bags.raw(harness.the_bag(out)))
 
 
-def assert_told(window, names, times_ns, columns):
+def assert_exact(window, names, times_ns, columns):
     """All values of a window are numpy's of the samples in it."""
     end_ns = stamp_ns(window)
     begin_ns = end_ns - round(window.content.window_secs * 1e9)
@@ -173,7 +173,7 @@ def field(content, path: str) -> float:
 
 
 def label(bag, phase) -> str:
-    """What the phase that was told of is called, by the event that began it."""
+    """The name of the phase that was reported, by the event that began it."""
     begin_ns = stamp_ns(phase) - round(phase.content.window_secs * 1e9)
     events = messages(bag, "/session/events") + messages(bag, "/task/phases")
     begun = [each for each in events if each.content.kind == "phase"]
@@ -185,7 +185,7 @@ def channels(bag, topic: str, leaf: str) -> list[str]:
     return described(bag, f"{topic}/statistics/{leaf}").channels
 
 
-def told_of(bag, topic: str, leaf: str) -> list:
+def windows_of(bag, topic: str, leaf: str) -> list:
     return messages(bag, f"{topic}/statistics/{leaf}")
 
 

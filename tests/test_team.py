@@ -65,10 +65,10 @@ def bag(tmp_path_factory):
     stage.close()
 
 
-def test_whoever_joins_late_is_told_the_phases_that_were_with_their_times(bag):
+def test_whoever_joins_late_gets_the_phases_that_were_with_their_times(bag):
     phases = bags.messages(bag, "/task/phases")
-    told = [(each.content.label, each.content.duration_secs) for each in phases]
-    assert told == [("baseline", 2.0), ("1-back", 300.0)]
+    past = [(each.content.label, each.content.duration_secs) for each in phases]
+    assert past == [("baseline", 2.0), ("1-back", 300.0)]
     begun_secs = [stamp_secs(each) for each in phases]
     assert begun_secs[1] - begun_secs[0] == pytest.approx(2.0, abs=1e-6)
     assert begun_secs[1] < phases[1].log_secs - 1, "it began before it was heard of"
@@ -103,7 +103,7 @@ def test_interventions_are_the_commands_that_were_truly_given(bag):
         assert event.content.duration_secs == pytest.approx(lasted, abs=0.1)
 
 
-def test_a_robot_drives_where_it_is_told_to(bag):
+def test_a_robot_drives_where_it_is_sent(bag):
     path = [
         (stamp_secs(each), each.content.pose.pose.position)
         for each in bags.messages(bag, "/robot2/odom")
@@ -115,8 +115,8 @@ def test_a_robot_drives_where_it_is_told_to(bag):
     ends = [at for at, _ in goals[1:]] + [path[-1][0]]
     calm = [(goal, end) for goal, end in zip(goals, ends) if end - goal[0] > CALM_SECS]
     assert len(calm) >= 2
-    for (told, goal), _ in calm:
-        way_m = [distance_m(at, goal) for secs, at in path if told <= secs < told + CALM_SECS]
+    for (sent, goal), _ in calm:
+        way_m = [distance_m(at, goal) for secs, at in path if sent <= secs < sent + CALM_SECS]
         assert min(way_m) < max(0.4, 0.2 * way_m[0]), way_m[::40]
 
 
@@ -128,8 +128,8 @@ def test_an_alert_is_raised_answered_and_over_as_scripted(bag, figure):
     raised = gone + OFFLINE_AFTER_SECS
     answered = min(at for at, robot in commands(bag) if robot == "robot1" and at > raised)
     alerts = bags.messages(bag, "/team/alerts")
-    told = [(each.content.kind, each.content.label) for each in alerts]
-    assert told == [
+    reported = [(each.content.kind, each.content.label) for each in alerts]
+    assert reported == [
         ("fault", "robot1 needs someone: offline"),
         ("marker", "robot1 was answered: offline"),
         ("marker", "robot1 no longer needs someone: offline"),
@@ -165,7 +165,7 @@ def test_the_state_of_the_team_is_that_of_its_people_and_robots(bag):
     assert (answered["robots_online"], answered["robots_in_need"]) == (1, 0)
 
 
-def test_a_replay_tells_the_same_of_the_team_byte_for_byte(bag, tmp_path):
+def test_a_replay_computes_the_same_of_the_team_byte_for_byte(bag, tmp_path):
     stage = harness.Stage(tmp_path, 96)
     answer = stage.ask("replay", bag, "--out", tmp_path / "replay")
     assert answer.returncode == 0, answer.stderr
@@ -178,9 +178,9 @@ def test_a_replay_tells_the_same_of_the_team_byte_for_byte(bag, tmp_path):
 
 
 def commands(bag) -> list[tuple[float, str]]:
-    """What the operator truly told which robot, and when [s]."""
-    told = bags.messages(bag, "/task/commands")
-    return [(stamp_secs(each), f"robot{each.content.value:.0f}") for each in told]
+    """What the operator truly sent to which robot, and when [s]."""
+    commands = bags.messages(bag, "/task/commands")
+    return [(stamp_secs(each), f"robot{each.content.value:.0f}") for each in commands]
 
 
 def distance_m(one, other) -> float:

@@ -70,7 +70,7 @@ def test_phases_cover_the_session(events, features):
     assert list(phases.label) == ["baseline", "1-back"]
     baseline, task = phases.onset
     assert baseline < 1 and abs(task - baseline - 60) < 0.5
-    assert (events.trial_type == "phase").sum() == 2, "each is told once"
+    assert (events.trial_type == "phase").sum() == 2, "each stands there once"
     # As they were: the session ended long before the second one should have.
     assert phases.duration.iloc[0] == pytest.approx(60, abs=0.5)
     assert phases.duration.iloc[1] == pytest.approx(RECORDED_SECS - 60, abs=2)
@@ -130,13 +130,13 @@ def test_intervals_add_up_to_the_time_in_which_the_heart_was_heard(bag, figure):
 
 
 @pytest.mark.parametrize("method", ["whole", "causal"])
-def test_intervals_are_read_again_and_tell_what_the_session_told(stage, bag, features, tmp_path, method):
+def test_intervals_are_read_again_and_give_what_the_session_gave(stage, bag, features, tmp_path, method):
     table = pandas.read_csv(bag / "intervals.csv", dtype=str)
     of_phase = table[table.phase == "baseline"]
     tables = {"whole.txt": (bag / "intervals.txt").read_text()}
     tables["phase.csv"] = of_phase.to_csv(index=False)
     tables["phase.txt"] = "".join(f"{at}\t{float(rr) / 1e3:.6f}\n" for at, rr in of_phase[["time_secs", "rr_ms"]].values)
-    told = {}
+    extracted = {}
     for name, text in tables.items():
         (tmp_path / name).write_text(text)
         answer = stage.ask(
@@ -144,13 +144,13 @@ def test_intervals_are_read_again_and_tell_what_the_session_told(stage, bag, fea
             *("--artefacts", "corrected", "--method", method, "--json"),
         )
         assert answer.returncode == 0, answer.stderr
-        told[name] = json.loads(answer.stdout)
-    beats = [each["time_secs"] for each in told["whole.txt"]["events"]]
+        extracted[name] = json.loads(answer.stdout)
+    beats = [each["time_secs"] for each in extracted["whole.txt"]["events"]]
     assert np.allclose(beats, np.loadtxt(bag / "intervals.txt").T[0], atol=1e-4)
     session = features[(features.phase == "baseline") & (features.source == "simulated/ecg")]
     session = session[session.window_secs > 45].groupby("measure").value.last()
     for name in ("phase.csv", "phase.txt"):
-        again = {each["name"]: each["value"] for each in told[name]["features"]}
+        again = {each["name"]: each["value"] for each in extracted[name]["features"]}
         for measure in ("HRV_MeanNN", "HRV_SDNN", "HRV_RMSSD", "HRV_pNN20", "HRV_SD1"):
             assert again[measure] == pytest.approx(session[measure], rel=1e-3), (name, measure)
 
@@ -159,9 +159,9 @@ def test_phases_are_one_small_table(bag, features):
     phases = pandas.read_csv(bag / "phases.csv", float_precision="round_trip")
     person = phases[phases.subject == "p001"]
     assert list(person.phase) == ["baseline", "1-back"] and list(person.occurrence) == [1, 1]
-    told = json.loads((bag / "phases.json").read_text())
-    assert set(told) == set(phases.columns)
-    assert all(each["Description"] for each in told.values())
+    described = json.loads((bag / "phases.json").read_text())
+    assert set(described) == set(phases.columns)
+    assert all(each["Description"] for each in described.values())
     long = features[(features.subject == "p001") & (features.phase == "baseline")]
     long = long[(long.source == "simulated/ecg") & (long.measure == "ECG_Rate_Mean")]
     baseline = long[long.window_secs > 45].value.iloc[-1]
@@ -169,11 +169,11 @@ def test_phases_are_one_small_table(bag, features):
 
 
 def test_each_measure_has_a_description_and_a_method(bag, features):
-    told = json.loads((bag / "features.json").read_text())["measure"]["Levels"]
-    assert set(features.measure) <= set(told)
-    assert all(each["Description"] and each["Method"] for each in told.values())
-    assert "Welch" in str(told["HRV_LF"]["Method"])
-    assert not [name for name, each in told.items() if "specific to this study" in each["Description"]]
+    described = json.loads((bag / "features.json").read_text())["measure"]["Levels"]
+    assert set(features.measure) <= set(described)
+    assert all(each["Description"] and each["Method"] for each in described.values())
+    assert "Welch" in str(described["HRV_LF"]["Method"])
+    assert not [name for name, each in described.items() if "specific to this study" in each["Description"]]
 
 
 def test_features_take_little_room(bag, figure):
@@ -201,18 +201,18 @@ def test_a_replay_writes_the_same_files(bag, stage):
         assert (again / name).read_bytes() == (bag / name).read_bytes(), name
 
 
-def test_each_column_is_told_in_the_file_beside_its_table(bag, events, features):
+def test_each_column_is_described_in_the_file_beside_its_table(bag, events, features):
     for table, name in ((events, "events.json"), (features, "features.json")):
-        told = json.loads((bag / name).read_text())
-        assert set(told) == set(table.columns)
-        assert all(column["Description"] for column in told.values())
+        described = json.loads((bag / name).read_text())
+        assert set(described) == set(table.columns)
+        assert all(column["Description"] for column in described.values())
     assert set(events.trial_type) <= set(json.loads((bag / "events.json").read_text())["trial_type"]["Levels"])
     reasons = json.loads((bag / "features.json").read_text())["reason"]["Levels"]
     assert set(features.reason.dropna()) <= set(reasons)
 
 
-def test_bursts_tell_the_channel_of_the_muscle(bag, events):
-    # What a stream is may be told again when more of it is known.
+def test_bursts_have_the_channel_of_the_muscle(bag, events):
+    # A stream may be described again when more of it is known.
     described = tables.described(bag).values()
     [muscle] = [each for each in described if each.signal == "emg" and each.origin == 0]
     bursts = events[events.trial_type == "burst"]
@@ -229,11 +229,11 @@ def test_units_have_one_spelling(features):
 def test_against_a_baseline_of_a_minute_there_are_differences_and_no_z(bag):
     stream = tables.described(bag)[STATE]
     assert "too short for z" in stream.method
-    told = [each.content for each in bags.messages(bag, STATE)]
-    assert len(told) > 5
+    windows = [each.content for each in bags.messages(bag, STATE)]
+    assert len(windows) > 5
     for kind, reason in (("difference", 0), ("z", 8), ("robust_z", 8)):
         place = stream.channels.index(f"heart_rate_{kind}")
-        assert {each.reasons[place] for each in told} == {reason}, kind
+        assert {each.reasons[place] for each in windows} == {reason}, kind
 
 
 def test_a_killed_monitor_leaves_files_that_are_whole_up_to_their_last_line(stage):
@@ -301,7 +301,7 @@ def is_event(message, kind: str) -> bool:
 
 
 def stamp_ms(message) -> int:
-    """The time of a message to the millisecond that it lies in, as texts tell it."""
+    """The time of a message to the millisecond that it lies in, as texts have it."""
     stamp = message.content.header.stamp
     return stamp.sec * 1000 + stamp.nanosec // 1_000_000
 

@@ -40,26 +40,26 @@ class Session:
 
     def phases(self, person: str) -> dict[str, tuple[float, float]]:
         """When each phase of a person began and ended [s]."""
-        begun = {told.label: secs for secs, told in self.heard[of(person, "task/phases")]}
+        begun = {event.label: secs for secs, event in self.heard[of(person, "task/phases")]}
         return {name: (begun[name], begun[name] + self.phase_secs) for name in PHASES}
 
-    def told(self, person: str, family: str, value: str) -> dict[str, float]:
-        """What a feature tells of each phase; NaN where it tells a reason."""
+    def values(self, person: str, family: str, value: str) -> dict[str, float]:
+        """The value of a feature in each phase; NaN where it has a reason instead."""
         topic = of(person, f"simulated/{family}/phases")
-        place, told = self.channels[topic].index(value), {}
+        place, found = self.channels[topic].index(value), {}
         for name, (begin, _) in self.phases(person).items():
             windows = self.heard[topic]
             about = (content for end, content in windows if abs(end - content.window_secs - begin) < 1)
-            told[name] = next((content.values[place] for content in about), math.nan)
-        return told
+            found[name] = next((content.values[place] for content in about), math.nan)
+        return found
 
     def truth(self, person: str, leaf: str) -> list:
         return self.heard[of(person, f"truth/{leaf}")]
 
     def rows(self, family: str, value: str) -> np.ndarray:
-        """What a feature tells, a row a person and a column a phase."""
-        told = (self.told(person, family, value) for person in self.people)
-        return np.array([[each[name] for name in PHASES] for each in told])
+        """The values of a feature, a row a person and a column a phase."""
+        rows = (self.values(person, family, value) for person in self.people)
+        return np.array([[each[name] for name in PHASES] for each in rows])
 
     def true_rows(self, of_span: Callable) -> np.ndarray:
         """What truly was: `of_span(person, begin, end)`, a row a person and a column a phase."""
@@ -72,8 +72,8 @@ class Session:
 
     def true_state(self, person: str, begin: float, end: float, channel: str) -> float:
         place = self.channels[of(person, "truth/state")].index(channel)
-        told = self.truth(person, "state")
-        return float(np.mean([each.values[place] for at, each in told if begin <= at < end]))
+        states = self.truth(person, "state")
+        return float(np.mean([each.values[place] for at, each in states if begin <= at < end]))
 
 
 def of(person: str, leaf: str) -> str:
@@ -81,57 +81,57 @@ def of(person: str, leaf: str) -> str:
 
 
 def worst(what: str, off: np.ndarray, most: float, unit: str = "") -> tuple[bool, str]:
-    """How far 95 % of what was told are off at most; what was not told counts as missing."""
-    told = np.isfinite(off)
-    p95 = float(np.quantile(np.abs(off[told]), 0.95)) if told.any() else math.inf
+    """How far 95 % of what was found are off at most; what was not found counts as missing."""
+    found = np.isfinite(off)
+    p95 = float(np.quantile(np.abs(off[found]), 0.95)) if found.any() else math.inf
     shown = f"{p95:.2f}{unit}" if unit else f"{p95:.1%}"
     bar = f"{most}{unit}" if unit else f"{most:.0%}"
-    met = p95 <= most and told.mean() >= LEAST_FOUND
-    return met, f"{what} off by {shown} at the 95th percentile (bar {bar}), told {told.mean():.0%}"
+    met = p95 <= most and found.mean() >= LEAST_FOUND
+    return met, f"{what} off by {shown} at the 95th percentile (bar {bar}), found {found.mean():.0%}"
 
 
 # --- what is found
 
 
 def heart_rate(session: Session) -> tuple[bool, str]:
-    told = session.rows("ecg/heart", "ECG_Rate_Mean")
+    found = session.rows("ecg/heart", "ECG_Rate_Mean")
 
     def true_bpm(*span) -> float:
         return 60 / np.mean(np.diff(session.true_beats(*span)))
 
-    return worst("heart rate", told - session.true_rows(true_bpm), MOST_RATE_BPM, "/min")
+    return worst("heart rate", found - session.true_rows(true_bpm), MOST_RATE_BPM, "/min")
 
 
 def rmssd(session: Session) -> tuple[bool, str]:
-    told = session.rows("ecg/heart", "HRV_RMSSD")
+    found = session.rows("ecg/heart", "HRV_RMSSD")
     # An extrasystole is corrected, and the truth has it: such phases are left out.
-    told[session.rows("ecg/heart", "HRV_Corrected") > 0] = math.nan
+    found[session.rows("ecg/heart", "HRV_Corrected") > 0] = math.nan
 
     def true_ms(*span) -> float:
         intervals_ms = 1e3 * np.diff(session.true_beats(*span))
         return math.sqrt(np.mean(np.diff(intervals_ms) ** 2))
 
-    off = told / session.true_rows(true_ms) - 1
+    off = found / session.true_rows(true_ms) - 1
     return worst("RMSSD of phases without extrasystoles", off[np.isfinite(off)], MOST_RMSSD_SHARE)
 
 
 def skin_level(session: Session) -> tuple[bool, str]:
-    told = session.rows("eda_fingers/skin", "EDA_Tonic_Mean")
+    found = session.rows("eda_fingers/skin", "EDA_Tonic_Mean")
 
     def level_us(*span) -> float:
         return session.true_state(*span, "skin_conductance_level")
 
-    return worst("skin conductance level", told / session.true_rows(level_us) - 1, MOST_LEVEL_SHARE)
+    return worst("skin conductance level", found / session.true_rows(level_us) - 1, MOST_LEVEL_SHARE)
 
 
 def breathing_rate(session: Session) -> tuple[bool, str]:
-    told = session.rows("respiration/breath", "RSP_Rate_Mean")
+    found = session.rows("respiration/breath", "RSP_Rate_Mean")
 
     def breaths_per_min(person, begin, end) -> float:
         breaths = [at for at, _ in session.truth(person, "breaths") if begin <= at < end]
         return 60 / np.mean(np.diff(breaths))
 
-    off = told - session.true_rows(breaths_per_min)
+    off = found - session.true_rows(breaths_per_min)
     return worst("breathing rate", off, MOST_BREATHS, "/min")
 
 
@@ -141,18 +141,18 @@ def responses(session: Session) -> tuple[bool, str]:
         begin = session.phases(person)["baseline"][0] + session.phase_secs / 2
         end = session.phases(person)["3-back"][1] - ALONE_SECS
         found = session.heard[of(person, "simulated/eda_fingers/responses")]
-        true = [(at, told.value) for at, told in session.truth(person, "responses")]
+        true = [(at, event.value) for at, event in session.truth(person, "responses")]
         for at, height_us in true:
             is_alone = sum(abs(other - at) < ALONE_SECS for other, _ in true) == 1
             if begin < at < end and height_us > SURE_US and is_alone:
                 peak = at + RISE_SECS
-                hit = [told.value for secs, told in found if abs(secs - peak) < RISE_OFF_SECS]
+                hit = [event.value for secs, event in found if abs(secs - peak) < RISE_OFF_SECS]
                 sure, hits = sure + 1, hits + bool(hit)
                 offs += [value / height_us - 1 for value in hit[:1]]
     off, share = float(np.median(offs)), hits / sure
     met = share >= LEAST_FOUND and abs(off) <= MOST_AMPLITUDE_SHARE
-    told = f"{share:.1%} of {sure} sure skin responses (bar {LEAST_FOUND:.0%})"
-    return met, f"{told}, their heights off by {off:+.1%} (bar {MOST_AMPLITUDE_SHARE:.0%})"
+    text = f"{share:.1%} of {sure} sure skin responses (bar {LEAST_FOUND:.0%})"
+    return met, f"{text}, their heights off by {off:+.1%} (bar {MOST_AMPLITUDE_SHARE:.0%})"
 
 
 FOUND = [heart_rate, rmssd, skin_level, responses, breathing_rate]

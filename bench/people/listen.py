@@ -1,4 +1,4 @@
-"""Hears what the sensors of a person say and what teampulse says of it, and tells how much later that
+"""Hears what the sensors of a person publish and what teampulse publishes of it, and counts how much later that
 is: from the arrival of the wave that ends a window to the arrival of the window."""
 
 import json
@@ -31,10 +31,10 @@ class Sensor:
 
     def latencies_ms(self):
         """A window is over with the first sample at or after its end."""
-        for end_ns, told_ns in self.windows:
+        for end_ns, heard_ns in self.windows:
             caused_ns = next((came_ns for last_ns, came_ns in self.waves if last_ns >= end_ns), None)
             if caused_ns is not None and self.waves[0][0] < end_ns:
-                yield (told_ns - caused_ns) / 1e6
+                yield (heard_ns - caused_ns) / 1e6
 
 
 def stamp_ns(message) -> int:

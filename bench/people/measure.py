@@ -145,8 +145,8 @@ def without_features(people: int) -> Run:
 def cost(people: int) -> tuple[bool, str]:
     full, bare = with_features(people).share[FULL_SECS], without_features(people).share
     of_features = full - bare[DISCOVERED_SECS]
-    told = f"{of_features:.1%} of a core (bar {MOST_SHARE[people]:.0%}); the process {full:.1%}"
-    return of_features < MOST_SHARE[people], f"{told}, without features {bare[DISCOVERED_SECS]:.1%}"
+    text = f"{of_features:.1%} of a core (bar {MOST_SHARE[people]:.0%}); the process {full:.1%}"
+    return of_features < MOST_SHARE[people], f"{text}, without features {bare[DISCOVERED_SECS]:.1%}"
 
 
 def one_operator():
@@ -163,8 +163,8 @@ def memory():
     """memory with 30 operators, when windows are full and a minute later"""
     held = [with_features(MANY).memory[secs] / 2**20 for secs in WATCHED_SECS]
     grown = held[2] / held[1] - 1
-    told = f"{held[0]:.0f} MiB at first, {held[1]:.0f} full, {held[2]:.0f} later: "
-    yield grown < MOST_GROWN_SHARE, f"{told}{grown:+.1%} (bar {MOST_GROWN_SHARE:+.0%})"
+    text = f"{held[0]:.0f} MiB at first, {held[1]:.0f} full, {held[2]:.0f} later: "
+    yield grown < MOST_GROWN_SHARE, f"{text}{grown:+.1%} (bar {MOST_GROWN_SHARE:+.0%})"
 
 
 def heard_latencies_ms(stage: harness.Stage) -> list[float]:
@@ -178,8 +178,8 @@ def latency():
     """from the arrival of the sample that ends a window to that of the window, at a listener"""
     for heard_ms in with_features(1).latencies_ms:
         p50_ms, p99_ms = (sorted(heard_ms)[len(heard_ms) * share // 100] for share in (50, 99))
-        told = f"p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms (bar {MOST_LATENCY_MS} ms)"
-        yield p99_ms < MOST_LATENCY_MS, f"{told} of {len(heard_ms)} windows"
+        text = f"p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms (bar {MOST_LATENCY_MS} ms)"
+        yield p99_ms < MOST_LATENCY_MS, f"{text} of {len(heard_ms)} windows"
 
 
 def found():
@@ -202,9 +202,9 @@ def main() -> None:
     missed = 0
     for figure in FIGURES:
         if wanted in figure.__name__:
-            for met, told in figure():
+            for met, text in figure():
                 missed += not met
-                print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}: {told}", flush=True)
+                print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}: {text}", flush=True)
     sys.exit(1 if missed else 0)
 
 

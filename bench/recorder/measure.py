@@ -96,7 +96,7 @@ def record(
                 publisher.answer("begun")
             cpu_before_secs, dropped_before = recorder.cpu_secs(), dropped(recorder.pid)
             others_before_secs = machine_cpu_secs() - sum(each.cpu_secs() for each in ours)
-            told = [each.answer("sent", within_secs=SECONDS * 3 + 30) for each in publishing]
+            sent_by = [each.answer("sent", within_secs=SECONDS * 3 + 30) for each in publishing]
             cpu_secs = recorder.cpu_secs() - cpu_before_secs
             others_secs = machine_cpu_secs() - sum(each.cpu_secs() for each in ours)
             packets = dropped(recorder.pid) - dropped_before
@@ -107,15 +107,15 @@ def record(
             kept, places = kept_of(bag), losses_by_place(bag, packets)
         finally:
             stage.close()
-    total = sum(sent["sent"] * sent["topics"] for sent in told)
-    handed_over = sum(sent.get("handed_over", sent["sent"] * sent["topics"]) for sent in told)
+    total = sum(sent["sent"] * sent["topics"] for sent in sent_by)
+    handed_over = sum(sent.get("handed_over", sent["sent"] * sent["topics"]) for sent in sent_by)
     return Recording(
         sent=total,
         lost=handed_over - kept,
         places=places,
-        seconds=max(sent["seconds"] for sent in told),
+        seconds=max(sent["seconds"] for sent in sent_by),
         recorder_cpu_secs=cpu_secs,
-        publisher_cpu_secs=sum(sent["cpu_secs"] for sent in told),
+        publisher_cpu_secs=sum(sent["cpu_secs"] for sent in sent_by),
         unsent=total - handed_over,
         others_cpu_secs=others_secs - others_before_secs,
     )
@@ -201,8 +201,8 @@ def unprivileged() -> tuple[bool, str]:
     # Less than these hold too little of a rate for a bar.
     has_bar = harness.rmem_max_bytes() >= 4 << 20
     bar = "bar 0" if has_bar else "no bar"
-    told = f"{result.lost} of {result.sent} lost ({bar}), rmem_max {harness.rmem_max_bytes() >> 10} KiB"
-    return result.lost == 0 or not has_bar, f"{told}; {result.places}"
+    text = f"{result.lost} of {result.sent} lost ({bar}), rmem_max {harness.rmem_max_bytes() >> 10} KiB"
+    return result.lost == 0 or not has_bar, f"{text}; {result.places}"
 
 
 def cpu_per_message() -> tuple[bool, str]:
@@ -210,8 +210,8 @@ def cpu_per_message() -> tuple[bool, str]:
     load = Load(topics=10, rate_hz=2000, size_bytes=1024)
     result = record(load, settings='compression = "none"')
     cpu_us = result.recorder_cpu_secs / result.sent * 1e6
-    told = f"{cpu_us:.2f} µs of CPU a message (bar 6); {result.lost} lost; {result.share()}"
-    return cpu_us <= 6 and result.lost == 0, told
+    text = f"{cpu_us:.2f} µs of CPU a message (bar 6); {result.lost} lost; {result.share()}"
+    return cpu_us <= 6 and result.lost == 0, text
 
 
 def cpu_per_compressed_message() -> tuple[bool, str]:
@@ -246,13 +246,13 @@ def fast(
     options = ["--synchronous"] if peer == "fastdds" else []
     result = record(load, peer=peer, busy=busy, options=options, publishers=publishers)
     bar = "no bar" if most_us is None else f"bar {most_us:g}"
-    told = f"{result.lost} of {result.sent} lost (bar 0): {result.places}; "
+    text = f"{result.lost} of {result.sent} lost (bar 0): {result.places}; "
     if result.unsent:
-        told += f"{result.unsent} more overwritten by publishers before they were sent; "
-    told += f"{result.cpu_us():.2f} µs of CPU a message ({bar}); "
-    told += f"{result.rate_hz():,.0f} messages/s came out; {result.share()}, "
-    told += f"other programs {result.others_cpu_secs / result.seconds:.0%}"
-    return result.lost == 0 and (most_us is None or result.cpu_us() <= most_us), told
+        text += f"{result.unsent} more overwritten by publishers before they were sent; "
+    text += f"{result.cpu_us():.2f} µs of CPU a message ({bar}); "
+    text += f"{result.rate_hz():,.0f} messages/s came out; {result.share()}, "
+    text += f"other programs {result.others_cpu_secs / result.seconds:.0%}"
+    return result.lost == 0 and (most_us is None or result.cpu_us() <= most_us), text
 
 
 FAST = Load(topics=10, rate_hz=10_000, size_bytes=1024)
@@ -316,12 +316,12 @@ def hundred_robots() -> tuple[bool, str]:
             if code != 0:
                 sys.exit(f"the monitor ended with {code}\n{monitor.report()}")
             topics, missing = robots_missed(harness.the_bag(out))
-            losses = told_losses(stage, harness.the_bag(out))
+            losses = reported_losses(stage, harness.the_bag(out))
         finally:
             stage.close()
-    told = f"{topics} topics, {missing} messages missing (bar 0), told: {losses}; "
-    told += f"recorder {share:.0%} of a core (bar 40 %)"
-    return topics == 400 and missing == 0 and share < 0.4, told
+    text = f"{topics} topics, {missing} messages missing (bar 0), reported: {losses}; "
+    text += f"recorder {share:.0%} of a core (bar 40 %)"
+    return topics == 400 and missing == 0 and share < 0.4, text
 
 
 def robots_missed(bag: Path) -> tuple[int, int]:
@@ -338,8 +338,8 @@ def robots_missed(bag: Path) -> tuple[int, int]:
     return len(arrived_secs), missing
 
 
-def told_losses(stage: harness.Stage, bag: Path) -> dict:
-    """The losses that the bag tells of, by where; `None` is unknown."""
+def reported_losses(stage: harness.Stage, bag: Path) -> dict:
+    """The losses that the bag reports, by where; `None` is unknown."""
     streams = json.loads(stage.ask("info", bag, "--json").stdout)["streams"]
     return dict(Counter(str(stream["lost"]) for stream in streams))
 
@@ -366,9 +366,9 @@ def main() -> None:
     missed = 0
     for figure in FIGURES:
         if wanted in figure.__name__:
-            met, told = figure()
+            met, text = figure()
             missed += not met
-            print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}, {SECONDS} s: {told}", flush=True)
+            print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}, {SECONDS} s: {text}", flush=True)
     sys.exit(1 if missed else 0)
 
 

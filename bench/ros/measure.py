@@ -42,19 +42,19 @@ def measure(topics: int, rate_hz: int, size_bytes: int) -> tuple[bool, str]:
         finally:
             stage.close()
     missing = count * topics - counted["messages"]
-    told = f"{missing} of {count * topics} lost (bar 0), {counted['lost']} by its own count, "
-    told += f"in {counted['gaps']} places; "
-    told += f"latency p50 {counted['p50_ms']} ms, p99 {counted['p99_ms']} ms; "
-    told += f"{cpu_secs / (count * topics) * 1e6:.1f} µs of CPU a message"
-    return missing == 0, told
+    text = f"{missing} of {count * topics} lost (bar 0), {counted['lost']} by its own count, "
+    text += f"in {counted['gaps']} places; "
+    text += f"latency p50 {counted['p50_ms']} ms, p99 {counted['p99_ms']} ms; "
+    text += f"{cpu_secs / (count * topics) * 1e6:.1f} µs of CPU a message"
+    return missing == 0, text
 
 
 def main() -> None:
     missed = 0
     for name, load in LOADS.items():
-        met, told = measure(*load)
+        met, text = measure(*load)
         missed += not met
-        print(f"{'pass' if met else 'FAIL'}  {name}, {SECONDS} s: {told}", flush=True)
+        print(f"{'pass' if met else 'FAIL'}  {name}, {SECONDS} s: {text}", flush=True)
     sys.exit(1 if missed else 0)
 
 

@@ -45,10 +45,10 @@ def signal(random, channels, rate):
 
 def ours(program, folder, windows_secs):
     words = [program, "rolling", folder, ",".join(map(str, windows_secs))]
-    told = subprocess.run(words, capture_output=True, text=True)
-    if told.returncode:
-        sys.exit(told.stderr)
-    return float(told.stdout)
+    done = subprocess.run(words, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(done.stderr)
+    return float(done.stdout)
 
 
 def theirs(frames):

@@ -99,10 +99,10 @@ LIMITS = {"nonlinear": 0.005, "emg": 0.5}
 
 
 def ours(program, job, rate, file):
-    told = subprocess.run([program, "speed", job, str(rate), file], capture_output=True, text=True)
-    if told.returncode:
-        sys.exit(told.stderr)
-    return float(told.stdout)
+    done = subprocess.run([program, "speed", job, str(rate), file], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(done.stderr)
+    return float(done.stdout)
 
 
 def timed(action):

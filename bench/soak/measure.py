@@ -26,8 +26,8 @@ FEW_ROBOTS, MANY_ROBOTS, MOST_TIMES, ROUNDS = 100, 1_000, 2.0, 3
 
 def soak(*arguments) -> list[dict]:
     command = [os.environ["BENCH_SOAK"], *map(str, arguments)]
-    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    return [json.loads(line) for line in told.splitlines()]
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return [json.loads(line) for line in output.splitlines()]
 
 
 def hours() -> tuple[bool, str]:
@@ -36,10 +36,10 @@ def hours() -> tuple[bool, str]:
         bag = os.environ.get("BAG") or demo(Path(folder))
         held_kib = [line["most_kib"] for line in soak("hours", bag, HOURS + 0.01)]
     grown = held_kib[-1] / held_kib[SETTLED_HOUR - 1] - 1
-    told = f"{' '.join(f'{kib / 1024:.1f}' for kib in held_kib)} MiB at most in each hour; "
-    told += f"{grown:+.1%} from hour {SETTLED_HOUR} to {HOURS} (bar {MOST_GROWN:+.0%}), "
-    told += f"at most {max(held_kib) / 1024:.0f} (bar {MOST_HELD_KIB >> 10})"
-    return grown <= MOST_GROWN and max(held_kib) <= MOST_HELD_KIB, told
+    text = f"{' '.join(f'{kib / 1024:.1f}' for kib in held_kib)} MiB at most in each hour; "
+    text += f"{grown:+.1%} from hour {SETTLED_HOUR} to {HOURS} (bar {MOST_GROWN:+.0%}), "
+    text += f"at most {max(held_kib) / 1024:.0f} (bar {MOST_HELD_KIB >> 10})"
+    return grown <= MOST_GROWN and max(held_kib) <= MOST_HELD_KIB, text
 
 
 def demo(folder: Path) -> Path:
@@ -60,9 +60,9 @@ def topics() -> tuple[bool, str]:
     recorded, replayed = (
         (many[place], many[place] / few[place]) for place in ("recorded_secs", "replayed_secs")
     )
-    told = f"recorded in {recorded[0]:.1f} s and replayed in {replayed[0]:.1f} s of CPU (bar "
-    told += f"{MOST_SECS} each); {recorded[1]:.1f} and {replayed[1]:.1f} times what {FEW_TOPICS:,} take"
-    return max(recorded[0], replayed[0]) <= MOST_SECS, told
+    text = f"recorded in {recorded[0]:.1f} s and replayed in {replayed[0]:.1f} s of CPU (bar "
+    text += f"{MOST_SECS} each); {recorded[1]:.1f} and {replayed[1]:.1f} times what {FEW_TOPICS:,} take"
+    return max(recorded[0], replayed[0]) <= MOST_SECS, text
 
 
 def workers() -> tuple[bool, str]:
@@ -72,10 +72,10 @@ def workers() -> tuple[bool, str]:
     whole = all(run["offered"] == run["received"] == run["recorded"] for turn in runs for run in turn)
     p99_us = [min(turn[place]["p99_us"] for turn in runs) for place in range(len(WORKERS))]
     most_us = p99_us[0] * MOST_SLOWER + SLACK_US
-    told = ", ".join(f"{kind} {us}" for kind, us in zip(WORKERS, p99_us))
-    told = f"p99 from source to sink {told} us (bar {most_us:.0f}); "
-    told += "all received and recorded" if whole else "NOT all received and recorded"
-    return whole and max(p99_us) <= most_us, told
+    text = ", ".join(f"{kind} {us}" for kind, us in zip(WORKERS, p99_us))
+    text = f"p99 from source to sink {text} us (bar {most_us:.0f}); "
+    text += "all received and recorded" if whole else "NOT all received and recorded"
+    return whole and max(p99_us) <= most_us, text
 
 
 def endpoints() -> tuple[bool, str]:
@@ -84,9 +84,9 @@ def endpoints() -> tuple[bool, str]:
         min(soak("endpoints", robots)[0]["each_us"] for _ in range(ROUNDS))
         for robots in (FEW_ROBOTS, MANY_ROBOTS)
     )
-    told = f"{many:.0f} us of CPU each, of {FEW_ROBOTS} robots {few:.0f} us: "
-    told += f"{many / few:.2f} times as much (bar {MOST_TIMES:.0f})"
-    return many <= MOST_TIMES * few, told
+    text = f"{many:.0f} us of CPU each, of {FEW_ROBOTS} robots {few:.0f} us: "
+    text += f"{many / few:.2f} times as much (bar {MOST_TIMES:.0f})"
+    return many <= MOST_TIMES * few, text
 
 
 FIGURES = [endpoints, topics, workers, hours]
@@ -97,9 +97,9 @@ def main() -> None:
     missed = 0
     for figure in FIGURES:
         if wanted in figure.__name__:
-            met, told = figure()
+            met, text = figure()
             missed += not met
-            print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}: {told}", flush=True)
+            print(f"{'pass' if met else 'FAIL'}  {figure.__doc__}: {text}", flush=True)
     sys.exit(1 if missed else 0)
 
 

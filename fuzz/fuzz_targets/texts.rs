@@ -33,5 +33,12 @@ fuzz_target!(|input: (String, u8)| {
     };
     let decoded = decode(StreamDescription::NAME, &description.encode()).expect("it is whole");
     let Data::Description(stream) = decoded.data else { panic!("a description is one") };
-    assert!(stream.channels.iter().map(|each| &each.name).chain([&stream.name]).all(|text| is_clean(text, LONGEST_NAME)));
+    assert!(
+        stream
+            .channels
+            .iter()
+            .map(|each| &each.name)
+            .chain([&stream.name])
+            .all(|text| is_clean(text, LONGEST_NAME))
+    );
 });

@@ -3,7 +3,7 @@
 
 `publish` and `subscribe` move numbered, checksummed messages (see payload.py); `send` publishes any
 bytes, given as hexadecimal lines on standard input; `ask` calls a service; `eavesdrop` listens to all that there is;
-`graph` tells the nodes and endpoints it sees.
+`graph` prints the nodes and endpoints it sees.
 Each prints one JSON object a line: first that it is matched, last what it counted. Standard input
 is its leash: when that closes, it ends.
 """
@@ -56,12 +56,12 @@ def publish(args: argparse.Namespace, participant: DomainParticipant) -> None:
     """Numbered messages on one or several topics, paced."""
     writers = [DataWriter(participant, topic, qos=qos(args)) for topic in topics(args, participant)]
     wait_until(lambda: all(subscribers(writer) >= args.subscribers for writer in writers))
-    tell(matched=len(writers))
+    answer(matched=len(writers))
     time.sleep(args.settle_secs)
 
     encode = encoder(args.size)
     handles = [writer._ref for writer in writers]
-    tell(begun=len(writers))
+    answer(begun=len(writers))
     started, cpu_started = time.monotonic(), time.process_time()
     for number in range(args.count):
         pause = started + number // args.burst * args.burst / args.rate - time.monotonic()
@@ -76,7 +76,7 @@ def publish(args: argparse.Namespace, participant: DomainParticipant) -> None:
     if args.best_effort:
         time.sleep(IN_FLIGHT_SECS)
     acknowledged = args.best_effort or all(map(wait_for_acks, writers))
-    tell(
+    answer(
         sent=args.count,
         topics=len(writers),
         seconds=seconds,
@@ -119,12 +119,12 @@ def send(args: argparse.Namespace, participant: DomainParticipant) -> None:
     [topic] = topics(args, participant)
     writer = DataWriter(participant, topic, qos=qos(args))
     wait_until(lambda: subscribers(writer) >= args.subscribers)
-    tell(matched=1)
+    answer(matched=1)
     sent = 0
     for line in sys.stdin:
         message = bytes.fromhex(line.strip())
         sent += ddspy_write(writer._ref, message + bytes(-len(message) % 4)) >= 0
-        tell(sent=sent)
+        answer(sent=sent)
 
 
 # --- subscribing
@@ -135,7 +135,7 @@ def subscribe(args: argparse.Namespace, participant: DomainParticipant) -> None:
     readers = [DataReader(participant, topic, qos=qos(args)) for topic in topics(args, participant)]
     tallies = [payload.Tally() for _ in readers]
     messages, latencies_ms, samples = 0, [], []
-    tell(subscribed=len(readers))
+    answer(subscribed=len(readers))
     deadline = time.monotonic() + args.seconds
     while time.monotonic() < deadline and messages < args.count * len(readers) and leashed():
         idle = True
@@ -152,7 +152,7 @@ def subscribe(args: argparse.Namespace, participant: DomainParticipant) -> None:
         if idle:
             time.sleep(0.001)
     latencies_ms.sort()
-    tell(
+    answer(
         messages=messages,
         topics=[tally.summary() for tally in tallies],
         latency_p50_ms=latencies_ms[len(latencies_ms) // 2] if latencies_ms else None,
@@ -162,7 +162,7 @@ def subscribe(args: argparse.Namespace, participant: DomainParticipant) -> None:
 
 
 def eavesdrop(args: argparse.Namespace, participant: DomainParticipant) -> None:
-    """Subscribes to every topic that anybody publishes, for `seconds`; tells how much came on each."""
+    """Subscribes to every topic that anybody publishes, for `seconds`; prints how much came on each."""
     publications = BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
     readers, messages = {}, {}
     deadline = time.monotonic() + args.seconds
@@ -176,7 +176,7 @@ def eavesdrop(args: argparse.Namespace, participant: DomainParticipant) -> None:
         for name, reader in readers.items():
             messages[name] = messages.get(name, 0) + len(ddspy_take(reader._ref, ANY, 1000))
         time.sleep(0.01)
-    tell(heard=messages)
+    answer(heard=messages)
 
 
 # --- services
@@ -214,7 +214,7 @@ def ask(args: argparse.Namespace, participant: DomainParticipant) -> None:
                 if info.valid_data and data[4:20] == call:
                     reply = data[:4] + data[20:]
             time.sleep(0.001)
-        tell(reply=reply.hex())
+        answer(reply=reply.hex())
 
 
 def reliable() -> Qos:
@@ -256,14 +256,14 @@ def graph(args: argparse.Namespace, participant: DomainParticipant) -> None:
                 if endpoint.sample_info.valid_data:
                     endpoints[str(endpoint.key)] = describe_endpoint(kind, endpoint)
         nodes = [describe_node(gid, node) for gid, info in participants.items() for node in info]
-        if args.until and all(told_by(args.node, args.until, nodes, endpoints)):
+        if args.until and all(announced_by(args.node, args.until, nodes, endpoints)):
             break
         time.sleep(0.05)
-    tell(nodes=nodes, endpoints=list(endpoints.values()))
+    answer(nodes=nodes, endpoints=list(endpoints.values()))
 
 
-def told_by(node_name: str, topics: list[str], nodes: list[dict], endpoints: dict) -> list[bool]:
-    """For each topic, whether the node tells of a writer there, and the writer is known."""
+def announced_by(node_name: str, topics: list[str], nodes: list[dict], endpoints: dict) -> list[bool]:
+    """For each topic, whether the node announces a writer there, and the writer is known."""
     gids = {gid for node in nodes if node["name"] == node_name for gid in node["writers"]}
     seen = {endpoint["topic"] for endpoint in endpoints.values() if endpoint["gid"] in gids}
     return [f"rt{topic}" in seen for topic in topics]
@@ -340,7 +340,7 @@ def leashed() -> bool:
     return not readable or bool(sys.stdin.buffer.peek(1))
 
 
-def tell(**what) -> None:
+def answer(**what) -> None:
     print(json.dumps(what), flush=True)
 
 
@@ -360,7 +360,7 @@ def arguments() -> argparse.Namespace:
         command.add_argument("--burst", type=int, default=1, help="that many back to back")
         command.add_argument("--count", type=int, default=sys.maxsize, help="messages a topic")
         command.add_argument("--seconds", type=float, default=60, help="how long to subscribe")
-        command.add_argument("--keep", type=int, default=0, help="tell that many messages whole")
+        command.add_argument("--keep", type=int, default=0, help="print that many messages whole")
         command.add_argument("--subscribers", type=int, default=1, help="wait for so many")
         # A writer sees its reader before the reader sees it, and DDS offers no way to ask.
         command.add_argument("--settle-secs", type=float, default=2, help="pause before the first")

@@ -1,4 +1,4 @@
-"""What the peers put into a message, so that its receiver can tell what is missing or broken.
+"""What the peers put into a message, so that its receiver knows what is missing or broken.
 
 The bytes of a `std_msgs/msg/UInt8MultiArray`: number (u64), time of writing (u64, CLOCK_MONOTONIC
 [ns]), CRC-32 of everything else (u32), filler; all little-endian. Its twin is
@@ -58,7 +58,7 @@ class Tally:
         return head[1]
 
     def summary(self) -> dict:
-        """Counts, as they are told on standard output."""
+        """Counts, as they are printed on standard output."""
         seen = set(self.numbers)
         return {
             "received": len(self.numbers),

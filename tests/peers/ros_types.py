@@ -70,6 +70,6 @@ def dds_type(ros_type: str) -> type[IdlStruct]:
 
 
 def type_hash(ros_type: str) -> str | None:
-    """The hash that a stock node would tell; `None` for a type that Jazzy does not ship."""
+    """The hash that a stock node would announce; `None` for a type that Jazzy does not ship."""
     store = get_typestore(Stores.ROS2_JAZZY)
     return store.hash_rihs01(ros_type) if ros_type in store.types else None

@@ -195,7 +195,7 @@ impl Bars {
         let count = delays.in_time_ms.len();
         let at = |share: f64| delays.in_time_ms[((count - 1) as f64 * share) as usize];
         let (median, p99) = (at(0.5), at(0.99));
-        let text = format!("causal: told of {p99:.0} ms later (p99; median {median:.0})");
+        let text = format!("causal: reported {p99:.0} ms later (p99; median {median:.0})");
         self.line(p99 <= 250.0, &format!("{text} (bar 250)"));
         let percent = 100.0 * delays.later as f64 / (count + delays.later) as f64;
         self.line(percent <= 1.0, &format!("causal: {percent:.2} % found later (bar 1 %)"));

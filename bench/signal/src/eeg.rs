@@ -98,7 +98,7 @@ fn see(
 fn named(windows: &dyn Windows, measured: &Measured, name: &str) -> Result<f64, Box<dyn Error>> {
     let index = windows.values().iter().position(|value| value.name == name);
     let value = measured.values[index.ok_or_else(|| format!("find {name}"))?];
-    value.map_err(|reason| format!("tell {name}: {reason}").into())
+    value.map_err(|reason| format!("compute {name}: {reason}").into())
 }
 
 /// Alpha rises and engagement falls, also as a session would see it: window by window, live.
@@ -128,17 +128,17 @@ fn closing_the_eyes(closed: &[f64], open: &[f64]) -> Result<bool, Box<dyn Error>
 /// The median over windows of 30 s, asked each second as samples come in.
 fn live_alpha(signal: &[f64]) -> Result<f64, Box<dyn Error>> {
     let mut live = causal(&Settings::default(), EYES_HZ)?;
-    let mut told = Vec::new();
+    let mut values = Vec::new();
     for (k, &sample) in signal.iter().enumerate() {
         let at_ns = (k as f64 / EYES_HZ * 1e9) as i64;
         live.push(at_ns, &[sample]);
         if k % 125 == 0 && k >= 30 * 125 {
             let span = Span { begin_ns: at_ns - 30_000_000_000, end_ns: at_ns };
-            told.extend(named(&*live, &live.measure(span), "EEG_AlphaRel"));
+            values.extend(named(&*live, &live.measure(span), "EEG_AlphaRel"));
             live.forget(span.begin_ns);
         }
     }
-    teampulse_signal::robust::median(&told).ok_or_else(|| "measure a window".into())
+    teampulse_signal::robust::median(&values).ok_or_else(|| "measure a window".into())
 }
 
 fn blinks(board: &[Vec<f64>]) -> Result<bool, Box<dyn Error>> {
@@ -183,10 +183,10 @@ fn noise(signal: &[f64]) -> Result<bool, Box<dyn Error>> {
             signal.iter().enumerate().map(|(k, value)| value + scale * even_noise(k)).collect();
         qualities.push(Quality::of(&noisy, EYES_HZ)?.combined());
     }
-    let told: Vec<String> = qualities.iter().map(|quality| format!("{quality:.3}")).collect();
+    let texts: Vec<String> = qualities.iter().map(|quality| format!("{quality:.3}")).collect();
     Ok(verdict(
         qualities.is_sorted_by(|a, b| a < b),
-        &format!("quality at −6, 0, 6, 12, 24 dB: {} (bar rising)", told.join(" ")),
+        &format!("quality at −6, 0, 6, 12, 24 dB: {} (bar rising)", texts.join(" ")),
     ))
 }
 

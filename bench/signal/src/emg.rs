@@ -163,30 +163,30 @@ fn bursts(data: &Path) -> Result<bool, Box<dyn Error>> {
     let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
     let all = whole(&Settings::default(), &recording)?;
     let mut running = causal(&Settings::default(), 1000.0)?;
-    let told = run(&mut *running, &recording);
+    let causal = run(&mut *running, &recording);
     let nearest = |event: &Event| {
         let apart = |other: &Event| event.at_ns.abs_diff(other.at_ns) as f64 / 1e6;
-        told.iter().map(apart).fold(f64::INFINITY, f64::min)
+        causal.iter().map(apart).fold(f64::INFINITY, f64::min)
     };
     let mut apart: Vec<f64> = all.events.iter().map(nearest).collect();
     apart.sort_unstable_by(f64::total_cmp);
     let median = apart.get(apart.len() / 2).copied().unwrap_or(f64::INFINITY);
-    let text = format!("{} bursts whole, {} causal", all.events.len(), told.len());
-    let met = all.events.len().abs_diff(told.len()) <= 1 && median <= 50.0;
+    let text = format!("{} bursts whole, {} causal", all.events.len(), causal.len());
+    let met = all.events.len().abs_diff(causal.len()) <= 1 && median <= 50.0;
     Ok(verdict(met, &format!("EMG: {text}, onsets {median:.0} ms apart (median; bar 50 ms)")))
 }
 
 fn run(running: &mut dyn Causal, recording: &Recording<'_>) -> Vec<Event> {
-    let mut told = Vec::new();
+    let mut events = Vec::new();
     let mut row = vec![0.0; recording.channels.len()];
     for sample in 0..recording.len() {
         for (value, channel) in row.iter_mut().zip(recording.channels) {
             *value = channel[sample];
         }
         running.push(recording.time_ns(sample as f64), &row);
-        told.extend(std::iter::from_fn(|| running.next_event()));
+        events.extend(std::iter::from_fn(|| running.next_event()));
     }
-    told
+    events
 }
 
 /// In each gesture some muscle has a burst.

@@ -110,7 +110,7 @@ fn scores(what: &str, truth: &[f64], signal: &[f64], rate_hz: f64) -> Result<boo
         verdict(
             less <= MOST_LESS,
             &format!(
-                "pulses, {what}: causal {causal_text}, told {late_ms:.0} ms later (bar {MOST_LESS} less)"
+                "pulses, {what}: causal {causal_text}, reported {late_ms:.0} ms later (bar {MOST_LESS} less)"
             ),
         ),
         verdict(

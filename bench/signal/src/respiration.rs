@@ -110,13 +110,13 @@ fn derived(ecg: &[f64], belt: &[f64]) -> Result<bool, Box<dyn Error>> {
             windows += 1;
             begin += 10.0;
         }
-        let told = errors.len();
-        let mean = errors.iter().sum::<f64>() / told as f64;
+        let found = errors.len();
+        let mean = errors.iter().sum::<f64>() / found as f64;
         let most = errors.iter().fold(0.0f64, |most, error| most.max(*error));
         met &= verdict(
             mean <= DERIVED_PER_MIN,
             &format!(
-                "ECG-derived, windows of {window:.0} s: {mean:.2} a minute from the belt in the mean, {most:.2} at most, {told} of {windows} told (bar {DERIVED_PER_MIN} in the mean)"
+                "ECG-derived, windows of {window:.0} s: {mean:.2} a minute from the belt in the mean, {most:.2} at most, {found} of {windows} found (bar {DERIVED_PER_MIN} in the mean)"
             ),
         );
     }

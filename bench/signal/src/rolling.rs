@@ -52,8 +52,8 @@ pub fn measure(folder: &Path, windows_secs: &str) -> Result<bool, Box<dyn Error>
 
 /// The time of a processor that this thread has used so far [s]: what others take does not count.
 fn processor_secs() -> Result<f64, Box<dyn Error>> {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat")?;
-    let used_ns: f64 = told.split(' ').next().ok_or("no time of a processor")?.parse()?;
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
+    let used_ns: f64 = text.split(' ').next().ok_or("no time of a processor")?.parse()?;
     Ok(used_ns / 1e9)
 }
 

@@ -70,7 +70,7 @@ struct Figures {
     /// Incidents that were not reported.
     unreported: usize,
     /// The longest delay of a report [s of data].
-    told_secs: f64,
+    reported_secs: f64,
 }
 
 /// How good the times of a session are.
@@ -87,24 +87,24 @@ impl Kind {
     fn figures(&self, seed: u64, secs: f64, shown: &Shown) -> Figures {
         let mut session = self.session(seed, secs);
         session.errors_to.clone_from(&shown.errors_to);
-        let mut told = Vec::new();
-        let live = session.timed(session.model().as_mut(), &mut told);
+        let mut reported = Vec::new();
+        let live = session.timed(session.model().as_mut(), &mut reported);
         let afterwards = session.smoother().map(|mut smoother| {
             for packet in &session.packets {
                 smoother.push(&packet.stamps);
             }
             session.timed(&mut smoother.finish(), &mut Vec::new())
         });
-        let (false_news, unreported, told_secs) = session.news(&told);
+        let (false_news, unreported, reported_secs) = session.news(&reported);
         if shown.verbose {
             println!("  seed {seed}, {:?}: {:?}", session.stamped, session.happened);
-            for (at, news) in &told {
+            for (at, news) in &reported {
                 println!("    {:.2} s: {news}", (at - session.start()) as f64 / 1e9);
             }
         }
         let lsl_ms = session.peer(&peers::lsl(&session));
         let pyxdf_ms = session.peer(&peers::pyxdf(&session));
-        Figures { live, afterwards, lsl_ms, pyxdf_ms, false_news, unreported, told_secs }
+        Figures { live, afterwards, lsl_ms, pyxdf_ms, false_news, unreported, reported_secs }
     }
 }
 
@@ -140,7 +140,7 @@ impl Session {
         !settling && (at - self.start()) as f64 / 1e9 > WARM_UP_SECS
     }
 
-    fn timed(&self, model: &mut dyn ClockModel, told: &mut Vec<(i64, News)>) -> Timed {
+    fn timed(&self, model: &mut dyn ClockModel, reported: &mut Vec<(i64, News)>) -> Timed {
         let mut probes = self.probes.iter().peekable();
         let mut tick = self.start() / TICK_NANOS;
         let (mut errors, mut states) = (Vec::new(), Vec::new());
@@ -158,7 +158,7 @@ impl Session {
             let last = corrected.measured + span.round() as i64;
             errors.push(((corrected.measured - packet.first) as f64, (last - packet.last) as f64));
             states.push(model.state().uncertainty_secs * 1e9);
-            told.extend(std::iter::from_fn(|| model.news()).map(|news| (arrival, news)));
+            reported.extend(std::iter::from_fn(|| model.news()).map(|news| (arrival, news)));
         }
         let counted = |packet: &Packet| self.counts(packet.stamps.arrival);
         let counting: Vec<bool> = self.packets.iter().map(counted).collect();
@@ -215,7 +215,7 @@ impl Session {
     }
 
     /// How many reports were false, how many incidents were not reported, and the delay of the others.
-    fn news(&self, told: &[(i64, News)]) -> (usize, usize, f64) {
+    fn news(&self, reported: &[(i64, News)]) -> (usize, usize, f64) {
         let is_of = |at: i64, news: &News, what: What| match (news, what) {
             (News::Jumped { .. } | News::Restarted { .. }, What::Set | What::MayBeTold)
             | (News::WrongRate { .. }, What::WrongRate)
@@ -230,12 +230,12 @@ impl Session {
         let is_claim =
             |news: &News| !matches!(news, News::Off { .. } | News::Trusted | News::Wrapped);
         let false_news =
-            told.iter().filter(|(at, news)| is_claim(news) && !ours(*at, news)).count();
+            reported.iter().filter(|(at, news)| is_claim(news) && !ours(*at, news)).count();
         let (mut unreported, mut latest) = (0, 0.0_f64);
         for happened in self.happened.iter().filter(|happened| happened.what != What::MayBeTold) {
             let first = self.packets.iter().find(|packet| packet.first >= happened.at);
             let Some(first) = first else { continue };
-            let after = told.iter().filter(|(at, _)| *at >= happened.at);
+            let after = reported.iter().filter(|(at, _)| *at >= happened.at);
             let found =
                 after.filter(|(at, news)| is_of(*at, news, happened.what)).min_by_key(|t| t.0);
             match found.filter(|(at, _)| at - happened.at < OF_IT_NANOS + 1_200_000_000_000) {
@@ -258,7 +258,7 @@ struct Worst {
     pyxdf_ms: f64,
     false_news: usize,
     unreported: usize,
-    told_secs: f64,
+    reported_secs: f64,
     sessions: usize,
 }
 
@@ -301,7 +301,7 @@ impl Worst {
         self.pyxdf_ms = worse(self.pyxdf_ms, figures.pyxdf_ms);
         self.false_news += figures.false_news;
         self.unreported += figures.unreported;
-        self.told_secs = self.told_secs.max(figures.told_secs);
+        self.reported_secs = self.reported_secs.max(figures.reported_secs);
         self.sessions += 1;
     }
 
@@ -345,17 +345,18 @@ impl Worst {
     }
 
     fn news(&self, kind: &Kind) -> bool {
-        let good =
-            self.false_news == 0 && self.unreported == 0 && self.told_secs <= kind.bars.told_secs;
+        let good = self.false_news == 0
+            && self.unreported == 0
+            && self.reported_secs <= kind.bars.reported_secs;
         println!(
-            "{}  {}, news: {} false, {} not told, the rest within {:.2} s of data (bar {} s) in {} \
+            "{}  {}, news: {} false, {} not reported, the rest within {:.2} s of data (bar {} s) in {} \
              sessions",
             mark(good),
             kind.name,
             self.false_news,
             self.unreported,
-            self.told_secs,
-            kind.bars.told_secs,
+            self.reported_secs,
+            kind.bars.reported_secs,
             self.sessions
         );
         good

@@ -153,7 +153,7 @@ fn what_was_lost_to_damage_is_reported_before_and_after_a_bag_was_made_whole() {
     let noted = "bag_0.mcap: 40 messages were lost to damage";
     assert_eq!(lost(&path).as_deref(), Some(noted));
     recover(&path).unwrap();
-    assert_eq!(lost(&path).as_deref(), Some(noted), "it is told once");
+    assert_eq!(lost(&path).as_deref(), Some(noted), "it is reported once");
 }
 
 /// The end of the file when each batch was flushed, of a bag that is then spoiled by `spoil`.

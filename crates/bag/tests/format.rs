@@ -54,11 +54,11 @@ fn others_find_every_message_by_the_index_and_without_it() {
         }
 
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
-        let told = summary.stats.as_ref().unwrap();
-        assert_eq!((told.message_count, told.attachment_count), (records.len() as u64, 3));
-        assert_eq!((told.channel_count, told.schema_count), (4, 4));
-        assert_eq!(told.chunk_count as usize, summary.chunk_indexes.len());
-        assert_eq!(told.message_start_time, records[0].sample.log_time.nanos() as u64);
+        let stats = summary.stats.as_ref().unwrap();
+        assert_eq!((stats.message_count, stats.attachment_count), (records.len() as u64, 3));
+        assert_eq!((stats.channel_count, stats.schema_count), (4, 4));
+        assert_eq!(stats.chunk_count as usize, summary.chunk_indexes.len());
+        assert_eq!(stats.message_start_time, records[0].sample.log_time.nanos() as u64);
         let mut counts = BTreeMap::new();
         for chunk in &summary.chunk_indexes {
             let indexes = summary.read_message_indexes(&bytes, chunk).unwrap().into_iter();
@@ -74,7 +74,7 @@ fn others_find_every_message_by_the_index_and_without_it() {
             let chunk = summary.stream_chunk(&bytes, chunk).unwrap();
             assert!(chunk.count() > 0);
         }
-        assert_eq!(counts, told.channel_message_counts);
+        assert_eq!(counts, stats.channel_message_counts);
         for index in &summary.attachment_indexes {
             assert_eq!(&*mcap::read::attachment(&bytes, index).unwrap().data, b"[session]\n");
         }

@@ -193,7 +193,7 @@ async fn a_replay_goes_on_through_the_silence_before_a_kill() {
     let replayed = source(&first, Selection::Raw);
     record(second.clone(), Box::new(replayed), Options::default()).await;
     let last = Bag::open(&first).unwrap().bounds().unwrap().1;
-    assert!(at(SILENT_UNTIL_NANOS).secs_since(last) < 1.0, "a silent session tells its health");
+    assert!(at(SILENT_UNTIL_NANOS).secs_since(last) < 1.0, "a silent session reports its health");
     assert_eq!(reported(&first), reported(&second));
 }
 
@@ -245,7 +245,7 @@ async fn a_bad_chunk_is_passed_over_and_noted() {
     let bag = folder.path().join("bag");
     let split = Options { split_secs: Some(4.0), ..Options::default() };
     record(bag.clone(), Box::new(Script), split).await;
-    let told = reported(&bag).len();
+    let all = reported(&bag).len();
     let file = bag.join("bag_1.mcap");
     let mut bytes = std::fs::read(&file).unwrap();
     let inside = bytes.len() / 4;
@@ -259,7 +259,7 @@ async fn a_bad_chunk_is_passed_over_and_noted() {
     assert!(outcome.sources.is_empty() && outcome.sinks.is_empty(), "{outcome:?}");
     assert!(!unread.is_empty());
     let records = kept.0.lock().unwrap().len();
-    assert!(records > 0 && records < told, "{records} of {told}");
+    assert!(records > 0 && records < all, "{records} of {all}");
 }
 
 /// Readings whose stamps are anything, on streams with clocks of all kinds.

@@ -175,7 +175,7 @@ impl Clocks {
 
     /// Advances the time; returns the events of clocks, each with the clock's name.
     pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, News)> {
-        let mut told = Vec::new();
+        let mut all = Vec::new();
         for clock in &mut self.at_work {
             clock.model.tick(now);
             while let Some(news) = clock.model.news() {
@@ -184,10 +184,10 @@ impl Clocks {
                     News::Trusted => clock.off_secs = None,
                     _ => {}
                 }
-                told.push((clock.owner.to_string(), news));
+                all.push((clock.owner.to_string(), news));
             }
         }
-        told
+        all
     }
 
     /// The state of the clock of a stream; `None` before its first sample.
@@ -322,8 +322,8 @@ impl Clocks {
 
     /// The study's latency of a stream of messages: a driver's messages are stamped later than they were measured.
     fn latency_of(&self, stream: &Stream) -> Latency {
-        let told = self.settings.get(device_of(stream));
-        told.and_then(ClockSettings::latency).unwrap_or(NO_LATENCY)
+        let known = self.settings.get(device_of(stream));
+        known.and_then(ClockSettings::latency).unwrap_or(NO_LATENCY)
     }
 
     /// The latency of a kind of device: from the study, else from the table.
@@ -332,9 +332,9 @@ impl Clocks {
         let known = KnownDevice::find(device);
         let unknown = || OneWaySettings::new(Latency::BLUETOOTH);
         let mut settings = known.map_or_else(unknown, OneWaySettings::of);
-        let Some(told) = self.settings.get(device) else { return settings };
-        settings.latency = told.latency().unwrap_or(settings.latency);
-        if let Some(secs) = told.wraps_secs.filter(|secs| *secs > 0.0) {
+        let Some(known) = self.settings.get(device) else { return settings };
+        settings.latency = known.latency().unwrap_or(settings.latency);
+        if let Some(secs) = known.wraps_secs.filter(|secs| *secs > 0.0) {
             settings.wraps_nanos = Some((secs * 1e9) as i64);
         }
         settings

@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_report_survives_its_event() {
-        for told in [
+        for report in [
             ClockReport::StampedBy {
                 stream: "/r1/odom".into(),
                 computer: "laptop2 (driver, 01)".into(),
@@ -117,7 +117,7 @@ mod tests {
                 round_trip_secs: 0.001,
             },
         ] {
-            assert_eq!(ClockReport::read(&told.stream(), &told.event()), Some(told));
+            assert_eq!(ClockReport::read(&report.stream(), &report.event()), Some(report));
         }
     }
 }

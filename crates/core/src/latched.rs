@@ -63,8 +63,8 @@ impl Latched {
     /// The state at a time, as events that could be published then, in the order of publication; a phase
     /// has its remaining length.
     pub fn at(&self, at: Time) -> Vec<StandingEvent> {
-        let told = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
-        let told = told.filter_map(|((rank, id, _), record)| {
+        let valid = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
+        let valid = valid.filter_map(|((rank, id, _), record)| {
             let Data::Event(event) = &record.sample.data else { return None };
             let (id, stream, sample) = (*id, Arc::clone(&record.stream), &record.sample);
             if *rank == Rank::Origin {
@@ -84,7 +84,7 @@ impl Latched {
             let source_time = sample.source_time.map(later);
             Some(StandingEvent { id, stream, event, device_time, source_time })
         });
-        told.collect()
+        valid.collect()
     }
 }
 
@@ -162,8 +162,8 @@ mod tests {
     }
 
     fn at(latched: &Latched, secs: i32) -> Vec<(u32, String, f64)> {
-        let told = latched.at(Time::from_stamp(secs, 0)).into_iter();
-        told.map(|each| (each.id.0, each.event.label, each.event.duration_secs)).collect()
+        let valid = latched.at(Time::from_stamp(secs, 0)).into_iter();
+        valid.map(|each| (each.id.0, each.event.label, each.event.duration_secs)).collect()
     }
 
     #[test]

@@ -159,8 +159,8 @@ impl Outlet {
     /// longer are.
     pub fn published_by(&self, stream: StreamId, publishers: &[String]) {
         let stream = self.streams.get(stream).name.clone();
-        let told = PublishedBy { stream, publishers: publishers.to_vec() };
-        self.hand_over(PublishedBy::stream(), told.event());
+        let published_by = PublishedBy { stream, publishers: publishers.to_vec() };
+        self.hand_over(PublishedBy::stream(), published_by.event());
     }
 
     /// Publishes an event of the session.
@@ -175,8 +175,8 @@ impl Outlet {
         self.offer(Reading { index: None, stream, device_time: None, source_time: at, data });
     }
 
-    fn report(&self, told: &ClockReport) {
-        self.hand_over(told.stream(), told.event());
+    fn report(&self, report: &ClockReport) {
+        self.hand_over(report.stream(), report.event());
     }
 
     /// Asks something of the session or of one of its components. What is accepted is an event of the
@@ -341,7 +341,11 @@ mod tests {
         outlet.offer(reading(id, 1));
         taken.clear();
         queue.take(&mut taken, Duration::ZERO);
-        assert_eq!(taken.len(), 1, "a drained budget is whole again, and its losses are told once");
+        assert_eq!(
+            taken.len(),
+            1,
+            "a drained budget is whole again, and its losses are reported once"
+        );
     }
 
     #[test]

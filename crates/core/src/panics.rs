@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_one_line_of_bounded_length_without_control_characters() {
-        assert_eq!(says(|| panic!("told")), "told");
+        assert_eq!(says(|| panic!("broken")), "broken");
         assert_eq!(says(|| panic!("{} of 3\nand more", 4)), "4 of 3");
         assert_eq!(says(|| panic!("\u{1b}[2J")), " [2J");
         assert_eq!(says(|| panic!("{}", "x".repeat(100_000))).len(), MESSAGE_CHARS);

@@ -226,9 +226,9 @@ mod tests {
         report(&mut phases, SESSION, 3, "baseline", 60.0);
         assert!(report(&mut phases, OWN, 2, "1-back", f64::NAN));
         assert!(!report(&mut phases, OWN, 1, "2-back", f64::NAN));
-        let told = reported(&phases, &person());
-        assert_eq!(told[0], ("baseline".to_owned(), 3.0, Some(3.0)));
-        assert_eq!(told[1], ("1-back".to_owned(), 3.0, None));
+        let events = reported(&phases, &person());
+        assert_eq!(events[0], ("baseline".to_owned(), 3.0, Some(3.0)));
+        assert_eq!(events[1], ("1-back".to_owned(), 3.0, None));
     }
 
     #[test]

@@ -72,8 +72,8 @@ mod tests {
     #[test]
     fn a_report_survives_its_event() {
         for names in [&["laptop1 (driver, 01)", "laptop2 (driver, 02)"][..], &["one"], &[]] {
-            let told = published_by(names);
-            assert_eq!(PublishedBy::read(&PublishedBy::stream(), &told.event()), Some(told));
+            let report = published_by(names);
+            assert_eq!(PublishedBy::read(&PublishedBy::stream(), &report.event()), Some(report));
         }
         let other = Stream::raw("/r1/odom", Subject::robot("r1"), Shape::Event);
         assert_eq!(PublishedBy::read(&other, &published_by(&["one"]).event()), None);

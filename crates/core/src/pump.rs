@@ -333,20 +333,20 @@ impl Pump {
 
     /// A second has passed: publishes the health of the raw streams for which it is due.
     fn publish_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
-        let mut told = Vec::new();
+        let mut statuses = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
             if track.has_health() {
                 track.life.second(tick);
                 if is_due(&track.life) {
-                    told.push(track.status(tick, &self.clocks));
+                    statuses.push(track.status(tick, &self.clocks));
                 }
             }
         }
-        if told.is_empty() {
+        if statuses.is_empty() {
             return;
         }
         let stream = self.declare_derived(health(), tick);
-        for status in told {
+        for status in statuses {
             self.take_derived(stream, tick, tick, Data::Status(Arc::new(status)));
         }
         self.settle(tick);
@@ -375,13 +375,13 @@ impl Pump {
     /// Adds a stream. The second type on a topic gets a name of its own.
     fn add_track(&mut self, mut track: Track) {
         let named = self.streams.named(&track.stream.name);
-        let is_told = |pump: &mut Pump, id| {
-            pump.track(id).is_some_and(|known| known.told_as == track.told_as)
+        let is_reported = |pump: &mut Pump, id| {
+            pump.track(id).is_some_and(|known| known.reported_as == track.reported_as)
         };
         if let Shape::Message(schema) = &track.stream.shape
-            && named.into_iter().any(|id| is_told(self, id))
+            && named.into_iter().any(|id| is_reported(self, id))
         {
-            track.told_as = StreamStatus::name_of_type(&track.stream.name, &schema.name);
+            track.reported_as = StreamStatus::name_of_type(&track.stream.name, &schema.name);
         }
         let index = track.id.0 as usize;
         if self.tracks.len() <= index {

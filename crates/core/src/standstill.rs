@@ -23,6 +23,6 @@ pub(crate) fn stood_still(lasted: Duration) -> Event {
 /// The duration of a standstill, if an event of the session reports one.
 pub(crate) fn standstill(data: &Data) -> Option<Duration> {
     let Data::Event(event) = data else { return None };
-    let is_told = event.kind == EventKind::Fault && event.label.starts_with(STOOD_STILL);
-    Duration::try_from_secs_f64(event.duration_secs).ok().filter(|_| is_told)
+    let is_standstill = event.kind == EventKind::Fault && event.label.starts_with(STOOD_STILL);
+    Duration::try_from_secs_f64(event.duration_secs).ok().filter(|_| is_standstill)
 }

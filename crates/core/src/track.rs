@@ -41,7 +41,7 @@ pub(crate) struct Track {
     intake: Intake,
     density: Density,
     /// The name in reports of its health.
-    pub(crate) told_as: String,
+    pub(crate) reported_as: String,
     /// The kind of losses that this stream reports, if it does.
     pub(crate) gives: Option<Loss>,
     /// The reports in its readings that the pump itself acts on, if any.
@@ -104,7 +104,7 @@ impl Track {
         Track {
             id,
             life: if is_irregular(&stream) { Life::irregular() } else { Life::new(stream.rate_hz) },
-            told_as: stream.name.clone(),
+            reported_as: stream.name.clone(),
             intake: Intake::default(),
             density: Density::default(),
             gives: Loss::of_stream(&stream),
@@ -218,7 +218,7 @@ impl Track {
         let of_density = || self.density.complaint();
         let complaint = self.intake.complaint(now).or_else(of_publishers);
         let complaint = complaint.or_else(of_density).or_else(of_clock);
-        self.life.status(&self.told_as, now, &clock, complaint)
+        self.life.status(&self.reported_as, now, &clock, complaint)
     }
 
     fn stamps(&self, reading: &Reading, log_time: Time, says: Says) -> Stamps {

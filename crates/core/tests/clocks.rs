@@ -158,12 +158,13 @@ fn last_status<'a>(records: &'a [Record], name: &str) -> &'a StreamStatus {
 }
 
 fn clock_events(records: &[Record]) -> Vec<&Event> {
-    let told = records.iter().filter(|record| record.stream.name == "/teampulse/clocks");
-    told.filter_map(|record| match &record.sample.data {
-        Data::Event(event) => Some(&**event),
-        _ => None,
-    })
-    .collect()
+    let events = records.iter().filter(|record| record.stream.name == "/teampulse/clocks");
+    events
+        .filter_map(|record| match &record.sample.data {
+            Data::Event(event) => Some(&**event),
+            _ => None,
+        })
+        .collect()
 }
 
 /// The error of the time of each batch's first sample, from some time on [s].
@@ -277,9 +278,9 @@ async fn intervals_that_come_in_one_packet_have_their_own_times_live_and_in_a_re
 #[tokio::test]
 async fn a_device_clock_that_jumps_begins_an_epoch_and_is_reported() {
     let records = keep(Script { readings: strap(180, 100.0), stamped_by: vec![] }, 0).await;
-    let told = clock_events(&records);
-    let jump = told.iter().find(|event| event.label.starts_with("polar_h10 of p001 jumped by +"));
-    assert!(jump.is_some_and(|event| (event.value - 3600.0).abs() < 0.2), "{told:?}");
+    let events = clock_events(&records);
+    let jump = events.iter().find(|event| event.label.starts_with("polar_h10 of p001 jumped by +"));
+    assert!(jump.is_some_and(|event| (event.value - 3600.0).abs() < 0.2), "{events:?}");
     assert_eq!(last_status(&records, &ecg().name).epoch, 1);
     assert!(
         errors_secs(&records, 60.0).iter().all(|error| error.abs() < 0.5),
@@ -293,10 +294,10 @@ async fn a_computer_whose_clock_is_off_is_named_and_its_stamps_are_shifted() {
     readings.extend(robot("/r2/odom", 60, 0.0));
     let stamped_by = vec![("/r1/odom", "laptop2 (driver)"), ("/r2/odom", "laptop3 (driver)")];
     let records = keep(Script { readings, stamped_by }, 0).await;
-    let told = clock_events(&records);
-    assert_eq!(told.len(), 1, "{told:?}");
-    assert!(told[0].label.starts_with("laptop2 (driver) is +1."), "{}", told[0].label);
-    assert!((told[0].value - 1.5).abs() < 0.02, "{told:?}");
+    let events = clock_events(&records);
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert!(events[0].label.starts_with("laptop2 (driver) is +1."), "{}", events[0].label);
+    assert!((events[0].value - 1.5).abs() < 0.02, "{events:?}");
     let (off, right) = (last_status(&records, "/r1/odom"), last_status(&records, "/r2/odom"));
     assert_eq!((off.state, right.state), (State::Degraded, State::Ok));
     assert!((off.offset_secs - 1.5).abs() < 0.02, "{} s", off.offset_secs);

@@ -110,11 +110,11 @@ fn messages(qos: Qos) -> Stream {
 }
 
 fn statuses(records: &[Record]) -> Vec<&StreamStatus> {
-    let told = records.iter().filter_map(|record| match &record.sample.data {
+    let statuses = records.iter().filter_map(|record| match &record.sample.data {
         Data::Status(status) => Some(&**status),
         _ => None,
     });
-    told.filter(|status| status.name == TOPIC).collect()
+    statuses.filter(|status| status.name == TOPIC).collect()
 }
 
 /// Runs a script and a replay of what it recorded; both must give the same results.
@@ -139,14 +139,14 @@ async fn messages_kept_for_late_joiners_are_neither_a_rate_nor_a_wrong_clock() {
     // Joined at 500 s; again at 540 s, by another publisher with what it has kept.
     let script = kept(500.0, 100..130).chain(kept(540.0, 200..220)).chain(live(560..562));
     let records = twice(messages(Qos::latched(100)), script.collect()).await;
-    let told = statuses(&records);
-    assert!(told.len() > 50);
-    for status in &told {
+    let found = statuses(&records);
+    assert!(found.len() > 50);
+    for status in &found {
         assert!(status.received > 50 || status.rate_hz == 0.0, "{status:?}");
         assert!(matches!(status.state, State::Ok | State::Never), "{status:?}");
         assert_eq!((status.late, status.duplicates), (0, 0));
     }
-    assert_eq!(told.last().expect("a status").received, 51, "all of it was recorded");
+    assert_eq!(found.last().expect("a status").received, 51, "all of it was recorded");
     assert!(!records.iter().any(|record| record.stream.name == "/teampulse/clocks"));
 }
 

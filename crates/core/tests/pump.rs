@@ -327,8 +327,8 @@ async fn a_session_ends_when_it_is_asked_to_and_counts_what_it_could_not_take() 
     let kept = kept.lock().expect("nobody panicked");
     let taken = kept.iter().filter(|record| record.stream.name == "/r1/any").count() as u64;
     assert_eq!(taken + outcome.dropped, 120_000);
-    let told = kept.iter().filter(|record| record.stream.name == "/teampulse/lost_queue");
-    assert_eq!(told.count(), usize::from(outcome.dropped > 0));
+    let reported = kept.iter().filter(|record| record.stream.name == "/teampulse/lost_queue");
+    assert_eq!(reported.count(), usize::from(outcome.dropped > 0));
     let labels = kept.iter().filter_map(|record| match &record.sample.data {
         Data::Event(event) => Some(event.label.as_str()),
         _ => None,

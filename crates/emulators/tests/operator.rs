@@ -39,10 +39,10 @@ fn rows(seed: u64) -> [Row; 4] {
     let mut operator = operator(seed, plan, Rates { ecg_hz: 130.0, ..Rates::NONE });
     let mut rows = [Row::default(); 4];
     for phase in phases {
-        let told = operator.until(phase.to_secs);
+        let step = operator.until(phase.to_secs);
         if let Some(place) = PHASES.iter().position(|name| *name == phase.name) {
-            let wave = told.record.wave(Sensor::Ecg);
-            rows[place] = row(&wave.samples, wave.rate_hz, &told.record.truth, told.happened);
+            let wave = step.record.wave(Sensor::Ecg);
+            rows[place] = row(&wave.samples, wave.rate_hz, &step.record.truth, step.happened);
         }
     }
     rows
@@ -105,10 +105,10 @@ fn an_operator_is_the_same_however_time_is_cut() {
         let mut operator = operator(2, one_round(), Rates { emg_hz: 200.0, ..Rates::NONE });
         let (mut happened, mut samples, mut beats) = (Vec::new(), Vec::new(), Vec::new());
         for &secs in times_secs {
-            let told = operator.until(secs);
-            happened.extend_from_slice(told.happened);
-            samples.extend(told.record.wave(Sensor::Emg).samples.iter().map(|uv| uv.to_bits()));
-            beats.extend_from_slice(&told.record.truth.beats);
+            let step = operator.until(secs);
+            happened.extend_from_slice(step.happened);
+            samples.extend(step.record.wave(Sensor::Emg).samples.iter().map(|uv| uv.to_bits()));
+            beats.extend_from_slice(&step.record.truth.beats);
         }
         (happened, samples, beats)
     };
@@ -121,9 +121,9 @@ fn an_operator_is_the_same_however_time_is_cut() {
 #[test]
 fn muscles_contract_before_each_press() {
     let mut operator = operator(5, one_round(), Rates::NONE);
-    let told = operator.until(330.0);
-    let contractions = &told.record.truth.contractions;
-    let presses = told.happened.iter().filter(|each| matches!(each.what, What::Press { .. }));
+    let step = operator.until(330.0);
+    let contractions = &step.record.truth.contractions;
+    let presses = step.happened.iter().filter(|each| matches!(each.what, What::Press { .. }));
     let mut count = 0;
     for press in presses {
         let from_secs = press.at_secs - 0.06;

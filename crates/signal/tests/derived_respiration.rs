@@ -83,7 +83,7 @@ fn of_pulses(body: Body, length_secs: f64) -> Result<Derived, Reason> {
 
 #[test]
 fn the_rate_of_breathing_bodies_is_found_or_refused_and_its_uncertainty_holds() {
-    let (mut told, mut all, mut beyond) = (0, 0, 0);
+    let (mut found, mut all, mut beyond) = (0, 0, 0);
     for seed in 1..=60 {
         let body = Body {
             breaths_per_min: 8.0 + f64::from(seed * 7 % 19),
@@ -95,15 +95,15 @@ fn the_rate_of_breathing_bodies_is_found_or_refused_and_its_uncertainty_holds() 
             for derived in [of_beats(body, length_secs), of_pulses(body, length_secs)] {
                 all += 1;
                 let Ok(derived) = derived else { continue };
-                told += 1;
+                found += 1;
                 let off = derived.rate_per_min.value - body.breaths_per_min;
                 assert!(off.abs() < 2.0, "{off} of {} at {length_secs} s", body.breaths_per_min);
                 beyond += u32::from(off.abs() > 2.0 * derived.rate_per_min.sigma);
             }
         }
     }
-    assert!(f64::from(told) > 0.9 * f64::from(all), "{told} of {all}");
-    assert!(f64::from(beyond) < 0.05 * f64::from(told), "{beyond} of {told}");
+    assert!(f64::from(found) > 0.9 * f64::from(all), "{found} of {all}");
+    assert!(f64::from(beyond) < 0.05 * f64::from(found), "{beyond} of {found}");
 }
 
 #[test]

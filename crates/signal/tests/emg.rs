@@ -97,13 +97,13 @@ fn causal_and_whole_agree_on_bursts_and_loudness() {
     let all = whole(&settings(2), &recording).unwrap();
     let mut running = causal(&settings(2), 200.0).unwrap();
     feed(&mut *running, &channels, 200.0);
-    let mut told = Vec::new();
+    let mut causal = Vec::new();
     while let Some(event) = running.next_event() {
-        told.push(event);
+        causal.push(event);
     }
     // Twenty bursts in each channel; the last one is cut off by the end.
-    assert_eq!((all.events.len(), told.len()), (40, 38));
-    for event in told.iter().chain(&all.events) {
+    assert_eq!((all.events.len(), causal.len()), (40, 38));
+    for event in causal.iter().chain(&all.events) {
         let since = (event.at_ns as f64 / 1e9).rem_euclid(4.0);
         assert!((since - 2.0).abs() < 0.1, "{event:?}");
         let [channel, duration] = [event.details[0].1, event.details[1].1];

@@ -76,7 +76,8 @@ fn a_window_gives_what_its_intervals_give() {
                 "{name}: {value} {expected}"
             );
         }
-        let lacking = heart.values().iter().zip(&measured.values).filter(|(_, told)| told.is_err());
+        let lacking =
+            heart.values().iter().zip(&measured.values).filter(|(_, value)| value.is_err());
         let lacking: Vec<&str> = lacking.map(|(value, _)| value.name.as_ref()).collect();
         assert_eq!(lacking, ["HRV_SDANN5", "HRV_SDNNI5"]);
         assert!(measured.coverage > 0.999 && measured.quality >= 1.0, "{measured:?}");
@@ -325,15 +326,15 @@ fn intervals_lie_where_their_times_say_and_gaps_stay_gaps() {
     let channels = [intervals_ms, ends_secs];
     let recording = Recording { rate_hz: 1.0, begin_ns: 5_000_000_000, channels: &channels };
     let settings = analysis::Settings { treatment: Treatment::AsTheyAre, ..Default::default() };
-    let told = analysis::whole(&settings, &recording).unwrap();
+    let analysed = analysis::whole(&settings, &recording).unwrap();
     let coverage = |begin_secs: i64, end_secs: i64| {
         let ns = |secs: i64| (5 + secs) * 1_000_000_000;
-        told.windows.measure(Span { begin_ns: ns(begin_secs), end_ns: ns(end_secs) }).coverage
+        analysed.windows.measure(Span { begin_ns: ns(begin_secs), end_ns: ns(end_secs) }).coverage
     };
     assert!((coverage(0, 60) - 1.0).abs() < 0.02, "{}", coverage(0, 60));
     assert!((coverage(0, 240) - 0.5).abs() < 0.02, "{}", coverage(0, 240));
     assert!(coverage(70, 170) < 0.01, "{}", coverage(70, 170));
-    assert_eq!(told.events.iter().filter(|beat| beat.at_ns < 70_000_000_000).count(), 75);
+    assert_eq!(analysed.events.iter().filter(|beat| beat.at_ns < 70_000_000_000).count(), 75);
 }
 
 #[test]

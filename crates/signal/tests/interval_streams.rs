@@ -28,9 +28,9 @@ fn reported(intervals_ms: &[f64]) -> Vec<(i64, f64)> {
     intervals_ms.iter().map(report).collect()
 }
 
-fn analysed(told: &[(i64, f64)]) -> (Box<dyn Causal + Send>, Vec<Event>) {
+fn analysed(intervals: &[(i64, f64)]) -> (Box<dyn Causal + Send>, Vec<Event>) {
     let mut analysis = causal(&Settings::default(), 0.0).expect("any rate will do");
-    for &(at_ns, interval_ms) in told {
+    for &(at_ns, interval_ms) in intervals {
         analysis.push(at_ns, &[interval_ms]);
     }
     let events = std::iter::from_fn(|| analysis.next_event()).collect();
@@ -113,14 +113,14 @@ fn a_persons_edits_lie_over_the_beats() {
 proptest! {
     #[test]
     fn nothing_panics(
-        told in prop::collection::vec(
+        intervals in prop::collection::vec(
             (any::<i64>(), prop_oneof![prop::num::f64::ANY, 300.0..2000.0, 1e-9..1e9]), 0..60),
         begin_ns in any::<i64>(),
         rate_hz in prop::num::f64::ANY,
     ) {
-        let (mut analysis, events) = analysed(&told);
-        prop_assert!(events.len() <= told.len());
-        let channels = [told.iter().map(|each| each.1).collect()];
+        let (mut analysis, events) = analysed(&intervals);
+        prop_assert!(events.len() <= intervals.len());
+        let channels = [intervals.iter().map(|each| each.1).collect()];
         let whole = whole(&Settings::default(), &Recording { rate_hz, begin_ns, channels: &channels });
         let windows = whole.expect("any rate will do").windows;
         for span in [MIN_SPAN, Span { begin_ns: i64::MIN, end_ns: i64::MAX }] {

@@ -178,20 +178,20 @@ fn golden_breaths() -> Vec<Breath> {
 
 #[test]
 fn variability_is_that_of_neurokit2() {
-    let told = variability(&golden_breaths(), 100.0).unwrap();
+    let found = variability(&golden_breaths(), 100.0).unwrap();
     let ours = [
-        told.rmssd_ms,
-        told.mean_bb_ms,
-        told.sdbb_ms,
-        told.sdsd_ms,
-        told.cvbb,
-        told.cvsd,
-        told.median_bb_ms,
-        told.mad_bb_ms,
-        told.mcvbb,
-        told.sd1_ms,
-        told.sd2_ms,
-        told.sd2_sd1,
+        found.rmssd_ms,
+        found.mean_bb_ms,
+        found.sdbb_ms,
+        found.sdsd_ms,
+        found.cvbb,
+        found.cvsd,
+        found.median_bb_ms,
+        found.mad_bb_ms,
+        found.mcvbb,
+        found.sd1_ms,
+        found.sd2_ms,
+        found.sd2_sd1,
     ];
     for (ours, theirs) in ours.into_iter().zip(golden::VARIABILITY) {
         assert!((ours / theirs - 1.0).abs() < 1e-9, "{ours} {theirs}");
@@ -201,12 +201,13 @@ fn variability_is_that_of_neurokit2() {
 #[test]
 fn sinus_arrhythmia_from_peak_to_trough_is_that_of_neurokit2() {
     let beats_secs: Vec<f64> = golden::BEATS.iter().map(|&beat| f64::from(beat) / 100.0).collect();
-    let told = peak_to_trough(&golden_breaths(), 100.0, &RrInterval::between(&beats_secs)).unwrap();
+    let found =
+        peak_to_trough(&golden_breaths(), 100.0, &RrInterval::between(&beats_secs)).unwrap();
     let [mean, log, sd, unreported] = golden::PEAK_TO_TROUGH;
-    assert!((told.mean_ms - mean).abs() < 1e-6 && (told.sd_ms - sd).abs() < 1e-6, "{told:?}");
-    assert!((told.mean_log - log).abs() < 1e-9, "{told:?}");
-    assert!((told.unreported as f64 - unreported).abs() < 1e-9);
-    assert_eq!(told.breaths + told.unreported, golden::PEAKS.len());
+    assert!((found.mean_ms - mean).abs() < 1e-6 && (found.sd_ms - sd).abs() < 1e-6, "{found:?}");
+    assert!((found.mean_log - log).abs() < 1e-9, "{found:?}");
+    assert!((found.unreported as f64 - unreported).abs() < 1e-9);
+    assert_eq!(found.breaths + found.unreported, golden::PEAKS.len());
     assert_eq!(peak_to_trough(&golden_breaths(), 100.0, &[]), None);
 }
 
@@ -224,7 +225,7 @@ const SECOND_NS: i64 = 1_000_000_000;
 /// The events, and the values of each minute.
 fn run_live(signal: &[f64], rate_hz: f64) -> (Vec<Event>, Vec<Measured>) {
     let mut analysis = causal(&Settings::default(), rate_hz).expect("a usual rate");
-    let (mut events, mut told) = (Vec::new(), Vec::new());
+    let (mut events, mut windows) = (Vec::new(), Vec::new());
     for (k, &sample) in signal.iter().enumerate() {
         let at_ns = (k as f64 / rate_hz * 1e9).round() as i64;
         let before_ns = ((k as f64 - 1.0) / rate_hz * 1e9).round() as i64;
@@ -232,23 +233,23 @@ fn run_live(signal: &[f64], rate_hz: f64) -> (Vec<Event>, Vec<Measured>) {
         events.extend(std::iter::from_fn(|| analysis.next_event()));
         if at_ns / SECOND_NS != before_ns / SECOND_NS && at_ns >= 60 * SECOND_NS {
             let end_ns = at_ns / SECOND_NS * SECOND_NS;
-            told.push(analysis.measure(Span { begin_ns: end_ns - 60 * SECOND_NS, end_ns }));
+            windows.push(analysis.measure(Span { begin_ns: end_ns - 60 * SECOND_NS, end_ns }));
             analysis.forget(end_ns - 60 * SECOND_NS);
         }
     }
-    (events, told)
+    (events, windows)
 }
 
 #[test]
 fn causal_and_whole_give_the_same_of_a_steady_belt() {
     let signal = belt(180.0, 50.0);
-    let (events, told) = run_live(&signal, 50.0);
+    let (events, windows) = run_live(&signal, 50.0);
     let channels = [signal];
     let recording = Recording { rate_hz: 50.0, begin_ns: 0, channels: &channels };
     let all = whole(&Settings::default(), &recording).unwrap();
     assert!(events.len() + 4 >= all.events.len() && events.iter().all(|e| e.kind == "breath"));
     let span = Span { begin_ns: 60 * SECOND_NS, end_ns: 120 * SECOND_NS };
-    let (causal, whole) = (&told[60], all.windows.measure(span));
+    let (causal, whole) = (&windows[60], all.windows.measure(span));
     assert_eq!(causal.values.len(), all.windows.values().len());
     assert!(causal.quality > 0.8 && whole.quality > 0.8);
     for (value, (causal, whole)) in
@@ -259,7 +260,7 @@ fn causal_and_whole_give_the_same_of_a_steady_belt() {
         let within = if is_spread { 200.0 } else { 0.15 * whole.abs() };
         assert!((causal - whole).abs() < within, "{}: {causal} {whole}", value.name);
     }
-    let rate = told[60].values[0].unwrap();
+    let rate = windows[60].values[0].unwrap();
     assert!((rate - 15.0).abs() < 0.1, "{rate}");
 }
 
@@ -333,8 +334,8 @@ fn a_recording_without_samples_has_no_breaths() {
         let recording = Recording { rate_hz: 50.0, begin_ns: 0, channels: &channels };
         let analysis = whole(&Settings::default(), &recording).unwrap();
         assert!(analysis.events.is_empty());
-        let told = analysis.windows.measure(Span { begin_ns: 0, end_ns: 60 * SECOND_NS });
-        assert!(told.values.iter().all(Result::is_err));
+        let measured = analysis.windows.measure(Span { begin_ns: 0, end_ns: 60 * SECOND_NS });
+        assert!(measured.values.iter().all(Result::is_err));
     }
     assert_eq!(found(&[], 50.0), []);
     assert_eq!(Pattern::of(&[], 50.0, 0.0..1.0), None);
@@ -360,9 +361,9 @@ proptest! {
             }
         }
         for span in [recording.span(), Span { begin_ns: i64::MIN, end_ns: i64::MAX }] {
-            for told in [analysis.windows.measure(span), live.measure(span)] {
-                prop_assert!((0.0..=1.0).contains(&told.quality));
-                prop_assert!(told.values.iter().flatten().all(|value| value.is_finite()));
+            for measured in [analysis.windows.measure(span), live.measure(span)] {
+                prop_assert!((0.0..=1.0).contains(&measured.quality));
+                prop_assert!(measured.values.iter().flatten().all(|value| value.is_finite()));
             }
         }
         live.forget(i64::MAX);

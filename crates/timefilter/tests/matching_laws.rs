@@ -61,8 +61,8 @@ fn assert_counted(outcome: &Outcome, topics: usize, count: impl Fn(usize, DropRe
             let is_it = |drop: &&(usize, usize, DropReason)| {
                 drop.0.min(topics) == topic && drop.2 == reason
             };
-            let told = outcome.dropped.iter().filter(is_it).count();
-            assert_eq!(count(topic, reason), told as u64, "topic {topic}, {reason}");
+            let reported = outcome.dropped.iter().filter(is_it).count();
+            assert_eq!(count(topic, reason), reported as u64, "topic {topic}, {reason}");
         }
     }
 }

@@ -26,7 +26,7 @@ class QoSProfile:
             Policy.Reliability.Reliable(duration(seconds=10)),
             self.durability.value,
             history,
-            # What a late joiner gets is told here, not by the history.
+            # A late joiner gets what is set here, whatever the history holds.
             Policy.DurabilityService(duration(seconds=0), history, -1, -1, -1),
             Policy.DataRepresentation(use_xcdrv2_representation=False),
         )

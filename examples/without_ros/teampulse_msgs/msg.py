@@ -1,4 +1,4 @@
-"""The messages of `msgs/teampulse_msgs`, as Cyclone DDS for Python needs them; told there."""
+"""The messages of `msgs/teampulse_msgs`, as Cyclone DDS for Python needs them; documented there."""
 
 from dataclasses import dataclass, field
 

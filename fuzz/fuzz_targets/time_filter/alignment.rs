@@ -15,22 +15,22 @@ pub fn drive(bytes: &mut Bytes<'_>) {
     let onto = if bytes.flag() { Onto::Pivot } else { Onto::Grid { period_nanos } };
     let mode = if bytes.flag() { Mode::Available } else { Mode::Reproducible };
     let Ok(mut aligner) = Aligner::new(onto, mode) else { return };
-    let mut told = Outputs::default();
+    let mut outputs = Outputs::default();
     let mut sources = Vec::new();
     while !bytes.is_over() {
-        step(&mut aligner, &mut sources, bytes, &mut told);
-        let most = (told.samples + 1) * (ROWS_IN_SILENCE as u64 + 1);
-        assert!(told.rows <= most, "{} rows, at most {most}", told.rows);
+        step(&mut aligner, &mut sources, bytes, &mut outputs);
+        let most = (outputs.samples + 1) * (ROWS_IN_SILENCE as u64 + 1);
+        assert!(outputs.rows <= most, "{} rows, at most {most}", outputs.rows);
     }
-    aligner.finish(|output| told.see(output));
-    assert_eq!(told.rows, aligner.rows());
+    aligner.finish(|output| outputs.see(output));
+    assert_eq!(outputs.rows, aligner.rows());
 }
 
 fn step(
     aligner: &mut Aligner,
     sources: &mut Vec<(SourceId, usize)>,
     bytes: &mut Bytes<'_>,
-    told: &mut Outputs,
+    outputs: &mut Outputs,
 ) {
     let which = bytes.byte();
     let known = sources.get(usize::from(which >> 4) % sources.len().max(1)).copied();
@@ -42,16 +42,16 @@ fn step(
             }
         }
         (2, _) => {
-            aligner.tick(bytes.time(), |output| told.see(output));
+            aligner.tick(bytes.time(), |output| outputs.see(output));
         }
         (3, Some((source, _))) if bytes.below(8) == 0 => {
-            drop(aligner.leave(source, |output| told.see(output)));
+            drop(aligner.leave(source, |output| outputs.see(output)));
         }
         (4, _) if bytes.below(64) == 0 => {
-            aligner.finish(|output| told.see(output));
+            aligner.finish(|output| outputs.see(output));
         }
-        (5..8, Some((source, channels))) => push_run(aligner, source, channels, bytes, told),
-        (_, Some((source, channels))) => push(aligner, source, channels, bytes, told),
+        (5..8, Some((source, channels))) => push_run(aligner, source, channels, bytes, outputs),
+        (_, Some((source, channels))) => push(aligner, source, channels, bytes, outputs),
         (_, None) => {}
     }
 }
@@ -61,14 +61,14 @@ fn push(
     source: SourceId,
     channels: usize,
     bytes: &mut Bytes<'_>,
-    told: &mut Outputs,
+    outputs: &mut Outputs,
 ) {
     let values: Vec<f64> = (0..channels).map(|_| bytes.number()).collect();
     let arrival = bytes.time();
     let sample = Sample { measured: bytes.time(), arrival, values: &values };
-    told.samples += 1;
+    outputs.samples += 1;
     let before = aligner.counts(source).map(|counts| counts.received);
-    let pushed = aligner.push(source, sample, |output| told.see(output));
+    let pushed = aligner.push(source, sample, |output| outputs.see(output));
     match pushed {
         Ok(()) => {
             let received = aligner.counts(source).map(|counts| counts.received);
@@ -83,14 +83,14 @@ fn push_run(
     source: SourceId,
     channels: usize,
     bytes: &mut Bytes<'_>,
-    told: &mut Outputs,
+    outputs: &mut Outputs,
 ) {
     let count = bytes.below(8) * channels + usize::from(bytes.below(16) == 0);
     let values: Vec<f64> = (0..count).map(|_| bytes.number()).collect();
     let (arrival, period_nanos) = (bytes.time(), bytes.number());
     let run = Run { measured: bytes.time(), period_nanos, arrival, values: &values };
-    told.samples += (count / channels) as u64;
-    drop(aligner.push_run(source, run, |output| told.see(output)));
+    outputs.samples += (count / channels) as u64;
+    drop(aligner.push_run(source, run, |output| outputs.see(output)));
 }
 
 fn settings(bytes: &mut Bytes<'_>) -> SourceSettings {

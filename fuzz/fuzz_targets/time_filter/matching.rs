@@ -13,19 +13,19 @@ pub fn drive(bytes: &mut Bytes<'_>) {
     let mut approximate = ApproximateTime::new(&settings);
     let queue_size = bytes.below(20);
     let mut exact = ExactTime::new(topics, queue_size);
-    let (mut told_approximate, mut told_exact) = (Counts::of(topics), Counts::of(topics));
+    let (mut of_approximate, mut of_exact) = (Counts::of(topics), Counts::of(topics));
     let mut pushed = 0;
     while !bytes.is_over() {
         let topic = bytes.below(topics + 1);
         let message = Message { stamp: bytes.time(), payload: pushed };
-        approximate.push(topic, message, &mut told_approximate);
-        exact.push(topic, message, &mut told_exact);
+        approximate.push(topic, message, &mut of_approximate);
+        exact.push(topic, message, &mut of_exact);
         pushed += 1;
     }
     let waiting: usize = (0..topics).map(|topic| approximate.waiting(topic)).sum();
-    assert_eq!(told_approximate.messages + waiting, pushed);
+    assert_eq!(of_approximate.messages + waiting, pushed);
     let waiting: usize = (0..topics).map(|topic| exact.waiting(topic)).sum();
-    assert_eq!(told_exact.messages + waiting, pushed);
+    assert_eq!(of_exact.messages + waiting, pushed);
     assert!(waiting <= topics * queue_size.max(1));
     for (topic, settings) in settings.topics.iter().enumerate() {
         assert!(approximate.waiting(topic) <= settings.queue_size.max(1));

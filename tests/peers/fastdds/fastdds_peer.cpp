@@ -107,7 +107,7 @@ DataWriterQos writer_qos(const Options &options) {
   // yet; a synchronous one, its default since, sends within `write`.
   bool synchronous = options.has("--synchronous");
   qos.publish_mode().kind = synchronous ? SYNCHRONOUS_PUBLISH_MODE : ASYNCHRONOUS_PUBLISH_MODE;
-  // The type's hash as rclcpp tells it in USER_DATA.
+  // The type's hash as rclcpp puts it into USER_DATA.
   std::string hash =
       "typehash=RIHS01_5687e861b8d307a5e48b7515467ae7a5fc2daf805bd0ce6d8e9e604bade9f385;";
   qos.user_data().setValue({hash.begin(), hash.end()});
@@ -191,7 +191,7 @@ class Tally : public DataReaderListener {
     std::lock_guard lock(mutex_);
     return numbers_.size() + corrupt_;
   }
-  void tell() {
+  void print() {
     std::lock_guard lock(mutex_);
     std::set<std::uint64_t> seen(numbers_.begin(), numbers_.end());
     std::size_t span = seen.empty() ? 0 : *seen.rbegin() - *seen.begin() + 1;
@@ -232,7 +232,7 @@ int subscribe(const std::string &topic, const Options &options) {
   std::printf("{\"messages\": %zu, \"topics\": [", messages);
   for (auto &tally : tallies) {
     if (tally != tallies.front()) std::printf(", ");
-    tally->tell();
+    tally->print();
   }
   std::puts("]}");
   std::fflush(stdout);

@@ -1,4 +1,4 @@
-// What the peers put into a message, so that whoever receives it can tell what is missing or
+// What the peers put into a message, so that whoever receives it knows what is missing or
 // broken. The layout is described in ../payload.py.
 
 #pragma once

@@ -19,7 +19,7 @@ using Generated = std_msgs::msg::dds_::UInt8MultiArray_PubSubType;
 using eprosima::fastdds::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 const auto ok = eprosima::fastdds::dds::RETCODE_OK;
 
-/// The type as ROS 2 tells it until Jazzy: by nothing but its name.
+/// The type as ROS 2 announces it before Jazzy: by its name alone.
 struct NamedType : Generated {
   NamedType() { set_name("std_msgs::msg::dds_::UInt8MultiArray_"); }
   void register_type_object_representation() override {}
@@ -28,7 +28,7 @@ struct NamedType : Generated {
 using eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 const auto ok = eprosima::fastdds::dds::TypeSupport::ReturnCode_t::RETCODE_OK;
 
-/// The type as ROS 2 tells it until Jazzy: by nothing but its name.
+/// The type as ROS 2 announces it before Jazzy: by its name alone.
 struct NamedType : Generated {
   NamedType() {
     setName("std_msgs::msg::dds_::UInt8MultiArray_");

@@ -26,13 +26,13 @@ struct Outcome {
     confidently_wrong: usize,
     /// Windows that a correct detector can measure, and those that were measured correctly.
     fair: usize,
-    told: usize,
+    right: usize,
     /// The longest time after a glitch until beats were found again [s].
     lost_secs: f64,
 }
 
 fn is_confidently_wrong(window: &Window) -> bool {
-    window.is_told && window.quality > TRUSTED && !window.is_right
+    window.has_value && window.quality > TRUSTED && !window.is_right
 }
 
 impl Outcome {
@@ -40,7 +40,7 @@ impl Outcome {
         self.windows += 1;
         self.confidently_wrong += usize::from(is_confidently_wrong(window));
         self.fair += usize::from(is_fair);
-        self.told += usize::from(is_fair && window.is_told && window.is_right);
+        self.right += usize::from(is_fair && window.has_value && window.is_right);
     }
 }
 
@@ -84,20 +84,20 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
 fn report(how: How, kinds: &BTreeMap<&str, Outcome>) -> bool {
     let mut all = Outcome::default();
     for (kind, outcome) in kinds {
-        let Outcome { windows, confidently_wrong, fair, told, lost_secs } = *outcome;
-        let percent = 100.0 * told as f64 / fair.max(1) as f64;
+        let Outcome { windows, confidently_wrong, fair, right, lost_secs } = *outcome;
+        let percent = 100.0 * right as f64 / fair.max(1) as f64;
         println!(
-            "      unkind, {how:?}, {kind}: {confidently_wrong} of {windows} windows confidently wrong, {percent:.0} % of {fair} told right, beats lost for {lost_secs:.1} s"
+            "      unkind, {how:?}, {kind}: {confidently_wrong} of {windows} windows confidently wrong, {percent:.0} % of {fair} right, beats lost for {lost_secs:.1} s"
         );
         all.windows += windows;
         all.confidently_wrong += confidently_wrong;
         all.fair += fair;
-        all.told += told;
+        all.right += right;
         if !kind.starts_with("ppg") && (kind.contains("rail") || kind.contains("steps")) {
             all.lost_secs = all.lost_secs.max(lost_secs);
         }
     }
-    let told = 100.0 * all.told as f64 / all.fair.max(1) as f64;
+    let right = 100.0 * all.right as f64 / all.fair.max(1) as f64;
     let lines = [
         (
             all.confidently_wrong * 10_000 <= all.windows,
@@ -107,9 +107,9 @@ fn report(how: How, kinds: &BTreeMap<&str, Outcome>) -> bool {
             ),
         ),
         (
-            told >= 90.0,
+            right >= 90.0,
             format!(
-                "{told:.1} % of {} windows that can be told are told right (bar 90 %)",
+                "{right:.1} % of {} windows that can be measured are measured right (bar 90 %)",
                 all.fair
             ),
         ),

@@ -16,7 +16,7 @@ const HIDDEN_SECS: f64 = 0.5;
 /// Of responses at 8 a minute.
 const LEAST_SENSITIVITY: f64 = 0.9;
 const LEAST_PRECISION: f64 = 0.95;
-/// So much of what is told at 4 a minute may be of 6 glitches a minute.
+/// So much of what is found at 4 a minute may be of 6 glitches a minute.
 const MOST_OF_GLITCHES: f64 = 0.02;
 /// An electrode that hardly touches has less quality.
 const MOST_QUALITY: f64 = 0.4;
@@ -34,7 +34,7 @@ pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for how in [How::Whole, How::Causal] {
         for (per_min, glitches_per_min) in [(2.0, 0.0), (8.0, 0.0), (12.0, 0.0), (4.0, 6.0)] {
-            let (mut found, mut true_count, mut told) = (0, 0, 0);
+            let (mut found, mut true_count, mut reported) = (0, 0, 0);
             let near_secs = FOUND_SECS + if glitches_per_min > 0.0 { HIDDEN_SECS } else { 0.0 };
             for number in 0..count {
                 let mut random = Random::new(seeds.first() + 600_000 + number);
@@ -43,10 +43,10 @@ pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
                 let peaks_secs = skin.found(how)?.0;
                 found += matches(&skin.peaks_secs, &peaks_secs, near_secs);
                 true_count += skin.peaks_secs.len();
-                told += peaks_secs.len();
+                reported += peaks_secs.len();
             }
             let (sensitivity, precision) =
-                (found as f64 / true_count as f64, found as f64 / told as f64);
+                (found as f64 / true_count as f64, found as f64 / reported as f64);
             let (passed, bar) = match (per_min, glitches_per_min) {
                 (8.0, _) => (
                     sensitivity >= LEAST_SENSITIVITY && precision >= LEAST_PRECISION,

@@ -23,7 +23,7 @@ pub enum How {
 /// What is known of one window.
 pub struct Window {
     /// Whether a rate was given, rather than a reason.
-    pub is_told: bool,
+    pub has_value: bool,
     pub quality: f64,
     /// Whether the rate, reported or that of the beats, is within 10 %.
     pub is_right: bool,
@@ -60,11 +60,11 @@ pub fn windows(made: &Unkind, how: How) -> Result<(Vec<Window>, Vec<f64>), Signa
         let end_secs = begin_secs + WINDOW_SECS;
         let span = Span { begin_ns: ns(begin_secs), end_ns: ns(end_secs) };
         let measured = analysed.measure(span);
-        let told = measured.values[place].ok();
+        let value = measured.values[place].ok();
         let true_per_min = rate_per_min(&made.beats_secs, begin_secs, end_secs);
-        let rate = told.unwrap_or_else(|| rate_per_min(&found_secs, begin_secs, end_secs));
+        let rate = value.unwrap_or_else(|| rate_per_min(&found_secs, begin_secs, end_secs));
         Window {
-            is_told: told.is_some(),
+            has_value: value.is_some(),
             quality: measured.quality,
             is_right: (rate - true_per_min).abs() <= TOLERANCE * true_per_min && rate > 0.0,
             rate_per_min: rate,

@@ -43,7 +43,7 @@ pub struct Bars {
     /// What is stated in the median, as a multiple of the 95th percentile.
     pub wide: f64,
     /// The longest allowed delay of a report [s of data].
-    pub told_secs: f64,
+    pub reported_secs: f64,
 }
 
 /// What the 95th percentile of errors may be.
@@ -130,7 +130,7 @@ fn nanos(secs: f64) -> i64 {
 const COVERED: f64 = 95.0;
 
 const fn within(p95: P95) -> Bars {
-    Bars { p95, coverage: COVERED, wide: 3.0, told_secs: 1.0 }
+    Bars { p95, coverage: COVERED, wide: 3.0, reported_secs: 1.0 }
 }
 
 /// Without a bar for the width: what a computer's stamps do not show of the way is stated, however
@@ -198,7 +198,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "wrong_rate",
         doc: "numbered samples over BLE whose rate is a quarter to four times the declared one",
-        bars: Bars { told_secs: 10.0, ..within(P95::Millis(10.0)) },
+        bars: Bars { reported_secs: 10.0, ..within(P95::Millis(10.0)) },
         make: devices::wrong_rate,
     },
     Kind {
@@ -216,7 +216,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "fast",
         doc: "10 packets a second over Wi-Fi from a clock that is 900 to 2000 ppm off, and said to be",
-        bars: Bars { told_secs: 15.0, ..within(P95::Millis(3.0)) },
+        bars: Bars { reported_secs: 15.0, ..within(P95::Millis(3.0)) },
         make: devices::fast,
     },
     Kind {

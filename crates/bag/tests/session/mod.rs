@@ -100,7 +100,7 @@ pub fn session(count: u64) -> Vec<Record> {
     for k in 0..count {
         let id = (k % 3) as u32;
         let data = match id {
-            0 => text(&format!("message {k} of a robot that has much to tell")),
+            0 => text(&format!("message {k} of a robot that has much to report")),
             1 => wave(k as f64),
             _ => Data::Sample([60.0 + k as f64].into()),
         };

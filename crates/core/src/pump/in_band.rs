@@ -62,9 +62,9 @@ impl Pump {
     /// Applies a reading's report on the publishers of a topic to its stream.
     fn take_publishers(&mut self, reading: &Reading) {
         let Some(track) = self.track(reading.stream) else { return };
-        let Some(told) = PublishedBy::read(&track.stream, &reading.data) else { return };
-        if let Some(track) = self.raw_track(&told.stream) {
-            track.published_by = told.complaint(&track.stream);
+        let Some(report) = PublishedBy::read(&track.stream, &reading.data) else { return };
+        if let Some(track) = self.raw_track(&report.stream) {
+            track.published_by = report.complaint(&track.stream);
         }
     }
 

@@ -72,7 +72,7 @@ struct Course {
 impl Pumping {
     /// Starts a pump on a thread of its own.
     pub(super) fn start(mut pipeline: Pipeline) -> Pumping {
-        let (tell_end, ended) = oneshot::channel();
+        let (send_end, ended) = oneshot::channel();
         let (course, pace) = (Arc::clone(&pipeline.course), pipeline.pace);
         let work = move || {
             let pumped = watched(|| pipeline.run());
@@ -86,7 +86,7 @@ impl Pumping {
             }
             drop(pipeline);
             // Nobody waits for a pump that was left behind.
-            drop(tell_end.send(pumped));
+            drop(send_end.send(pumped));
         };
         let thread = std::thread::Builder::new().name("pump".into());
         drop(thread.spawn(work).expect("the system can start a thread"));
@@ -281,10 +281,10 @@ impl Pipeline {
     /// Hands the records over; events about sinks go through the pump with the next batch.
     fn deliver(&mut self) {
         self.course.is_held.store(true, Ordering::Release);
-        let told = sinks::deliver(&mut self.routes, &self.feeds, self.pump.records());
+        let faults = sinks::deliver(&mut self.routes, &self.feeds, self.pump.records());
         self.course.is_held.store(false, Ordering::Release);
         if self.pace == Pace::Live {
-            for event in told {
+            for event in faults {
                 self.pump.happen(event, self.clock.now());
             }
         }

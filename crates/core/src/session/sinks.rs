@@ -47,7 +47,7 @@ pub(super) fn start(
     }
     let (post, inbox) = queue_within(delivery, streams.clone(), limits);
     let (inbox, outlet, gate) = (inbox.reporting_to(outlet.clone()), outlet.clone(), post.gate());
-    let (tell_end, ended) = oneshot::channel();
+    let (send_end, ended) = oneshot::channel();
     let work = move || {
         let ended = watched(|| sink.run(inbox));
         let ended = ended.unwrap_or_else(|panic| Err(panicked(delivery, &panic)));
@@ -55,7 +55,7 @@ pub(super) fn start(
             outlet.happen(lasting(format!("{name}: failed to {error}")));
         }
         // Nobody waits for a sink that was left behind.
-        drop(tell_end.send(ended));
+        drop(send_end.send(ended));
     };
     let thread = std::thread::Builder::new().name(name.into());
     let unstarted = thread.spawn(work).err();
@@ -113,9 +113,9 @@ pub(super) fn deliver(
     feeds: &[FeedPost],
     records: &mut Vec<Record>,
 ) -> Vec<Event> {
-    let mut told = Vec::new();
+    let mut faults = Vec::new();
     if records.is_empty() {
-        return told;
+        return faults;
     }
     let all: Batch = records.drain(..).collect();
     for feed in feeds {
@@ -132,10 +132,10 @@ pub(super) fn deliver(
             return true;
         }
         let posted = route.post.deliver(&batch);
-        told.extend(said(route.name, &posted));
+        faults.extend(said(route.name, &posted));
         posted != Posted::Ended
     });
-    told
+    faults
 }
 
 /// The events about a delivery.

@@ -17,7 +17,7 @@ const USUAL_G: Range<f64> = 0.03..0.12;
 const LASTS_SECS: Range<f64> = 0.5..2.0;
 const SWINGS_HZ: Range<f64> = 1.0..3.0;
 /// At full strength, movements begin at this rate [1/min].
-const TOLD_PER_MIN: f64 = 120.0;
+const ASKED_PER_MIN: f64 = 120.0;
 
 /// A movement of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub struct Swing {
 pub struct Movement {
     per_min: f64,
     by_itself: Mover,
-    told: Mover,
+    asked: Mover,
     swings: Vec<Swing>,
     tilts: [Drift; 2],
     gravity: [f64; 3],
@@ -55,11 +55,11 @@ impl Movement {
     /// A body that sits, and moves by itself as its traits say.
     pub fn new(traits: &Traits, mut noise: Noise) -> Movement {
         let mut mover = || Mover { chance: Chance::new(noise.fork()), noise: noise.fork() };
-        let (by_itself, told) = (mover(), mover());
+        let (by_itself, asked) = (mover(), mover());
         Movement {
             per_min: traits.movements_per_min,
             by_itself,
-            told,
+            asked,
             swings: Vec::new(),
             tilts: [Drift::new(TILT_SECS, noise.fork()), Drift::new(TILT_SECS, noise.fork())],
             gravity: [0.0, 0.0, 1.0],
@@ -76,10 +76,10 @@ impl Movement {
             let strength_g = self.by_itself.noise.uniform(USUAL_G);
             self.swings.push(self.by_itself.swing(at_secs, strength_g));
         }
-        let told_per_min = if movement_g > 0.0 { TOLD_PER_MIN } else { 0.0 };
-        if let Some(at_secs) = self.told.chance.within(step, told_per_min) {
-            let strength_g = movement_g * self.told.noise.uniform(0.6..1.0);
-            self.swings.push(self.told.swing(at_secs, strength_g));
+        let asked_per_min = if movement_g > 0.0 { ASKED_PER_MIN } else { 0.0 };
+        if let Some(at_secs) = self.asked.chance.within(step, asked_per_min) {
+            let strength_g = movement_g * self.asked.noise.uniform(0.6..1.0);
+            self.swings.push(self.asked.swing(at_secs, strength_g));
         }
         self.swings.iter().filter(move |swing| swing.from_secs >= step.from_secs).copied()
     }

@@ -58,11 +58,11 @@ impl Scene {
 /// The strength of the body's movement at a time, from the script [g].
 pub fn movement_g(scenes: &[Scene], secs: f64) -> f64 {
     let playing = scenes.iter().filter(|scene| scene.is_playing(secs));
-    let told = playing.filter_map(|scene| match scene.what {
+    let strengths = playing.filter_map(|scene| match scene.what {
         Fault::MovementG(strength_g) if strength_g.is_finite() => Some(strength_g),
         _ => None,
     });
-    told.fold(0.0, f64::max)
+    strengths.fold(0.0, f64::max)
 }
 
 /// What comes between a body and the samples of one of its sensors.

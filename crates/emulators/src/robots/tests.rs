@@ -422,11 +422,8 @@ fn robots_are_commanded_when_the_people_of_the_same_seed_command_them() {
     };
     assert!(given.len() > 10, "{}", given.len());
     for robot in 0..2 {
-        let told_secs = goals(&run, &format!("robot{}", robot + 1)).into_iter();
-        assert_eq!(
-            told_secs.map(|goal| (goal.0 * 1e6).round()).collect::<Vec<_>>(),
-            stamped(robot)
-        );
+        let sent = goals(&run, &format!("robot{}", robot + 1)).into_iter();
+        assert_eq!(sent.map(|goal| (goal.0 * 1e6).round()).collect::<Vec<_>>(), stamped(robot));
     }
 }
 

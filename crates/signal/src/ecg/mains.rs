@@ -113,11 +113,11 @@ mod tests {
     #[test]
     fn the_hum_that_is_heard_is_taken_out_as_if_it_were_reported() {
         for hz in [50.0, 60.0] {
-            let mut told = Cleaner::new(RATE_HZ, Some(hz)).unwrap();
+            let mut known = Cleaner::new(RATE_HZ, Some(hz)).unwrap();
             let mut found = Cleaner::new(RATE_HZ, None).unwrap();
             for (k, sample) in humming(hz).into_iter().enumerate() {
-                let (told, found) = (told.push(sample), found.push(sample));
-                assert!(k < 1500 || told.to_bits() == found.to_bits(), "{hz} Hz, sample {k}");
+                let (known, found) = (known.push(sample), found.push(sample));
+                assert!(k < 1500 || known.to_bits() == found.to_bits(), "{hz} Hz, sample {k}");
             }
         }
     }

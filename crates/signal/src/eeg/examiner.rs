@@ -156,11 +156,11 @@ mod tests {
     #[test]
     fn a_lost_packet_is_bridged_and_more_is_not() {
         let mut examiner = Examiner::new(256.0).unwrap();
-        for (lost, is_told) in [(12, true), (25, true), (26, false)] {
+        for (lost, has_power) in [(12, true), (25, true), (26, false)] {
             let mut signal = noise(1024);
             signal[500..500 + lost].fill(f64::NAN);
             assert!((examiner.examine(&signal).missing_share - lost as f64 / 1024.0).abs() < 1e-12);
-            assert_eq!(examiner.power()[40].is_finite(), is_told);
+            assert_eq!(examiner.power()[40].is_finite(), has_power);
         }
     }
 }

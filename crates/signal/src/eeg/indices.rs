@@ -59,11 +59,11 @@ pub fn slope(spectrum: &Spectrum) -> Option<f64> {
     let (low_hz, high_hz) = up_to(SLOPE_HZ);
     let bins = spectrum.bins(low_hz, high_hz);
     let bins = bins.map(|bin| (spectrum.frequencies_hz[bin], spectrum.power[bin]));
-    let is_told = |(hz, power): &(f64, f64)| {
+    let is_within = |(hz, power): &(f64, f64)| {
         let (low_hz, high_hz) = up_to(BUMP_HZ);
         *power > 0.0 && !(low_hz..=high_hz).contains(hz)
     };
-    let points = bins.filter(is_told).map(|(hz, power)| (hz.ln(), power.ln()));
+    let points = bins.filter(is_within).map(|(hz, power)| (hz.ln(), power.ln()));
     let points: Vec<(f64, f64)> = points.collect();
     if points.len() < 10 {
         return None;

@@ -119,7 +119,7 @@ impl Windows for Known {
         let readings: Vec<Reading> = (0..self.channels).map(read).collect();
         let average = mean(&readings);
         let of_average = average.as_ref().map_err(|&reason| reason);
-        let told = |&quantity: &Quantity| match quantity {
+        let value_of = |&quantity: &Quantity| match quantity {
             Quantity::Average(shape) => of_average.and_then(|spectrum| shape.of(spectrum)),
             Quantity::Channel(channel, shape) => readings[channel]
                 .spectrum
@@ -134,7 +134,7 @@ impl Windows for Known {
             coverage: readings.iter().map(|reading| reading.coverage).fold(0.0, f64::max),
             quality: readings.iter().map(|reading| reading.quality).sum::<f64>()
                 / readings.len() as f64,
-            values: self.quantities.iter().map(told).collect(),
+            values: self.quantities.iter().map(value_of).collect(),
         }
     }
 }

@@ -138,9 +138,9 @@ impl Pieces {
 
 /// The mean of several spectra with the same bins, or the reason why all are missing.
 pub(super) fn mean(readings: &[Reading]) -> Result<Spectrum, Reason> {
-    let told: Vec<&Spectrum> =
+    let found: Vec<&Spectrum> =
         readings.iter().filter_map(|reading| reading.spectrum.as_ref().ok()).collect();
-    let Some((first, others)) = told.split_first() else {
+    let Some((first, others)) = found.split_first() else {
         let reasons: Vec<Reason> = readings
             .iter()
             .filter_map(|reading| reading.spectrum.as_ref().err().copied())
@@ -154,7 +154,7 @@ pub(super) fn mean(readings: &[Reading]) -> Result<Spectrum, Reason> {
         mean.power.iter_mut().zip(&other.power).for_each(|(sum, power)| *sum += power);
     }
     for power in &mut mean.power {
-        *power /= told.len() as f64;
+        *power /= found.len() as f64;
     }
     Ok(mean)
 }

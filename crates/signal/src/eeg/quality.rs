@@ -86,8 +86,8 @@ fn falls(ratio: f64, most: f64) -> f64 {
 }
 
 fn mean_of_known(values: impl Iterator<Item = f64>) -> f64 {
-    let told = values.filter(|value| value.is_finite());
-    let (sum, count) = told.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    let finite = values.filter(|value| value.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     ratio(sum, count).unwrap_or(f64::NAN)
 }
 

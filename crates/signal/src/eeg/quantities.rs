@@ -59,7 +59,7 @@ impl Shape {
     /// Its value for a spectrum.
     pub(super) fn of(self, spectrum: &Spectrum) -> Result<f64, Reason> {
         let powers = || Powers::of(spectrum);
-        let told = match self {
+        let value = match self {
             Shape::Power(band) => powers().map(|powers| powers.uv2(band)),
             Shape::Relative(band) => powers().and_then(|powers| powers.relative(band)),
             Shape::Engagement => powers().and_then(|powers| powers.engagement()),
@@ -68,7 +68,7 @@ impl Shape {
             Shape::AlphaCentre => alpha_frequency(spectrum).map(|alpha| alpha.centre_hz),
             Shape::Slope => slope(spectrum),
         };
-        Reason::unless_finite(told.unwrap_or(f64::NAN))
+        Reason::unless_finite(value.unwrap_or(f64::NAN))
     }
 
     fn value(self, channel: Option<&str>, welch: &str) -> Value {
@@ -169,9 +169,9 @@ pub(super) fn of_pair(quantity: Quantity, readings: &[Reading]) -> Result<f64, R
         Powers::of(spectrum).ok_or(Reason::Undefined)
     };
     let (one, other) = (powers(one)?, powers(other)?);
-    let told = match quantity {
+    let value = match quantity {
         Quantity::Workload(_) => workload(&one, &other),
         _ => asymmetry(&one, &other),
     };
-    told.ok_or(Reason::Undefined)
+    value.ok_or(Reason::Undefined)
 }

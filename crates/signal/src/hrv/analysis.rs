@@ -63,7 +63,7 @@ pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Sen
 /// before it, initially a second. The rate is ignored.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let intervals_ms = recording.channels.first().map_or(&[][..], Vec::as_slice);
-    let told_ns = |sample: usize| {
+    let beat_ns = |sample: usize| {
         let end_secs = recording.channels.get(1)?.get(sample).filter(|secs| secs.is_finite())?;
         Some(recording.begin_ns.saturating_add((end_secs * 1e9).round() as i64))
     };
@@ -73,7 +73,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     for (sample, &interval_ms) in intervals_ms.iter().enumerate() {
         let interval_ns = nanos(interval_ms);
         usual_ns = interval_ns.unwrap_or(usual_ns);
-        end_ns = told_ns(sample).unwrap_or_else(|| end_ns.saturating_add(usual_ns));
+        end_ns = beat_ns(sample).unwrap_or_else(|| end_ns.saturating_add(usual_ns));
         let Some(placed) = chain.place(end_ns, interval_ns) else { continue };
         holes.extend(placed.hole);
         beats_ns.extend(placed.begin_ns);

@@ -36,7 +36,7 @@ pub(super) struct Blocks {
     beat_half: i64,
     longest: i64,
     begin: Option<i64>,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Blocks {
@@ -54,7 +54,7 @@ impl Blocks {
             beat_half,
             longest,
             begin: None,
-            is_told: false,
+            is_reported: false,
         }
     }
 
@@ -84,13 +84,13 @@ impl Blocks {
         let is_in_block = peak > beat + OFFSET * self.level.usual();
         if !is_in_block {
             let begin = self.begin.take()?;
-            let is_new = !std::mem::take(&mut self.is_told);
+            let is_new = !std::mem::take(&mut self.is_reported);
             let is_long = place - begin > self.peak_half;
             let highest = (is_new && is_long).then(|| self.highest(begin, place))?;
             return highest.map(|highest| Candidate { is_broad: false, ..highest });
         }
         let begin = *self.begin.get_or_insert(place);
-        if self.is_told || place - begin < 2 * self.peak_half {
+        if self.is_reported || place - begin < 2 * self.peak_half {
             return None;
         }
         // The following samples are known: a maximum not exceeded before the signal falls below its mean
@@ -99,7 +99,7 @@ impl Blocks {
         let rest = self.band.at(place + 1..newest + 1).iter().take_while(|&&value| value > 0.0);
         let end = place + 1 + rest.count() as i64;
         let candidate = self.highest(begin, end).filter(|highest| highest.place <= place)?;
-        self.is_told = true;
+        self.is_reported = true;
         Some(candidate)
     }
 

@@ -241,20 +241,20 @@ fn pattern_values(pattern: &Pattern, spectral: Option<Spectral>) -> Vec<f64> {
 }
 
 fn variability_values(breaths: &[Breath], rate_hz: f64) -> [f64; VARIABILITY.len()] {
-    let Some(told) = variability(breaths, rate_hz) else { return [f64::NAN; VARIABILITY.len()] };
+    let Some(found) = variability(breaths, rate_hz) else { return [f64::NAN; VARIABILITY.len()] };
     [
-        told.rmssd_ms,
-        told.mean_bb_ms,
-        told.sdbb_ms,
-        told.sdsd_ms,
-        told.cvbb,
-        told.cvsd,
-        told.median_bb_ms,
-        told.mad_bb_ms,
-        told.mcvbb,
-        told.sd1_ms,
-        told.sd2_ms,
-        told.sd2_sd1,
+        found.rmssd_ms,
+        found.mean_bb_ms,
+        found.sdbb_ms,
+        found.sdsd_ms,
+        found.cvbb,
+        found.cvsd,
+        found.median_bb_ms,
+        found.mad_bb_ms,
+        found.mcvbb,
+        found.sd1_ms,
+        found.sd2_ms,
+        found.sd2_sd1,
     ]
 }
 

@@ -63,16 +63,16 @@ pub fn peak_to_trough(
     intervals: &[RrInterval],
 ) -> Option<PeakToTrough> {
     let differences = breaths.iter().map(|breath| difference_ms(breath, rate_hz, intervals));
-    let told: Vec<f64> = differences.flatten().collect();
-    let heights: Vec<f64> = told.iter().map(|each| each.max(0.0)).collect();
+    let reported: Vec<f64> = differences.flatten().collect();
+    let heights: Vec<f64> = reported.iter().map(|each| each.max(0.0)).collect();
     let mean_ms = mean(&heights);
     mean_ms.is_finite().then(|| PeakToTrough {
         mean_ms,
         mean_log: if mean_ms > 0.0 { mean_ms.ln() } else { f64::NAN },
         sd_ms: sample_sd(&heights),
-        breaths: told.len(),
-        without: told.iter().filter(|each| **each < 0.0).count(),
-        unreported: breaths.len() - told.len(),
+        breaths: reported.len(),
+        without: reported.iter().filter(|each| **each < 0.0).count(),
+        unreported: breaths.len() - reported.len(),
     })
 }
 

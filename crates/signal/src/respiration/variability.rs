@@ -87,10 +87,10 @@ mod tests {
 
     #[test]
     fn intervals_are_those_of_the_formulas() {
-        let told = variability(&breaths(&[4.0, 5.0, 3.0, 4.0]), 10.0).unwrap();
+        let found = variability(&breaths(&[4.0, 5.0, 3.0, 4.0]), 10.0).unwrap();
         let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
-        assert!(near(told.mean_bb_ms, 4000.0) && near(told.median_bb_ms, 4000.0));
-        assert!(near(told.sdbb_ms, (2e6f64 / 3.0).sqrt()) && near(told.rmssd_ms, 2e6f64.sqrt()));
+        assert!(near(found.mean_bb_ms, 4000.0) && near(found.median_bb_ms, 4000.0));
+        assert!(near(found.sdbb_ms, (2e6f64 / 3.0).sqrt()) && near(found.rmssd_ms, 2e6f64.sqrt()));
     }
 
     #[test]
@@ -98,8 +98,8 @@ mod tests {
         let mut all = breaths(&[4.0, 4.5, 4.0, 9.0, 8.0, 8.5, 8.0]);
         all.remove(3);
         // 0.5 s four times; 4 s from one side of the gap to the other.
-        let told = variability(&all, 10.0).unwrap();
-        assert!((told.rmssd_ms - 500.0).abs() < 1e-9, "{told:?}");
+        let found = variability(&all, 10.0).unwrap();
+        assert!((found.rmssd_ms - 500.0).abs() < 1e-9, "{found:?}");
     }
 
     #[test]

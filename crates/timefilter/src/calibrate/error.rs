@@ -3,7 +3,7 @@ use std::fmt;
 /// Why no lag could be found. The message fits after "failed to".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CalibrationError {
-    /// There are too few samples to tell events from the quiet level.
+    /// There are too few samples to distinguish events from the quiet level.
     Short(Which),
     /// No event exceeds the noise.
     Quiet(Which),

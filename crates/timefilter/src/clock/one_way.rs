@@ -71,7 +71,7 @@ pub struct OneWay {
     last_arrival: i64,
     /// The duration of the last batch by the device's clock [s].
     span_secs: f64,
-    told_fast: bool,
+    reported_fast: bool,
     /// Whether device time is derived from the sample indices, so that they cannot confirm it.
     counts: bool,
     news: VecDeque<News>,
@@ -109,7 +109,7 @@ impl OneWay {
             astray: Astray::default(),
             last_arrival: 0,
             span_secs: 0.0,
-            told_fast: false,
+            reported_fast: false,
             counts: false,
             news: VecDeque::with_capacity(NEWS),
         }
@@ -271,10 +271,10 @@ impl OneWay {
         };
         match epoch.take(packet, vouched, period) {
             Verdict::Runs => {
-                let fast = epoch.is_poor() && !self.told_fast;
+                let fast = epoch.is_poor() && !self.reported_fast;
                 if fast {
                     let ppm = epoch.skew_ppm();
-                    self.told_fast = true;
+                    self.reported_fast = true;
                     self.report(News::Fast { ppm });
                 }
             }
@@ -305,7 +305,7 @@ impl OneWay {
         self.epochs += u32::from(self.epoch.is_some());
         self.courses += u32::from(self.epoch.is_some());
         self.trains.begin();
-        self.told_fast = false;
+        self.reported_fast = false;
         let Some((first, rest)) = packets.split_first() else { return };
         let mut epoch = Epoch::begin(*first, self.settings.usual_skew_ppm * 1e-6);
         for packet in rest {

@@ -13,7 +13,7 @@ const POLICIES: [&str; 4] = ["linear:200ms", "hold:300ms", "nearest:20ms", "mean
 const PERIOD: i64 = 7 * MS;
 
 fn report(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i64]) -> Vec<Kept> {
-    let mut told = Outcome::new(onto, mode);
+    let mut outcome = Outcome::new(onto, mode);
     let settings = |policy: &str| {
         let (lateness_nanos, idle_nanos) = (40 * MS, 250 * MS);
         SourceSettings {
@@ -22,17 +22,17 @@ fn report(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i6
             ..SourceSettings::new(policy.parse().unwrap())
         }
     };
-    let sources = POLICIES.map(|policy| told.aligner.add(settings(policy)).unwrap());
+    let sources = POLICIES.map(|policy| outcome.aligner.add(settings(policy)).unwrap());
     let (mut now, mut cuts, mut ticks) = (SECOND, cuts.iter().cycle(), ticks.iter().cycle());
-    told.tick(now);
+    outcome.tick(now);
     for (number, &(source, later, delay, count)) in batches.iter().enumerate() {
         let tick = ticks.next().map_or(later, |tick| tick.min(&later) + now);
-        told.tick(tick);
+        outcome.tick(tick);
         now += later;
         // In the middle of the story a source joins that never says anything.
         if number == batches.len() / 2 {
-            let out = |output: Output<'_>| keep(&mut told.kept, output);
-            told.aligner.join(settings("hold:1s"), now, out).unwrap();
+            let out = |output: Output<'_>| keep(&mut outcome.kept, output);
+            outcome.aligner.join(settings("hold:1s"), now, out).unwrap();
         }
         let values: Vec<f64> = (0..count).map(|k| (now / MS + k as i64) as f64).collect();
         let measured = now - delay - count as i64 * PERIOD;
@@ -45,15 +45,16 @@ fn report(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i6
                 arrival: now,
                 values: &values[from..to],
             };
-            told.aligner
-                .push_run(sources[source], run, |output| keep(&mut told.kept, output))
+            outcome
+                .aligner
+                .push_run(sources[source], run, |output| keep(&mut outcome.kept, output))
                 .unwrap();
             from = to;
         }
     }
-    told.tick(now + 3 * SECOND);
-    told.finish();
-    told.kept
+    outcome.tick(now + 3 * SECOND);
+    outcome.finish();
+    outcome.kept
 }
 
 proptest! {

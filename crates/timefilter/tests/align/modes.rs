@@ -6,22 +6,22 @@ use crate::story::{MS, Outcome, SECOND};
 
 #[test]
 fn a_row_for_a_screen_is_out_at_its_time() {
-    let mut told = Outcome::new(Onto::Grid { period_nanos: 100 * MS }, Mode::Available);
+    let mut outcome = Outcome::new(Onto::Grid { period_nanos: 100 * MS }, Mode::Available);
     let (moving, slow, dying) =
-        (told.add("linear:500ms"), told.add("hold:2s"), told.add("hold:1s"));
+        (outcome.add("linear:500ms"), outcome.add("hold:2s"), outcome.add("hold:1s"));
     for time in (0..10 * SECOND).step_by(10 * MS as usize) {
-        told.push(moving, time - 150 * MS, time, time as f64);
+        outcome.push(moving, time - 150 * MS, time, time as f64);
         if time % SECOND == 0 {
-            told.at(slow, time, 5.0);
+            outcome.at(slow, time, 5.0);
         }
         if time < 5 * SECOND {
-            told.at(dying, time, 7.0);
+            outcome.at(dying, time, 7.0);
         }
-        let newest = told.times().last().copied();
+        let newest = outcome.times().last().copied();
         assert_eq!(newest, (time >= 100 * MS).then_some(time / (100 * MS) * 100 * MS));
     }
-    assert!(told.asides().is_empty());
-    for row in &told.rows()[5..] {
+    assert!(outcome.asides().is_empty());
+    for row in &outcome.rows()[5..] {
         let moving = row.cell(moving);
         assert_eq!((moving.validity, moving.age_nanos), (Validity::Held, 160 * MS));
         assert!(row.cell(slow).age_nanos <= SECOND);
@@ -37,12 +37,12 @@ fn a_row_for_a_screen_is_out_at_its_time() {
 
 #[test]
 fn onto_a_pivot_for_a_screen_a_row_comes_with_its_sample() {
-    let mut told = Outcome::new(Onto::Pivot, Mode::Available);
-    let (pivot, other) = (told.add("exact"), told.add("hold:1s"));
-    told.at(other, 5 * MS, 3.0);
-    told.push(pivot, 10 * MS, 40 * MS, 1.0);
-    assert_eq!(told.times(), [10 * MS]);
-    assert_eq!(told.rows()[0].cell(other).value(), 3.0);
-    told.push(pivot, 8 * MS, 41 * MS, 1.0);
-    assert_eq!(told.aligner.counts(pivot).unwrap().late, 1);
+    let mut outcome = Outcome::new(Onto::Pivot, Mode::Available);
+    let (pivot, other) = (outcome.add("exact"), outcome.add("hold:1s"));
+    outcome.at(other, 5 * MS, 3.0);
+    outcome.push(pivot, 10 * MS, 40 * MS, 1.0);
+    assert_eq!(outcome.times(), [10 * MS]);
+    assert_eq!(outcome.rows()[0].cell(other).value(), 3.0);
+    outcome.push(pivot, 8 * MS, 41 * MS, 1.0);
+    assert_eq!(outcome.aligner.counts(pivot).unwrap().late, 1);
 }

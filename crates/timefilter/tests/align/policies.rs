@@ -100,10 +100,10 @@ proptest! {
         streams in prop::collection::vec((policies(), streams()), 1..5),
         period in 1..40_i64,
     ) {
-        let mut told = Outcome::grid(period * MS);
+        let mut outcome = Outcome::grid(period * MS);
         let ids: Vec<_> = streams
             .iter()
-            .map(|(policy, _)| told.aligner.add(with_equal_stamps(*policy)).unwrap())
+            .map(|(policy, _)| outcome.aligner.add(with_equal_stamps(*policy)).unwrap())
             .collect();
         let mut samples: Vec<_> = ids
             .iter()
@@ -114,13 +114,13 @@ proptest! {
         let (first, last) = (samples[0].0, samples[samples.len() - 1].0);
         for (time, id, value) in samples {
             // Two seconds, the idle time-out, are longer than any gap here is.
-            told.at(id, time, value);
+            outcome.at(id, time, value);
         }
-        told.finish();
+        outcome.finish();
         let step = period * MS;
         let expected: Vec<i64> = ((first + step - 1) / step..=last / step).map(|row| row * step).collect();
-        prop_assert_eq!(told.times(), expected);
-        for row in told.rows() {
+        prop_assert_eq!(outcome.times(), expected);
+        for row in outcome.rows() {
             for (id, (policy, samples)) in ids.iter().zip(&streams) {
                 let cell = row.cell(*id);
                 let defined = defined(*policy, samples, row.at);
@@ -131,20 +131,20 @@ proptest! {
 
     #[test]
     fn rows_onto_a_pivot_are_at_its_samples(pivot in streams(), other in streams(), policy in policies()) {
-        let mut told = Outcome::new(Onto::Pivot, Mode::Reproducible);
-        let pivot_id = told.aligner.add(with_equal_stamps(Policy::Exact)).unwrap();
-        let other_id = told.aligner.add(with_equal_stamps(policy)).unwrap();
+        let mut outcome = Outcome::new(Onto::Pivot, Mode::Reproducible);
+        let pivot_id = outcome.aligner.add(with_equal_stamps(Policy::Exact)).unwrap();
+        let other_id = outcome.aligner.add(with_equal_stamps(policy)).unwrap();
         let mut samples: Vec<_> = pivot.iter().map(|sample| (sample.0, pivot_id, sample.1)).collect();
         samples.extend(other.iter().map(|sample| (sample.0, other_id, sample.1)));
         samples.sort_by_key(|sample| sample.0);
         for (time, id, value) in samples {
-            told.at(id, time, value);
+            outcome.at(id, time, value);
         }
-        told.finish();
+        outcome.finish();
         let mut times: Vec<i64> = pivot.iter().map(|sample| sample.0).collect();
         times.dedup();
-        prop_assert_eq!(told.times(), times);
-        for row in told.rows() {
+        prop_assert_eq!(outcome.times(), times);
+        for row in outcome.rows() {
             prop_assert!(same(row.cell(other_id), defined(policy, &other, row.at)));
         }
     }
@@ -152,13 +152,13 @@ proptest! {
     #[test]
     fn a_line_is_met_exactly(times in streams(), slope in -5_i32..5, period in 1..20_i64) {
         let line = |time: i64| f64::from(slope) * (time - SECOND) as f64 / MS as f64;
-        let mut told = Outcome::grid(period * MS);
-        let id = told.add("linear:1s");
+        let mut outcome = Outcome::grid(period * MS);
+        let id = outcome.add("linear:1s");
         for (time, _) in &times {
-            told.at(id, *time, line(*time));
+            outcome.at(id, *time, line(*time));
         }
-        told.finish();
-        for row in told.rows() {
+        outcome.finish();
+        for row in outcome.rows() {
             let error = (row.cell(id).value() - line(row.at)).abs();
             prop_assert!(error <= 1e-9 * line(row.at).abs().max(1.0), "{error}");
         }
@@ -167,23 +167,24 @@ proptest! {
 
 #[test]
 fn a_row_of_a_grid_is_at_a_multiple_of_the_period() {
-    let mut told = Outcome::grid(15 * MS);
-    let id = told.add("hold:1s");
+    let mut outcome = Outcome::grid(15 * MS);
+    let id = outcome.add("hold:1s");
     for time in [-100, -90, -20, 0, 44, 45] {
-        told.at(id, time * MS, 1.0);
+        outcome.at(id, time * MS, 1.0);
     }
-    assert_eq!(told.times(), [-90, -75, -60, -45, -30, -15, 0, 15, 30, 45].map(|ms| ms * MS));
+    assert_eq!(outcome.times(), [-90, -75, -60, -45, -30, -15, 0, 15, 30, 45].map(|ms| ms * MS));
 }
 
 #[test]
 fn a_sample_without_a_number_is_no_value_but_shows_that_its_source_is_there() {
-    let mut told = Outcome::grid(10 * MS);
-    let id = told.add("linear:30ms");
+    let mut outcome = Outcome::grid(10 * MS);
+    let id = outcome.add("linear:30ms");
     for (time, value) in [(0, 0.0), (20, 2.0), (40, f64::NAN), (60, 6.0), (80, 8.0)] {
-        told.at(id, time * MS, value);
+        outcome.at(id, time * MS, value);
     }
-    told.finish();
-    let validities: Vec<Validity> = told.rows().iter().map(|row| row.cell(id).validity).collect();
+    outcome.finish();
+    let validities: Vec<Validity> =
+        outcome.rows().iter().map(|row| row.cell(id).validity).collect();
     let mut expected = [Validity::Fresh; 9];
     expected[3..6].fill(Validity::Gap);
     assert_eq!(validities, expected);
@@ -191,14 +192,15 @@ fn a_sample_without_a_number_is_no_value_but_shows_that_its_source_is_there() {
 
 #[test]
 fn a_channel_without_a_number_stays_without_one() {
-    let mut told = Outcome::grid(10 * MS);
+    let mut outcome = Outcome::grid(10 * MS);
     let policy = "linear:1s".parse().unwrap();
     let id =
-        told.aligner.add(SourceSettings { channels: 2, ..SourceSettings::new(policy) }).unwrap();
+        outcome.aligner.add(SourceSettings { channels: 2, ..SourceSettings::new(policy) }).unwrap();
     let mut rows = Vec::new();
     for (time, values) in [(0, [0.0, 0.0]), (20, [2.0, f64::NAN]), (40, [4.0, 4.0])] {
         let sample = Sample { measured: time * MS, arrival: time * MS, values: &values };
-        told.aligner
+        outcome
+            .aligner
             .push(id, sample, |output| {
                 if let Output::Row(row) = output {
                     let values = row.cell(id).unwrap().values;

@@ -8,25 +8,25 @@ const PERIOD: i64 = SECOND / 50;
 
 #[test]
 fn a_source_that_dies_for_five_minutes_is_stale_and_nothing_else_is_lost() {
-    let mut told = Outcome::grid(PERIOD);
-    let alive = told.add("linear:500ms");
-    let dying = told.add("hold:1s");
+    let mut outcome = Outcome::grid(PERIOD);
+    let alive = outcome.add("linear:500ms");
+    let dying = outcome.add("hold:1s");
     let dead = 60 * SECOND..360 * SECOND;
     let mut delay_longest = 0;
     for time in (0..420 * SECOND).step_by(10 * MS as usize) {
         if time % (100 * MS) == 0 && !dead.contains(&time) {
-            told.at(dying, time, 1.0);
+            outcome.at(dying, time, 1.0);
         }
-        told.at(alive, time, time as f64);
-        delay_longest = delay_longest.max(time - told.times_last());
+        outcome.at(alive, time, time as f64);
+        delay_longest = delay_longest.max(time - outcome.times_last());
     }
-    told.finish();
-    assert_eq!(told.times(), (0..21_000).map(|row| row * PERIOD).collect::<Vec<_>>());
+    outcome.finish();
+    assert_eq!(outcome.times(), (0..21_000).map(|row| row * PERIOD).collect::<Vec<_>>());
     assert!(delay_longest <= 2 * SECOND + PERIOD, "{delay_longest}");
-    assert!(told.rows().iter().all(|row| row.cell(alive).validity == Validity::Fresh));
-    assert_eq!(told.news(), [News::Silent(dying), News::Back(dying)]);
-    assert!(told.asides().is_empty());
-    for row in told.rows() {
+    assert!(outcome.rows().iter().all(|row| row.cell(alive).validity == Validity::Fresh));
+    assert_eq!(outcome.news(), [News::Silent(dying), News::Back(dying)]);
+    assert!(outcome.asides().is_empty());
+    for row in outcome.rows() {
         let last_sample = dead.start - 100 * MS;
         let cell = row.cell(dying);
         match cell.validity {
@@ -36,25 +36,25 @@ fn a_source_that_dies_for_five_minutes_is_stale_and_nothing_else_is_lost() {
         }
     }
     let used_again =
-        told.rows().iter().find(|row| row.at >= dead.end).map(|row| row.cell(dying).validity);
+        outcome.rows().iter().find(|row| row.at >= dead.end).map(|row| row.cell(dying).validity);
     assert_eq!(used_again, Some(Validity::Fresh));
 }
 
 #[test]
 fn a_source_that_returns_late_is_used_within_a_second() {
-    let mut told = Outcome::grid(PERIOD);
-    let alive = told.add("linear:500ms");
-    let returning = told.add("linear:500ms");
+    let mut outcome = Outcome::grid(PERIOD);
+    let alive = outcome.add("linear:500ms");
+    let returning = outcome.add("linear:500ms");
     for time in (0..40 * SECOND).step_by(10 * MS as usize) {
-        told.at(alive, time, 1.0);
+        outcome.at(alive, time, 1.0);
         let is_there = !(10 * SECOND..30 * SECOND).contains(&time);
         if is_there && time % (100 * MS) == 0 {
-            told.push(returning, time - 300 * MS, time, 1.0);
+            outcome.push(returning, time - 300 * MS, time, 1.0);
         }
     }
-    told.finish();
+    outcome.finish();
     let used = |from| {
-        let mut after = told.rows().into_iter().filter(|row| row.at >= from);
+        let mut after = outcome.rows().into_iter().filter(|row| row.at >= from);
         after.find(|row| row.cell(returning).validity == Validity::Fresh).map(|row| row.at)
     };
     assert!(used(30 * SECOND).is_some_and(|at| at <= 31 * SECOND));
@@ -62,60 +62,60 @@ fn a_source_that_returns_late_is_used_within_a_second() {
 
 #[test]
 fn rows_go_on_in_complete_silence_for_a_while_and_those_left_out_are_counted() {
-    let mut told = Outcome::grid(PERIOD);
-    let only = told.add("hold:1s");
-    told.at(only, 0, 1.0);
+    let mut outcome = Outcome::grid(PERIOD);
+    let only = outcome.add("hold:1s");
+    outcome.at(only, 0, 1.0);
     let hour = 3_600 * SECOND;
     for tick in (0..hour).step_by(SECOND as usize) {
-        told.tick(tick);
+        outcome.tick(tick);
     }
     let in_silence = ROWS_IN_SILENCE as u64 + 1;
-    assert_eq!(told.aligner.rows(), in_silence);
-    told.at(only, hour, 2.0);
-    told.at(only, hour + PERIOD, 2.0);
-    assert_eq!(told.times().last(), Some(&(hour + PERIOD)));
-    assert_eq!(told.aligner.rows() + told.aligner.skipped(), 3_600 * 50 + 2);
-    assert_eq!(told.aligner.rows(), in_silence + 2);
+    assert_eq!(outcome.aligner.rows(), in_silence);
+    outcome.at(only, hour, 2.0);
+    outcome.at(only, hour + PERIOD, 2.0);
+    assert_eq!(outcome.times().last(), Some(&(hour + PERIOD)));
+    assert_eq!(outcome.aligner.rows() + outcome.aligner.skipped(), 3_600 * 50 + 2);
+    assert_eq!(outcome.aligner.rows(), in_silence + 2);
 }
 
 #[test]
 fn a_source_that_never_says_anything_is_missing_after_its_time_out() {
-    let mut told = Outcome::grid(PERIOD);
-    let alive = told.add("hold:1s");
-    let mute = told.add("hold:1s");
+    let mut outcome = Outcome::grid(PERIOD);
+    let alive = outcome.add("hold:1s");
+    let mute = outcome.add("hold:1s");
     for time in (0..5 * SECOND).step_by(PERIOD as usize) {
-        told.at(alive, time, 1.0);
-        assert_eq!(told.aligner.rows() > 0, time >= 2 * SECOND);
+        outcome.at(alive, time, 1.0);
+        assert_eq!(outcome.aligner.rows() > 0, time >= 2 * SECOND);
     }
-    assert!(told.rows().iter().all(|row| row.cell(mute).validity == Validity::Missing));
-    assert_eq!(told.times().len(), 250);
+    assert!(outcome.rows().iter().all(|row| row.cell(mute).validity == Validity::Missing));
+    assert_eq!(outcome.times().len(), 250);
 }
 
 #[test]
 fn rows_begin_with_the_first_sample_of_a_source_that_was_late_to_begin() {
-    let mut told = Outcome::grid(PERIOD);
-    let only = told.add("hold:1s");
-    told.tick(0);
-    told.at(only, 5 * SECOND, 1.0);
-    told.at(only, 6 * SECOND, 2.0);
-    told.finish();
-    assert_eq!(told.times(), (250..=300).map(|row| row * PERIOD).collect::<Vec<_>>());
+    let mut outcome = Outcome::grid(PERIOD);
+    let only = outcome.add("hold:1s");
+    outcome.tick(0);
+    outcome.at(only, 5 * SECOND, 1.0);
+    outcome.at(only, 6 * SECOND, 2.0);
+    outcome.finish();
+    assert_eq!(outcome.times(), (250..=300).map(|row| row * PERIOD).collect::<Vec<_>>());
 }
 
 #[test]
 fn a_pivot_that_dies_and_returns_misses_no_row() {
-    let mut told = Outcome::new(Onto::Pivot, Mode::Reproducible);
-    let pivot = told.add("exact");
-    let other = told.add("linear:1s");
+    let mut outcome = Outcome::new(Onto::Pivot, Mode::Reproducible);
+    let pivot = outcome.add("exact");
+    let other = outcome.add("linear:1s");
     for time in (0..60 * SECOND).step_by(PERIOD as usize) {
-        told.at(other, time, time as f64);
+        outcome.at(other, time, time as f64);
         if time % SECOND == 0 && !(20 * SECOND..40 * SECOND).contains(&time) {
-            told.at(pivot, time, 1.0);
+            outcome.at(pivot, time, 1.0);
         }
     }
-    told.finish();
-    assert_eq!(told.times().len(), 40);
-    assert!(told.rows().iter().all(|row| row.cell(other).value() == row.at as f64));
+    outcome.finish();
+    assert_eq!(outcome.times().len(), 40);
+    assert!(outcome.rows().iter().all(|row| row.cell(other).value() == row.at as f64));
 }
 
 impl Outcome {

@@ -60,7 +60,7 @@ type Heard = (Vec<(f64, Result<f64, Reason>)>, Vec<f64>);
 fn reported(live: &mut Live, samples: &[(f64, f64)]) -> Heard {
     let (mut windows, mut events) = (Vec::new(), Vec::new());
     for (secs, value) in samples {
-        live.push((secs * 1e9) as i64, &[*value], &mut |told| match told {
+        live.push((secs * 1e9) as i64, &[*value], &mut |output| match output {
             LiveOutput::Event(event) => events.push(event.sample),
             LiveOutput::Window(_, span, measured) => {
                 windows.push((span.end_ns as f64 / 1e9, measured.values[0]));
@@ -195,8 +195,8 @@ fn windows_of_different_lengths_take_their_turns_in_different_seconds() {
     let mut live = dear(&[30, 60, 300]);
     let (mut last, mut turns) = ([Ok(0.0); 3], BTreeSet::new());
     for (secs, value) in halves(0..1000) {
-        live.push((secs * 1e9) as i64, &[value], &mut |told| {
-            let LiveOutput::Window(place, span, measured) = told else { return };
+        live.push((secs * 1e9) as i64, &[value], &mut |output| {
+            let LiveOutput::Window(place, span, measured) = output else { return };
             if measured.values[0] != last[place] && span.end_ns > 400 * SEC {
                 turns.insert((place, span.end_ns / SEC % 10));
             }
@@ -239,7 +239,7 @@ fn a_window_of_which_not_all_is_held_is_not_reported_and_the_others_are() {
         if secs >= 25.0 {
             live.hold_since(at_ns - 10 * SEC);
         }
-        live.push(at_ns, &[value], &mut |told| match told {
+        live.push(at_ns, &[value], &mut |output| match output {
             LiveOutput::Window(0, ..) => short += 1,
             LiveOutput::Window(_, span, _) => {
                 long += 1;

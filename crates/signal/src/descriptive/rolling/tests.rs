@@ -20,16 +20,16 @@ fn reported(samples: &[Sample], rate_hz: f64, lengths_ns: &[i64]) -> Vec<Vec<Vie
 fn views_at_paces(samples: &[Sample], rate_hz: f64, paces: &[Pace]) -> Vec<Vec<View>> {
     let width = samples.first().map_or(1, |sample| sample.1.len());
     let mut rolling = Rolling::new(rate_hz, width, paces, SECOND_NS);
-    let mut told = Vec::new();
+    let mut windows = Vec::new();
     for (at_ns, numbers) in samples {
         while let Some(end_ns) = rolling.advance(*at_ns) {
             let places = 0..paces.len();
             let ends: Vec<usize> = places.filter(|place| rolling.ends(*place, end_ns)).collect();
-            told.push(ends.into_iter().map(|place| rolling.window(place)).collect());
+            windows.push(ends.into_iter().map(|place| rolling.window(place)).collect());
         }
         rolling.push(*at_ns, numbers);
     }
-    told
+    windows
 }
 
 /// What a window ought to be, of the samples that came before one that is after its end.
@@ -189,8 +189,8 @@ fn a_window_of_which_not_all_is_held_does_not_end_until_it_is_again() {
         }
     }
     assert_eq!(ends[0], (1..40).collect::<Vec<i64>>());
-    let told: Vec<i64> = (1..=15).chain(23..40).collect();
-    assert_eq!(ends[1], told);
+    let expected: Vec<i64> = (1..=15).chain(23..40).collect();
+    assert_eq!(ends[1], expected);
 }
 
 /// Would take hours if a second were looked at again for each sample of it that is late.

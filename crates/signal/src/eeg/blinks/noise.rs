@@ -25,7 +25,7 @@ pub(super) struct Noise {
     /// Those present, partially sorted on demand.
     known: Vec<f64>,
     learning: usize,
-    told: usize,
+    counted: usize,
 }
 
 impl Noise {
@@ -39,7 +39,7 @@ impl Noise {
             next: 0,
             known: Vec::with_capacity(length),
             learning: (LEARNING_SECS * rate_hz) as usize,
-            told: 0,
+            counted: 0,
         }
     }
 
@@ -55,7 +55,7 @@ impl Noise {
         let bend = self.newest[self.rise] - self.newest[0].midpoint(value);
         self.bends[self.next] = bend;
         self.next = (self.next + 1) % self.bends.len();
-        self.told = self.told.saturating_add(usize::from(bend.is_finite()));
+        self.counted = self.counted.saturating_add(usize::from(bend.is_finite()));
     }
 
     /// Whether a height [µV], of either sign, exceeds the usual variation; never in the first two seconds.
@@ -67,7 +67,7 @@ impl Noise {
 
     /// The usual variation [µV].
     fn sigma_uv(&mut self) -> Option<f64> {
-        if self.told < self.learning {
+        if self.counted < self.learning {
             return None;
         }
         self.known.clear();

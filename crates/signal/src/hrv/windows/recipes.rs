@@ -87,11 +87,11 @@ pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Resul
         Domain::Frequency => frequency(cut, kept),
         Domain::Nonlinear => nonlinear(cut),
     };
-    let told = |(row, value): (&Row, f64)| match shown.lacks(row.3, value) {
+    let shown_of = |(row, value): (&Row, f64)| match shown.lacks(row.3, value) {
         Some(reason) => Err(reason),
         None => Reason::unless_finite(value),
     };
-    rows.iter().zip(computed).map(told).collect()
+    rows.iter().zip(computed).map(shown_of).collect()
 }
 
 /// The values reported shortly before, where the span has the data for them; `None` where a value was missing
@@ -102,7 +102,7 @@ pub(super) fn held(
     last: &[Result<f64, Reason>],
 ) -> Option<Vec<Result<f64, Reason>>> {
     let shown = Shown::of(cut);
-    let told = |(row, last): (&Row, &Result<f64, Reason>)| match (
+    let shown_of = |(row, last): (&Row, &Result<f64, Reason>)| match (
         shown.lacks(row.3, last.unwrap_or(f64::NAN)),
         *last,
     ) {
@@ -110,7 +110,7 @@ pub(super) fn held(
         (None, Ok(_) | Err(Reason::Undefined)) => Some(*last),
         (None, Err(_)) => None,
     };
-    domain.rows().iter().zip(last).map(told).collect()
+    domain.rows().iter().zip(last).map(shown_of).collect()
 }
 
 /// The intervals available in a span.

@@ -46,9 +46,9 @@ pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> 
     }
     let grid = Grid { low_hz: LOW_HZ, step_hz: STEP_HZ, count };
     let common = product(all.iter().map(|each| each.shares(grid)), all.len(), count);
-    let told = peak_of(&common, grid)?;
-    let gives = told.clarity >= LEAST_CLARITY && told.rate_per_min.sigma <= LARGEST_SIGMA;
-    gives.then_some(told)
+    let peak = peak_of(&common, grid)?;
+    let gives = peak.clarity >= LEAST_CLARITY && peak.rate_per_min.sigma <= LARGEST_SIGMA;
+    gives.then_some(peak)
 }
 
 /// The rate at the maximum of the product, and the spread around it.

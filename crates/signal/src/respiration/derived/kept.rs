@@ -12,17 +12,17 @@ const MOST: usize = 2048;
 /// Segment results by their start [ns] and the fingerprint of their beats.
 #[derive(Default)]
 pub(super) struct Kept {
-    told: BTreeMap<(i64, u64), Option<Stretch>>,
+    found: BTreeMap<(i64, u64), Option<Stretch>>,
 }
 
 impl Kept {
     /// The result of the segment with these beats.
     pub(super) fn stretch(&mut self, beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
-        if self.told.len() >= MOST {
-            self.told.pop_first();
+        if self.found.len() >= MOST {
+            self.found.pop_first();
         }
         let report = || rate_of_stretch(beats, begin_ns);
-        *self.told.entry((begin_ns, print(beats))).or_insert_with(report)
+        *self.found.entry((begin_ns, print(beats))).or_insert_with(report)
     }
 }
 

@@ -1,4 +1,4 @@
-"""What is told of windows, live in a bag and afterwards by `extract`, so that both can be compared."""
+"""The windows of a bag, computed live, and those of `extract`, so that both can be compared."""
 
 import struct
 from collections import defaultdict
@@ -29,7 +29,7 @@ def windows(bag, topic) -> dict[float, list]:
 
 
 def by_end(features: list[dict], window_secs: int) -> dict[float, list]:
-    """The same of what `extract` told, without a shorter window at the end."""
+    """The same of what `extract` printed, without a shorter window at the end."""
     ended = defaultdict(list)
     for each in features:
         if each["end_secs"] - each["start_secs"] > window_secs - 1e-3:
