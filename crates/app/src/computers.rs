@@ -159,8 +159,8 @@ mod tests {
 
     #[test]
     fn stamps_of_a_simulation_are_not_a_clock_offset() {
-        let told = line("arena", &status(-1.8e9, ClockKind::Remote));
-        assert!(told.starts_with("clock    off   arena  stamps by simulated time"), "{told}");
+        let shown = line("arena", &status(-1.8e9, ClockKind::Remote));
+        assert!(shown.starts_with("clock    off   arena  stamps by simulated time"), "{shown}");
     }
 
     #[test]

@@ -152,9 +152,9 @@ mod tests {
     #[test]
     fn a_receive_buffer_covers_the_delays_of_a_busy_machine() {
         let (installed, large) = (208 << 10, 16 << 20);
-        let told = too_small(installed, 50_000.0).unwrap();
-        assert!(told.contains("208 KiB hold 4 ms of 50000 messages/s"), "{told}");
-        assert!(told.contains("net.core.rmem_max=8388608"), "{told}");
+        let warning = too_small(installed, 50_000.0).unwrap();
+        assert!(warning.contains("208 KiB hold 4 ms of 50000 messages/s"), "{warning}");
+        assert!(warning.contains("net.core.rmem_max=8388608"), "{warning}");
         assert_eq!(too_small(large, 100_000.0), None);
         assert!(too_small(4 << 20, 100_000.0).unwrap().ends_with("rmem_max=16777216`"));
         assert_eq!(too_small(installed, 1_000.0), None, "they hold 185 ms of it");
@@ -163,8 +163,8 @@ mod tests {
 
     #[test]
     fn many_messages_without_priority_give_a_warning() {
-        let told = waits(false, 50_000.0).unwrap();
-        assert!(told.contains("50000 messages/s") && told.contains("nice -10"), "{told}");
+        let warning = waits(false, 50_000.0).unwrap();
+        assert!(warning.contains("50000 messages/s") && warning.contains("nice -10"), "{warning}");
         assert_eq!(waits(true, 50_000.0), None);
         assert_eq!(waits(false, 500.0), None);
     }

@@ -265,8 +265,8 @@ mod tests {
     }
 
     fn phases(warming: &mut Warming) -> Vec<(f64, f64, f64)> {
-        let told = warming.reported("phases").into_iter();
-        told.map(|(end, values)| (end, values.window_secs, f64::from(values.coverage))).collect()
+        let windows = warming.reported("phases").into_iter();
+        windows.map(|(end, values)| (end, values.window_secs, f64::from(values.coverage))).collect()
     }
 
     #[test]
@@ -387,8 +387,8 @@ mod tests {
         warming.happen(0.0, EventKind::Phase, "baseline", 60.0);
         warming.now_secs = 50.0;
         warming.warm(70.0, 4);
-        let told = warming.reported("phases");
-        assert!(told[0].1.reasons.iter().all(|reason| *reason == Reason::Short));
+        let windows = warming.reported("phases");
+        assert!(windows[0].1.reasons.iter().all(|reason| *reason == Reason::Short));
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub(crate) struct Running {
     stream: Stream,
     work: Option<Work>,
     reported_phases: ReportedPhases,
-    is_refusal_told: bool,
+    is_refusal_reported: bool,
 }
 
 /// A started analysis.
@@ -63,7 +63,7 @@ impl Running {
             stream,
             work,
             reported_phases: ReportedPhases::default(),
-            is_refusal_told: false,
+            is_refusal_reported: false,
         };
         running.work = running.start(out);
         running
@@ -153,7 +153,7 @@ impl Running {
                 let known_ns = at_ns.saturating_sub(KNOWN_AFTER_NS);
                 self.report_phases(&mut work, phases, known_ns, out);
                 let (windows, events) = (&work.windows, &work.events);
-                let missing = work.live.push(at_ns, channels, &mut |told| match told {
+                let missing = work.live.push(at_ns, channels, &mut |output| match output {
                     LiveOutput::Window(place, span, measured) => {
                         let data = feature(span.secs(), &measured);
                         out.emit(windows[place], Time::from_nanos(span.end_ns), data);
@@ -182,7 +182,7 @@ impl Running {
     /// Reports once, as a fault, that a stream's unit can't be converted to that of the analysis.
     fn report_refusal(&mut self, at: Time, out: &mut Outputs) {
         let Err((unit, to)) = conversions(&self.stream) else { return };
-        if !std::mem::replace(&mut self.is_refusal_told, true) {
+        if !std::mem::replace(&mut self.is_refusal_reported, true) {
             let leaf = self.naming().name;
             let label = format!("{leaf}: {unit} can't be converted to {to}");
             refuse((&self.stream, leaf), label, f64::NAN, at, out);

@@ -64,12 +64,12 @@ impl Lived {
             let stream = &stream.name;
             stream.starts_with(&name) && stream.ends_with(leaf) && !stream.contains(statistics)
         });
-        let told = of_sensor.filter_map(|record| {
+        let windows = of_sensor.filter_map(|record| {
             let Data::Feature(values) = &record.sample.data else { return None };
             let end_secs = record.sample.measured.secs_since(living::after(0.0));
             Some(Window { end_secs, values, channels: &record.stream.channels })
         });
-        told.collect()
+        windows.collect()
     }
 
     /// Values of the person's last state, by name.
@@ -77,12 +77,12 @@ impl Lived {
         let is_state = |record: &&Record| record.stream.name.ends_with("p1/state/w30");
         let last = self.records.iter().rfind(is_state).expect("a state");
         let Data::Feature(values) = &last.sample.data else { panic!("no feature") };
-        let told = values.values.iter().zip(&values.reasons);
-        let told = told.map(|(value, reason)| match reason {
+        let values = values.values.iter().zip(&values.reasons);
+        let values = values.map(|(value, reason)| match reason {
             Reason::Ok => Ok(*value),
             reason => Err(*reason),
         });
-        last.stream.channels.iter().map(|channel| &*channel.name).zip(told).collect()
+        last.stream.channels.iter().map(|channel| &*channel.name).zip(values).collect()
     }
 
     /// The times of the sensor's events, such as beats [s].
@@ -102,12 +102,12 @@ impl Window<'_> {
 
     /// The results about the person, without those about the signal.
     fn of_person(&self) -> Vec<String> {
-        let told = self.channels.iter().zip(&self.values.reasons);
-        let told = told
+        let lacking = self.channels.iter().zip(&self.values.reasons);
+        let lacking = lacking
             .filter(|(_, reason)| **reason == Reason::Ok)
             .map(|(channel, _)| channel.name.clone());
         let of_signal = |name: &str| OF_SIGNAL.iter().any(|word| name.contains(word));
-        told.filter(|name| !of_signal(name)).collect()
+        lacking.filter(|name| !of_signal(name)).collect()
     }
 }
 
@@ -154,8 +154,8 @@ fn assert_others_are_untouched(good: &Lived, bad: &Lived, fault: &str) {
 /// A sensor that dies reports nothing more, and too little of the phase.
 fn assert_dies(dead: &Lived) {
     let windows = dead.reported("w30");
-    assert!(windows.iter().all(|told| told.end_secs <= BAD_FROM_SECS));
-    assert!(windows.last().is_some_and(|told| told.end_secs > BAD_FROM_SECS - 2.0));
+    assert!(windows.iter().all(|window| window.end_secs <= BAD_FROM_SECS));
+    assert!(windows.last().is_some_and(|window| window.end_secs > BAD_FROM_SECS - 2.0));
     assert!(dead.events_secs().iter().all(|secs| *secs <= BAD_FROM_SECS));
     let phases = dead.reported("phases");
     let [baseline, task] = &phases[..] else { panic!("{} phases", phases.len()) };
@@ -167,7 +167,7 @@ fn assert_dies(dead: &Lived) {
 /// A sensor that comes back reports which part of each window it was present, and then works as before.
 fn assert_comes_back(back: &Lived) {
     let windows = back.reported("w30");
-    assert!(windows.last().is_some_and(|told| told.end_secs > SECS - 2.0));
+    assert!(windows.last().is_some_and(|window| window.end_secs > SECS - 2.0));
     for Window { end_secs, values, .. } in &windows {
         let begin_secs = (end_secs - values.window_secs).max(0.0);
         let there_secs = end_secs
@@ -210,17 +210,17 @@ fn assert_state_knows(good: &Lived, dead: &Lived) {
 /// Nothing is reported about a person once the sensor delivers nothing.
 fn assert_nothing_is_made_up(bad: &Lived) {
     let windows = bad.reported("w30");
-    let inside = |told: &&Window<'_>| told.begins_after(BAD_FROM_SECS + SETTLING_SECS);
-    assert!(windows.iter().any(|told| inside(&told)));
-    for told in windows.iter().filter(inside) {
-        assert!(told.values.quality < 0.4, "{} at {}", told.values.quality, told.end_secs);
-        assert_eq!(told.of_person(), [""; 0], "at {}", told.end_secs);
+    let inside = |window: &&Window<'_>| window.begins_after(BAD_FROM_SECS + SETTLING_SECS);
+    assert!(windows.iter().any(|window| inside(&window)));
+    for window in windows.iter().filter(inside) {
+        assert!(window.values.quality < 0.4, "{} at {}", window.values.quality, window.end_secs);
+        assert_eq!(window.of_person(), [""; 0], "at {}", window.end_secs);
     }
 }
 
 fn goes_bad(sensor: Sensor) {
     let good = Lived::with(sensor, Vec::new());
-    assert!(good.reported("w30").last().is_some_and(|told| !told.of_person().is_empty()));
+    assert!(good.reported("w30").last().is_some_and(|window| !window.of_person().is_empty()));
     let bad = |what, to_secs| {
         let bad = Lived::bad(sensor, what, to_secs);
         assert_others_are_untouched(&good, &bad, &format!("{sensor:?} {what:?}"));

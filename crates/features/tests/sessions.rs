@@ -216,7 +216,7 @@ proptest! {
             }
         }
         for kind in ["input", "state", "estimates"] {
-            prop_assert!(kinds.contains(&kind), "{kind} tells nothing");
+            prop_assert!(kinds.contains(&kind), "{kind} is in no event");
         }
     }
 }

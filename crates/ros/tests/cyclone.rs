@@ -424,8 +424,8 @@ fn the_parameters_of_a_node_are_reported_as_by_any_other() {
 
     let get = GetParametersRequest { names: names.clone() };
     let reported = || {
-        let told = asked(&monitor, &ask("get_parameters"), &kind("GetParameters"), &get);
-        GetParametersResponse::decode(&told).unwrap().values
+        let reply = asked(&monitor, &ask("get_parameters"), &kind("GetParameters"), &get);
+        GetParametersResponse::decode(&reply).unwrap().values
     };
     assert_eq!(reported(), [ParameterValue::bool(false)]);
     let deliver: Deliver = Arc::new(|_| {});

@@ -254,8 +254,9 @@ impl Table {
                 write!(self.file, ",{}", events.cells(cell.values))?;
                 continue;
             }
-            let told = self.uncertainties.get_mut(place);
-            let uncertainty_secs = told.map_or(f64::NAN, |told| told.at(row.at));
+            let uncertainty = self.uncertainties.get_mut(place);
+            let uncertainty_secs =
+                uncertainty.map_or(f64::NAN, |uncertainty| uncertainty.at(row.at));
             self.write_cell(&cell, uncertainty_secs)?;
         }
         writeln!(self.file)
@@ -288,7 +289,7 @@ impl Uncertainties {
 
     /// The latest value reported up to a time; before the first report, the first [s].
     fn at(&mut self, at: i64) -> f64 {
-        while self.0.get(1).is_some_and(|(told, _)| *told <= at) {
+        while self.0.get(1).is_some_and(|(at_time, _)| *at_time <= at) {
             self.0.pop_front();
         }
         self.0.front().map_or(f64::NAN, |(_, uncertainty_secs)| *uncertainty_secs)

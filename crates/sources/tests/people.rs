@@ -61,9 +61,9 @@ fn stream(records: &[Record], name: &str) -> Stream {
 async fn a_described_signal_is_declared_as_it_is_described_and_kept_raw() {
     let stamp = clock::wall();
     let records = watch::<RosPeople>(PEOPLE, async move |bus: Arc<MemoryBus>| {
-        let (told, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
-        subscribed(&*told).await;
-        told.publish(&description()).expect("published");
+        let (described, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
+        subscribed(&*described).await;
+        described.publish(&description()).expect("published");
         subscribed(&*ecg).await;
         tokio::time::sleep(Duration::from_millis(50)).await;
         ecg.publish(&wave(stamp, &[1.0, 2.0])).expect("published");
@@ -91,9 +91,9 @@ async fn a_description_that_comes_late_is_learned() {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;
         ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
-        let told = descriptions(&bus);
-        subscribed(&*told).await;
-        told.publish(&description()).expect("published");
+        let described = descriptions(&bus);
+        subscribed(&*described).await;
+        described.publish(&description()).expect("published");
         tokio::time::sleep(Duration::from_millis(100)).await;
         ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
     })
@@ -151,8 +151,12 @@ async fn what_can_not_be_decoded_is_reported_once_and_counted() {
     })
     .await;
     assert_eq!(of(&records, ECG).len(), 1);
-    let told = faults(&records);
-    assert_eq!(told.iter().filter(|label| label.starts_with(ECG)).count(), 1, "{told:?}");
+    let faults_found = faults(&records);
+    assert_eq!(
+        faults_found.iter().filter(|label| label.starts_with(ECG)).count(),
+        1,
+        "{faults_found:?}"
+    );
     let lost = of(&records, "/teampulse/lost_source").into_iter().filter_map(lost).sum::<f64>();
     assert!((lost - 41.0).abs() < 1e-9, "{lost}");
 }
@@ -165,11 +169,13 @@ fn lost(record: &Record) -> Option<f64> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn arbitrary_descriptions_do_no_harm() {
     let records = watch::<RosPeople>(PEOPLE, async |bus: Arc<MemoryBus>| {
-        let (told, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
-        subscribed(&*told).await;
+        let (described, ecg) = (descriptions(&bus), publisher(&bus, ECG, msgs::Wave::NAME));
+        subscribed(&*described).await;
         for length in 0..200 {
-            told.publish(&vec![0xff; length]).expect("published");
-            told.publish(&description()[..length.min(description().len())]).expect("published");
+            described.publish(&vec![0xff; length]).expect("published");
+            described
+                .publish(&description()[..length.min(description().len())])
+                .expect("published");
         }
         subscribed(&*ecg).await;
         ecg.publish(&wave(clock::wall(), &[1.0])).expect("published");
@@ -240,8 +246,8 @@ async fn two_publishers_of_one_person_are_not_merged_into_one_heart() {
     let stream = stream(&records, &beside);
     assert_eq!((stream.beside.as_str(), stream.id.as_str()), (ECG, "p001"));
     assert!(stream.publisher.starts_with("/laptop2/driver ("), "{}", stream.publisher);
-    let told = faults(&records);
-    let [label] = &told[..] else { panic!("{told:?}") };
+    let faults_found = faults(&records);
+    let [label] = &faults_found[..] else { panic!("{faults_found:?}") };
     assert!(label.starts_with(&format!("{ECG}: a second publisher, /laptop2/driver (")), "{label}");
     assert!(label.contains(", beside /laptop1/driver (") && label.ends_with(&beside), "{label}");
     let published_by = of(&records, "/teampulse/published_by");

@@ -40,10 +40,10 @@ async fn whose_clock_stamps_a_topic_is_reported_before_its_first_message() {
         publisher.publish(&temperature(100, 21.5)).expect("published");
     })
     .await;
-    let told = of(&records, "/teampulse/stamped_by");
-    let Data::Event(event) = &told[0].sample.data else { panic!("{told:?}") };
+    let stamped = of(&records, "/teampulse/stamped_by");
+    let Data::Event(event) = &stamped[0].sample.data else { panic!("{stamped:?}") };
     assert!(event.label.starts_with(&format!("{topic} /robot1/driver (")), "{}", event.label);
-    assert!(told[0].sample.log_time < of(&records, topic)[0].sample.log_time);
+    assert!(stamped[0].sample.log_time < of(&records, topic)[0].sample.log_time);
 }
 
 /// The computers reported to stamp a topic, in order.
@@ -69,12 +69,12 @@ async fn of_several_computers_each_message_is_by_its_own_clock() {
         }
     })
     .await;
-    let told = computers(&records, topic);
+    let found = computers(&records, topic);
     assert_eq!(of(&records, topic).len(), 4);
-    assert_eq!(told.len(), 3, "{told:?}");
-    assert_eq!(told[0], told[2]);
-    assert!(told[0].starts_with("/robot1/driver ("), "{told:?}");
-    assert!(told[1].starts_with("/robot1/second_driver ("), "{told:?}");
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert_eq!(found[0], found[2]);
+    assert!(found[0].starts_with("/robot1/driver ("), "{found:?}");
+    assert!(found[1].starts_with("/robot1/second_driver ("), "{found:?}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -148,11 +148,11 @@ async fn a_type_that_nobody_can_explain_is_recorded_and_said_once() {
     })
     .await;
     assert_eq!(of(&records, "/odd").len(), 1);
-    let told = faults(&records);
+    let labels = faults(&records);
     assert_eq!(
-        told.iter().filter(|label| label.contains("odd_msgs/msg/Odd")).count(),
+        labels.iter().filter(|label| label.contains("odd_msgs/msg/Odd")).count(),
         1,
-        "{told:?}"
+        "{labels:?}"
     );
 }
 
@@ -169,8 +169,8 @@ async fn two_types_on_one_topic_are_both_recorded_and_reported() {
     })
     .await;
     assert_eq!(of(&records, "/both").len(), 2);
-    let told = faults(&records);
-    assert!(told.iter().any(|label| label.contains("two types")), "{told:?}");
+    let labels = faults(&records);
+    assert!(labels.iter().any(|label| label.contains("two types")), "{labels:?}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -187,9 +187,9 @@ async fn two_publishers_of_one_topic_are_reported_once_by_name() {
         }
     })
     .await;
-    let told = faults(&records);
-    let several: Vec<_> = told.iter().filter(|label| label.contains("published by")).collect();
-    let [label] = several[..] else { panic!("{told:?}") };
+    let labels = faults(&records);
+    let several: Vec<_> = labels.iter().filter(|label| label.contains("published by")).collect();
+    let [label] = several[..] else { panic!("{labels:?}") };
     assert!(label.starts_with(&format!("{topic}: published by two processes: ")), "{label}");
     assert!(label.contains("/robot1/driver") && label.contains("/robot1/second_driver"), "{label}");
 }

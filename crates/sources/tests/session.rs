@@ -99,7 +99,7 @@ async fn any_node_may_give_an_event_or_set_a_marker() {
     assert!(reported(EventKind::Phase, "two_back"), "{events:?}");
     assert!(reported(EventKind::Marker, "tea!"), "{events:?}");
     let faults: Vec<&Event> = events.iter().filter(|it| it.kind == EventKind::Fault).collect();
-    assert_eq!(faults.len(), 2, "each is told once: {faults:?}");
+    assert_eq!(faults.len(), 2, "each is reported once: {faults:?}");
     let of_kind =
         "/session/events: failed to read kind \"phrase\": expected one of phase, marker, report, ";
     assert!(faults.iter().any(|fault| fault.label.starts_with(of_kind)), "{faults:?}");
@@ -263,17 +263,17 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
     let monitor = MemoryBus::new("/teampulse");
     let simulator = publisher(&monitor.join("/sim"), "/clock", "rosgraph_msgs/msg/Clock");
     let clock = Clock::settable();
-    let told_at = |secs: i32| {
+    let clock_at = |secs: i32| {
         let mut cdr = vec![0, 1, 0, 0];
         cdr.extend(secs.to_le_bytes());
         cdr.extend([0; 4]);
         simulator.publish(&cdr).expect("published");
     };
-    told_at(1);
+    clock_at(1);
     let follow = follow_clock(&*monitor, &clock, Duration::from_secs(5));
     let (follows, ()) = tokio::join!(follow, async {
         while clock.now() == Time::EPOCH {
-            told_at(1);
+            clock_at(1);
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     });
@@ -290,7 +290,7 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
     );
     let events = events(phases, clock.clone(), async {
         tokio::time::sleep(Duration::from_millis(60)).await;
-        told_at(102);
+        clock_at(102);
         tokio::time::sleep(Duration::from_millis(60)).await;
     })
     .await;

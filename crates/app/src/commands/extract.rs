@@ -277,9 +277,14 @@ impl Extract {
     }
 
     fn chosen(&self, rows: &Rows) -> Chosen {
-        let told = || rows.table().units().first().cloned().flatten().filter(|unit| !is_raw(unit));
-        let unit =
-            self.table.unit().map(str::to_owned).or_else(told).unwrap_or_else(|| "1".to_owned());
+        let in_table =
+            || rows.table().units().first().cloned().flatten().filter(|unit| !is_raw(unit));
+        let unit = self
+            .table
+            .unit()
+            .map(str::to_owned)
+            .or_else(in_table)
+            .unwrap_or_else(|| "1".to_owned());
         let live = Chosen::default();
         let of_beats = rows.are_of_beats().then_some(analyses::BEATS_ASTRAY_SECS);
         Chosen {

@@ -34,15 +34,15 @@ fn describe(clock: Clock) -> String {
 fn ask() -> std::io::Result<Clock> {
     // SAFETY: all zeros is a value of this C structure; with no mode set nothing is changed, and
     // the kernel only writes into it.
-    let (state, told) = unsafe {
-        let mut told: libc::timex = std::mem::zeroed();
-        (libc::adjtimex(&raw mut told), told)
+    let (state, timex) = unsafe {
+        let mut timex: libc::timex = std::mem::zeroed();
+        (libc::adjtimex(&raw mut timex), timex)
     };
     if state < 0 {
         return Err(std::io::Error::last_os_error());
     }
-    let free = state == libc::TIME_ERROR || told.status & libc::STA_UNSYNC != 0;
-    let within_secs = told.maxerror as f64 * 1e-6;
+    let free = state == libc::TIME_ERROR || timex.status & libc::STA_UNSYNC != 0;
+    let within_secs = timex.maxerror as f64 * 1e-6;
     Ok(if free { Clock::Free } else { Clock::Synchronised { within_secs } })
 }
 

@@ -111,7 +111,7 @@ fn a_feature_has_a_table_of_its_own() {
     let set = "[features]\nwindows_secs = [10]\n[features.state]\nstale_secs = 3\n\
                [features.heart]\nwindows_secs = [300]\n";
     assert_eq!(built(set).expect("settings").len(), all);
-    for (text, told, place) in [
+    for (text, expected, place) in [
         ("[features.stat]\n", "there is no feature `stat`", "stat"),
         ("[features]\nstate = 3", "`state` is not a table", "3"),
         ("[features.state]\nstale = 3", "unknown field `stale`", "stale"),
@@ -124,7 +124,7 @@ fn a_feature_has_a_table_of_its_own() {
         ("[features.link_quality]\nweak_dbm = nan", "not a level", "nan"),
     ] {
         let error = built(text).err().expect(text);
-        assert!(error.message.contains(told), "{text}: {}", error.message);
+        assert!(error.message.contains(expected), "{text}: {}", error.message);
         let (_, span) = *error.place.expect("a place");
         assert_eq!(&text[span], place, "{text}");
     }
@@ -132,7 +132,7 @@ fn a_feature_has_a_table_of_its_own() {
 
 #[test]
 fn every_other_mistake_is_reported_with_its_place() {
-    for (text, told) in [
+    for (text, expected) in [
         ("[session\nname = 1", "unclosed table"),
         ("[session]\nname = 1", "invalid type: integer"),
         ("[sesion]\n", "unknown field `sesion`"),
@@ -150,7 +150,7 @@ fn every_other_mistake_is_reported_with_its_place() {
         ("[[phases]]\nname = \"\"\nfrom_secs = 0", "a phase has no name"),
     ] {
         let error = read(text).expect_err(text);
-        assert!(error.message.contains(told), "{text}: {}", error.message);
+        assert!(error.message.contains(expected), "{text}: {}", error.message);
         assert!(error.place.is_some(), "{text}: no place");
     }
 }

@@ -20,7 +20,7 @@
 //! Quirks, each with a test:
 //! - A notification holds two samples, 5 ms apart, and the four characteristics take turns: all four are subscribed to.
 //! - Which of the four comes is a counter of two bits: up to three lost notifications are a gap of known length.
-//! - It sleeps after 30 s without movement, even if told not to, unless it is told again: every 15 s.
+//! - It sleeps after 30 s without movement, even with sleep switched off, unless that is sent again: every 15 s.
 //! - It may stop sending: its mode is set again after two seconds.
 //! - A user can't see whether it is connected: it vibrates shortly.
 //! - Left in streaming mode it empties its battery: the mode is reset at the end.

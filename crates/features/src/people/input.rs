@@ -170,8 +170,8 @@ mod tests {
     fn silence_is_a_rate_of_zero_once_the_window_is_full() {
         let mut drive = drive(&presses());
         drive.until(60.0);
-        let told = drive.features(OUTPUT);
-        for (secs, values) in told {
+        let windows = drive.features(OUTPUT);
+        for (secs, values) in windows {
             let expected = if secs < 30.0 { Reason::Short } else { Reason::Ok };
             assert_eq!(values.reasons[0], expected, "{secs}");
             assert!(secs < 30.0 || (values.values[0] == 0.0 && values.values[1].is_nan()));
@@ -235,10 +235,10 @@ mod tests {
         }
         drive.take_on(events, 40.0, happen(EventKind::Phase, "task"));
         drive.take(41.0, press(0.7));
-        let told = drive.features("/humans/persons/p1/input/phases");
-        assert_eq!(told.len(), 1);
-        assert_eq!((told[0].0, told[0].1.window_secs), (40.0, 30.0));
-        assert_eq!(told[0].1.values, [6.0, 0.5]);
+        let windows = drive.features("/humans/persons/p1/input/phases");
+        assert_eq!(windows.len(), 1);
+        assert_eq!((windows[0].0, windows[0].1.window_secs), (40.0, 30.0));
+        assert_eq!(windows[0].1.values, [6.0, 0.5]);
         drive.take_on(events, 60.0, happen(EventKind::Clock, END));
         assert_eq!(drive.last("/humans/persons/p1/input/phases").values, [3.0, 0.7]);
     }

@@ -114,7 +114,7 @@ struct Presence {
 struct Run {
     numbers: Vec<f64>,
     since: Time,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Extractor for OutagesExtractor {
@@ -227,8 +227,8 @@ impl OutagesExtractor {
             self.change(numbers, at, out);
             return;
         };
-        if !run.is_told && at.secs_since(run.since) >= self.settings.stalled_secs {
-            run.is_told = true;
+        if !run.is_reported && at.secs_since(run.since) >= self.settings.stalled_secs {
+            run.is_reported = true;
             let since = run.since;
             let stalled = moment(EventKind::Fault, format!("{} stands still", self.name));
             self.say(since, Event { duration_secs: f64::NAN, ..stalled }, out);
@@ -237,18 +237,18 @@ impl OutagesExtractor {
 
     /// The numbers have changed.
     fn change(&mut self, numbers: &[f64], at: Time, out: &mut Outputs) {
-        let told = self.run.as_ref().filter(|run| run.is_told).map(|run| run.since);
+        let since = self.run.as_ref().filter(|run| run.is_reported).map(|run| run.since);
         match &mut self.run {
             Some(run) => {
                 run.numbers.clear();
                 run.numbers.extend(numbers);
-                (run.since, run.is_told) = (at, false);
+                (run.since, run.is_reported) = (at, false);
             }
             None => {
-                self.run = Some(Run { numbers: numbers.to_vec(), since: at, is_told: false });
+                self.run = Some(Run { numbers: numbers.to_vec(), since: at, is_reported: false });
             }
         }
-        if let Some(since) = told {
+        if let Some(since) = since {
             let moves = moment(EventKind::Marker, format!("{} changes again", self.name));
             self.say(at, Event { duration_secs: at.secs_since(since), ..moves }, out);
         }
@@ -349,11 +349,11 @@ mod tests {
 
         /// The time [s], the kind and label, and the duration [s] of each event.
         fn reported(&self) -> Vec<(f64, String, f64)> {
-            let told = self.out.samples().map(|(_, at, data)| {
+            let events = self.out.samples().map(|(_, at, data)| {
                 let Data::Event(event) = data else { panic!("no event") };
                 (at.secs(), format!("{} {}", event.kind, event.label), event.duration_secs)
             });
-            told.collect()
+            events.collect()
         }
     }
 
@@ -368,14 +368,14 @@ mod tests {
         ecg.pass(15);
         assert!(ecg.reported().is_empty(), "silent for less than five seconds");
         ecg.pass(16);
-        let told = ecg.reported();
-        assert_eq!(told.len(), 1);
-        assert_eq!((told[0].0, told[0].1.as_str()), (9.99, "fault p1/strap/ecg silent"));
+        let events = ecg.reported();
+        assert_eq!(events.len(), 1);
+        assert_eq!((events[0].0, events[0].1.as_str()), (9.99, "fault p1/strap/ecg silent"));
         ecg.come(80..120, beat);
-        let told = ecg.reported();
-        assert_eq!(told.len(), 2);
-        assert_eq!((told[1].0, told[1].1.as_str()), (20.0, "marker p1/strap/ecg is back"));
-        assert!((told[1].2 - 10.01).abs() < 1e-9, "{told:?}");
+        let events = ecg.reported();
+        assert_eq!(events.len(), 2);
+        assert_eq!((events[1].0, events[1].1.as_str()), (20.0, "marker p1/strap/ecg is back"));
+        assert!((events[1].2 - 10.01).abs() < 1e-9, "{events:?}");
     }
 
     #[test]
@@ -397,9 +397,9 @@ mod tests {
         ecg.come(0..40, beat);
         ecg.come(40..240, |_| 0.25);
         ecg.come(240..280, beat);
-        let told = ecg.reported();
-        let [(stalled, fault, _), (moves, marker, secs)] = told.as_slice() else {
-            panic!("{told:?}")
+        let events = ecg.reported();
+        let [(stalled, fault, _), (moves, marker, secs)] = events.as_slice() else {
+            panic!("{events:?}")
         };
         assert_eq!((*stalled, fault.as_str()), (10.0, "fault p1/strap/ecg stands still"));
         assert_eq!(

@@ -87,7 +87,7 @@ impl Feature for State {
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         Box::new(StateExtractor {
             stale_secs: self.stale_secs,
-            told_by: BTreeMap::new(),
+            phases_from: BTreeMap::new(),
             session: session_events().name,
             events: BTreeMap::new(),
             windows: BTreeMap::new(),
@@ -101,7 +101,7 @@ impl Feature for State {
 struct StateExtractor {
     stale_secs: f64,
     /// The streams of people's own phases, which replace the session's.
-    told_by: BTreeMap<String, String>,
+    phases_from: BTreeMap<String, String>,
     /// The stream of the session's phases.
     session: String,
     /// The streams that may contain phases, by their subjects and names.
@@ -130,7 +130,7 @@ impl Extractor for StateExtractor {
 
     fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
         if let Some((About::Person, id, name)) = self.events.get(&by.stream) {
-            self.told_by.insert(id.clone(), name.clone());
+            self.phases_from.insert(id.clone(), name.clone());
         }
         let phases = out.phases();
         for person in self.people.values_mut() {
@@ -160,8 +160,8 @@ impl Extractor for StateExtractor {
         let phases = out.phases();
         for person in self.people.values_mut() {
             let phases = phases.of(person.subject());
-            let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
-            person.report(phases, told_by, (second, self.stale_secs), out);
+            let phases_from = self.phases_from.get(&person.subject().id).unwrap_or(&self.session);
+            person.report(phases, phases_from, (second, self.stale_secs), out);
         }
     }
 }
@@ -172,9 +172,9 @@ impl StateExtractor {
         let phases = out.phases();
         for person in self.people.values_mut() {
             let phases = phases.of(person.subject());
-            let told_by = self.told_by.get(&person.subject().id).unwrap_or(&self.session);
-            person.judge(phases, told_by, at, out);
-            person.report_phases(phases, told_by, at, out);
+            let phases_from = self.phases_from.get(&person.subject().id).unwrap_or(&self.session);
+            person.judge(phases, phases_from, at, out);
+            person.report_phases(phases, phases_from, at, out);
         }
     }
 }

@@ -255,9 +255,9 @@ mod tests {
         online(&mut drive, 0..11);
         online(&mut drive, 100..121);
         let events = drive.events("/r1/deployment/events");
-        let told: Vec<_> = events.iter().map(|(at, e)| (*at, e.kind, e.label.as_str())).collect();
+        let found: Vec<_> = events.iter().map(|(at, e)| (*at, e.kind, e.label.as_str())).collect();
         assert_eq!(
-            told,
+            found,
             [
                 (0.5, EventKind::Marker, "r1 online"),
                 (15.5, EventKind::Fault, "r1 offline"),

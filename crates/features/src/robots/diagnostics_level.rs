@@ -66,7 +66,7 @@ impl Feature for DiagnosticsLevel {
             readout: None,
             name: String::new(),
             outputs: None,
-            told: Level::Ok,
+            reported: Level::Ok,
         })
     }
 }
@@ -77,7 +77,7 @@ struct Worst {
     readout: Option<Readout>,
     name: String,
     outputs: Option<(OutputId, OutputId)>,
-    told: Level,
+    reported: Level,
 }
 
 /// The level of a status, as `diagnostic_msgs/msg/DiagnosticStatus` numbers it.
@@ -120,16 +120,16 @@ impl Extractor for Worst {
         let quality = view.share(|_| true);
         let window = window_of(view.secs, view.coverage, quality, &[value.ok_or(Reason::Gap)]);
         out.emit(state, end, window);
-        if let Some(level) = worst.filter(|level| *level != self.told) {
+        if let Some(level) = worst.filter(|level| *level != self.reported) {
             out.emit(events, end, Data::Event(Arc::new(self.change_to(level))));
-            self.told = level;
+            self.reported = level;
         }
     }
 }
 
 impl Worst {
     fn change_to(&self, level: Level) -> Event {
-        let kind = if level > self.told { EventKind::Fault } else { EventKind::Marker };
+        let kind = if level > self.reported { EventKind::Fault } else { EventKind::Marker };
         let change = moment(kind, format!("{}: {level}", self.name));
         Event { value: f64::from(level as u8), ..change }
     }
@@ -225,9 +225,9 @@ mod tests {
         drive.at(1.5, &[0.0, 2.0, 1.0]);
         (2..30).for_each(|secs| drive.at(f64::from(secs) + 0.5, &[0.0, 0.0, 0.0]));
         let events = drive.events("/r1/diagnostics/level/events");
-        let told: Vec<_> = events.iter().map(|(_, e)| (e.kind, e.label.as_str())).collect();
+        let reported: Vec<_> = events.iter().map(|(_, e)| (e.kind, e.label.as_str())).collect();
         assert_eq!(
-            told,
+            reported,
             [
                 (EventKind::Fault, "/r1/diagnostics: error"),
                 (EventKind::Marker, "/r1/diagnostics: ok")

@@ -106,7 +106,7 @@ struct Run {
     numbers: Vec<f64>,
     since: Time,
     count: u32,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Extractor for Persistence {
@@ -138,7 +138,7 @@ impl Extractor for Persistence {
         let numbers = self.readout.as_mut().and_then(|readout| readout.read(&sample.data));
         let (Some(numbers), Some(run)) = (numbers, &mut self.run) else { return };
         let differs = !run.is_same(&self.watched.numbers(numbers));
-        if differs && !run.is_told && sample.measured > run.since {
+        if differs && !run.is_reported && sample.measured > run.since {
             run.since = sample.measured;
         }
     }
@@ -146,10 +146,10 @@ impl Extractor for Persistence {
 
 impl Persistence {
     fn begin_run(&mut self, numbers: Vec<f64>, measured: Time, out: &mut Outputs) {
-        let next = Run { numbers, since: measured, count: 1, is_told: false };
+        let next = Run { numbers, since: measured, count: 1, is_reported: false };
         let Some(ended) = self.run.replace(next) else { return };
         let length_ns = measured.nanos_since(ended.since);
-        if ended.is_told {
+        if ended.is_reported {
             let label = format!("{}: numbers change again", self.name);
             let moves = moment(EventKind::Marker, label);
             self.say(measured, Event { duration_secs: length_ns as f64 / 1e9, ..moves }, out);
@@ -162,10 +162,10 @@ impl Persistence {
         let limit_ns = self.least_ns.max(self.longest_ns[1].saturating_mul(USUAL_RUNS));
         let Some(run) = &mut self.run else { return };
         let length_ns = now.nanos_since(run.since);
-        if run.is_told || run.count < LEAST_SAMPLES || length_ns < limit_ns {
+        if run.is_reported || run.count < LEAST_SAMPLES || length_ns < limit_ns {
             return;
         }
-        run.is_told = true;
+        run.is_reported = true;
         let secs = length_ns as f64 / 1e9;
         let label = format!("{}: numbers have not changed for {secs:.0} s", self.name);
         let fault = moment(EventKind::Fault, label);
@@ -241,11 +241,14 @@ mod tests {
         (0..100).for_each(|secs| drive.at(f64::from(secs), &[21.5]));
         drive.late(50.5, &[21.6]);
         drive.at(100.0, &[21.6]);
-        let told = drive.events("/r1/temp/stuck");
-        assert_eq!(told.len(), 2);
-        assert_eq!((told[0].0, told[0].1.kind, told[0].1.value), (30.0, EventKind::Fault, 30.0));
-        assert_eq!(told[0].1.label, "/r1/temp: numbers have not changed for 30 s");
-        assert_eq!((told[1].0, told[1].1.duration_secs), (100.0, 100.0));
+        let faults = drive.events("/r1/temp/stuck");
+        assert_eq!(faults.len(), 2);
+        assert_eq!(
+            (faults[0].0, faults[0].1.kind, faults[0].1.value),
+            (30.0, EventKind::Fault, 30.0)
+        );
+        assert_eq!(faults[0].1.label, "/r1/temp: numbers have not changed for 30 s");
+        assert_eq!((faults[1].0, faults[1].1.duration_secs), (100.0, 100.0));
     }
 
     #[test]

@@ -131,8 +131,8 @@ fn live_results_equal_those_of_the_analysis_afterwards() {
         let wave_begin = (sample / 73 * 73) as f64;
         let from_begin = ((sample % 73) as f64 * PERIOD_NS).round() as i64;
         let at_ns = 1_700_000_000_000_000_000 + (wave_begin * PERIOD_NS).round() as i64;
-        live.push(at_ns + from_begin, &[voltage], &mut |told| {
-            if let LiveOutput::Window(_, span, measured) = told {
+        live.push(at_ns + from_begin, &[voltage], &mut |output| {
+            if let LiveOutput::Window(_, span, measured) = output {
                 expected.push(format!("{:?}", feature(span.secs(), &measured)));
             }
         });
@@ -167,8 +167,8 @@ fn intervals_in_any_unit_of_time_are_reported_in_milliseconds() {
     }));
     // Without a declared unit they are in that of the feature.
     for (unit, of_ms) in [("s", 1e-3), ("us", 1e3), ("s/1024", 1.024), ("", 1.0)] {
-        let told = windows_of_intervals(unit, of_ms);
-        assert_eq!(format!("{:?}", told.1), format!("{:?}", milliseconds.1), "{unit}");
+        let found = windows_of_intervals(unit, of_ms);
+        assert_eq!(format!("{:?}", found.1), format!("{:?}", milliseconds.1), "{unit}");
     }
 }
 

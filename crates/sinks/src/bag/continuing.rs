@@ -302,17 +302,17 @@ mod tests {
             let messages: Vec<_> = bag.messages(None).map(Result::unwrap).collect();
             let name = |stream: usize| bag.streams()[stream].stream.name.as_str();
             let is_event = |stream: usize| name(stream) == session_events().name;
-            let [told] =
+            let [own] =
                 &messages.iter().filter(|each| is_event(each.stream)).collect::<Vec<_>>()[..]
             else {
-                panic!("one phase is told")
+                panic!("one phase is recorded")
             };
-            let decoded = decode("teampulse_msgs/msg/Event", &told.cdr).unwrap();
+            let decoded = decode("teampulse_msgs/msg/Event", &own.cdr).unwrap();
             let Data::Event(event) = decoded.data else { panic!() };
             assert_eq!((event.kind, &*event.label), (EventKind::Phase, label));
             assert!((event.duration_secs - left_secs).abs() < 1e-6, "{event:?}");
             let last = messages.last().unwrap();
-            assert_eq!((name(last.stream), told.log_time < last.log_time), ("/r1/marks", true));
+            assert_eq!((name(last.stream), own.log_time < last.log_time), ("/r1/marks", true));
         }
     }
 
@@ -329,10 +329,10 @@ mod tests {
         let (_folder, bag) = second_bag(&streams, &[record].into(), None);
         let is_own = |stream: usize| bag.streams()[stream].stream.name == own.name;
         let mut messages = bag.messages(None).map(Result::unwrap);
-        let told = messages.find(|message| is_own(message.stream)).unwrap();
-        assert_eq!(told.publish_time, told.log_time + Duration::from_secs(3600));
-        let decoded = decode("teampulse_msgs/msg/Event", &told.cdr).unwrap();
-        let since_ns = told.log_time.nanos() - 1_000_000_000;
+        let own = messages.find(|message| is_own(message.stream)).unwrap();
+        assert_eq!(own.publish_time, own.log_time + Duration::from_secs(3600));
+        let decoded = decode("teampulse_msgs/msg/Event", &own.cdr).unwrap();
+        let since_ns = own.log_time.nanos() - 1_000_000_000;
         assert_eq!(decoded.device_time, Some(1_000_000_000_000 + since_ns));
     }
 

@@ -91,7 +91,7 @@ impl Events {
         event: &Arc<Event>,
         course: &Course,
     ) -> Result<(), Unwritten> {
-        if record.sample.turn != Turn::Duplicate && is_told(&record.stream, event) {
+        if record.sample.turn != Turn::Duplicate && is_listed(&record.stream, event) {
             let (stream, event) = (Arc::clone(&record.stream), Arc::clone(event));
             let onset = record.sample.measured;
             self.taken += 1;
@@ -180,10 +180,10 @@ impl Row {
         if *kind != EventKind::Phase {
             return number(*duration_secs);
         }
-        let told_secs = Some(*duration_secs).filter(|secs| *secs > 0.0);
+        let own_secs = Some(*duration_secs).filter(|secs| *secs > 0.0);
         let known_secs = course.length_secs(&self.stream.subject(), self.name(), self.onset);
         // Announced lengths are whole numbers, measured ones have milliseconds.
-        known_secs.or(told_secs).map_or_else(absent, |secs| number((secs * 1e3).round() / 1e3))
+        known_secs.or(own_secs).map_or_else(absent, |secs| number((secs * 1e3).round() / 1e3))
     }
 }
 
@@ -201,7 +201,7 @@ fn is_notice(stream: &Stream, event: &Event) -> bool {
 
 /// Whether an event has a row. Beats are in the interval files; clock reports each second, and whether losses
 /// can be counted, are of no interest.
-fn is_told(stream: &Stream, event: &Event) -> bool {
+fn is_listed(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
     let is_news = is_counted || Loss::of_stream(stream).is_none();
     let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);

@@ -41,7 +41,7 @@ const TOLERANCE_NS: i64 = 500_000_000;
 pub(super) struct Features {
     file: TextFile,
     every_ns: i64,
-    told: BTreeMap<StreamId, LastWindow>,
+    last_windows: BTreeMap<StreamId, LastWindow>,
 }
 
 /// The last window written of a stream.
@@ -64,7 +64,7 @@ impl Features {
     pub(super) fn create(folder: &Path, every_secs: f64) -> Result<Features, Unwritten> {
         let mut file = TextFile::create(folder.join(NAME))?;
         file.push(COLUMNS.map(|(name, _)| name).join(","))?;
-        Ok(Features { file, every_ns: (every_secs * 1e9) as i64, told: BTreeMap::new() })
+        Ok(Features { file, every_ns: (every_secs * 1e9) as i64, last_windows: BTreeMap::new() })
     }
 
     pub(super) fn take(
@@ -84,10 +84,10 @@ impl Features {
             if is_of_statistics(&record.stream) {
                 return Ok(());
             }
-            if !self.is_due(self.told.get(&id), window, section) {
+            if !self.is_due(self.last_windows.get(&id), window, section) {
                 return Ok(());
             }
-            self.told.insert(id, LastWindow { end: window.end, section: section.begin });
+            self.last_windows.insert(id, LastWindow { end: window.end, section: section.begin });
         }
         self.write(&record.stream, window, values, (course, section))
     }
@@ -96,13 +96,13 @@ impl Features {
         self.file.flush()
     }
 
-    fn is_due(&self, told: Option<&LastWindow>, window: Window, section: Section<'_>) -> bool {
+    fn is_due(&self, last: Option<&LastWindow>, window: Window, section: Section<'_>) -> bool {
         window.lies_in(section)
-            && told.is_none_or(|told| {
-                let since_ns = window.end.nanos_since(told.end);
-                let is_time = told.section != section.begin
+            && last.is_none_or(|last| {
+                let since_ns = window.end.nanos_since(last.end);
+                let is_time = last.section != section.begin
                     || since_ns.saturating_add(TOLERANCE_NS) >= self.every_ns;
-                is_time && since_ns > 0 && window.is_after(told.end)
+                is_time && since_ns > 0 && window.is_after(last.end)
             })
     }
 

@@ -96,7 +96,7 @@ impl Sink for Files {
     }
 
     fn wants(&self) -> Wants {
-        Wants::Only(Box::new(is_told))
+        Wants::Only(Box::new(is_listed))
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
@@ -136,7 +136,7 @@ impl Sink for Files {
 }
 
 /// Whether the files contain a stream.
-fn is_told(stream: &Stream) -> bool {
+fn is_listed(stream: &Stream) -> bool {
     use Shape::{Description, Event, Feature, Status};
     matches!(stream.shape, Event | Feature | Status | Description)
 }

@@ -86,9 +86,9 @@ impl PhaseTable {
         let places = self.places_of(record.sample.stream, stream);
         let shares = [f64::from(values.coverage), f64::from(values.quality)];
         let all = shares.into_iter().chain(values.values.iter().copied());
-        let told = places.into_iter().zip(all).filter(|(_, value)| value.is_finite());
-        let told = told.filter_map(|(place, value)| Some((place?, value)));
-        self.rows.extend((subject, section.begin), told);
+        let known = places.into_iter().zip(all).filter(|(_, value)| value.is_finite());
+        let known = known.filter_map(|(place, value)| Some((place?, value)));
+        self.rows.extend((subject, section.begin), known);
     }
 
     /// The columns of a stream: coverage, quality, and its values.
@@ -215,15 +215,15 @@ impl PhaseTable {
         names: &[Option<String>],
         measures: &Measures,
     ) -> Result<(), Unwritten> {
-        let mut told = sidecar::columns(&COLUMNS);
+        let mut described = sidecar::columns(&COLUMNS);
         for (name, Known { measure, unit, method, .. }) in names.iter().zip(&self.columns) {
             if let Some(name) = name {
                 let values_of =
                     ColumnDescription::measure(measures.meaning_of(measure), unit, method);
-                told.entry(name.clone()).or_insert(values_of);
+                described.entry(name.clone()).or_insert(values_of);
             }
         }
-        sidecar::put(folder, SIDECAR, &told)
+        sidecar::put(folder, SIDECAR, &described)
     }
 }
 

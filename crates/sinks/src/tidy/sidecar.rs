@@ -51,39 +51,39 @@ impl ColumnDescription {
 
 /// The descriptions of a table's columns, by name.
 pub(super) fn columns(all: &[(&str, Column)]) -> BTreeMap<String, ColumnDescription> {
-    let told = |(name, column): &(&str, Column)| {
+    let described = |(name, column): &(&str, Column)| {
         let (description, units) = (column.description.to_owned(), column.units.to_owned());
         (
             (*name).to_owned(),
             ColumnDescription { description, units, ..ColumnDescription::default() },
         )
     };
-    all.iter().map(told).collect()
+    all.iter().map(described).collect()
 }
 
 /// Writes the descriptions of the events' columns.
 pub(super) fn write_events(folder: &Path) -> Result<(), Unwritten> {
-    let mut told = columns(&events::COLUMNS);
-    if let Some(kinds) = told.get_mut("trial_type") {
+    let mut described = columns(&events::COLUMNS);
+    if let Some(kinds) = described.get_mut("trial_type") {
         let all = EventKind::ALL.iter().filter(|kind| **kind != EventKind::Beat);
         kinds.levels = all.map(|kind| (kind.to_string(), json!(meaning(*kind)))).collect();
         kinds.levels.insert(events::NOTICE.to_owned(), json!(NOTICE));
     }
-    put(folder, events::SIDECAR, &told)
+    put(folder, events::SIDECAR, &described)
 }
 
 /// Writes the descriptions of the features' columns and measures.
 pub(super) fn write_features(folder: &Path, measures: &Measures) -> Result<(), Unwritten> {
-    let mut told = columns(&features::COLUMNS);
-    if let Some(reasons) = told.get_mut("reason") {
+    let mut described = columns(&features::COLUMNS);
+    if let Some(reasons) = described.get_mut("reason") {
         let lacks = Reason::ALL.iter().filter(|reason| **reason != Reason::Ok);
         reasons.levels = lacks.map(|reason| (reason.to_string(), json!(why(*reason)))).collect();
     }
-    if let Some(names) = told.get_mut("measure") {
+    if let Some(names) = described.get_mut("measure") {
         let all = measures.all().iter();
         names.levels = all.map(|(name, measure)| (name.clone(), json!(measure))).collect();
     }
-    put(folder, features::SIDECAR, &told)
+    put(folder, features::SIDECAR, &described)
 }
 
 /// Writes the descriptions of the intervals' columns.

@@ -99,12 +99,12 @@ fn what_happened_is_reported_once() {
         session.report(100.0, &alerts, alert(kind, label));
     }
     let text = session.run().text("events.tsv");
-    let told = text.lines().skip(1).map(|line| {
+    let rows = text.lines().skip(1).map(|line| {
         let cells: Vec<&str> = line.split('\t').collect();
         format!("{} {}", cells[5], cells[4])
     });
     assert_eq!(
-        told.collect::<Vec<_>>(),
+        rows.collect::<Vec<_>>(),
         [
             "session baseline",
             "session 1-back",
@@ -179,9 +179,9 @@ fn a_phase_is_a_row_and_a_measure_a_column() {
     p001,1-back,1,20.000,20.000,1,0.75,71.5
     p001,baseline,2,40.000,20.000,1,0.75,71.5
     ");
-    let told: serde_json::Value = serde_json::from_str(&files.text("phases.json")).unwrap();
-    assert_eq!(told["ECG_Rate_Mean"]["Description"], "Mean heart rate from an ECG.");
-    assert_eq!(told["ECG_Rate_Mean"]["Units"], "bpm");
+    let described: serde_json::Value = serde_json::from_str(&files.text("phases.json")).unwrap();
+    assert_eq!(described["ECG_Rate_Mean"]["Description"], "Mean heart rate from an ECG.");
+    assert_eq!(described["ECG_Rate_Mean"]["Units"], "bpm");
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn missing_data_are_no_interval() {
         files.text("intervals.txt"),
         "1.800000\t0.801000\n2.600000\t0.802000\n3.400000\t0.803000\n60.800000\t0.801000\n\
          61.600000\t0.802000\n",
-        "the time tells of the gap"
+        "the time shows the gap"
     );
     assert!(files.text("summary.md").contains("data are missing in 1 place"));
 }
@@ -257,9 +257,9 @@ fn intervals_have_their_times_phases_and_whether_they_are_corrected() {
     3.400000,803.000,,0
     60.800000,801.000,,0
     ");
-    let told: serde_json::Value = serde_json::from_str(&files.text("intervals.json")).unwrap();
-    assert_eq!(told["rr_ms"]["Units"], "ms");
-    assert!(told["corrected"]["Description"].as_str().unwrap().contains("Tarvainen"));
+    let described: serde_json::Value = serde_json::from_str(&files.text("intervals.json")).unwrap();
+    assert_eq!(described["rr_ms"]["Units"], "ms");
+    assert!(described["corrected"]["Description"].as_str().unwrap().contains("Tarvainen"));
 }
 
 #[test]
@@ -388,8 +388,8 @@ fn what_a_second_brought_is_on_the_disk_before_the_end() {
     }
     let text = fs::read_to_string(folder.path().join("features.csv")).unwrap();
     assert_eq!(text.lines().count(), 5);
-    let told = fs::read_to_string(folder.path().join("features.json")).unwrap();
-    assert!(told.contains("HRV_LF"), "{told}");
+    let described = fs::read_to_string(folder.path().join("features.json")).unwrap();
+    assert!(described.contains("HRV_LF"), "{described}");
 }
 
 #[test]
@@ -453,12 +453,12 @@ fn each_column_of_a_table_is_reported_in_the_file_beside_it() {
     for (table, beside, separator) in
         [("events.tsv", "events.json", '\t'), ("features.csv", "features.json", ',')]
     {
-        let told: serde_json::Value = serde_json::from_str(&files.text(beside)).unwrap();
+        let described: serde_json::Value = serde_json::from_str(&files.text(beside)).unwrap();
         let text = files.text(table);
         let columns: Vec<&str> = text.lines().next().unwrap().split(separator).collect();
-        let is_told = |column: &&str| told[*column]["Description"].is_string();
-        assert!(columns.iter().all(is_told), "{told}");
-        assert_eq!(told.as_object().unwrap().len(), columns.len());
+        let is_described = |column: &&str| described[*column]["Description"].is_string();
+        assert!(columns.iter().all(is_described), "{described}");
+        assert_eq!(described.as_object().unwrap().len(), columns.len());
     }
     let events: serde_json::Value = serde_json::from_str(&files.text("events.json")).unwrap();
     assert_eq!(events["onset"]["Units"], "s");
@@ -467,8 +467,9 @@ fn each_column_of_a_table_is_reported_in_the_file_beside_it() {
     let mut levels: Vec<String> =
         kinds.map(EventKind::to_string).chain(["notice".into()]).collect();
     levels.sort();
-    let told: Vec<&String> = events["trial_type"]["Levels"].as_object().unwrap().keys().collect();
-    assert!(told.iter().copied().eq(&levels), "{told:?}");
+    let levels_in_file: Vec<&String> =
+        events["trial_type"]["Levels"].as_object().unwrap().keys().collect();
+    assert!(levels_in_file.iter().copied().eq(&levels), "{levels_in_file:?}");
 }
 
 #[test]

@@ -71,11 +71,11 @@ impl Following<'_> {
         let keys: Vec<Key> = shared.map(|(key, _)| key.clone()).collect();
         for key in keys {
             let Some(several) = several(&publishing(&key, graph)) else { continue };
-            let told = self.several.get(&key).copied();
-            if told == Some(false) {
+            let known = self.several.get(&key).copied();
+            if known == Some(false) {
                 self.fault(format!("{}: published by {several}", key.0));
             }
-            self.several.insert(key, told.is_some());
+            self.several.insert(key, known.is_some());
         }
     }
 }

@@ -83,9 +83,12 @@ mod tests {
     fn what_no_receive_buffer_dropped_was_lost_before() {
         let mut places = Places::default();
         assert_eq!(places.look(lost(7)), None, "the news may still come");
-        let told = quiet(&mut places, NEWS_TAKE);
-        assert!(told[0].starts_with("7 messages of /scan lost before reaching this"), "{told:?}");
-        assert_eq!(told.len(), 1);
+        let labels = quiet(&mut places, NEWS_TAKE);
+        assert!(
+            labels[0].starts_with("7 messages of /scan lost before reaching this"),
+            "{labels:?}"
+        );
+        assert_eq!(labels.len(), 1);
         assert_eq!(places.report(), None, "each is reported once");
     }
 
@@ -103,11 +106,11 @@ mod tests {
     #[test]
     fn losses_that_go_on_are_reported_now_and_then_and_all_together() {
         let mut places = Places::default();
-        let told: Vec<String> = (0..100).filter_map(|_| places.look(lost(2))).collect();
-        assert!((2..=6).contains(&told.len()), "{told:?}");
+        let labels: Vec<String> = (0..100).filter_map(|_| places.look(lost(2))).collect();
+        assert!((2..=6).contains(&labels.len()), "{labels:?}");
         let rest = quiet(&mut places, 40);
-        let count = |told: &String| told.split(' ').next().unwrap().parse::<u64>().unwrap();
-        assert_eq!(told.iter().chain(&rest).map(count).sum::<u64>(), 200);
+        let count = |labels: &String| labels.split(' ').next().unwrap().parse::<u64>().unwrap();
+        assert_eq!(labels.iter().chain(&rest).map(count).sum::<u64>(), 200);
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub(super) struct PublisherSplit {
     primary: StreamReceiver,
     beside: Vec<Beside>,
     /// The publishers last reported.
-    told: Vec<String>,
+    reported: Vec<String>,
     has_refused: bool,
 }
 
@@ -89,7 +89,7 @@ impl PublisherSplit {
             publishers: Publishers::default(),
             waiting: VecDeque::new(),
             beside: Vec::new(),
-            told: Vec::new(),
+            reported: Vec::new(),
             has_refused: false,
         }
     }
@@ -158,9 +158,9 @@ impl PublisherSplit {
 
     fn report_publishers(&mut self) {
         let names = names_of(&self.graph.borrow(), &self.publishers.speaking().collect::<Vec<_>>());
-        if names != self.told && (names.len() > 1 || self.told.len() > 1) {
+        if names != self.reported && (names.len() > 1 || self.reported.len() > 1) {
             self.outlet.published_by(self.id, &names);
-            self.told = names;
+            self.reported = names;
         }
     }
 

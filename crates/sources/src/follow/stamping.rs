@@ -15,12 +15,12 @@ pub(super) struct Stamping {
     stream: StreamId,
     graph: watch::Receiver<Arc<Graph>>,
     publisher: Option<Gid>,
-    told: String,
+    reported: String,
 }
 
 impl Stamping {
     pub(super) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> Stamping {
-        Stamping { stream, graph, publisher: None, told: String::new() }
+        Stamping { stream, graph, publisher: None, reported: String::new() }
     }
 
     /// Reports the computer of the publisher of the next message.
@@ -36,9 +36,9 @@ impl Stamping {
         } else {
             self.graph.borrow_and_update().computer(publisher)
         };
-        if computer != self.told {
+        if computer != self.reported {
             outlet.stamped_by(self.stream, &computer);
-            self.told = computer;
+            self.reported = computer;
         }
     }
 }

@@ -50,14 +50,14 @@ impl Descriptions {
     pub fn complete(&self, stream: Stream) -> Stream {
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         match known.get(&stream.name) {
-            Some(told) if told.shape == stream.shape => Stream {
+            Some(described) if described.shape == stream.shape => Stream {
                 name: stream.name,
                 about: stream.about,
                 id: stream.id,
                 origin: Origin::Raw,
                 beside: stream.beside,
                 qos: stream.qos,
-                ..Stream::clone(told)
+                ..Stream::clone(described)
             },
             _ => stream,
         }
@@ -93,8 +93,10 @@ mod tests {
         let subject = Subject { about: About::Person, id: "p001".into() };
         let mut raw = Stream::raw("/humans/persons/p001/own/ecg", subject, Shape::Wave);
         raw.channels = vec![Channel { scale, ..Channel::new("ecg", "mV") }];
-        let told = StreamDescription::of(&raw, Header::at(Time::EPOCH));
-        describe(&told.encode()).expect("a description").map(|stream| stream.channels[0].scale)
+        let description = StreamDescription::of(&raw, Header::at(Time::EPOCH));
+        describe(&description.encode())
+            .expect("a description")
+            .map(|stream| stream.channels[0].scale)
     }
 
     #[test]

@@ -69,10 +69,10 @@ impl RosPeople {
 /// What keeps people's streams from being recorded well: a topic that two publish, such as a driver that
 /// was started twice.
 pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<String> {
-    let told = streams.filter(|stream| !stream.beside.is_empty()).map(|stream| {
+    let doubles = streams.filter(|stream| !stream.beside.is_empty()).map(|stream| {
         format!("a single publisher of {}: {} publishes it, too", stream.beside, stream.publisher)
     });
-    told.collect()
+    doubles.collect()
 }
 
 impl Component<dyn Source, SourceContext> for RosPeople {
@@ -99,14 +99,14 @@ struct RosPeopleSource {
 #[async_trait]
 impl Source for RosPeopleSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let told = Arc::new(Descriptions::default());
-        let _listening = Arc::clone(&told).listen(&*self.bus).map_err(|error| {
+        let descriptions = Arc::new(Descriptions::default());
+        let _listening = Arc::clone(&descriptions).listen(&*self.bus).map_err(|error| {
             SourceError::Gone { message: error.to_string(), hint: String::new() }
         })?;
         let choose = |endpoint: &teampulse_ros::graph::Endpoint| {
             let stream = self.choice.stream(&endpoint.topic, &endpoint.type_name)?;
-            self.claimed.is_ours(endpoint).then(|| told.complete(stream))
+            self.claimed.is_ours(endpoint).then(|| descriptions.complete(stream))
         };
-        follow_ours(Arc::clone(&self.bus), outlet, choose, told.news()).await
+        follow_ours(Arc::clone(&self.bus), outlet, choose, descriptions.news()).await
     }
 }

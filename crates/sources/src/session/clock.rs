@@ -57,12 +57,12 @@ pub async fn follow_clock(
     let (course, breaks) = (Course::default(), Vec::new());
     let following = Following { course, clock: clock.clone(), breaks };
     let following = Arc::new(Mutex::new(following));
-    let (told, host) = (Arc::clone(&following), Clock::host());
+    let (followed, host) = (Arc::clone(&following), Clock::host());
     let deliver = Arc::new(move |arrival: Arrival| {
         if let Ok(message) = rosgraph_msgs::Clock::decode(&arrival.bytes) {
-            let mut told = lock(&told);
-            let heard = told.course.hear(arrival.publisher, message.clock, host.now());
-            told.take(heard);
+            let mut following = lock(&followed);
+            let heard = following.course.hear(arrival.publisher, message.clock, host.now());
+            following.take(heard);
         }
     });
     let asked = Asked::Adaptive { depth: 1 };

@@ -86,13 +86,13 @@ impl Source for RosEvents {
         let _events = self.subscribe(outlet, EVENT, event).map_err(gone)?;
         let _markers = self.subscribe(outlet, "std_msgs/msg/String", marker).map_err(gone)?;
         let mut incidents = self.bus.incidents();
-        let mut told = BTreeSet::new();
+        let mut reported = BTreeSet::new();
         loop {
             tokio::select! {
                 incident = incidents.recv() => match incident {
                     Ok(Incident::IncompatibleQos { topic, policy, ours: false }) => {
                         let label = format!("{topic}: a subscriber asks for more {policy} than is offered");
-                        if told.insert(label.clone()) {
+                        if reported.insert(label.clone()) {
                             happen(outlet, EventKind::Fault, &label, 0.0);
                         }
                     }

@@ -147,7 +147,7 @@ impl PersonOutlet<'_> {
 
     fn offer_happening(&self, Happening { at_secs, what }: &Happening) {
         let moment = |value| (value, 0.0);
-        let happen = |worn, label: &str, told| self.happen(worn, *at_secs, label, told);
+        let happen = |worn, label: &str, value| self.happen(worn, *at_secs, label, value);
         match *what {
             What::Begins { phase, lasts_secs } => {
                 happen(Worn::Phases, phase, (f64::NAN, lasts_secs));

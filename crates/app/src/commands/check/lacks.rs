@@ -49,10 +49,10 @@ fn undescribed<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<I
 
 /// People and robots with phases of their own, where the study has phases, too.
 pub fn overruled(has_phases: bool, own: &BTreeMap<String, String>) -> Vec<String> {
-    let told = own.iter().filter(|_| has_phases).map(|(id, stream)| {
+    let lacks = own.iter().filter(|_| has_phases).map(|(id, stream)| {
         format!("phases of {id} are published on {stream}: for {id} they replace the study's")
     });
-    told.collect()
+    lacks.collect()
 }
 
 #[cfg(test)]

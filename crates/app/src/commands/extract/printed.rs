@@ -40,30 +40,30 @@ pub fn window(values: &[Value], span: Span, measured: &Measured) {
         100.0 * measured.coverage,
         measured.quality
     ));
-    output::lines(values.iter().zip(&measured.values).map(|(value, told)| {
-        let told = match told {
+    output::lines(values.iter().zip(&measured.values).map(|(value, found)| {
+        let text = match found {
             Ok(number) => format!("{:>12} {}", shown(*number), units::shown(&value.unit)),
             Err(reason) => format!("{:>12} {reason}", "-"),
         };
-        format!("  {:<32}{told}", value.name).trim_end().to_owned()
+        format!("  {:<32}{text}", value.name).trim_end().to_owned()
     }));
 }
 
 /// Prints how each value was computed; what several recipes have in common is printed once.
 pub fn recipes(values: &[Value], method: &str) {
-    let mut told: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
+    let mut groups: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
     for value in values {
         let (recipe, common) = value.method.split_once("; ").unwrap_or((&value.method, ""));
         // The recipe of one channel is the same for all.
         let (name, _) = Value::parts(&value.name);
-        match told.iter_mut().find(|(each, _)| *each == common) {
+        match groups.iter_mut().find(|(each, _)| *each == common) {
             Some((_, recipes)) if recipes.contains(&(name, recipe)) => {}
             Some((_, recipes)) => recipes.push((name, recipe)),
-            None => told.push((common, vec![(name, recipe)])),
+            None => groups.push((common, vec![(name, recipe)])),
         }
     }
     output::line(format!("\nhow, {method}:"));
-    for (common, recipes) in told {
+    for (common, recipes) in groups {
         output::lines(recipes.iter().map(|(name, recipe)| format!("  {name:<26}{recipe}")));
         if !common.is_empty() {
             output::line(format!("      all of these: {common}"));

@@ -127,16 +127,16 @@ fn rows<'a>(
     values: &'a [Value],
     (span, measured): &'a (Span, Measured),
 ) -> impl Iterator<Item = Row> + 'a {
-    values.iter().zip(&measured.values).map(|(value, told)| Row {
+    values.iter().zip(&measured.values).map(|(value, found)| Row {
         name: value.name.clone().into_owned(),
-        value: told.ok(),
+        value: found.ok(),
         unit: units::spelt(&value.unit),
         start_secs: secs(span.begin_ns),
         end_secs: secs(span.end_ns),
         coverage: measured.coverage,
         quality: measured.quality,
         method: value.method.clone().into_owned(),
-        reason: told.err().map(|reason| reason.to_string()),
+        reason: found.err().map(|reason| reason.to_string()),
     })
 }
 

@@ -84,7 +84,7 @@ impl Rows {
 
 /// When the first interval begins [ns]: with the file, if that states it; else its length before its end.
 fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
-    let told_ns = table.begin_ns();
+    let dated_ns = table.begin_ns();
     let first = table.peek(1).map_err(failure)?.next().cloned();
     let Some((end_ns, mut row)) = first.and_then(|row| Some((row.at_ns?, row))) else {
         return Ok(0);
@@ -93,7 +93,7 @@ fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
     // A table with only a column of times has no column of intervals.
     let first_ms = row.values.first().copied().filter(|first_ms| *first_ms > 0.0);
     let first_ns = first_ms.map_or(0, |first_ms| (first_ms * 1e6).round() as i64);
-    Ok(told_ns.unwrap_or(end_ns.saturating_sub(first_ns)))
+    Ok(dated_ns.unwrap_or(end_ns.saturating_sub(first_ns)))
 }
 
 /// Whether most intervals equal the time since the previous one.
@@ -120,11 +120,11 @@ struct Scaling {
 
 impl Scaling {
     fn new(signal: &'static Analysis, table: &Table, said: &Said<'_>) -> Result<Scaling, Failure> {
-        let conversion = |told: &Option<String>| {
+        let conversion = |in_table: &Option<String>| {
             let Some(to) = signal.unit() else { return Ok(Conversion::SAME) };
             // With a factor, the numbers are in the signal's own unit.
-            let told = told.as_deref().filter(|_| said.scale.total_cmp(&1.0).is_eq());
-            let from = said.unit.or(told).unwrap_or_default();
+            let in_table = in_table.as_deref().filter(|_| said.scale.total_cmp(&1.0).is_eq());
+            let from = said.unit.or(in_table).unwrap_or_default();
             Conversion::between(from, to).ok_or_else(|| refused(signal, from, to))
         };
         let conversions = table.units().iter().map(conversion).collect::<Result<_, _>>()?;

@@ -15,7 +15,7 @@ pub struct Times {
     sum_ns: i64,
     step_ns: i64,
     /// The start time that the table states [ns].
-    told_ns: i64,
+    dated_ns: i64,
 }
 
 /// A longer pause is not a gap in a recording [s]: a day.
@@ -27,14 +27,14 @@ impl Times {
     /// The times of a table's rows; intervals begin at `begin_ns` [ns].
     pub fn new(signal: &'static Analysis, table: &Table, begin_ns: i64) -> Times {
         let rate_hz = table.rate_hz();
-        let told_ns = table.begin_ns().unwrap_or(0);
+        let dated_ns = table.begin_ns().unwrap_or(0);
         let (last_ns, sum_ns) = (i64::MIN, begin_ns);
-        Times { signal, rate_hz, rows: 0, begin_ns, last_ns, sum_ns, step_ns: 0, told_ns }
+        Times { signal, rate_hz, rows: 0, begin_ns, last_ns, sum_ns, step_ns: 0, dated_ns }
     }
 
     /// When the next row was measured [ns].
     pub fn of(&mut self, row: &Row) -> i64 {
-        let even_ns = (self.rows as f64 / self.rate_hz * 1e9).round() as i64 + self.told_ns;
+        let even_ns = (self.rows as f64 / self.rate_hz * 1e9).round() as i64 + self.dated_ns;
         let is_even = self.signal.is_even();
         let at_ns = match row.at_ns {
             Some(at_ns) if is_even => at_ns,

@@ -93,8 +93,8 @@ mod tests {
 
     #[test]
     fn a_window_is_reported_thirty_times_in_its_length_and_once_a_second_at_most() {
-        let told = [1.0, 30.0, 44.0, 60.0, 300.0, 3600.0].map(hop_secs_of);
-        assert_eq!(told, [1.0, 1.0, 1.0, 2.0, 10.0, 120.0]);
+        let hops = [1.0, 30.0, 44.0, 60.0, 300.0, 3600.0].map(hop_secs_of);
+        assert_eq!(hops, [1.0, 1.0, 1.0, 2.0, 10.0, 120.0]);
         let stream = over_window(&input(&[("x", "m")]), 300.0);
         assert_eq!(stream.rate_hz, 0.1);
         assert!(stream.method.contains("windows of 300 s, each 10 s;"), "{}", stream.method);

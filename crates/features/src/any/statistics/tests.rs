@@ -125,8 +125,8 @@ fn a_window_is_reported_each_second_by_its_samples() {
         }
         assert_eq!(window.values[2..6], [exact.median, exact.mad, exact.least, exact.greatest]);
         let rest = [exact.mean, exact.sd.unwrap(), exact.slope_per_sec.unwrap()];
-        let told = [window.values[0], window.values[1], window.values[6]];
-        assert!(told.iter().zip(rest).all(|(told, exact)| (told - exact).abs() < 1e-12));
+        let values = [window.values[0], window.values[1], window.values[6]];
+        assert!(values.iter().zip(rest).all(|(value, exact)| (value - exact).abs() < 1e-12));
         assert!(window.reasons[7..].iter().all(|reason| *reason == Reason::NoBaseline));
     }
 }

@@ -65,21 +65,21 @@ pub(super) fn faults(subject: &Subject, input: &str) -> Stream {
 
 /// The fault about a report that is not on its scale.
 pub(super) fn off_scale(value: f64) -> String {
-    let told =
+    let text =
         if value.is_nan() { "ISA that is not a number".to_owned() } else { format!("ISA {value}") };
     let (least, most) = (SCALE.start(), SCALE.end());
     format!(
-        "{told} is not used: report the workload as a value from {least} (idle) to {most} (too much)"
+        "{text} is not used: report the workload as a value from {least} (idle) to {most} (too much)"
     )
 }
 
 /// The fault about a report that names an unknown person, or none, where there are this many people.
 /// It does not name them, as streams about the session may be published.
 pub(super) fn about_nobody(named: &str, count: usize) -> String {
-    let told = match (named, count) {
+    let text = match (named, count) {
         ("", 0) => "ISA without a name is not used, as nobody is known yet".to_owned(),
         ("", _) => format!("ISA without a name is not used, as there are {count} people"),
         _ => format!("ISA of {named} is not used, as nobody of that name is known"),
     };
-    format!("{told}: label it isa and the id of a person, as in the streams' names")
+    format!("{text}: label it isa and the id of a person, as in the streams' names")
 }

@@ -34,7 +34,7 @@ pub(super) struct Person {
     doubled_secs: f64,
     reports: Reports,
     /// Whether a fault about a report off the scale was published.
-    is_off_scale_told: bool,
+    is_off_scale_reported: bool,
     /// The streams of the reports and phases so far.
     of_stream: BTreeSet<String>,
     /// Whether measures of the body are present, with or without a state.
@@ -66,7 +66,7 @@ impl Person {
             subject,
             doubled_secs,
             reports: Reports::default(),
-            is_off_scale_told: false,
+            is_off_scale_reported: false,
             of_stream: BTreeSet::new(),
             measured: BTreeSet::new(),
             states: BTreeMap::new(),
@@ -97,7 +97,7 @@ impl Person {
         if self.reports.take(at, event) {
             self.of_stream.insert(stream.to_owned());
         } else if Isa::read(event).is_some()
-            && !std::mem::replace(&mut self.is_off_scale_told, true)
+            && !std::mem::replace(&mut self.is_off_scale_reported, true)
         {
             let output = out.declare(output::faults(&self.subject, stream));
             let label = output::off_scale(event.value);
@@ -164,20 +164,20 @@ impl Person {
         while let Some(phase) = phases.get(self.next) {
             let Some(end) = phase.end.filter(|end| *end <= now) else { return };
             let stretch = Stretch { begin: phase.begin, end };
-            let mut told =
+            let mut body =
                 self.states.get(&Window::Phases).into_iter().flat_map(|state| &state.phases);
-            let told = told.find(|(at, _)| *at == end).map(|(_, body)| *body);
+            let body = body.find(|(at, _)| *at == end).map(|(_, body)| *body);
             let report = self.reports.of_phase(stretch, phases, self.doubled_secs);
             let since_ns = now.nanos_since(end);
             // A newer report may come, even where there is one already.
-            let is_known = told.is_some() && (since_ns >= LISTENING_NS || is_last);
+            let is_known = body.is_some() && (since_ns >= LISTENING_NS || is_last);
             let is_late = since_ns >= PATIENCE_NS;
             if !(is_known || is_late || is_last && self.states.is_empty()) {
                 return;
             }
             self.next += 1;
-            if told.is_some() || report.is_ok() {
-                let body = told.unwrap_or_else(|| without_state(&self.measured));
+            if body.is_some() || report.is_ok() {
+                let body = body.unwrap_or_else(|| without_state(&self.measured));
                 self.emit(Window::Phases, stretch, (body, report), out);
             }
         }

@@ -120,9 +120,9 @@ mod tests {
         Time::from_stamp(secs, 0)
     }
 
-    fn reports(told: &[(i32, f64)]) -> Reports {
+    fn reports(given: &[(i32, f64)]) -> Reports {
         let mut reports = Reports::default();
-        for (secs, isa) in told {
+        for (secs, isa) in given {
             let (label, duration_secs) = ("isa".to_owned(), 0.0);
             let event = Event { kind: EventKind::Report, label, value: *isa, duration_secs };
             assert_eq!(reports.take(time(*secs), &event), (1.0..=5.0).contains(isa));

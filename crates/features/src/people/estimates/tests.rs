@@ -80,7 +80,7 @@ fn report(drive: &mut Drive, secs: f64, isa: f64) {
     drive.take_on(REPORTS, secs, event(EventKind::Report, "isa", isa));
 }
 
-fn is_told(drive: &Drive, name: &str) -> bool {
+fn has_values(drive: &Drive, name: &str) -> bool {
     drive.outputs().iter().any(|stream| stream.name == name)
 }
 
@@ -98,8 +98,8 @@ fn a_body_alone_gives_an_estimate() {
     let mut drive = with_body();
     drive.take_on(STATES, 100.0, state(30.0, CALM));
     drive.take_on(STATES, 101.0, state(30.0, HARD));
-    let told = drive.features(W30);
-    let [calm, hard] = [&told[0].1, &told[1].1];
+    let windows = drive.features(W30);
+    let [calm, hard] = [&windows[0].1, &windows[1].1];
     assert_eq!((calm.values[WORKLOAD], calm.values[AROUSAL]), (0.0, 0.0));
     assert!(hard.values[WORKLOAD] > 0.5 && hard.values[AROUSAL] > 0.5);
     assert_eq!(hard.values[WORKLOAD], hard.values[OF_BODY]);
@@ -113,8 +113,8 @@ fn a_report_off_the_scale_is_a_fault_that_is_reported_once() {
     for (secs, isa) in [(10.0, 3.0), (20.0, 7.0), (30.0, 0.0), (40.0, f64::NAN)] {
         report(&mut drive, secs, isa);
     }
-    let told = drive.events("/humans/persons/p1/reports/faults");
-    let [(secs, fault)] = &told[..] else { panic!("{told:?}") };
+    let faults = drive.events("/humans/persons/p1/reports/faults");
+    let [(secs, fault)] = &faults[..] else { panic!("{faults:?}") };
     assert_eq!((*secs, fault.kind), (20.0, EventKind::Fault));
     assert_eq!(
         fault.label,
@@ -134,8 +134,8 @@ fn a_report_about_nobody_is_a_fault_that_is_reported_once() {
         for secs in [10.0, 20.0] {
             drive.take_on(EVENTS, secs, event(EventKind::Report, label, 3.0));
         }
-        let told = drive.events("/session/reports/faults");
-        let [(10.0, fault)] = &told[..] else { panic!("{told:?}") };
+        let faults = drive.events("/session/reports/faults");
+        let [(10.0, fault)] = &faults[..] else { panic!("{faults:?}") };
         assert_eq!(fault.kind, EventKind::Fault);
         fault.label.split(": ").next().map(str::to_owned).unwrap()
     };
@@ -160,13 +160,13 @@ fn a_report_alone_gives_an_estimate_whose_sigma_grows_with_its_age() {
     let mut drive = begun();
     report(&mut drive, 10.5, 4.0);
     drive.until(131.0);
-    let told = drive.features(W30);
-    assert_eq!(told.len(), 121);
-    assert!(told.iter().all(|(_, values)| values.values[WORKLOAD] == 0.75));
-    assert!(told.is_sorted_by(|(_, a), (_, b)| a.sigmas[WORKLOAD] < b.sigmas[WORKLOAD]));
-    let doubled = (told[120].1.sigmas[WORKLOAD] / told[0].1.sigmas[WORKLOAD]).powi(2);
+    let windows = drive.features(W30);
+    assert_eq!(windows.len(), 121);
+    assert!(windows.iter().all(|(_, values)| values.values[WORKLOAD] == 0.75));
+    assert!(windows.is_sorted_by(|(_, a), (_, b)| a.sigmas[WORKLOAD] < b.sigmas[WORKLOAD]));
+    let doubled = (windows[120].1.sigmas[WORKLOAD] / windows[0].1.sigmas[WORKLOAD]).powi(2);
     assert!((doubled - 2.0).abs() < 0.01, "{doubled}");
-    assert!(told.iter().all(|(_, values)| values.reasons[AROUSAL] == Reason::Missing));
+    assert!(windows.iter().all(|(_, values)| values.reasons[AROUSAL] == Reason::Missing));
 }
 
 #[test]
@@ -183,8 +183,8 @@ fn a_body_that_is_measured_lacks_a_baseline_until_there_is_a_state() {
     let mut reasons = |place: u32, secs, name, channel| {
         drive.join(StreamId(place), &windows(name, channel));
         drive.until(secs);
-        let told = drive.last(W30);
-        [WORKLOAD, OF_BODY, OF_REPORT, AROUSAL].map(|place| told.reasons[place])
+        let window = drive.last(W30);
+        [WORKLOAD, OF_BODY, OF_REPORT, AROUSAL].map(|place| window.reasons[place])
     };
     let (is, lacks, not) = (Reason::Ok, Reason::NoBaseline, Reason::Missing);
     assert_eq!(reasons(5, 12.0, ("strap/ecg", "heart"), "HRV_MeanHR"), [is, lacks, is, not]);
@@ -200,8 +200,8 @@ fn body_and_report_are_weighted_by_their_sigmas() {
     let mut drive = with_body();
     report(&mut drive, 99.0, 2.0);
     drive.take_on(STATES, 100.0, state(30.0, HARD));
-    let told = drive.last(W30);
-    let [both, body, report] = [WORKLOAD, OF_BODY, OF_REPORT].map(|place| told.values[place]);
+    let window = drive.last(W30);
+    let [both, body, report] = [WORKLOAD, OF_BODY, OF_REPORT].map(|place| window.values[place]);
     assert!(report < both && both < body);
     // The report is fresh, the body never surer than a fresh report.
     assert!(both - report < body - both);
@@ -212,8 +212,8 @@ fn a_body_that_is_no_longer_known_leaves_the_report() {
     let mut drive = with_body();
     report(&mut drive, 99.0, 2.0);
     drive.take_on(STATES, 100.0, state(30.0, [f64::NAN; 5]));
-    let told = drive.last(W30);
-    assert_eq!((told.values[WORKLOAD], told.reasons[OF_BODY]), (0.25, Reason::Gap));
+    let window = drive.last(W30);
+    assert_eq!((window.values[WORKLOAD], window.reasons[OF_BODY]), (0.25, Reason::Gap));
     drive.take_on(STATES, 101.0, state(30.0, [6.0, f64::NAN, f64::NAN, f64::NAN, 6.0]));
     assert!(drive.last(W30).sigmas[OF_BODY] > 0.5);
 }
@@ -240,12 +240,12 @@ fn a_phase_is_reported_with_the_report_at_its_end() {
     drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
     report(&mut drive, 123.0, 5.0);
     drive.until(132.0);
-    let told = drive.features(WHOLE);
+    let windows = drive.features(WHOLE);
     // The baseline has neither a state nor a report.
-    assert_eq!(told.len(), 1);
-    assert_eq!((told[0].0, told[0].1.window_secs), (120.0, 60.0));
-    assert_eq!(told[0].1.values[OF_REPORT], 1.0);
-    assert!(told[0].1.reasons.iter().all(|reason| *reason == Reason::Ok));
+    assert_eq!(windows.len(), 1);
+    assert_eq!((windows[0].0, windows[0].1.window_secs), (120.0, 60.0));
+    assert_eq!(windows[0].1.values[OF_REPORT], 1.0);
+    assert!(windows[0].1.reasons.iter().all(|reason| *reason == Reason::Ok));
 }
 
 #[test]
@@ -273,7 +273,7 @@ fn a_phase_without_a_report_waits_for_it_and_is_reported_without() {
     phase(&mut drive, 120.0, "rest");
     drive.take_on(StreamId(3), 120.0, state(60.0, HARD));
     drive.until(130.0);
-    assert!(!is_told(&drive, WHOLE));
+    assert!(!has_values(&drive, WHOLE));
     drive.until(140.0);
     assert_eq!(drive.last(WHOLE).reasons[OF_REPORT], Reason::Nothing);
 }
@@ -290,20 +290,20 @@ fn the_last_phase_is_reported_as_the_session_ends() {
 
 #[test]
 fn a_report_on_the_session_s_events_names_whom_it_is_about() {
-    let told_of_p1 = |people: &[&str], label: &str| {
+    let counts_for_p1 = |people: &[&str], label: &str| {
         let mut drive = Drive::new(built::<Estimates>("").as_ref(), &session_events());
         for (place, id) in (1..).zip(people) {
             drive.join(StreamId(place), &reports(id));
         }
         drive.take_on(EVENTS, 10.0, event(EventKind::Report, label, 3.0));
         drive.until(20.0);
-        is_told(&drive, W30)
+        has_values(&drive, W30)
     };
-    assert!(told_of_p1(&["p1"], "isa"));
-    assert!(told_of_p1(&["p1", "p2"], "isa p1"));
-    assert!(!told_of_p1(&["p1", "p2"], "isa"));
-    assert!(!told_of_p1(&["p1", "p2"], "isa p2"));
-    assert!(!told_of_p1(&["p1"], "tired"));
+    assert!(counts_for_p1(&["p1"], "isa"));
+    assert!(counts_for_p1(&["p1", "p2"], "isa p1"));
+    assert!(!counts_for_p1(&["p1", "p2"], "isa"));
+    assert!(!counts_for_p1(&["p1", "p2"], "isa p2"));
+    assert!(!counts_for_p1(&["p1"], "tired"));
 }
 
 #[test]
@@ -334,11 +334,11 @@ proptest! {
         for (secs, z) in (1_u32..).zip(z) {
             drive.take_on(STATES, f64::from(secs), state(30.0, z.map(|z| if z.is_finite() { z } else { f64::NAN })));
         }
-        for (_, told) in drive.features(W30) {
-            for (place, value) in told.values.iter().enumerate() {
-                prop_assert_eq!(value.is_nan(), told.reasons[place] != Reason::Ok);
+        for (_, window) in drive.features(W30) {
+            for (place, value) in window.values.iter().enumerate() {
+                prop_assert_eq!(value.is_nan(), window.reasons[place] != Reason::Ok);
                 prop_assert!(value.is_nan() || (0.0..=1.0).contains(value));
-                prop_assert!(value.is_nan() || told.sigmas[place] >= 0.14);
+                prop_assert!(value.is_nan() || window.sigmas[place] >= 0.14);
             }
         }
     }

@@ -221,7 +221,10 @@ mod tests {
     #[test]
     fn equal_windows_have_a_difference_but_no_z() {
         let difference = baseline(&[5.0; 10]).difference(6.0);
-        assert!(difference[0].is_ok_and(|told| told.value == 1.0 && told.sigma.is_nan()));
+        assert!(
+            difference[0]
+                .is_ok_and(|difference| difference.value == 1.0 && difference.sigma.is_nan())
+        );
         assert_eq!(difference[1..], [Err(Reason::Undefined); 2]);
     }
 

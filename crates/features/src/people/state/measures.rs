@@ -65,8 +65,8 @@ pub(super) fn read_window(stream: &Stream) -> Option<Window> {
 /// The measures in a stream, by their names.
 pub(in crate::people) fn measures_of(stream: &Stream) -> impl Iterator<Item = &'static str> {
     let is_read = read_window(stream).is_some();
-    let is_told = move |measure: &&Measure| is_read && measure.place_in(stream).is_some();
-    MEASURES.iter().filter(is_told).map(|measure| measure.name)
+    let is_measured = move |measure: &&Measure| is_read && measure.place_in(stream).is_some();
+    MEASURES.iter().filter(is_measured).map(|measure| measure.name)
 }
 
 #[cfg(test)]

@@ -77,7 +77,7 @@ impl Person {
     pub(super) fn judge(
         &mut self,
         phases: &[Phase],
-        told_by: &str,
+        phases_from: &str,
         settled_by: Time,
         out: &mut Outputs,
     ) {
@@ -86,7 +86,7 @@ impl Person {
         held.is_judged = true;
         let phase = &phases[held.number];
         for windows in self.windows.values_mut() {
-            windows.judge(&self.subject, (phase, end), told_by, out);
+            windows.judge(&self.subject, (phase, end), phases_from, out);
         }
         let shortest =
             self.windows.values().min_by(|a, b| a.length_secs().total_cmp(&b.length_secs()));
@@ -99,24 +99,24 @@ impl Person {
     pub(super) fn report(
         &mut self,
         phases: &[Phase],
-        told_by: &str,
+        phases_from: &str,
         (second, stale_secs): (Time, f64),
         out: &mut Outputs,
     ) {
         let settled_by = Time::from_nanos(second.nanos().saturating_sub(SETTLED_NS));
-        self.judge(phases, told_by, settled_by, out);
+        self.judge(phases, phases_from, settled_by, out);
         self.windows.values().for_each(|windows| windows.report(second, stale_secs, out));
-        self.report_phases(phases, told_by, second, out);
+        self.report_phases(phases, phases_from, second, out);
     }
 
     /// Reports the phases that are over at `now`.
     pub(super) fn report_phases(
         &mut self,
         phases: &[Phase],
-        told_by: &str,
+        phases_from: &str,
         now: Time,
         out: &mut Outputs,
     ) {
-        self.whole.report((&self.subject, told_by), phases, now, out);
+        self.whole.report((&self.subject, phases_from), phases, now, out);
     }
 }

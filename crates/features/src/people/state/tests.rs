@@ -198,8 +198,8 @@ fn a_stream_that_stops_becomes_unknown_and_the_others_go_on() {
     drive.until(120.0);
     assert_eq!(value(&mut drive, "heart_rate_z"), Err(Reason::Gap));
     assert!(value(&mut drive, "skin_level_z").is_ok());
-    let told = drive.features(STATE);
-    let known = |secs: f64| told.iter().find(|(at, _)| *at == secs).unwrap().1.coverage;
+    let windows = drive.features(STATE);
+    let known = |secs: f64| windows.iter().find(|(at, _)| *at == secs).unwrap().1.coverage;
     assert!(known(104.0) > known(120.0));
 }
 
@@ -277,12 +277,12 @@ fn a_later_baseline_replaces_the_first() {
 }
 
 /// The same phases as whole phases, reported by a strap and a glove.
-fn with_phases(told: &[(u32, f64)]) -> Drive {
+fn with_phases(phases: &[(u32, f64)]) -> Drive {
     let (heart_phases, skin_phases) = (StreamId(3), StreamId(4));
     let mut drive = after_baseline();
     drive.join(heart_phases, &heart(Window::Phases));
     drive.join(skin_phases, &skin("glove", Window::Phases));
-    for &(secs, rate) in told {
+    for &(secs, rate) in phases {
         let of_heart = values(60.0, 0.9, &[0.9, rate, 35.0]);
         drive.take_on(heart_phases, f64::from(secs), of_heart);
         drive.take_on(skin_phases, f64::from(secs), values(60.0, 0.9, &[5.0, 6.0]));
@@ -299,8 +299,8 @@ fn a_phase_is_compared_with_the_baseline_as_one_phase() {
     drive.take_on(StreamId(3), 160.0, values(60.0, 0.9, &[0.9, 78.0, 30.0]));
     drive.take_on(StreamId(4), 160.0, values(60.0, 0.9, &[5.5, 7.0]));
     drive.until(161.0);
-    let told = drive.features(PHASES);
-    assert_eq!(told.iter().map(|(secs, _)| *secs).collect::<Vec<_>>(), [160.0]);
+    let windows = drive.features(PHASES);
+    assert_eq!(windows.iter().map(|(secs, _)| *secs).collect::<Vec<_>>(), [160.0]);
     assert_eq!(value_of(&mut drive, PHASES, "heart_rate_difference"), Ok(7.0));
     assert!(value_of(&mut drive, PHASES, "heart_rate_z").unwrap() > 3.0);
     let inputs = &drive.outputs().iter().find(|stream| stream.name == PHASES).unwrap().inputs;
@@ -334,12 +334,12 @@ proptest! {
 
     #[test]
     fn whatever_windows_give_a_state_is_sound(
-        told in prop::collection::vec(prop::num::f64::ANY, 150),
+        values in prop::collection::vec(prop::num::f64::ANY, 150),
         end in 31_u32..150,
     ) {
         let mut drive = begun();
         phase(&mut drive, 0, "baseline");
-        for (secs, value) in (1..).zip(told) {
+        for (secs, value) in (1..).zip(values) {
             heart_window(&mut drive, secs, value);
             if secs == end {
                 phase(&mut drive, secs, "task");

@@ -84,7 +84,7 @@ impl Whole {
     /// Reports the phases that are over at `now`, as soon as all streams have reported them.
     pub(super) fn report(
         &mut self,
-        (person, told_by): (&Subject, &str),
+        (person, phases_from): (&Subject, &str),
         phases: &[Phase],
         now: Time,
         out: &mut Outputs,
@@ -100,7 +100,7 @@ impl Whole {
                     return;
                 }
                 if is_judged {
-                    self.report_phase((person, told_by), phase, out);
+                    self.report_phase((person, phases_from), phase, out);
                 }
             }
             self.next += 1;
@@ -119,21 +119,21 @@ impl Whole {
 
     fn report_phase(
         &mut self,
-        (person, told_by): (&Subject, &str),
+        (person, phases_from): (&Subject, &str),
         phase: &Phase,
         out: &mut Outputs,
     ) {
         let (Some(against), Some(end)) = (&mut self.against, phase.end) else { return };
         let length_secs = end.secs_since(phase.begin);
-        let mut told = [const { Err(Reason::Missing) }; COUNT];
-        for (measure, told) in told.iter_mut().enumerate() {
+        let mut found = [const { Err(Reason::Missing) }; COUNT];
+        for (measure, found) in found.iter_mut().enumerate() {
             let lack = lack(&self.tracks, measure, against.lacks[measure]);
             let Some(compared) = &mut against.compared[measure] else {
-                *told = Err(lack);
+                *found = Err(lack);
                 continue;
             };
             let track = track(&self.tracks, measure, compared);
-            *told = track.ok_or(lack).and_then(|track| {
+            *found = track.ok_or(lack).and_then(|track| {
                 let baseline = *compared.value.get_or_insert_with(|| value_at(track, against.end));
                 compared.difference(track, (baseline?, end), length_secs / against.length_secs)
             });
@@ -143,10 +143,10 @@ impl Whole {
             compared.is_some_and(|compared| compared.is_of(track))
         });
         let inputs = used.map(|track| track.stream.as_str());
-        let inputs = inputs.chain(against.inputs.iter().map(String::as_str)).chain([told_by]);
+        let inputs = inputs.chain(against.inputs.iter().map(String::as_str)).chain([phases_from]);
         let stream = output::phases(person, inputs, against.method.clone());
         let output = out.declare(stream);
-        out.emit(output, end, values(length_secs, &told));
+        out.emit(output, end, values(length_secs, &found));
     }
 }
 
@@ -171,7 +171,7 @@ impl Compared {
 
 /// The value of a track for the phase with this end.
 fn value_at(track: &Track, end: Time) -> Result<f64, Reason> {
-    track.value_at(end).map_or(Err(Reason::NoBaseline), |told| told.value)
+    track.value_at(end).map_or(Err(Reason::NoBaseline), |value| value.value)
 }
 
 /// The track of phases with the measure that is compared for windows.
@@ -181,19 +181,20 @@ fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option
 
 /// Why a measure has no comparison, where its windows were insufficient when the baseline ended.
 fn lack(tracks: &[Track], measure: usize, of_windows: Reason) -> Reason {
-    let is_told = tracks.iter().any(|track| track.measure == measure);
+    let is_measured = tracks.iter().any(|track| track.measure == measure);
     match of_windows {
-        Reason::Missing if is_told => Reason::NoBaseline,
-        of_windows if is_told => of_windows,
+        Reason::Missing if is_measured => Reason::NoBaseline,
+        of_windows if is_measured => of_windows,
         _ => Reason::Missing,
     }
 }
 
-fn values(length_secs: f64, told: &[Result<(Difference, f32), Reason>; COUNT]) -> Data {
-    let known = told.iter().flatten();
+fn values(length_secs: f64, differences: &[Result<(Difference, f32), Reason>; COUNT]) -> Data {
+    let known = differences.iter().flatten();
     let (count, sum) = known
         .fold((0.0, 0.0), |(count, sum), (_, quality)| (count + 1.0, sum + f64::from(*quality)));
     let quality = if count > 0.0 { (sum / count).clamp(0.0, 1.0) } else { 0.0 };
-    let differences = told.map(|told| told.map_or_else(|reason| [Err(reason); 3], |told| told.0));
+    let differences =
+        differences.map(|found| found.map_or_else(|reason| [Err(reason); 3], |found| found.0));
     window_of(length_secs, count / COUNT as f64, quality, differences.as_flattened())
 }

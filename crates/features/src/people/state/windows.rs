@@ -61,7 +61,7 @@ impl Windows {
         &mut self,
         person: &Subject,
         (phase, end): (&Phase, Time),
-        told_by: &str,
+        phases_from: &str,
         out: &mut Outputs,
     ) {
         self.compared = [None; COUNT];
@@ -86,7 +86,8 @@ impl Windows {
             });
             let recipe = output::method(self.length_secs, phase, recipes);
             let inputs = self.chosen().map(|(track, _)| track.stream.as_str());
-            let stream = output::windows(person, self.length_secs, inputs.chain([told_by]), recipe);
+            let stream =
+                output::windows(person, self.length_secs, inputs.chain([phases_from]), recipe);
             self.output = Some(out.declare(stream));
         }
     }
@@ -120,9 +121,10 @@ impl Windows {
         let (mut known, mut quality) = (0.0, 0.0);
         let mut differences = [[Err(Reason::Missing); 3]; COUNT];
         for (measure, difference) in differences.iter_mut().enumerate() {
-            let told = self.difference(measure, second, stale_secs);
-            *difference = told.map_or_else(|reason| [Err(reason); 3], |(difference, _)| difference);
-            if let Ok((_, of_window)) = told {
+            let found = self.difference(measure, second, stale_secs);
+            *difference =
+                found.map_or_else(|reason| [Err(reason); 3], |(difference, _)| difference);
+            if let Ok((_, of_window)) = found {
                 (known, quality) = (known + 1.0, quality + f64::from(of_window));
             }
         }

@@ -198,9 +198,9 @@ fn a_session_without_any_stream_lasted_as_long_as_it_was_watched() {
 fn a_stream_that_is_advertised_and_never_comes_is_reported() {
     let mut board = Board::default();
     let never = |second| status(second, "/robot1/wifi", (State::Never, "no sample yet"), f64::NAN);
-    let told: Vec<String> = (0..12).flat_map(|second| board.take(&never(second))).collect();
-    assert_eq!(told.len(), 1);
-    assert!(told[0].contains("/robot1/wifi") && told[0].contains("never seen"), "{}", told[0]);
+    let log: Vec<String> = (0..12).flat_map(|second| board.take(&never(second))).collect();
+    assert_eq!(log.len(), 1);
+    assert!(log[0].contains("/robot1/wifi") && log[0].contains("never seen"), "{}", log[0]);
 }
 
 #[test]
@@ -220,10 +220,10 @@ fn the_phase_is_that_of_the_participant_with_what_is_left_of_it() {
     let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
     let mut board = board([of_session(0, "baseline", 60.0), heart(12, 70.0)]);
     assert_eq!(board.phase(None).text(), "p001  baseline, 0:48 left");
-    let told = board.take(&happens(20, own, (EventKind::Phase, "2-back"), f64::NAN));
+    let log = board.take(&happens(20, own, (EventKind::Phase, "2-back"), f64::NAN));
     let override_said = "00:00:20 p001 has phases of its own: \
                          those of the session don't count for p001";
-    assert_eq!(told, ["00:00:20 p001: phase: 2-back", override_said]);
+    assert_eq!(log, ["00:00:20 p001: phase: 2-back", override_said]);
     board.take(&heart(32, 70.0));
     let both = "p001  2-back for 0:12   session: baseline, 0:28 left   next rest";
     assert_eq!(board.phase(Some("rest")).text(), both);

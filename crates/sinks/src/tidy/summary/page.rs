@@ -70,9 +70,13 @@ impl Page<'_> {
             (counts.no_number, "not a number"),
             (counts.about_nobody, "about an unknown person"),
         ];
-        let told = unused.iter().filter(|(count, _)| *count > 0);
-        let told: Vec<String> = told.map(|(count, why)| format!("{count} {why}")).collect();
-        if told.is_empty() { String::new() } else { format!(" (not used: {})", told.join(", ")) }
+        let reasons = unused.iter().filter(|(count, _)| *count > 0);
+        let reasons: Vec<String> = reasons.map(|(count, why)| format!("{count} {why}")).collect();
+        if reasons.is_empty() {
+            String::new()
+        } else {
+            format!(" (not used: {})", reasons.join(", "))
+        }
     }
 
     fn phases(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -144,20 +148,20 @@ impl Page<'_> {
         let streams = self.summary.watched.iter();
         let bad = streams.filter_map(|((_, name), watched)| {
             let complaints = watched.complaints();
-            let told =
+            let reasons =
                 complaints.iter().take(REASONS).map(|complaint| said(complaint, &complaints));
-            let told: Vec<String> = told.collect();
+            let reasons: Vec<String> = reasons.collect();
             let secs = watched.not_fine_secs;
-            let told = told.join("; ");
-            (secs > 0).then(|| format!("- {name}: {secs} s not as it should be ({told})"))
+            let reasons = reasons.join("; ");
+            (secs > 0).then(|| format!("- {name}: {secs} s not as it should be ({reasons})"))
         });
         let mut faults: Vec<_> = self.summary.faults.iter().collect();
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
-        let told = faults.iter().take(FAULTS).map(|(label, (at, count))| {
+        let shown = faults.iter().take(FAULTS).map(|(label, (at, count))| {
             let often = if *count > 1 { format!(", {count} times") } else { String::new() };
             format!("- at {:.1} s: {}{often}", self.course.secs(*at), on_one_line(label))
         });
-        let mut lines: Vec<String> = told.collect();
+        let mut lines: Vec<String> = shown.collect();
         if let Some(cut_off) = self.course.cut_off() {
             lines.insert(0, format!("- {cut_off}"));
         }

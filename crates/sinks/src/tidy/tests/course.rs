@@ -169,8 +169,8 @@ fn reports_that_are_not_used_are_counted_as_such() {
             let stream = Stream::raw(name, about, Shape::Event);
             session.report(10.0, &stream, event(EventKind::Marker, "match", f64::NAN, 0.0));
         }
-        let told = [("isa p001", 3.0), ("isa P001", 3.0), ("isa p009", 9.0), ("isa", 2.0)];
-        for (label, isa) in told.into_iter().chain([("isa p001", 7.0), ("isa p001", f64::NAN)]) {
+        let reports = [("isa p001", 3.0), ("isa P001", 3.0), ("isa p009", 9.0), ("isa", 2.0)];
+        for (label, isa) in reports.into_iter().chain([("isa p001", 7.0), ("isa p001", f64::NAN)]) {
             session.report(20.0, &session_events(), event(EventKind::Report, label, isa, 0.0));
         }
         session.run().text("summary.md")
@@ -222,8 +222,8 @@ fn what_is_computed_from_a_damaged_bag_says_so_and_counts_no_losses() {
     session.report(31.0, &status_stream(), status(ECG, State::Ok, Some(0)));
     session.damage = Some("12 messages are missing".into());
     let damaged = session.run().text("summary.md");
-    let told = "- The bag that was replayed is damaged: 12 messages are missing.";
-    assert!(damaged.contains(told) && !whole.contains("damaged"), "{damaged}");
+    let line = "- The bag that was replayed is damaged: 12 messages are missing.";
+    assert!(damaged.contains(line) && !whole.contains("damaged"), "{damaged}");
     assert!(damaged.contains("|    ? |") && !whole.contains("|    ? |"), "{damaged}\n{whole}");
 }
 

@@ -15,7 +15,7 @@ const STOPPED_AFTER_SECS: f64 = 3.0;
 #[derive(Debug, Default)]
 pub(super) struct Course {
     /// Who publishes the time, and the last value; `None` before the first message.
-    told: Option<(Gid, Time)>,
+    last: Option<(Gid, Time)>,
     /// How far the session's time is ahead of it [ns].
     ahead_nanos: i64,
     session: Time,
@@ -36,8 +36,8 @@ impl Course {
 
     /// Takes in a time from a publisher; returns the session's time, and what happened to the clock.
     pub(super) fn hear(&mut self, publisher: Gid, now: Time, host: Time) -> (Time, Option<Break>) {
-        let Some((known, last)) = self.told else {
-            (self.told, self.session, self.heard) = (Some((publisher, now)), now, host);
+        let Some((known, last)) = self.last else {
+            (self.last, self.session, self.heard) = (Some((publisher, now)), now, host);
             return (self.session, None);
         };
         if known != publisher && self.stopped.is_none() {
@@ -62,7 +62,7 @@ impl Course {
             }
             None
         };
-        (self.told, self.heard) = (Some((publisher, now)), host);
+        (self.last, self.heard) = (Some((publisher, now)), host);
         if news.is_some() {
             self.ahead_nanos = self.session.nanos().saturating_sub(now.nanos());
         }
@@ -75,7 +75,7 @@ impl Course {
     pub(super) fn look(&mut self, host: Time) -> (Time, Option<Break>) {
         let silent_secs = host.secs_since(self.heard);
         let mut news = None;
-        if self.told.is_some() && self.stopped.is_none() && silent_secs > STOPPED_AFTER_SECS {
+        if self.last.is_some() && self.stopped.is_none() && silent_secs > STOPPED_AFTER_SECS {
             self.stopped = Some((host, self.session));
             news = Some(Break::Stopped(silent_secs));
         }
@@ -115,8 +115,8 @@ mod tests {
 
     /// Hears these times of a clock, a tenth of a second of the host apart from a moment on; gives the
     /// session's times [s] and the breaks.
-    fn hear(course: &mut Course, from: f64, told: &[f64]) -> (Vec<f64>, Vec<Break>) {
-        let heard = told.iter().enumerate();
+    fn hear(course: &mut Course, from: f64, stamps: &[f64]) -> (Vec<f64>, Vec<Break>) {
+        let heard = stamps.iter().enumerate();
         let heard = heard.map(|(k, now)| course.hear(A, secs(*now), secs(from + k as f64 * 0.1)));
         let (times, breaks): (Vec<Time>, Vec<Option<Break>>) = heard.unzip();
         (times.into_iter().map(Time::secs).collect(), breaks.into_iter().flatten().collect())
@@ -179,17 +179,17 @@ mod tests {
     proptest! {
         #[test]
         fn whatever_is_reported_time_never_goes_back_and_never_stands_still(
-            told in prop::collection::vec((any::<i64>(), 0_u8..2), 0..40),
+            heard_stamps in prop::collection::vec((any::<i64>(), 0_u8..2), 0..40),
         ) {
             let mut course = Course::default();
             let (mut last, mut host) = (Time::from_nanos(i64::MIN), 0.0);
-            for (nanos, who) in told {
+            for (nanos, who) in heard_stamps {
                 host += 0.5;
                 let (now, _) = course.hear(Gid::prefixed([who; 16]), Time::from_nanos(nanos / 4), secs(host));
                 prop_assert!(now >= last);
                 last = now;
             }
-            if course.told.is_some() {
+            if course.last.is_some() {
                 let before = course.look(secs(host + 4.0)).0;
                 prop_assert!(course.look(secs(host + 8.0)).0 > before);
             }

@@ -44,8 +44,8 @@ enum Form {
 
 /// The length of a unit of time [ns].
 pub fn unit_ns(unit: &str) -> Option<i64> {
-    let told = teampulse_core::units::Conversion::between(unit.trim(), "ns")?;
-    (!unit.trim().is_empty()).then(|| told.of(1.0).round() as i64).filter(|ns| *ns > 0)
+    let conversion = teampulse_core::units::Conversion::between(unit.trim(), "ns")?;
+    (!unit.trim().is_empty()).then(|| conversion.of(1.0).round() as i64).filter(|ns| *ns > 0)
 }
 
 /// The unit of times in a column with this name [ns], if the name states one.

@@ -239,9 +239,9 @@ fn contradicted(head: &Head, wanted: &Wanted, time: &Time, rate_hz: Option<f64>)
 
 /// The note that the given rate is not the one that the table states.
 fn overruled(head: &Head, rate_hz: Option<f64>) -> Option<String> {
-    let (asked_hz, told_hz) = (rate_hz?, head.rate_hz?);
-    let is_other = (told_hz / asked_hz - 1.0).abs() > f64::EPSILON;
-    is_other.then(|| format!("--rate ({asked_hz} Hz) is used, not the {told_hz} Hz in the table"))
+    let (asked_hz, own_hz) = (rate_hz?, head.rate_hz?);
+    let is_other = (own_hz / asked_hz - 1.0).abs() > f64::EPSILON;
+    is_other.then(|| format!("--rate ({asked_hz} Hz) is used, not the {own_hz} Hz in the table"))
 }
 
 /// A rate in brackets, if it is known.
@@ -314,8 +314,8 @@ fn clock(head: &Head, place: usize, wanted: &Wanted) -> Option<Clock> {
 /// The unit of a column of times in numbers [ns], if the table states it.
 fn stated_unit_ns(head: &Head, place: usize) -> Option<i64> {
     let below = head.units.get(place).and_then(|unit| unit_ns(unit));
-    let told = below.or_else(|| unit_of_name_ns(&head.name(place)));
-    told.filter(|_| !head.is_text(place))
+    let unit_ns = below.or_else(|| unit_of_name_ns(&head.name(place)));
+    unit_ns.filter(|_| !head.is_text(place))
 }
 
 fn is_date(head: &Head, place: usize) -> bool {

@@ -76,10 +76,10 @@ impl Head {
         let cells = |line: &TextLine| separator.cells(&line.text).map(str::to_owned).collect();
         let sample: Vec<Vec<String>> = sample.iter().map(cells).collect();
         if names.is_empty()
-            && let Some(told) = beats::units(&sample)
+            && let Some(found) = beats::units(&sample)
         {
             names = ["time", "rr"].map(str::to_owned).to_vec();
-            units = told.map(str::to_owned).to_vec();
+            units = found.map(str::to_owned).to_vec();
         }
         if !is_counted && names.len() > 1 && sample[0].len() == 1 {
             // One name of several words.

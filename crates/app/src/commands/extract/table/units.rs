@@ -73,7 +73,7 @@ pub fn is_raw(unit: &str) -> bool {
 /// in that unit, as far as any remain.
 pub fn narrowed(head: &Head, places: Vec<usize>, wanted: &Wanted) -> Vec<usize> {
     let unit = |place: usize| unit(head, place, wanted);
-    let is_told = |place: usize| unit(place).is_some_and(|unit| !is_raw(&unit));
+    let is_named = |place: usize| unit(place).is_some_and(|unit| !is_raw(&unit));
     let fits = |place: usize| {
         unit(place).is_some_and(|unit| {
             wanted.unit.is_some_and(|to| Conversion::between(&unit, to).is_some())
@@ -85,7 +85,7 @@ pub fn narrowed(head: &Head, places: Vec<usize>, wanted: &Wanted) -> Vec<usize> 
         })
     };
     let is_calibrated = |place: usize| !head.name(place).to_ascii_uppercase().ends_with("_RAW");
-    let rules: [&dyn Fn(usize) -> bool; 4] = [&is_told, &fits, &is_same, &is_calibrated];
+    let rules: [&dyn Fn(usize) -> bool; 4] = [&is_named, &fits, &is_same, &is_calibrated];
     rules.iter().fold(places, |places, rule| {
         let left: Vec<usize> = places.iter().copied().filter(|place| rule(*place)).collect();
         if left.is_empty() { places } else { left }

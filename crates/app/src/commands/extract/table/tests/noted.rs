@@ -41,8 +41,11 @@ fn a_rate_that_differs_from_the_table_is_reported() {
         notes(Signal::Ecg, text, Some(200.0))
             .contains(&"--rate (200 Hz) is used, not the 250 Hz in the table".to_owned())
     );
-    let told = notes(Signal::Ecg, text, None);
-    assert!(told.iter().any(|note| note.starts_with("the rate in the table (250 Hz)")), "{told:?}");
+    let noted = notes(Signal::Ecg, text, None);
+    assert!(
+        noted.iter().any(|note| note.starts_with("the rate in the table (250 Hz)")),
+        "{noted:?}"
+    );
     let e4 = "1551453301.0\n4.0\n0.5\n0.6\n";
     let [note] = &notes(Signal::Eda, e4, Some(8.0))[..] else { panic!("one note") };
     assert_eq!(note, "--rate (8 Hz) is used, not the 4 Hz in the table");
@@ -58,9 +61,9 @@ fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
     lines[25] = "24,NaN,".into();
     lines[26] = "25,1,a,b".into();
     lines[28] = "27,1,5,a".into();
-    let told = notes(Signal::Ecg, lines.join("\n"), Some(250.0));
+    let noted = notes(Signal::Ecg, lines.join("\n"), Some(250.0));
     assert_eq!(
-        told,
+        noted,
         [
             "1 rows have fewer cells than the others, the first in line 21: the cells that they lack count as missing \
              (of all 30 rows)",
