@@ -10,7 +10,7 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 
 use teampulse_timefilter::clock::{
-    ClockModel, Latency, News, OneWay, OneWaySettings, Remote, SampleIndex, Smoother,
+    ClockEvent, ClockModel, Latency, OneWay, OneWaySettings, Remote, SampleIndex, Smoother,
 };
 
 use crate::links::{KINDS, Kind, P95, Packet, Session, Stamped, What, peers};
@@ -27,7 +27,7 @@ const TICK_NANOS: i64 = 100_000_000;
 
 /// What is shown beside the worst figures.
 struct Shown {
-    /// The figures and the news of each session.
+    /// The figures and the events of each session.
     verbose: bool,
     /// Where a line a packet goes, live and then with hindsight: when it arrived [s], its error,
     /// what was stated, and its delay [ms].
@@ -65,8 +65,8 @@ struct Figures {
     afterwards: Option<Timed>,
     lsl_ms: f64,
     pyxdf_ms: f64,
-    /// News of what did not happen.
-    false_news: usize,
+    /// Events that did not happen.
+    false_events: usize,
     /// Incidents that were not reported.
     unreported: usize,
     /// The longest delay of a report [s of data].
@@ -95,16 +95,16 @@ impl Kind {
             }
             session.timed(&mut smoother.finish(), &mut Vec::new())
         });
-        let (false_news, unreported, reported_secs) = session.news(&reported);
+        let (false_events, unreported, reported_secs) = session.events(&reported);
         if shown.verbose {
             println!("  seed {seed}, {:?}: {:?}", session.stamped, session.happened);
-            for (at, news) in &reported {
-                println!("    {:.2} s: {news}", (at - session.start()) as f64 / 1e9);
+            for (at, event) in &reported {
+                println!("    {:.2} s: {event}", (at - session.start()) as f64 / 1e9);
             }
         }
         let lsl_ms = session.peer(&peers::lsl(&session));
         let pyxdf_ms = session.peer(&peers::pyxdf(&session));
-        Figures { live, afterwards, lsl_ms, pyxdf_ms, false_news, unreported, reported_secs }
+        Figures { live, afterwards, lsl_ms, pyxdf_ms, false_events, unreported, reported_secs }
     }
 }
 
@@ -140,7 +140,7 @@ impl Session {
         !settling && (at - self.start()) as f64 / 1e9 > WARM_UP_SECS
     }
 
-    fn timed(&self, model: &mut dyn ClockModel, reported: &mut Vec<(i64, News)>) -> Timed {
+    fn timed(&self, model: &mut dyn ClockModel, reported: &mut Vec<(i64, ClockEvent)>) -> Timed {
         let mut probes = self.probes.iter().peekable();
         let mut tick = self.start() / TICK_NANOS;
         let (mut errors, mut states) = (Vec::new(), Vec::new());
@@ -158,7 +158,8 @@ impl Session {
             let last = corrected.measured + span.round() as i64;
             errors.push(((corrected.measured - packet.first) as f64, (last - packet.last) as f64));
             states.push(model.state().uncertainty_secs * 1e9);
-            reported.extend(std::iter::from_fn(|| model.news()).map(|news| (arrival, news)));
+            reported
+                .extend(std::iter::from_fn(|| model.next_event()).map(|event| (arrival, event)));
         }
         let counted = |packet: &Packet| self.counts(packet.stamps.arrival);
         let counting: Vec<bool> = self.packets.iter().map(counted).collect();
@@ -215,35 +216,39 @@ impl Session {
     }
 
     /// How many reports were false, how many incidents were not reported, and the delay of the others.
-    fn news(&self, reported: &[(i64, News)]) -> (usize, usize, f64) {
-        let is_of = |at: i64, news: &News, what: What| match (news, what) {
-            (News::Jumped { .. } | News::Restarted { .. }, What::Set | What::MayBeTold)
-            | (News::WrongRate { .. }, What::WrongRate)
-            | (News::Fast { .. }, What::Fast) => at > 0,
+    fn events(&self, reported: &[(i64, ClockEvent)]) -> (usize, usize, f64) {
+        let is_of = |at: i64, event: &ClockEvent, what: What| match (event, what) {
+            (
+                ClockEvent::Jumped { .. } | ClockEvent::Restarted { .. },
+                What::Set | What::MayBeTold,
+            )
+            | (ClockEvent::WrongRate { .. }, What::WrongRate)
+            | (ClockEvent::Fast { .. }, What::Fast) => at > 0,
             _ => false,
         };
-        let ours = |at: i64, news: &News| {
+        let ours = |at: i64, event: &ClockEvent| {
             self.happened.iter().any(|happened| {
-                is_of(at, news, happened.what) && (0..OF_IT_NANOS).contains(&(at - happened.at))
+                is_of(at, event, happened.what) && (0..OF_IT_NANOS).contains(&(at - happened.at))
             })
         };
-        let is_claim =
-            |news: &News| !matches!(news, News::Off { .. } | News::Trusted | News::Wrapped);
-        let false_news =
-            reported.iter().filter(|(at, news)| is_claim(news) && !ours(*at, news)).count();
+        let is_claim = |event: &ClockEvent| {
+            !matches!(event, ClockEvent::Off { .. } | ClockEvent::Trusted | ClockEvent::Wrapped)
+        };
+        let false_events =
+            reported.iter().filter(|(at, event)| is_claim(event) && !ours(*at, event)).count();
         let (mut unreported, mut latest) = (0, 0.0_f64);
         for happened in self.happened.iter().filter(|happened| happened.what != What::MayBeTold) {
             let first = self.packets.iter().find(|packet| packet.first >= happened.at);
             let Some(first) = first else { continue };
             let after = reported.iter().filter(|(at, _)| *at >= happened.at);
             let found =
-                after.filter(|(at, news)| is_of(*at, news, happened.what)).min_by_key(|t| t.0);
+                after.filter(|(at, event)| is_of(*at, event, happened.what)).min_by_key(|t| t.0);
             match found.filter(|(at, _)| at - happened.at < OF_IT_NANOS + 1_200_000_000_000) {
                 Some((at, _)) => latest = latest.max((at - first.stamps.arrival) as f64 / 1e9),
                 None => unreported += 1,
             }
         }
-        (false_news, unreported, latest)
+        (false_events, unreported, latest)
     }
 }
 
@@ -256,7 +261,7 @@ struct Worst {
     of_pyxdf_afterwards: f64,
     lsl_ms: f64,
     pyxdf_ms: f64,
-    false_news: usize,
+    false_events: usize,
     unreported: usize,
     reported_secs: f64,
     sessions: usize,
@@ -299,14 +304,14 @@ impl Worst {
         }
         self.lsl_ms = worse(self.lsl_ms, figures.lsl_ms);
         self.pyxdf_ms = worse(self.pyxdf_ms, figures.pyxdf_ms);
-        self.false_news += figures.false_news;
+        self.false_events += figures.false_events;
         self.unreported += figures.unreported;
         self.reported_secs = self.reported_secs.max(figures.reported_secs);
         self.sessions += 1;
     }
 
     fn print(&self, kind: &Kind) -> bool {
-        let mut passed = self.news(kind);
+        let mut passed = self.events(kind);
         let timed = [("live", &self.live, self.of_pyxdf)];
         let later = (self.afterwards.sessions > 0).then_some((
             "with hindsight",
@@ -344,16 +349,16 @@ impl Worst {
         passed
     }
 
-    fn news(&self, kind: &Kind) -> bool {
-        let good = self.false_news == 0
+    fn events(&self, kind: &Kind) -> bool {
+        let good = self.false_events == 0
             && self.unreported == 0
             && self.reported_secs <= kind.bars.reported_secs;
         println!(
-            "{}  {}, news: {} false, {} not reported, the rest within {:.2} s of data (bar {} s) in {} \
+            "{}  {}, events: {} false, {} not reported, the rest within {:.2} s of data (bar {} s) in {} \
              sessions",
             mark(good),
             kind.name,
-            self.false_news,
+            self.false_events,
             self.unreported,
             self.reported_secs,
             kind.bars.reported_secs,

@@ -182,7 +182,7 @@ impl Filter {
                 model.probe(&probe);
             }
             model.tick(now);
-            while model.news().is_some() {}
+            while model.next_event().is_some() {}
         }
         self.aligner.tick(now, see);
     }

@@ -8,7 +8,7 @@ mod hindsight;
 use std::collections::BTreeMap;
 
 use teampulse_timefilter::clock::{
-    ClockKind, ClockModel, ClockState, Corrected, Host, KnownDevice, Latency, News, OneWay,
+    ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Host, KnownDevice, Latency, OneWay,
     OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
 };
 
@@ -174,17 +174,17 @@ impl Clocks {
     }
 
     /// Advances the time; returns the events of clocks, each with the clock's name.
-    pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, News)> {
+    pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, ClockEvent)> {
         let mut all = Vec::new();
         for clock in &mut self.at_work {
             clock.model.tick(now);
-            while let Some(news) = clock.model.news() {
-                match news {
-                    News::Off { secs } => clock.off_secs = Some(secs),
-                    News::Trusted => clock.off_secs = None,
+            while let Some(event) = clock.model.next_event() {
+                match event {
+                    ClockEvent::Off { secs } => clock.off_secs = Some(secs),
+                    ClockEvent::Trusted => clock.off_secs = None,
                     _ => {}
                 }
-                all.push((clock.owner.to_string(), news));
+                all.push((clock.owner.to_string(), event));
             }
         }
         all

@@ -222,7 +222,7 @@ impl Commands {
     }
 
     /// Whether a refusal is to be reported: each one once, and not without end.
-    pub(crate) fn is_news(&self, refusal: &str) -> bool {
+    pub(crate) fn is_new(&self, refusal: &str) -> bool {
         let mut known = self.0.refusals.lock().unwrap_or_else(PoisonError::into_inner);
         known.len() < MOST_REFUSALS && known.insert(refusal.to_owned())
     }

@@ -244,12 +244,12 @@ impl AtWork {
         let extractor = self.extractor.take();
         // A half-updated extractor may panic again when it is dropped.
         drop(caught(|| drop(extractor)));
-        self.outputs.news.clear();
+        self.outputs.changed.clear();
         self.outputs.emitted.clear();
     }
 
     fn hand_on(&mut self, by: usize, given: &mut VecDeque<Given>) {
-        for id in self.outputs.news.drain(..) {
+        for id in self.outputs.changed.drain(..) {
             let stream = Box::new(self.outputs.declared[id.0].clone());
             given.push_back(Given::Declared { output: Output { by, id }, stream });
         }

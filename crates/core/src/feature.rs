@@ -71,7 +71,7 @@ pub struct Outputs {
     pub(crate) phases: Option<Arc<Phases>>,
     pub(crate) declared: Vec<Stream>,
     /// Which declarations are new or changed.
-    pub(crate) news: Vec<OutputId>,
+    pub(crate) changed: Vec<OutputId>,
     pub(crate) emitted: Vec<Emitted>,
 }
 
@@ -109,7 +109,7 @@ impl Outputs {
             Some(index) => self.declared[index] = stream,
             None => self.declared.push(stream),
         }
-        self.news.push(id);
+        self.changed.push(id);
         id
     }
 

@@ -56,14 +56,14 @@ impl Outlet {
     fn declare_with(&self, stream: Stream, at: Option<Time>) -> StreamId {
         // Inside the queue's lock, so that no reading of another source comes before the declaration.
         self.queue.push_with(|| {
-            let Declared { id, news } = self.streams.declare(stream);
+            let Declared { id, is_new } = self.streams.declare(stream);
             let at = || at.unwrap_or_else(|| self.clock.now());
             let declared = || {
                 let (stream, budget) = (self.streams.get(id), Arc::clone(&self.budget));
                 budget.add(declaration_bytes(&stream));
                 Item::Declared { id, stream, at: at(), budget }
             };
-            (news.then(declared), id)
+            (is_new.then(declared), id)
         })
     }
 
@@ -195,7 +195,7 @@ impl Outlet {
         let commands = self.queue.commands();
         if let Err(refused) = commands.check(sender, &command) {
             let label = format!("the command `{command}` of {sender} was refused: {refused}");
-            if commands.is_news(&label) {
+            if commands.is_new(&label) {
                 self.happen(passing(label));
             }
             return Err(refused);
@@ -233,7 +233,7 @@ impl Outlet {
             let name = &self.streams.get(reading.stream).name;
             let label =
                 format!("{name}: a wave without a valid period or with half a sample was left out");
-            if self.queue.commands().is_news(&label) {
+            if self.queue.commands().is_new(&label) {
                 self.happen(passing(label));
             }
         }

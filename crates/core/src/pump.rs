@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_timefilter::Ticks;
-use teampulse_timefilter::clock::News;
+use teampulse_timefilter::clock::ClockEvent;
 
 use crate::clocks::Clocks;
 use crate::computers::{SIMULATED, is_simulated};
@@ -229,8 +229,8 @@ impl Pump {
 
     /// Takes a reading that originates here.
     fn take_own(&mut self, stream: Stream, data: Data, at: Time) {
-        let Declared { id, news } = self.streams.declare(stream);
-        if news || self.track(id).is_none() {
+        let Declared { id, is_new } = self.streams.declare(stream);
+        if is_new || self.track(id).is_none() {
             self.take_declaration(id, &self.streams.get(id), at);
         }
         let reading =
@@ -248,14 +248,14 @@ impl Pump {
 
     /// Reports the events of clocks.
     fn report_clocks(&mut self, tick: Time) {
-        for (owner, news) in self.clocks.tick(tick.nanos()) {
+        for (owner, event) in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
-            let label = match news {
-                News::Off { secs } if is_simulated(secs) => format!("{owner} {SIMULATED}"),
-                _ => format!("{owner} {news}"),
+            let label = match event {
+                ClockEvent::Off { secs } if is_simulated(secs) => format!("{owner} {SIMULATED}"),
+                _ => format!("{owner} {event}"),
             };
             let kind = EventKind::Clock;
-            let event = Event { kind, label, value: news.value(), duration_secs: 0.0 };
+            let event = Event { kind, label, value: event.value(), duration_secs: 0.0 };
             self.take_derived(stream, tick, tick, Data::Event(Arc::new(event)));
         }
     }
@@ -299,12 +299,12 @@ impl Pump {
     }
 
     fn declare_derived(&mut self, stream: Stream, log_time: Time) -> StreamId {
-        let Declared { id, news } = self.streams.declare(stream);
+        let Declared { id, is_new } = self.streams.declare(stream);
         let stream = self.streams.get(id);
         if self.track(id).is_none() {
             self.add_track(Track::new(id, Arc::clone(&stream)));
         }
-        if news {
+        if is_new {
             self.describe(&stream, log_time);
             self.extractors.join(id, &stream, &mut self.given);
         }

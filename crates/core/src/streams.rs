@@ -30,7 +30,7 @@ impl Streams {
         let mut of_name = named.get(&stream.name).into_iter().flatten();
         let known = of_name.find(|index| is_same(&streams[**index], &stream)).copied();
         let index = known.unwrap_or(streams.len());
-        let news = known.is_none_or(|index| is_described_anew(&streams[index], &stream));
+        let is_new = known.is_none_or(|index| is_described_anew(&streams[index], &stream));
         if known.is_none() {
             named.entry(stream.name.clone()).or_default().push(index);
             streams.push(Arc::new(stream));
@@ -38,7 +38,7 @@ impl Streams {
             streams[index] = Arc::new(stream);
         }
         let id = u32::try_from(index).expect("a session has fewer than four billion streams");
-        Declared { id: StreamId(id), news }
+        Declared { id: StreamId(id), is_new }
     }
 
     /// The stream with this id, which was given out here.
@@ -83,10 +83,10 @@ pub struct Declared {
     /// The stream's id.
     pub id: StreamId,
     /// Whether it is new, or has changed.
-    pub news: bool,
+    pub is_new: bool,
 }
 
-/// Whether a description of the stream contains news. Its publisher and its quality of service do not
+/// Whether a description of the stream adds anything. Its publisher and its quality of service do not
 /// count: a replay, which knows these from the start, has the same descriptions.
 fn is_described_anew(known: &Stream, stream: &Stream) -> bool {
     let (qos, publisher) = (known.qos.clone(), known.publisher.clone());
@@ -122,8 +122,8 @@ mod tests {
         let streams = Streams::default();
         let first = streams.declare(message("/r1/x", "a/msg/X", "")).id;
         let again = streams.declare(message("/r1/x", "a/msg/X", "uint8 x"));
-        assert_eq!(again, Declared { id: first, news: true });
-        assert!(!streams.declare(message("/r1/x", "a/msg/X", "uint8 x")).news);
+        assert_eq!(again, Declared { id: first, is_new: true });
+        assert!(!streams.declare(message("/r1/x", "a/msg/X", "uint8 x")).is_new);
         assert_eq!(streams.get(first).shape, message("", "a/msg/X", "uint8 x").shape);
     }
 
@@ -133,7 +133,7 @@ mod tests {
         let first = message("/r1/x", "a/msg/X", "");
         let id = streams.declare(first.clone()).id;
         let offered = Stream { qos: vec![Qos::reliable(1)], publisher: "r1".into(), ..first };
-        assert_eq!(streams.declare(offered.clone()), Declared { id, news: false });
+        assert_eq!(streams.declare(offered.clone()), Declared { id, is_new: false });
         assert_eq!(*streams.get(id), offered);
     }
 

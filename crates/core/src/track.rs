@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use teampulse_timefilter::clock::{Corrected, Says, Stamps};
+use teampulse_timefilter::clock::{Corrected, StampOf, Stamps};
 
 use crate::clocks::{Clocks, UNKNOWN};
 use crate::computers::UNTOLD;
@@ -141,12 +141,12 @@ impl Track {
         reading.source_time = source_time.filter(|&stamp| stamp != log_time);
         let is_history = self.stream.origin == Origin::Raw && self.is_history(&reading, log_time);
         let is_message = matches!(self.stream.shape, Shape::Message(_));
-        let says = match (is_message, is_history) {
-            (_, true) => Says::Kept,
-            (true, false) => Says::Sent,
-            (false, false) => Says::Measured,
+        let stamp_of = match (is_message, is_history) {
+            (_, true) => StampOf::Kept,
+            (true, false) => StampOf::Sent,
+            (false, false) => StampOf::Measured,
         };
-        let stamps = self.stamps(&reading, log_time, says);
+        let stamps = self.stamps(&reading, log_time, stamp_of);
         let Corrected { measured, period_nanos, disbelieved } = match self.stream.origin {
             // Old messages say nothing about the publisher's clock.
             Origin::Raw if !(is_history && is_message) => {
@@ -221,7 +221,7 @@ impl Track {
         self.life.status(&self.reported_as, now, &clock, complaint)
     }
 
-    fn stamps(&self, reading: &Reading, log_time: Time, says: Says) -> Stamps {
+    fn stamps(&self, reading: &Reading, log_time: Time, stamp_of: StampOf) -> Stamps {
         let (count, period_nanos) = match &reading.data {
             Data::Wave(wave) => {
                 let count = wave.samples.len() / wave.channels.max(1) as usize;
@@ -232,7 +232,7 @@ impl Track {
         Stamps {
             device: reading.device_time,
             source: reading.source_time.map(Time::nanos),
-            says,
+            stamp_of,
             arrival: log_time.nanos(),
             stream: self.id.0,
             index: self.position,

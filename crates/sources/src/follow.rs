@@ -19,7 +19,7 @@ mod publishers;
 mod decoding;
 mod definitions;
 mod describing;
-mod news;
+mod updates;
 mod origins;
 mod publishing;
 mod losses;
@@ -44,9 +44,9 @@ use tokio::task::JoinSet;
 
 use definitions::Type;
 use followed::Followed;
-pub(crate) use news::News;
 use places::Places;
 use publishing::Key;
+pub(crate) use updates::Updates;
 
 /// How often it is looked who publishes what after each change: what is said is said at the second look.
 const LOOKS: u32 = 3;
@@ -61,19 +61,19 @@ pub(crate) async fn follow(
     outlet: &Outlet,
     choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
 ) -> Result<(), SourceError> {
-    Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &News::default()).await
+    Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &Updates::default()).await
 }
 
 /// The same for topics of our own types, of which the messages are decoded. `choose` gives them
-/// their shape; it is asked again about the topics that are `news`, as descriptions come when they like. A
+/// their shape; it is asked again about the topics in `updates`, as descriptions come when they like. A
 /// topic that nobody describes has the channels of its first messages.
 pub(crate) async fn follow_ours(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
     choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
-    news: &News,
+    updates: &Updates,
 ) -> Result<(), SourceError> {
-    Following::new(bus, outlet, Kept::Decoded).run(choose, news).await
+    Following::new(bus, outlet, Kept::Decoded).run(choose, updates).await
 }
 
 /// How messages are kept.
@@ -122,7 +122,7 @@ impl<'a> Following<'a> {
     async fn run(
         mut self,
         choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
-        news: &News,
+        updates: &Updates,
     ) -> Result<(), SourceError> {
         let mut graph = self.bus.graph();
         let mut incidents = self.bus.incidents();
@@ -149,7 +149,7 @@ impl<'a> Following<'a> {
                     Err(RecvError::Closed) => return Err(bus_closed()),
                 },
                 Some(Ok((of, found))) = self.definitions.join_next() => self.learn(of, found),
-                topics = news.next() => for topic in topics {
+                topics = updates.next() => for topic in topics {
                     self.describe_anew(&topic, &seen, &choose);
                 },
                 _ = report_losses.tick() => {

@@ -48,7 +48,7 @@ fn a_steady_clock_allocates_nothing() {
         for model in &mut models {
             model.correct(&stamps);
             model.state();
-            model.news();
+            model.next_event();
         }
     }
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);

@@ -7,7 +7,7 @@ use teampulse_timefilter::clock::{
 use crate::bytes::Bytes;
 
 /// The most reports that wait.
-const NEWS: usize = 16;
+const MOST_EVENTS: usize = 16;
 
 pub fn drive(bytes: &mut Bytes<'_>) {
     let latency = Latency::new(bytes.number(), bytes.number());
@@ -53,8 +53,8 @@ pub fn drive(bytes: &mut Bytes<'_>) {
 fn step(model: &mut dyn ClockModel, stamps: &Stamps) {
     model.correct(stamps);
     model.state();
-    let news = std::iter::from_fn(|| model.news()).count();
-    assert!(news <= NEWS, "{news}");
+    let events = std::iter::from_fn(|| model.next_event()).count();
+    assert!(events <= MOST_EVENTS, "{events}");
 }
 
 fn probe(bytes: &mut Bytes<'_>) -> Probe {

@@ -29,7 +29,7 @@ pub(super) struct McapFile<W: Write> {
     packer: Packer,
     chunk: Chunk,
     schemas: Vec<Arc<Schema>>,
-    channels: Vec<OfChannel>,
+    channels: Vec<CountedChannel>,
     /// The indices of the schemas and channels with each name.
     named_schemas: HashMap<String, Vec<usize>>,
     named_channels: HashMap<String, Vec<usize>>,
@@ -41,7 +41,7 @@ pub(super) struct McapFile<W: Write> {
 }
 
 /// A channel of the file, with its message count.
-struct OfChannel {
+struct CountedChannel {
     channel: Channel,
     schema_id: u16,
     messages: u64,
@@ -89,7 +89,7 @@ impl<W: Write> McapFile<W> {
         let id = u16::try_from(place).ok().ok_or(McapError::TooManyChannels)?;
         self.chunk.add(op::CHANNEL, |out| put_channel(out, id, schema_id, channel));
         self.named_channels.entry(channel.topic.clone()).or_default().push(place);
-        self.channels.push(OfChannel { channel: channel.clone(), schema_id, messages: 0 });
+        self.channels.push(CountedChannel { channel: channel.clone(), schema_id, messages: 0 });
         Ok(id)
     }
 
@@ -205,7 +205,7 @@ impl<W: Write> McapFile<W> {
         })?;
         let channels = self.channels.iter().zip(0_u16..);
         summary.group(&mut self.out, op::CHANNEL, |out| {
-            channels.clone().try_for_each(|(OfChannel { channel, schema_id, .. }, id)| {
+            channels.clone().try_for_each(|(CountedChannel { channel, schema_id, .. }, id)| {
                 out.record(op::CHANNEL, |out| put_channel(out, id, *schema_id, channel))
             })
         })?;

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use teampulse_timefilter::clock::Says;
+use teampulse_timefilter::clock::StampOf;
 
 use super::*;
 use crate::stream::{Schema, Subject};
@@ -73,7 +73,7 @@ fn wave(clocks: &mut Clocks, arrival: i64, ahead_nanos: i64) -> Corrected {
     (stream.device, stream.rate_hz) = ("strap".into(), 128.0);
     let source = Some(arrival + ahead_nanos);
     let stamps =
-        Stamps { device: Some(7), source, says: Says::Measured, ..Stamps::arrived(arrival) };
+        Stamps { device: Some(7), source, stamp_of: StampOf::Measured, ..Stamps::arrived(arrival) };
     clocks.correct(StreamId(0), &stream, &stamps)
 }
 

@@ -54,13 +54,13 @@ struct Pumped {
 pub(super) struct Pumping {
     ended: oneshot::Receiver<Result<Pumped, Panic>>,
     known: Option<Result<Pumped, Panic>>,
-    course: Arc<Course>,
+    shared: Arc<PumpState>,
     pace: Pace,
 }
 
 /// The state shared by the pump's thread and the session.
 #[derive(Debug, Default)]
-struct Course {
+struct PumpState {
     /// Rises with each reading that was taken.
     taken: AtomicU64,
     /// Whether a sink holds the pump at the moment.
@@ -73,7 +73,7 @@ impl Pumping {
     /// Starts a pump on a thread of its own.
     pub(super) fn start(mut pipeline: Pipeline) -> Pumping {
         let (send_end, ended) = oneshot::channel();
-        let (course, pace) = (Arc::clone(&pipeline.course), pipeline.pace);
+        let (shared, pace) = (Arc::clone(&pipeline.shared), pipeline.pace);
         let work = move || {
             let pumped = watched(|| pipeline.run());
             if let Err(panic) = &pumped {
@@ -90,7 +90,7 @@ impl Pumping {
         };
         let thread = std::thread::Builder::new().name("pump".into());
         drop(thread.spawn(work).expect("the system can start a thread"));
-        Pumping { ended, known: None, course, pace }
+        Pumping { ended, known: None, shared, pace }
     }
 
     /// Waits until it has ended.
@@ -115,7 +115,7 @@ impl Pumping {
                 () = self.ended() => break,
                 () = hurry.done(), if !is_hurried => {
                     is_hurried = true;
-                    self.course.is_hurried.store(true, Ordering::Release);
+                    self.shared.is_hurried.store(true, Ordering::Release);
                     // A recording waits for its sinks as long as it takes; no more now.
                     if self.pace == Pace::Recorded {
                         break_off(sinks, "wait for its disk");
@@ -123,8 +123,8 @@ impl Pumping {
                 }
                 () = tokio::time::sleep(LOOK) => {}
             }
-            let taken = self.course.taken.load(Ordering::Acquire);
-            if taken != progress.1 || self.course.is_held.load(Ordering::Acquire) {
+            let taken = self.shared.taken.load(Ordering::Acquire);
+            if taken != progress.1 || self.shared.is_held.load(Ordering::Acquire) {
                 progress = (Stopwatch::start(), taken);
             }
             if progress.0.elapsed() >= STUCK {
@@ -159,7 +159,7 @@ pub(super) struct Pipeline {
     pump: Pump,
     routes: Vec<Route>,
     feeds: Vec<FeedPost>,
-    course: Arc<Course>,
+    shared: Arc<PumpState>,
     taken: u64,
     /// When the end was requested.
     closing: Option<Stopwatch>,
@@ -174,7 +174,7 @@ impl Pipeline {
         pump: Pump,
         (routes, feeds): (Vec<Route>, Vec<FeedPost>),
     ) -> Pipeline {
-        let (course, taken) = (Arc::default(), 0);
+        let (shared, taken) = (Arc::default(), 0);
         Pipeline {
             queue,
             clock,
@@ -182,7 +182,7 @@ impl Pipeline {
             pump,
             routes,
             feeds,
-            course,
+            shared,
             taken,
             closing: None,
             is_plain: false,
@@ -248,7 +248,7 @@ impl Pipeline {
             self.deliver();
         }
         let overdue = self.overdue();
-        if overdue >= COMPUTES || self.course.is_hurried.load(Ordering::Acquire) {
+        if overdue >= COMPUTES || self.shared.is_hurried.load(Ordering::Acquire) {
             self.leave_out_features();
         }
         if overdue >= LAST_WORDS {
@@ -257,7 +257,7 @@ impl Pipeline {
             self.pump.take(item);
         }
         self.taken += 1;
-        self.course.taken.store(self.taken, Ordering::Release);
+        self.shared.taken.store(self.taken, Ordering::Release);
     }
 
     /// How long ago the end of a live session was requested; `None` before that.
@@ -280,9 +280,9 @@ impl Pipeline {
 
     /// Hands the records over; events about sinks go through the pump with the next batch.
     fn deliver(&mut self) {
-        self.course.is_held.store(true, Ordering::Release);
+        self.shared.is_held.store(true, Ordering::Release);
         let faults = sinks::deliver(&mut self.routes, &self.feeds, self.pump.records());
-        self.course.is_held.store(false, Ordering::Release);
+        self.shared.is_held.store(false, Ordering::Release);
         if self.pace == Pace::Live {
             for event in faults {
                 self.pump.happen(event, self.clock.now());

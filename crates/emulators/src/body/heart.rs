@@ -40,9 +40,9 @@ pub struct Beat {
     pub origin: Origin,
 }
 
-/// The course of the heart's cycle during a step, or a part of one.
+/// The heart's cycle during a step, or a part of one.
 #[derive(Clone, Copy, Debug)]
-struct Course {
+struct CycleStep {
     from_secs: f64,
     place: f64,
     per_sec: f64,
@@ -76,14 +76,14 @@ pub struct Heart {
     noise: Noise,
     /// How much of a cycle lies between the last beat and the next.
     cycles: f64,
-    courses: [Course; 2],
+    steps: [CycleStep; 2],
     rate_hz: f64,
 }
 
 impl Heart {
     /// A heart at a place in its cycle that the noise decides on.
     pub fn new(traits: &Traits, mut noise: Noise) -> Heart {
-        let start = Course {
+        let start = CycleStep {
             from_secs: 0.0,
             place: noise.uniform(0.0..1.0),
             per_sec: 0.0,
@@ -96,7 +96,7 @@ impl Heart {
             mayer: Correlated::new(MAYER_SECS, noise.fork()),
             noise,
             cycles: 1.0,
-            courses: [start; 2],
+            steps: [start; 2],
             rate_hz: traits.heart_rate_bpm / 60.0,
         }
     }
@@ -105,19 +105,19 @@ impl Heart {
     pub fn advance(&mut self, step: Step, state: State, volume: f64) -> Option<Beat> {
         let cycle_secs = self.cycle_secs(state, volume);
         self.rate_hz = 1.0 / cycle_secs;
-        let [_, last] = self.courses;
+        let [_, last] = self.steps;
         let place = last.place + last.per_sec * (step.from_secs - last.from_secs);
         let per_sec = self.rate_hz / self.cycles;
-        let course = Course { from_secs: step.from_secs, place, per_sec, ..last };
-        self.courses = [course; 2];
+        let cycle = CycleStep { from_secs: step.from_secs, place, per_sec, ..last };
+        self.steps = [cycle; 2];
         if place + per_sec * STEP_SECS < 1.0 {
             return None;
         }
         let secs = step.from_secs + (1.0 - place) / per_sec;
-        let next = self.next_origin(course.next, cycle_secs);
+        let next = self.next_origin(cycle.next, cycle_secs);
         let per_sec = self.rate_hz / self.cycles;
-        self.courses[1] = Course { from_secs: secs, place: 0.0, per_sec, last: course.next, next };
-        Some(Beat { secs, origin: course.next })
+        self.steps[1] = CycleStep { from_secs: secs, place: 0.0, per_sec, last: cycle.next, next };
+        Some(Beat { secs, origin: cycle.next })
     }
 
     /// The mean heart rate at this moment, swings and all [1/min].
@@ -127,10 +127,10 @@ impl Heart {
 
     /// The place in the cycle at a time of the present step.
     pub fn place(&self, secs: f64) -> Place {
-        let [before, after] = &self.courses;
-        let course = if secs < after.from_secs { before } else { after };
-        let share = course.place + course.per_sec * (secs - course.from_secs);
-        Place { angle: TAU * share, rate_hz: self.rate_hz, last: course.last, next: course.next }
+        let [before, after] = &self.steps;
+        let cycle = if secs < after.from_secs { before } else { after };
+        let share = cycle.place + cycle.per_sec * (secs - cycle.from_secs);
+        Place { angle: TAU * share, rate_hz: self.rate_hz, last: cycle.last, next: cycle.next }
     }
 
     fn cycle_secs(&mut self, State { workload, .. }: State, volume: f64) -> f64 {

@@ -74,12 +74,12 @@ impl Body {
 
     /// What the person goes through now.
     pub fn now(&self) -> State {
-        self.organs.course.now()
+        self.organs.transition.now()
     }
 
     /// Lets the person go towards another state, each part from 0 to 1.
     pub fn state(&mut self, workload: f64, arousal: f64, valence: f64) {
-        self.organs.course.set_out(State { workload, arousal, valence });
+        self.organs.transition.aim_at(State { workload, arousal, valence });
     }
 
     /// Something happens at a time [s] that the skin will answer to, 1.5 to 3 s later, so many times

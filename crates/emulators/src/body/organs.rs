@@ -12,7 +12,7 @@ use super::rates::Rates;
 use super::record::{Moment, Truth};
 use super::sensor::Sensor;
 use super::skin::Skin;
-use super::state::{Course, State};
+use super::state::{State, Transition};
 use super::step::Step;
 use super::traits::Traits;
 use super::vessels::Vessels;
@@ -28,7 +28,7 @@ const MOVING_UV_PER_G: f64 = 300.0;
 /// All organs.
 #[derive(Clone, Debug)]
 pub struct Organs {
-    pub course: Course,
+    pub transition: Transition,
     pub skin: Skin,
     pub muscles: Muscles,
     pub eyes: Eyes,
@@ -50,7 +50,7 @@ impl Organs {
         };
         let muscles = Muscles::new(traits, seen_hz(Sensor::Emg), noise.fork());
         Organs {
-            course: Course::default(),
+            transition: Transition::default(),
             r_wave_mv: traits.r_wave_mv,
             lungs: Lungs::new(traits, noise.fork()),
             heart: Heart::new(traits, noise.fork()),
@@ -66,8 +66,8 @@ impl Organs {
 
     /// Advances by one step, while the body moves with this strength [g].
     pub fn advance(&mut self, step: Step, movement_g: f64, truth: &mut Truth) {
-        self.course.advance();
-        let state = self.course.now();
+        self.transition.advance();
+        let state = self.transition.now();
         truth.breaths.extend(self.lungs.advance(step, state));
         let volume = self.lungs.volume(step.from_secs);
         if let Some(beat) = self.heart.advance(step, state, volume) {
@@ -101,7 +101,7 @@ impl Organs {
     pub fn moment(&self, step: Step) -> Moment {
         Moment {
             secs: step.to_secs,
-            state: self.course.now(),
+            state: self.transition.now(),
             heart_rate_bpm: self.heart.rate_bpm(),
             breaths_per_min: self.lungs.rate_per_min(),
             skin_level_us: self.skin.level_us(),

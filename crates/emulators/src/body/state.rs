@@ -29,19 +29,19 @@ impl Default for State {
 
 /// A state on its way to a target: first order, 8 s upwards and 20 s downwards.
 #[derive(Clone, Debug, Default)]
-pub struct Course {
+pub struct Transition {
     now: State,
     target: State,
 }
 
-impl Course {
+impl Transition {
     /// Where it is.
     pub fn now(&self) -> State {
         self.now
     }
 
     /// Sets out for another target; what is no number stays as it was.
-    pub fn set_out(&mut self, target: State) {
+    pub fn aim_at(&mut self, target: State) {
         let State { workload, arousal, valence } = self.target;
         let usable =
             |value: f64, old: f64| if value.is_nan() { old } else { value.clamp(0.0, 1.0) };
@@ -72,20 +72,20 @@ fn nearer(now: f64, target: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn after(course: &mut Course, secs: u32) -> f64 {
-        (0..64 * secs).for_each(|_| course.advance());
-        course.now().workload
+    fn after(transition: &mut Transition, secs: u32) -> f64 {
+        (0..64 * secs).for_each(|_| transition.advance());
+        transition.now().workload
     }
 
     #[test]
     fn a_state_rises_in_eight_seconds_and_falls_in_twenty() {
-        let mut course = Course::default();
-        course.set_out(State { workload: 1.0, ..State::default() });
-        assert!((after(&mut course, 8) - 0.632).abs() < 1e-3);
-        let high = after(&mut course, 120);
-        course.set_out(State { workload: f64::NAN, ..State::default() });
-        assert!(after(&mut course, 1) >= high);
-        course.set_out(State { workload: -7.0, ..State::default() });
-        assert!((after(&mut course, 20) - 0.368).abs() < 1e-3);
+        let mut transition = Transition::default();
+        transition.aim_at(State { workload: 1.0, ..State::default() });
+        assert!((after(&mut transition, 8) - 0.632).abs() < 1e-3);
+        let high = after(&mut transition, 120);
+        transition.aim_at(State { workload: f64::NAN, ..State::default() });
+        assert!(after(&mut transition, 1) >= high);
+        transition.aim_at(State { workload: -7.0, ..State::default() });
+        assert!((after(&mut transition, 20) - 0.368).abs() < 1e-3);
     }
 }

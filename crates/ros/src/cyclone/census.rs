@@ -115,8 +115,8 @@ impl Census {
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
         let participant = Gid::prefixed(info.gid);
         let known = self.nodes.get(&participant);
-        let is_news = known != Some(&info.node_entities_info_seq);
-        if is_news && self.participants.contains_key(&participant) {
+        let is_new = known != Some(&info.node_entities_info_seq);
+        if is_new && self.participants.contains_key(&participant) {
             self.replace_nodes(participant, info.node_entities_info_seq);
         }
     }

@@ -57,13 +57,13 @@ impl Nodes {
 
     /// Announces our node, unless the announcement is unchanged; says whether others have it.
     pub(super) fn announce(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) -> bool {
-        let news = (ours, width);
-        if self.announced.as_ref() != Some(&news) {
-            if let Err(reason) = self.writer.write(&news.0.encode(width), None) {
+        let announced_now = (ours, width);
+        if self.announced.as_ref() != Some(&announced_now) {
+            if let Err(reason) = self.writer.write(&announced_now.0.encode(width), None) {
                 tracing::warn!("failed to announce our node: {reason}");
                 return false;
             }
-            self.announced = Some(news);
+            self.announced = Some(announced_now);
         }
         true
     }

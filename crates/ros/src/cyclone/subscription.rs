@@ -29,11 +29,11 @@ pub(super) struct Listening {
     topic: String,
     type_name: String,
     asked: Asked,
-    ear: Arc<Ear>,
+    events: Arc<ReaderEvents>,
 }
 
 /// The handler of a subscription's reader events.
-struct Ear {
+struct ReaderEvents {
     topic: String,
     adaptive: bool,
     deliver: Deliver,
@@ -57,7 +57,7 @@ impl Listening {
         asked: Asked,
         deliver: Deliver,
     ) -> Result<Listening, String> {
-        let ear = Arc::new(Ear {
+        let events = Arc::new(ReaderEvents {
             topic: topic.to_owned(),
             adaptive: matches!(asked, Asked::Adaptive { .. }),
             deliver,
@@ -67,7 +67,7 @@ impl Listening {
         });
         let (topic, type_name) = (topic.to_owned(), type_name.to_owned());
         let (readers, participant) = (Mutex::default(), Arc::clone(&site.participant));
-        let listening = Listening { readers, participant, topic, type_name, asked, ear };
+        let listening = Listening { readers, participant, topic, type_name, asked, events };
         let graph = Arc::clone(&site.graph.borrow());
         listening.adapt(&graph, Time::EPOCH)?;
         Ok(listening)
@@ -126,8 +126,8 @@ impl Listening {
         let offered = offers.iter().find(|offer| !offer.type_hash.is_empty());
         let shipped = || shipped_hash(&self.type_name);
         let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
-        let ear = Arc::clone(&self.ear);
-        let report = Box::new(move |event| ear.hear(event));
+        let events = Arc::clone(&self.events);
+        let report = Box::new(move |event| events.hear(event));
         Reader::open(&self.participant, (&topic, &type_name), qos, &user_data, report)
     }
 
@@ -136,7 +136,7 @@ impl Listening {
     }
 }
 
-impl Ear {
+impl ReaderEvents {
     fn hear(&self, event: ReaderEvent) {
         match event {
             ReaderEvent::Arrived(arrival) => {

@@ -14,7 +14,7 @@ mod summary;
 pub mod analysis;
 mod rolling;
 mod kept;
-mod course;
+mod moments;
 mod middle;
 mod band;
 

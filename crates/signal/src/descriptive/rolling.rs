@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::course::Course;
 use super::kept::Kept;
 use super::middle::Middle;
+use super::moments::Moments;
 use super::summary::{Summary, describe};
 use crate::analysis::Span;
 use crate::coverage::coverage;
@@ -67,7 +67,7 @@ pub struct Pace {
 #[derive(Clone, Debug)]
 struct Hop {
     span: Span,
-    courses: Box<[Course]>,
+    courses: Box<[Moments]>,
     /// Whether samples were added since it was computed.
     is_stale: bool,
 }
@@ -281,38 +281,38 @@ impl Rolling {
         }
     }
 
-    fn courses(&self, span: Span) -> Box<[Course]> {
+    fn courses(&self, span: Span) -> Box<[Moments]> {
         (0..self.kept.width()).map(|channel| self.course_of_samples(channel, span)).collect()
     }
 
-    fn course_of_samples(&self, channel: usize, span: Span) -> Course {
+    fn course_of_samples(&self, channel: usize, span: Span) -> Moments {
         let origin_ns = self.begin_ns.unwrap_or_default();
-        Course::of(self.kept.points(channel, self.kept.places(span), origin_ns))
+        Moments::of(self.kept.points(channel, self.kept.places(span), origin_ns))
     }
 
     /// Merges the hops in a span, and the samples before the first of them.
-    fn course(&self, channel: usize, span: Span) -> Course {
+    fn moments(&self, channel: usize, span: Span) -> Moments {
         let first = self.hops.partition_point(|hop| hop.span.begin_ns < span.begin_ns);
         let until_ns = self.hops.get(first).map_or(span.end_ns, |hop| hop.span.begin_ns);
         let before = self.course_of_samples(channel, Span { end_ns: until_ns, ..span });
         let after = self.hops.partition_point(|hop| hop.span.end_ns <= span.end_ns);
         let hops = self.hops.range(first..after.max(first)).map(|hop| hop.courses[channel]);
-        hops.fold(before, Course::merged)
+        hops.fold(before, Moments::merged)
     }
 
     fn described(&self, channel: usize, span: Span, middle: &mut Middle) -> Described {
-        let course = self.course(channel, span);
+        let moments = self.moments(channel, span);
         let values = self.kept.values(channel, self.kept.places(span));
-        let n = course.count as usize;
+        let n = moments.count as usize;
         let summary = |(median, mad)| Summary {
             n,
-            mean: course.mean,
-            sd: course.sd(),
+            mean: moments.mean,
+            sd: moments.sd(),
             median,
             mad,
-            least: course.least,
-            greatest: course.greatest,
-            slope_per_sec: course.slope_per_sec(),
+            least: moments.least,
+            greatest: moments.greatest,
+            slope_per_sec: moments.slope_per_sec(),
         };
         let summary = middle.median_and_mad(n, &values).map(summary);
         Described { coverage: self.coverage(channel, span, n), summary }

@@ -15,7 +15,7 @@ use tokio::sync::watch;
 use super::decoding::{self, ObservedChannels};
 use super::lock;
 use super::loss_counter::LossCounter;
-use super::publishers::{MOST_BESIDE, News, Place, Publishers};
+use super::publishers::{Change, MOST_BESIDE, Place, Publishers};
 use super::publishing::{names_of, who};
 
 /// The most messages that wait until their publisher is known; more are counted as lost.
@@ -142,8 +142,8 @@ impl PublisherSplit {
         let mut waiting = std::mem::take(&mut self.waiting);
         while let Some(arrival) = waiting.pop_front() {
             let place = self.publishers.place(arrival.publisher, now);
-            for news in self.publishers.take_news() {
-                self.report(news, arrival.publisher);
+            for change in self.publishers.take_changes() {
+                self.report(change, arrival.publisher);
             }
             match place {
                 Place::Heard => (self.primary.deliver)(arrival),
@@ -164,21 +164,21 @@ impl PublisherSplit {
         }
     }
 
-    fn report(&mut self, news: News, publisher: Gid) {
+    fn report(&mut self, change: Change, publisher: Gid) {
         let mut both: Vec<Gid> = self.publishers.speaking().take(1).collect();
         both.push(publisher);
         let names = names_of(&self.graph.borrow(), &both);
         let [first, other] = [names.first(), names.last()].map(|name| name.map_or("", |name| name));
         let topic = self.stream.name.clone();
-        let label = match news {
-            News::Beside(place) => {
+        let label = match change {
+            Change::Beside(place) => {
                 let beside = self.open_beside(place, publisher);
                 format!(
                     "{topic}: a second publisher, {other}, beside {first}; what it sends is kept apart \
                      as {beside}"
                 )
             }
-            News::TookOver => {
+            Change::TookOver => {
                 format!(
                     "{topic}: received from {other} from now on; the previous publisher was silent"
                 )

@@ -29,7 +29,7 @@ pub(super) struct Publishers {
     /// Those that the bus showed last, and when: who is not among them any more has left.
     shown: BTreeSet<Gid>,
     shown_at: Option<Time>,
-    news: Vec<News>,
+    changes: Vec<Change>,
 }
 
 /// Where a message belongs.
@@ -45,9 +45,9 @@ pub(super) enum Place {
     Refused,
 }
 
-/// What became of publishers.
+/// A change of the publishers of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum News {
+pub(super) enum Change {
     /// Another publishes the topic, too, and is kept apart in this place.
     Beside(usize),
     /// Another is heard from now on, as the one before was silent.
@@ -95,7 +95,7 @@ impl Publishers {
         let is_silent = heard.is_silent(now);
         if is_silent || self.has_left() {
             if is_silent {
-                self.news.push(News::TookOver);
+                self.changes.push(Change::TookOver);
             }
             self.succeed(gid, now);
             return Place::Heard;
@@ -147,9 +147,9 @@ impl Publishers {
         self.newcomers.values_mut().for_each(|since| *since = Time::EPOCH);
     }
 
-    /// What became of publishers since the last time.
-    pub(super) fn take_news(&mut self) -> Vec<News> {
-        std::mem::take(&mut self.news)
+    /// A change of the publishers of a topic since the last time.
+    pub(super) fn take_changes(&mut self) -> Vec<Change> {
+        std::mem::take(&mut self.changes)
     }
 
     /// Those that have sent something and are there: the one that is heard first.
@@ -178,7 +178,7 @@ impl Publishers {
             self.beside.push(None);
         }
         self.beside[place] = Some(gid);
-        self.news.push(News::Beside(place));
+        self.changes.push(Change::Beside(place));
         Place::Beside(place)
     }
 }
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(publishers.place(B, at(2250)), Place::Beside(0));
         assert_eq!(publishers.place(A, at(2300)), Place::Heard);
         assert_eq!(publishers.place(B, at(2500)), Place::Beside(0));
-        assert_eq!(publishers.take_news(), [News::Beside(0)]);
+        assert_eq!(publishers.take_changes(), [Change::Beside(0)]);
         assert_eq!(publishers.speaking().collect::<Vec<_>>(), [A, B]);
     }
 
@@ -224,7 +224,7 @@ mod tests {
         assert_eq!(publishers.place(B, at(2001)), Place::Unknown);
         publishers.show(&[B].into(), at(2010));
         assert_eq!(publishers.place(B, at(2011)), Place::Heard);
-        assert_eq!(publishers.take_news(), []);
+        assert_eq!(publishers.take_changes(), []);
     }
 
     #[test]
@@ -247,7 +247,7 @@ mod tests {
         assert_eq!(publishers.place(B, at(1100)), Place::Unknown);
         assert_eq!(publishers.place(B, at(2000)), Place::Beside(0));
         assert_eq!(publishers.place(B, at(3600)), Place::Heard);
-        assert_eq!(publishers.take_news(), [News::Beside(0), News::TookOver]);
+        assert_eq!(publishers.take_changes(), [Change::Beside(0), Change::TookOver]);
         assert_eq!(publishers.place(A, at(3700)), Place::Unknown, "it is the newcomer now");
     }
 

@@ -10,7 +10,7 @@ use teampulse_messages::standard::Message;
 use teampulse_messages::standard::teampulse_msgs::StreamDescription;
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 
-use crate::follow::News;
+use crate::follow::Updates;
 
 /// Where streams are described.
 const TOPIC: &str = "/teampulse/streams";
@@ -23,7 +23,7 @@ const MOST: usize = 10_000;
 #[derive(Debug, Default)]
 pub struct Descriptions {
     known: Mutex<BTreeMap<String, Arc<Stream>>>,
-    news: News,
+    updates: Updates,
 }
 
 impl Descriptions {
@@ -41,8 +41,8 @@ impl Descriptions {
     }
 
     /// The streams of which another description was received.
-    pub fn news(&self) -> &News {
-        &self.news
+    pub fn updates(&self) -> &Updates {
+        &self.updates
     }
 
     /// The stream, completed by the description of its name and shape. It stays raw, with the subject of
@@ -66,7 +66,7 @@ impl Descriptions {
     fn learn(&self, stream: Arc<Stream>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if known.len() < MOST || known.contains_key(&stream.name) {
-            self.news.add(&stream.name);
+            self.updates.add(&stream.name);
             known.insert(stream.name.clone(), stream);
         }
     }

@@ -107,6 +107,6 @@ impl Source for RosPeopleSource {
             let stream = self.choice.stream(&endpoint.topic, &endpoint.type_name)?;
             self.claimed.is_ours(endpoint).then(|| descriptions.complete(stream))
         };
-        follow_ours(Arc::clone(&self.bus), outlet, choose, descriptions.news()).await
+        follow_ours(Arc::clone(&self.bus), outlet, choose, descriptions.updates()).await
     }
 }

@@ -20,6 +20,6 @@ mod error;
 pub use aligner::{AHEAD_NANOS, Aligner, ROWS_IN_SILENCE};
 pub use error::AlignError;
 pub use policy::{Aggregate, LONGEST_NANOS, Policy};
-pub use row::{Aside, Cell, News, Output, Row, Validity, Why};
+pub use row::{Aside, Cell, Output, Row, SourceEvent, Validity, Why};
 pub use settings::{MOST_NUMBERS, MOST_SOURCES, Mode, Onto, Run, Sample, SourceId, SourceSettings};
 pub use source::Counts;

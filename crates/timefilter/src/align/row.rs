@@ -10,7 +10,7 @@ pub enum Output<'a> {
     /// A sample that rows left out.
     Aside(Aside<'a>),
     /// A source fell silent, fell behind or came back.
-    News(News),
+    Event(SourceEvent),
 }
 
 /// The values of all sources at one time. Rows come in order of strictly increasing time.
@@ -115,7 +115,7 @@ pub enum Why {
 
 /// A change in whether rows wait for a source. It depends on session time only, so a replay gives the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum SourceEvent {
     /// It was silent for its idle time-out; rows no longer wait for it.
     Silent(SourceId),
     /// It delivers data too late; rows no longer wait for it.

@@ -20,14 +20,14 @@ mod sample_index;
 mod smooth;
 #[cfg(test)]
 mod simulated;
-mod news;
+mod event;
 mod remote;
 
 pub use counter::Counter;
+pub use event::ClockEvent;
 pub use host::Host;
 pub use interval::ConnectionInterval;
 pub use latency::{DEVICES, KnownDevice, Latency};
-pub use news::News;
 pub use one_way::{OneWay, OneWaySettings};
 pub use remote::Remote;
 pub use sample_index::SampleIndex;
@@ -41,7 +41,7 @@ pub struct Stamps {
     /// The timestamp that the source put on the first sample [ns since the Unix epoch]; `None` without one.
     pub source: Option<i64>,
     /// What the source's timestamp refers to.
-    pub says: Says,
+    pub stamp_of: StampOf,
     /// When the reading arrived, by the session's clock [ns since the Unix epoch].
     pub arrival: i64,
     /// The stream of the source that the reading belongs to.
@@ -60,7 +60,7 @@ impl Stamps {
         Stamps {
             device: None,
             source: None,
-            says: Says::Sent,
+            stamp_of: StampOf::Sent,
             arrival,
             stream: 0,
             index: 0,
@@ -77,7 +77,7 @@ impl Stamps {
 
 /// What a source's timestamp refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Says {
+pub enum StampOf {
     /// When the message was sent, or slightly earlier: the fastest messages arrive almost immediately.
     Sent,
     /// When a device took the measurement, by its computer's clock: the delay until then may be long and
@@ -157,7 +157,7 @@ pub trait ClockModel: Send {
     fn state(&self) -> ClockState;
 
     /// The oldest clock event that has not been reported yet; `None` when there is none.
-    fn news(&mut self) -> Option<News> {
+    fn next_event(&mut self) -> Option<ClockEvent> {
         None
     }
 }

@@ -9,7 +9,9 @@ use super::counter::Unwrap;
 use super::envelope::USUAL_SKEW;
 use super::epoch::{Epoch, Packet, Verdict};
 use super::trains::{IndexCheck, Trains};
-use super::{ClockKind, ClockModel, ClockState, Corrected, KnownDevice, Latency, News, Stamps};
+use super::{
+    ClockEvent, ClockKind, ClockModel, ClockState, Corrected, KnownDevice, Latency, Stamps,
+};
 
 /// How close to zero a restarted clock must be, in addition to the preceding silence [ns].
 const NEAR_ZERO_NANOS: i64 = 10_000_000_000;
@@ -18,7 +20,7 @@ const FAR_BACK_SECS: f64 = 86_400.0;
 /// The longest batch [ns].
 const LONGEST_BATCH_NANOS: f64 = 3.6e12;
 /// The most reports that are queued.
-const NEWS: usize = 16;
+const MOST_EVENTS: usize = 16;
 
 /// The prior knowledge of a device's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +76,7 @@ pub struct OneWay {
     reported_fast: bool,
     /// Whether device time is derived from the sample indices, so that they cannot confirm it.
     counts: bool,
-    news: VecDeque<News>,
+    events: VecDeque<ClockEvent>,
 }
 
 /// A reading's position in its epoch, as device time since the start of the epoch [ns].
@@ -94,7 +96,8 @@ pub(super) struct Placed {
 impl OneWay {
     /// The most memory that one instance uses, itself included [B]; at the start of an epoch there are
     /// briefly two.
-    pub const MOST_BYTES: usize = size_of::<OneWay>() + 2 * Epoch::BYTES + NEWS * size_of::<News>();
+    pub const MOST_BYTES: usize =
+        size_of::<OneWay>() + 2 * Epoch::BYTES + MOST_EVENTS * size_of::<ClockEvent>();
 
     /// Creates a model that has no data yet.
     pub fn new(settings: OneWaySettings) -> OneWay {
@@ -111,7 +114,7 @@ impl OneWay {
             span_secs: 0.0,
             reported_fast: false,
             counts: false,
-            news: VecDeque::with_capacity(NEWS),
+            events: VecDeque::with_capacity(MOST_EVENTS),
         }
     }
 
@@ -137,7 +140,10 @@ impl OneWay {
         if let Some((declared_nanos, nanos)) = self.trains.take_wrong(train) {
             // The batch period was wrong, so the fit is invalid.
             self.end_epoch();
-            self.report(News::WrongRate { declared_hz: 1e9 / declared_nanos, hz: 1e9 / nanos });
+            self.report(ClockEvent::WrongRate {
+                declared_hz: 1e9 / declared_nanos,
+                hz: 1e9 / nanos,
+            });
             return self.place(stamps);
         }
         let (vouched, period) = self.trains.vouches(train, stamps);
@@ -145,7 +151,7 @@ impl OneWay {
             return None;
         }
         if wrapped {
-            self.report(News::Wrapped);
+            self.report(ClockEvent::Wrapped);
         }
         self.span_secs = span as f64 / 1e9;
         let epoch = self.epoch.as_mut()?;
@@ -159,7 +165,7 @@ impl OneWay {
     pub(super) fn begin_anew(&mut self, declared_hz: f64, hz: f64) {
         self.end_epoch();
         self.trains = Trains::default();
-        self.report(News::WrongRate { declared_hz, hz });
+        self.report(ClockEvent::WrongRate { declared_hz, hz });
     }
 
     fn end_epoch(&mut self) {
@@ -257,9 +263,9 @@ impl OneWay {
         let epoch = self.epochs;
         let restarted = near_zero || secs < -FAR_BACK_SECS;
         self.report(if restarted {
-            News::Restarted { epoch }
+            ClockEvent::Restarted { epoch }
         } else {
-            News::Jumped { epoch, secs }
+            ClockEvent::Jumped { epoch, secs }
         });
     }
 
@@ -275,13 +281,13 @@ impl OneWay {
                 if fast {
                     let ppm = epoch.skew_ppm();
                     self.reported_fast = true;
-                    self.report(News::Fast { ppm });
+                    self.report(ClockEvent::Fast { ppm });
                 }
             }
             Verdict::Set(secs) => {
                 let packets = epoch.raised().to_vec();
                 self.begin(&packets);
-                self.report(News::Jumped { epoch: self.epochs, secs });
+                self.report(ClockEvent::Jumped { epoch: self.epochs, secs });
                 return self.take(packet, raw, vouched, period);
             }
             Verdict::Astray(secs) => {
@@ -314,9 +320,9 @@ impl OneWay {
         self.epoch = Some(epoch);
     }
 
-    fn report(&mut self, news: News) {
-        if self.news.len() < NEWS {
-            self.news.push_back(news);
+    fn report(&mut self, event: ClockEvent) {
+        if self.events.len() < MOST_EVENTS {
+            self.events.push_back(event);
         }
     }
 }
@@ -333,8 +339,8 @@ impl ClockModel for OneWay {
         self.state_as(ClockKind::OneWay)
     }
 
-    fn news(&mut self) -> Option<News> {
-        self.news.pop_front()
+    fn next_event(&mut self) -> Option<ClockEvent> {
+        self.events.pop_front()
     }
 }
 

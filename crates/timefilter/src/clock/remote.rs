@@ -3,7 +3,7 @@
 mod line;
 mod envelope;
 mod bursts;
-mod strangers;
+mod rejected;
 mod backlog;
 mod shift;
 mod doubt;
@@ -15,9 +15,9 @@ use self::bursts::Bursts;
 use self::doubt::Doubt;
 use self::envelope::{Envelope, Found};
 use self::line::LinearFit;
+use self::rejected::RejectedDelays;
 use self::shift::Shift;
-use self::strangers::Strangers;
-use super::{ClockKind, ClockModel, ClockState, Corrected, News, Probe, Says, Stamps};
+use super::{ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Probe, StampOf, Stamps};
 
 /// How far ahead a computer may be and still be trusted [ns]: synchronised clocks differ by less.
 const TRUSTED_AHEAD_NANOS: i64 = 2_000_000;
@@ -38,7 +38,7 @@ const PATH_NANOS: f64 = 10e6;
 /// excluding batching.
 const SENSED_NANOS: f64 = 300e6;
 /// The most reports that are queued.
-const NEWS: usize = 16;
+const MOST_EVENTS: usize = 16;
 
 /// The model of another computer that timestamps its messages.
 ///
@@ -60,7 +60,7 @@ const NEWS: usize = 16;
 /// backlog). If all timestamps are rejected for three seconds, the clock has jumped. A timestamp of zero
 /// counts as missing.
 ///
-/// Timestamps of when a device took a measurement ([`Says::Measured`]) precede their arrival by the
+/// Timestamps of when a device took a measurement ([`StampOf::Measured`]) precede their arrival by the
 /// device's delay, so they can show that a clock is ahead but never that it is behind. Without probes and
 /// without messages that state when they were sent they are used unchanged, and nothing is known of the
 /// clock.
@@ -70,7 +70,7 @@ const NEWS: usize = 16;
 pub struct Remote {
     envelope: Envelope,
     bursts: Bursts,
-    strangers: Strangers,
+    rejected: RejectedDelays,
     backlogs: Backlogs,
     shift: Shift,
     doubt: Doubt,
@@ -80,7 +80,7 @@ pub struct Remote {
     trusted: Option<bool>,
     epoch: u32,
     now: i64,
-    news: VecDeque<News>,
+    events: VecDeque<ClockEvent>,
 }
 
 impl ClockModel for Remote {
@@ -99,16 +99,16 @@ impl ClockModel for Remote {
             self.doubt.disbelieve();
             return arrived(true);
         }
-        if stamps.says == Says::Kept {
+        if stamps.stamp_of == StampOf::Kept {
             let measured = self.shift.of(source).min(arrival.saturating_add(TRUSTED_AHEAD_NANOS));
             return Corrected { measured, ..arrived(false) };
         }
         let last = source.saturating_add(stamps.span_nanos() as i64);
         let delay = arrival.saturating_sub(last);
-        self.has_send_stamps |= stamps.says == Says::Sent;
+        self.has_send_stamps |= stamps.stamp_of == StampOf::Sent;
         let is_held_up = self.is_held_up(stamps, last, delay);
         if !is_held_up {
-            self.consider(delay, stamps.says);
+            self.consider(delay, stamps.stamp_of);
             let believed = self.believes(delay);
             self.backlogs.judged(stamps.stream, last, believed);
             if !believed {
@@ -116,7 +116,7 @@ impl ClockModel for Remote {
                 return arrived(true);
             }
         }
-        let shows = !is_held_up && self.is_path_delay(delay, stamps.says);
+        let shows = !is_held_up && self.is_path_delay(delay, stamps.stamp_of);
         if let Some(offset) = self.offset().filter(|_| shows) {
             self.compare(delay, offset);
             self.envelope.push(arrival, delay);
@@ -155,15 +155,18 @@ impl ClockModel for Remote {
         }
     }
 
-    fn news(&mut self) -> Option<News> {
-        self.news.pop_front()
+    fn next_event(&mut self) -> Option<ClockEvent> {
+        self.events.pop_front()
     }
 }
 
 impl Remote {
     /// The most memory that one instance uses, itself included [B]; a growing vector briefly exists twice.
     pub const MOST_BYTES: usize = size_of::<Remote>()
-        + 2 * (Envelope::BYTES + Bursts::BYTES + Shift::BYTES + NEWS * size_of::<News>());
+        + 2 * (Envelope::BYTES
+            + Bursts::BYTES
+            + Shift::BYTES
+            + MOST_EVENTS * size_of::<ClockEvent>());
 
     /// Advances the model to `now`.
     fn pass(&mut self, now: i64) {
@@ -192,9 +195,9 @@ impl Remote {
 
     /// Whether a message is too late to be accepted on its own, but continues its stream in order.
     fn is_held_up(&mut self, stamps: &Stamps, last: i64, delay: i64) -> bool {
-        let ahead = match (self.offset(), stamps.says) {
+        let ahead = match (self.offset(), stamps.stamp_of) {
             (Some(offset), _) => offset.at(self.now),
-            (None, Says::Measured) => 0,
+            (None, StampOf::Measured) => 0,
             (None, _) => return false,
         };
         let late = delay.saturating_add(ahead);
@@ -202,27 +205,27 @@ impl Remote {
     }
 
     /// Whether a delay is that of the path between the computers, as far as is known.
-    fn is_path_delay(&self, delay: i64, says: Says) -> bool {
-        let Some(fastest) = self.envelope.line() else { return says == Says::Sent };
-        says == Says::Sent || !self.has_send_stamps || delay < fastest.at(self.now)
+    fn is_path_delay(&self, delay: i64, stamp_of: StampOf) -> bool {
+        let Some(fastest) = self.envelope.line() else { return stamp_of == StampOf::Sent };
+        stamp_of == StampOf::Sent || !self.has_send_stamps || delay < fastest.at(self.now)
     }
 
     /// Establishes the clock from a delay, or detects that it has changed.
-    fn consider(&mut self, delay: i64, says: Says) {
+    fn consider(&mut self, delay: i64, stamp_of: StampOf) {
         let known = self.offset().is_some();
         if known && self.believes(delay) {
-            return self.strangers.forget();
+            return self.rejected.forget();
         }
         let ahead = delay.saturating_add(self.offset().map_or(0, |offset| offset.at(self.now)));
-        if says == Says::Measured && ahead >= -TRUSTED_AHEAD_NANOS {
+        if stamp_of == StampOf::Measured && ahead >= -TRUSTED_AHEAD_NANOS {
             return;
         }
         let patience = if known { JUMPED_NANOS } else { KNOWN_NANOS };
-        match self.strangers.push(self.now, delay, patience) {
+        match self.rejected.push(self.now, delay, patience) {
             Some(lowest) if known => self.jump(lowest),
             Some(lowest) => {
                 self.envelope = Envelope::new(self.now, lowest);
-                self.strangers.forget();
+                self.rejected.forget();
                 self.judge();
             }
             None => {}
@@ -244,19 +247,19 @@ impl Remote {
         self.envelope = Envelope::new(self.now, delay);
         self.bursts = Bursts::default();
         self.doubt = Doubt::default();
-        self.strangers.forget();
+        self.rejected.forget();
         let was_off = self.trusted.take() == Some(false);
         self.begin_epoch(secs);
         self.judge();
         if was_off && self.trusted == Some(true) {
-            self.report(News::Trusted);
+            self.report(ClockEvent::Trusted);
         }
     }
 
     fn begin_epoch(&mut self, secs: f64) {
         self.epoch = self.epoch.saturating_add(1);
         self.shift = Shift::default();
-        self.report(News::Jumped { epoch: self.epoch, secs });
+        self.report(ClockEvent::Jumped { epoch: self.epoch, secs });
     }
 
     /// Decides whether the clock is trusted, and steers the shift accordingly.
@@ -265,10 +268,10 @@ impl Remote {
         let nanos = offset.at(self.now);
         let trusted = self.is_near(nanos);
         if !trusted && self.trusted != Some(false) {
-            self.report(News::Off { secs: nanos as f64 * 1e-9 });
+            self.report(ClockEvent::Off { secs: nanos as f64 * 1e-9 });
         }
         if trusted && self.trusted == Some(false) {
-            self.report(News::Trusted);
+            self.report(ClockEvent::Trusted);
         }
         self.trusted = Some(trusted);
         let target = if trusted { LinearFit::default() } else { offset };
@@ -344,11 +347,11 @@ impl Remote {
         way.is_none_or(|way| (-SOONER_NANOS..=LATER_NANOS).contains(&way)).then_some(probed)
     }
 
-    fn report(&mut self, news: News) {
-        if self.news.len() == NEWS {
-            self.news.pop_front();
+    fn report(&mut self, event: ClockEvent) {
+        if self.events.len() == MOST_EVENTS {
+            self.events.pop_front();
         }
-        self.news.push_back(news);
+        self.events.push_back(event);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::one_way::{OneWay, OneWaySettings};
 use super::rate::Rate;
-use super::{ClockKind, ClockModel, ClockState, Corrected, Latency, News, Stamps};
+use super::{ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Latency, Stamps};
 
 /// The standard deviation of the true rates of such devices around the nominal rate [ppm]: a Polar H10 is
 /// within 2 % at room temperature, others within 5 %.
@@ -112,8 +112,8 @@ impl ClockModel for SampleIndex {
         self.clock.state_as(ClockKind::SampleIndex)
     }
 
-    fn news(&mut self) -> Option<News> {
-        self.clock.news()
+    fn next_event(&mut self) -> Option<ClockEvent> {
+        self.clock.next_event()
     }
 }
 
@@ -151,8 +151,8 @@ mod tests {
         for declared in [13.0, 30.0, 80.0, 135.0, 210.0] {
             let (mut clock, mut device) = (SampleIndex::new(declared, LATENCY), Device::new(55.0));
             run(&mut clock, &mut device, 10);
-            let news = clock.news();
-            assert!(matches!(news, Some(News::WrongRate { .. })), "{declared}: {news:?}");
+            let event = clock.next_event();
+            assert!(matches!(event, Some(ClockEvent::WrongRate { .. })), "{declared}: {event:?}");
             let error = run(&mut clock, &mut device, 110);
             assert!(error.abs() < 0.01, "{declared}: {error}");
             assert!((clock.rate_hz() - 55.0).abs() < 0.05, "{declared}: {}", clock.rate_hz());
@@ -169,7 +169,7 @@ mod tests {
         let (truth, stamps) = device.send();
         let error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
         assert!(error.abs() < 0.01, "{error}");
-        assert_eq!(clock.news(), None);
+        assert_eq!(clock.next_event(), None);
     }
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
         device.now += 20 * SECOND;
         let error = run(&mut clock, &mut device, 30);
         assert!(error.abs() < 0.02, "{error}");
-        assert!(matches!(clock.news(), Some(News::Jumped { epoch: 1, .. })));
+        assert!(matches!(clock.next_event(), Some(ClockEvent::Jumped { epoch: 1, .. })));
         assert!((clock.rate_hz() - 50.0).abs() < 0.2, "{}", clock.rate_hz());
     }
 

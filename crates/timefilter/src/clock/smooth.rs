@@ -7,7 +7,7 @@ use super::fit::{Fit, Point, line_around};
 use super::one_way::{OneWay, OneWaySettings};
 use super::sample_index::{self, SampleIndex};
 use super::straight::Straight;
-use super::{ClockKind, ClockModel, ClockState, Corrected, Latency, News, Stamps};
+use super::{ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Latency, Stamps};
 
 /// The spacing of the map's nodes [s].
 const NODE_SECS: f64 = 20.0;
@@ -33,7 +33,7 @@ const STEEPEST: f64 = 0.5;
 
 /// The history of a clock between two resets of unknown size.
 #[derive(Clone, Debug, Default)]
-struct Course {
+struct History {
     bins: Vec<Bin>,
     /// The length of the current run of raised bins, according to the live model.
     run: usize,
@@ -56,7 +56,7 @@ struct Bin {
     is_raised: bool,
 }
 
-impl Course {
+impl History {
     /// Takes the length of the current run of raised bins and the height of its last bin [s] when a bin
     /// closes. A run that falls back to the line was delayed; one that lasts was not.
     fn heights(&mut self, (run, height): (usize, f64)) {
@@ -97,7 +97,7 @@ pub struct Smoother {
     source: Source,
     clock: OneWay,
     /// The lowest point of each bin, by course of the clock.
-    courses: Vec<Course>,
+    courses: Vec<History>,
 }
 
 impl Smoother {
@@ -124,26 +124,26 @@ impl Smoother {
         let Some(placed) = self.clock.place(&stamps) else { return };
         let Some(epoch) = self.clock.epoch() else { return };
         let point = epoch.point(placed.packet);
-        self.courses.resize_with(placed.course as usize + 1, Course::default);
-        let Some(course) = self.courses.last_mut() else { return };
-        course.heights(epoch.raised_secs());
+        self.courses.resize_with(placed.course as usize + 1, History::default);
+        let Some(history) = self.courses.last_mut() else { return };
+        history.heights(epoch.raised_secs());
         let bin = |point: Point| ((point.device + point.delay) * 1e9) as i64 / BIN_NANOS;
-        let open = course.bins.pop_if(|lowest| bin(lowest.point) >= bin(point));
+        let open = history.bins.pop_if(|lowest| bin(lowest.point) >= bin(point));
         // A bin whose packets were all delayed so long that it is older than the bin before gives no
         // information, and bins are in order of device time.
-        let goes_on = course.bins.last().is_none_or(|before| before.point.device < point.device);
+        let goes_on = history.bins.last().is_none_or(|before| before.point.device < point.device);
         let lower = open.is_none_or(|lowest| point.delay < lowest.point.delay);
         let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
-        course.bins.extend(if goes_on && lower { Some(new) } else { open });
-        course.is_poor |= epoch.is_poor();
-        course.beats(epoch.beat_interval());
+        history.bins.extend(if goes_on && lower { Some(new) } else { open });
+        history.is_poor |= epoch.is_poor();
+        history.beats(epoch.beat_interval());
     }
 
     /// Returns the smoothed clock, which expects the same stamps again in the same order.
     pub fn finish(self) -> Smoothed {
         let settings = self.source.settings();
         let skew = settings.usual_skew_ppm * 1e-6;
-        let maps = self.courses.iter().map(|course| Map::new(course, skew)).collect();
+        let maps = self.courses.iter().map(|history| Map::new(history, skew)).collect();
         let clock = match self.source {
             Source::Stamped(_) => OneWay::new(settings),
             Source::Numbered(_) => OneWay::counting(settings),
@@ -185,8 +185,8 @@ impl ClockModel for Smoothed {
         ClockState { uncertainty_secs, ..self.clock.state_as(self.source.kind()) }
     }
 
-    fn news(&mut self) -> Option<News> {
-        self.clock.news()
+    fn next_event(&mut self) -> Option<ClockEvent> {
+        self.clock.next_event()
     }
 }
 
@@ -250,16 +250,16 @@ struct Node {
 
 impl Map {
     /// Fits a line to the bins around each node.
-    fn new(course: &Course, usual_skew: f64) -> Map {
+    fn new(history: &History, usual_skew: f64) -> Map {
         let free: Vec<Point> =
-            course.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect();
+            history.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect();
         if free.is_empty() {
             return Map { nodes: Vec::new() };
         }
-        if let Some(nodes) = through_steps(&free, course.beat_interval()) {
+        if let Some(nodes) = through_steps(&free, history.beat_interval()) {
             return Map { nodes };
         }
-        let skew = if course.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
+        let skew = if history.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
         // A few points may lie on a line by chance, so none is surer than is usual in this course.
         let usual_spread = median(lines(&free, skew, 0.0).iter().map(|(_, fit)| fit.spread));
         let lines = lines(&free, skew, usual_spread);
@@ -269,7 +269,7 @@ impl Map {
             let node = Node::of(fit.no_surer_than_by(usual_residual), device);
             nodes.push(nodes.last().map_or(node, |before| node.near(before)));
         }
-        if course.run > 0 {
+        if history.run > 0 {
             // Delays may already have been rising in the last bins.
             nodes.truncate(nodes.len().saturating_sub(RISING_NODES).max(1));
         }
@@ -279,9 +279,9 @@ impl Map {
             nodes[end].slope = (nodes[end].delay - far.delay) / (nodes[end].device - far.device);
         }
         // It is unknown whether bins that are still raised at the end would have fallen back.
-        let until = course.bins.len() - course.run.min(course.bins.len());
-        if let (Some(bin), Some(node)) = (course.bins.get(until), nodes.last().copied()) {
-            let error = node.error + course.height;
+        let until = history.bins.len() - history.run.min(history.bins.len());
+        if let (Some(bin), Some(node)) = (history.bins.get(until), nodes.last().copied()) {
+            let error = node.error + history.height;
             nodes.push(Node { device: bin.point.device.max(node.device + 1e-9), error, ..node });
         }
         Map { nodes }

@@ -1,7 +1,7 @@
 //! What becomes of samples that come too late, or too early.
 
 use proptest::prelude::*;
-use teampulse_timefilter::align::{AHEAD_NANOS, News, SourceSettings, Validity, Why};
+use teampulse_timefilter::align::{AHEAD_NANOS, SourceEvent, SourceSettings, Validity, Why};
 
 use crate::story::{MS, Outcome, SECOND};
 
@@ -49,7 +49,7 @@ fn a_source_that_delivers_but_behind_is_late_until_it_catches_up() {
         let delay = if (20 * SECOND..40 * SECOND).contains(&time) { 5 * SECOND } else { 0 };
         outcome.push(behind, time - delay, time, time as f64);
     }
-    assert_eq!(outcome.news(), [News::Behind(behind), News::Back(behind)]);
+    assert_eq!(outcome.events(), [SourceEvent::Behind(behind), SourceEvent::Back(behind)]);
     let counts = outcome.aligner.counts(behind).unwrap();
     let late_rows: Vec<i64> = (outcome.rows().iter())
         .filter(|row| row.cell(behind).validity == Validity::Late)

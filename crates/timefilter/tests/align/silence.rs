@@ -1,6 +1,6 @@
 //! What becomes of the rows when a source dies.
 
-use teampulse_timefilter::align::{Mode, News, Onto, ROWS_IN_SILENCE, Validity};
+use teampulse_timefilter::align::{Mode, Onto, ROWS_IN_SILENCE, SourceEvent, Validity};
 
 use crate::story::{MS, Outcome, SECOND};
 
@@ -24,7 +24,7 @@ fn a_source_that_dies_for_five_minutes_is_stale_and_nothing_else_is_lost() {
     assert_eq!(outcome.times(), (0..21_000).map(|row| row * PERIOD).collect::<Vec<_>>());
     assert!(delay_longest <= 2 * SECOND + PERIOD, "{delay_longest}");
     assert!(outcome.rows().iter().all(|row| row.cell(alive).validity == Validity::Fresh));
-    assert_eq!(outcome.news(), [News::Silent(dying), News::Back(dying)]);
+    assert_eq!(outcome.events(), [SourceEvent::Silent(dying), SourceEvent::Back(dying)]);
     assert!(outcome.asides().is_empty());
     for row in outcome.rows() {
         let last_sample = dead.start - 100 * MS;

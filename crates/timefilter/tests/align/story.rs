@@ -1,8 +1,8 @@
 //! What arrives at an aligner, and all that it gives out.
 
 use teampulse_timefilter::align::{
-    Aligner, Cell, Mode, News, Onto, Output, Policy, Sample, SourceId, SourceSettings, Validity,
-    Why,
+    Aligner, Cell, Mode, Onto, Output, Policy, Sample, SourceEvent, SourceId, SourceSettings,
+    Validity, Why,
 };
 
 pub const MS: i64 = 1_000_000;
@@ -13,7 +13,7 @@ pub const SECOND: i64 = 1_000 * MS;
 pub enum Kept {
     Row(KeptRow),
     Aside(SourceId, i64, Why),
-    News(News),
+    Event(SourceEvent),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +62,7 @@ pub fn keep(kept: &mut Vec<Kept>, output: Output<'_>) {
             Kept::Row(KeptRow { at: row.at, cells: row.cells().map(cell).collect() })
         }
         Output::Aside(aside) => Kept::Aside(aside.source, aside.measured, aside.why),
-        Output::News(news) => Kept::News(news),
+        Output::Event(event) => Kept::Event(event),
     });
 }
 
@@ -126,9 +126,9 @@ impl Outcome {
         self.rows().iter().map(|row| row.at).collect()
     }
 
-    pub fn news(&self) -> Vec<News> {
-        let news = |kept: &Kept| if let Kept::News(news) = kept { Some(*news) } else { None };
-        self.kept.iter().filter_map(news).collect()
+    pub fn events(&self) -> Vec<SourceEvent> {
+        let event = |kept: &Kept| if let Kept::Event(event) = kept { Some(*event) } else { None };
+        self.kept.iter().filter_map(event).collect()
     }
 
     pub fn asides(&self) -> Vec<(SourceId, i64, Why)> {

@@ -1,6 +1,6 @@
 //! How an aligner receives samples.
 
-use super::super::row::{Aside, News, Output, Why};
+use super::super::row::{Aside, Output, SourceEvent, Why};
 use super::super::settings::{Mode, Onto};
 use super::super::watermark::Presence;
 use super::{AHEAD_NANOS, Aligner, NEVER, ROWS_IN_SILENCE};
@@ -35,7 +35,7 @@ impl Aligner {
         let is_back = source.watermark.hear(measured, now);
         source.keep(measured, values, self.last, out);
         if is_back {
-            out(Output::News(News::Back(source.id)));
+            out(Output::Event(SourceEvent::Back(source.id)));
             self.find_silence();
         }
         let begins_rows = self.begin_rows(measured);
@@ -160,7 +160,7 @@ impl Aligner {
         let Some(source) = &mut self.sources[place] else { return false };
         let is_back = source.watermark.catch_up(now);
         if is_back {
-            out(Output::News(News::Back(source.id)));
+            out(Output::Event(SourceEvent::Back(source.id)));
             self.settled = 0;
         }
         is_back || self.waits_for.is_none()

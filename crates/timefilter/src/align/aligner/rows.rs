@@ -1,6 +1,6 @@
 //! When an aligner issues a row.
 
-use super::super::row::{News, Output, Row};
+use super::super::row::{Output, Row, SourceEvent};
 use super::super::settings::{Mode, Onto};
 use super::super::source::Source;
 use super::super::watermark::Presence;
@@ -67,7 +67,7 @@ impl Aligner {
                     return false;
                 }
                 source.watermark.presence = Presence::Behind;
-                out(Output::News(News::Behind(source.id)));
+                out(Output::Event(SourceEvent::Behind(source.id)));
             }
             self.settled += 1;
         }

@@ -1,6 +1,6 @@
 //! How session time advances for an aligner.
 
-use super::super::row::{News, Output};
+use super::super::row::{Output, SourceEvent};
 use super::{Aligner, NEVER};
 
 impl Aligner {
@@ -45,7 +45,7 @@ impl Aligner {
         for source in self.sources.iter_mut().flatten() {
             if source.watermark.silent_from().is_some_and(|from| from <= now) {
                 source.watermark.fall_silent();
-                out(Output::News(News::Silent(source.id)));
+                out(Output::Event(SourceEvent::Silent(source.id)));
             }
         }
         self.find_silence();

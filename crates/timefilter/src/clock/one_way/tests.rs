@@ -7,8 +7,8 @@ fn model() -> OneWay {
     OneWay::new(OneWaySettings::new(LATENCY))
 }
 
-fn news(clock: &mut OneWay) -> Vec<News> {
-    std::iter::from_fn(|| clock.news()).collect()
+fn events(clock: &mut OneWay) -> Vec<ClockEvent> {
+    std::iter::from_fn(|| clock.next_event()).collect()
 }
 
 /// Feeds the packets of some seconds to the clock; returns the error of the last sample [s].
@@ -31,7 +31,7 @@ fn a_steady_clock_is_found_and_nothing_is_reported() {
     let state = clock.state();
     assert!((state.skew_ppm - 40.0).abs() < 20.0, "{state:?}");
     assert!(state.uncertainty_secs < 0.006 && state.epoch == 0, "{state:?}");
-    assert_eq!(news(&mut clock), []);
+    assert_eq!(events(&mut clock), []);
 }
 
 #[test]
@@ -44,8 +44,8 @@ fn a_clock_that_runs_two_percent_fast_is_followed_and_reported() {
             let error = run(&mut clock, &mut device, 3) - device.least_delay;
             assert!(error.abs() < 0.01, "{error}");
         }
-        let reported = news(&mut clock);
-        assert!(matches!(reported[..], [News::Fast { .. }]), "{reported:?}");
+        let reported = events(&mut clock);
+        assert!(matches!(reported[..], [ClockEvent::Fast { .. }]), "{reported:?}");
         assert!((clock.state().skew_ppm - (rate - 1.0) * 1e6).abs() < 100.0);
         assert_eq!(clock.state().epoch, 0);
     }
@@ -60,8 +60,8 @@ fn a_clock_that_is_set_begins_a_new_epoch() {
         device.clock += hours * 3600 * SECOND;
         let error = run(&mut clock, &mut device, 60) - device.least_delay;
         assert!(error.abs() < 0.01, "{error}");
-        match news(&mut clock)[..] {
-            [News::Jumped { epoch: 1, secs }] => {
+        match events(&mut clock)[..] {
+            [ClockEvent::Jumped { epoch: 1, secs }] => {
                 assert!((secs - hours as f64 * 3600.0).abs() < 1.0, "{secs}");
             }
             ref reported => panic!("{reported:?}"),
@@ -78,7 +78,7 @@ fn a_device_that_is_switched_on_again_begins_a_new_epoch() {
     device.clock = 0;
     let error = run(&mut clock, &mut device, 30) - device.least_delay;
     assert!(error.abs() < 0.02, "{error}");
-    assert_eq!(news(&mut clock), [News::Restarted { epoch: 1 }]);
+    assert_eq!(events(&mut clock), [ClockEvent::Restarted { epoch: 1 }]);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn a_counter_that_wraps_goes_on_and_is_reported() {
     device.wraps = 64 * SECOND;
     let error = run(&mut clock, &mut device, 200) - device.least_delay;
     assert!(error.abs() < 0.01, "{error}");
-    assert_eq!(news(&mut clock), [News::Wrapped; 3]);
+    assert_eq!(events(&mut clock), [ClockEvent::Wrapped; 3]);
     assert_eq!(clock.state().epoch, 0);
 }
 
@@ -106,7 +106,7 @@ fn a_repeated_or_reordered_packet_keeps_its_time() {
         let again = clock.correct(&Stamps { arrival, ..*stamps });
         assert_eq!(again.measured, *measured);
     }
-    assert_eq!(news(&mut clock), []);
+    assert_eq!(events(&mut clock), []);
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_stamp_of_zero_is_disbelieved_and_changes_nothing() {
     }
     let error = run(&mut clock, &mut device, 30) - device.least_delay;
     assert!(error.abs() < 0.01, "{error}");
-    assert_eq!(news(&mut clock), []);
+    assert_eq!(events(&mut clock), []);
 }
 
 #[test]
@@ -130,7 +130,9 @@ fn a_clock_that_stood_still_for_a_second_begins_a_new_epoch() {
     device.clock -= SECOND;
     let error = run(&mut clock, &mut device, 30) - device.least_delay;
     assert!(error.abs() < 0.02, "{error}");
-    assert!(matches!(news(&mut clock)[..], [News::Jumped { epoch: 1, secs }] if secs < -0.9));
+    assert!(
+        matches!(events(&mut clock)[..], [ClockEvent::Jumped { epoch: 1, secs }] if secs < -0.9)
+    );
 }
 
 #[test]
@@ -173,7 +175,7 @@ fn a_late_burst_after_a_stall_is_no_jump() {
         let error = clock.correct(&late).measured - truth;
         assert!(error.abs() < SECOND / 20, "{error}");
     }
-    assert_eq!(news(&mut clock), []);
+    assert_eq!(events(&mut clock), []);
 }
 
 #[test]
@@ -202,8 +204,8 @@ fn a_clock_that_is_set_by_little_is_found_within_a_second_by_its_numbers() {
         device.clock += step_ms * 1_000_000;
         let error = run(&mut clock, &mut device, 1) - device.least_delay;
         assert!(error.abs() < 0.01, "{step_ms}: {error}");
-        let reported = news(&mut clock);
-        let [News::Jumped { epoch: 1, secs }] = reported[..] else {
+        let reported = events(&mut clock);
+        let [ClockEvent::Jumped { epoch: 1, secs }] = reported[..] else {
             panic!("{step_ms}: {reported:?}")
         };
         assert!((secs - step_ms as f64 / 1e3).abs() < 0.005, "{step_ms}: {secs}");
@@ -231,7 +233,7 @@ fn packets_that_are_sent_once_more_in_a_row_are_no_clock_that_was_set_back() {
                 last.clear();
             }
         }
-        assert_eq!(news(&mut clock), [], "{packets}");
+        assert_eq!(events(&mut clock), [], "{packets}");
     }
 }
 
@@ -252,8 +254,10 @@ fn a_period_that_is_declared_wrong_is_reported_and_corrected() {
                 worst = worst.max(error.abs());
             }
         }
-        let reported = news(&mut clock);
-        let [News::WrongRate { hz, .. }] = reported[..] else { panic!("{wrong}: {reported:?}") };
+        let reported = events(&mut clock);
+        let [ClockEvent::WrongRate { hz, .. }] = reported[..] else {
+            panic!("{wrong}: {reported:?}")
+        };
         assert!((hz - 130.0).abs() < 0.1 && worst < 0.015, "{wrong}: {hz} Hz, {worst} s");
     }
 }
@@ -264,8 +268,8 @@ fn a_clock_that_runs_fast_is_found_within_16_seconds() {
         let (mut clock, mut device) = (model(), Device::new(10.0));
         (device.rate, device.tail) = (1.0 + f64::from(ppm) * 1e-6, 0.010);
         run(&mut clock, &mut device, 16);
-        let reported = news(&mut clock);
-        let [News::Fast { ppm: found }] = reported[..] else { panic!("{ppm}: {reported:?}") };
+        let reported = events(&mut clock);
+        let [ClockEvent::Fast { ppm: found }] = reported[..] else { panic!("{ppm}: {reported:?}") };
         assert!((found - f64::from(ppm)).abs() < 500.0, "{ppm}: {found}");
     }
 }
@@ -281,7 +285,7 @@ fn a_link_that_is_too_slow_from_the_first_packet_on_is_no_slow_clock() {
         let error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
         worst = worst.max(if k > 50 * 30 { error.abs() } else { 0.0 });
     }
-    assert_eq!(news(&mut clock), []);
+    assert_eq!(events(&mut clock), []);
     assert!(worst < 0.2, "{worst}");
 }
 
@@ -297,7 +301,7 @@ fn a_route_that_is_longer_for_minutes_does_not_move_the_clock_and_is_stated() {
     device.least_delay = least;
     let error = run(&mut clock, &mut device, 60) - least;
     assert!(error.abs() < 0.005 && clock.state().uncertainty_secs < 0.01, "{error}");
-    assert_eq!(news(&mut clock), []);
+    assert_eq!(events(&mut clock), []);
 }
 
 #[test]
@@ -305,7 +309,7 @@ fn a_perfect_clock_of_few_packets_makes_no_news() {
     for tenths_hz in [10, 15, 20, 30, 50] {
         let (mut clock, mut device) = (model(), Device::new(f64::from(tenths_hz) / 10.0));
         run(&mut clock, &mut device, 600);
-        assert_eq!(news(&mut clock), [], "{tenths_hz}");
+        assert_eq!(events(&mut clock), [], "{tenths_hz}");
     }
 }
 
@@ -359,6 +363,6 @@ fn behind_a_long_silence_a_clock_runs_as_it_did() {
         let error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
         assert!(error.abs() < 0.01 && error.abs() <= clock.state().uncertainty_secs, "{error}");
     }
-    assert_eq!(clock.news(), None);
+    assert_eq!(clock.next_event(), None);
     assert!((clock.state().skew_ppm - 45.0).abs() < 5.0, "{}", clock.state().skew_ppm);
 }

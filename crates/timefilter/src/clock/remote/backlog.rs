@@ -12,13 +12,13 @@ const LATEST_NANOS: i64 = 600_000_000_000;
 /// The state of each stream of a computer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Backlogs {
-    streams: [Option<Course>; STREAMS],
+    streams: [Option<LastMessage>; STREAMS],
     next: usize,
 }
 
 /// The last message of one stream.
 #[derive(Clone, Copy, Debug)]
-struct Course {
+struct LastMessage {
     stream: u32,
     stamp: i64,
     /// Whether its timestamp was accepted.
@@ -31,30 +31,30 @@ impl Backlogs {
     /// Whether a late message continues its stream: in order after an accepted message, and not equally
     /// late for too long.
     pub fn goes_on(&mut self, stream: u32, stamp: i64, arrival: i64, late: i64) -> bool {
-        let Some(course) = self.of(stream) else { return false };
-        let steady = course.late.filter(|(_, before)| before.abs_diff(late) < EQUAL_NANOS);
-        course.late = steady.or(Some((arrival, late)));
+        let Some(last) = self.of(stream) else { return false };
+        let steady = last.late.filter(|(_, before)| before.abs_diff(late) < EQUAL_NANOS);
+        last.late = steady.or(Some((arrival, late)));
         let lasts = steady.map_or(0, |(since, _)| arrival.saturating_sub(since));
         let goes_on =
-            course.believed && stamp > course.stamp && late < LATEST_NANOS && lasts < STEADY_NANOS;
-        course.believed = goes_on;
-        course.stamp = stamp;
+            last.believed && stamp > last.stamp && late < LATEST_NANOS && lasts < STEADY_NANOS;
+        last.believed = goes_on;
+        last.stamp = stamp;
         goes_on
     }
 
     /// Records a message that was judged by its lateness alone.
     pub fn judged(&mut self, stream: u32, stamp: i64, believed: bool) {
-        let course = Course { stream, stamp, believed, late: None };
+        let last = LastMessage { stream, stamp, believed, late: None };
         if let Some(known) = self.of(stream) {
             let newest = if believed { stamp.max(known.stamp) } else { stamp };
-            *known = Course { stamp: newest, ..course };
+            *known = LastMessage { stamp: newest, ..last };
             return;
         }
-        self.streams[self.next] = Some(course);
+        self.streams[self.next] = Some(last);
         self.next = (self.next + 1) % STREAMS;
     }
 
-    fn of(&mut self, stream: u32) -> Option<&mut Course> {
-        self.streams.iter_mut().flatten().find(|course| course.stream == stream)
+    fn of(&mut self, stream: u32) -> Option<&mut LastMessage> {
+        self.streams.iter_mut().flatten().find(|last| last.stream == stream)
     }
 }

@@ -12,7 +12,7 @@ struct Computer {
     ahead_nanos: i64,
     fast_ppm: i64,
     remote: Remote,
-    news: Vec<News>,
+    events: Vec<ClockEvent>,
     /// The largest error of times from the tenth second on [ns].
     worst_nanos: i64,
     disbelieved: usize,
@@ -22,9 +22,9 @@ struct Computer {
 impl Computer {
     fn new(ahead_nanos: i64, fast_ppm: i64) -> Computer {
         let remote = Remote::default();
-        let (news, worst_nanos) = (Vec::new(), 0);
+        let (events, worst_nanos) = (Vec::new(), 0);
         let (disbelieved, messages) = (0, 0);
-        Computer { ahead_nanos, fast_ppm, remote, news, worst_nanos, disbelieved, messages }
+        Computer { ahead_nanos, fast_ppm, remote, events, worst_nanos, disbelieved, messages }
     }
 
     fn stamp(&self, time: i64) -> i64 {
@@ -46,7 +46,7 @@ impl Computer {
     fn arrives(&mut self, stamp: i64, arrival: i64) -> Corrected {
         let stamps = Stamps { source: Some(stamp), ..Stamps::arrived(arrival) };
         let corrected = self.remote.correct(&stamps);
-        self.news.extend(std::iter::from_fn(|| self.remote.news()));
+        self.events.extend(std::iter::from_fn(|| self.remote.next_event()));
         self.disbelieved += usize::from(corrected.disbelieved);
         self.messages += 1;
         corrected
@@ -86,7 +86,7 @@ fn a_clock_in_step_is_trusted_and_its_stamps_taken_as_they_are() {
     let mut computer = Computer::new(500_000, 0);
     computer.run(0, 300);
     assert_eq!(computer.worst_nanos, 500_000);
-    assert_eq!((computer.disbelieved, computer.news.len()), (0, 0));
+    assert_eq!((computer.disbelieved, computer.events.len()), (0, 0));
     assert_eq!(computer.remote.state().kind, ClockKind::Remote);
     assert!(computer.remote.state().offset_secs.abs() < 0.003);
 }
@@ -98,7 +98,11 @@ fn a_clock_that_is_off_is_shifted_to_within_its_fastest_message() {
     {
         let mut computer = Computer::new(ahead_nanos, fast_ppm);
         computer.run(0, 300);
-        assert!(matches!(computer.news[..], [News::Off { .. }, ..]), "{:?}", computer.news);
+        assert!(
+            matches!(computer.events[..], [ClockEvent::Off { .. }, ..]),
+            "{:?}",
+            computer.events
+        );
         assert!(computer.worst_nanos < 20_000_000, "{ahead_nanos}: {}", computer.worst_nanos);
         assert!(computer.disbelieved < 30, "{}", computer.disbelieved);
         let state = computer.remote.state();
@@ -210,7 +214,7 @@ fn messages_delayed_by_the_network_keep_their_timestamps() {
         let corrected = computer.arrives(sent, (sent + 1_000_000).max(back + k * 1_000));
         assert!((corrected.measured - sent).abs() < 2_000_000, "{k}");
     }
-    assert_eq!((computer.disbelieved, computer.news.len()), (believed, 0));
+    assert_eq!((computer.disbelieved, computer.events.len()), (believed, 0));
 }
 
 #[test]
@@ -221,7 +225,7 @@ fn stored_samples_for_late_joiners_do_not_set_the_clock() {
         assert!(kept.disbelieved);
     }
     computer.run(0, 60);
-    assert_eq!(computer.news, []);
+    assert_eq!(computer.events, []);
     assert_eq!(computer.disbelieved, 5);
 }
 
@@ -235,11 +239,11 @@ fn a_clock_that_jumps_begins_an_epoch_within_some_seconds() {
         let state = computer.remote.state();
         assert_eq!(state.epoch, 1, "{jump}");
         assert!((state.offset_secs - jump as f64 * 1e-9).abs() < 0.02, "{state:?}");
-        assert!(matches!(computer.news[..], [News::Jumped { .. }, News::Off { .. }]));
+        assert!(matches!(computer.events[..], [ClockEvent::Jumped { .. }, ClockEvent::Off { .. }]));
         computer.ahead_nanos -= jump;
         computer.run(60 + within_secs, 120);
         assert_eq!(computer.remote.state().epoch, 2);
-        assert_eq!(computer.news.last(), Some(&News::Trusted), "{:?}", computer.news);
+        assert_eq!(computer.events.last(), Some(&ClockEvent::Trusted), "{:?}", computer.events);
     }
 }
 
@@ -338,7 +342,7 @@ fn probes_of_another_clock_than_that_of_the_stamps_are_not_used() {
         computer.ahead_nanos = 3_600 * SECOND;
     }
     assert_eq!(computer.remote.state().kind, ClockKind::Remote);
-    assert_eq!(computer.news, []);
+    assert_eq!(computer.events, []);
 }
 
 fn any_stamp() -> impl Strategy<Value = i64> {
@@ -362,7 +366,7 @@ proptest! {
             remote.probe(&Probe { arrival, offset_secs, round_trip_secs });
             remote.tick(arrival);
             remote.state();
-            prop_assert!(remote.news.len() <= NEWS);
+            prop_assert!(remote.events.len() <= MOST_EVENTS);
         }
     }
 
@@ -401,11 +405,11 @@ fn sends_waves(computer: &mut Computer, from_secs: i64, to_secs: i64) -> (i64, u
         let measured = START + k * SECOND / 2;
         let arrival = measured + 70_000_000 + (k * 7919 % 17) * 1_000_000;
         let source = Some(computer.stamp(measured));
-        let stamps = Stamps { source, says: Says::Measured, ..Stamps::arrived(arrival) };
+        let stamps = Stamps { source, stamp_of: StampOf::Measured, ..Stamps::arrived(arrival) };
         let corrected = computer.remote.correct(&stamps);
         disbelieved += usize::from(corrected.disbelieved);
         worst_nanos = worst_nanos.max((corrected.measured - measured).abs());
-        computer.news.extend(std::iter::from_fn(|| computer.remote.news()));
+        computer.events.extend(std::iter::from_fn(|| computer.remote.next_event()));
     }
     (worst_nanos, disbelieved)
 }
@@ -414,7 +418,7 @@ fn sends_waves(computer: &mut Computer, from_secs: i64, to_secs: i64) -> (i64, u
 fn a_device_that_takes_long_is_no_clock_that_is_behind() {
     let mut computer = Computer::new(0, 0);
     assert_eq!(sends_waves(&mut computer, 0, 300), (0, 0));
-    assert!(computer.remote.state().offset_secs.is_nan() && computer.news.is_empty());
+    assert!(computer.remote.state().offset_secs.is_nan() && computer.events.is_empty());
     // Messages show that the clock is in step, and probes confirm it to within a millisecond.
     computer.run(300, 330);
     assert_eq!(sends_waves(&mut computer, 330, 600), (0, 0));
@@ -422,14 +426,14 @@ fn a_device_that_takes_long_is_no_clock_that_is_behind() {
         computer.probed(second);
         assert_eq!(sends_waves(&mut computer, second + 2, second + 4).0, 0);
     }
-    assert!(computer.remote.state().uncertainty_secs < 0.005 && computer.news.is_empty());
+    assert!(computer.remote.state().uncertainty_secs < 0.005 && computer.events.is_empty());
 }
 
 #[test]
 fn a_wave_that_lies_after_its_arrival_shows_a_clock_that_is_ahead() {
     let mut computer = Computer::new(600_000_000, 40);
     sends_waves(&mut computer, 0, 30);
-    assert!(matches!(computer.news[..], [News::Off { .. }]), "{:?}", computer.news);
+    assert!(matches!(computer.events[..], [ClockEvent::Off { .. }]), "{:?}", computer.events);
     let (worst_nanos, _) = sends_waves(&mut computer, 30, 300);
     let state = computer.remote.state();
     assert!(worst_nanos as f64 * 1e-9 <= state.uncertainty_secs, "{worst_nanos} {state:?}");
@@ -457,8 +461,11 @@ fn waves_that_a_network_held_up_keep_their_stamps_though_nothing_is_known_of_the
     for k in 60..80 {
         let measured = START + k * SECOND / 2;
         let arrival = START + 41 * SECOND + k * 2_000_000;
-        let stamps =
-            Stamps { source: Some(measured), says: Says::Measured, ..Stamps::arrived(arrival) };
+        let stamps = Stamps {
+            source: Some(measured),
+            stamp_of: StampOf::Measured,
+            ..Stamps::arrived(arrival)
+        };
         assert_eq!(computer.remote.correct(&stamps).measured, measured);
     }
 }
@@ -470,7 +477,7 @@ fn stored_samples_are_placed_by_the_known_clock_and_do_not_affect_it() {
     let before = computer.remote.state();
     let (happened, arrival) = (START - 600 * SECOND, START + 60 * SECOND);
     let source = Some(computer.stamp(happened));
-    let stamps = Stamps { source, says: Says::Kept, ..Stamps::arrived(arrival) };
+    let stamps = Stamps { source, stamp_of: StampOf::Kept, ..Stamps::arrived(arrival) };
     let wrong_nanos = computer.remote.correct(&stamps).measured - happened;
     assert!(wrong_nanos.abs() < 10_000_000, "{wrong_nanos}");
     assert_eq!(computer.remote.state(), before);

@@ -56,12 +56,12 @@ fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
 
 #[test]
 fn a_link_that_seemed_to_beat_for_a_moment_does_not() {
-    let mut course = Course::default();
-    (0..100).for_each(|_| course.beats(0.0));
-    (0..10).for_each(|_| course.beats(0.02));
-    assert!(course.beat_interval() <= 0.0);
-    (0..100).for_each(|_| course.beats(0.02));
-    assert!(course.beat_interval() > 0.0);
+    let mut history = History::default();
+    (0..100).for_each(|_| history.beats(0.0));
+    (0..10).for_each(|_| history.beats(0.02));
+    assert!(history.beat_interval() <= 0.0);
+    (0..100).for_each(|_| history.beats(0.02));
+    assert!(history.beat_interval() > 0.0);
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_few_points_on_a_line_are_no_surer_than_the_others() {
         point.delay = 0.005;
     }
     let bins = points.into_iter().map(|point| Bin { point, is_raised: false }).collect();
-    let map = Map::new(&Course { bins, ..Course::default() }, 50e-6);
+    let map = Map::new(&History { bins, ..History::default() }, 50e-6);
     assert!(map.error_at(450.0) > 0.8 * map.error_at(100.0));
 }
 

@@ -7,19 +7,19 @@ use tokio::sync::Notify;
 
 /// The topics of which more has become known than their name and type.
 #[derive(Debug, Default)]
-pub(crate) struct News {
+pub(crate) struct Updates {
     topics: Mutex<BTreeSet<String>>,
     came: Notify,
 }
 
-impl News {
+impl Updates {
     /// More is known about a topic.
     pub(crate) fn add(&self, topic: &str) {
         self.topics().insert(topic.to_owned());
         self.came.notify_one();
     }
 
-    /// Waits for news; gives the topics.
+    /// Waits for an update; returns the topics.
     pub(super) async fn next(&self) -> BTreeSet<String> {
         self.came.notified().await;
         std::mem::take(&mut *self.topics())

@@ -9,7 +9,7 @@ const MESSAGES: u32 = 3;
 
 /// The delays of messages with rejected timestamps, clustered.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Strangers([Option<Kind>; KINDS]);
+pub(super) struct RejectedDelays([Option<Kind>; KINDS]);
 
 /// A cluster of similar delays.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ struct Kind {
     last: i64,
 }
 
-impl Strangers {
+impl RejectedDelays {
     /// Takes a delay. Returns the lowest delay of its cluster once that has lasted for `patience`.
     pub(super) fn push(&mut self, now: i64, delay: i64, patience: i64) -> Option<i64> {
         let of_kind = |kind: &&mut Kind| kind.lowest.abs_diff(delay) <= KIND_NANOS;
@@ -38,6 +38,6 @@ impl Strangers {
     }
 
     pub(super) fn forget(&mut self) {
-        *self = Strangers::default();
+        *self = RejectedDelays::default();
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A clock event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum News {
+pub enum ClockEvent {
     /// The clock restarted near zero, as after the device was switched on again: a new epoch.
     Restarted {
         /// The number of the new epoch.
@@ -41,33 +41,35 @@ pub enum News {
     Trusted,
 }
 
-impl News {
+impl ClockEvent {
     /// The value of the event: offset or step [s], rate error [ppm] or rate [Hz]; NaN where there is none.
     pub fn value(&self) -> f64 {
         match self {
-            News::Jumped { secs, .. } | News::Off { secs } => *secs,
-            News::Fast { ppm } => *ppm,
-            News::WrongRate { hz, .. } => *hz,
-            News::Restarted { .. } | News::Wrapped | News::Trusted => f64::NAN,
+            ClockEvent::Jumped { secs, .. } | ClockEvent::Off { secs } => *secs,
+            ClockEvent::Fast { ppm } => *ppm,
+            ClockEvent::WrongRate { hz, .. } => *hz,
+            ClockEvent::Restarted { .. } | ClockEvent::Wrapped | ClockEvent::Trusted => f64::NAN,
         }
     }
 }
 
-impl fmt::Display for News {
+impl fmt::Display for ClockEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            News::Restarted { epoch } => write!(f, "restarted (epoch {epoch})"),
-            News::Jumped { epoch, secs } => write!(f, "jumped by {secs:+.3} s (epoch {epoch})"),
-            News::Wrapped => f.write_str("counter wrapped"),
-            News::Fast { ppm } if ppm.abs() >= 1000.0 => {
+            ClockEvent::Restarted { epoch } => write!(f, "restarted (epoch {epoch})"),
+            ClockEvent::Jumped { epoch, secs } => {
+                write!(f, "jumped by {secs:+.3} s (epoch {epoch})")
+            }
+            ClockEvent::Wrapped => f.write_str("counter wrapped"),
+            ClockEvent::Fast { ppm } if ppm.abs() >= 1000.0 => {
                 write!(f, "runs {:+.2} % fast", ppm / 10_000.0)
             }
-            News::Fast { ppm } => write!(f, "runs {ppm:+.0} ppm fast"),
-            News::WrongRate { declared_hz, hz } => {
+            ClockEvent::Fast { ppm } => write!(f, "runs {ppm:+.0} ppm fast"),
+            ClockEvent::WrongRate { declared_hz, hz } => {
                 write!(f, "samples come at {hz:.2} Hz, not at the declared {declared_hz:.2} Hz")
             }
-            News::Off { secs } => write!(f, "is {secs:+.3} s off"),
-            News::Trusted => f.write_str("is right again"),
+            ClockEvent::Off { secs } => write!(f, "is {secs:+.3} s off"),
+            ClockEvent::Trusted => f.write_str("is right again"),
         }
     }
 }

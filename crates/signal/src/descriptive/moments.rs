@@ -7,7 +7,7 @@ use crate::gaps::is_usable;
 /// Merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115, which is as accurate as two passes:
 /// nothing is ever subtracted from a sum.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
+pub(super) struct Moments {
     pub(super) count: f64,
     pub(super) mean: f64,
     pub(super) least: f64,
@@ -20,37 +20,37 @@ pub(super) struct Course {
 }
 
 /// Zero values.
-impl Default for Course {
-    fn default() -> Course {
+impl Default for Moments {
+    fn default() -> Moments {
         let (least, greatest) = (f64::INFINITY, f64::NEG_INFINITY);
         let [count, mean, mean_secs, values, times, both] = [0.0; 6];
-        Course { count, mean, least, greatest, mean_secs, values, times, both }
+        Moments { count, mean, least, greatest, mean_secs, values, times, both }
     }
 }
 
-impl Course {
-    /// The course of the [usable](is_usable) values, each with its time [s], computed in two passes.
-    pub(super) fn of(points: impl Iterator<Item = (f64, f64)> + Clone) -> Course {
+impl Moments {
+    /// The moments of the [usable](is_usable) values, each with its time [s], computed in two passes.
+    pub(super) fn of(points: impl Iterator<Item = (f64, f64)> + Clone) -> Moments {
         let usable = points.filter(|(_, value)| is_usable(*value));
-        let Some((origin_secs, origin)) = usable.clone().next() else { return Course::default() };
+        let Some((origin_secs, origin)) = usable.clone().next() else { return Moments::default() };
         let add = |sum: (f64, f64, f64), (secs, value): (f64, f64)| {
             (sum.0 + 1.0, sum.1 + (secs - origin_secs), sum.2 + (value - origin))
         };
         let (count, secs, values) = usable.clone().fold((0.0, 0.0, 0.0), add);
         let (mean_secs, mean) = (origin_secs + secs / count, origin + values / count);
-        let mut course = Course { count, mean, mean_secs, ..Course::default() };
+        let mut moments = Moments { count, mean, mean_secs, ..Moments::default() };
         for (secs, value) in usable {
             let (after, above) = (secs - mean_secs, value - mean);
-            course.least = course.least.min(value);
-            course.greatest = course.greatest.max(value);
-            course.values += above * above;
-            course.times += after * after;
-            course.both += after * above;
+            moments.least = moments.least.min(value);
+            moments.greatest = moments.greatest.max(value);
+            moments.values += above * above;
+            moments.times += after * after;
+            moments.both += after * above;
         }
-        course
+        moments
     }
 
-    pub(super) fn merged(self, other: Course) -> Course {
+    pub(super) fn merged(self, other: Moments) -> Moments {
         if self.count == 0.0 || other.count == 0.0 {
             return if other.count == 0.0 { self } else { other };
         }
@@ -58,7 +58,7 @@ impl Course {
         let share = other.count / count;
         let (after, above) = (other.mean_secs - self.mean_secs, other.mean - self.mean);
         let weight = self.count * share;
-        Course {
+        Moments {
             count,
             mean: self.mean + above * share,
             least: self.least.min(other.least),
@@ -90,8 +90,8 @@ mod tests {
 
     #[test]
     fn nothing_has_no_course() {
-        let nothing = Course::of([(0.0, f64::NAN)].into_iter());
-        let one = Course::of([(3.0, 7.0)].into_iter()).merged(nothing);
+        let nothing = Moments::of([(0.0, f64::NAN)].into_iter());
+        let one = Moments::of([(3.0, 7.0)].into_iter()).merged(nothing);
         assert_eq!((nothing.count, one.count, one.mean), (0.0, 1.0, 7.0));
         assert_eq!((one.sd(), one.slope_per_sec()), (None, None));
     }
@@ -110,22 +110,22 @@ mod tests {
             cuts.sort_unstable();
             let part = |pair: &[usize]| {
                 let part = pair[0]..pair[1];
-                Course::of(secs[part.clone()].iter().copied().zip(values[part].iter().copied()))
+                Moments::of(secs[part.clone()].iter().copied().zip(values[part].iter().copied()))
             };
-            let course = cuts.windows(2).map(part).fold(Course::default(), Course::merged);
+            let moments = cuts.windows(2).map(part).fold(Moments::default(), Moments::merged);
             let whole = describe(&secs, &values);
-            prop_assert_eq!(course.count as usize, whole.map_or(0, |whole| whole.n));
+            prop_assert_eq!(moments.count as usize, whole.map_or(0, |whole| whole.n));
             let Some(whole) = whole else { return Ok(()) };
-            prop_assert_eq!((course.least, course.greatest), (whole.least, whole.greatest));
-            prop_assert!((course.mean - whole.mean).abs() <= 1e-9 * whole.mean.abs().max(1.0));
-            if let (Some(sd), Some(exact)) = (course.sd(), whole.sd) {
+            prop_assert_eq!((moments.least, moments.greatest), (whole.least, whole.greatest));
+            prop_assert!((moments.mean - whole.mean).abs() <= 1e-9 * whole.mean.abs().max(1.0));
+            if let (Some(sd), Some(exact)) = (moments.sd(), whole.sd) {
                 let tolerance = if offset > 0.0 { 1e-6 } else { 1e-9 };
                 prop_assert!((sd - exact).abs() <= tolerance * exact.max(1e-3), "{} {}", sd, exact);
-                let secs = course.times.sqrt();
-                let (rise, exact) = (course.slope_per_sec(), whole.slope_per_sec);
+                let secs = moments.times.sqrt();
+                let (rise, exact) = (moments.slope_per_sec(), whole.slope_per_sec);
                 let off = rise.zip(exact).map_or(0.0, |(rise, exact)| (rise - exact).abs());
                 // Each deviation is known to the last bit of the offset; the sum of as many grows by the root.
-                let rounding = 1e-9 + offset * f64::EPSILON * course.count.sqrt();
+                let rounding = 1e-9 + offset * f64::EPSILON * moments.count.sqrt();
                 prop_assert!(off * secs <= rounding, "{} {}", off, secs);
             }
         }
