@@ -1,7 +1,8 @@
 //! The models of clocks, with hindsight too: any stamps, probes and ticks.
 
 use teampulse_timefilter::clock::{
-    ClockModel, Host, Latency, OneWay, OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
+    ClockModel, Host, Latency, OneWay, OneWaySettings, Probe, Remote, SampleIndex, Smoother,
+    StampOf, Stamps,
 };
 
 use crate::bytes::Bytes;
@@ -61,7 +62,7 @@ fn probe(bytes: &mut Bytes<'_>) -> Probe {
     Probe { arrival: bytes.time(), offset_secs: bytes.number(), round_trip_secs: bytes.number() }
 }
 
-/// What stamps a device would put, had it lost its mind at times.
+/// The stamps of a device whose clock and counter are wrong at times.
 struct Device {
     begun: i64,
     index: u64,
@@ -84,6 +85,11 @@ impl Device {
                 _ => Some(ticks.saturating_sub(bytes.nanos())),
             },
             source: if way & 4 == 0 { None } else { Some(bytes.time()) },
+            stamp_of: match way >> 4 & 3 {
+                0 => StampOf::Sent,
+                1 => StampOf::Measured,
+                _ => StampOf::Kept,
+            },
             arrival,
             stream: 0,
             index: self.index,
