@@ -12,7 +12,7 @@ pub use program::Program;
 pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] =
     &[Entry::new::<program::Program>("program")];
 
-/// What workers are built with.
+/// The context that workers are built with.
 #[derive(Clone, Debug)]
 pub struct WorkerContext {
     /// The session's clock.

@@ -1,4 +1,4 @@
-//! A program of one's own as a worker: it reads records as lines of JSON and answers each with readings.
+//! A program of the user's as a worker: it reads records as lines of JSON and answers each line with readings.
 
 mod answer;
 mod child;
@@ -27,37 +27,37 @@ use question::Questions;
 
 use crate::WorkerContext;
 
-/// How often the end of the session is looked for while the program thinks.
+/// How often the end of the session is checked for while the program works.
 const LOOK: Duration = Duration::from_millis(50);
 
 const ONE_LINE_EACH: &str = "for each line that it reads it writes one: a JSON array of readings, which may be empty; \
      what is missing in them is `null`, and messages go to standard error";
 
-/// A program of one's own, in any language: a model, a score, a rule. It reads a line of JSON with what is
-/// new on the streams, and answers with a line of JSON that holds its readings.
+/// Your own program, in any language: a model, a score, a rule. It reads the new records of its streams as a
+/// line of JSON, and answers with a line of JSON that holds its readings.
 ///
-/// A program that ends or does not answer in time is started again. One that is slow is given the newest of
-/// each stream next, and what was skipped is counted.
+/// A program that exits or does not answer in time is restarted. A slow one gets the newest record of each
+/// stream next; the skipped ones are counted.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// The program and its arguments: `["python3", "attention.py"]`.
     pub command: Vec<String>,
-    /// The streams that it looks at, by name; `*` stands for a part of a token.
+    /// The streams that it reads, by name; `*` matches a part of a token.
     #[serde(default)]
     pub streams: Vec<Pattern>,
-    /// Those of them of which it reads every record, not only the newest: a score that counts. More than 64 MiB
-    /// do not wait for it.
+    /// The streams of which it reads every record, not only the newest, as a score that counts needs. At most
+    /// 64 MiB wait for it.
     #[serde(default)]
     pub keeps: Vec<Pattern>,
-    /// The streams of its readings.
+    /// The streams that it publishes readings on.
     #[serde(default)]
     pub offers: Vec<Offer>,
-    /// The word that it is asked with: by the command `do NAME REQUEST` it reads the request. Without it, it is
-    /// asked for nothing.
+    /// The name under which it takes commands: it reads the request of `do NAME REQUEST`. Without a name it
+    /// takes none.
     #[serde(default)]
     pub name: Option<String>,
-    /// How long it may take for an answer [s].
+    /// How long it may take to answer [s].
     #[serde(default = "patience_secs")]
     pub patience_secs: f64,
 }
@@ -163,7 +163,7 @@ impl Worker for Program {
     }
 }
 
-/// A program that runs, and what it answers to.
+/// The exchange with a running program.
 struct Dialogue<'a> {
     program: &'a Program,
     declared: Declared,
@@ -173,7 +173,7 @@ struct Dialogue<'a> {
 }
 
 impl Dialogue<'_> {
-    /// Asks one question about what has these times, waits for the answer, and offers what it holds.
+    /// Sends a line about records of these times, waits for the answer, and offers its readings.
     fn ask(&mut self, times: RangeInclusive<Time>, question: String) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         if let Answer::Read(line) = self.child.read(Duration::ZERO) {
@@ -188,7 +188,7 @@ impl Dialogue<'_> {
         Ok(())
     }
 
-    /// The program's next line; `None` where the session ends first.
+    /// The program's next line; `None` if the session ends first.
     fn wait(&mut self) -> Result<Option<String>, WorkerError> {
         let patience = Duration::from_secs_f64(self.program.patience_secs);
         let began = Stopwatch::start();
@@ -204,7 +204,8 @@ impl Dialogue<'_> {
         }
     }
 
-    /// Fails where the program has ended, though it was asked nothing, or what it offers has become another's.
+    /// Fails if the program has exited without having been asked, or if another publisher took one of its
+    /// streams.
     fn check(&mut self) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         self.child.check().map_err(|ended| self.stopped(&ended))

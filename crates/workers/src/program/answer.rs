@@ -1,4 +1,4 @@
-//! What a program answers: readings as one line of JSON.
+//! The answers of a program: readings as one line of JSON.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -11,23 +11,25 @@ use thiserror::Error;
 
 use super::offers::Declared;
 
-/// A reading may be so much younger than all that the program was given [ns]: it may look ahead a little.
+/// How much newer than all its records a reading may be [ns]: a prediction may look ahead a little.
 const AHEAD_NS: i64 = 1_000_000_000;
-/// A reading may be so much older than all that it was given [ns]: it may have waited for more.
+/// How much older than all its records a reading may be [ns]: it may have waited for more.
 const BEHIND_NS: i64 = 3_600_000_000_000;
 
 /// What is wrong with an answer.
 #[derive(Debug, Error)]
 pub(super) enum AnswerError {
-    #[error("it is no array of readings in JSON: {0}")]
+    #[error("it is not a JSON array of readings: {0}")]
     Syntax(#[from] serde_json::Error),
-    #[error("it has a reading of {name}, and offers {offered}")]
+    #[error("it has a reading of {name}, but offers {offered}")]
     UnknownStream { name: String, offered: String },
-    #[error("a reading of {name} has {count} values and not {expected}")]
+    #[error("a reading of {name} has {count} values instead of {expected}")]
     Count { name: String, count: usize, expected: usize },
     #[error("a reading of {name} is an event: it has a `label` and no `values`")]
     NoLabel { name: String },
-    #[error("a reading of {name} has a time of {time_ns} ns, far from all that it looked at")]
+    #[error(
+        "a reading of {name} has a time of {time_ns} ns, far from the times of all records that it read"
+    )]
     Time { name: String, time_ns: i64 },
 }
 
@@ -43,8 +45,8 @@ struct Answered {
     duration_secs: Option<f64>,
 }
 
-/// The readings of an answer to what has these times, from the oldest to the newest. One without a time has
-/// the newest.
+/// The readings of an answer to records from the oldest to the newest of these times. A reading without a time
+/// gets the newest.
 pub(super) fn read(
     line: &str,
     asked: RangeInclusive<Time>,
@@ -146,21 +148,21 @@ mod tests {
         for (line, wrong) in [
             (
                 "",
-                "it is no array of readings in JSON: EOF while parsing a value at line 1 column 0",
+                "it is not a JSON array of readings: EOF while parsing a value at line 1 column 0",
             ),
-            ("hello", "it is no array of readings in JSON: expected value at line 1 column 1"),
+            ("hello", "it is not a JSON array of readings: expected value at line 1 column 1"),
             (
                 r#"[{"stream": "/x"}]"#,
-                "it has a reading of /x, and offers /own/moments, /own/score",
+                "it has a reading of /x, but offers /own/moments, /own/score",
             ),
-            (r#"[{"stream": "/own/score"}]"#, "a reading of /own/score has 0 values and not 1"),
+            (r#"[{"stream": "/own/score"}]"#, "a reading of /own/score has 0 values instead of 1"),
             (
                 r#"[{"stream": "/own/moments", "values": [1]}]"#,
                 "a reading of /own/moments is an event: it has a `label` and no `values`",
             ),
             (
                 r#"[{"stream": "/own/score", "values": [1], "time_ns": 9000000000}]"#,
-                "a reading of /own/score has a time of 9000000000 ns, far from all that it looked at",
+                "a reading of /own/score has a time of 9000000000 ns, far from the times of all records that it read",
             ),
         ] {
             assert_eq!(answer(line).unwrap_err(), wrong, "{line}");

@@ -1,4 +1,4 @@
-//! The process of a program: its lines in and out, and its end.
+//! The process of a program: the lines in and out, and how it ends.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -20,45 +20,45 @@ use super::guard::Guard;
 
 /// The longest line that a program may write [bytes].
 pub(super) const LONGEST_LINE: u64 = 16 << 20;
-/// So many of the last lines on its standard error are kept.
+/// The number of last lines of its standard error that are kept.
 const LAST_WORDS: usize = 3;
-/// How long it has to end by itself once its input has ended.
+/// How long it may take to exit once its input is closed.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// How often its end is looked for.
+/// How often its exit is checked for.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// A program that runs. Dropped, it is killed with all that it has started.
+/// A running program. Dropping it kills it with all processes that it has started.
 pub(super) struct Child {
     process: std::process::Child,
-    /// Lines for it; `None` once its input has ended.
+    /// The lines to write to it; `None` once its input is closed.
     input: Option<SyncSender<String>>,
     lines: Receiver<Written>,
     last_words: LastWords,
-    /// Reads its standard error.
+    /// The thread that reads its standard error.
     listener: JoinHandle<()>,
     guard: Option<Guard>,
 }
 
-/// What a program writes.
+/// A piece of a program's output.
 enum Written {
     Whole(String),
     /// Longer than [`LONGEST_LINE`].
     TooLong,
 }
 
-/// What came of waiting for a line.
+/// The result of waiting for a line.
 pub(super) enum Answer {
     /// A line.
     Read(String),
-    /// None yet.
+    /// No line yet.
     None,
     /// A line that is longer than [`LONGEST_LINE`].
     TooLong,
-    /// It has ended.
+    /// The program has exited.
     Ended(Ended),
 }
 
-/// How a program ended.
+/// How a program exited.
 pub(super) struct Ended {
     /// Its exit status, in words.
     pub(super) status: String,
@@ -82,8 +82,8 @@ pub(super) fn is_installed(program: &str) -> bool {
 }
 
 impl Child {
-    /// Starts a program, in a process group of its own: Ctrl-C does not reach it, and it ends when its input
-    /// does.
+    /// Starts a program in its own process group: Ctrl-C does not reach it, and it exits when its input is
+    /// closed.
     pub(super) fn start(command: &[String]) -> Result<Child, WorkerError> {
         let failed = |why: String| WorkerError {
             message: format!("start `{}`: {why}", command.join(" ")),
@@ -115,7 +115,7 @@ impl Child {
         Ok(Child { process, input: Some(input), lines, last_words, listener, guard })
     }
 
-    /// Gives it a line, without waiting until it is read.
+    /// Queues a line for it, without waiting until it is read.
     pub(super) fn write(&self, line: String) {
         // Where this fails it has ended, which the answer says.
         if let Some(input) = &self.input {
@@ -123,7 +123,7 @@ impl Child {
         }
     }
 
-    /// Waits for its next line, at most for `patience`.
+    /// Waits for its next line for at most `patience`.
     pub(super) fn read(&mut self, patience: Duration) -> Answer {
         match self.lines.recv_timeout(patience) {
             Ok(Written::Whole(line)) => Answer::Read(line),
@@ -133,7 +133,7 @@ impl Child {
         }
     }
 
-    /// Fails where it has ended, though it was asked nothing.
+    /// Fails if it has exited without having been asked anything.
     pub(super) fn check(&mut self) -> Result<(), Ended> {
         match self.process.try_wait() {
             Ok(None) => Ok(()),
@@ -141,7 +141,7 @@ impl Child {
         }
     }
 
-    /// Ends its input, and gives it a moment to end by itself.
+    /// Closes its input and gives it a moment to exit by itself.
     pub(super) fn end(&mut self) {
         self.input = None;
         let began = Stopwatch::start();
@@ -150,7 +150,7 @@ impl Child {
         }
     }
 
-    /// How it ended: with its output closed it is no longer of use.
+    /// How it exited; a program that has closed its output is ended.
     fn ended(&mut self) -> Ended {
         self.end();
         self.kill();
@@ -162,7 +162,7 @@ impl Child {
         Ended { status, last_words: words.join(" · ") }
     }
 
-    /// Waits until its standard error is read, which a process that left its group may hold open.
+    /// Waits until its standard error has been read; a process that left its group may hold it open.
     fn listen(&self) {
         let began = Stopwatch::start();
         while began.elapsed() < FAREWELL && !self.listener.is_finished() {
@@ -194,7 +194,7 @@ fn shown(status: ExitStatus) -> String {
     }
 }
 
-/// Writes lines until there are no more or nobody reads them.
+/// Writes lines until there are no more or the reader is gone.
 fn write_lines(mut to: impl Write, lines: &Receiver<String>) {
     while let Ok(line) = lines.recv() {
         if to.write_all(line.as_bytes()).and_then(|()| to.flush()).is_err() {
@@ -203,7 +203,7 @@ fn write_lines(mut to: impl Write, lines: &Receiver<String>) {
     }
 }
 
-/// Hands over each line of a pipe, until it ends, a line is too long, or `take` has enough.
+/// Passes on each line of a pipe until it ends, a line is too long, or `take` has enough.
 fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {

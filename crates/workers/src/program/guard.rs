@@ -1,10 +1,10 @@
-//! What ends a program when teampulse itself is killed and can't.
+//! Ends a program when teampulse itself is killed.
 
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 
-/// Kills the process group `$1` a second after its input has ended, which happens when teampulse is killed: a
-/// program that reads its input has ended by itself until then.
+/// Kills the process group `$1` a second after its input is closed, which happens when teampulse is killed. A
+/// program that reads its input has exited by then.
 const SCRIPT: &str = r#"read -r _; sleep 1; kill -s KILL -- "-$1""#;
 
 /// A shell that outlives teampulse and then ends a program with all that it has started.

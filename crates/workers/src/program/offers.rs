@@ -1,4 +1,4 @@
-//! The streams that a program offers readings of.
+//! The streams that a program publishes readings on.
 
 use std::collections::BTreeMap;
 
@@ -17,16 +17,16 @@ use teampulse_core::worker::WorkerError;
 pub struct Offer {
     /// The name of the stream, as a ROS topic: `/humans/persons/p001/own/attention`.
     pub name: String,
-    /// The person it is about. Nothing about a person is published unless `publish` names it.
+    /// The person that it is about. Nothing about a person is published unless `publish` names it.
     #[serde(default)]
     pub person: Option<String>,
-    /// The robot it is about; without it and without a person it is the team.
+    /// The robot that it is about; without a robot and a person it is about the team.
     #[serde(default)]
     pub robot: Option<String>,
-    /// The numbers of a reading, in their order. Without them its readings are events.
+    /// The numbers of a reading, in order. Without channels the readings are events.
     #[serde(default)]
     pub channels: Vec<OfferedChannel>,
-    /// One sentence on what it is.
+    /// What it is, in one sentence.
     #[serde(default)]
     pub doc: String,
 }
@@ -35,14 +35,14 @@ pub struct Offer {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OfferedChannel {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Its unit: `uS`, `m/s`; `1` for what has none.
+    /// Its unit: `uS`, `m/s`; `1` for a number without one.
     pub unit: String,
 }
 
 impl Offer {
-    /// Fails where it can't be the stream of a session.
+    /// Fails if it can't be a stream of a session.
     pub(super) fn check(&self) -> Result<(), SettingsError> {
         let fits = |token: &str| {
             let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
@@ -87,11 +87,11 @@ impl Offer {
     }
 }
 
-/// The streams of a program's readings, as they were declared.
+/// The declared streams of a program's readings.
 pub(super) struct Declared {
-    /// By name, with how many numbers a reading has.
+    /// By name, with the number of values of a reading.
     streams: BTreeMap<String, (StreamId, usize)>,
-    /// How many streams of the session were compared with them.
+    /// The number of the session's streams that were compared with them.
     compared: usize,
 }
 
@@ -104,7 +104,7 @@ impl Declared {
         Declared { streams: offers.iter().map(declare).collect(), compared: 0 }
     }
 
-    /// Fails where another stream of the session has the name of one of them.
+    /// Fails if another stream of the session has the name of one of them.
     pub(super) fn check(&mut self, outlet: &Outlet) -> Result<(), WorkerError> {
         let Some(name) = self.taken(outlet) else { return Ok(()) };
         let message = format!("offer {name}: the session has a stream of that name already");
@@ -121,12 +121,12 @@ impl Declared {
         taken.next().map(|(_, stream)| stream.name.clone())
     }
 
-    /// A stream by its name, with how many numbers a reading has: none where its readings are events.
+    /// A stream by its name, with the number of values of a reading: none if its readings are events.
     pub(super) fn get(&self, name: &str) -> Option<(StreamId, usize)> {
         self.streams.get(name).copied()
     }
 
-    /// The names of the streams.
+    /// Their names.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.streams.keys().map(String::as_str)
     }

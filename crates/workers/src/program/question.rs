@@ -1,4 +1,4 @@
-//! What a program reads: records as one line of JSON.
+//! The lines that a program reads: records in JSON.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,24 +11,24 @@ use teampulse_core::time::Time;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::value::{self, flatten};
 
-/// Of an array in a message with more values than this only their count is written.
+/// The longest array in a message whose values are written; of a longer one only the count is.
 const LONGEST_ARRAY: usize = 1024;
 
-/// A request to the program, given at this time, as a line: an array with one object.
+/// A request to the program and its time as a line: an array with one object.
 pub(super) fn request(request: &str, at: Time) -> String {
     let mut line = json!([{ "command": request, "time_ns": at.nanos() }]).to_string();
     line.push('\n');
     line
 }
 
-/// Writes questions; remembers the definitions of messages.
+/// Writes the lines; remembers the definitions of messages.
 #[derive(Default)]
 pub(super) struct Questions {
     definitions: HashMap<Arc<Schema>, Option<Definition>>,
 }
 
 impl Questions {
-    /// Some records as one line: a JSON array with an object a record.
+    /// Records as one line: a JSON array with one object for each record.
     pub(super) fn line(&mut self, records: &[Record]) -> String {
         let records: Vec<Value> = records.iter().map(|record| self.object(record)).collect();
         let mut line = Value::from(records).to_string();
@@ -97,7 +97,7 @@ impl Questions {
     }
 }
 
-/// Numbers in the units of their channels; null where there is none.
+/// Numbers in the units of their channels; null for NaN.
 fn scaled(record: &Record, values: &[f64]) -> Value {
     let scale =
         |place: usize| record.stream.channels.get(place).map_or(1.0, |channel| channel.scale);
