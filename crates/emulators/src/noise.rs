@@ -1,4 +1,4 @@
-//! Noise: seeded randomness, with a stream of its own for each thing that varies.
+//! Noise: seeded randomness, with a separate stream for each quantity that varies.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,7 +16,7 @@ impl Noise {
         Noise(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
-    /// A stream of its own for a part, so that what one part draws never moves another.
+    /// A separate stream for a part, so that the numbers that one part draws never change another's.
     #[must_use]
     pub fn fork(&mut self) -> Noise {
         Noise::seeded(self.0.random())

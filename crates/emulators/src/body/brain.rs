@@ -7,7 +7,7 @@ use super::step::STEP_SECS;
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// How many electrodes there are: TP9, AF7, AF8, TP10.
+/// The number of electrodes: TP9, AF7, AF8, TP10.
 pub const ELECTRODES: usize = 4;
 /// How strongly each sees the alpha rhythm, theta of the forehead, and blinks.
 const ALPHA: [f64; ELECTRODES] = [1.0, 0.5, 0.5, 1.0];
@@ -23,17 +23,17 @@ const THETA_UV: f64 = 3.0;
 const THETA_HZ: f64 = 6.0;
 /// How wide rhythms are [Hz].
 const WIDTH_HZ: f64 = 1.5;
-/// How much alpha's power falls and theta's rises at full workload.
+/// The fall of alpha power and the rise of theta power at full workload.
 const ALPHA_LOSS: f64 = 0.35;
 const THETA_GAIN: f64 = 0.3;
-/// How much higher alpha is with closed eyes, and how soon [s].
+/// The rise of alpha with closed eyes, and its time constant [s].
 const CLOSED_EYES: f64 = 1.8;
 const CLOSING_SECS: f64 = 0.5;
 /// How alpha over the forehead differs between the sides when all is pleasant: ln(right) − ln(left)
 /// of its power is so much higher than when all is neutral (Davidson 1992,
 /// doi:10.1111/j.1467-9280.1992.tb00254.x).
 const ASYMMETRY: f64 = 0.3;
-/// What both sides have of alpha in common, and what each has of its own: of power.
+/// The shares of alpha power that both sides have in common, and that each has alone.
 const ALPHA_IN_COMMON: f64 = 0.6;
 
 /// The brain of a body, as electrodes at a rate see it.
@@ -92,7 +92,7 @@ impl Brain {
         };
     }
 
-    /// What the electrodes see next, with a blink of a height over the forehead [µV].
+    /// The next voltages of the electrodes, with a blink of a given amplitude on the forehead [µV].
     pub fn next_uv(&mut self, blink_uv: f64) -> [f64; ELECTRODES] {
         let [first, second, third, fourth, fifth] = self.noise.normals();
         let common_uv = COMMON_UV * self.common.next(first);

@@ -1,4 +1,4 @@
-//! Breath: rate, depth, and how long inhaling takes.
+//! Breathing: rate, depth, and duration of inspiration.
 
 use std::f64::consts::PI;
 
@@ -7,13 +7,13 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Correlated, Noise};
 
-/// How much faster breath goes at full workload [1/min] (Grassmann et al. 2016,
+/// The rise of the breathing rate at full workload [1/min] (Grassmann et al. 2016,
 /// doi:10.1155/2016/8146809: faster, of the same depth).
 const RISE_PER_MIN: f64 = 5.0;
-/// How much the rate varies, relative to itself, and how long it stays the same [s].
+/// The relative variation of the rate, and its time constant [s].
 const RATE_SIGMA: f64 = 0.05;
 const RATE_SECS: f64 = 15.0;
-/// How much the depth of breaths varies, relative to itself.
+/// The relative variation of the depth of breaths.
 const DEPTH_SIGMA: f64 = 0.08;
 
 /// A breath that was taken.
@@ -23,7 +23,7 @@ pub struct Breath {
     pub inhale_secs: f64,
     /// When exhaling began [s].
     pub exhale_secs: f64,
-    /// How much the chest widened [1]: 1 is usual.
+    /// The expansion of the chest, relative to the usual one.
     pub depth: f64,
 }
 
@@ -34,7 +34,7 @@ pub struct Lungs {
     inhale_share: f64,
     wander: Correlated,
     noise: Noise,
-    /// Of the present step: the place in a breath at its begin [0..1], and the breaths in a second.
+    /// The phase of the breath at the start of the present step [0..1], and the breathing rate [Hz].
     from_secs: f64,
     place: f64,
     per_sec: f64,
@@ -44,7 +44,7 @@ pub struct Lungs {
 }
 
 impl Lungs {
-    /// Lungs at the begin of a breath.
+    /// Lungs at the start of a breath.
     pub fn new(traits: &Traits, mut noise: Noise) -> Lungs {
         Lungs {
             per_min: traits.breaths_per_min,

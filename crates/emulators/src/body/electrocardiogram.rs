@@ -43,7 +43,7 @@ const VENTRICLE: [Wave; 3] = [
     wave(45.0, 0.25, -0.4, Moves::Near),
     wave(110.0, 0.45, -0.4, Moves::Far),
 ];
-/// Beyond so many widths a wave is nothing.
+/// The number of widths beyond which a wave is zero.
 const REACH: f64 = 6.0;
 
 /// The electrocardiogram at a place of the cycle, as a multiple of the R wave's height.
@@ -63,7 +63,7 @@ fn waves(origin: Origin) -> &'static [Wave] {
     }
 }
 
-/// How much wider waves are, and farther from the R wave, than at 60 per minute.
+/// The factor by which waves are wider and farther from the R wave than at 60 per minute.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     near: f64,

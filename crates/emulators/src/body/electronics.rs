@@ -1,4 +1,4 @@
-//! What sensors add to what the body gives them.
+//! Noise and artefacts that sensors add to the body's signals.
 
 use super::sensor::Sensor;
 
@@ -9,9 +9,9 @@ pub struct Electronics {
     pub noise: f64,
     /// Hum of the mains: amplitude.
     pub hum: f64,
-    /// How much its base wanders over some seconds: standard deviation.
+    /// The drift of its baseline over some seconds: standard deviation.
     pub wander: f64,
-    /// How much a movement of 1 g disturbs it; what an accelerometer is meant to feel is none.
+    /// The disturbance by a movement of 1 g; 0 for an accelerometer, which measures it.
     pub shaken: f64,
 }
 

@@ -6,14 +6,14 @@ use super::step::Step;
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// How much fewer blinks there are at full workload, relative to rest.
+/// The reduction of the blink rate at full workload, relative to rest.
 const LOSS: f64 = 0.4;
-/// From the begin of a blink until the lid is down [s], and how fast it comes down and goes up:
+/// The time from the start of a blink until the lid is down [s], and the speeds of closing and opening:
 /// standard deviations [s].
 const DOWN_SECS: f64 = 0.12;
 const DOWN_WIDTH_SECS: f64 = 0.035;
 const UP_WIDTH_SECS: f64 = 0.07;
-/// How high a blink stands over the forehead [µV], and how much blinks vary.
+/// The amplitude of a blink on the forehead [µV], and its variation.
 const HEIGHT_UV: f64 = 120.0;
 const HEIGHT_SIGMA: f64 = 0.15;
 /// A blink is over after [s]; none follows sooner.
@@ -22,7 +22,7 @@ const LAST_SECS: f64 = 0.5;
 /// A blink of both eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blink {
-    /// When the lids begin to come down, after the start [s].
+    /// The start of the closing of the lids [s].
     pub onset_secs: f64,
     /// When they are down [s].
     pub peak_secs: f64,
@@ -75,7 +75,7 @@ impl Eyes {
         self.blink
     }
 
-    /// What a blink adds over the forehead at a time of the present step [µV].
+    /// The voltage that a blink adds on the forehead at a time of the present step [µV].
     pub fn at_uv(&self, secs: f64) -> f64 {
         self.blink.map_or(0.0, |blink| blink.at_uv(secs))
     }

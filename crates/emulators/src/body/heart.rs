@@ -7,11 +7,11 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Correlated, Noise};
 
-/// How much of the influence of breath goes at full workload.
+/// The reduction of the influence of breathing at full workload [0..1].
 const RSA_LOSS: f64 = 0.65;
-/// How much of that of the 10 s rhythm.
+/// The same of the 10 s rhythm.
 const MAYER_LOSS: f64 = 0.4;
-/// The 10 s rhythm of blood pressure [Hz], how much it varies, and over which time [s].
+/// The 10 s rhythm of blood pressure [Hz], its variation, and the time constant of that [s].
 const MAYER_HZ: f64 = 0.095;
 const MAYER_SIGMA: f64 = 0.1;
 const MAYER_SECS: f64 = 20.0;
@@ -74,7 +74,7 @@ pub struct Heart {
     mayer_angle: f64,
     mayer: Correlated,
     noise: Noise,
-    /// How much of a cycle lies between the last beat and the next.
+    /// The fraction of a cycle between the last beat and the next.
     cycles: f64,
     steps: [CycleStep; 2],
     rate_hz: f64,
@@ -145,7 +145,7 @@ impl Heart {
         (60.0 / rate_bpm + rsa_secs + mayer_secs).max(LEAST_CYCLE_SECS)
     }
 
-    /// Decides on the beat after this one, and on how much of a cycle lies between.
+    /// Chooses the next beat, and the fraction of a cycle until then.
     fn next_origin(&mut self, this: Origin, cycle_secs: f64) -> Origin {
         let jitter = 1.0 + JITTER_SECS / cycle_secs * self.noise.normal().clamp(-4.0, 4.0);
         let is_early = self.noise.chance(self.traits.ectopic_share);

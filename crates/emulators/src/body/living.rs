@@ -17,13 +17,13 @@ use crate::noise::Noise;
 
 /// The most that a body lives at once [s].
 const MOST_SECS: f64 = 3600.0;
-/// The finger's flexors contract so long before a key goes down, and so long in all [s].
+/// How long before a key press the finger's flexors contract, and for how long [s].
 const PRESS_AHEAD_SECS: f64 = 0.06;
 const PRESS_SECS: f64 = 0.18;
 /// How strongly [µV RMS].
 const PRESS_UV: f64 = 45.0;
 
-/// What a body wears, and what goes wrong with it.
+/// The sensors of a body, and their faults.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
@@ -67,12 +67,12 @@ impl Body {
         Ok(Body { organs, probes, script: script.clone(), steps: 0, record })
     }
 
-    /// How long it has lived [s].
+    /// The simulated time so far [s].
     pub fn secs(&self) -> f64 {
         self.steps as f64 / STEPS_HZ
     }
 
-    /// What the person goes through now.
+    /// The person's present state.
     pub fn now(&self) -> State {
         self.organs.transition.now()
     }
@@ -115,7 +115,7 @@ impl Body {
         self.organs.eyes.open();
     }
 
-    /// Simulates up to a time [s], in whole steps, at most an hour per call, and returns what was recorded
+    /// Simulates up to a time [s], in whole steps, at most an hour per call, and returns the recording
     /// since the call before.
     pub fn until(&mut self, secs: f64) -> &Record {
         self.turn_over();
@@ -128,7 +128,7 @@ impl Body {
         if secs.is_nan() { self.secs() } else { secs.min(self.secs() + MOST_SECS) }
     }
 
-    /// What was recorded since the last record began.
+    /// The recording since the previous call.
     pub(crate) fn record(&self) -> &Record {
         &self.record
     }

@@ -8,15 +8,15 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Drift, Noise};
 
-/// How much the arm turns [rad], and over which time [s].
+/// The turning of the arm [rad], and its time constant [s].
 const TILT_RAD: f64 = 0.15;
 const TILT_SECS: f64 = 60.0;
 /// How strong a movement without a purpose is [g].
 const USUAL_G: Range<f64> = 0.03..0.12;
-/// How long movements last [s], and how fast they go to and fro [Hz].
+/// The duration of movements [s], and their frequency [Hz].
 const LASTS_SECS: Range<f64> = 0.5..2.0;
 const SWINGS_HZ: Range<f64> = 1.0..3.0;
-/// At full strength, movements begin at this rate [1/min].
+/// The rate of movements at full strength [1/min].
 const ASKED_PER_MIN: f64 = 120.0;
 
 /// A movement of the arm.
@@ -52,7 +52,7 @@ struct Mover {
 }
 
 impl Movement {
-    /// A body that sits, and moves by itself as its traits say.
+    /// A seated body that moves spontaneously, according to its traits.
     pub fn new(traits: &Traits, mut noise: Noise) -> Movement {
         let mut mover = || Mover { chance: Chance::new(noise.fork()), noise: noise.fork() };
         let (by_itself, asked) = (mover(), mover());

@@ -11,26 +11,26 @@ use super::step::Step;
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// How many electrodes there are around the forearm: the first half over the flexors, the second over
+/// The number of electrodes around the forearm: the first half over the flexors, the second over
 /// the extensors.
 pub const ELECTRODES: usize = 8;
-/// How much more tone there is at full workload, relative to that at rest.
+/// The rise of tone at full workload, relative to rest.
 const TONE_RISE: f64 = 0.2;
-/// How much electrodes differ.
+/// The variation between electrodes.
 const ELECTRODE_SIGMA: f64 = 0.15;
 /// The band of the signal: from here [Hz] to here, or to this share of the rate.
 const LOW_HZ: f64 = 20.0;
 const HIGH_HZ: f64 = 450.0;
 const HIGH_SHARE: f64 = 0.45;
-/// How long a contraction takes to rise and to fall [s].
+/// The rise and fall times of a contraction [s].
 const RAMP_SECS: f64 = 0.03;
-/// How much of a contraction the antagonists share at rest, and at full workload.
+/// The co-contraction of the antagonists at rest and at full workload [0..1].
 const CO_CONTRACTION: (f64, f64) = (0.2, 0.4);
-/// Contractions without a purpose [1/min], how long they last [s], and how strong they are [µV RMS].
+/// The rate of spontaneous contractions [1/min], their duration [s] and strength [µV RMS].
 const BY_ITSELF_PER_MIN: f64 = 1.0;
 const LASTS_SECS: Range<f64> = 0.3..1.2;
 const STRENGTH_UV: Range<f64> = 20.0..60.0;
-/// No more contractions wait or last at once.
+/// The most contractions that wait or last at once.
 const MOST_CONTRACTIONS: usize = 256;
 
 /// A contraction of muscles.
@@ -44,7 +44,7 @@ pub struct Contraction {
     pub strength_uv: f64,
     /// Whether the flexors do it; else the extensors.
     pub flexes: bool,
-    /// How much of it the antagonists share [0..1].
+    /// The co-contraction of the antagonists [0..1].
     pub shared: f64,
 }
 
@@ -86,7 +86,7 @@ impl Muscles {
         }
     }
 
-    /// Advances by one step, and returns the contractions that begin in it.
+    /// Advances by one step, and returns the contractions that start in it.
     pub fn advance(&mut self, step: Step, state: State) -> impl Iterator<Item = Contraction> {
         self.tone_rise = 1.0 + TONE_RISE * state.workload;
         self.contractions.retain(|each| each.to_secs > step.from_secs);
@@ -103,7 +103,7 @@ impl Muscles {
         self.contractions.iter().filter(move |each| within.contains(&each.from_secs)).copied()
     }
 
-    /// What the electrodes see next, at a time of the present step [µV].
+    /// The next voltages of the electrodes, at a time of the present step [µV].
     pub fn next_uv(&mut self, secs: f64) -> [f64; ELECTRODES] {
         let [flexors, extensors] = [true, false]
             .map(|flexors| self.contractions.iter().map(|c| c.power(secs, flexors)).sum::<f64>());
@@ -117,7 +117,7 @@ impl Muscles {
     }
 }
 
-/// How much of a contraction the antagonists share in a state [0..1].
+/// The co-contraction of the antagonists in a state [0..1].
 pub fn shared(state: State) -> f64 {
     let (rest, full) = CO_CONTRACTION;
     rest + (full - rest) * state.workload

@@ -19,7 +19,7 @@ use super::vessels::Vessels;
 use super::warmth::Warmth;
 use crate::noise::Noise;
 
-/// How much breath changes the R wave's height, relative to it, and the base [mV].
+/// The modulation of the R wave's height by breathing, relative to it, and of the baseline [mV].
 const R_WAVE_SWING: f64 = 0.12;
 const BASE_SWING_MV: f64 = 0.06;
 /// How strongly the forearm contracts for a movement of the arm [µV RMS per g].
@@ -83,7 +83,7 @@ impl Organs {
         truth.contractions.extend(self.muscles.advance(step, state));
     }
 
-    /// Moves the arm; who moves it contracts its muscles.
+    /// Moves the arm, which contracts its muscles.
     fn move_on(&mut self, step: Step, movement_g: f64, state: State, truth: &mut Truth) {
         for swing in self.movement.advance(step, movement_g) {
             truth.swings.push(swing);
@@ -109,12 +109,12 @@ impl Organs {
         }
     }
 
-    /// How movements shake what is worn at a time of the present step [g].
+    /// The acceleration of the sensors by movements at a time of the present step [g].
     pub fn shake_g(&self, secs: f64) -> f64 {
         self.movement.shake_g(secs)
     }
 
-    /// What the body gives a sensor at a time of the present step, on each of its channels.
+    /// The values of a sensor at a time of the present step, for each of its channels.
     pub fn give(&mut self, sensor: Sensor, secs: f64) -> [f64; MOST_CHANNELS] {
         let volume = || self.lungs.volume(secs);
         match sensor {

@@ -41,12 +41,12 @@ impl Probe {
         }
     }
 
-    /// What it senses.
+    /// The sensor.
     pub fn sensor(&self) -> Sensor {
         self.sensor
     }
 
-    /// How many samples it took.
+    /// The number of samples taken.
     pub fn taken(&self) -> u64 {
         self.taken
     }
@@ -62,7 +62,7 @@ impl Probe {
         (self.rate_hz > 0.0 && due_secs < secs).then_some(due_secs)
     }
 
-    /// Takes the sample that is due: what the body gives, on all channels, and how it is shaken [g].
+    /// Takes the sample that is due, from the body's values on all channels and the acceleration [g].
     pub fn take(&mut self, secs: f64, given: &[f64], shake_g: f64, wave: &mut Wave) {
         self.taken += 1;
         let Electronics { noise, hum, wander, shaken } = self.electronics;

@@ -1,4 +1,4 @@
-//! What was recorded of a body, and what truly happened in it.
+//! The recording of a body, and the truth behind it.
 
 use super::breath::Breath;
 use super::eyes::Blink;
@@ -24,7 +24,7 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// How many samples of all channels there are.
+    /// The number of samples of all channels.
     pub fn count(&self) -> usize {
         self.samples.len() / self.sensor.channels().len()
     }
@@ -46,7 +46,7 @@ impl Wave {
 pub struct Moment {
     /// When, after the start [s].
     pub secs: f64,
-    /// What the person goes through.
+    /// The person's state.
     pub state: State,
     /// How fast the heart beats at this moment, swings and all [1/min].
     pub heart_rate_bpm: f64,
@@ -79,7 +79,7 @@ pub struct Truth {
     pub swings: Vec<Swing>,
 }
 
-/// What was recorded since the last time.
+/// The recording since the previous one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) waves: [Wave; Sensor::ALL.len()],
@@ -88,7 +88,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// What a sensor recorded; nothing when it is not worn.
+    /// The recording of a sensor; empty if it is not worn.
     pub fn wave(&self, sensor: Sensor) -> &Wave {
         &self.waves[sensor as usize]
     }

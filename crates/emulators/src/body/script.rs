@@ -35,7 +35,7 @@ pub struct Scene {
 pub enum Fault {
     /// It gives no samples.
     Dead,
-    /// Its values stay what they were.
+    /// Its values stay unchanged.
     Stuck,
     /// It hangs in the air: noise and hum where a body was.
     OffBody,
@@ -45,7 +45,7 @@ pub enum Fault {
     MainsHum(f64),
     /// White noise as from muscles (RMS, in the sensor's unit).
     MuscleNoise(f64),
-    /// The amplifier ends at so much to either side, in the sensor's unit.
+    /// The amplifier saturates at this value to either side, in the sensor's unit.
     Saturated(f64),
 }
 
@@ -87,7 +87,7 @@ impl Contact {
         !self.scenes.is_empty()
     }
 
-    /// Does to one sample of all channels what the script has for its time; NaN is no sample.
+    /// Applies the script to one sample of all channels; NaN is a missing sample.
     pub fn disturb(&mut self, secs: f64, sample: &mut [f64]) {
         if let Some(from_secs) = self.since(secs, Fault::OffBody) {
             self.take_off(secs - from_secs, sample);
@@ -131,7 +131,7 @@ impl Contact {
         (hum, noise, limit)
     }
 
-    /// What a sensor gives that hangs in the air since a while.
+    /// The value of a sensor that has hung in the air for a while.
     fn take_off(&mut self, since_secs: f64, sample: &mut [f64]) {
         let noise = &mut self.noise;
         let mut all = |level: f64, rms: f64| {

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// What is worn: each sensor has its channels, its unit and its rate.
+/// The sensors that can be worn, each with its channels, unit and rate.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, Hash, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum Sensor {
@@ -57,7 +57,7 @@ impl Sensor {
         }
     }
 
-    /// The unit of its samples; "1" is relative to what is usual.
+    /// The unit of its samples; "1" is relative to the usual value.
     pub fn unit(self) -> &'static str {
         match self {
             Sensor::Ecg => "mV",

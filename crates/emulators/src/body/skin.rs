@@ -9,10 +9,10 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Drift, Noise};
 
-/// How much the level rises with full arousal and with full workload [µS].
+/// The rise of the level with full arousal and with full workload [µS].
 const AROUSAL_US: f64 = 2.5;
 const WORKLOAD_US: f64 = 1.0;
-/// How much the level wanders [µS], and over which time [s].
+/// The random drift of the level [µS], and its time constant [s].
 const DRIFT_US: f64 = 0.15;
 const DRIFT_SECS: f64 = 120.0;
 /// Responses without an event at rest, and what full workload and full arousal add [1/min].
@@ -22,13 +22,13 @@ const AROUSAL_PER_MIN: f64 = 4.0;
 /// How a response rises and falls [s]: a Bateman function.
 const RISE_SECS: f64 = 0.7;
 const FALL_SECS: f64 = 2.0;
-/// How much responses vary: the standard deviation of the logarithm.
+/// The variation of responses: the standard deviation of the logarithm.
 const HEIGHT_SIGMA: f64 = 0.5;
 /// A response to an event begins after it by [s].
 const LATENCY_SECS: Range<f64> = 1.5..3.0;
-/// After so long a response is over [s].
+/// The duration of a response [s].
 const LAST_SECS: f64 = 20.0;
-/// No more responses are under way or wait at once.
+/// The most responses that last or wait at once.
 const MOST_RESPONSES: usize = 256;
 
 /// A response of the skin.
@@ -38,9 +38,9 @@ pub struct Response {
     pub onset_secs: f64,
     /// When it is at its height, if none follows meanwhile [s].
     pub peak_secs: f64,
-    /// Its height over what was there without it [µS].
+    /// Its amplitude above the level without it [µS].
     pub amplitude_us: f64,
-    /// When the event was that it answers to [s]; `None` when it came by itself.
+    /// The time of the event that evoked it [s]; `None` if it is spontaneous.
     pub event_secs: Option<f64>,
 }
 
@@ -87,7 +87,7 @@ impl Skin {
         self.plan(response);
     }
 
-    /// Advances by one step, and returns the responses that begin in it.
+    /// Advances by one step, and returns the responses that start in it.
     pub fn advance(&mut self, step: Step, state: State) -> impl Iterator<Item = Response> {
         self.until_secs = step.to_secs;
         let raised_us = AROUSAL_US * state.arousal + WORKLOAD_US * state.workload;

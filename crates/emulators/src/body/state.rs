@@ -1,4 +1,4 @@
-//! What a person goes through.
+//! The state of a person.
 
 use super::step::STEP_SECS;
 
@@ -40,7 +40,7 @@ impl Transition {
         self.now
     }
 
-    /// Sets out for another target; what is no number stays as it was.
+    /// Sets another target; a NaN leaves the present one.
     pub fn aim_at(&mut self, target: State) {
         let State { workload, arousal, valence } = self.target;
         let usable =

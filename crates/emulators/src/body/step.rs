@@ -1,8 +1,8 @@
 //! The steps in which a body moves on.
 
-/// How many steps a second has: a power of two, so that their times are exact.
+/// The number of steps in a second: a power of two, so that their times are exact.
 pub const STEPS_HZ: f64 = 64.0;
-/// How long a step is [s].
+/// The duration of a step [s].
 pub const STEP_SECS: f64 = 1.0 / STEPS_HZ;
 
 /// One step: what changes slowly stays the same during it, what happens in it has its exact time.
@@ -21,7 +21,7 @@ impl Step {
         Step { from_secs: at(number), to_secs: at(number + 1) }
     }
 
-    /// How many steps end at a time or before it.
+    /// The number of steps that end at or before a time.
     pub fn whole_until(secs: f64) -> u64 {
         (secs * STEPS_HZ).floor() as u64
     }

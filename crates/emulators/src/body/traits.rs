@@ -2,7 +2,7 @@
 
 use crate::noise::Noise;
 
-/// Keeps the traits of a seed apart from what the body of the same seed draws.
+/// Separates the random numbers of the traits from those of the body of the same seed.
 const SALT: u64 = 0x7465_616d_7075_6c73;
 
 /// The traits of a person, at rest unless said otherwise.
@@ -13,11 +13,11 @@ const SALT: u64 = 0x7465_616d_7075_6c73;
 pub struct Traits {
     /// Mean heart rate [1/min].
     pub heart_rate_bpm: f64,
-    /// How much faster the heart beats at full workload [1/min].
+    /// The rise of the heart rate at full workload [1/min].
     pub heart_rate_rise_bpm: f64,
-    /// How much breathing changes the RR interval, from its mean [s].
+    /// The amplitude of respiratory sinus arrhythmia [s].
     pub rsa_secs: f64,
-    /// How much the 10 s rhythm of blood pressure changes the RR interval, from its mean [s].
+    /// The amplitude of the 10 s rhythm of blood pressure in the RR interval [s].
     pub mayer_secs: f64,
     /// The share of beats that come too early from a ventricle [0..1].
     pub ectopic_share: f64,
@@ -37,7 +37,7 @@ pub struct Traits {
     pub inhale_share: f64,
     /// Temperature of the skin [°C].
     pub skin_temperature_c: f64,
-    /// How much colder it becomes at full workload [K].
+    /// The fall of skin temperature at full workload [K].
     pub cooling_k: f64,
     /// Tone of a forearm muscle that does nothing [µV RMS].
     pub muscle_tone_uv: f64,

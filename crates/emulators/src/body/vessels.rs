@@ -8,11 +8,11 @@ use super::step::Step;
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// How much earlier the pulse arrives at full workload [s].
+/// The reduction of the pulse arrival time at full workload [s].
 const ARRIVAL_GAIN_SECS: f64 = 0.02;
-/// How much of its height goes at full workload: vessels narrow.
+/// The reduction of its height at full workload [0..1]: vessels narrow.
 const HEIGHT_LOSS: f64 = 0.35;
-/// How much breath changes its height and its base, relative to the usual height.
+/// The modulation of its height and baseline by breathing, relative to the usual height.
 const HEIGHT_SWING: f64 = 0.08;
 const BASE_SWING: f64 = 0.15;
 /// What else varies of pulses: arrival [s] and height.
@@ -27,7 +27,7 @@ const DIASTOLE_SECS: f64 = 0.36;
 const DIASTOLE_WIDTH_SECS: f64 = 0.09;
 /// The second height, as a share of the first.
 const DIASTOLE_SHARE: f64 = 0.4;
-/// After so long a pulse is over [s].
+/// The duration of a pulse [s].
 const LAST_SECS: f64 = 1.0;
 
 /// A pulse at the finger.

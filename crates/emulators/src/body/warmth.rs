@@ -7,7 +7,7 @@ use crate::noise::{Drift, Noise};
 
 /// It follows workload with this time constant [s].
 const LAG_SECS: f64 = 90.0;
-/// How much it wanders [K], and over which time [s].
+/// Its random drift [K], and the time constant of that [s].
 const DRIFT_K: f64 = 0.05;
 const DRIFT_SECS: f64 = 180.0;
 

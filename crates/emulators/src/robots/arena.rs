@@ -10,7 +10,7 @@ pub const ROUTER: Point = Point { x_m: 0.3, y_m: 0.3 };
 const GAP_M: f64 = 0.8;
 /// Around the router there is no box [m].
 const ROUTER_CLEAR_M: f64 = 1.5;
-/// How often a place for something is tried before it is given up.
+/// The number of attempts to find a place for an object.
 const TRIES: usize = 1000;
 
 /// A place on the floor.
@@ -23,7 +23,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// How far another place is [m].
+    /// The distance to another place [m].
     pub fn distance_m(self, other: Point) -> f64 {
         (other.x_m - self.x_m).hypot(other.y_m - self.y_m)
     }
@@ -33,7 +33,7 @@ impl Point {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
 
-    /// The place so far away in a direction.
+    /// The place at a distance in a direction.
     #[must_use]
     pub fn toward(self, bearing_rad: f64, distance_m: f64) -> Point {
         let (sin, cos) = bearing_rad.sin_cos();
@@ -106,7 +106,7 @@ pub struct Arena {
 }
 
 impl Arena {
-    /// An arena with so many boxes at random places; with fewer where no more fit.
+    /// An arena with boxes at random places; with fewer if no more fit.
     pub fn new(side_m: f64, boxes: u32, noise: &mut Noise) -> Arena {
         let low = Point { x_m: 0.0, y_m: 0.0 };
         let floor = Rect { low, high: Point { x_m: side_m, y_m: side_m } };
@@ -134,7 +134,7 @@ impl Arena {
             && !self.boxes.iter().any(|each| each.grown(radius_m).contains(at))
     }
 
-    /// How far a disc can roll in a direction before it touches a wall or a box [m], at most
+    /// The distance that a disc can roll in a direction before it touches a wall or a box [m], at most
     /// `reach_m`.
     pub fn clearance_m(&self, from: Point, bearing_rad: f64, radius_m: f64, reach_m: f64) -> f64 {
         let inside = self.floor.grown(-radius_m);
@@ -144,7 +144,7 @@ impl Arena {
         hits.map(|(enters, _)| enters.max(0.0)).fold(wall_m.min(reach_m), f64::min)
     }
 
-    /// How many boxes stand between two places.
+    /// The number of boxes between two places.
     pub fn boxes_between(&self, from: Point, to: Point) -> usize {
         let (bearing_rad, distance_m) = (from.bearing_rad(to), from.distance_m(to));
         let hits = self.boxes.iter().filter_map(|each| each.crossing_m(from, bearing_rad));

@@ -4,7 +4,7 @@
 //! voltage, the series resistance and two RC pairs as functions of the state of charge. Their cell
 //! has 0.85 Ah; a larger one is several of them in parallel.
 
-/// How many cells are in series.
+/// The number of cells in series.
 pub const CELLS: u32 = 3;
 /// The capacity of the cell that the coefficients are of [Ah].
 const CELL_AH: f64 = 0.85;
@@ -12,7 +12,7 @@ const CELL_AH: f64 = 0.85;
 const CUT_OFF_CELL_V: f64 = 3.0;
 /// The temperature around the robot [°C].
 const AMBIENT_C: f64 = 22.0;
-/// How much a watt of loss warms the pack in the long run [K/W].
+/// The thermal resistance of the pack [K/W].
 const WARMING_K_PER_W: f64 = 8.0;
 /// The heat that it takes to warm the pack [J/K].
 const HEAT_J_PER_K: f64 = 130.0;
@@ -121,7 +121,7 @@ impl Pack {
         self.charge_ah / self.capacity_ah
     }
 
-    /// The energy that was drawn so far [J].
+    /// The energy drawn so far [J].
     pub fn drawn_j(&self) -> f64 {
         self.drawn_j
     }

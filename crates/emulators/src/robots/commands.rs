@@ -20,7 +20,7 @@ pub struct Command {
 
 /// All commands of a team's people.
 ///
-/// What a person does follows from a seed, so the robots know it without messages: whoever simulates the
+/// The actions of a person follow from a seed, so the robots know them without messages: whoever simulates the
 /// person runs the same task ([`Settings::task_of_person`]).
 #[derive(Debug)]
 pub struct Commands {

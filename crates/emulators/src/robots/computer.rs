@@ -1,16 +1,16 @@
-//! The robot's computer: what it consumes, and how warm it becomes.
+//! The robot's computer: its power and its temperature.
 
 use crate::noise::{Correlated, Noise};
 
-/// How far the consumption swings around its mean [1].
+/// The relative swing of the power around its mean.
 const SWING: f64 = 0.03;
-/// How long a swing lasts [s].
+/// The period of a swing [s].
 const SWING_SECS: f64 = 5.0;
 /// The temperature around the computer [°C].
 const AMBIENT_C: f64 = 25.0;
-/// How much a watt warms it in the long run [K/W].
+/// Its thermal resistance [K/W].
 const WARMING_K_PER_W: f64 = 2.0;
-/// How long that takes [s].
+/// Its thermal time constant [s].
 const WARMING_SECS: f64 = 40.0;
 
 /// A computer of a mean consumption.
@@ -38,7 +38,7 @@ impl Computer {
         self.temperature_c += (heads_for_c - self.temperature_c) * secs / WARMING_SECS;
     }
 
-    /// What it consumes now [W].
+    /// Its present power [W].
     pub fn power_w(&self) -> f64 {
         self.power_w
     }

@@ -1,7 +1,7 @@
 //! A team of robots that drive through an arena, discharge, and hear a router more or less well, with
 //! faults on request and people who command them.
 //!
-//! The time goes in and [`Telegram`]s come out: what the robots report, before it is a message of any kind.
+//! Time goes in and [`Telegram`]s come out: the robots' reports, before they are messages of any kind.
 //!
 //! ```
 //! use teampulse_emulators::robots::{Settings, SimTime, Team, Topic};

@@ -27,7 +27,7 @@ impl Odometer {
         Odometer { pose, twist: Twist::default(), wheel_scale, noise }
     }
 
-    /// Reckons on with what the wheels did for a short while.
+    /// Advances the dead reckoning by the wheels' motion over a short time.
     pub fn advance(&mut self, true_twist: Twist, secs: f64) {
         let Twist { speed_mps, turn_radps } = true_twist;
         let slip = speed_mps.abs() + turn_radps.abs();

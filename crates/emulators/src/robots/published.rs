@@ -1,4 +1,4 @@
-//! What a team publishes: the topics of its robots.
+//! The topics that a team publishes.
 
 use super::topic::Topic;
 

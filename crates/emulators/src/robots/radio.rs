@@ -24,7 +24,7 @@ const SHADOW_NEAR_DB: f64 = 2.0;
 const SHADOW_FAR_DB: f64 = 2.5;
 /// The way over which shadowing falls to 1/e of its correlation [m].
 const SHADOW_WAY_M: f64 = 1.5;
-/// What a box in the line of sight takes [dB].
+/// The attenuation by a box in the line of sight [dB].
 const BOX_DB: f64 = 2.0;
 /// The standard deviation from one reading to the next [dB].
 const JITTER_DB: f64 = 1.0;
@@ -41,7 +41,7 @@ const RATES: [(f64, f64); 8] = [
     (-64.0, 65.0),
 ];
 
-/// What a robot's radio reads.
+/// The readings of a robot's radio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
     /// The strength of the signal, in whole decibels as drivers give it [dBm].
@@ -78,7 +78,7 @@ impl Link {
         Link { shadow: Correlated::new(SHADOW_WAY_M, noise.fork()), heard_at: at, noise }
     }
 
-    /// What the robot hears where it is now.
+    /// The reception at the robot's present place.
     pub fn heard(&mut self, at: Point, arena: &Arena) -> Reception {
         let shadow = self.shadow.after(self.heard_at.distance_m(at));
         self.heard_at = at;

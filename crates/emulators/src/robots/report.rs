@@ -7,7 +7,7 @@ use super::telegram::{Body, Telegram};
 use super::time::SimTime;
 use super::topic::Topic;
 
-/// How long after a message its duplicate comes.
+/// The delay of a duplicate after its message.
 const DUPLICATE_AFTER: Duration = Duration::from_millis(2);
 
 /// One topic of a robot.

@@ -1,4 +1,4 @@
-//! A robot: a body that drives, what it carries, and what it reports of it.
+//! A robot: a body that drives, its devices, and their reports.
 
 use std::time::Duration;
 
@@ -22,9 +22,9 @@ use super::wanderer::Wanderer;
 
 /// The radius of a robot [m].
 pub const RADIUS_M: f64 = 0.18;
-/// What the sensors consume [W].
+/// The power of the sensors [W].
 const SENSORS_W: f64 = 2.0;
-/// What the radio consumes [W].
+/// The power of the radio [W].
 const RADIO_W: f64 = 0.75;
 /// What driving consumes, for each m/s [W].
 const DRIVING_W: f64 = 4.0;
@@ -114,7 +114,7 @@ impl Robot {
         self.computer.power_w() + SENSORS_W + RADIO_W + motors_w
     }
 
-    /// Gives the telegrams that come of what is due.
+    /// Returns the telegrams that are due.
     pub fn speak(&mut self, now: SimTime, arena: &Arena, out: &mut Vec<Telegram>) {
         for index in 0..self.reports.len() {
             let topic = self.reports[index].topic();
@@ -127,7 +127,7 @@ impl Robot {
         }
     }
 
-    /// What a topic says now.
+    /// The present report of a topic.
     fn measured(&mut self, topic: Topic, arena: &Arena) -> Body {
         match topic {
             Topic::Odom => Body::Motion(self.odometer.pose(), self.odometer.twist()),

@@ -32,7 +32,7 @@ pub struct Scene {
 pub enum Change {
     /// The topic falls silent; without a topic the whole robot is off and stands still.
     Dead,
-    /// Its values stay what they were while its stamps go on.
+    /// Its values stay unchanged while its stamps go on.
     Stuck,
     /// Its messages are lost on the way while the robot goes on.
     Outage,
@@ -42,11 +42,11 @@ pub enum Change {
     OutOfOrder,
     /// The rate is divided by this factor.
     SlowFactor(f64),
-    /// The robot's clock runs too fast by so much [ppm]; it is set right when this ends.
+    /// The robot's clock runs this much too fast [ppm]; it is set right at the end.
     ClockDriftPpm(f64),
-    /// The robot's clock is ahead by so much [s]; it is set right when this ends.
+    /// The robot's clock is ahead by this much [s]; it is set right at the end.
     ClockJumpSecs(f64),
-    /// The battery has so much less voltage [V].
+    /// The battery's voltage is lower by this much [V].
     BatterySagV(f64),
     /// The computer's consumption is multiplied by this factor.
     CpuFactor(f64),
@@ -69,7 +69,7 @@ pub struct Script {
 }
 
 impl Script {
-    /// What the scenes have for a robot.
+    /// The present scenes of a robot.
     pub fn of(robot: &str, scenes: &[Scene]) -> Script {
         Script { scenes: scenes.iter().filter(|scene| scene.robot == robot).cloned().collect() }
     }
@@ -84,7 +84,7 @@ impl Script {
         self.playing(now).any(|scene| scene.what == Change::Dead && scene.topic.is_none())
     }
 
-    /// By how much a topic's rate is divided.
+    /// The divisor of a topic's rate.
     pub fn slow_factor(&self, topic: Topic, now: SimTime) -> f64 {
         let slows = |scene: &Scene| match scene.what {
             Change::SlowFactor(factor) if scene.concerns(topic) => Some(factor),
@@ -93,7 +93,7 @@ impl Script {
         self.playing(now).filter_map(slows).product()
     }
 
-    /// By how much the computer's consumption is multiplied.
+    /// The factor of the computer's power.
     pub fn cpu_factor(&self, now: SimTime) -> f64 {
         let loads = |scene: &Scene| match scene.what {
             Change::CpuFactor(factor) => Some(factor),
@@ -102,7 +102,7 @@ impl Script {
         self.playing(now).filter_map(loads).product()
     }
 
-    /// How much voltage the battery lacks [V].
+    /// The voltage that the battery lacks [V].
     pub fn sag_v(&self, now: SimTime) -> f64 {
         let sags = |scene: &Scene| match scene.what {
             Change::BatterySagV(sag_v) => Some(sag_v),
@@ -111,7 +111,7 @@ impl Script {
         self.playing(now).filter_map(sags).sum()
     }
 
-    /// How far the robot's clock is ahead [s].
+    /// The time by which the robot's clock is ahead [s].
     pub fn clock_ahead_secs(&self, now: SimTime) -> f64 {
         let shifts = |scene: &Scene| match scene.what {
             Change::ClockDriftPpm(ppm) => Some(ppm * 1e-6 * (now.secs() - scene.from_secs)),

@@ -38,7 +38,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Five robots that publish what every robot does, and nobody who commands them.
+    /// Five robots that publish the common topics, without people who command them.
     fn default() -> Settings {
         Settings {
             robots: (1..=5).map(|number| format!("robot{number}")).collect(),
@@ -65,7 +65,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// How often the simulation moves every body on [Hz].
+    /// The rate at which the simulation advances [Hz].
     pub(super) fn tick_hz(&self) -> f64 {
         self.rates.iter().map(|(_, rate_hz)| *rate_hz).fold(LEAST_TICK_HZ, f64::max)
     }

@@ -12,12 +12,12 @@ pub struct Disc {
 }
 
 impl Disc {
-    /// How much floor is between two bodies [m]; negative when they overlap.
+    /// The distance between two bodies [m]; negative if they overlap.
     pub fn gap_m(self, other: Disc) -> f64 {
         self.at.distance_m(other.at) - self.radius_m - other.radius_m
     }
 
-    /// How far it can roll in a direction before it touches another [m]; `None` when it passes by.
+    /// The distance that it can roll in a direction before it touches another [m]; `None` if it passes by.
     fn roll_m(self, bearing_rad: f64, other: Disc) -> Option<f64> {
         let (distance_m, touch_m) = (self.at.distance_m(other.at), self.radius_m + other.radius_m);
         let off_rad = self.at.bearing_rad(other.at) - bearing_rad;
@@ -27,7 +27,7 @@ impl Disc {
     }
 }
 
-/// What the body with the index `own` meets.
+/// The surroundings of the body with the index `own`.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// The arena.
@@ -39,7 +39,7 @@ pub struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// How far the body can roll in a direction [m], at most `reach_m`.
+    /// The distance that the body can roll in a direction [m], at most `reach_m`.
     pub fn clearance_m(&self, from: Disc, bearing_rad: f64, reach_m: f64) -> f64 {
         let still = self.arena.clearance_m(from.at, bearing_rad, from.radius_m, reach_m);
         let near = self.others().filter(|other| from.gap_m(*other) < reach_m);

@@ -24,12 +24,12 @@ use super::wanderer::Wanderer;
 const OBSTACLE_RADIUS_M: f64 = 0.25;
 /// The fastest that an obstacle moves [m/s].
 const OBSTACLE_MPS: f64 = 0.2;
-/// What is left between bodies at the start [m].
+/// The distance between bodies at the start [m].
 const START_GAP_M: f64 = 0.3;
 /// The side of the square in the upper right in which so many robots as its square start [m].
 const START_SIDE_M: f64 = 1.1;
 
-/// What is left between a goal that is commanded and a wall [m].
+/// The distance between a commanded goal and a wall [m].
 const GOAL_MARGIN_M: f64 = 0.1;
 /// Keeps the goals of commands apart from all else that is drawn of the same seed.
 const COMMANDS_SALT: u64 = 0x0063_6f6d_6d61_6e64;
@@ -47,7 +47,7 @@ pub struct Team {
     sent: u64,
     on_their_way: BTreeMap<(SimTime, u64), Telegram>,
     commands: Commands,
-    /// For each robot, the place of its commands among what is published.
+    /// For each robot, the index of its commands among the published topics.
     commanded: Vec<usize>,
 }
 
@@ -80,7 +80,7 @@ impl Team {
         team
     }
 
-    /// What the team publishes; a telegram says which by its index.
+    /// The published topics; a telegram has the index of its own.
     pub fn published(&self) -> &[Published] {
         &self.published
     }
@@ -101,7 +101,7 @@ impl Team {
         arrives.map_or(self.next_turn(), |at| at.min(self.next_turn()))
     }
 
-    /// Lets time pass up to `until` and gives what is handed over by then, in order.
+    /// Advances to `until` and returns the telegrams sent by then, in order.
     pub fn advance(&mut self, until: SimTime, out: &mut Vec<Telegram>) {
         while self.next_turn() <= until {
             self.take_turn();

@@ -1,4 +1,4 @@
-//! Telegrams: what a robot reports, before it is a ROS message.
+//! Telegrams: the reports of a robot, before they are ROS messages.
 
 use std::sync::Arc;
 
@@ -10,17 +10,17 @@ use super::time::SimTime;
 /// A report on its way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Telegram {
-    /// Its stream: an index into what the team publishes.
+    /// The index of its topic among those of the team.
     pub stream: usize,
     /// When it arrives.
     pub at: SimTime,
     /// When it was measured, by the robot's own clock.
     pub stamp: SimTime,
-    /// What it says.
+    /// The report.
     pub body: Body,
 }
 
-/// What a report says.
+/// The content of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
     /// Where the robot is and how it moves.
@@ -39,7 +39,7 @@ pub enum Body {
     Goal(Pose),
 }
 
-/// What a battery's gauge reads.
+/// The readings of a battery's gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gauge {
     /// What its sensors read.

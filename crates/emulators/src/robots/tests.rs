@@ -15,7 +15,7 @@ fn after(secs: f64) -> SimTime {
     SimTime::START + Duration::from_secs_f64(secs)
 }
 
-/// A team after so many seconds, with all that it published.
+/// A team after some seconds, with all that it published.
 struct TeamRun {
     team: Team,
     telegrams: Vec<Telegram>,

@@ -26,7 +26,7 @@ impl SimTime {
         self.0 as f64 / 1e9
     }
 
-    /// What a clock shows at this moment that is ahead by `secs` [s].
+    /// The reading of a clock that is ahead by `secs` [s] at this moment.
     #[must_use]
     pub fn ahead_by(self, secs: f64) -> SimTime {
         SimTime(self.0.saturating_add((secs * 1e9).round() as i64))

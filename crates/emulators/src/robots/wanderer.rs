@@ -1,4 +1,4 @@
-//! A wanderer: a body that drives to one random place after another and avoids what is in its way.
+//! A wanderer: a body that drives to one random place after another and avoids obstacles.
 
 use std::f64::consts::TAU;
 
@@ -9,13 +9,13 @@ use super::drive::{MOST_MPS2, Pose, Twist, wrapped_rad};
 use super::goals::Goals;
 use super::surroundings::{Disc, Surroundings};
 
-/// How far it looks for a free way [m].
+/// The distance over which it looks for a free path [m].
 const REACH_M: f64 = 1.5;
-/// How often it looks [s].
+/// The time between looks [s].
 const LOOK_SECS: f64 = 0.2;
-/// In how many directions.
+/// The number of directions.
 const DIRECTIONS: u32 = 16;
-/// What it keeps between itself and anything else [m].
+/// The distance that it keeps from everything [m].
 const MARGIN_M: f64 = 0.08;
 /// It is there when this near [m].
 const THERE_M: f64 = 0.3;
@@ -85,7 +85,7 @@ impl Wanderer {
         self.roll(secs, around);
     }
 
-    /// Drives to a place that somebody else has chosen, with more patience than to one of its own.
+    /// Drives to a commanded place, with more patience than to one that it chose.
     pub fn drive_to(&mut self, goal: Point) {
         self.goal = goal;
         self.patience_secs = 2.0 * self.usual_patience_secs();
@@ -103,7 +103,7 @@ impl Wanderer {
         self.patience_secs = self.usual_patience_secs();
     }
 
-    /// After so long a goal is given up [s]: a multiple of the time that the straight way takes.
+    /// The time after which a goal is given up [s]: a multiple of the time that the straight path takes.
     fn usual_patience_secs(&self) -> f64 {
         let straight_secs = self.pose.at.distance_m(self.goal) / self.top_speed_mps;
         5.0 + 2.0 * straight_secs

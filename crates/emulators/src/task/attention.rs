@@ -1,4 +1,4 @@
-//! What a phase demands of a person, and when the person gives up.
+//! The demand of a phase on a person, and when the person gives up.
 
 use super::happening::{Happening, What};
 use super::plan::Phase;
@@ -10,9 +10,9 @@ const WORKLOAD: [f64; 3] = [0.35, 0.65, 1.0];
 /// Excitement follows workload, and feeling falls with it.
 const AROUSAL: f64 = 0.8;
 const DISPLEASURE: f64 = 0.2;
-/// What is left of a demand for who has given up.
+/// The share of a demand that remains for a person who has given up.
 const LEFT: f64 = 0.4;
-/// How long giving up lasts, on average [s].
+/// The mean duration of giving up [s].
 const BOUT_SECS: f64 = 12.0;
 
 /// A span of a phase with the same demand.
@@ -29,7 +29,7 @@ pub fn workload(level: u8) -> f64 {
     level.checked_sub(1).and_then(|place| WORKLOAD.get(usize::from(place))).copied().unwrap_or(0.0)
 }
 
-/// The spans of a phase, engaged first; only at 3-back anybody gives up.
+/// The spans of a phase, engaged first; people give up only at 3-back.
 pub fn bouts(phase: &Phase, skill: &Skill, noise: &mut Noise) -> Vec<Bout> {
     let mut bouts = vec![Bout { from_secs: phase.from_secs, disengaged: false }];
     let share = if phase.level == 3 { skill.disengaged_share.clamp(0.0, 0.9) } else { 0.0 };
@@ -50,7 +50,7 @@ pub fn bouts(phase: &Phase, skill: &Skill, noise: &mut Noise) -> Vec<Bout> {
 }
 
 impl Bout {
-    /// What it demands at a level.
+    /// The demand of a level.
     pub fn demand(&self, level: u8) -> Happening {
         let left = if self.disengaged { LEFT } else { 1.0 };
         let workload = workload(level) * left;

@@ -9,13 +9,13 @@ use super::skill::Skill;
 use super::trial::Trials;
 use crate::noise::Noise;
 
-/// The first stimulus comes so long after the begin of a level [s].
+/// The time from the start of a level to its first stimulus [s].
 const LEAD_SECS: f64 = 1.0;
-/// A press may be late by so much [s]: no stimulus comes that much before the end of a level.
+/// The latest press after a stimulus [s]: no stimulus comes later than this before the end of a level.
 const TAIL_SECS: f64 = 1.0;
-/// The finger sets out so long before the key is down [s].
+/// The time from the start of the finger's movement until the key is down [s].
 const REACH_SECS: f64 = 0.06;
-/// How much reports vary.
+/// The variation of reports.
 const REPORT_SIGMA: f64 = 0.4;
 /// No robot is commanded more often [1/min].
 const MOST_COMMANDS_PER_MIN: f64 = 60.0;
@@ -31,7 +31,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// A task before its begin.
+    /// A task before its start.
     pub fn new(plan: Plan, skill: Skill, seed: u64) -> Task {
         let noise = Noise::seeded(seed);
         Task { plan, skill, noise, phases: 0, ahead: VecDeque::new() }

@@ -14,17 +14,17 @@ pub struct Happening {
 pub enum What {
     /// A phase begins.
     Begins {
-        /// What it is called.
+        /// Its name.
         phase: &'static str,
         /// How long it will last [s].
         lasts_secs: f64,
     },
     /// A phase ends.
     Ends {
-        /// What it is called.
+        /// Its name.
         phase: &'static str,
     },
-    /// From now on so much is demanded of the person; truth that nobody sees.
+    /// The demand on the person from now on: hidden truth.
     Demands {
         /// How hard the mind works [0..1].
         workload: f64,
@@ -42,7 +42,7 @@ pub enum What {
         /// Whether it is that of n stimuli before.
         is_match: bool,
     },
-    /// The finger sets out to press a key; truth that nobody sees.
+    /// The finger begins to press a key: hidden truth.
     Reaches {
         /// When the key will be down, after the start [s].
         press_secs: f64,
@@ -61,7 +61,7 @@ pub enum What {
         /// Which, from 0.
         robot: u32,
     },
-    /// The person is asked, when a level has ended, and says how much it was (Instantaneous
+    /// The person reports the workload of a level at its end (Instantaneous
     /// Self-Assessment, 1 to 5).
     Report {
         /// From 1 (idle) to 5 (too much).

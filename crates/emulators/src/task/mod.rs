@@ -1,4 +1,4 @@
-//! What a person does: an n-back task after a baseline, and now and then a command to a robot.
+//! The task of a person: n-back after a baseline, with occasional commands to a robot.
 //!
 //! A [`Task`] generates the events: phases, stimuli, presses, commands, reports, and the demands of all
 //! this on the person. An [`Operator`] is a body that performs a task.

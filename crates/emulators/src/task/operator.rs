@@ -1,4 +1,4 @@
-//! A person who does a task.
+//! A person doing a task.
 
 use super::course::Task;
 use super::happening::{Happening, What};
@@ -8,7 +8,7 @@ use crate::body::{Body, Record};
 const COMMAND_STARTLE: f64 = 1.0;
 const PHASE_STARTLE: f64 = 1.5;
 
-/// A body that does a task: what the task demands becomes the body's state, and each press a
+/// A body doing a task: the demand of the task becomes the body's state, and each press a
 /// contraction.
 #[derive(Clone, Debug)]
 pub struct Operator {
@@ -17,22 +17,22 @@ pub struct Operator {
     happened: Vec<Happening>,
 }
 
-/// What a person did since the last time, and what was recorded meanwhile.
+/// The actions of a person since the previous step, and the recording of that time.
 #[derive(Clone, Copy, Debug)]
 pub struct OperatorOutput<'a> {
     /// What happened, in the order of its times.
     pub happened: &'a [Happening],
-    /// What was recorded of the body.
+    /// The recording of the body.
     pub record: &'a Record,
 }
 
 impl Operator {
-    /// A body at the begin of its task.
+    /// A body at the start of its task.
     pub fn new(body: Body, task: Task) -> Operator {
         Operator { body, task, happened: Vec::new() }
     }
 
-    /// How long it has lived [s].
+    /// The simulated time so far [s].
     pub fn secs(&self) -> f64 {
         self.body.secs()
     }

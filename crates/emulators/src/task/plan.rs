@@ -1,4 +1,4 @@
-//! The plan: which phases there are, and how long they last.
+//! The plan: the phases and their durations.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -9,21 +9,21 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Plan {
-    /// How long the baseline lasts [s]. Default: 60.
+    /// The duration of the baseline [s]. Default: 60.
     pub baseline_secs: f64,
-    /// How long each level lasts [s]. Default: 60.
+    /// The duration of each level [s]. Default: 60.
     pub level_secs: f64,
-    /// How long the rest after each level lasts [s]. Default: 30.
+    /// The duration of the rest after each level [s]. Default: 30.
     pub rest_secs: f64,
-    /// How long after a stimulus the next one comes [s], from 1. Default: 2.5.
+    /// The time between stimuli [s], at least 1. Default: 2.5.
     pub stimulus_secs: f64,
     /// The levels, in their order, each 1 to 3. Default: 1, 2, 3.
     pub levels: Vec<u8>,
-    /// How many rounds of levels there are; endless when left out.
+    /// The number of rounds of levels; endless if left out.
     pub rounds: Option<u32>,
-    /// How many robots are there to be commanded. Default: 5.
+    /// The number of robots that can be commanded. Default: 5.
     pub robots: u32,
-    /// How often one is commanded while a level lasts [1/min]. Default: 2.
+    /// The rate of commands during a level [1/min]. Default: 2.
     pub commands_per_min: f64,
 }
 
@@ -45,9 +45,9 @@ impl Default for Plan {
 /// One phase of a task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// How many stimuli back are asked for; 0 when nothing is asked for.
+    /// The n of n-back; 0 for no task.
     pub level: u8,
     /// When it begins, after the start [s].
     pub from_secs: f64,
@@ -56,7 +56,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// How long it lasts [s]; one that lasts no time does not happen.
+    /// Its duration [s]; a phase of no duration is left out.
     pub fn lasts_secs(&self) -> f64 {
         self.to_secs - self.from_secs
     }

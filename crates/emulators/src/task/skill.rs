@@ -2,7 +2,7 @@
 
 use crate::noise::Noise;
 
-/// Keeps the skill of a seed apart from what the task of the same seed draws.
+/// Separates the random numbers of the skill from those of the task of the same seed.
 const SALT: u64 = 0x006e_2d62_6163_6b21;
 /// The share of people who give up at 3-back now and then.
 const GIVE_UP: f64 = 0.35;
@@ -12,7 +12,7 @@ const GIVE_UP: f64 = 0.35;
 pub struct Skill {
     /// Time from a stimulus to the press at 1-back, median [s].
     pub reaction_secs: f64,
-    /// How often a press is right at 1, 2 and 3-back [0..1].
+    /// The probability that a press is right at 1, 2 and 3-back [0..1].
     pub right_share: [f64; 3],
     /// What share of the time at 3-back the person gives up [0..1].
     pub disengaged_share: f64,

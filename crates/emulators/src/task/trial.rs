@@ -1,4 +1,4 @@
-//! One stimulus after the other, and what the person answers.
+//! The sequence of stimuli and the person's answers.
 
 use std::collections::VecDeque;
 
@@ -8,15 +8,15 @@ use crate::noise::Noise;
 
 /// The letters that are shown.
 const LETTERS: [char; 8] = ['b', 'c', 'd', 'g', 'h', 'k', 'p', 't'];
-/// How often a letter is that of n stimuli before.
+/// The share of letters that equal the one n stimuli before.
 const MATCH_SHARE: f64 = 0.3;
-/// How much longer a reaction takes for each further level [s], and how much reactions vary.
+/// The additional reaction time for each further level [s], and the variation of reactions.
 const SLOWER_SECS: f64 = 0.12;
 const REACTION_SIGMA: f64 = 0.2;
 /// No reaction is faster [s], and none takes more of the time until the next stimulus.
 const FASTEST_SECS: f64 = 0.2;
 const LATEST_SHARE: f64 = 0.9;
-/// Who has given up presses so often, and by chance.
+/// The share of stimuli at which a person who has given up presses, at random.
 const STILL_PRESSES: f64 = 0.6;
 const BY_CHANCE: f64 = 0.5;
 
