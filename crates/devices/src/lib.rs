@@ -10,6 +10,7 @@ pub mod polar;
 pub mod empatica_e4;
 pub mod shimmer3;
 pub mod myo;
+pub mod lsl;
 mod standard;
 mod cursor;
 mod outbox;

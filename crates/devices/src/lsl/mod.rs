@@ -1,0 +1,78 @@
+//! Lab Streaming Layer (LSL): streams of samples and markers between programs of a network, each found by what it is.
+//!
+//! Sources: the protocol as github.com/sccn/liblsl 1.17 speaks it (`src/udp_server.cpp`, `tcp_server.cpp`, `sample.cpp`,
+//! `stream_info_impl.cpp`), and its documentation at labstreaminglayer.readthedocs.io. Protocol version 1.10.
+//!
+//! | exchange | over | request | reply |
+//! |---|---|---|---|
+//! | discovery | UDP 16571 (multicast), 16572–16603 (unicast) | `LSL:shortinfo\r\n<query>\r\n<port> <id>\r\n` | to that port: `<id>\r\n<xml>` |
+//! | description | TCP, the data port | `LSL:fullinfo\r\n` | the XML with channels, until the connection ends |
+//! | samples | TCP, the data port | `LSL:streamfeed/110 <uid>\r\n`, headers, an empty line | `LSL/110 200 OK`, headers, an empty line, samples |
+//! | clock | UDP, the service port | `LSL:timedata\r\n<wave> <t0>\r\n` | ` <wave> <t0> <t1> <t2>` |
+//!
+//! A sample is a byte, a stamp where that byte is 2 (`f64`, seconds of the sender's clock), and its values. With a byte of
+//! 1 its stamp is one period after the stamp before it. A text is the size of its length in bytes, its length, and UTF-8.
+//! The first two samples are known patterns, by which both sides see that they agree on the format.
+//!
+//! Quirks, each with a test:
+//! - One stream answers several times: over each multicast group and each interface.
+//! - Numbers are little-endian unless the reply says `Byte-Order: 4321`; `0` means the sender's own, which is little.
+//! - A sender's clock counts from when its computer was switched on; only probes relate it to another clock.
+//! - Texts may hold anything; lengths come in sizes of 1, 2, 4 or 8 bytes.
+
+mod xml;
+mod format;
+mod info;
+mod query;
+mod probe;
+mod handshake;
+mod samples;
+
+use thiserror::Error;
+
+pub use format::{Format, Values};
+pub use handshake::{FeedReply, FeedRequest, ReplyReader, Request, RequestReader, not_found};
+pub use info::{ChannelInfo, StreamInfo};
+pub use probe::{ProbeReply, ProbeRequest};
+pub use query::{Discovery, Query, discovered};
+pub use samples::{Sample, SampleReader, SampleWriter};
+
+/// The UDP port of discovery over multicast.
+pub const MULTICAST_PORT: u16 = 16571;
+/// The ports of streams: UDP for services, TCP for samples.
+pub const PORTS: std::ops::Range<u16> = 16572..16604;
+/// The multicast groups and the broadcast address on which streams are asked for.
+pub const GROUPS: [[u8; 4]; 4] =
+    [[239, 255, 172, 215], [224, 0, 0, 183], [224, 0, 0, 1], [255, 255, 255, 255]];
+
+/// Why what another program sent could not be read. The message fits after "failed to".
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum LslError {
+    /// A description that is not XML, or too large.
+    #[error("read the description of a stream: {0}")]
+    Description(&'static str),
+    /// A description lacks something, or has an impossible value.
+    #[error("read the description of a stream: its {field} is `{got}`")]
+    Field {
+        /// The element.
+        field: &'static str,
+        /// Its text.
+        got: String,
+    },
+    /// A request or a reply that is none.
+    #[error("read the headers of a stream: {0}")]
+    Headers(&'static str),
+    /// The other side refused.
+    #[error("be served: the sender replied `{0}`")]
+    Refused(String),
+    /// The first samples are not the agreed patterns.
+    #[error("read samples: the sender's first samples are not LSL's test pattern")]
+    Pattern,
+    /// A text longer than any that is read.
+    #[error("read samples: a text of {0} bytes")]
+    Long(u64),
+    /// A byte of a sample is impossible.
+    #[error("read samples: a byte is {0:#x}, expected {1}")]
+    Byte(u8, &'static str),
+}
