@@ -49,12 +49,13 @@ fn is_probed(status: &StreamStatus) -> bool {
 }
 
 fn line(computer: &str, status: &StreamStatus) -> String {
+    let kind = if is_probed(status) { ClockKind::TwoWay } else { ClockKind::Remote };
     if status.offset_secs.is_nan() {
         return format!(
             "clock    ?     {computer}  unknown: its stamps are used as they are; run teampulse there to measure it"
         );
     }
-    if is_simulated(status.offset_secs) {
+    if is_simulated(status.offset_secs, kind) {
         return format!("clock    off   {computer}  {SIMULATED}");
     }
     let off = status.offset_secs.abs() > WARNED_SECS;

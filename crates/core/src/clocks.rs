@@ -12,7 +12,7 @@ use teampulse_timefilter::clock::{
     OneWaySettings, Probe, Remote, SampleIndex, Smoother, Stamps,
 };
 
-use crate::computers::{SIMULATED, is_simulated};
+use crate::computers::{SIMULATED, is_far, is_simulated};
 use crate::pattern::last_token;
 use crate::qos::{Durability, Qos};
 use crate::stream::{About, Origin, Shape, Stream, StreamId};
@@ -85,6 +85,24 @@ struct Clock {
     off_secs: Option<f64>,
     /// Its latency over links with a known connection interval.
     by_interval: Option<ByInterval>,
+}
+
+impl Clock {
+    /// The label of an event of this clock.
+    fn label(&self, event: &ClockEvent) -> String {
+        let Clock { owner, model, .. } = self;
+        match event {
+            ClockEvent::Off { secs } if is_simulated(*secs, model.state().kind) => {
+                format!("{owner} {SIMULATED}")
+            }
+            ClockEvent::Off { secs } if is_far(*secs) => {
+                format!(
+                    "{owner} does not count from 1970: placed by probes of its clock"
+                )
+            }
+            _ => format!("{owner} {event}"),
+        }
+    }
 }
 
 impl Clocks {
@@ -173,7 +191,7 @@ impl Clocks {
         self.simulated_epoch += 1;
     }
 
-    /// Advances the time; returns the events of clocks, each with the clock's name.
+    /// Advances the time; returns the events of clocks, each with its label.
     pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, ClockEvent)> {
         let mut all = Vec::new();
         for clock in &mut self.at_work {
@@ -184,7 +202,7 @@ impl Clocks {
                     ClockEvent::Trusted => clock.off_secs = None,
                     _ => {}
                 }
-                all.push((clock.owner.to_string(), event));
+                all.push((clock.label(&event), event));
             }
         }
         all
@@ -209,11 +227,12 @@ impl Clocks {
     pub(crate) fn complaint(&self, id: StreamId) -> Option<String> {
         let clock = self.clock(id)?;
         let secs = clock.off_secs?;
-        Some(if is_simulated(secs) {
-            format!("{} {SIMULATED}", clock.owner)
-        } else {
-            format!("the clock of {} is {secs:+.3} s off", clock.owner)
-        })
+        let kind = clock.model.state().kind;
+        if is_simulated(secs, kind) {
+            return Some(format!("{} {SIMULATED}", clock.owner));
+        }
+        // A clock that does not count from 1970 is right where probes show from when.
+        (!is_far(secs)).then(|| format!("the clock of {} is {secs:+.3} s off", clock.owner))
     }
 
     fn clock(&self, id: StreamId) -> Option<&Clock> {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use teampulse_timefilter::clock::Probe;
+use teampulse_timefilter::clock::{ClockKind, Probe};
 
 use crate::data::{Data, Event, EventKind};
 use crate::publishers;
@@ -23,8 +23,14 @@ pub const UNTOLD: [&str; 3] = [STAMPED_BY, PROBES, publishers::TOPIC];
 /// years.
 const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;
 
-/// Whether stamps with this offset [s] are of simulated time.
-pub fn is_simulated(offset_secs: f64) -> bool {
+/// Whether stamps with this offset [s] are of simulated time. Of a computer whose clock was probed they are not, as
+/// nothing replies for a simulation: that clock counts from another moment, such as when the computer was switched on.
+pub fn is_simulated(offset_secs: f64, clock: ClockKind) -> bool {
+    is_far(offset_secs) && clock != ClockKind::TwoWay
+}
+
+/// Whether a clock this far ahead [s] does not count from 1970.
+pub(crate) fn is_far(offset_secs: f64) -> bool {
     offset_secs < -SIMULATED_SECS
 }
 
@@ -103,6 +109,13 @@ impl ClockReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_clock_that_was_probed_is_not_of_simulated_time() {
+        assert!(is_simulated(-1.8e9, ClockKind::Remote));
+        assert!(!is_simulated(-1.8e9, ClockKind::TwoWay));
+        assert!(!is_simulated(-3600.0, ClockKind::Remote));
+    }
 
     #[test]
     fn a_report_survives_its_event() {

@@ -11,10 +11,8 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_timefilter::Ticks;
-use teampulse_timefilter::clock::ClockEvent;
 
 use crate::clocks::Clocks;
-use crate::computers::{SIMULATED, is_simulated};
 use crate::data::{Data, Event, EventKind};
 use crate::extractors::{Broken, Extractors, Given, NamedFeature};
 use crate::fault::{faults, lasting};
@@ -248,12 +246,8 @@ impl Pump {
 
     /// Reports the events of clocks.
     fn report_clocks(&mut self, tick: Time) {
-        for (owner, event) in self.clocks.tick(tick.nanos()) {
+        for (label, event) in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
-            let label = match event {
-                ClockEvent::Off { secs } if is_simulated(secs) => format!("{owner} {SIMULATED}"),
-                _ => format!("{owner} {event}"),
-            };
             let kind = EventKind::Clock;
             let event = Event { kind, label, value: event.value(), duration_secs: 0.0 };
             self.take_derived(stream, tick, tick, Data::Event(Arc::new(event)));
