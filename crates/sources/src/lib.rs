@@ -4,6 +4,7 @@ pub mod robots;
 pub mod ros_people;
 pub mod topics;
 pub mod wearables;
+pub mod lsl;
 pub mod serial;
 pub mod simulated;
 pub mod emulated;
@@ -33,6 +34,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<wearables::polar::Polar>("polar"),
     Entry::new::<wearables::myo::Myo>("myo"),
     Entry::new::<wearables::shimmer3::Shimmer3>("shimmer3"),
+    Entry::new::<lsl::Lsl>("lsl"),
 ];
 
 /// What sources are built with.

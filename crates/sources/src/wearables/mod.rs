@@ -10,6 +10,7 @@ pub mod polar;
 pub mod myo;
 pub mod shimmer3;
 
+use teampulse_core::registry::SettingsError;
 use teampulse_devices::heart_rate::HeartRateSession;
 use teampulse_devices::myo::MyoSession;
 use teampulse_devices::polar::PolarSession;
@@ -19,6 +20,11 @@ use bluetooth::{Seen, Wearable};
 /// The kinds of sources that are a device which a person wears.
 pub const KINDS: [&str; 5] =
     [empatica_e4::DEVICE, heart_rate::KIND, polar::DEVICE, myo::DEVICE, shimmer3::DEVICE];
+
+/// An error where a person's id can't be a part of a topic.
+pub(crate) fn check_person(person: &str) -> Result<(), SettingsError> {
+    worn::Worn::check(person)
+}
 
 /// The kind of source that reads a Bluetooth device in range; a Polar is more than a strap.
 pub fn kind_in_range(seen: &Seen) -> Option<&'static str> {

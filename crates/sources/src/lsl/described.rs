@@ -1,0 +1,208 @@
+//! What a stream of LSL is in a session: its topic, its signal, its channels and their units.
+
+use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
+use teampulse_core::units;
+use teampulse_devices::lsl::{Format, StreamInfo};
+
+/// Types of streams, as XDF's metadata and common programs have them in lower case, and their signals.
+const TYPES: &[(&str, Signal)] = &[
+    ("eeg", Signal::Eeg),
+    ("ecg", Signal::Ecg),
+    ("ekg", Signal::Ecg),
+    ("emg", Signal::Emg),
+    ("eda", Signal::Eda),
+    ("gsr", Signal::Eda),
+    ("ppg", Signal::Ppg),
+    ("bvp", Signal::Ppg),
+    ("resp", Signal::Respiration),
+    ("respiration", Signal::Respiration),
+    ("temp", Signal::Temperature),
+    ("temperature", Signal::Temperature),
+    ("acc", Signal::Acceleration),
+    ("accel", Signal::Acceleration),
+    ("accelerometer", Signal::Acceleration),
+    ("acceleration", Signal::Acceleration),
+    ("rr", Signal::Interval),
+    ("ibi", Signal::Interval),
+];
+/// Units as descriptions spell them, and as we do.
+const UNITS: &[(&[&str], &str)] = &[
+    (&["microvolts", "microvolt", "uv", "µv", "μv"], "uV"),
+    (&["millivolts", "millivolt"], "mV"),
+    (&["volts", "volt"], "V"),
+    (&["microsiemens", "us", "µs", "μs"], "uS"),
+    (&["celsius", "degrees celsius"], "degC"),
+    (&["milliseconds", "millisecond"], "ms"),
+    (&["seconds", "second"], "s"),
+    (&["degrees", "degree"], "deg"),
+    (&["percent"], "%"),
+    (&["normalized", "normalised"], "1"),
+];
+const MARKERS: [&str; 3] = ["markers", "marker", "trigger"];
+
+/// How the samples of a stream are handed over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// As waves, at a rate.
+    Regular,
+    /// As samples, each with its own time.
+    Irregular,
+    /// As markers.
+    Markers,
+}
+
+/// How the samples of a stream are handed over.
+pub(super) fn kind(info: &StreamInfo) -> Kind {
+    let is_marker = MARKERS.contains(&info.kind.to_lowercase().as_str());
+    if info.format == Format::String || (is_marker && info.rate_hz == 0.0) {
+        Kind::Markers
+    } else if info.rate_hz > 0.0 {
+        Kind::Regular
+    } else {
+        Kind::Irregular
+    }
+}
+
+/// The stream of a session; `device` is what it comes from there.
+pub(super) fn stream(info: &StreamInfo, person: Option<&str>, device: &str) -> Stream {
+    let kind = kind(info);
+    let subject = person.map_or_else(Subject::session, Subject::person);
+    let root = person.map_or("/session".to_owned(), |id| format!("/humans/persons/{id}"));
+    let shape = match kind {
+        Kind::Regular => Shape::Wave,
+        Kind::Irregular => Shape::Sample,
+        Kind::Markers => Shape::Event,
+    };
+    let mut stream = Stream::raw(format!("{root}/{device}/{}", leaf(info)), subject, shape);
+    stream.doc =
+        format!("LSL stream {} of the type {} from {}", info.name, info.kind, info.hostname);
+    device.clone_into(&mut stream.device);
+    stream.rate_hz = info.rate_hz;
+    if kind == Kind::Markers {
+        stream.signal = Signal::Event;
+        return stream;
+    }
+    stream.signal = signal(&info.kind);
+    stream.channels = channels(info);
+    stream
+}
+
+/// The last token of the topic of a stream: `eeg`, `markers`, `gaze`.
+pub fn leaf(info: &StreamInfo) -> String {
+    let signal = signal(&info.kind);
+    match kind(info) {
+        Kind::Markers => "markers".to_owned(),
+        _ if signal == Signal::Other && info.kind.is_empty() => "samples".to_owned(),
+        _ if signal == Signal::Other => slug(&info.kind),
+        _ => signal.to_string(),
+    }
+}
+
+fn signal(kind: &str) -> Signal {
+    let kind = kind.to_lowercase();
+    TYPES.iter().find(|(known, _)| *known == kind).map_or(Signal::Other, |(_, signal)| *signal)
+}
+
+fn channels(info: &StreamInfo) -> Vec<Channel> {
+    let count = info.channel_count;
+    let name = |index: usize| {
+        let label =
+            info.channels.get(index).map(|channel| channel.label.as_str()).unwrap_or_default();
+        if label.is_empty() { format!("channel_{}", index + 1) } else { label.to_owned() }
+    };
+    let unit = |index: usize| unit(info.channels.get(index).map_or("", |channel| &channel.unit));
+    let mut channels: Vec<Channel> =
+        (0..count).map(|index| Channel::new(name(index), unit(index))).collect();
+    // Features need names that are distinct.
+    let mut known = std::collections::BTreeSet::new();
+    for (channel, number) in channels.iter_mut().zip(1..) {
+        if !known.insert(channel.name.clone()) {
+            channel.name = format!("{}_{number}", channel.name);
+        }
+    }
+    channels
+}
+
+fn unit(of_sender: &str) -> String {
+    let plain = of_sender.trim();
+    let lower = plain.to_lowercase();
+    let known = UNITS.iter().find(|(spellings, _)| spellings.contains(&lower.as_str()));
+    known.map_or_else(|| units::spelt(plain), |(_, unit)| (*unit).to_owned())
+}
+
+/// A text as a token of a topic: `BioSemi A` is `biosemi_a`.
+pub fn slug(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut token = String::new();
+    for each in text.chars().take(LONGEST) {
+        let lower = each.to_ascii_lowercase();
+        if lower.is_ascii_alphanumeric() {
+            token.push(lower);
+        } else if !token.is_empty() && !token.ends_with('_') {
+            token.push('_');
+        }
+    }
+    let token = token.trim_end_matches('_');
+    if token.starts_with(|each: char| each.is_ascii_lowercase()) {
+        token.to_owned()
+    } else {
+        format!("lsl_{token}").trim_end_matches('_').to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn info(kind: &str, rate_hz: f64, format: &str) -> StreamInfo {
+        let document = format!(
+            "<info><name>BioSemi A</name><type>{kind}</type><channel_count>3</channel_count><nominal_srate>{rate_hz}\
+             </nominal_srate><channel_format>{format}</channel_format><uid>u</uid><v4data_port>1</v4data_port>\
+             <v4service_port>1</v4service_port><desc><channels><channel><label>C3</label><unit>microvolts</unit></channel>\
+             <channel><label>C3</label><unit>µV</unit></channel><channel/></channels></desc></info>"
+        );
+        StreamInfo::parse(&document).expect("a description")
+    }
+
+    #[test]
+    fn a_type_is_a_signal_and_units_are_spelt_as_ours() {
+        let eeg = stream(&info("EEG", 500.0, "float32"), Some("p001"), "biosemi_a");
+        assert_eq!(
+            (eeg.name.as_str(), eeg.signal),
+            ("/humans/persons/p001/biosemi_a/eeg", Signal::Eeg)
+        );
+        assert_eq!((eeg.shape, eeg.rate_hz), (Shape::Wave, 500.0));
+        let channels: Vec<(&str, &str)> = eeg
+            .channels
+            .iter()
+            .map(|channel| (channel.name.as_str(), channel.unit.as_str()))
+            .collect();
+        assert_eq!(channels, [("C3", "uV"), ("C3_2", "uV"), ("channel_3", "")]);
+        let gaze = stream(&info("Gaze", 0.0, "double64"), None, "tobii");
+        assert_eq!((gaze.name.as_str(), gaze.shape), ("/session/tobii/gaze", Shape::Sample));
+    }
+
+    #[test]
+    fn texts_and_numbers_of_markers_are_events() {
+        for marker in [
+            info("Markers", 0.0, "string"),
+            info("Markers", 0.0, "int32"),
+            info("x", 0.0, "string"),
+        ] {
+            let stream = stream(&marker, None, "psychopy");
+            assert_eq!(
+                (stream.name.as_str(), stream.shape),
+                ("/session/psychopy/markers", Shape::Event)
+            );
+        }
+    }
+
+    #[test]
+    fn any_name_is_a_token() {
+        for (name, token) in
+            [("BioSemi A", "biosemi_a"), ("3D!", "lsl_3d"), ("µ", "lsl"), ("", "lsl")]
+        {
+            assert_eq!(slug(name), token, "{name}");
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Streams of Lab Streaming Layer (LSL): EEG amplifiers, eye trackers, and markers of stimulus programs.
+
+mod resolver;
+mod probing;
+mod connection;
+mod inlet;
+mod described;
+mod grouping;
+mod senders;
+mod source;
+mod multicast;
+
+use async_trait::async_trait;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::source::{Source, SourceError};
+
+pub use described::{leaf, slug};
+pub use multicast::{MulticastError, comes_back};
+pub use resolver::{FoundStream, resolve};
+
+use self::source::Inlets;
+use crate::SourceContext;
+
+/// What the `source_id` of our own outlets begins with: they are not read back.
+pub const OWN: &str = "teampulse:";
+
+/// Streams of Lab Streaming Layer (LSL), such as those of an EEG amplifier or an eye tracker, and markers of
+/// `PsychoPy`, E-Prime or any other program.
+///
+/// All streams that match are read, also those that appear later, and one that was lost is read again when its sender
+/// is back. Regular samples become waves and irregular ones samples, of a person or of the session; texts, and numbers
+/// of the type `Markers`, become markers. Stamps are the sender's, whose clock is probed as LSL does it.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Lsl {
+    /// The person whom the streams are about, by pseudonym: `p001`. Without it they are about the session.
+    pub person: Option<String>,
+    /// The name of the stream.
+    pub name: Option<String>,
+    /// The type of the stream: `EEG`, `Markers`, `Gaze`.
+    pub stream_type: Option<String>,
+    /// The id of what the stream comes from.
+    pub source_id: Option<String>,
+    /// The addresses of computers to ask where multicast does not reach: `["192.168.1.20"]`. This computer is always
+    /// asked.
+    pub peers: Vec<String>,
+}
+
+impl Component<dyn Source, SourceContext> for Lsl {
+    const EXAMPLE: &'static str = "person = \"p001\"\nstream_type = \"EEG\"";
+
+    fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+        if let Some(person) = &self.person {
+            crate::wearables::check_person(person)?;
+        }
+        let query = self.query()?;
+        Ok(Box::new(Streams { inlets: Inlets::new(self.person, query, self.peers) }))
+    }
+}
+
+impl Lsl {
+    /// The query that finds its streams.
+    pub fn query(&self) -> Result<String, SettingsError> {
+        let conditions = [
+            ("name", "name", &self.name),
+            ("stream_type", "type", &self.stream_type),
+            ("source_id", "source_id", &self.source_id),
+        ];
+        let mut query = Vec::new();
+        for (setting, field, value) in conditions {
+            let Some(value) = value else { continue };
+            let quote = if value.contains('\'') { '"' } else { '\'' };
+            if value.contains(quote) || value.chars().any(char::is_control) {
+                let error = SettingsError::new(format!("`{value}` can't be asked for"));
+                return Err(error
+                    .at(setting)
+                    .with_hint("it has both kinds of quotes, or a line's end"));
+            }
+            query.push(format!("{field}={quote}{value}{quote}"));
+        }
+        if query.is_empty() {
+            let error = SettingsError::new("no stream is named");
+            let hint =
+                "set name, stream_type or source_id; `teampulse scan` lists the streams in range";
+            return Err(error.with_hint(hint));
+        }
+        Ok(query.join(" and "))
+    }
+}
+
+/// Streams that are read.
+struct Streams {
+    inlets: Inlets,
+}
+
+#[async_trait]
+impl Source for Streams {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        self.inlets.run(outlet).await
+    }
+}

@@ -1,0 +1,178 @@
+//! All streams of a query, as they come and go.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::fault::passing;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::source::SourceError;
+use teampulse_devices::lsl::StreamInfo;
+use tokio::task::{JoinError, JoinSet};
+use tokio::time::sleep;
+
+use super::OWN;
+use super::connection::InletError;
+use super::described::{leaf, slug};
+use super::inlet::Inlet;
+use super::resolver::{FoundStream, Resolver};
+use super::senders::SenderClocks;
+
+/// How often it is asked for streams while one is missing, and while none is.
+const OFTEN: Duration = Duration::from_millis(500);
+const SELDOM: Duration = Duration::from_secs(3);
+/// How long a stream may take to be found before that is reported.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How long a stream that failed is left alone.
+const PAUSE: Duration = Duration::from_secs(1);
+/// The most streams of a source.
+const MOST: usize = 64;
+
+/// What a stream is known by, also when its sender starts again.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Identity {
+    name: String,
+    kind: String,
+    source_id: String,
+}
+
+impl Identity {
+    fn of(info: &StreamInfo) -> Identity {
+        let StreamInfo { name, kind, source_id, .. } = info;
+        Identity { name: name.clone(), kind: kind.clone(), source_id: source_id.clone() }
+    }
+}
+
+/// The streams of a query.
+pub(super) struct Inlets {
+    person: Option<String>,
+    query: String,
+    peers: Vec<String>,
+    clocks: SenderClocks,
+    /// Streams that are not read at present: their sender is away.
+    away: Vec<(Identity, Inlet)>,
+    /// The names in topics that are taken, each with its last token.
+    names: BTreeSet<(String, String)>,
+    /// Whether it was reported that there are too many.
+    is_crowded: bool,
+}
+
+/// How an inlet ended.
+struct Ended {
+    identity: Identity,
+    uid: String,
+    inlet: Inlet,
+    result: Result<(), InletError>,
+}
+
+impl Inlets {
+    pub fn new(person: Option<String>, query: String, peers: Vec<String>) -> Inlets {
+        let (clocks, away, names, is_crowded) =
+            (SenderClocks::default(), Vec::new(), BTreeSet::new(), false);
+        Inlets { person, query, peers, clocks, away, names, is_crowded }
+    }
+
+    /// Reads all streams until the session is over.
+    pub async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let opened = Resolver::open(self.query.clone(), self.peers.clone());
+        let mut resolver = opened.map_err(|error| SourceError::Gone {
+            message: format!("ask for LSL streams: {error}"),
+            hint: "is this computer on a network?".into(),
+        })?;
+        let mut running: JoinSet<Ended> = JoinSet::new();
+        let mut read = BTreeSet::new();
+        let mut failed: BTreeMap<String, Stopwatch> = BTreeMap::new();
+        let (began, mut is_reported) = (Stopwatch::start(), false);
+        resolver.ask().await;
+        let mut asked = Stopwatch::start();
+        loop {
+            let is_complete = !running.is_empty() && self.away.is_empty();
+            let pause = if is_complete { SELDOM } else { OFTEN };
+            tokio::select! {
+                found = resolver.next() => {
+                    failed.retain(|_, since| since.elapsed() < PAUSE);
+                    let is_new = !read.contains(&found.info.uid) && !failed.contains_key(&found.info.uid);
+                    if is_new && !found.info.source_id.starts_with(OWN) {
+                        if running.len() >= MOST {
+                            self.report_crowd(outlet);
+                        } else {
+                            read.insert(found.info.uid.clone());
+                            self.begin(found, outlet, &mut running);
+                        }
+                    }
+                }
+                Some(ended) = running.join_next() => {
+                    let ended = joined(ended);
+                    read.remove(&ended.uid);
+                    failed.insert(ended.uid.clone(), Stopwatch::start());
+                    self.take_ended(ended, outlet);
+                }
+                () = sleep(pause.saturating_sub(asked.elapsed())) => {
+                    resolver.ask().await;
+                    asked = Stopwatch::start();
+                    if running.is_empty() && self.away.is_empty() && !is_reported && began.elapsed() > PATIENCE {
+                        is_reported = true;
+                        outlet.happen(passing(format!(
+                            "lsl: no stream with {} is found; is its program running, and on the same network? `teampulse scan` lists the streams in range",
+                            self.query
+                        )));
+                    }
+                }
+                () = outlet.closed() => break,
+            }
+        }
+        // They end with the session.
+        while let Some(ended) = running.join_next().await {
+            joined(ended);
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, found: FoundStream, outlet: &Outlet, running: &mut JoinSet<Ended>) {
+        let identity = Identity::of(&found.info);
+        let known = self.away.iter().position(|(known, _)| *known == identity);
+        let mut inlet = match known {
+            Some(place) => self.away.swap_remove(place).1,
+            None => Inlet::new(self.person.clone(), self.device(&found.info), self.clocks.clone()),
+        };
+        let (outlet, uid) = (outlet.clone(), found.info.uid.clone());
+        running.spawn(async move {
+            let result = inlet.run(&found, &outlet).await;
+            Ended { identity, uid, inlet, result }
+        });
+    }
+
+    /// A name that no other stream of this source has.
+    fn device(&mut self, info: &StreamInfo) -> String {
+        let (slug, leaf) = (slug(&info.name), leaf(info));
+        let numbered = (2..).map(|number| format!("{slug}_{number}"));
+        let mut names = std::iter::once(slug.clone()).chain(numbered);
+        let name = names.find(|name| self.names.insert((name.clone(), leaf.clone())));
+        name.unwrap_or_default()
+    }
+
+    fn take_ended(&mut self, ended: Ended, outlet: &Outlet) {
+        let Ended { identity, inlet, result, .. } = ended;
+        if let Err(error) = result {
+            outlet.happen(passing(format!(
+                "lsl: the stream {} failed to {error}; it is read again when its sender is back",
+                identity.name
+            )));
+        }
+        self.away.push((identity, inlet));
+    }
+
+    fn report_crowd(&mut self, outlet: &Outlet) {
+        if !std::mem::replace(&mut self.is_crowded, true) {
+            let query = &self.query;
+            outlet.happen(passing(format!(
+                "lsl: more than {MOST} streams with {query}: the others are not read"
+            )));
+        }
+    }
+}
+
+/// What a task returned; its panic goes on here, where it is caught.
+fn joined(ended: Result<Ended, JoinError>) -> Ended {
+    ended.unwrap_or_else(|error| std::panic::resume_unwind(error.into_panic()))
+}

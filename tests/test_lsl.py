@@ -1,0 +1,262 @@
+"""Lab Streaming Layer: PyPI's `pylsl` (liblsl) sends to us and receives from us. Nothing of liblsl is ours."""
+
+import socket
+import sys
+import textwrap
+import time
+
+import bags
+import harness
+
+SOURCES = {
+    "markers": '[[sources]]\ntype = "lsl"\nname = "PsychoPyMarkers"\n',
+    "eeg": '[[sources]]\ntype = "lsl"\nperson = "p001"\nstream_type = "EEG"\n',
+}
+
+
+def session(stage, *sources: str, settings: str = "", **options):
+    """A session with these sources; gives the program and the folder of its bag."""
+    out = stage.folder / "sessions"
+    study = '[session]\nname = "lsl"\n' + "".join(sources) + '[[sinks]]\ntype = "bag"\n' + settings
+    return stage.teampulse("run", stage.study(study), "--out", out, **options), out
+
+
+def python(stage, program: str, *arguments) -> harness.Program:
+    """A Python program with `pylsl`, in a process of its own."""
+    return stage.start(sys.executable, "-u", "-c", textwrap.dedent(program), *arguments)
+
+
+def events(bag, topic: str) -> list:
+    return [each.content for each in bags.messages(bag, topic)]
+
+
+def secs(stamp) -> float:
+    return stamp.sec + stamp.nanosec * 1e-9
+
+
+def values(bag, topic: str) -> list[list[float]]:
+    """Every sample of a topic of waves, in their order."""
+    found = []
+    for wave in (each.content for each in bags.messages(bag, topic)):
+        found += [list(wave.samples[at : at + wave.channels]) for at in range(0, len(wave.samples), wave.channels)]
+    return found
+
+
+# The call that PsychoPy's documentation has for its markers: one channel of texts, pushed without a stamp.
+PSYCHOPY = """
+    import sys, time, pylsl
+    info = pylsl.StreamInfo("PsychoPyMarkers", "Markers", 1, 0, "string", "psychopy-1")
+    outlet = pylsl.StreamOutlet(info)
+    outlet.wait_for_consumers(30)
+    time.sleep(3)
+    for number in range(400):
+        # The true time, by the clock of this computer, on both sides of the call.
+        before = time.time()
+        outlet.push_sample([f"stimulus {number}"])
+        print(number, before, time.time())
+        time.sleep(0.011 + number % 7 * 0.003)
+    time.sleep(1)
+    print("done")
+"""
+
+
+def test_markers_of_psychopy_are_events_within_two_milliseconds(stage, figure):
+    monitor, out = session(stage, SOURCES["markers"])
+    sender = python(stage, PSYCHOPY)
+    sender.wait_for("done", "stdout", within_secs=60)
+    assert monitor.interrupt() == 0, monitor.report()
+    truth = [line.split() for line in sender.stdout.splitlines() if line[0].isdigit()]
+    marked = events(harness.the_bag(out), "/session/psychopymarkers/markers")
+    assert [(each.kind, each.label) for each in marked] == [("marker", f"stimulus {k}") for k in range(400)]
+    # Off by how much its time lies outside of the call.
+    off_ms = []
+    for event, (_, before, after) in zip(marked, truth):
+        at = secs(event.header.stamp)
+        off_ms.append(1e3 * max(float(before) - at, at - float(after), 0.0))
+    figure(f"markers of pylsl on this computer: 400 of 400, worst {max(off_ms):.3f} ms off (bar: 2 ms)")
+    assert max(off_ms) < 2.0
+
+
+AMPLIFIERS = """
+    import time, pylsl
+    RATE, CHANNELS, SECS = 500, 32, 12
+    outlets = []
+    for amplifier in ("left", "right"):
+        info = pylsl.StreamInfo(f"Amp {amplifier}", "EEG", CHANNELS, RATE, "float32", f"amp-{amplifier}")
+        channels = info.desc().append_child("channels")
+        for number in range(CHANNELS):
+            channel = channels.append_child("channel")
+            channel.append_child_value("label", f"E{number}")
+            channel.append_child_value("unit", "microvolts")
+            channel.append_child_value("type", "EEG")
+        outlets.append(pylsl.StreamOutlet(info, chunk_size=10))
+    for outlet in outlets:
+        outlet.wait_for_consumers(30)
+    began, sent = pylsl.local_clock(), 0
+    while sent < RATE * SECS:
+        due = int((pylsl.local_clock() - began) * RATE)
+        while sent < min(due, RATE * SECS):
+            for outlet in outlets:
+                outlet.push_sample([sent] * (CHANNELS - 1) + [sent / 7], began + sent / RATE)
+            sent += 1
+        time.sleep(0.004)
+    time.sleep(2)
+    print("sent", sent)
+"""
+
+
+def test_two_amplifiers_lose_nothing(stage, figure):
+    monitor, out = session(stage, SOURCES["eeg"])
+    sender = python(stage, AMPLIFIERS)
+    sender.wait_for("^sent 6000$", "stdout", within_secs=60)
+    assert monitor.interrupt() == 0, monitor.report()
+    bag = harness.the_bag(out)
+    for amplifier in ("left", "right"):
+        topic = f"/humans/persons/p001/amp_{amplifier}/eeg"
+        samples = values(bag, topic)
+        assert [sample[0] for sample in samples] == list(range(6000)), amplifier
+        assert all(abs(sample[31] - sample[0] / 7) < 1e-3 for sample in samples)
+        waves = [each.content for each in bags.messages(bag, topic)]
+        starts = [secs(wave.header.stamp) for wave in waves]
+        counts = [len(wave.samples) // 32 for wave in waves]
+        # Where each wave begins, by the number of its first sample.
+        firsts = [sum(counts[:place]) for place in range(len(counts))]
+        rate_hz = (firsts[-1] - firsts[0]) / (starts[-1] - starts[0])
+        assert abs(rate_hz / 500 - 1) < 1e-3, rate_hz
+    described = [each.content for each in bags.messages(bag, "/teampulse/streams")]
+    [eeg] = [each for each in described if each.name == "/humans/persons/p001/amp_left/eeg"][-1:]
+    assert (eeg.signal, eeg.channels[1], eeg.units[0], eeg.rate_hz) == ("eeg", "E1", "uV", 500.0)
+    statuses = [each.content for each in bags.messages(bag, "/teampulse/status") if each.content.name.endswith("/eeg")]
+    assert statuses[-1].clock == 2 and statuses[-1].lost_source == 0, statuses[-1]
+    assert not [each for each in statuses if "simulated" in each.reason or " off" in each.reason]
+    figure(f"2 EEG streams of 500 Hz x 32 channels over LSL: 0 of 12000 lost, clock ± {statuses[-1].sigma_secs * 2e3:.3f} ms")
+
+
+FORMATS = """
+    import time, pylsl
+    outlets = []
+    for place, word in enumerate(("float32", "double64", "int32", "int16", "int8", "int64")):
+        info = pylsl.StreamInfo(f"Numbers {word}", "Numbers", 2, 0, word, f"numbers-{word}")
+        outlets.append(pylsl.StreamOutlet(info))
+    texts = pylsl.StreamOutlet(pylsl.StreamInfo("Texts", "Numbers", 2, 0, "string", "texts"))
+    for outlet in outlets + [texts]:
+        outlet.wait_for_consumers(30)
+    time.sleep(3)
+    # In the past: nothing is placed after its arrival.
+    now = pylsl.local_clock() - 0.3
+    for outlet in outlets:
+        # A chunk, each with a stamp of its own.
+        outlet.push_chunk([[k, -k] for k in range(50)], [now + k * 0.001 * (1 + k % 3) for k in range(50)])
+    texts.push_sample(["µ" * 200, "second"])
+    time.sleep(1)
+    print("done")
+"""
+
+
+def test_numbers_of_all_formats_and_texts_arrive_as_they_were_sent(stage):
+    monitor, out = session(stage, '[[sources]]\ntype = "lsl"\nperson = "p001"\nstream_type = "Numbers"\n')
+    sender = python(stage, FORMATS)
+    sender.wait_for("done", "stdout", within_secs=60)
+    assert monitor.interrupt() == 0, monitor.report()
+    bag = harness.the_bag(out)
+    for word in ("float32", "double64", "int32", "int16", "int8", "int64"):
+        samples = events(bag, f"/humans/persons/p001/numbers_{word}/numbers")
+        assert [list(each.values) for each in samples] == [[k, -k] for k in range(50)], word
+        stamps = [secs(each.header.stamp) for each in samples]
+        for k, stamp in enumerate(stamps):
+            assert abs(stamp - stamps[0] - k * 0.001 * (1 + k % 3)) < 1e-4, (word, k)
+    [text] = events(bag, "/humans/persons/p001/texts/markers")
+    assert text.label == "µ" * 200 + ", second"
+
+
+STEADY = """
+    import sys, time, pylsl
+    info = pylsl.StreamInfo("Steady", "EEG", 1, 100, "double64", "steady-1")
+    outlet = pylsl.StreamOutlet(info)
+    print("open")
+    while True:
+        outlet.push_sample([time.time()])
+        time.sleep(0.01)
+"""
+
+
+def test_a_sender_that_was_killed_is_read_again_when_it_is_back(stage):
+    monitor, out = session(stage, '[[sources]]\ntype = "lsl"\nperson = "p001"\nsource_id = "steady-1"\n')
+    first = python(stage, STEADY)
+    first.wait_for("open", "stdout")
+    time.sleep(5)
+    first.signal(9)
+    monitor_said = "is read again when its sender is back"
+    monitor.wait_for(monitor_said)
+    second = python(stage, STEADY)
+    second.wait_for("open", "stdout")
+    time.sleep(7)
+    assert monitor.interrupt() in (0, 3), monitor.report()
+    bag = harness.the_bag(out)
+    waves = events(bag, "/humans/persons/p001/steady/eeg")
+    stamps = [secs(wave.header.stamp) for wave in waves]
+    gaps = [after - before for before, after in zip(stamps, stamps[1:]) if after - before > 0.5]
+    assert len(gaps) == 1 and gaps[0] < 10, gaps
+    # Its own clock, before and after: the same computer's.
+    assert all(abs(wave.samples[0] - stamp) < 0.02 for wave, stamp in zip(waves, stamps))
+    labels = [each.label for each in events(bag, "/session/events")]
+    assert [label for label in labels if monitor_said in label], labels
+    statuses = [each.content for each in bags.messages(bag, "/teampulse/status") if each.content.name.endswith("/eeg")]
+    missing = round(gaps[0] * 100)
+    assert abs(statuses[-1].lost_source - missing) < 0.1 * missing + 5, (statuses[-1].lost_source, missing)
+
+
+HOSTILE = [b"", b"\x00" * 70_000, b"LSL/110 200 OK\r\n\r\n" + b"\xff" * 50_000, b"HTTP/1.1 200 OK\r\n\r\n", b"<" * 100_000]
+
+
+def test_a_hostile_sender_leaves_the_session_unharmed(stage):
+    """One that says that it has a stream, and serves anything but."""
+    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    udp.bind(("127.0.0.1", 16600))
+    tcp = socket.create_server(("127.0.0.1", 0))
+    port = tcp.getsockname()[1]
+    monitor, out = session(stage, SOURCES["eeg"])
+    udp.settimeout(0.05)
+    tcp.settimeout(0.05)
+    document = (
+        "<?xml version='1.0'?><info><name>Evil</name><type>EEG</type><channel_count>4</channel_count>"
+        "<channel_format>float32</channel_format><nominal_srate>100</nominal_srate><version>1.1</version>"
+        "<uid>{uid}</uid><v4data_port>{port}</v4data_port><v4service_port>16600</v4service_port></info>"
+    )
+    served, deadline = 0, time.monotonic() + 20
+    while served < 3 * len(HOSTILE) and time.monotonic() < deadline:
+        try:
+            request, peer = udp.recvfrom(4096)
+            if request.startswith(b"LSL:shortinfo"):
+                to, number = request.split(b"\r\n")[2].split()
+                reply = number + b"\r\n" + document.format(uid=f"u{served}", port=port).encode()
+                for garbage in (reply, number + b"\r\n<info>", b"\xff" * 1000, number):
+                    udp.sendto(garbage, (peer[0], int(to)))
+            else:
+                udp.sendto(b" 1 nan inf -inf", peer)
+        except TimeoutError:
+            pass
+        try:
+            connection, _ = tcp.accept()
+            with connection:
+                asked = connection.recv(4096)
+                if asked.startswith(b"LSL:fullinfo") and served % 2:
+                    connection.sendall(document.format(uid=f"u{served - 1}", port=port).encode())
+                else:
+                    connection.sendall(HOSTILE[served % len(HOSTILE)])
+                served += 1
+        except (TimeoutError, OSError):
+            pass
+    assert served >= len(HOSTILE), served
+    sender = python(stage, AMPLIFIERS)
+    sender.wait_for("^sent 6000$", "stdout", within_secs=60)
+    assert monitor.interrupt() == 0, monitor.report()
+    assert len(values(harness.the_bag(out), "/humans/persons/p001/amp_left/eeg")) == 6000
+
+
+def test_a_stream_that_is_not_there_is_named(stage):
+    monitor, out = session(stage, SOURCES["markers"])
+    monitor.wait_for("no stream with name='PsychoPyMarkers' is found")
+    assert monitor.interrupt() == 0, monitor.report()
+    labels = [each.label for each in events(harness.the_bag(out), "/session/events")]
+    assert [label for label in labels if "no stream with name='PsychoPyMarkers' is found" in label], labels
