@@ -96,9 +96,7 @@ impl Clock {
                 format!("{owner} {SIMULATED}")
             }
             ClockEvent::Off { secs } if is_far(*secs) => {
-                format!(
-                    "{owner} does not count from 1970: placed by probes of its clock"
-                )
+                format!("{owner} does not count from 1970: placed by probes of its clock")
             }
             _ => format!("{owner} {event}"),
         }

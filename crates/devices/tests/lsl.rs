@@ -215,7 +215,7 @@ fn what_we_ask_for_is_what_we_serve() {
     let short = RequestReader::default().push(b"LSL:shortinfo\r\ntype='EEG'\r\n");
     assert_eq!(short, Ok(Some(Request::Short("type='EEG'".into()))));
     assert!(RequestReader::default().push(b"GET / HTTP/1.1\r\n").is_err());
-    assert!(RequestReader::default().push(&[b'a'; 20_000]).is_err());
+    assert!(RequestReader::default().push(&vec![b'a'; 20_000]).is_err());
 }
 
 fn sample(format: Format, channels: usize) -> impl Strategy<Value = Sample> {
@@ -244,7 +244,9 @@ proptest! {
         let writer = SampleWriter::new(&stream);
         let mut bytes = REPLY.encode(&stream.uid).into_bytes();
         bytes.extend(writer.patterns());
-        samples.iter().for_each(|sample| writer.write(sample, &mut bytes));
+        for sample in &samples {
+            writer.write(sample, &mut bytes);
+        }
         let (mut replies, mut reader, mut read) = (ReplyReader::default(), None, Vec::new());
         let mut rest = bytes.as_slice();
         let mut sizes = pieces.iter().cycle();
