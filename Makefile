@@ -55,7 +55,7 @@ lint: $(ready)-build ## format, words and lints
 	cargo clippy --workspace --all-targets --locked -- --deny warnings
 	$(if $(shell command -v cargo-deny),cargo deny --log-level error check,@echo "cargo-deny is not installed: licences are not checked")
 
-# SQLite has statics of one name in several files, which the sanitizer takes for one.
+# SQLite and Cyclone DDS have statics of one name in several files, which the sanitizer takes for one.
 fuzz: ## arbitrary bytes into every decoder, for fuzz_secs=60 each (needs cargo-fuzz and a nightly Rust)
 	cd fuzz && for target in $$(cargo +nightly fuzz list); do \
 	  ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run $$target -- -max_total_time=$(fuzz_secs) || exit 1; done
