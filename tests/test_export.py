@@ -7,7 +7,7 @@ import pytest
 
 import bags
 
-ECG = "/humans/persons/p001/simulated/ecg"
+ECG = "/humans/persons/p001/polar_h10/ecg"
 
 
 def head_and_rows(path):

@@ -64,6 +64,8 @@ pub struct Setup {
     phases: PhaseDesk,
     /// The source that follows `/clock`, where the session does.
     follows: Option<SimulatedClock>,
+    /// How Bluetooth devices are reached.
+    bluetooth: Bluetooth,
 }
 
 impl Setup {
@@ -76,7 +78,9 @@ impl Setup {
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
-        let mut setup = Setup { clock, buses, bag_ended, study, growth, view, phases, follows };
+        let bluetooth = Bluetooth::default();
+        let mut setup =
+            Setup { clock, buses, bag_ended, study, growth, view, phases, follows, bluetooth };
         let bus = setup.buses.get(setup.bus_id()?)?;
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::settable();
@@ -89,6 +93,12 @@ impl Setup {
             })?);
         }
         Ok(setup)
+    }
+
+    /// Reaches Bluetooth devices in another way than over the system's D-Bus.
+    #[must_use]
+    pub fn with_bluetooth(self, bluetooth: Bluetooth) -> Setup {
+        Setup { bluetooth, ..self }
     }
 
     /// The bus of the session's own topics.
@@ -106,7 +116,7 @@ impl Setup {
             clock,
             buses,
             claims: Claims::default(),
-            bluetooth: Bluetooth::default(),
+            bluetooth: self.bluetooth.clone(),
         };
         Ok(self.study.build("sources", Components::of_this_program().sources, &context)?)
     }

@@ -1,18 +1,22 @@
 //! `teampulse demo`: everything at once, on this machine alone.
 
+mod worn;
+
 use std::io::ErrorKind;
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
+use std::time::Duration;
 
 use async_trait::async_trait;
 use clap::Args;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Source, SourceError};
-use tokio::io::AsyncWriteExt;
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::sync::Mutex;
+use tokio::time::timeout;
 
 use crate::commands::run::{seconds, watch};
 use crate::exit::Exit;
@@ -22,6 +26,8 @@ use crate::output::say;
 use crate::setup::{Setup, Sources};
 use crate::study::Study;
 
+use worn::Worn;
+
 /// The study of the demo, as in `studies/`.
 const STUDY: &str = include_str!("../../../../studies/demo.toml");
 /// The ROS domain of the demo, away from those in common use; where another demo uses it, one of the
@@ -30,9 +36,12 @@ const DOMAIN: u32 = 77;
 /// The last domain of a demo. Above 101, the ports of a domain overlap with the ephemeral ports of the
 /// system.
 const LAST_DOMAIN: u32 = 101;
+/// How long the devices of the operator may take until they can be reached.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Shows everything at once: a simulated operator and five robots in a separate process, on real ROS 2
-/// topics, monitored and recorded.
+/// topics, monitored and recorded. The operator's heart, muscles and skin are measured by emulated devices (Polar
+/// H10, Myo, Shimmer3) on a D-Bus and a serial port of their own, read as real ones are.
 ///
 /// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while one
 /// robot after another gets into trouble. Stays on this machine (loopback, ROS domain 77, or the next one
@@ -53,7 +62,10 @@ pub struct Demo {
 impl Demo {
     /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
-        let study = Study::parse(Path::new("studies/demo.toml"), STUDY.to_owned())?;
+        let worn = Worn::choose().await;
+        let worn = worn.map_err(|error| Failure::to(format!("create a folder: {error}")))?;
+        let text = format!("{STUDY}{}", worn.study());
+        let study = Study::parse(Path::new("studies/demo.toml"), text.clone())?;
         let taken = take_domain("teampulse_demo").ok_or_else(|| {
             Failure::new(format!("a demo runs on each ROS domain from {DOMAIN} to {LAST_DOMAIN}"))
                 .hint("end one of them")
@@ -62,19 +74,24 @@ impl Demo {
         if domain != DOMAIN {
             say(format!("another demo runs on ROS domain {DOMAIN} of this machine"));
         }
-        let started = start_simulator(self.seed, domain).await;
+        let (folder, places) = (worn.folder(), worn.places());
+        let simulation = Simulation { seed: self.seed, domain, study: text, folder, places };
+        let started = simulation.start().await;
         let started =
             started.map_err(|error| Failure::to(format!("start the simulator: {error}")))?;
         say(format!(
             "a simulated operator and five robots publish on ROS 2 domain {domain} of this machine;\n\
+             {}\n\
              from the second minute on the robots need attention;\n\
              a letter sets a marker, q ends;\n\
              its topics, from another terminal with ROS 2:\n  {}\n",
+            worn.words(),
             topics_command(domain)
         ));
         let setup = Setup::new(study, network::buses_of_demo("teampulse", domain)).await?;
+        let setup = setup.with_bluetooth(worn.bluetooth());
         let process = Arc::new(Mutex::new(Some(started)));
-        let simulator = Simulator { seed: self.seed, domain, process: Arc::clone(&process) };
+        let simulator = Simulator { simulation, process: Arc::clone(&process) };
         let beside: Sources = vec![("simulator".into(), Box::new(simulator))];
         let ended = watch(setup, beside, self.duration, self.out).await;
         // Stopped last, or the end of the session would show a team that falls silent.
@@ -124,8 +141,7 @@ fn topics_command(domain: u32) -> String {
 
 /// The process with the operator and the robots; restarted if it dies, with a fault.
 struct Simulator {
-    seed: u64,
-    domain: u32,
+    simulation: Simulation,
     /// `None` while no process runs. Locked while waiting for its end.
     process: Arc<Mutex<Option<Child>>>,
 }
@@ -138,7 +154,7 @@ impl Source for Simulator {
         let simulator = match &mut *process {
             Some(running) => running,
             none => {
-                let started = start_simulator(self.seed, self.domain).await;
+                let started = self.simulation.start().await;
                 none.insert(started.map_err(|error| gone(format!("start it: {error}")))?)
             }
         };
@@ -159,25 +175,60 @@ async fn end(simulator: Option<Child>) {
     }
 }
 
-/// Starts this program again as the operator and the robots; it reads the study from its standard input.
-///
-/// Ctrl-C in the terminal does not reach it: it lives until it is ended here or, by the kernel, with the
-/// thread that started it, and all threads that do so live as long as this process.
-async fn start_simulator(seed: u64, domain: u32) -> std::io::Result<Child> {
-    let mut simulator = Command::new(std::env::current_exe()?)
-        .args(["simulate", "-", "--with-parent", &std::process::id().to_string()])
-        .args(["--seed", &seed.to_string()])
-        .args(["--domain", &domain.to_string()])
-        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        .stdin(Stdio::piped())
-        .stderr(Stdio::null())
-        .process_group(0)
-        .kill_on_drop(true)
-        .spawn()?;
-    if let Some(mut stdin) = simulator.stdin.take() {
-        stdin.write_all(STUDY.as_bytes()).await?;
+/// What the process with the operator and the robots simulates.
+struct Simulation {
+    seed: u64,
+    domain: u32,
+    study: String,
+    /// That of the operator's devices.
+    folder: PathBuf,
+    /// In how many places these are reached.
+    places: usize,
+}
+
+impl Simulation {
+    /// Starts this program again as the operator and the robots; it reads the study from its standard input. The
+    /// devices of the operator can be reached when this returns.
+    ///
+    /// Ctrl-C in the terminal does not reach it: it lives until it is ended here or, by the kernel, with the
+    /// thread that started it, and all threads that do so live as long as this process.
+    async fn start(&self) -> std::io::Result<Child> {
+        let mut simulator = Command::new(std::env::current_exe()?)
+            .args(["simulate", "-", "--with-parent", &std::process::id().to_string()])
+            .args(["--seed", &self.seed.to_string()])
+            .args(["--domain", &self.domain.to_string()])
+            .arg("--wearables")
+            .arg(&self.folder)
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .process_group(0)
+            .kill_on_drop(true)
+            .spawn()?;
+        if let Some(mut stdin) = simulator.stdin.take() {
+            stdin.write_all(self.study.as_bytes()).await?;
+        }
+        let up = timeout(PATIENCE, self.reached(&mut simulator)).await;
+        let lacking = || std::io::Error::other("the operator's devices can't be reached");
+        up.map_err(|_elapsed| lacking())??.then_some(simulator).ok_or_else(lacking)
     }
-    Ok(simulator)
+
+    /// Waits until the devices are reached; whether they are.
+    async fn reached(&self, simulator: &mut Child) -> std::io::Result<bool> {
+        let Some(output) = simulator.stdout.take() else { return Ok(false) };
+        let mut lines = BufReader::new(output).lines();
+        for _ in 0..self.places {
+            // Each device is a comment with its address, and lines of a study.
+            loop {
+                let Some(line) = lines.next_line().await? else { return Ok(false) };
+                if line.starts_with("# ") {
+                    break;
+                }
+            }
+        }
+        Ok(true)
+    }
 }
 
 #[cfg(all(test, target_os = "linux"))]

@@ -1,10 +1,11 @@
 //! `teampulse emulate`: runs only the emulated wearables of a study, on their transports.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use teampulse_core::clock::Clock;
 use teampulse_sources::emulated::{EmulatedWearable, Emulation, Wardrobe, bluetooth};
+use teampulse_sources::simulated::SimulatedTeam;
 use tokio::task::JoinSet;
 
 use crate::commands::run::seconds;
@@ -43,38 +44,65 @@ impl Emulate {
         }
         team.seed = self.seed.unwrap_or(team.seed);
         let stopped = Stop::default().asked(Clock::host(), self.duration);
-        let wardrobe = Wardrobe::of(&team, &team.wearables).map_err(|error| {
-            Failure::new(error.to_string())
-                .hint("name one of them as `person`")
-                .exit(Exit::BadStudy)
-        })?;
+        let wardrobe = wardrobe(&team)?;
+        let mut served = Served::open(&wardrobe, &team.wearables, None).await?;
+        say("emulating wearables; Ctrl-C ends it");
+        let ended = tokio::select! {
+            () = stopped => Ok(Exit::Fine),
+            failure = served.fail() => Err(failure),
+        };
+        served.close().await;
+        ended
+    }
+}
+
+/// Wearables on their transports.
+pub struct Served(JoinSet<std::io::Result<()>>);
+
+impl Served {
+    /// Puts wearables on their transports and prints where they are reached. Where a folder is given, it holds the
+    /// socket of their D-Bus, `bus`.
+    pub async fn open(
+        wardrobe: &Wardrobe,
+        wearables: &[EmulatedWearable],
+        folder: Option<&Path>,
+    ) -> Result<Served, Failure> {
         let mut serving = JoinSet::new();
         let (radios, others): (Vec<_>, Vec<_>) =
-            team.wearables.iter().partition(|wearable| wearable.is_bluetooth());
+            wearables.iter().partition(|wearable| wearable.is_bluetooth());
         for wearable in others {
-            let emulation = open(wearable, &wardrobe).await?;
+            let emulation = open(wearable, wardrobe).await?;
             show(&emulation);
             serving.spawn(emulation.serving);
         }
         if !radios.is_empty() {
-            let emulation = bluetooth::open(&radios, &wardrobe).await;
+            let emulation = bluetooth::open(&radios, wardrobe, folder).await;
             let emulation = emulation.map_err(|error| Failure::new(error.to_string()))?;
             show(&emulation);
             serving.spawn(emulation.serving);
         }
-        say("emulating wearables; Ctrl-C ends it");
-        let ended = tokio::select! {
-            () = stopped => Ok(Exit::Fine),
-            Some(ended) = serving.join_next() => {
-                let ended = ended.unwrap_or_else(|error| Err(std::io::Error::other(error)));
-                let why = ended.err().map_or_else(|| "it ended".into(), |error| error.to_string());
-                Err(Failure::to(format!("serve a device: {why}")))
-            }
-        };
-        // Their ports, links and buses are taken down before this process ends.
-        serving.shutdown().await;
-        ended
+        Ok(Served(serving))
     }
+
+    /// Waits until one of them fails; never returns without.
+    pub async fn fail(&mut self) -> Failure {
+        let Some(ended) = self.0.join_next().await else { return std::future::pending().await };
+        let ended = ended.unwrap_or_else(|error| Err(std::io::Error::other(error)));
+        let why = ended.err().map_or_else(|| "it ended".into(), |error| error.to_string());
+        Failure::to(format!("serve a device: {why}"))
+    }
+
+    /// Takes their ports, links and buses down.
+    pub async fn close(mut self) {
+        self.0.shutdown().await;
+    }
+}
+
+/// The simulated people who wear these devices.
+pub fn wardrobe(team: &SimulatedTeam) -> Result<Wardrobe, Failure> {
+    Wardrobe::of(team, &team.wearables).map_err(|error| {
+        Failure::new(error.to_string()).hint("name one of them as `person`").exit(Exit::BadStudy)
+    })
 }
 
 async fn open(wearable: &EmulatedWearable, wardrobe: &Wardrobe) -> Result<Emulation, Failure> {

@@ -18,6 +18,7 @@ use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::simulated::{SimulatedPerson, SimulatedTeam};
 
+use crate::commands::emulate::{Served, wardrobe};
 use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -55,6 +56,10 @@ pub struct Simulate {
     #[arg(long, value_name = "PPM", default_value_t = 0.0, value_parser = skew)]
     #[arg(allow_negative_numbers = true)]
     clock_skew_ppm: f64,
+    /// Also serves the wearables of the study, as `emulate` does, with the D-Bus of those over Bluetooth in this
+    /// folder; what they measure is then not published on ROS
+    #[arg(long, value_name = "DIR")]
+    wearables: Option<PathBuf>,
     /// Ends with the process that started it
     #[arg(long, value_name = "PID", hide = true)]
     with_parent: Option<i32>,
@@ -148,7 +153,11 @@ impl Simulate {
         // Deadlines come sooner by a clock that runs fast.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if is_simulated { Clock::settable() } else { host.clone() };
-        let mut sources = SimulatedPerson::of(&team);
+        let mut sources = match &self.wearables {
+            Some(_) => SimulatedPerson::wearing(&team, &team.wearables),
+            None => SimulatedPerson::of(&team),
+        };
+        let served = self.serve(&team, is_simulated).await?;
         let robotic = team.build().map_err(|error| Failure::new(error.message))?;
         sources.push(("simulation".into(), robotic));
         let sinks = sinks(&bus, time, &host, people);
@@ -170,7 +179,31 @@ impl Simulate {
             encode,
             commands: Commands::default(),
         };
-        Ok(conclude(Stop::default().run(session, clock, self.duration).await))
+        let running = Stop::default().run(session, clock, self.duration);
+        let Some(mut served) = served else { return Ok(conclude(running.await)) };
+        let ended = tokio::select! {
+            outcome = running => Ok(conclude(outcome)),
+            failure = served.fail() => Err(failure),
+        };
+        served.close().await;
+        ended
+    }
+
+    /// Serves the wearables where they are asked for, at the time of the people who wear them.
+    async fn serve(
+        &self,
+        team: &SimulatedTeam,
+        is_simulated: bool,
+    ) -> Result<Option<Served>, Failure> {
+        let Some(folder) = &self.wearables else { return Ok(None) };
+        if is_simulated {
+            let failure = Failure::new("wearables live in real time, not by /clock");
+            let failure = failure.hint("remove `speed` and `clock`, or --wearables");
+            return Err(failure.exit(Exit::BadArguments));
+        }
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Failure::to(format!("create {}: {error}", folder.display())))?;
+        Served::open(&wardrobe(team)?, &team.wearables, Some(folder)).await.map(Some)
     }
 }
 

@@ -61,6 +61,29 @@ pub struct RateError {
 }
 
 impl Rates {
+    /// These, without some sensors.
+    #[must_use]
+    pub fn without(mut self, sensors: &[Sensor]) -> Rates {
+        for sensor in sensors {
+            *self.of_mut(*sensor) = 0.0;
+        }
+        self
+    }
+
+    fn of_mut(&mut self, sensor: Sensor) -> &mut f64 {
+        match sensor {
+            Sensor::Ecg => &mut self.ecg_hz,
+            Sensor::Ppg => &mut self.ppg_hz,
+            Sensor::EdaWrist => &mut self.eda_wrist_hz,
+            Sensor::EdaFingers => &mut self.eda_fingers_hz,
+            Sensor::Emg => &mut self.emg_hz,
+            Sensor::Eeg => &mut self.eeg_hz,
+            Sensor::Respiration => &mut self.respiration_hz,
+            Sensor::Temperature => &mut self.temperature_hz,
+            Sensor::Acceleration => &mut self.acceleration_hz,
+        }
+    }
+
     /// No sensor at all: the truth alone.
     pub const NONE: Rates = Rates {
         ecg_hz: 0.0,

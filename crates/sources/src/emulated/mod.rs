@@ -14,6 +14,7 @@ use std::pin::Pin;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_emulators::body::Sensor;
 
 pub use bluetooth::EmulatedRadio;
 pub use empatica_e4::EmulatedE4;
@@ -54,6 +55,19 @@ impl EmulatedWearable {
         matches!(self, PolarH10(_) | HeartRate(_) | Myo(_))
     }
 
+    /// What it measures of the body, of what people may wear on ROS, too.
+    pub const fn senses(&self) -> &'static [Sensor] {
+        match self {
+            EmulatedWearable::EmpaticaE4(_) => {
+                &[Sensor::Ppg, Sensor::EdaWrist, Sensor::Temperature, Sensor::Acceleration]
+            }
+            EmulatedWearable::Shimmer3(_) => &[Sensor::EdaFingers],
+            EmulatedWearable::PolarH10(_) => &[Sensor::Ecg],
+            EmulatedWearable::HeartRate(_) => &[],
+            EmulatedWearable::Myo(_) => &[Sensor::Emg],
+        }
+    }
+
     /// Puts it on its transport.
     pub async fn open(&self, wardrobe: &Wardrobe) -> io::Result<Emulation> {
         let worn = wardrobe.worn_by(self.person()).map_err(io::Error::other)?;
@@ -62,7 +76,7 @@ impl EmulatedWearable {
             EmulatedWearable::Shimmer3(shimmer) => shimmer.open(worn),
             EmulatedWearable::PolarH10(_)
             | EmulatedWearable::HeartRate(_)
-            | EmulatedWearable::Myo(_) => bluetooth::open(&[self], wardrobe).await,
+            | EmulatedWearable::Myo(_) => bluetooth::open(&[self], wardrobe, None).await,
         }
     }
 }

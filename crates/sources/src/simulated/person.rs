@@ -10,11 +10,12 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::StreamId;
 use teampulse_core::time::Time;
-use teampulse_emulators::body::{Body, Moment, Rates, Record, Traits, Truth};
+use teampulse_emulators::body::{self, Body, Moment, Rates, Record, Traits, Truth};
 use teampulse_emulators::task::{Happening, Operator, OperatorOutput, What};
 
 use super::settings::SimulatedTeam;
 use super::worn::Worn;
+use crate::emulated::EmulatedWearable;
 
 /// The length of each chunk of a signal [s]: one sample of the slowest signal.
 const CHUNK_SECS: f64 = 0.25;
@@ -33,21 +34,33 @@ pub struct SimulatedPerson {
 impl SimulatedPerson {
     /// The people of a team, by id: `p001` and so on. The settings have been checked.
     pub fn of(team: &SimulatedTeam) -> Vec<(String, Box<dyn Source>)> {
+        SimulatedPerson::wearing(team, &[])
+    }
+
+    /// The same people, without the sensors of the wearables that they wear besides.
+    pub fn wearing(
+        team: &SimulatedTeam,
+        wearables: &[EmulatedWearable],
+    ) -> Vec<(String, Box<dyn Source>)> {
         let person = |number| {
-            let person = SimulatedPerson::new(team, number);
+            let person = SimulatedPerson::new(team, number, wearables);
             (format!("person {}", person.id), Box::new(person) as Box<dyn Source>)
         };
         (1..=team.people).map(person).collect()
     }
 
-    fn new(team: &SimulatedTeam, number: u32) -> SimulatedPerson {
+    fn new(team: &SimulatedTeam, number: u32, wearables: &[EmulatedWearable]) -> SimulatedPerson {
+        let id = format!("p{number:03}");
+        let own = wearables.iter().filter(|wearable| wearable.person() == id);
+        let rates =
+            own.fold(team.body.rates.clone(), |rates, wearable| rates.without(wearable.senses()));
         let model = team.model();
         let seed = model.seed_of_person(number);
-        let body = Body::wearing(&Traits::of_seed(seed), seed, &team.body);
+        let settings = body::Settings { rates: rates.clone(), ..team.body.clone() };
+        let body = Body::wearing(&Traits::of_seed(seed), seed, &settings);
         let body = body.expect("the settings have been checked");
         let operator = Operator::new(body, model.task_of_person(number));
         let until_secs = team.steps.map(f64::from);
-        let (id, rates) = (format!("p{number:03}"), team.body.rates.clone());
         SimulatedPerson { id, operator, rates, until_secs }
     }
 }
@@ -227,6 +240,28 @@ mod tests {
         }));
         let (_, ecg) = outlet.streams().find("/humans/persons/p001/simulated/ecg").unwrap();
         assert_eq!((&ecg.shape, ecg.channels[0].unit.as_str()), (&Shape::Wave, "mV"));
+    }
+
+    #[test]
+    fn what_a_wearable_measures_is_not_worn_twice_and_the_body_is_the_same() {
+        let wearables = |type_name: &str| -> Vec<EmulatedWearable> {
+            let of = |person| format!("type = \"{type_name}\"\nperson = \"{person}\"");
+            vec![toml::from_str(&of("p001")).unwrap(), toml::from_str(&of("p002")).unwrap()]
+        };
+        let team = SimulatedTeam { people: 1, ..SimulatedTeam::default() };
+        let mut bare = SimulatedPerson::new(&team, 1, &[]);
+        for (type_name, gone) in [("polar_h10", Sensor::Ecg), ("myo", Sensor::Emg)] {
+            let mut worn = SimulatedPerson::new(&team, 1, &wearables(type_name));
+            let left = Sensor::ALL.into_iter().filter(|sensor| worn.rates.of(*sensor) > 0.0);
+            assert!(left.eq(Sensor::ALL.into_iter().filter(|sensor| *sensor != gone)));
+            bare = SimulatedPerson::new(&team, 1, &[]);
+            let beats = |person: &mut SimulatedPerson| {
+                let truth = &person.operator.until(30.0).record.truth;
+                truth.beats.iter().map(|beat| beat.secs).collect::<Vec<_>>()
+            };
+            assert_eq!(beats(&mut worn), beats(&mut bare), "{type_name}");
+        }
+        assert!(Sensor::ALL.into_iter().all(|sensor| bare.rates.of(sensor) > 0.0));
     }
 
     #[test]

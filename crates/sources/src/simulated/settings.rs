@@ -67,7 +67,8 @@ pub struct SimulatedTeam {
     pub body: body::Settings,
     /// What changes, with which robot and when: faults, and the load of computers.
     pub script: Vec<Scene>,
-    /// Wearables on their own transports, which `teampulse emulate` serves; nothing of them is on ROS.
+    /// Wearables on their own transports, which `teampulse emulate` and `simulate --wearables` serve; nothing of them
+    /// is on ROS.
     pub wearables: Vec<EmulatedWearable>,
 }
 

@@ -1,18 +1,30 @@
+use std::path::Path;
 use std::process::Stdio;
+use std::time::Duration;
 
+use teampulse_core::clock::Stopwatch;
 use tempfile::TempDir;
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
+use tokio::time::sleep;
 
 use super::EmulatedBluetoothError;
 
-/// Runs a daemon until standard input is closed, which it is however the process that holds it ends.
+/// Runs a daemon until standard input is closed, which it is however the process that holds it ends. A folder that is
+/// empty then goes, too.
 const GUARD: &str = r#"command -v dbus-daemon >/dev/null || exit 127
 exec 3>&1 >/dev/null
 dbus-daemon --nofork --nopidfile --print-address=1 --config-file "$1" >&3 3>&- &
 exec 3>&-
 read -r _
-kill $!"#;
+kill $!
+wait $!
+rm -f "$1"
+rmdir "$2" 2>/dev/null"#;
+/// How long the daemon of an emulation that has ended may take to leave its socket.
+const LEAVING: Duration = Duration::from_secs(2);
+/// Between two looks whether it has.
+const LOOK: Duration = Duration::from_millis(10);
 /// What the shell says where there is no such program.
 const NO_PROGRAM: i32 = 127;
 
@@ -24,22 +36,31 @@ pub(super) struct Daemon {
     pub address: String,
     // Holds the standard input open.
     _guard: Child,
-    _folder: TempDir,
+    _folder: Option<TempDir>,
 }
 
 impl Daemon {
+    /// Starts one in a folder of its own, which goes with it.
     pub async fn start() -> Result<Self, EmulatedBluetoothError> {
+        let folder = tempfile::Builder::new().prefix("teampulse-dbus-").tempdir();
+        let folder = folder.map_err(|error| EmulatedBluetoothError::Daemon(error.to_string()))?;
+        let daemon = Self::start_in(folder.path()).await?;
+        Ok(Self { _folder: Some(folder), ..daemon })
+    }
+
+    /// Starts one whose socket is `bus` in a folder that is there.
+    pub async fn start_in(folder: &Path) -> Result<Self, EmulatedBluetoothError> {
         let failed =
             |error: &dyn std::fmt::Display| EmulatedBluetoothError::Daemon(error.to_string());
-        let folder = tempfile::Builder::new().prefix("teampulse-dbus-").tempdir();
-        let folder = folder.map_err(|error| failed(&error))?;
-        let settings = folder.path().join("bus.conf");
-        let socket = folder.path().join("socket");
+        let settings = folder.join("bus.conf");
+        let socket = folder.join("bus");
+        left(&socket).await.map_err(|error| failed(&error))?;
         let text = CONFIGURATION.replace("SOCKET", &socket.to_string_lossy());
         std::fs::write(&settings, text).map_err(|error| failed(&error))?;
         let guard = Command::new("sh")
             .args(["-c", GUARD, "dbus-daemon"])
             .arg(&settings)
+            .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -57,8 +78,28 @@ impl Daemon {
                 _ => failed(&"dbus-daemon ended at once"),
             });
         };
-        Ok(Self { address, _guard: guard, _folder: folder })
+        Ok(Self { address, _guard: guard, _folder: None })
     }
+}
+
+/// Waits until an earlier daemon has removed its socket; one that can't is dead, and its socket is removed.
+async fn left(socket: &Path) -> std::io::Result<()> {
+    let since = Stopwatch::start();
+    while socket.exists() && since.elapsed() < LEAVING {
+        sleep(LOOK).await;
+    }
+    if socket.exists() { std::fs::remove_file(socket) } else { Ok(()) }
+}
+
+/// Whether there is a `dbus-daemon` on this machine.
+pub async fn is_installed() -> bool {
+    let asked = Command::new("dbus-daemon")
+        .arg("--version")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    asked.await.is_ok_and(|status| status.success())
 }
 
 const CONFIGURATION: &str = r#"<!DOCTYPE busconfig PUBLIC "-//freedesktop//DTD D-Bus Bus Configuration 1.0//EN"

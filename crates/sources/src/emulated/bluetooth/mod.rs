@@ -24,6 +24,7 @@ mod error;
 mod wearable;
 
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::pin::Pin;
 use std::sync::Arc;
 
@@ -42,6 +43,7 @@ use self::daemon::Daemon;
 use self::device::Handle;
 use self::link::Link;
 
+pub use self::daemon::is_installed;
 pub use self::error::EmulatedBluetoothError;
 pub use self::wearable::{EmulatedRadio, open};
 
@@ -93,13 +95,35 @@ impl EmulatedBluetooth {
         devices: Vec<EmulatedDevice>,
         clock: Stopwatch,
     ) -> Result<Self, EmulatedBluetoothError> {
+        Self::check(&devices)?;
+        Self::serve(devices, clock, Daemon::start().await?).await
+    }
+
+    /// The same, on a D-Bus whose socket is `bus` in a folder that is there.
+    pub async fn start_in(
+        folder: &Path,
+        devices: Vec<EmulatedDevice>,
+        clock: Stopwatch,
+    ) -> Result<Self, EmulatedBluetoothError> {
+        Self::check(&devices)?;
+        Self::serve(devices, clock, Daemon::start_in(folder).await?).await
+    }
+
+    fn check(devices: &[EmulatedDevice]) -> Result<(), EmulatedBluetoothError> {
         let mut addresses = BTreeSet::new();
         if let Some(twice) =
             devices.iter().find(|one| !addresses.insert(one.address.to_uppercase()))
         {
             return Err(EmulatedBluetoothError::SameAddress(twice.address.clone()));
         }
-        let daemon = Daemon::start().await?;
+        Ok(())
+    }
+
+    async fn serve(
+        devices: Vec<EmulatedDevice>,
+        clock: Stopwatch,
+        daemon: Daemon,
+    ) -> Result<Self, EmulatedBluetoothError> {
         let builder = zbus::connection::Builder::address(daemon.address.as_str());
         let connection = builder.build().await?;
         let central = Arc::new(Central::new(connection.clone(), clock));

@@ -1,6 +1,7 @@
 //! Bluetooth devices of simulated people: all of a study behind one private D-Bus.
 
 use std::io;
+use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -23,8 +24,13 @@ pub struct EmulatedRadio {
     pub faults: Vec<LinkIncident>,
 }
 
-/// Puts Bluetooth devices on a D-Bus that they share; others are left out.
-pub async fn open(wearables: &[&EmulatedWearable], wardrobe: &Wardrobe) -> io::Result<Emulation> {
+/// Puts Bluetooth devices on a D-Bus that they share; others are left out. Its socket is `bus` in a folder that is
+/// there, or in one of its own.
+pub async fn open(
+    wearables: &[&EmulatedWearable],
+    wardrobe: &Wardrobe,
+    folder: Option<&Path>,
+) -> io::Result<Emulation> {
     let mut devices = Vec::new();
     let (mut names, mut lines) = (Vec::new(), Vec::new());
     let mut clock = None;
@@ -47,7 +53,10 @@ pub async fn open(wearables: &[&EmulatedWearable], wardrobe: &Wardrobe) -> io::R
         });
     }
     let clock = clock.ok_or_else(|| io::Error::other("no Bluetooth device is worn"))?;
-    let bluetooth = EmulatedBluetooth::start(devices, clock).await;
+    let bluetooth = match folder {
+        Some(folder) => EmulatedBluetooth::start_in(folder, devices, clock).await,
+        None => EmulatedBluetooth::start(devices, clock).await,
+    };
     let bluetooth = bluetooth
         .map_err(|error| io::Error::other(format!("failed to {error}; {}", error.hint())))?;
     Ok(Emulation {
