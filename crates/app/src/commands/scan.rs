@@ -1,6 +1,7 @@
 //! `teampulse scan`: what is in range.
 
 mod bluetooth;
+mod serial;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,6 +19,7 @@ use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 use self::bluetooth::Device;
+use self::serial::Port;
 use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -39,7 +41,7 @@ pub struct Scan {
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<u32>,
-    /// Prints one JSON array: of each domain, and of Bluetooth where devices are in range
+    /// Prints one JSON array: of each domain, and of Bluetooth and serial ports where devices are found there
     #[arg(long)]
     json: bool,
 }
@@ -54,6 +56,11 @@ enum Place {
     Bluetooth {
         #[serde(rename = "bluetooth")]
         devices: Vec<Device>,
+    },
+    /// At serial ports.
+    Serial {
+        #[serde(rename = "serial_ports")]
+        ports: Vec<Port>,
     },
 }
 
@@ -96,16 +103,20 @@ impl Scan {
                 None
             }
         };
+        let ports = Port::all();
         if self.json {
             let devices = devices.filter(|devices| !devices.is_empty());
             let places = domains.into_iter().map(Place::Domain);
             let places = places.chain(devices.map(|devices| Place::Bluetooth { devices }));
+            let ports = Some(ports).filter(|ports| !ports.is_empty());
+            let places = places.chain(ports.map(|ports| Place::Serial { ports }));
             output::json(&places.collect::<Vec<_>>());
         } else {
             domains.iter().for_each(show);
-            if let Some(devices) = devices {
-                bluetooth::show(&devices);
+            if let Some(devices) = &devices {
+                bluetooth::show(devices);
             }
+            serial::show(&ports, 1 + devices.map_or(0, |devices| devices.len()));
             output::lines(machine::check(".".as_ref()));
         }
         Ok(Exit::Fine)

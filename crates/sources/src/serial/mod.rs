@@ -4,6 +4,8 @@
 
 mod port;
 mod pty;
+mod found;
 
+pub use found::FoundPort;
 pub use port::{SerialError, SerialPort};
 pub use pty::Pty;
