@@ -54,6 +54,11 @@ def test_each_sensor_of_the_operator_is_read_once(demo_bag):
         assert f"{PERSON}/simulated/{twice}" not in counts
 
 
+def test_a_demo_has_no_faults_of_its_own(demo_bag):
+    events = [each.content for each in bags.messages(demo_bag, "/session/events")]
+    assert not [each.label for each in events if each.kind == "fault"]
+
+
 def test_the_beats_of_the_operator_are_those_of_the_one_body(demo_bag, figure):
     if not shutil.which("dbus-daemon"):
         pytest.skip("dbus-daemon is not installed")

@@ -227,6 +227,8 @@ impl Simulation {
                 }
             }
         }
+        // Read to its end: a simulator that can't write any more would end.
+        drop(tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} }));
         Ok(true)
     }
 }
