@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use clap::Args;
 use rustix::process::Signal;
@@ -30,6 +31,8 @@ use crate::study::{SessionClock, Study, StudyError};
 
 /// Everything about simulated people is published, descriptions included: there is no privacy to protect.
 const OF_PEOPLE: [&str; 2] = ["/humans/persons/**", "/teampulse/streams"];
+/// How often the parent process is checked.
+const LOOK: Duration = Duration::from_millis(200);
 
 /// Runs only the simulated robots and people of a study, on ROS.
 ///
@@ -132,8 +135,20 @@ fn end_with(parent: i32) -> Result<(), Failure> {
     let asked = rustix::process::set_parent_process_death_signal(Some(Signal::TERM));
     asked.map_err(|error| Failure::to(format!("end with its parent: {error}")))?;
     // It may have ended before that.
-    let lives = rustix::process::getppid().is_some_and(|pid| pid.as_raw_nonzero().get() == parent);
+    let lives = is_child_of(parent);
     if lives { Ok(()) } else { Err(Failure::new("the process that started this one has ended")) }
+}
+
+/// Waits until the parent process has ended; for ever without one.
+async fn gone(parent: Option<i32>) {
+    let Some(parent) = parent else { return std::future::pending().await };
+    while is_child_of(parent) {
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
+fn is_child_of(parent: i32) -> bool {
+    rustix::process::getppid().is_some_and(|pid| pid.as_raw_nonzero().get() == parent)
 }
 
 impl Simulate {
@@ -184,6 +199,8 @@ impl Simulate {
         let ended = tokio::select! {
             outcome = running => Ok(conclude(outcome)),
             failure = served.fail() => Err(failure),
+            // Its publishers would wait for subscriptions of a process that was killed.
+            () = gone(self.with_parent) => Ok(Exit::Fine),
         };
         served.close().await;
         ended
