@@ -1,5 +1,6 @@
 """Lab Streaming Layer: PyPI's `pylsl` (liblsl) sends to us and receives from us. Nothing of liblsl is ours."""
 
+import json
 import socket
 import sys
 import textwrap
@@ -260,3 +261,94 @@ def test_a_stream_that_is_not_there_is_named(stage):
     assert monitor.interrupt() == 0, monitor.report()
     labels = [each.label for each in events(harness.the_bag(out), "/session/events")]
     assert [label for label in labels if "no stream with name='PsychoPyMarkers' is found" in label], labels
+
+
+def study_of_outlets(streams: list[str], settings: str = "") -> str:
+    return f'[[sinks]]\ntype = "lsl"\nstreams = {streams}\n{settings}'
+
+
+# What an inlet of liblsl receives of the session's ECG and its markers, by liblsl's own time correction.
+INLETS = """
+    import json, sys, time, pylsl
+    def inlet(name):
+        [info] = pylsl.resolve_byprop("name", name, 1, 60)
+        return pylsl.StreamInlet(info, recover=True)
+    ecg, events = inlet("/humans/persons/p001/amp_left/eeg"), inlet("/session/psychopymarkers/markers")
+    described = ecg.info()
+    print(json.dumps({"type": described.type(), "rate": described.nominal_srate(), "channels": described.channel_count(),
+        "labels": described.get_channel_labels()[:2], "units": described.get_channel_units()[:2]}))
+    print("correction", ecg.time_correction(), events.time_correction())
+    samples, marks, until = [], [], time.time() + 60
+    while time.time() < until and not (marks and marks[-1][1] == ["stimulus 399"]):
+        chunk, stamps = ecg.pull_chunk(0.1)
+        samples += zip(stamps, chunk)
+        while True:
+            text, stamp = events.pull_sample(0.0)
+            if text is None:
+                break
+            marks.append((stamp, text))
+    # By the clock that time.time() reads.
+    ahead = time.time() - pylsl.local_clock()
+    print(json.dumps({"samples": [(stamp, value[0], value[31]) for stamp, value in samples],
+        "marks": [(stamp + ahead, text[0]) for stamp, text in marks]}))
+"""
+
+
+def test_inlets_of_liblsl_receive_what_the_session_offers(stage, figure):
+    offered = ["/humans/persons/p001/amp_left/eeg", "/session/psychopymarkers/markers"]
+    monitor, _ = session(stage, SOURCES["eeg"], SOURCES["markers"], settings=study_of_outlets(offered))
+    inlets = python(stage, INLETS)
+    # Each goes on once the session reads it, and the outlets appear with what it reads.
+    python(stage, AMPLIFIERS.replace("SECS = 500, 32, 12", "SECS = 500, 32, 20"))
+    markers = python(stage, PSYCHOPY.replace("time.sleep(3)", "sys.stdin.readline()"))
+    inlets.wait_for("^correction", "stdout", within_secs=60)
+    markers.say("begin")
+    markers.wait_for("done", "stdout", within_secs=60)
+    received = inlets.answer("samples", within_secs=90)
+    described = json.loads(inlets.stdout.splitlines()[0])
+    assert (described["type"], described["rate"], described["channels"]) == ("EEG", 500.0, 32)
+    assert (described["labels"], described["units"]) == (["E0", "E1"], ["uV", "uV"])
+    numbers = [number for _, number, _ in received["samples"]]
+    assert len(numbers) > 2000
+    assert numbers == list(range(int(numbers[0]), int(numbers[0]) + len(numbers))), "one was lost"
+    assert all(abs(last - number / 7) < 1e-3 for _, number, last in received["samples"])
+    stamps = [stamp for stamp, _, _ in received["samples"]]
+    assert abs((stamps[-1] - stamps[0]) * 500 - (len(stamps) - 1)) < 5
+    truth = {f"stimulus {line.split()[0]}": line.split()[1:] for line in markers.stdout.splitlines() if line[0].isdigit()}
+    assert [text for _, text in received["marks"]][-300:] == [f"stimulus {k}" for k in range(100, 400)]
+    off_ms = [
+        1e3 * max(float(truth[text][0]) - stamp, stamp - float(truth[text][1]), 0.0) for stamp, text in received["marks"]
+    ]
+    assert max(off_ms) < 5.0, max(off_ms)
+    figure(f"liblsl inlets of our outlets: {len(numbers)} samples without a loss, markers at most {max(off_ms):.3f} ms off")
+    assert monitor.interrupt() == 0, monitor.report()
+
+
+OUTLET_PROBES = [
+    b"\x00" * 5000,
+    b"LSL:streamfeed/110 x\r\n\r\n",
+    b"LSL:streamfeed/99999999999999 \r\n\r\n",
+    b"LSL:shortinfo\r\n" + b"(" * 3000 + b"\r\n",
+    b"GET / HTTP/1.1\r\n\r\n",
+    b"LSL:streamfeed/110\r\n" + b"a: b\r\n" * 5000,
+]
+
+
+def test_hostile_clients_of_our_outlets_leave_the_session_unharmed(stage):
+    offered = ["/humans/persons/p001/amp_left/eeg"]
+    monitor, out = session(stage, SOURCES["eeg"], settings=study_of_outlets(offered))
+    sender = python(stage, AMPLIFIERS)
+    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    deadline = time.monotonic() + 60
+    while "sent 6000" not in sender.stdout and time.monotonic() < deadline:
+        for port in [*range(16571, 16580)]:
+            for garbage in OUTLET_PROBES:
+                udp.sendto(garbage[:8000], ("127.0.0.1", port))
+                try:
+                    with socket.create_connection(("127.0.0.1", port), timeout=0.2) as client:
+                        client.sendall(garbage)
+                except OSError:
+                    pass
+        time.sleep(0.2)
+    assert monitor.interrupt() == 0, monitor.report()
+    assert len(values(harness.the_bag(out), "/humans/persons/p001/amp_left/eeg")) == 6000

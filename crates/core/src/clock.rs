@@ -91,6 +91,18 @@ impl Clock {
         matches!(*self.0, Kind::Set { .. })
     }
 
+    /// How far the session's clock is ahead of the machine's [monotonic](monotonic) one [ns].
+    pub fn ahead_of_monotonic_nanos(&self) -> i64 {
+        // The fastest of some readings, as another program may run in the middle of one.
+        let reading = |_| {
+            let (before, now, after) = (monotonic(), self.now(), monotonic());
+            let took = after.saturating_sub(before);
+            let between = i64::try_from((before + took / 2).as_nanos()).unwrap_or(i64::MAX);
+            (took, now.nanos().saturating_sub(between))
+        };
+        (0..3).map(reading).min().map_or(0, |(_, ahead)| ahead)
+    }
+
     /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero for a
     /// settable clock.
     pub fn wall_offset_nanos(&self) -> i64 {
@@ -110,6 +122,13 @@ pub fn wall() -> Time {
         Err(before) => -i64::try_from(before.duration().as_nanos()).unwrap_or(i64::MAX),
     };
     Time::from_nanos(nanos)
+}
+
+/// The machine's monotonic clock, which stands still while the machine sleeps: what programs of this machine stamp with
+/// where they agree on no other clock.
+pub fn monotonic() -> Duration {
+    let now = clock_gettime(ClockId::Monotonic);
+    Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
 }
 
 /// A moment of the machine's monotonic clock, which goes on while the machine sleeps: a laptop's closed lid

@@ -4,6 +4,7 @@ mod bag;
 mod aligned;
 mod csv;
 mod diagnostics;
+mod lsl;
 mod ros;
 mod tidy;
 mod terminal;
@@ -35,6 +36,7 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<terminal::Terminal>("terminal"),
     Entry::new::<ros::Ros>("ros"),
     Entry::new::<diagnostics::Diagnostics>("diagnostics"),
+    Entry::new::<lsl::Lsl>("lsl"),
 ];
 
 /// The sinks of every session that is run, with default settings unless the study has some. They store

@@ -61,7 +61,7 @@ impl Format {
     }
 
     /// Whether its values have fractions.
-    pub(super) fn is_float(self) -> bool {
+    pub fn is_float(self) -> bool {
         matches!(self, Format::Float32 | Format::Double64)
     }
 

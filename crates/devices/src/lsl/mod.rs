@@ -28,6 +28,8 @@ mod probe;
 mod handshake;
 mod samples;
 
+use std::net::Ipv4Addr;
+
 use thiserror::Error;
 
 pub use format::{Format, Values};
@@ -44,6 +46,25 @@ pub const PORTS: std::ops::Range<u16> = 16572..16604;
 /// The multicast groups and the broadcast address on which streams are asked for.
 pub const GROUPS: [[u8; 4]; 4] =
     [[239, 255, 172, 215], [224, 0, 0, 183], [224, 0, 0, 1], [255, 255, 255, 255]];
+
+/// What the source ids of teampulse's outlets begin with.
+pub const OWN: &str = "teampulse:";
+
+/// The addresses of this computer, of the kernel's table of routes (`/proc/net/fib_trie`): multicast goes through each.
+pub fn addresses(table: &str) -> Vec<Ipv4Addr> {
+    let mut addresses = Vec::new();
+    let mut last: Option<Ipv4Addr> = None;
+    for line in table.lines().map(str::trim) {
+        if let Some(address) = line.strip_prefix("|-- ") {
+            last = address.parse().ok();
+        } else if line == "/32 host LOCAL" {
+            addresses.extend(last);
+        }
+    }
+    addresses.sort();
+    addresses.dedup();
+    addresses
+}
 
 /// Why what another program sent could not be read. The message fits after "failed to".
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

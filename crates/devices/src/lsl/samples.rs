@@ -203,6 +203,11 @@ impl SampleWriter {
         SampleWriter { format: stream.format, channels: stream.channel_count }
     }
 
+    /// A writer of samples of this format and number of channels.
+    pub fn of(format: Format, channels: usize) -> SampleWriter {
+        SampleWriter { format, channels }
+    }
+
     /// The test patterns with which a feed begins.
     pub fn patterns(self) -> Vec<u8> {
         let mut out = Vec::new();

@@ -24,9 +24,6 @@ pub use resolver::{FoundStream, resolve};
 use self::source::Inlets;
 use crate::SourceContext;
 
-/// What the `source_id` of our own outlets begins with: they are not read back.
-pub const OWN: &str = "teampulse:";
-
 /// Streams of Lab Streaming Layer (LSL), such as those of an EEG amplifier or an eye tracker, and markers of
 /// `PsychoPy`, E-Prime or any other program.
 ///

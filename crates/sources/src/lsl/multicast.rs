@@ -4,7 +4,7 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::Duration;
 
 use socket2::{Domain, Protocol, SockRef, Socket, Type};
-use teampulse_devices::lsl::{GROUPS, MULTICAST_PORT};
+use teampulse_devices::lsl::{GROUPS, MULTICAST_PORT, addresses};
 use thiserror::Error;
 use tokio::net::UdpSocket;
 use tokio::time::timeout;
@@ -118,20 +118,7 @@ pub(super) fn groups() -> impl Iterator<Item = Ipv4Addr> {
     GROUPS.into_iter().map(Ipv4Addr::from)
 }
 
-/// The addresses of this computer, as the kernel's table of routes has them.
+/// The addresses of this computer.
 pub(super) fn local_addresses() -> Vec<Ipv4Addr> {
-    let table = std::fs::read_to_string("/proc/net/fib_trie").unwrap_or_default();
-    let mut addresses = Vec::new();
-    let mut last: Option<Ipv4Addr> = None;
-    for line in table.lines() {
-        let line = line.trim();
-        if let Some(address) = line.strip_prefix("|-- ") {
-            last = address.parse().ok();
-        } else if line == "/32 host LOCAL" {
-            addresses.extend(last);
-        }
-    }
-    addresses.sort();
-    addresses.dedup();
-    addresses
+    addresses(&std::fs::read_to_string("/proc/net/fib_trie").unwrap_or_default())
 }

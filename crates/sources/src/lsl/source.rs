@@ -7,11 +7,10 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::SourceError;
-use teampulse_devices::lsl::StreamInfo;
+use teampulse_devices::lsl::{OWN, StreamInfo};
 use tokio::task::{JoinError, JoinSet};
 use tokio::time::sleep;
 
-use super::OWN;
 use super::connection::InletError;
 use super::described::{leaf, slug};
 use super::inlet::Inlet;
@@ -92,7 +91,7 @@ impl Inlets {
                 found = resolver.next() => {
                     failed.retain(|_, since| since.elapsed() < PAUSE);
                     let is_new = !read.contains(&found.info.uid) && !failed.contains_key(&found.info.uid);
-                    if is_new && !found.info.source_id.starts_with(OWN) {
+                    if is_new && !self.is_own(&found.info) {
                         if running.len() >= MOST {
                             self.report_crowd(outlet);
                         } else {
@@ -126,6 +125,11 @@ impl Inlets {
             joined(ended);
         }
         Ok(())
+    }
+
+    /// Whether it is an outlet of teampulse, and nobody asked for one: a session does not read itself.
+    fn is_own(&self, info: &StreamInfo) -> bool {
+        info.source_id.starts_with(OWN) && !self.query.contains(OWN)
     }
 
     fn begin(&mut self, found: FoundStream, outlet: &Outlet, running: &mut JoinSet<Ended>) {
