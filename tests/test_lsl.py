@@ -352,3 +352,20 @@ def test_hostile_clients_of_our_outlets_leave_the_session_unharmed(stage):
         time.sleep(0.2)
     assert monitor.interrupt() == 0, monitor.report()
     assert len(values(harness.the_bag(out), "/humans/persons/p001/amp_left/eeg")) == 6000
+
+
+def test_scan_lists_streams_and_check_finds_them(stage):
+    sender = python(stage, STEADY)
+    sender.wait_for("open", "stdout")
+    scanned = stage.ask("scan", "--seconds", 2)
+    assert "Steady" in scanned.stdout and "100 Hz" in scanned.stdout, scanned.stdout
+    lines = scanned.stdout[scanned.stdout.index('[[sources]]\ntype   = "lsl"') :]
+    source = "\n".join(lines.splitlines()[:4]) + "\n"
+    [of_lsl] = [each["lsl"] for each in json.loads(stage.ask("scan", "--seconds", 2, "--json").stdout) if "lsl" in each]
+    assert (of_lsl[0]["name"], of_lsl[0]["channels"], of_lsl[0]["source_id"]) == ("Steady", 1, "steady-1")
+    checked = stage.ask("check", stage.study('[session]\nname = "a"\n' + source), "--seconds", 4)
+    assert "lsl      ok    Steady (EEG) 100 Hz" in checked.stdout, checked.stdout
+    assert checked.returncode == 0 and "note     LSL" not in checked.stdout, checked.stdout
+    absent = source.replace("Steady", "Absent")
+    checked = stage.ask("check", stage.study('[session]\nname = "a"\n' + absent), "--seconds", 2)
+    assert "missing  an LSL stream with name='Absent'" in checked.stdout and checked.returncode == 5, checked.stdout

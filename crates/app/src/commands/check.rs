@@ -2,6 +2,7 @@
 
 mod heard;
 mod lacks;
+mod lsl;
 mod unheard;
 mod unnamed;
 
@@ -65,6 +66,7 @@ impl Check {
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
         let has_phases = !study.general.phases.is_empty();
         let kinds = study.kinds("sources");
+        let lsl = lsl::Wanted::of(&study)?;
         let messages = study.general.session.messages.clone();
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
         let setup = Setup::new(study, buses).await?;
@@ -86,6 +88,7 @@ impl Check {
         let absent: Vec<&Robots> = wanted.iter().filter(|each| !is_there(each, &heard)).collect();
         output::lines(absent.iter().map(|each| format!("robot    none  {}", no_robot(each))));
         output::lines(person_lines(&heard));
+        let absent_lsl = lsl.look().await;
         let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
         let names: Vec<_> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
@@ -102,20 +105,23 @@ impl Check {
         missing.extend(absent.into_iter().filter(|each| is_nobody || requires(each)).map(no_robot));
         missing.extend(away.into_iter().filter(|_| is_nobody).map(no_person));
         missing.extend(nothing(&kinds, &heard).into_iter().chain(unworn(&kinds, &heard)));
+        missing.extend(absent_lsl);
         missing.extend(missing_fields(&wanted, &heard));
         missing.extend(second_publishers(heard.iter().map(|(stream, _)| &**stream)));
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
         if kinds.is_empty() {
             missing.push(NOTHING.to_owned());
         }
-        if missing.is_empty() {
-            output::line("go");
-            return Ok(Exit::Fine);
-        }
-        output::lines(missing.iter().map(|what| format!("missing  {what}")));
-        output::line("no-go");
-        Ok(if kinds.is_empty() { Exit::BadStudy } else { Exit::DeviceMissing })
+        let exit = if kinds.is_empty() { Exit::BadStudy } else { Exit::DeviceMissing };
+        Ok(if is_go(&missing) { Exit::Fine } else { exit })
     }
+}
+
+/// Prints what is missing, and whether a recording may begin.
+fn is_go(missing: &[String]) -> bool {
+    output::lines(missing.iter().map(|what| format!("missing  {what}")));
+    output::line(if missing.is_empty() { "go" } else { "no-go" });
+    missing.is_empty()
 }
 
 /// Receives from a study's sources.

@@ -1,6 +1,7 @@
 //! `teampulse scan`: what is in range.
 
 mod bluetooth;
+mod lsl;
 mod serial;
 
 use std::collections::BTreeMap;
@@ -14,11 +15,13 @@ use teampulse_ros::BusId;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
 use teampulse_ros::buses::Buses;
 use teampulse_ros::graph::EndpointKind;
+use teampulse_sources::lsl::resolve;
 use teampulse_sources::robots::norm_of_type;
 use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 use self::bluetooth::Device;
+use self::lsl::LslStream;
 use self::serial::Port;
 use crate::commands::run::seconds;
 use crate::exit::Exit;
@@ -41,7 +44,8 @@ pub struct Scan {
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<u32>,
-    /// Prints one JSON array: of each domain, and of Bluetooth and serial ports where devices are found there
+    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports and LSL where devices or streams are
+    /// found there
     #[arg(long)]
     json: bool,
 }
@@ -61,6 +65,11 @@ enum Place {
     Serial {
         #[serde(rename = "serial_ports")]
         ports: Vec<Port>,
+    },
+    /// On Lab Streaming Layer.
+    Lsl {
+        #[serde(rename = "lsl")]
+        streams: Vec<LslStream>,
     },
 }
 
@@ -93,9 +102,18 @@ impl Scan {
             self.domains.iter().copied().map(BusId::from).collect()
         };
         let bluetooth = Bluetooth::default();
-        let in_range = bluetooth.in_range(Duration::from_secs_f64(self.seconds));
-        let (domains, in_range) = tokio::join!(self.domains(&buses, ids), in_range);
+        let within = Duration::from_secs_f64(self.seconds);
+        let (in_range, resolving) = (bluetooth.in_range(within), resolve("", &[], within));
+        let (domains, in_range, streams) =
+            tokio::join!(self.domains(&buses, ids), in_range, resolving);
         let domains = domains?;
+        let streams: Vec<LslStream> = match streams {
+            Ok(found) => found.iter().map(LslStream::of).collect(),
+            Err(error) => {
+                say(format!("no LSL: failed to ask for streams: {error}"));
+                Vec::new()
+            }
+        };
         let devices = match in_range {
             Ok(seen) => Some(seen.iter().filter_map(Device::of).collect::<Vec<_>>()),
             Err(error) => {
@@ -110,13 +128,15 @@ impl Scan {
             let places = places.chain(devices.map(|devices| Place::Bluetooth { devices }));
             let ports = Some(ports).filter(|ports| !ports.is_empty());
             let places = places.chain(ports.map(|ports| Place::Serial { ports }));
-            output::json(&places.collect::<Vec<_>>());
+            let streams = (!streams.is_empty()).then_some(Place::Lsl { streams });
+            output::json(&places.chain(streams).collect::<Vec<_>>());
         } else {
             domains.iter().for_each(show);
             if let Some(devices) = &devices {
                 bluetooth::show(devices);
             }
             serial::show(&ports, 1 + devices.map_or(0, |devices| devices.len()));
+            lsl::show(&streams);
             output::lines(machine::check(".".as_ref()));
         }
         Ok(Exit::Fine)

@@ -1,0 +1,107 @@
+//! Streams of Lab Streaming Layer that the study reads, and whether others can be found at all.
+
+use std::time::Duration;
+
+use teampulse_sources::lsl::{FoundStream, Lsl, MulticastError, comes_back, resolve};
+
+use crate::failure::Failure;
+use crate::output;
+use crate::study::Study;
+
+/// How long the senders have to reply.
+const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// What a study has to do with LSL.
+#[derive(Debug, Default)]
+pub struct Wanted {
+    sources: Vec<Lsl>,
+    has_outlets: bool,
+}
+
+/// What was found: lines to print, and what no sender has.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Findings {
+    lines: Vec<String>,
+    missing: Vec<String>,
+}
+
+impl Wanted {
+    /// What a study reads from LSL, and whether it offers anything.
+    pub fn of(study: &Study) -> Result<Wanted, Failure> {
+        let has_outlets = study.kinds("sinks").iter().any(|kind| kind == "lsl");
+        Ok(Wanted { sources: study.settings_of("sources", "lsl")?, has_outlets })
+    }
+
+    /// Looks for its streams and prints what was found; the streams that are missing.
+    pub async fn look(&self) -> Vec<String> {
+        let Findings { lines, missing } = self.findings().await;
+        output::lines(lines);
+        missing
+    }
+
+    async fn findings(&self) -> Findings {
+        let mut findings = Findings::default();
+        if self.sources.is_empty() && !self.has_outlets {
+            return findings;
+        }
+        for lsl in &self.sources {
+            // A query that can't be made has been refused where the source was built.
+            let Ok(query) = lsl.query() else { continue };
+            match resolve(&query, &lsl.peers, PATIENCE).await {
+                Ok(found) => take(&mut findings, &query, &found),
+                Err(error) => {
+                    findings.missing.push(format!("LSL: failed to ask for streams: {error}"));
+                }
+            }
+        }
+        findings.lines.extend(comes_back().await.err().map(|error| unreached(&error)));
+        findings
+    }
+}
+
+fn take(findings: &mut Findings, query: &str, found: &[FoundStream]) {
+    let line = |found: &FoundStream| {
+        let info = &found.info;
+        let rate =
+            if info.rate_hz > 0.0 { format!("{} Hz", info.rate_hz) } else { "irregular".into() };
+        let line =
+            format!("lsl      ok    {} ({}) {rate} on {}", info.name, info.kind, info.hostname);
+        // Names come from the network.
+        teampulse_core::text::on_one_line(&line).into_owned()
+    };
+    findings.lines.extend(found.iter().map(line));
+    if found.is_empty() {
+        findings.missing.push(format!("an LSL stream with {query}"));
+    }
+}
+
+fn unreached(error: &MulticastError) -> String {
+    format!(
+        "note     LSL: failed to {error}; streams of other computers are not found: {}",
+        error.hint()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_study_without_lsl_is_not_asked_about_it() {
+        assert_eq!(Wanted::default().findings().await, Findings::default());
+    }
+
+    #[test]
+    fn a_firewall_is_named_with_the_remedy() {
+        let line = unreached(&MulticastError::Swallowed);
+        assert!(line.contains("a firewall drops it"), "{line}");
+        assert!(line.contains("sudo ufw allow 16571:16603/udp"), "{line}");
+    }
+
+    #[test]
+    fn a_stream_that_nobody_sends_is_missing() {
+        let mut findings = Findings::default();
+        take(&mut findings, "type='EEG'", &[]);
+        assert_eq!(findings.missing, ["an LSL stream with type='EEG'"]);
+    }
+}
