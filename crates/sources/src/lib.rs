@@ -5,6 +5,7 @@ pub mod ros_people;
 pub mod topics;
 pub mod wearables;
 pub mod lsl;
+pub mod markers;
 pub mod serial;
 pub mod simulated;
 pub mod emulated;
@@ -35,6 +36,8 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<wearables::myo::Myo>("myo"),
     Entry::new::<wearables::shimmer3::Shimmer3>("shimmer3"),
     Entry::new::<lsl::Lsl>("lsl"),
+    Entry::new::<markers::lines::MarkerLines>("marker_lines"),
+    Entry::new::<markers::ttl::Ttl>("ttl"),
 ];
 
 /// What sources are built with.
