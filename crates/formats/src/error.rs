@@ -1,0 +1,59 @@
+//! Why a file can't be read.
+
+use thiserror::Error;
+
+/// Why a file can't be read. The message fits after "failed to read the file: ".
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum FormatError {
+    /// It ends too early.
+    #[error("it ends within {0}")]
+    Short(&'static str),
+    /// A part of it is not as the format requires.
+    #[error("{what}: {found:?}; expected {expected}")]
+    Malformed {
+        /// Which part.
+        what: String,
+        /// What is there, shortened.
+        found: String,
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// It has nothing that can be imported.
+    #[error("it contains no {0}")]
+    Empty(&'static str),
+    /// It would fill the memory.
+    #[error("it has more than 64 million numbers, or unpacks to more than 256 MiB")]
+    TooLarge,
+    /// It is compressed or encrypted in a way that is not supported.
+    #[error("{0} is not supported")]
+    Unsupported(String),
+    /// The archive can't be unpacked.
+    #[error("the archive can't be unpacked: {0}")]
+    Archive(String),
+}
+
+impl FormatError {
+    /// What the user can do about it.
+    pub fn hint(&self) -> &'static str {
+        match self {
+            FormatError::Short(_) => "copy the file again from the device or its service",
+            FormatError::Malformed { .. } => {
+                "export it again as it was recorded; a file that went through a spreadsheet has changed"
+            }
+            FormatError::Empty(_) => "choose the file that has the recorded signals",
+            FormatError::TooLarge => "export a shorter part of the recording",
+            FormatError::Unsupported(_) => "save it again without, and import that file",
+            FormatError::Archive(_) => "download it again; if it was packed anew, use plain zip",
+        }
+    }
+
+    /// A part that is not as it should be.
+    pub(crate) fn malformed(
+        what: impl Into<String>,
+        found: &str,
+        expected: &'static str,
+    ) -> FormatError {
+        let found = found.chars().take(40).collect();
+        FormatError::Malformed { what: what.into(), found, expected }
+    }
+}

@@ -1,0 +1,156 @@
+//! What a file contains: signals of one device, on the device's own clock.
+
+use crate::error::FormatError;
+
+/// The most numbers that are read from a file: eleven days of all signals of an E4, or an hour of 64 channels
+/// at 256 Hz; 512 MB.
+pub const MOST_VALUES: usize = 64 << 20;
+
+/// The signals in a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// The device, as a lower-case word: `empatica_e4`; empty where the file does not name it.
+    pub device: String,
+    /// Whether times are since 1970, by the device's clock; else they are since the start of the recording or
+    /// by a clock that only the file's writer knows.
+    pub is_dated: bool,
+    /// The signals, in the order of the file.
+    pub signals: Vec<Signal>,
+    /// Choices made in reading the file, and what of it was left out.
+    pub notes: Vec<String>,
+}
+
+/// One signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// Its name in the file.
+    pub name: String,
+    /// The measured quantity.
+    pub quantity: Quantity,
+    /// The numbers of each sample; empty for marks.
+    pub channels: Vec<Channel>,
+    /// The nominal rate [Hz]; 0 where samples have a time each.
+    pub rate_hz: f64,
+    /// The samples.
+    pub content: Content,
+}
+
+/// A number of each sample.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name.
+    pub name: String,
+    /// Its unit, as the file spells it; empty where it is not stated.
+    pub unit: String,
+}
+
+/// The measured quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// An electrocardiogram.
+    Ecg,
+    /// A photoplethysmogram.
+    Ppg,
+    /// Skin conductance.
+    Eda,
+    /// Electromyograms.
+    Emg,
+    /// Electroencephalograms.
+    Eeg,
+    /// Breathing.
+    Respiration,
+    /// The temperature of the skin.
+    Temperature,
+    /// Acceleration.
+    Acceleration,
+    /// Intervals between heart beats; a sample's time is the end of its interval.
+    Interval,
+    /// Marks, such as the presses of a button.
+    Mark,
+    /// Any other.
+    Other,
+}
+
+/// The samples of a signal.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// Evenly spaced samples, with a run after each gap.
+    Even(Vec<Run>),
+    /// Samples with a time each.
+    Uneven {
+        /// The time of each sample [ns].
+        at_ns: Vec<i64>,
+        /// Sample by sample, all channels of each.
+        values: Vec<f64>,
+    },
+    /// Moments with a text each.
+    Marks(Vec<Mark>),
+}
+
+/// Evenly spaced samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The time of the first sample [ns].
+    pub start_ns: i64,
+    /// The time between two samples [ns].
+    pub period_ns: f64,
+    /// Sample by sample, all channels of each; NaN for a missing number.
+    pub samples: Vec<f64>,
+}
+
+/// A moment with a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mark {
+    /// When [ns].
+    pub at_ns: i64,
+    /// The text.
+    pub label: String,
+}
+
+impl Channel {
+    /// A channel.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Channel {
+        Channel { name: name.into(), unit: unit.into() }
+    }
+}
+
+impl Signal {
+    /// An evenly sampled signal of one channel, without gaps.
+    pub(crate) fn even(
+        name: &str,
+        quantity: Quantity,
+        channels: Vec<Channel>,
+        rate_hz: f64,
+        runs: Vec<Run>,
+    ) -> Signal {
+        Signal { name: name.into(), quantity, channels, rate_hz, content: Content::Even(runs) }
+    }
+
+    /// Marks.
+    pub(crate) fn marks(name: &str, marks: Vec<Mark>) -> Signal {
+        let content = Content::Marks(marks);
+        let (quantity, channels) = (Quantity::Mark, Vec::new());
+        Signal { name: name.into(), quantity, channels, rate_hz: 0.0, content }
+    }
+
+    /// Whether it has no sample.
+    pub fn is_empty(&self) -> bool {
+        match &self.content {
+            Content::Even(runs) => runs.iter().all(|run| run.samples.is_empty()),
+            Content::Uneven { at_ns, .. } => at_ns.is_empty(),
+            Content::Marks(marks) => marks.is_empty(),
+        }
+    }
+}
+
+/// Refuses more numbers than are read.
+pub(crate) fn bounded(values: usize) -> Result<(), FormatError> {
+    if values > MOST_VALUES { Err(FormatError::TooLarge) } else { Ok(()) }
+}
+
+/// Seconds as nanoseconds, to a microsecond for dates; `None` beyond what fits.
+pub(crate) fn nanos(secs: f64) -> Option<i64> {
+    // Seconds and their fraction apart: a date in nanoseconds has more digits than a number holds.
+    let (whole, fraction) = (secs.trunc(), (secs.fract() * 1e9).round());
+    (whole.abs() < 9.2e9).then(|| whole as i64 * 1_000_000_000 + fraction as i64)
+}

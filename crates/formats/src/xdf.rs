@@ -1,0 +1,49 @@
+//! XDF: what LSL's `LabRecorder` writes, several streams on the recorder's clock.
+//!
+//! A file is `XDF:` and chunks, each with its length, a tag and its content: 1 the file's header, 2 and 6 the
+//! header and the footer of a stream (XML), 3 samples, 4 the offset of a stream's clock, 5 a boundary. Source:
+//! <https://github.com/sccn/xdf/wiki/Specifications>. A chunk that ends early, as after a crash, ends the file.
+//!
+//! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
+//! them to that of the recorder, which counts from when it was started and so is not dated. Stamps of evenly
+//! sampled streams have the jitter of the network: each stretch between gaps becomes a run with the line through
+//! its stamps, as `pyxdf` does.
+
+mod chunks;
+mod clock;
+mod header;
+mod streams;
+
+use crate::error::FormatError;
+use crate::recording::Recording;
+
+use chunks::{Chunk, Chunks, Tag};
+use streams::Streams;
+
+/// The first bytes of a file.
+pub const MAGIC: &[u8] = b"XDF:";
+
+/// Reads a file.
+pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
+    let mut streams = Streams::default();
+    let mut chunks = Chunks::new(bytes)?;
+    let mut notes = Vec::new();
+    while let Some(chunk) = chunks.next() {
+        let Chunk { tag, mut content } = chunk;
+        match tag {
+            Tag::StreamHeader => streams.declare(&mut content)?,
+            Tag::Samples => streams.samples(&mut content)?,
+            Tag::ClockOffset => streams.offset(&mut content)?,
+            Tag::Other => {}
+        }
+    }
+    if chunks.is_cut_off() {
+        notes.push("the file ends within a chunk, which was left out".into());
+    }
+    let (signals, left_out) = streams.finish();
+    notes.extend(left_out);
+    if signals.is_empty() {
+        return Err(FormatError::Empty("stream with samples"));
+    }
+    Ok(Recording { signals, notes, ..Recording::default() })
+}

@@ -1,0 +1,53 @@
+//! Any bytes, and any damage to a file that is right: a recording or an error, never a panic.
+
+mod files;
+
+use proptest::prelude::*;
+use teampulse_formats::{Content, Recording, read};
+
+/// Every number has its sample, and every sample all its numbers.
+fn is_consistent(recording: &Recording) -> bool {
+    recording.signals.iter().all(|signal| {
+        let width = signal.channels.len().max(1);
+        match &signal.content {
+            Content::Even(runs) => {
+                runs.iter().all(|run| run.samples.len() % width == 0 && run.period_ns > 0.0)
+            }
+            Content::Uneven { at_ns, values } => values.len() == at_ns.len() * width,
+            Content::Marks(_) => true,
+        }
+    })
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_behind_a_beginning_are_read_or_refused(
+        which in 0_usize..5,
+        bytes in prop::collection::vec(any::<u8>(), 0..600),
+    ) {
+        let beginnings: [&[u8]; 5] = [b"PK\x03\x04", b"Obj\x01", b"XDF:", b"0       ", b"\xffBIOSEMI"];
+        let file = [beginnings[which], &bytes].concat();
+        let result = read(&file).expect("it begins like a format");
+        prop_assert!(result.as_ref().map_or(true, is_consistent));
+        prop_assert!(result.is_ok() || !result.unwrap_err().hint().is_empty());
+    }
+
+    #[test]
+    fn damaged_files_are_read_or_refused(
+        which in 0_usize..4,
+        at in any::<prop::sample::Index>(),
+        byte in any::<u8>(),
+        cut in any::<prop::sample::Index>(),
+        is_cut in any::<bool>(),
+    ) {
+        let mut file = [files::e4, files::embrace_plus, files::xdf, files::edf][which]();
+        let at = at.index(file.len());
+        file[at] = byte;
+        if is_cut {
+            file.truncate(cut.index(file.len()));
+        }
+        if let Some(Ok(recording)) = read(&file) {
+            prop_assert!(is_consistent(&recording));
+        }
+    }
+}

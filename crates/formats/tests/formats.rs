@@ -1,0 +1,97 @@
+//! What small files of each format contain.
+
+mod files;
+
+use teampulse_formats::{Content, FormatError, Quantity, Recording, Signal, read};
+
+fn recording(file: &[u8]) -> Recording {
+    read(file).expect("its format is known").expect("it is right")
+}
+
+fn signal<'a>(recording: &'a Recording, name: &str) -> &'a Signal {
+    recording.signals.iter().find(|signal| signal.name == name).expect("it is in the file")
+}
+
+/// The start [ns], the rate [Hz] and the samples of each run.
+fn runs(signal: &Signal) -> Vec<(i64, f64, &[f64])> {
+    let Content::Even(runs) = &signal.content else { panic!("{signal:?}") };
+    runs.iter()
+        .map(|run| (run.start_ns, (1e9 / run.period_ns * 1e6).round() / 1e6, &*run.samples))
+        .collect()
+}
+
+fn marks(signal: &Signal) -> Vec<(i64, &str)> {
+    let Content::Marks(marks) = &signal.content else { panic!("{signal:?}") };
+    marks.iter().map(|mark| (mark.at_ns, &*mark.label)).collect()
+}
+
+const START_NS: i64 = 1_700_000_000_000_000_000;
+
+#[test]
+fn an_e4_has_its_signals_in_their_units() {
+    let e4 = recording(&files::e4());
+    assert_eq!((&*e4.device, e4.is_dated), ("empatica_e4", true));
+    assert_eq!(runs(signal(&e4, "acc")), [(START_NS, 32.0, &[0.0, 0.0, 1.0, -0.5, 0.0, 1.0][..])]);
+    assert_eq!(runs(signal(&e4, "bvp")), [(START_NS, 64.0, &[-0.5, 1.25][..])]);
+    assert_eq!(runs(signal(&e4, "hr"))[0].0, START_NS + 10_000_000_000);
+    let intervals = Content::Uneven {
+        at_ns: vec![START_NS + 1_500_000_000, START_NS + 2_300_000_000],
+        values: vec![812.5, 800.0],
+    };
+    assert_eq!(signal(&e4, "ibi").content, intervals);
+    assert_eq!(marks(signal(&e4, "tags")), [(START_NS + 1_250_000_000, "tag")]);
+}
+
+#[test]
+fn empty_and_missing_files_of_an_e4_are_left_out() {
+    let e4 =
+        recording(&files::zipped(&[("E4_session/EDA.csv", "1700000000\n4\n1\n"), ("IBI.csv", "")]));
+    assert_eq!(e4.signals.iter().map(|signal| &*signal.name).collect::<Vec<_>>(), ["eda"]);
+}
+
+#[test]
+fn a_zip_without_signals_and_one_with_other_text_are_refused() {
+    let of = |files: &[(&str, &str)]| {
+        read(&files::zipped(files)).expect("a zip").expect_err("not of an E4")
+    };
+    assert!(matches!(of(&[("a.txt", "b")]), FormatError::Empty(_)));
+    let error = of(&[("EDA.csv", "1700000000\n4\n1;5\n")]);
+    assert_eq!(error.to_string(), "a line of EDA.csv: \"1;5\"; expected the numbers of one sample");
+}
+
+#[test]
+fn an_embrace_plus_is_read_by_the_schema_in_the_file() {
+    let embrace = recording(&files::embrace_plus());
+    assert_eq!(runs(signal(&embrace, "eda")), [(START_NS, 4.0, &[0.25, 0.5][..])]);
+    assert_eq!(runs(signal(&embrace, "temperature")), [(START_NS, 4.0, &[33.0][..])]);
+    assert_eq!(marks(signal(&embrace, "tags")), [(START_NS + 500_000_000, "tag")]);
+}
+
+#[test]
+fn streams_of_xdf_are_on_the_clock_of_the_recorder() {
+    let xdf = recording(&files::xdf());
+    let ecg = signal(&xdf, "ECG");
+    assert_eq!((ecg.quantity, xdf.is_dated), (Quantity::Ecg, false));
+    assert_eq!(runs(ecg), [(60_000_000_000, 100.0, &[5.0, -6.0, 7.0][..])]);
+    assert_eq!(marks(signal(&xdf, "Markers")), [(61_000_000_000, "tap")]);
+}
+
+#[test]
+fn xdf_that_ends_early_is_read_to_its_last_whole_chunk() {
+    let mut file = files::xdf();
+    file.truncate(file.len() - 3);
+    let xdf = recording(&file);
+    assert_eq!(xdf.signals.len(), 1);
+    assert!(xdf.notes[0].contains("ends within a chunk"), "{:?}", xdf.notes);
+}
+
+#[test]
+fn records_of_edf_that_do_not_follow_each_other_are_runs() {
+    let edf = recording(&files::edf());
+    let (ecg, lowest) = (signal(&edf, "ecg"), -1.0);
+    assert_eq!(ecg.channels[0].unit, "mV");
+    let found = runs(ecg);
+    assert_eq!(found[0], (0, 4.0, &[0.0, 1.0, 0.0, lowest][..]));
+    assert_eq!(found[1], (3_000_000_000, 4.0, &[1.0; 4][..]));
+    assert_eq!(marks(signal(&edf, "annotations")), [(3_500_000_000, "tap")]);
+}
