@@ -1,0 +1,69 @@
+use std::fmt;
+
+/// Why a recording could not be joined. The message fits after "failed to".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JoinError {
+    /// There are too few events on one side.
+    Few {
+        /// The events on the side with fewer.
+        found: usize,
+        /// The events that are needed.
+        needed: usize,
+    },
+    /// No events are within the largest offset of each other.
+    Apart,
+    /// Two offsets fit about equally well.
+    Ambiguous {
+        /// The best offset [s].
+        offset_secs: f64,
+        /// The next best offset [s].
+        next_offset_secs: f64,
+    },
+    /// The events of the two do not belong together.
+    Unlike {
+        /// The share that matches at the best offset [0..1].
+        share: f64,
+    },
+}
+
+impl JoinError {
+    /// What the user can do about it.
+    pub fn hint(&self) -> &'static str {
+        match self {
+            JoinError::Few { .. } => "choose a stream and a file that recorded the same minutes",
+            JoinError::Apart => {
+                "allow a larger offset, and make sure that both recorded the same time"
+            }
+            JoinError::Ambiguous { .. } => {
+                "the events are too regular or too few: join by a tap or a marker, or allow only a smaller offset"
+            }
+            JoinError::Unlike { .. } => {
+                "make sure that both recorded the same person at the same time"
+            }
+        }
+    }
+}
+
+impl fmt::Display for JoinError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            JoinError::Few { found, needed } => {
+                write!(f, "find enough events in both: {found} of at least {needed}")
+            }
+            JoinError::Apart => {
+                f.write_str("find events of both within the largest offset of each other")
+            }
+            JoinError::Ambiguous { offset_secs, next_offset_secs } => write!(
+                f,
+                "determine the offset: {offset_secs:.3} s and {next_offset_secs:.3} s fit about equally well"
+            ),
+            JoinError::Unlike { share } => write!(
+                f,
+                "match the two: at the best offset {:.0} % of the events have a partner",
+                100.0 * share
+            ),
+        }
+    }
+}
+
+impl std::error::Error for JoinError {}
