@@ -1,7 +1,7 @@
 //! `teampulse calibrate`: a device's fixed latency from an event that two streams saw.
 
 mod edit;
-mod signals;
+pub(super) mod signals;
 
 use std::path::{Path, PathBuf};
 

@@ -1,14 +1,18 @@
 //! `teampulse import`: converts recordings of other programs to bags of teampulse.
 
+mod imported;
+mod joining;
 mod kind;
 mod report;
 mod tables;
+mod written;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{BagSink, Options, Place};
+use teampulse_bag::{Bag, BagSink, Options, Place};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
@@ -20,7 +24,9 @@ use teampulse_messages::convert::encode;
 use teampulse_sinks::{Again, ContinuingBag};
 
 use crate::commands::info::open;
-use crate::commands::replay::{defaults, describe_foreign, replayed, study_at, study_of};
+use crate::commands::replay::{
+    defaults, describe_foreign, replayed, study_at, study_of, study_or_defaults,
+};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::Claimed;
@@ -29,14 +35,24 @@ use crate::recorded::read_through;
 use crate::setup::{features, sink_context, tidy};
 use crate::study::Study;
 
+use imported::DeviceRecording;
+use joining::Into;
 use kind::{Kind, tables_in};
-use tables::{Asked, Tables};
+use tables::{Asked, DATED_NS, Tables};
+use written::{Placed, SessionFromDevice};
+
+/// The note of a bag on how each of its files was placed on a session's time.
+const JOINED: &str = "teampulse.joined";
 
 /// Converts recordings of other programs to bags of teampulse, with all computed features.
 ///
 /// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a new bag. Tables of samples,
 /// as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
-/// Empatica's E4 or of Polar Sensor Logger all tables are read. The imported files are not changed.
+/// Empatica's E4 or of Polar Sensor Logger all tables are read. So are the zip of an E4, files of an Embrace Plus
+/// (Avro), XDF, EDF and BDF. The imported files are not changed.
+///
+/// With --into they join a session that was recorded at the same time: their bag is on its clock. Heart beats that
+/// both recorded show where they belong, or a marker with --at; how exactly is printed and kept in the bag.
 #[derive(Debug, Args)]
 pub struct Import {
     /// The recordings, or the tables
@@ -50,22 +66,43 @@ pub struct Import {
     study: Option<PathBuf>,
     #[command(flatten)]
     asked: Asked,
+    #[command(flatten)]
+    into: Into,
 }
 
 impl Import {
     /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
-        let (mut bags, mut tables) = (Vec::new(), Vec::new());
+        let (mut bags, mut tables, mut devices) = (Vec::new(), Vec::new(), Vec::new());
         for file in &self.files {
             match Kind::of(file)? {
                 Kind::Bag => bags.push(file.clone()),
                 Kind::Table => tables.push(file.clone()),
+                Kind::Device => devices.push(file.clone()),
                 Kind::Tables => tables.extend(tables_in(file)?),
             }
         }
         let mut worst = Exit::Fine;
         for bag in &bags {
             let exit = self.bag(bag).await?;
+            worst = if worst == Exit::Fine { exit } else { worst };
+        }
+        let is_joined = self.into.bag().is_some();
+        if is_joined && !bags.is_empty() {
+            return Err(Failure::new(format!(
+                "{} is a recording of ROS, not of a device",
+                bags[0].display()
+            ))
+            .hint("import it without --into")
+            .exit(Exit::BadArguments));
+        }
+        let mut recordings = DeviceRecording::of_files(&devices, &self.asked)?;
+        if is_joined && !tables.is_empty() {
+            recordings.push(DeviceRecording::of_tables(Tables::open(&tables, &self.asked)?)?);
+            tables.clear();
+        }
+        if !recordings.is_empty() {
+            let exit = self.devices(recordings).await?;
             worst = if worst == Exit::Fine { exit } else { worst };
         }
         if !tables.is_empty() {
@@ -100,37 +137,103 @@ impl Import {
     }
 
     async fn tables(&self, files: &[PathBuf]) -> Result<Exit, Failure> {
-        let tables = Tables::open(files, &self.asked)?;
+        let tables = Tables::open(files, &self.asked)?.with_date();
+        let report = tables.report();
         let study = self.study(&self.files[0])?;
-        let claimed = Claimed::new(&self.out, &study.general.session.name)?;
+        let source: Box<dyn Source> = Box::new(tables);
+        let name = study.general.session.name.clone();
+        let lines = report.lines().collect();
+        self.computed(source, &study, Described { name, notes: BTreeMap::new(), lines }).await
+    }
+
+    /// Recordings of devices, on the clock of the session that they join, if there is one.
+    async fn devices(&self, recordings: Vec<DeviceRecording>) -> Result<Exit, Failure> {
+        let session = self.into.bag().map(open).transpose()?;
+        let study = match (&self.study, &session) {
+            (None, Some(bag)) => study_or_defaults(bag)?,
+            _ => self.study(&self.files[0])?,
+        };
+        let name = match session {
+            Some(_) => format!("{}_{}", study.general.session.name, recordings[0].device),
+            None => study.general.session.name.clone(),
+        };
+        let (mut placed, mut lines, mut notes) = (Placed::new(), Vec::new(), Vec::new());
+        for recording in recordings {
+            let (session_from_device, words) = self.place(session.as_ref(), &recording)?;
+            lines.push(format!("{}: {words}", recording.name));
+            notes.push(format!("{}: {words}", recording.device));
+            for mut signal in recording.signals {
+                lines.push(format!("  {}", signal.stream.name));
+                signal.stream.doc = format!("imported from a file; {words}");
+                placed.add(signal, &session_from_device);
+            }
+        }
+        let notes = BTreeMap::from([(JOINED.to_owned(), notes.join("\n"))]);
+        self.computed(Box::new(placed), &study, Described { name, notes, lines }).await
+    }
+
+    /// How times of a device become those of the new bag, in a function and in words.
+    fn place(
+        &self,
+        session: Option<&Bag>,
+        recording: &DeviceRecording,
+    ) -> Result<(SessionFromDevice, String), Failure> {
+        if let Some(bag) = session {
+            let joined = self.into.join(bag, self.asked.person(), recording)?;
+            return Ok((joined.session_from_device, joined.words));
+        }
+        if recording.is_dated {
+            return Ok((Box::new(|at_ns| at_ns), "times are by the clock of the device".into()));
+        }
+        let first_ns = recording.first_ns();
+        let words = "it contains no date: the bag begins in 2001".into();
+        Ok((Box::new(move |at_ns| at_ns.saturating_sub(first_ns).saturating_add(DATED_NS)), words))
+    }
+
+    /// Writes a bag of a source with all computed features.
+    async fn computed(
+        &self,
+        source: Box<dyn Source>,
+        study: &Study,
+        Described { name, notes, lines }: Described,
+    ) -> Result<Exit, Failure> {
+        let claimed = Claimed::new(&self.out, &name)?;
         let folder = claimed.path().to_owned();
         let clock = Clock::settable();
-        let context = sink_context(&study, &folder, &clock);
-        let session = study.general.session.name.clone();
-        let options = Options { session, place: Place::Claimed, ..Options::default() };
+        let context = sink_context(study, &folder, &clock);
+        let session = name;
+        let options = Options { session, notes, place: Place::Claimed, ..Options::default() };
         let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
         let (ended, again) = (context.bag_ended.clone(), Again::Never);
         let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag { bag, ended, again })];
-        sinks.extend(tidy(&study, &context)?);
-        let report = tables.report();
-        let source: Box<dyn Source> = Box::new(tables);
+        sinks.extend(tidy(study, &context)?);
         let session = Session {
             clock,
             pace: Pace::Recorded,
             clocks: Clocks::new(study.general.clocks.clone()),
             streams: Streams::default(),
-            sources: vec![("tables".into(), source)],
-            features: features(&study)?,
+            sources: vec![("files".into(), source)],
+            features: features(study)?,
             sinks,
             workers: Vec::new(),
             encode,
             commands: Commands::default(),
         };
         let exit = read_through(session, &folder).await;
-        output::lines(report.lines());
+        output::lines(lines);
         concluded(&folder, exit);
         Ok(exit)
     }
+}
+
+/// A new bag, and what is stated of it.
+struct Described {
+    /// The session's name.
+    name: String,
+    /// Stored in the bag.
+    notes: BTreeMap<String, String>,
+    /// Printed.
+    lines: Vec<String>,
 }
 
 /// Prints where the bag is.

@@ -28,7 +28,7 @@ const MOMENTS: [&str; 2] = ["std_msgs/msg/Empty", "std_msgs/msg/String"];
 
 /// The stream to read, and the part of it.
 #[derive(Clone, Debug)]
-pub(super) struct Wanted {
+pub(in crate::commands) struct Wanted {
     stream: String,
     channel: Option<String>,
 }
@@ -57,14 +57,14 @@ impl fmt::Display for Wanted {
 
 /// The part of a bag to read, by log time.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Span {
+pub(in crate::commands) struct Span {
     from: Time,
     to: Time,
 }
 
 impl Span {
     /// The part between two times after the bag's start.
-    pub(super) fn of(bag: &Bag, from_secs: Option<f64>, to_secs: Option<f64>) -> Span {
+    pub(in crate::commands) fn of(bag: &Bag, from_secs: Option<f64>, to_secs: Option<f64>) -> Span {
         let (first, last) = bag.bounds().unwrap_or_default();
         let after = |secs: f64| Time::from_nanos(first.nanos().saturating_add((secs * 1e9) as i64));
         Span { from: from_secs.map_or(first, after), to: to_secs.map_or(last, after) }
@@ -72,7 +72,7 @@ impl Span {
 }
 
 /// What was read from the bag.
-pub(super) struct Recorded {
+pub(in crate::commands) struct Recorded {
     pub seen: [SeenBy; 2],
     /// Whether the times of the second stream have a fixed latency subtracted.
     pub has_latency: bool,
@@ -81,7 +81,11 @@ pub(super) struct Recorded {
 }
 
 /// Reads two signals.
-pub(super) fn record(bag: &Bag, wanted: [&Wanted; 2], span: Span) -> Result<Recorded, Failure> {
+pub(in crate::commands) fn record(
+    bag: &Bag,
+    wanted: [&Wanted; 2],
+    span: Span,
+) -> Result<Recorded, Failure> {
     let [a, b] = wanted;
     let mut seen = [SeenBy::new(bag, a)?, SeenBy::new(bag, b)?];
     let (mut has_latency, mut is_whole) = (false, true);
@@ -125,7 +129,7 @@ fn states_latency(message: &Message, stream: &str) -> bool {
 }
 
 /// The signal of one stream.
-pub(super) struct SeenBy {
+pub(in crate::commands) struct SeenBy {
     stream: Arc<Stream>,
     place: usize,
     mode: ReadMode,
@@ -165,6 +169,11 @@ impl SeenBy {
     /// The connection interval of the link over which its messages came [s], where arrivals show one.
     pub(super) fn interval_secs(&self) -> Option<f64> {
         self.link.secs()
+    }
+
+    /// The times of its events or samples [ns].
+    pub(in crate::commands) fn times(&self) -> &[i64] {
+        &self.times
     }
 
     pub(super) fn seen(&self) -> Seen<'_> {

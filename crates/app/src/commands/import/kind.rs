@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::imported::is_of_device;
 use super::tables::signal_of;
 use crate::failure::Failure;
 
@@ -16,6 +17,8 @@ pub enum Kind {
     Table,
     /// A folder of tables.
     Tables,
+    /// A file of a device, other than a table.
+    Device,
 }
 
 /// The first bytes of recordings: MCAP, `SQLite`, Zstandard, and ROS 1; opening the file decides.
@@ -35,6 +38,9 @@ impl Kind {
             .and_then(|file| file.take(16).read_to_end(&mut start))
             .map_err(unreadable)?;
         let is_bag = BEGINNINGS.iter().any(|beginning| start.starts_with(beginning));
+        if is_of_device(&start) {
+            return Ok(Kind::Device);
+        }
         Ok(if is_bag || start.is_empty() { Kind::Bag } else { Kind::Table })
     }
 }

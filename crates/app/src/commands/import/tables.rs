@@ -14,8 +14,10 @@ use teampulse_core::text::on_one_line;
 use teampulse_core::time::Time;
 use teampulse_core::units::spelt;
 use teampulse_features::analyses::{ANALYSES, Analysis};
+use teampulse_formats as formats;
 use teampulse_sources::ros_people::NAMESPACE;
 
+use super::imported::Imported;
 use crate::commands::extract::{Row, Rows, Table, TableArgs, signal};
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -27,7 +29,10 @@ const RUN_SECS: f64 = 0.9;
 /// A sample that comes later than this many periods after the previous one begins another run.
 const GAP_PERIODS: f64 = 1.5;
 /// Times before this contain no date [ns]: 2001-01-01.
-const DATED_NS: i64 = 978_307_200_000_000_000;
+pub const DATED_NS: i64 = 978_307_200_000_000_000;
+
+/// The device of a table, unless it is named.
+const TABLE: &str = "table";
 
 /// The options for tables.
 #[derive(Clone, Debug, Args)]
@@ -38,11 +43,11 @@ pub struct Asked {
     signal: Option<&'static Analysis>,
     #[command(flatten)]
     table: TableArgs,
-    /// The pseudonym of the person whose tables these are
+    /// The pseudonym of the person who was measured
     #[arg(long, value_name = "ID", default_value = "p001", value_parser = token)]
     person: String,
-    /// The device that measured the tables
-    #[arg(long, value_name = "NAME", default_value = "table", value_parser = token)]
+    /// The device that measured; by default what its file states, or `table`
+    #[arg(long, value_name = "NAME", default_value = TABLE, value_parser = token)]
     device: String,
 }
 
@@ -64,6 +69,18 @@ pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     let words: Vec<&str> = stem.split(|each: char| !each.is_ascii_alphanumeric()).collect();
     let is_of = |each: &&Analysis| each.table.files.iter().any(|name| words.contains(name));
     ANALYSES.iter().find(is_of)
+}
+
+impl Asked {
+    /// The pseudonym of the person.
+    pub fn person(&self) -> &str {
+        &self.person
+    }
+
+    /// The device, if it was named; else its own name.
+    pub fn device_or<'a>(&'a self, own: &'a str) -> &'a str {
+        if self.device == TABLE { own } else { &self.device }
+    }
 }
 
 /// Tables that are read together.
@@ -100,13 +117,42 @@ impl Tables {
             let hint = "import those that began together, or name the column of times with --time";
             return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
         }
-        if is_dated.contains(&false) {
+        Ok(Tables { each })
+    }
+
+    /// The same with a date, where they contain none.
+    #[must_use]
+    pub fn with_date(mut self) -> Tables {
+        if !self.is_dated() {
             output::note("note: the tables contain no date: the bag begins in 2001");
-            for reader in &mut each {
+            for reader in &mut self.each {
                 reader.shift_ns = DATED_NS;
             }
         }
-        Ok(Tables { each })
+        self
+    }
+
+    /// Whether their times contain the date.
+    pub fn is_dated(&self) -> bool {
+        self.each.iter().all(Reader::is_dated)
+    }
+
+    /// The files, for people.
+    pub fn name(&self) -> String {
+        let names: Vec<String> =
+            self.each.iter().map(|reader| reader.path.display().to_string()).collect();
+        names.join(", ")
+    }
+
+    /// The device, as in the names of the streams.
+    pub fn device(&self) -> String {
+        let name = self.each.first().map_or("", |reader| &reader.stream.name);
+        name.rsplit('/').nth(1).unwrap_or_default().to_owned()
+    }
+
+    /// All samples, with the times in the tables.
+    pub fn collected(self) -> Result<Vec<Imported>, Failure> {
+        self.each.into_iter().map(Reader::collected).collect()
     }
 
     /// What is imported.
@@ -142,6 +188,22 @@ struct Run {
     samples: Vec<f64>,
 }
 
+impl Run {
+    /// Whether another follows without a gap.
+    fn goes_on_with(&self, next: &Run, rate_hz: f64) -> bool {
+        let after_ns = next.first_ns.saturating_sub(self.last_ns);
+        after_ns > 0 && (after_ns as f64) < GAP_PERIODS * 1e9 / rate_hz
+    }
+
+    /// The same with the period between its first and its last sample.
+    fn even(self, width: usize, rate_hz: f64) -> formats::Run {
+        let periods = (self.samples.len() / width).saturating_sub(1);
+        let span_ns = self.last_ns.saturating_sub(self.first_ns) as f64;
+        let period_ns = if periods > 0 { span_ns / periods as f64 } else { 1e9 / rate_hz };
+        formats::Run { start_ns: self.first_ns, period_ns, samples: self.samples }
+    }
+}
+
 impl Reader {
     fn open(path: &Path, asked: &Asked) -> Result<Reader, Failure> {
         let signal = asked.signal.or_else(|| signal_of(path)).ok_or_else(|| {
@@ -155,6 +217,42 @@ impl Reader {
         let mut rows = asked.table.rows(signal, table)?;
         let ahead = rows.next()?;
         Ok(Reader { path: path.to_owned(), signal, stream, rows, ahead, shift_ns: 0 })
+    }
+
+    /// All its samples.
+    fn collected(mut self) -> Result<Imported, Failure> {
+        let too_many =
+            Failure::to(format!("read {}: it has too many numbers", self.path.display()))
+                .hint("export a shorter part of the recording");
+        let (mut runs, mut at_ns, mut values) = (Vec::<Run>::new(), Vec::new(), Vec::new());
+        let rate_hz = self.stream.rate_hz;
+        let mut count = 0;
+        while let Some(run) = self.next()? {
+            count += run.samples.len();
+            if count > formats::MOST_VALUES {
+                return Err(too_many);
+            }
+            let last = runs.last_mut();
+            match last.filter(|last| last.goes_on_with(&run, rate_hz)) {
+                Some(last) if rate_hz > 0.0 => {
+                    last.last_ns = run.last_ns;
+                    last.samples.extend(run.samples);
+                }
+                _ if rate_hz > 0.0 => runs.push(run),
+                _ => {
+                    at_ns.push(run.first_ns);
+                    values.extend(run.samples);
+                }
+            }
+        }
+        let width = self.stream.channels.len().max(1);
+        let even = |run: Run| run.even(width, rate_hz);
+        let content = if rate_hz > 0.0 {
+            formats::Content::Even(runs.into_iter().map(even).collect())
+        } else {
+            formats::Content::Uneven { at_ns, values }
+        };
+        Ok(Imported { stream: self.stream, content })
     }
 
     fn is_dated(&self) -> bool {

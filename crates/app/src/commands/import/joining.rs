@@ -1,0 +1,360 @@
+//! Where a recording of a device belongs on the time of a session that it was part of.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use teampulse_bag::{Bag, BagStream};
+use teampulse_core::stream::{Origin, Shape, Signal};
+use teampulse_formats::{Content, Run};
+use teampulse_signal::ecg::find_beats;
+use teampulse_signal::ppg::find_pulses;
+use teampulse_timefilter::clock::Latency;
+use teampulse_timefilter::join::{JoinError, Placement, Search, by_beats, by_marks};
+
+use super::imported::{DeviceRecording, Imported};
+use super::written::SessionFromDevice;
+use crate::commands::calibrate::signals::{Span, Wanted, record};
+use crate::exit::Exit;
+use crate::failure::Failure;
+
+/// How far the clock of a device that knows the date may be off, by default [s].
+const DATED_OFFSET_SECS: f64 = 600.0;
+/// From the R wave to the foot of the pulse at the wrist or finger: 200 to 300 ms in 95 % of adults at rest.
+const PULSE_ARRIVAL: Latency = Latency::new(0.250, 0.050);
+/// From there to the systolic peak, of which a device stamps its own intervals, and what its filters add.
+const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
+/// Two places on the body whose pulses are compared.
+const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
+/// A detector's systematic difference between two kinds of ECG.
+const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
+/// Half of the step in which devices stamp the presses of their button [s].
+const MARK_SECS: f64 = 0.005;
+
+/// The options for files that join a session.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Options for joining a session")]
+pub struct Into {
+    /// The bag of the session during which the files were recorded. Their new bag is on its clock, and itself
+    /// stays as it is
+    #[arg(id = "into", long = "into", value_name = "BAG")]
+    session: Option<PathBuf>,
+    /// Joins by an event that both recorded: the label of markers in the session, and after `=` that of those
+    /// in the file (by default all in the file). Without this, heart beats are matched
+    #[arg(long, value_name = "LABEL[=LABEL]", requires = "into", conflicts_with = "against")]
+    at: Option<String>,
+    /// The stream of the session whose heart beats are matched; by default the person's beats from an ECG, else
+    /// from intervals, else pulses
+    #[arg(long, value_name = "STREAM", requires = "into")]
+    against: Option<Wanted>,
+    /// From the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty (95 %)
+    /// after a colon [ms]. Differs between people; measure it in a recording with a tap
+    #[arg(long, value_name = "MS[:MS]", requires = "into", value_parser = pulse_arrival)]
+    pulse_arrival: Option<Latency>,
+    /// The largest distance between the clocks of session and device [s]; by default 600 where the file has
+    /// dates, and any where it has none
+    #[arg(long, value_name = "SECS", requires = "into", value_parser = positive)]
+    max_offset: Option<f64>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let secs = text.parse().ok().filter(|secs: &f64| secs.is_finite() && *secs > 0.0);
+    secs.ok_or_else(|| "expected a number of seconds above 0".to_owned())
+}
+
+fn pulse_arrival(text: &str) -> Result<Latency, String> {
+    let (centre, uncertainty) = text.split_once(':').unwrap_or((text, "10"));
+    let secs = |text: &str| {
+        text.parse::<f64>().ok().filter(|ms| (0.0..=1000.0).contains(ms)).map(|ms| ms / 1e3)
+    };
+    let both = secs(centre).zip(secs(uncertainty));
+    let (centre, uncertainty) =
+        both.ok_or("expected milliseconds from 0 to 1000, such as 240 or 240:15")?;
+    Ok(Latency::new(centre, uncertainty))
+}
+
+/// A placement, with its description for people.
+pub struct Joined {
+    /// Converts times of the device.
+    pub session_from_device: SessionFromDevice,
+    /// Such as "placed by 612 heart beats …: within 41 ms (95 %)".
+    pub words: String,
+}
+
+/// The events of one side.
+struct Happened {
+    name: String,
+    at_ns: Vec<i64>,
+    kind: Kind,
+}
+
+/// What the events are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// R waves.
+    Beats,
+    /// Pulses; of the recording both the foot and the peak are known, of the session the peak.
+    Pulses,
+    /// Beats by the intervals of a device that sees the pulse.
+    PulseIntervals,
+    Marks,
+}
+
+impl Into {
+    /// The bag of the session.
+    pub fn bag(&self) -> Option<&Path> {
+        self.session.as_deref()
+    }
+
+    /// Finds where a recording belongs.
+    pub fn join(
+        &self,
+        bag: &Bag,
+        person: &str,
+        device: &DeviceRecording,
+    ) -> Result<Joined, Failure> {
+        let failure = |error: JoinError| {
+            Failure::to(format!("place {} in the session: cannot {error}", device.name))
+                .hint(error.hint())
+        };
+        let (session, recording) = if let Some(labels) = &self.at {
+            of_marks(bag, labels, device)?
+        } else {
+            let session = self.beats_of(bag, person)?;
+            let recording = of_heart(device, session.kind)?;
+            (session, recording)
+        };
+        let origin_ns = session.at_ns.iter().min().copied().unwrap_or_default();
+        let device_ns = if device.is_dated {
+            origin_ns
+        } else {
+            recording.at_ns.iter().min().copied().unwrap_or_default()
+        };
+        let secs = |at_ns: &[i64], origin_ns: i64| -> Vec<f64> {
+            at_ns.iter().map(|at| at.saturating_sub(origin_ns) as f64 / 1e9).collect()
+        };
+        let (ours, theirs) = (secs(&session.at_ns, origin_ns), secs(&recording.at_ns, device_ns));
+        let usual = if device.is_dated { DATED_OFFSET_SECS } else { f64::INFINITY };
+        let search = Search {
+            max_offset_secs: self.max_offset.unwrap_or(usual),
+            delay: self.delay(session.kind, recording.kind),
+            resolution_secs: if session.kind == Kind::Marks { MARK_SECS } else { 0.0 },
+        };
+        let by = if session.kind == Kind::Marks { by_marks } else { by_beats };
+        let found = by(&ours, &theirs, &search).map_err(failure)?;
+        let ends =
+            theirs.iter().copied().fold((f64::MAX, f64::MIN), |(a, b), at| (a.min(at), b.max(at)));
+        let words = words(&found, &session, ends, search.delay, device.is_dated);
+        let session_from_device = Box::new(move |at_ns: i64| {
+            let secs = at_ns.saturating_sub(device_ns) as f64 / 1e9;
+            // What is added is small, so that no digits of the time itself are lost.
+            let added_ns = ((found.session_from_device(secs) - secs) * 1e9).round() as i64;
+            at_ns.saturating_sub(device_ns).saturating_add(origin_ns).saturating_add(added_ns)
+        });
+        Ok(Joined { session_from_device, words })
+    }
+
+    /// How much later the recording shows an event than the session.
+    fn delay(&self, session: Kind, recording: Kind) -> Latency {
+        let arrival = self.pulse_arrival.unwrap_or(PULSE_ARRIVAL);
+        match (session, recording) {
+            (Kind::Marks, _) => Latency::new(0.0, 0.0),
+            (Kind::Beats, Kind::Pulses) => arrival,
+            (Kind::Beats, Kind::PulseIntervals) => Latency::new(
+                arrival.secs + PULSE_RISE.secs,
+                arrival.uncertainty_secs.hypot(PULSE_RISE.uncertainty_secs),
+            ),
+            (Kind::Beats, _) => BETWEEN_ECGS,
+            (_, Kind::PulseIntervals) => Latency::new(0.0, PULSE_RISE.uncertainty_secs),
+            // The session's pulses are known by their peaks, like those of the recording.
+            (_, Kind::Pulses) => BETWEEN_PLACES,
+            (_, _) => Latency::new(-(arrival.secs + PULSE_RISE.secs), PULSE_RISE.uncertainty_secs),
+        }
+    }
+
+    /// The beats of the person in the session.
+    fn beats_of(&self, bag: &Bag, person: &str) -> Result<Happened, Failure> {
+        let signal_of = |known: &BagStream| {
+            let input = known.stream.inputs.first()?;
+            let input = bag.streams().iter().find(|other| other.stream.name == *input)?;
+            Some(input.stream.signal)
+        };
+        let is_beats = |known: &&BagStream| {
+            let leaf = known.stream.name.rsplit('/').next();
+            known.stream.shape == Shape::Event
+                && known.stream.origin == Origin::Derived
+                && matches!(leaf, Some("beats" | "pulses"))
+                && known.messages > 0
+        };
+        let beats = bag.streams().iter().filter(is_beats);
+        let rank = |known: &&BagStream| match signal_of(known) {
+            Some(Signal::Ecg) => 0,
+            Some(Signal::Interval) => 1,
+            _ => 2,
+        };
+        let chosen = match &self.against {
+            Some(wanted) => beats.clone().find(|known| known.stream.name == wanted.to_string()),
+            None => beats.clone().filter(|known| known.stream.id == person).min_by_key(rank),
+        };
+        let Some(chosen) = chosen else {
+            let names: Vec<&str> = beats.map(|known| known.stream.name.as_str()).collect();
+            let hint = match names.as_slice() {
+                [] => "join by a marker with --at, or compute the session's beats with `teampulse replay`".to_owned(),
+                names => format!("the session has {}: name one with --against, or its --person", names.join(", ")),
+            };
+            let whose =
+                self.against.as_ref().map_or_else(|| format!("of {person}"), ToString::to_string);
+            return Err(Failure::new(format!("the session has no heart beats {whose}"))
+                .hint(hint)
+                .exit(Exit::BadArguments));
+        };
+        let name = chosen.stream.name.clone();
+        let kind = if signal_of(chosen) == Some(Signal::Ppg) { Kind::Pulses } else { Kind::Beats };
+        Ok(Happened { at_ns: times(bag, &name)?, name, kind })
+    }
+}
+
+/// The times of the events of a stream, such as `/session/events:tap` [ns].
+fn times(bag: &Bag, stream: &str) -> Result<Vec<i64>, Failure> {
+    let wanted: Wanted = stream.parse().map_err(Failure::new)?;
+    let recorded = record(bag, [&wanted, &wanted], Span::of(bag, None, None))?;
+    Ok(recorded.seen[0].times().to_vec())
+}
+
+/// Markers of the session and marks of the file.
+fn of_marks(
+    bag: &Bag,
+    labels: &str,
+    device: &DeviceRecording,
+) -> Result<(Happened, Happened), Failure> {
+    let (ours, theirs) = match labels.split_once('=') {
+        Some((ours, theirs)) => (ours, Some(theirs)),
+        None => (labels, None),
+    };
+    let kind = Kind::Marks;
+    let name = format!("/session/events:{ours}");
+    let session = Happened { at_ns: times(bag, &name)?, name, kind };
+    let marks = device.signals.iter().filter_map(|signal| match &signal.content {
+        Content::Marks(marks) => Some(marks),
+        _ => None,
+    });
+    let is_meant = |label: &str| theirs.is_none_or(|wanted| wanted == label);
+    let at_ns: Vec<i64> =
+        marks.flatten().filter(|mark| is_meant(&mark.label)).map(|mark| mark.at_ns).collect();
+    let missing = |which: &str, label: &str| {
+        Failure::new(format!("{which} has no mark {label:?}"))
+            .hint("`teampulse export` lists the events of a session; without --at heart beats are matched")
+            .exit(Exit::BadArguments)
+    };
+    if session.at_ns.is_empty() {
+        return Err(missing("the session", ours));
+    }
+    if at_ns.is_empty() {
+        return Err(missing(&device.name, theirs.unwrap_or_default()));
+    }
+    Ok((session, Happened { name: device.name.clone(), at_ns, kind }))
+}
+
+/// The heart beats in a recording: from its ECG, else its pulse wave, else its intervals.
+fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happened, Failure> {
+    let of = |signal: Signal| device.signals.iter().find(move |each| each.stream.signal == signal);
+    let found = of(Signal::Ecg)
+        .map(|ecg| (beats(ecg), Kind::Beats))
+        .or_else(|| of(Signal::Ppg).map(|ppg| (pulses(ppg, session), Kind::Pulses)))
+        .or_else(|| {
+            of(Signal::Interval).map(|intervals| (ends(intervals), interval_kind(&device.device)))
+        });
+    let Some((at_ns, kind)) = found else {
+        return Err(Failure::new(format!("{} has no signal of the heart", device.name))
+            .hint("join by a marker that both have, with --at"));
+    };
+    Ok(Happened { name: device.name.clone(), at_ns, kind })
+}
+
+/// Wristbands measure intervals between pulses.
+fn interval_kind(device: &str) -> Kind {
+    let is_wristband = device.starts_with("empatica") || device.starts_with("embrace");
+    if is_wristband { Kind::PulseIntervals } else { Kind::Beats }
+}
+
+fn ends(signal: &Imported) -> Vec<i64> {
+    match &signal.content {
+        Content::Uneven { at_ns, .. } => at_ns.clone(),
+        _ => Vec::new(),
+    }
+}
+
+fn beats(signal: &Imported) -> Vec<i64> {
+    in_runs(signal, |samples, rate_hz| {
+        let beats = find_beats(samples, rate_hz).unwrap_or_default();
+        beats.iter().map(|beat| beat.sample).collect()
+    })
+}
+
+/// The feet of pulses for R waves, and their peaks for those of the session, which are known by their peaks.
+fn pulses(signal: &Imported, session: Kind) -> Vec<i64> {
+    in_runs(signal, |samples, rate_hz| {
+        let pulses = find_pulses(samples, rate_hz).unwrap_or_default();
+        pulses
+            .iter()
+            .map(|pulse| if session == Kind::Pulses { pulse.sample } else { pulse.onset })
+            .collect()
+    })
+}
+
+/// Applies a detector to the first channel of each run.
+fn in_runs(signal: &Imported, found: impl Fn(&[f64], f64) -> Vec<f64>) -> Vec<i64> {
+    let Content::Even(runs) = &signal.content else { return Vec::new() };
+    let width = signal.stream.channels.len().max(1);
+    let of_run = |run: &Run| {
+        let first: Vec<f64> = run.samples.iter().copied().step_by(width).collect();
+        let (start_ns, period_ns) = (run.start_ns, run.period_ns);
+        let at = move |place: f64| start_ns.saturating_add((place * period_ns).round() as i64);
+        found(&first, 1e9 / period_ns)
+            .into_iter()
+            .filter(|place| place.is_finite())
+            .map(at)
+            .collect::<Vec<i64>>()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
+/// A description of a placement.
+fn words(
+    found: &Placement,
+    session: &Happened,
+    (from, to): (f64, f64),
+    delay: Latency,
+    is_dated: bool,
+) -> String {
+    let (what, name) = match session.kind {
+        Kind::Marks => ("events", &session.name),
+        _ => ("heart beats", &session.name),
+    };
+    let share = 100.0 * found.share;
+    let clock = if is_dated {
+        let behind = found.offset_secs;
+        let side = if behind < 0.0 { "ahead" } else { "behind" };
+        format!("its clock was {:.3} s {side}", behind.abs())
+    } else {
+        "it has no date".to_owned()
+    };
+    let skew = if found.skew_ppm == 0.0 {
+        "too short to show its skew".to_owned()
+    } else {
+        format!("{:+.1} ± {:.1} ppm slow", found.skew_ppm, found.skew_uncertainty_ppm())
+    };
+    let ms = 1e3 * found.uncertainty_secs(from).max(found.uncertainty_secs(to));
+    let of_delay = if delay.secs == 0.0 {
+        String::new()
+    } else {
+        let (secs, uncertainty) = (1e3 * delay.secs, 1e3 * delay.uncertainty_secs);
+        format!(
+            ", with {secs:.0} ± {uncertainty:.0} ms from the heart to where the pulse was measured"
+        )
+    };
+    format!(
+        "placed by {} {what} in common with {name} ({share:.0} % of the file's): {clock}, {skew}; \
+         times are within {ms:.0} ms (95 %){of_delay}",
+        found.pairs
+    )
+}

@@ -1,0 +1,271 @@
+"""Files that devices and recorders left join a session afterwards; most are written by programs of others."""
+
+import io
+import math
+import random
+import re
+import struct
+import zipfile
+from pathlib import Path
+
+import bags
+import edfio
+import fastavro
+import numpy as np
+import pytest
+import pyxdf
+import recorded
+import tables
+from mcap.writer import Writer
+
+BEGIN_SECS = 1_700_000_000
+BEGIN_NS = BEGIN_SECS * 1_000_000_000
+SECS = 300
+# By how much the wristband's clock is behind, and how long a pulse takes to the wrist [s].
+BEHIND_SECS = 37.5
+ARRIVAL_SECS = 0.25
+
+
+def beats() -> list[float]:
+    """Heart beats with breathing and chance in them [s]."""
+    chance = random.Random(3)
+    at, found = 0.7, []
+    while at < SECS - 1:
+        found.append(at)
+        at += 0.86 + 0.05 * math.sin(1.5 * at) + 0.03 * math.sin(0.55 * at) + chance.gauss(0, 0.01)
+    return found
+
+
+def bumps(rate_hz: float, at_secs: list[float], width_secs: float) -> np.ndarray:
+    """A wave with its peaks at these times."""
+    times = np.arange(int(SECS * rate_hz)) / rate_hz
+    wave = np.zeros(len(times))
+    for at in at_secs:
+        near = slice(max(0, int((at - 1) * rate_hz)), int((at + 1) * rate_hz))
+        wave[near] += np.exp(-0.5 * ((times[near] - at) / width_secs) ** 2)
+    return wave
+
+
+@pytest.fixture(scope="module")
+def heart():
+    return beats()
+
+
+@pytest.fixture
+def session(stage, heart):
+    """A session with an ECG of p001 and its beats."""
+    ecg = bumps(130, heart, 0.012)
+    lines = [f"{BEGIN_SECS + k / 130:.6f},{value:.4f}" for k, value in enumerate(ecg)]
+    table = stage.folder / "ecg.csv"
+    table.write_text("\n".join(["time [s],ecg [mV]", *lines]))
+    answer = stage.ask("import", table, "--person", "p001", "--out", stage.folder / "session")
+    assert answer.returncode == 0, answer.stderr
+    return Path(answer.stdout.splitlines()[-1])
+
+
+def e4_zip(path, heart, **more) -> None:
+    """The zip of a wristband that was worn meanwhile, by its own clock."""
+    start = BEGIN_SECS - BEHIND_SECS
+    # The tangent of the rise reaches the level before it, the foot, two widths before the peak.
+    pulse = bumps(64, [beat + ARRIVAL_SECS + 2 * 0.055 for beat in heart], 0.055)
+    skin = 2 + 0.1 * np.sin(np.arange(SECS * 4) / 40)
+    files = {
+        "BVP.csv": [f"{start:.2f}", "64.000000", *(f"{50 * value:.2f}" for value in pulse)],
+        "EDA.csv": [f"{start:.2f}", "4.000000", *(f"{value:.6f}" for value in skin)],
+        "ACC.csv": [", ".join([f"{start:.2f}"] * 3), ", ".join(["32.000000"] * 3), *(["0,0,64"] * SECS * 32)],
+        "tags.csv": [f"{start + 100:.2f}", f"{start + 103.2:.2f}", f"{start + 111.9:.2f}"],
+        "info.txt": ["about the files"],
+    }
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, lines in (files | more).items():
+            archive.writestr(name, "\n".join(lines))
+
+
+def joined(stage, file, session, *arguments):
+    return stage.ask("import", file, "--into", session, "--out", stage.folder / "joined", *arguments)
+
+
+def first_secs(bag, topic: str) -> float:
+    """When the first sample of a stream was measured, after the start [s]."""
+    return (tables.stamp_ns(bags.messages(bag, topic)[0]) - BEGIN_NS) / 1e9
+
+
+def test_a_wristband_is_joined_by_heart_beats(stage, session, heart, figure):
+    e4_zip(stage.folder / "e4.zip", heart)
+    before = bags.counts(session)
+    answer = joined(stage, "e4.zip", session)
+    assert answer.returncode == 0, answer.stderr
+    assert bags.counts(session) == before
+    bag = Path(answer.stdout.splitlines()[-1])
+    off_ms = 1e3 * first_secs(bag, "/empatica_e4/bvp")
+    [within] = re.findall(r"times are within (\d+) ms \(95 %\)", answer.stdout)
+    figure(f"import: an E4 joined by heart beats, {off_ms:+.1f} ms off, stated ± {within} ms")
+    assert abs(off_ms) <= 20 <= int(within) <= 80
+    assert "its clock was 37." in answer.stdout and "behind" in answer.stdout
+    assert f"within {within} ms" in tables.described(bag)["/humans/persons/p001/empatica_e4/eda"].doc
+    origins = bags.origins(bag)
+    assert origins["/humans/persons/p001/empatica_e4/acc"] == "raw"
+    assert any(name.endswith("/bvp/pulse/w30") for name in origins), sorted(origins)
+
+
+def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):
+    types = recorded.our_types()
+    session = stage.folder / "markers.mcap"
+    with session.open("wb") as file:
+        bag = recorded.Bag(Writer(file), types)
+        bag.writer.start(profile="ros2")
+        for secs in [100.001, 103.199, 111.902]:
+            at_ns = BEGIN_NS + round(secs * 1e9)
+            content = dict(device_time=recorded.NO_TIME, kind="marker", label="tap", value=math.nan, duration_secs=0.0)
+            bag.add("/session/events", "teampulse_msgs/msg/Event", at_ns, at_ns, content)
+        bag.writer.finish()
+    e4_zip(stage.folder / "e4.zip", heart)
+    answer = joined(stage, "e4.zip", session, "--at", "tap")
+    assert answer.returncode == 0, answer.stderr
+    off_ms = 1e3 * first_secs(Path(answer.stdout.splitlines()[-1]), "/empatica_e4/bvp")
+    figure(f"import: an E4 joined by three presses, {off_ms:+.1f} ms off")
+    assert abs(off_ms) <= 5
+    other = joined(stage, "e4.zip", session, "--at", "clap")
+    assert other.returncode != 0 and "no mark" in other.stderr
+
+
+def test_a_heart_that_beats_like_a_clock_is_refused(stage, session, heart):
+    regular = [0.5 + 0.9 * k for k in range(300)]
+    e4_zip(stage.folder / "e4.zip", regular)
+    answer = joined(stage, "e4.zip", session)
+    assert answer.returncode == 1
+    assert "failed to place e4.zip in the session" in answer.stderr and "hint" in answer.stderr
+
+
+def test_files_of_others_are_read_as_they_were_written(stage):
+    rng = np.random.default_rng(2)
+    ecg, eeg = rng.normal(size=2560), rng.normal(scale=20, size=(2, 2560))
+    edf = edfio.Edf(
+        [
+            edfio.EdfSignal(ecg, 256, label="ECG", physical_dimension="mV"),
+            edfio.EdfSignal(eeg[0], 256, label="EEG Fp1", physical_dimension="uV"),
+            edfio.EdfSignal(eeg[1], 256, label="EEG Fp2", physical_dimension="uV"),
+            edfio.EdfSignal(30 + rng.random(40), 4, label="Temp", physical_dimension="degC"),
+        ],
+        annotations=[edfio.EdfAnnotation(2.5, None, "tap")],
+    )
+    edf.write(stage.folder / "night.edf")
+    bag = imported(stage, "night.edf")
+    values = [value for wave in bags.messages(bag, "/file/ecg") for value in wave.content.samples]
+    assert np.allclose(values, ecg, atol=2e-4)
+    described = tables.described(bag)
+    assert described["/humans/persons/p001/file/eeg_fp1"].channels == ["EEG Fp1", "EEG Fp2"]
+    assert described["/humans/persons/p001/file/temp"].rate_hz == 4
+    [tap] = bags.messages(bag, "/file/annotations")
+    assert tap.content.label == "tap"
+    start_ns = tables.stamp_ns(bags.messages(bag, "/file/ecg")[0])
+    assert tables.stamp_ns(tap) - start_ns == 2_500_000_000
+
+
+def imported(stage, file) -> Path:
+    answer = stage.ask("import", file, "--out", stage.folder / "imported")
+    assert answer.returncode == 0, answer.stderr
+    return Path(answer.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("codec", ["null", "deflate"])
+def test_an_embrace_plus_is_read_as_fastavro_wrote_it(stage, codec):
+    number = {"type": "array", "items": "float"}
+    start = {"name": "timestampStart", "type": "long"}, {"name": "samplingFrequency", "type": "float"}
+    sampled = {"type": "record", "name": "Sampled", "fields": [*start, {"name": "values", "type": number}]}
+    peaks = {"name": "peaksTimeNanos", "type": {"type": "array", "items": "long"}}
+    schema = {
+        "type": "record",
+        "name": "empatica",
+        "namespace": "com.empatica",
+        "fields": [
+            {"name": "participantID", "type": ["null", "string"]},
+            {
+                "name": "rawData",
+                "type": {
+                    "type": "record",
+                    "name": "RawData",
+                    "fields": [
+                        {"name": "eda", "type": sampled},
+                        {"name": "bvp", "type": "Sampled"},
+                        {"name": "systolicPeaks", "type": {"type": "record", "name": "Peaks", "fields": [peaks]}},
+                    ],
+                },
+            },
+        ],
+    }
+    skin = {"timestampStart": BEGIN_SECS * 10**6, "samplingFrequency": 4.0, "values": [0.25, 0.5, 0.75, 1.0]}
+    none = {"timestampStart": 0, "samplingFrequency": 0.0, "values": []}
+    peaks_ns = [BEGIN_NS + k * 800_000_000 for k in range(4)]
+    raw = {"eda": skin, "bvp": none, "systolicPeaks": {"peaksTimeNanos": peaks_ns}}
+    record = {"participantID": "a name", "rawData": raw}
+    with (stage.folder / "day.avro").open("wb") as file:
+        fastavro.writer(file, schema, [record], codec=codec)
+    bag = imported(stage, "day.avro")
+    values = [value for wave in bags.messages(bag, "/embrace_plus/eda") for value in wave.content.samples]
+    assert values == [0.25, 0.5, 0.75, 1.0] and first_secs(bag, "/embrace_plus/eda") == 0
+    intervals = [each.content.values[0] for each in bags.messages(bag, "/embrace_plus/systolic_peaks")]
+    assert intervals == [800.0] * 3
+    assert b"a name" not in b"".join(part.read_bytes() for part in bags.parts(bag))
+
+
+def chunk(tag: int, content: bytes) -> bytes:
+    return b"\x04" + struct.pack("<IH", len(content) + 2, tag) + content
+
+
+def xdf() -> bytes:
+    """A jittered stream by a clock that is behind and drifts, and a string."""
+    chance = random.Random(4)
+    file = b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>')
+    for number, (name, form, rate) in enumerate([("EEG", "float32", 100), ("Markers", "string", 0)], 1):
+        header = (
+            f'<?xml version="1.0"?><info><name>{name}</name><type>{name}</type><channel_count>1</channel_count>'
+            f"<nominal_srate>{rate}</nominal_srate><channel_format>{form}</channel_format>"
+            "<created_at>0</created_at></info>"
+        )
+        file += chunk(2, struct.pack("<I", number) + header.encode())
+        for probe in range(6):
+            at = 50 + 5 * probe
+            file += chunk(4, struct.pack("<Idd", number, at, 1000 + 1e-5 * at))
+    samples = b"".join(
+        b"\x08" + struct.pack("<df", 50 + k / 100 + chance.gauss(0, 0.002), k) for k in range(2500)
+    )
+    file += chunk(3, struct.pack("<IBI", 1, 4, 2500) + samples)
+    file += chunk(3, struct.pack("<IBBBd", 2, 1, 1, 8, 60.0) + b"\x01\x03tap")
+    for number in (1, 2):
+        footer = b'<?xml version="1.0"?><info><first_timestamp>0</first_timestamp></info>'
+        file += chunk(6, struct.pack("<I", number) + footer)
+    return file
+
+
+def test_xdf_has_the_times_that_pyxdf_finds(stage):
+    path = stage.folder / "lab.xdf"
+    path.write_bytes(xdf())
+    streams, _ = pyxdf.load_xdf(str(path))
+    theirs = {stream["info"]["name"][0]: stream for stream in streams}
+    bag = imported(stage, path)
+    rows = [row for wave in bags.messages(bag, "/file/eeg") for row in tables.rows(wave)]
+    assert [row[1][0] for row in rows] == list(theirs["EEG"]["time_series"][:, 0])
+    [tap] = bags.messages(bag, "/file/markers")
+    # Both count from the marker: the recorder's clock has no date.
+    ours = np.array([(at_ns - tables.stamp_ns(tap)) / 1e9 for at_ns, _ in rows])
+    expected = theirs["EEG"]["time_stamps"] - theirs["Markers"]["time_stamps"][0]
+    assert np.abs(ours - expected).max() < 1e-4
+
+
+def test_bad_files_are_refused_with_a_hint(stage):
+    bomb = io.BytesIO()
+    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("ACC.csv", b"0" * (300 << 20))
+    files = {
+        "bomb.zip": (bomb.getvalue(), "unpacks to more than"),
+        "other.zip": (b"PK\x03\x04" + bytes(50), "the archive can't be unpacked"),
+        "short.xdf": (b"XDF:\x04", "it contains no stream with samples"),
+        "short.edf": (b"0       ", "it ends within its header"),
+        "bad.avro": (b"Obj\x01\x00" + bytes(16), "its schema"),
+    }
+    for name, (content, reason) in files.items():
+        (stage.folder / name).write_bytes(content)
+        answer = stage.ask("import", name, "--out", stage.folder / "refused")
+        assert answer.returncode == 1, (name, answer.stderr)
+        assert reason in answer.stderr and "hint" in answer.stderr, (name, answer.stderr)
