@@ -129,6 +129,17 @@ def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):
     assert other.returncode != 0 and "no mark" in other.stderr
 
 
+def test_a_list_of_intervals_without_a_date_is_joined(stage, session, heart):
+    worn = [beat for beat in heart if 60 < beat < 240]
+    intervals = [1e3 * (after - before) for before, after in zip(worn, worn[1:])]
+    (stage.folder / "rr.txt").write_text("\n".join(f"{interval:.0f}" for interval in intervals))
+    answer = joined(stage, "rr.txt", session, "--signal", "interval")
+    assert answer.returncode == 0, answer.stderr
+    assert "it has no date" in answer.stdout
+    bag = Path(answer.stdout.splitlines()[-1])
+    assert abs(first_secs(bag, "/table/interval") - worn[1]) < 0.02
+
+
 def test_a_heart_that_beats_like_a_clock_is_refused(stage, session, heart):
     regular = [0.5 + 0.9 * k for k in range(300)]
     e4_zip(stage.folder / "e4.zip", regular)

@@ -354,7 +354,7 @@ fn words(
     };
     format!(
         "placed by {} {what} in common with {name} ({share:.0} % of the file's): {clock}, {skew}; \
-         times are within {ms:.0} ms (95 %){of_delay}",
+         times are within {ms:.0} ms (95 %) of those of that stream{of_delay}",
         found.pairs
     )
 }
