@@ -175,8 +175,12 @@ STEADY = """
     info = pylsl.StreamInfo("Steady", "EEG", 1, 100, "double64", "steady-1")
     outlet = pylsl.StreamOutlet(info)
     print("open")
+    taken = 0
     while True:
         outlet.push_sample([time.time()])
+        taken += outlet.have_consumers()
+        if taken == 300:
+            print("read")
         time.sleep(0.01)
 """
 
@@ -184,20 +188,20 @@ STEADY = """
 def test_a_sender_that_was_killed_is_read_again_when_it_is_back(stage):
     monitor, out = session(stage, '[[sources]]\ntype = "lsl"\nperson = "p001"\nsource_id = "steady-1"\n')
     first = python(stage, STEADY)
-    first.wait_for("open", "stdout")
-    time.sleep(5)
+    first.wait_for("read", "stdout")
     first.signal(9)
     monitor_said = "is read again when its sender is back"
     monitor.wait_for(monitor_said)
+    # The gap that is to be found.
+    time.sleep(2)
     second = python(stage, STEADY)
-    second.wait_for("open", "stdout")
-    time.sleep(7)
+    second.wait_for("read", "stdout")
     assert monitor.interrupt() in (0, 3), monitor.report()
     bag = harness.the_bag(out)
     waves = events(bag, "/humans/persons/p001/steady/eeg")
     stamps = [secs(wave.header.stamp) for wave in waves]
     gaps = [after - before for before, after in zip(stamps, stamps[1:]) if after - before > 0.5]
-    assert len(gaps) == 1 and gaps[0] < 10, gaps
+    assert len(gaps) == 1, gaps
     # Its own clock, before and after: the same computer's.
     assert all(abs(wave.samples[0] - stamp) < 0.02 for wave, stamp in zip(waves, stamps))
     labels = [each.label for each in events(bag, "/session/events")]
