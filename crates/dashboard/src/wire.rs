@@ -1,0 +1,29 @@
+//! The contract between the server and a browser.
+//!
+//! Both talk over the WebSocket at `/ws`: texts are JSON with a `type`, binary frames are [waves](waves). A time is in
+//! seconds since the session began [s]; `hello` says when that was. What is unknown is `null`, never 0. The types of
+//! the front end, `web/src/wire.ts`, are made of these by a test.
+
+mod from_browser;
+mod from_server;
+mod stream;
+pub mod waves;
+
+pub use from_browser::{FromBrowser, History as HistoryRequest, MOST_WANTED, Wanted};
+pub use from_server::{
+    Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Machine, Marker,
+    Missed, Mode, PhasePlan, Pong, Recording, RecordingStage, Refused, Request, Right, Sample,
+    Status, StreamHealth, Viewer,
+};
+pub use stream::{Channel, Span, Stream};
+
+/// The version of this contract; a browser that knows another one reloads its page.
+pub const PROTOCOL: u32 = 1;
+
+/// The number, unless it is unknown: JSON has neither NaN nor infinities.
+pub fn known(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}
+
+#[cfg(test)]
+mod typescript;

@@ -1,0 +1,755 @@
+// Generated from crates/dashboard/src/wire.rs: `TEAMPULSE_WRITE=1 cargo test -p teampulse-dashboard wire`.
+
+/**
+ * A message of the server.
+ */
+export type FromServer = { "type": "hello" } & Hello | { "type": "streams", 
+/**
+ * The streams.
+ */
+streams: Array<Stream>, } | { "type": "status" } & Status | { "type": "features", 
+/**
+ * In the order in which they came.
+ */
+features: Array<Feature>, } | { "type": "samples", 
+/**
+ * In the order in which they came.
+ */
+samples: Array<Sample>, } | { "type": "events", 
+/**
+ * In the order in which they came.
+ */
+events: Array<Event>, } | { "type": "ready" } | { "type": "recording" } & Recording | { "type": "next_phase", 
+/**
+ * Its name; `null` after the last one.
+ */
+name: string | null, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended;
+
+/**
+ * The session, and what this viewer may do there.
+ */
+export type Hello = { 
+/**
+ * The version of this contract: `PROTOCOL`.
+ */
+protocol: number, 
+/**
+ * The name of the session.
+ */
+session: string, 
+/**
+ * The version of teampulse.
+ */
+version: string, 
+/**
+ * Whether it happens now.
+ */
+mode: Mode, 
+/**
+ * When it began, since the Unix epoch [ms].
+ */
+began_unix_ms: number, 
+/**
+ * The present time [s].
+ */
+now: number, 
+/**
+ * For how long the past is stored [s].
+ */
+stored_secs: number, 
+/**
+ * This viewer.
+ */
+viewer: Viewer, 
+/**
+ * The markers of the study, with their keys; any other letter sets a marker of its own name.
+ */
+markers: Array<Marker>, 
+/**
+ * The phases of the study, in their order.
+ */
+phases: Array<PhasePlan>, };
+
+/**
+ * Whether the session happens now.
+ */
+export type Mode = "live" | "replay";
+
+/**
+ * What a viewer may do.
+ */
+export type Viewer = { 
+/**
+ * The name of the sender in the bag: `dashboard`, `dashboard:192.168.1.7`.
+ */
+name: string, 
+/**
+ * What the viewer may do at all.
+ */
+right: Right, 
+/**
+ * The verbs of the commands that the viewer may send: `mark`, `next_phase`, `stop`, …
+ */
+commands: Array<string>, 
+/**
+ * Whether streams are hidden from this viewer.
+ */
+blind: boolean, };
+
+/**
+ * What a viewer may do at all: each includes those before it.
+ */
+export type Right = "watch" | "mark" | "control";
+
+/**
+ * A marker of the study.
+ */
+export type Marker = { 
+/**
+ * Its key; empty for a button only.
+ */
+key: string, 
+/**
+ * Its label.
+ */
+label: string, };
+
+/**
+ * A phase of the study.
+ */
+export type PhasePlan = { 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * When it begins [s]; `null` where it begins by hand.
+ */
+from: number | null, 
+/**
+ * How long it lasts [s]; `null` until the next one.
+ */
+lasts: number | null, };
+
+/**
+ * A stream of the session.
+ */
+export type Stream = { 
+/**
+ * Its number in this session, by which all other messages name it.
+ */
+id: number, 
+/**
+ * Its ROS topic.
+ */
+name: string, 
+/**
+ * What it measures: `ecg`, `eda`, `battery`, `event`, … (a closed list).
+ */
+signal: string, 
+/**
+ * Whom it is about: `person`, `robot`, `team` or `session`.
+ */
+about: string, 
+/**
+ * The id of that person or robot; empty for the team and the session.
+ */
+subject: string, 
+/**
+ * The device that measures; may be empty.
+ */
+device: string, 
+/**
+ * Whether it was computed here; otherwise it is raw.
+ */
+derived: boolean, 
+/**
+ * `sample`, `wave`, `feature`, `event`, or `message` for a ROS message from elsewhere.
+ */
+shape: string, 
+/**
+ * The type of its messages, `nav_msgs/msg/Odometry`; empty for our own shapes.
+ */
+message_type: string, 
+/**
+ * The numbers of each sample, in their order.
+ */
+channels: Array<Channel>, 
+/**
+ * The declared rate [Hz]; 0 where none is declared or it is irregular.
+ */
+rate_hz: number, 
+/**
+ * How it was computed: the recipe; empty for a raw stream.
+ */
+method: string, 
+/**
+ * The family of its feature, `heart`, `skin`; empty for a raw stream.
+ */
+family: string, 
+/**
+ * The span of its values; `null` where they are instantaneous.
+ */
+window: Span | null, 
+/**
+ * The streams it was computed from, by topic.
+ */
+inputs: Array<string>, 
+/**
+ * The topic of which this holds a second publisher's samples; empty for any other stream.
+ */
+beside: string, 
+/**
+ * One sentence for people.
+ */
+doc: string, 
+/**
+ * Whether this viewer gets no data of it, as they would no longer be blind; see `show_estimates`.
+ */
+hidden: boolean, };
+
+/**
+ * One number of each sample of a stream.
+ */
+export type Channel = { 
+/**
+ * Its name; for a ROS message the path of the field.
+ */
+name: string, 
+/**
+ * Its unit in ASCII: `uS`, `degC`, `1/min`, `1` for a fraction.
+ */
+unit: string, };
+
+/**
+ * The span of a feature's values.
+ */
+export type Span = { "secs": number } | "phases";
+
+/**
+ * The health of raw streams.
+ */
+export type Status = { 
+/**
+ * When it was judged [s].
+ */
+t: number, 
+/**
+ * One for each raw stream.
+ */
+streams: Array<StreamHealth>, };
+
+/**
+ * The health of a stream.
+ */
+export type StreamHealth = { 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * `never`, `ok`, `degraded`, `stale` or `dead`.
+ */
+state: string, 
+/**
+ * Why it is not ok; empty when it is.
+ */
+reason: string, 
+/**
+ * The rate over the last seconds [Hz].
+ */
+rate_hz: number, 
+/**
+ * Since its last sample arrived [s].
+ */
+age_secs: number | null, 
+/**
+ * The samples taken, duplicates included.
+ */
+received: number, 
+/**
+ * The samples lost on the way here; `null` where that can't be known.
+ */
+lost_source: number | null, 
+/**
+ * The samples lost in our own queue.
+ */
+lost_queue: number, 
+/**
+ * The samples out of order.
+ */
+late: number, 
+/**
+ * The duplicates.
+ */
+duplicates: number, 
+/**
+ * How its clock is modelled: `host`, `one_way`, `two_way`, `sample_index` or `remote`.
+ */
+clock: string, 
+/**
+ * How often its clock was restarted.
+ */
+epoch: number, 
+/**
+ * How far its clock is ahead of the session's [s].
+ */
+offset_secs: number | null, 
+/**
+ * How much faster its clock runs [ppm].
+ */
+skew_ppm: number | null, 
+/**
+ * The standard deviation of its delays [s].
+ */
+jitter_secs: number | null, 
+/**
+ * Half the interval that holds the true time with a probability of 95 % [s].
+ */
+uncertainty_secs: number | null, 
+/**
+ * The median time from measuring to arrival [s].
+ */
+latency_secs: number | null, };
+
+/**
+ * The values of a feature over one window.
+ */
+export type Feature = { 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * The end of the window [s].
+ */
+t: number, 
+/**
+ * The length of the window [s].
+ */
+window_secs: number, 
+/**
+ * The share of the window with data [0..1].
+ */
+coverage: number | null, 
+/**
+ * The quality of the data [0..1].
+ */
+quality: number | null, 
+/**
+ * A value for each channel; `null` exactly where there is a reason.
+ */
+values: Array<number | null>, 
+/**
+ * The standard uncertainty of each value; empty when none can be stated.
+ */
+sigmas: Array<number | null>, 
+/**
+ * For each channel `ok` or why it has no value: `short`, `gap`, `quality`, `missing`, `undefined`, `no_baseline`,
+ * `nothing`, `brief_baseline`.
+ */
+reasons: Array<string>, };
+
+/**
+ * A reading.
+ */
+export type Sample = { 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * When it was measured [s].
+ */
+t: number, 
+/**
+ * A number for each channel of the stream.
+ */
+values: Array<number | null>, };
+
+/**
+ * An event.
+ */
+export type Event = { 
+/**
+ * Its number, in the order in which events came.
+ */
+number: number, 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * When it happened [s].
+ */
+t: number, 
+/**
+ * `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`, `command`, `fault`
+ * or `clock`.
+ */
+kind: string, 
+/**
+ * Its label, as in the bag.
+ */
+label: string, 
+/**
+ * Its value.
+ */
+value: number | null, 
+/**
+ * How long it lasts [s]; `null` where that is not known.
+ */
+duration: number | null, 
+/**
+ * What somebody asked for or wrote, of a command, a note or an acknowledgement.
+ */
+request: Request | null, 
+/**
+ * What it says of an alert, on `/team/alerts`.
+ */
+alert: Alert | null, };
+
+/**
+ * What somebody asked for or wrote.
+ */
+export type Request = { 
+/**
+ * Who: `keys`, `dashboard`, `ros:/panel`.
+ */
+who: string, 
+/**
+ * The verb of a command, or `note`, `acknowledge`, `show_estimates`.
+ */
+verb: string, 
+/**
+ * The rest: a marker's label, the note, the label of what was acknowledged.
+ */
+text: string, };
+
+/**
+ * What an event says of an alert.
+ */
+export type Alert = { 
+/**
+ * The robot.
+ */
+robot: string, 
+/**
+ * Why: `offline`, `wifi is stuck`, `battery below 20 %`.
+ */
+why: string, 
+/**
+ * `raised`, `answered` or `over`.
+ */
+stage: string, };
+
+/**
+ * The recording.
+ */
+export type Recording = { 
+/**
+ * Where it stands.
+ */
+stage: RecordingStage, 
+/**
+ * The bag's folder; empty where there is none.
+ */
+path: string, 
+/**
+ * The bytes that are synced to the disk.
+ */
+bytes: number, 
+/**
+ * How fast it grew over the last ten seconds [bytes/s].
+ */
+bytes_per_sec: number, 
+/**
+ * The free space on the disk [bytes].
+ */
+free_bytes: number | null, 
+/**
+ * Since it last grew [s].
+ */
+sync_age_secs: number | null, 
+/**
+ * How long the session has run [s].
+ */
+elapsed_secs: number, 
+/**
+ * Why it ended early; empty otherwise.
+ */
+reason: string, };
+
+/**
+ * Where a recording stands.
+ */
+export type RecordingStage = "nothing" | "tables" | "not_begun" | "open" | "finished" | "ended_early";
+
+/**
+ * This program and its machine.
+ */
+export type Machine = { 
+/**
+ * The processor time of this program per time [cores].
+ */
+cpu_cores: number, 
+/**
+ * Its memory [bytes].
+ */
+memory_bytes: number | null, 
+/**
+ * The records that the dashboard itself skipped since the session began.
+ */
+skipped: number, 
+/**
+ * The viewers that are connected.
+ */
+viewers: number, 
+/**
+ * What waits for this client [bytes].
+ */
+waiting_bytes: number, };
+
+/**
+ * What a client did not get as it was too slow, since it connected.
+ */
+export type Missed = { 
+/**
+ * Events; never markers, alerts, phases or faults.
+ */
+events: number, 
+/**
+ * Statuses and values of features that a newer one replaced.
+ */
+states: number, 
+/**
+ * Readings and waves.
+ */
+signals: number, };
+
+/**
+ * The answer to a probe of the clock.
+ */
+export type Pong = { 
+/**
+ * As it was in `ping`.
+ */
+sent: number, 
+/**
+ * When the probe arrived, by the session's clock [s].
+ */
+received: number, 
+/**
+ * When the answer left [s].
+ */
+replied: number, };
+
+/**
+ * What this client did, as it was read back.
+ */
+export type Echo = { 
+/**
+ * As it was sent.
+ */
+reference: string, 
+/**
+ * The event's label.
+ */
+label: string, 
+/**
+ * Its time in the recording [s].
+ */
+t: number, 
+/**
+ * That time less the one that was sent [s]; `null` where none was sent.
+ */
+off_secs: number | null, 
+/**
+ * Whether the recording was synced to the disk since; `null` where nothing is recorded.
+ */
+on_disk: boolean | null, };
+
+/**
+ * What is stored of a stream, in columns of one width.
+ */
+export type HistoryReply = { 
+/**
+ * As it was sent.
+ */
+reference: string, 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * When the first column begins [s].
+ */
+from: number, 
+/**
+ * The width of a column [s].
+ */
+step: number, 
+/**
+ * One for each channel.
+ */
+channels: Array<Column>, };
+
+/**
+ * The columns of a channel; `null` where there were no data.
+ */
+export type Column = { 
+/**
+ * The smallest number of each column.
+ */
+min: Array<number | null>, 
+/**
+ * The largest.
+ */
+max: Array<number | null>, 
+/**
+ * The mean.
+ */
+mean: Array<number | null>, };
+
+/**
+ * Why something was not done.
+ */
+export type Refused = { 
+/**
+ * As it was sent; `null` for what could not be read.
+ */
+reference: string | null, 
+/**
+ * Why.
+ */
+reason: string, 
+/**
+ * What the user can do; may be empty.
+ */
+hint: string, };
+
+/**
+ * The end of the session.
+ */
+export type Ended = { 
+/**
+ * Why.
+ */
+reason: string, };
+
+/**
+ * A message of a browser. Any other is refused.
+ */
+export type FromBrowser = { "type": "ping", 
+/**
+ * Any number, returned as it is: the browser's own time [ms].
+ */
+sent: number, } | { "type": "want", 
+/**
+ * At most 256.
+ */
+streams: Array<Wanted>, } | { "type": "history" } & History | { "type": "command", 
+/**
+ * Comes back in `echo` or `refused`.
+ */
+reference: string, 
+/**
+ * The command.
+ */
+text: string, 
+/**
+ * When the key or the button was pressed, by the probed clock [s]; `null` for now.
+ */
+at: number | null, } | { "type": "note", 
+/**
+ * Comes back in `echo` or `refused`.
+ */
+reference: string, 
+/**
+ * The note.
+ */
+text: string, 
+/**
+ * What it is about: when its writing began, or the moment that was chosen [s]; `null` for now.
+ */
+at: number | null, } | { "type": "acknowledge", 
+/**
+ * Comes back in `echo` or `refused`.
+ */
+reference: string, 
+/**
+ * The event's label, as it came.
+ */
+alert: string, 
+/**
+ * When [s]; `null` for now.
+ */
+at: number | null, } | { "type": "report", 
+/**
+ * Comes back in `echo` or `refused`.
+ */
+reference: string, 
+/**
+ * The person; `null` where there is only one.
+ */
+subject: string | null, 
+/**
+ * The scale, one word: `isa`.
+ */
+scale: string, 
+/**
+ * The answer: 1 to 5 for ISA.
+ */
+value: number, 
+/**
+ * When [s]; `null` for now.
+ */
+at: number | null, } | { "type": "show_estimates", 
+/**
+ * Comes back in `echo` or `refused`.
+ */
+reference: string, };
+
+/**
+ * A stream that a browser draws.
+ */
+export type Wanted = { 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * How many points a second are drawn at most; a faster wave comes as pairs of its smallest and largest samples,
+ * in their order. 0 for all of them.
+ */
+points_per_sec: number, };
+
+/**
+ * What is asked for of what is stored of a stream.
+ */
+export type History = { 
+/**
+ * Comes back in the reply.
+ */
+reference: string, 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * From when [s].
+ */
+from: number, 
+/**
+ * Until when [s].
+ */
+to: number, 
+/**
+ * In how many columns at most: as many as pixels. At most 4000.
+ */
+points: number, };
+
+export const PROTOCOL = 1;
+export const MOST_WANTED = 256;
+/** The length of what precedes the samples of a binary frame [bytes]. */
+export const WAVE_HEAD_BYTES = 24;
