@@ -29,6 +29,12 @@ picture: build ## docs/demo.svg, made anew from the demo's screen
 build: $(ready)-build ## the binary, in target/release
 	cargo build --release --locked --package teampulse
 
+web: web/node_modules/.package-lock.json ## the dashboard's pages, built from web/ into crates/dashboard/assets (needs Node.js)
+	cd web && npm run --silent check && npm test --silent && npm run --silent build
+
+web/node_modules/.package-lock.json: web/package-lock.json
+	cd web && npm ci --silent --no-audit --no-fund
+
 # --- testing it
 
 test: build peers test-rust test-peers ## every test: of the crates, and of the binary with independent peers
@@ -46,8 +52,11 @@ endif
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
 	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
-check: lint ## format, lints and unit tests: before every commit
+check: lint $(if $(shell command -v npm),check-web) ## format, lints and unit tests: before every commit
 	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)
+
+check-web: web ## the dashboard's pages: types, tests, and that those committed are what web/ builds
+	@git diff --exit-code --stat -- crates/dashboard/assets || { echo "crates/dashboard/assets is not what web/ builds: commit it with its source"; exit 1; }
 
 lint: $(ready)-build ## format, words and lints
 	cargo fmt --all --check
@@ -113,4 +122,4 @@ $(ready)-peers:
 tests/build/fastdds_peer: $(wildcard tests/peers/fastdds/*) | $(ready)-peers
 	@tests/peers/fastdds/build $@
 
-.PHONY: help demo picture build test test-rust test-peers check lint fuzz bench setup peers
+.PHONY: help demo picture build web check-web test test-rust test-peers check lint fuzz bench setup peers

@@ -1,0 +1,82 @@
+/** The colours and the font of the page, read once for each theme. */
+export interface Ink {
+  of: (token: string) => string;
+  font: (weight?: number) => string;
+  size: number;
+}
+
+let known: { theme: string; ink: Ink } | undefined;
+
+/** The page's colours as they are now. */
+export function ink(): Ink {
+  const theme = `${document.documentElement.dataset["theme"] ?? ""}${devicePixelRatio}${innerWidth >= 1600}`;
+  if (known?.theme === theme) return known.ink;
+  const style = getComputedStyle(document.documentElement);
+  const colours = new Map<string, string>();
+  const size = Math.round(parseFloat(style.fontSize) * 0.6875 * 10) / 10;
+  const family = style.getPropertyValue("--font");
+  const of = (token: string) => {
+    const colour = colours.get(token) ?? style.getPropertyValue(`--${token}`).trim();
+    colours.set(token, colour);
+    return colour;
+  };
+  known = { theme, ink: { of, size, font: (weight = 400) => `${weight} ${size}px ${family}` } };
+  return known.ink;
+}
+
+/** A canvas of the size of its element, cleared; `undefined` while it has none. */
+export function prepared(canvas: HTMLCanvasElement): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
+  const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+  const x = canvas.getContext("2d");
+  if (!x || w === 0 || h === 0) return undefined;
+  const scale = devicePixelRatio || 1;
+  const [width, height] = [Math.round(w * scale), Math.round(h * scale)];
+  if (canvas.width !== width || canvas.height !== height) {
+    canvas.width = width;
+    canvas.height = height;
+  }
+  x.setTransform(scale, 0, 0, scale, 0, 0);
+  x.clearRect(0, 0, w, h);
+  x.font = ink().font();
+  x.textBaseline = "middle";
+  return { x, w, h };
+}
+
+/** Diagonal lines over a part of a canvas. */
+export function hatch(x: CanvasRenderingContext2D, left: number, right: number, top: number, bottom: number, colour: string): void {
+  x.save();
+  x.beginPath();
+  x.rect(left, top, right - left, bottom - top);
+  x.clip();
+  x.strokeStyle = colour;
+  x.lineWidth = 1.5;
+  x.beginPath();
+  for (let p = left - (bottom - top); p < right; p += 6) {
+    x.moveTo(p, bottom);
+    x.lineTo(p + bottom - top, top);
+  }
+  x.stroke();
+  x.restore();
+}
+
+/** A word on a ground of its own, so that it can be read above a trace. */
+export function label(x: CanvasRenderingContext2D, text: string, at: number, y: number, colour: string, ground: string): void {
+  const width = x.measureText(text).width + 8;
+  x.fillStyle = ground;
+  x.fillRect(at - width / 2, y - 8, width, 16);
+  x.fillStyle = colour;
+  x.textAlign = "center";
+  x.fillText(text, at, y);
+  x.textAlign = "left";
+}
+
+/** Round numbers that divide a scale into few parts. */
+export function ticks(low: number, high: number, most: number): number[] {
+  const rough = (high - low) / Math.max(1, most);
+  if (!(rough > 0)) return [];
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((each) => each * power).find((each) => each >= rough) ?? 10 * power;
+  const found: number[] = [];
+  for (let at = Math.ceil(low / step) * step; at <= high + step * 1e-6; at += step) found.push(Math.round(at / step) * step);
+  return found;
+}

@@ -1,0 +1,45 @@
+/** What is drawn again with each frame. */
+const drawn = new Set<{ draw: () => void; canvas: Element }>();
+const visible = new Set<Element>();
+let running = false;
+let last = 0;
+
+/** Frames a second: full speed is the browser's; strips need no more than 30. */
+const STEP_MS = 1000 / 31;
+/** With reduced motion strips step. */
+const REDUCED_MS = 200;
+
+const reduced = matchMedia("(prefers-reduced-motion: reduce)");
+const watcher = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) {
+    if (isIntersecting) visible.add(target);
+    else visible.delete(target);
+  }
+});
+
+/** Draws a canvas again and again while it is in view; the result ends that. */
+export function everyFrame(canvas: Element, draw: () => void): () => void {
+  const entry = { draw, canvas };
+  drawn.add(entry);
+  watcher.observe(canvas);
+  if (!running) {
+    running = true;
+    requestAnimationFrame(frame);
+  }
+  return () => {
+    drawn.delete(entry);
+    watcher.unobserve(canvas);
+    visible.delete(canvas);
+  };
+}
+
+function frame(now: number): void {
+  if (drawn.size === 0) {
+    running = false;
+    return;
+  }
+  requestAnimationFrame(frame);
+  if (now - last < (reduced.matches ? REDUCED_MS : STEP_MS) - 1) return;
+  last = now;
+  for (const { draw, canvas } of drawn) if (visible.has(canvas)) draw();
+}

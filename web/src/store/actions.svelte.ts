@@ -1,0 +1,105 @@
+import type { Echo, FromBrowser, Refused } from "../wire";
+import type { Live } from "./live.svelte";
+
+/** After so long without an echo a click is not in the bag [ms]. */
+const UNANSWERED_MS = 2000;
+/** How many of the newest are kept. */
+const KEPT = 50;
+
+/** Something that was done on this page, and what became of it. */
+export interface Done {
+  reference: string;
+  /** `mark`, `note`, `acknowledge`, `report` or the verb of another command. */
+  verb: string;
+  /** The marker's label, the note, … */
+  text: string;
+  /** When it was done [s]. */
+  at: number | undefined;
+  sentMs: number;
+  state: "sent" | "recorded" | "on disk" | "refused" | "unanswered";
+  /** How far the time in the bag may be from the truth [ms]. */
+  offMs: number | undefined;
+  /** Why it was refused, and what helps. */
+  reason: string;
+}
+
+/** What people do on this page. */
+export class Actions {
+  done = $state.raw<Done[]>([]);
+
+  constructor(private readonly live: Live) {}
+
+  /** Whether the viewer may send commands of this verb. */
+  may(verb: string): boolean {
+    return this.live.model.hello?.viewer.commands.includes(verb) ?? false;
+  }
+
+  /** Whether the viewer may write notes, report and acknowledge. */
+  get mayWrite(): boolean {
+    const right = this.live.model.hello?.viewer.right;
+    return right === "mark" || right === "control";
+  }
+
+  /** A command at a moment of the browser's clock [ms]. */
+  command(text: string, browserMs: number): void {
+    const [verb = "", ...rest] = text.split(" ");
+    this.send(verb, rest.join(" "), browserMs, (reference, at) => ({ type: "command", reference, text, at }));
+  }
+
+  note(text: string, browserMs: number): void {
+    this.send("note", text, browserMs, (reference, at) => ({ type: "note", reference, text, at }));
+  }
+
+  acknowledge(alert: string, browserMs: number): void {
+    this.send("acknowledge", alert, browserMs, (reference, at) => ({ type: "acknowledge", reference, alert, at }));
+  }
+
+  report(subject: string | null, value: number, browserMs: number): void {
+    this.send("report", `isa ${value}`, browserMs, (reference, at) => ({
+      type: "report", reference, subject, scale: "isa", value, at,
+    }));
+  }
+
+  showEstimates(browserMs: number): void {
+    this.send("show_estimates", "", browserMs, (reference) => ({ type: "show_estimates", reference }));
+  }
+
+  echo(echo: Echo): void {
+    const half = this.live.clock.uncertaintyMs ?? 0;
+    this.change(echo.reference, {
+      state: echo.on_disk ? "on disk" : "recorded",
+      offMs: Math.max(1, half) + Math.abs(echo.off_secs ?? 0) * 1000,
+    });
+  }
+
+  refuse(refused: Refused): void {
+    const reason = refused.hint ? `${refused.reason}. ${refused.hint}` : refused.reason;
+    if (refused.reference !== null) this.change(refused.reference, { state: "refused", reason });
+  }
+
+  /** The connection is lost: what was not answered is not known to be in the bag. */
+  lose(): void {
+    const reason = "The connection was lost before the answer";
+    this.done = this.done.map((each) => (each.state === "sent" ? { ...each, state: "unanswered", reason } : each));
+  }
+
+  private send(verb: string, text: string, browserMs: number, message: (reference: string, at: number | null) => FromBrowser): void {
+    const reference = this.live.reference();
+    const at = this.live.clock.at(browserMs);
+    const isSent = this.live.send(message(reference, at ?? null));
+    const state = isSent ? "sent" : "unanswered";
+    const reason = isSent ? "" : "There is no connection";
+    const done: Done = { reference, verb, text, at, sentMs: performance.now(), state, offMs: undefined, reason };
+    this.done = [done, ...this.done].slice(0, KEPT);
+    setTimeout(() => this.expire(reference), UNANSWERED_MS);
+  }
+
+  private expire(reference: string): void {
+    const isOpen = this.done.some((each) => each.reference === reference && each.state === "sent");
+    if (isOpen) this.change(reference, { state: "unanswered", reason: "Not in the bag after 2 s" });
+  }
+
+  private change(reference: string, change: Partial<Done>): void {
+    this.done = this.done.map((each) => (each.reference === reference ? { ...each, ...change } : each));
+  }
+}

@@ -1,0 +1,73 @@
+import { waiting, alertsOf } from "../view/alerts";
+import { live } from "./live.svelte";
+import { PAGES, place } from "./page.svelte";
+
+/** What a page does with keys of its own; returns whether it took one. */
+type PageKeys = (event: KeyboardEvent) => boolean;
+let ofPage: PageKeys | undefined;
+
+/** Takes keys for the page that is shown; the result takes that back. */
+export function pageKeys(keys: PageKeys): () => void {
+  ofPage = keys;
+  return () => {
+    if (ofPage === keys) ofPage = undefined;
+  };
+}
+
+function isTyping(target: EventTarget | null): boolean {
+  return target instanceof HTMLElement && target.matches("input, textarea, select, [contenteditable]");
+}
+
+/** Bare letters are the study's markers, at the time of the key; others are those of the page. */
+export function onKey(event: KeyboardEvent): void {
+  if (event.key === "Escape") {
+    place.opened = undefined;
+    place.keysShown = false;
+    if (isTyping(event.target) && event.target instanceof HTMLElement) event.target.blur();
+    return;
+  }
+  if (isTyping(event.target) || event.ctrlKey || event.metaKey || event.altKey || event.repeat) {
+    if (event.repeat && !isTyping(event.target)) ofPage?.(event);
+    return;
+  }
+  if (ofPage?.(event)) event.preventDefault();
+  else if (event.shiftKey ? shifted(event) : bare(event)) event.preventDefault();
+}
+
+function shifted(event: KeyboardEvent): boolean {
+  switch (event.code) {
+    case "KeyA":
+      acknowledgeOldest(event.timeStamp);
+      return true;
+    case "KeyP":
+      if (live.actions.may("next_phase")) live.actions.command("next_phase", event.timeStamp);
+      return true;
+    default:
+      if (event.key !== "?") return false;
+      place.keysShown = !place.keysShown;
+      return true;
+  }
+}
+
+function bare(event: KeyboardEvent): boolean {
+  const page = PAGES[Number(event.key) - 1];
+  if (page) {
+    place.go(page.key);
+    return true;
+  }
+  if (event.key === "/") {
+    document.querySelector<HTMLElement>("input[type=search]")?.focus();
+    return true;
+  }
+  if (!/^[a-z]$/.test(event.key) || !live.actions.may("mark")) return false;
+  const label = live.model.hello?.markers.find((each) => each.key === event.key)?.label ?? event.key;
+  live.actions.command(`mark ${label}`, event.timeStamp);
+  return true;
+}
+
+/** Acknowledges the oldest of the most urgent alerts. */
+export function acknowledgeOldest(browserMs: number): void {
+  const alerts = alertsOf(live.model, live.now()).filter((each) => each.stage === "open");
+  const oldest = alerts[0];
+  if (oldest && waiting(alerts).oldestSecs >= 0) live.actions.acknowledge(oldest.key, browserMs);
+}

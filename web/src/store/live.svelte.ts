@@ -1,0 +1,170 @@
+import type { FromBrowser, FromServer, HistoryReply } from "../wire";
+import { PROTOCOL } from "../wire";
+import { Actions } from "./actions.svelte";
+import { SessionClock } from "./clock";
+import { Connection } from "./connection";
+import { Model } from "./model";
+import type { Track } from "./track";
+import { readWave } from "./wave";
+import { Wants } from "./wants";
+
+/** How often what is shown is composed anew [ms]; waves are drawn by themselves. */
+const TICK_MS = 250;
+/** How often the session's clock is probed: at first, and later [ms]. */
+const PROBE_MS = [200, 200, 200, 200, 200, 2000];
+
+/** The session as this page has it: the model, its clock, its connection. */
+export class Live {
+  readonly model = new Model();
+  readonly clock = new SessionClock();
+  readonly wants = new Wants((streams) => this.send({ type: "want", streams }));
+  readonly actions = new Actions(this);
+  /** Becomes more whenever what is shown may have changed. */
+  tick = $state(0);
+  /** Whether there is a connection. */
+  connected = $state(false);
+  /** Since when there is none, by the browser's clock [ms]. */
+  lostMs = $state<number | undefined>(undefined);
+  /** The session's time when the connection was lost last, and when it came back [s]. */
+  back = $state<{ from: number; to: number } | undefined>(undefined);
+  private readonly connection: Connection;
+  private readonly histories = new Map<string, (reply: HistoryReply) => void>();
+  private references = 0;
+  private probes = 0;
+
+  constructor(url: string) {
+    this.connection = new Connection(url, {
+      text: (message) => this.take(message),
+      frame: (frame) => {
+        const wave = readWave(frame);
+        if (wave) this.model.takeWave(wave);
+      },
+      opened: () => this.open(),
+      closed: () => this.lose(),
+    });
+  }
+
+  start(): void {
+    this.lostMs = performance.now();
+    this.connection.open();
+    setInterval(() => (this.tick += 1), TICK_MS);
+  }
+
+  /** Tries to connect at once. */
+  retry(): void {
+    this.connection.open();
+  }
+
+  /** The session's time now [s]; that of the loss while there is no connection. */
+  now(): number {
+    const at = this.connected ? performance.now() : (this.lostMs ?? performance.now());
+    return this.clock.at(at) ?? this.model.hello?.now ?? 0;
+  }
+
+  send(message: FromBrowser): boolean {
+    return this.connection.send(message);
+  }
+
+  /** A word that comes back with the answer. */
+  reference(): string {
+    this.references += 1;
+    return `${this.references}`;
+  }
+
+  /** Asks for what is stored of a stream. */
+  history(stream: number, from: number, to: number, points: number, take: (reply: HistoryReply) => void): void {
+    const reference = this.reference();
+    this.histories.set(reference, take);
+    if (!this.send({ type: "history", reference, stream, from, to, points })) this.histories.delete(reference);
+  }
+
+  /** The points of a channel, filled with what is stored of the last seconds. */
+  track(stream: number, channel: number, secs: number, points: number): Track {
+    const track = this.model.track(stream, channel);
+    const first = track.times[0] ?? this.now();
+    const from = Math.max(0, this.now() - secs);
+    if (first - from > 1) this.history(stream, from, first, points, (reply) => fill(track, reply, channel));
+    return track;
+  }
+
+  private open(): void {
+    if (this.lostMs !== undefined && this.model.ready) this.back = { from: this.now(), to: this.now() };
+    this.connected = true;
+    this.lostMs = undefined;
+    this.probes = 0;
+    this.clock.reset();
+    this.probe();
+  }
+
+  private lose(): void {
+    if (this.connected) this.lostMs = performance.now();
+    this.connected = false;
+    this.histories.clear();
+    this.actions.lose();
+  }
+
+  private probe(): void {
+    if (!this.connected) return;
+    this.send({ type: "ping", sent: performance.now() });
+    const wait = PROBE_MS[Math.min(this.probes, PROBE_MS.length - 1)];
+    this.probes += 1;
+    setTimeout(() => this.probe(), wait);
+  }
+
+  private take(message: FromServer): void {
+    const arrived = performance.now();
+    this.model.apply(message);
+    switch (message.type) {
+      case "hello":
+        if (message.protocol !== PROTOCOL) location.reload();
+        this.clock.roughly(message.now, arrived);
+        this.wants.resend();
+        break;
+      case "pong":
+        this.clock.take(message.sent, arrived, message.received, message.replied);
+        break;
+      case "history":
+        this.histories.get(message.reference)?.(message);
+        this.histories.delete(message.reference);
+        break;
+      case "echo":
+        this.actions.echo(message);
+        break;
+      case "refused":
+        this.actions.refuse(message);
+        break;
+      case "ended":
+        this.connection.finish();
+        break;
+      default:
+        break;
+    }
+  }
+}
+
+/** Puts what is stored of a channel before what came since: the smallest and the largest of each column. */
+function fill(track: Track, reply: HistoryReply, channel: number): void {
+  const column = reply.channels[channel];
+  if (!column) return;
+  const times: number[] = [];
+  const values: number[] = [];
+  column.mean.forEach((mean, k) => {
+    const at = reply.from + k * reply.step;
+    const [min, max] = [column.min[k] ?? null, column.max[k] ?? null];
+    if (mean === null || min === null || max === null) {
+      times.push(at);
+      values.push(Number.NaN);
+    } else if (min === max) {
+      times.push(at + reply.step / 2);
+      values.push(mean);
+    } else {
+      times.push(at, at + reply.step / 2);
+      values.push(min, max);
+    }
+  });
+  track.prepend(times, values);
+}
+
+const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+/** The session. */
+export const live = new Live(`${scheme}//${location.host}/ws`);

@@ -1,0 +1,190 @@
+import type { Event, Feature, FromServer, Hello, Machine, Missed, Recording, Stream, StreamHealth } from "../wire";
+import { Track } from "./track";
+import type { Wave } from "./wave";
+
+/** How many events of the body (beats, breaths, …) and how many others are kept. */
+const BODY_EVENTS = 4000;
+const OTHER_EVENTS = 5000;
+/** How many points of a drawn channel are kept. */
+const POINTS = 40_000;
+/** From one sample to the next of a wave, so many periods are a gap. */
+const GAP_PERIODS = 2.5;
+
+const OF_THE_BODY = new Set(["beat", "breath", "response", "burst", "blink"]);
+const STEPS = new Set(["/teampulse/stamped_by", "/teampulse/lost_source", "/teampulse/clock_probes"]);
+
+/** A number and when it was measured [s]. */
+export interface Measured {
+  value: number;
+  t: number;
+}
+
+/** All that the server has sent of a session: plain data, without any framework. */
+export class Model {
+  hello: Hello | undefined;
+  readonly streams = new Map<number, Stream>();
+  readonly byName = new Map<string, Stream>();
+  readonly health = new Map<number, StreamHealth>();
+  /** When the health was judged [s]. */
+  judged: number | undefined;
+  /** The newest values of each feature. */
+  readonly features = new Map<number, Feature>();
+  /** The newest readings of each stream. */
+  readonly readings = new Map<number, { t: number; values: (number | null)[] }>();
+  /** The last value that each channel of a feature had, for what is stale. */
+  private readonly lasts = new Map<string, Measured>();
+  private readonly tracks = new Map<string, Track>();
+  /** Beats, responses, breaths, bursts and blinks, by stream. */
+  readonly body = new Map<number, Event[]>();
+  /** All other events, in the order in which they came. */
+  events: Event[] = [];
+  /** The number of the newest event: some come again. */
+  private newestEvent = -1;
+  recording: Recording | undefined;
+  /** The bytes written in each of the last seconds. */
+  growth: number[] = [];
+  machine: Machine | undefined;
+  missed: Missed = { events: 0, states: 0, signals: 0 };
+  nextPhase: string | undefined;
+  ready = false;
+  ended: string | undefined;
+  /** Becomes more with each stream that is declared. */
+  streamsVersion = 0;
+
+  /** Takes a message; those for one part of a page, such as `history`, are handled elsewhere. */
+  apply(message: FromServer): void {
+    switch (message.type) {
+      case "hello":
+        this.greet(message);
+        break;
+      case "streams":
+        message.streams.forEach((stream) => this.declare(stream));
+        break;
+      case "status":
+        this.judged = message.t;
+        message.streams.forEach((health) => this.health.set(health.stream, health));
+        break;
+      case "features":
+        message.features.forEach((feature) => this.takeFeature(feature));
+        break;
+      case "samples":
+        message.samples.forEach(({ stream, t, values }) => this.takeReading(stream, t, values));
+        break;
+      case "events":
+        message.events.forEach((event) => this.takeEvent(event));
+        break;
+      case "recording":
+        this.takeRecording(message);
+        break;
+      case "machine":
+        this.machine = message;
+        break;
+      case "missed":
+        this.missed = message;
+        break;
+      case "next_phase":
+        this.nextPhase = message.name ?? undefined;
+        break;
+      case "ready":
+        this.ready = true;
+        break;
+      case "ended":
+        this.ended = message.reason;
+        break;
+      default:
+        break;
+    }
+  }
+
+  /** The points of a channel, kept from now on. */
+  track(stream: number, channel: number): Track {
+    const key = keyOf(stream, channel);
+    const known = this.tracks.get(key);
+    if (known) return known;
+    const track = new Track(POINTS);
+    this.tracks.set(key, track);
+    return track;
+  }
+
+  /** The last value of a feature's channel. */
+  last(stream: number, channel: number): Measured | undefined {
+    return this.lasts.get(keyOf(stream, channel));
+  }
+
+  takeWave(wave: Wave): void {
+    for (let channel = 0; channel < wave.channels; channel += 1) {
+      const track = this.tracks.get(keyOf(wave.stream, channel));
+      if (!track) continue;
+      const newest = track.newest;
+      if (newest !== undefined && wave.start - newest > Math.max(GAP_PERIODS * wave.period, 0.25)) {
+        track.push(newest + 1e-6, Number.NaN);
+      }
+      for (let k = channel, n = 0; k < wave.samples.length; k += wave.channels, n += 1) {
+        track.push(wave.start + n * wave.period, wave.samples[k] ?? Number.NaN);
+      }
+    }
+  }
+
+  /** A new connection: what happened comes again; of another session nothing is kept. */
+  private greet(hello: Hello): void {
+    const isOther = this.hello !== undefined && this.hello.began_unix_ms !== hello.began_unix_ms;
+    this.hello = hello;
+    this.ready = false;
+    this.events = [];
+    this.newestEvent = -1;
+    this.body.clear();
+    if (!isOther) return;
+    for (const known of [this.streams, this.byName, this.health, this.features, this.readings, this.lasts]) known.clear();
+    this.tracks.clear();
+    this.growth = [];
+    this.recording = undefined;
+    this.ended = undefined;
+  }
+
+  private declare(stream: Stream): void {
+    this.streams.set(stream.id, stream);
+    this.byName.set(stream.name, stream);
+    this.streamsVersion += 1;
+  }
+
+  private takeFeature(feature: Feature): void {
+    this.features.set(feature.stream, feature);
+    feature.values.forEach((value, channel) => {
+      const key = keyOf(feature.stream, channel);
+      if (value !== null) this.lasts.set(key, { value, t: feature.t });
+      this.tracks.get(key)?.push(feature.t, value ?? Number.NaN);
+    });
+  }
+
+  private takeReading(stream: number, t: number, values: (number | null)[]): void {
+    this.readings.set(stream, { t, values });
+    values.forEach((value, channel) => {
+      this.tracks.get(keyOf(stream, channel))?.push(t, value ?? Number.NaN);
+    });
+  }
+
+  private takeEvent(event: Event): void {
+    if (event.number <= this.newestEvent) return;
+    this.newestEvent = event.number;
+    if (OF_THE_BODY.has(event.kind)) {
+      const known = this.body.get(event.stream) ?? [];
+      known.push(event);
+      if (known.length > BODY_EVENTS) known.splice(0, BODY_EVENTS / 4);
+      this.body.set(event.stream, known);
+      return;
+    }
+    if (STEPS.has(this.streams.get(event.stream)?.name ?? "")) return;
+    this.events.push(event);
+    if (this.events.length > OTHER_EVENTS) this.events.splice(0, OTHER_EVENTS / 5);
+  }
+
+  private takeRecording(recording: Recording): void {
+    const before = this.recording?.bytes ?? recording.bytes;
+    this.growth = [...this.growth, Math.max(0, recording.bytes - before)].slice(-20);
+    this.recording = recording;
+  }
+}
+
+function keyOf(stream: number, channel: number): string {
+  return `${stream}:${channel}`;
+}

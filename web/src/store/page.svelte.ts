@@ -1,0 +1,43 @@
+/** THE table of pages, in the order of the rail and of their keys. */
+export const PAGES = [
+  { key: "team", title: "Team" },
+] as const;
+
+export type PageKey = (typeof PAGES)[number]["key"];
+
+/** Where this browser is, and how it likes the page to look. */
+class Place {
+  page = $state<PageKey>(fromHash());
+  theme = $state<"light" | "dark">(remembered());
+  /** The stream and channel that is opened, to see where a number comes from. */
+  opened = $state<{ stream: number; channel: number } | undefined>(undefined);
+  keysShown = $state(false);
+
+  go(page: PageKey): void {
+    location.hash = `/${page}`;
+    this.page = page;
+  }
+
+  toggleTheme(): void {
+    this.theme = this.theme === "dark" ? "light" : "dark";
+    localStorage.setItem("theme", this.theme);
+  }
+
+  open(stream: number, channel: number): void {
+    this.opened = { stream, channel };
+  }
+}
+
+function fromHash(): PageKey {
+  const name = location.hash.replace(/^#\/?/, "");
+  return PAGES.find((each) => each.key === name)?.key ?? "team";
+}
+
+function remembered(): "light" | "dark" {
+  const asked = new URLSearchParams(location.search).get("theme") ?? localStorage.getItem("theme");
+  if (asked === "dark" || asked === "light") return asked;
+  return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+}
+
+export const place = new Place();
+addEventListener("hashchange", () => (place.page = fromHash()));

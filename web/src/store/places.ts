@@ -1,0 +1,40 @@
+import type { Spot } from "../draw/map";
+import { isFresh, robots, type Robot } from "../view/robots";
+import { live } from "./live.svelte";
+
+/** How long a trail is [s], and how far apart spots are kept [m]. */
+const TRAIL_SECS = 60;
+const APART_M = 0.25;
+const MOST_SPOTS = 1500;
+
+const trails = new Map<string, Spot[]>();
+const spots = new Map<string, Spot>();
+
+/** Takes where each robot is now. */
+export function follow(all: readonly Robot[]): void {
+  for (const robot of all) {
+    if (!robot.x || !robot.y) continue;
+    const t = live.now() - robot.x.ageSecs;
+    const trail = trails.get(robot.id) ?? [];
+    const last = trail.at(-1);
+    if (last && t - last.t < 0.2) continue;
+    const dbm = isFresh(robot.linkDbm) ? robot.linkDbm.value : undefined;
+    const spot = { t, x: robot.x.value, y: robot.y.value, dbm };
+    trail.push(spot);
+    trails.set(robot.id, trail.filter((each) => t - each.t <= TRAIL_SECS));
+    const cell = `${Math.round(spot.x / APART_M)} ${Math.round(spot.y / APART_M)}`;
+    if (spots.size < MOST_SPOTS || spots.has(cell)) spots.set(cell, spot);
+  }
+}
+
+/** Where a robot was over the last minute. */
+export function trailOf(id: string): readonly Spot[] {
+  return trails.get(id) ?? [];
+}
+
+/** How well the Wi-Fi was heard where somebody drove. */
+export function heardSpots(): Spot[] {
+  return [...spots.values()];
+}
+
+setInterval(() => follow(robots(live.model, live.now())), 250);

@@ -1,0 +1,145 @@
+import type { Model } from "../store/model";
+import type { Event } from "../wire";
+import { age, byName } from "./format";
+import { isHappening, remedy, sensorName } from "./words";
+
+/** How long an alert that is over stays listed [s]. */
+const OVER_SECS = 60;
+
+/** Something that somebody should look at. */
+export interface Alert {
+  /** Its label in the bag, by which it is acknowledged. */
+  key: string;
+  subject: string;
+  /** The cause as in the bag: `offline`, `poor link`. */
+  cause: string;
+  urgency: "act" | "soon" | "note";
+  stage: "open" | "acknowledged" | "answered" | "over";
+  /** The first sentence: what. */
+  what: string;
+  /** Why. */
+  why: string;
+  remedy: string;
+  /** In a word or two, on a tile. */
+  short: string;
+  since: number;
+  waitsSecs: number;
+  /** Who acknowledged it, and when [s]. */
+  seen: { who: string; t: number } | undefined;
+}
+
+interface Cause {
+  urgency: Alert["urgency"];
+  what: (robot: string) => string;
+  short: string;
+  remedy: string;
+}
+
+/** THE table of causes; the first whose pattern fits. */
+const CAUSES: readonly [RegExp, Cause][] = [
+  [/^offline/, { urgency: "act", what: (robot) => `${robot} is offline.`, short: "offline", remedy: "Check its power first, then its Wi-Fi." }],
+  [/empty within/, { urgency: "act", what: (robot) => `${robot} is empty soon.`, short: "empty soon", remedy: "Send it home, or bring a battery." }],
+  [/^battery below/, { urgency: "soon", what: (robot) => `${robot} has a low battery.`, short: "low battery", remedy: "Send it home, or bring a battery." }],
+  [/^diagnostics/, { urgency: "act", what: (robot) => `${robot} reports an error.`, short: "error", remedy: "Read its diagnostics on Health." }],
+  [/link/, { urgency: "soon", what: (robot) => `${robot} has a weak link.`, short: "weak link", remedy: "Bring it nearer, or send a robot that is nearer." }],
+  [/is stuck$/, { urgency: "soon", what: (robot) => `${robot} has a sensor that is stuck.`, short: "stuck", remedy: "The same value again and again. Restart its driver." }],
+];
+
+const UNKNOWN: Cause = { urgency: "soon", what: (robot) => `${robot} needs someone.`, short: "needs you", remedy: "" };
+
+/** All alerts that matter now, the most urgent and the oldest first. */
+export function alertsOf(model: Model, now: number): Alert[] {
+  const seen = acknowledgements(model);
+  const all = [...ofRobots(model, now), ...faults(model, now), ...ofSensors(model, now)];
+  const alerts = all.map((alert) => acknowledged(alert, seen.get(alert.key)));
+  return alerts.sort((a, b) => rank(a) - rank(b) || a.since - b.since || byName(a.subject, b.subject));
+}
+
+function rank(alert: Alert): number {
+  const stages = { open: 0, acknowledged: 10, answered: 20, over: 30 };
+  return stages[alert.stage] + ["act", "soon", "note"].indexOf(alert.urgency);
+}
+
+function acknowledgements(model: Model): Map<string, { who: string; t: number }> {
+  const seen = new Map<string, { who: string; t: number }>();
+  for (const { request, t } of model.events) {
+    if (request?.verb === "acknowledge") seen.set(request.text, { who: request.who, t });
+  }
+  return seen;
+}
+
+function acknowledged(alert: Alert, seen: Alert["seen"]): Alert {
+  const counts = seen !== undefined && seen.t >= alert.since - 1;
+  return counts && alert.stage === "open" ? { ...alert, stage: "acknowledged", seen } : alert;
+}
+
+/** What `/team/alerts` says of robots: the newest stage of each cause. */
+function ofRobots(model: Model, now: number): Alert[] {
+  const known = new Map<string, { raised: Event; newest: Event }>();
+  for (const event of model.events) {
+    if (!event.alert) continue;
+    const key = `${event.alert.robot} ${event.alert.why}`;
+    const raised = event.alert.stage === "raised" ? event : known.get(key)?.raised;
+    known.set(key, { raised: raised ?? event, newest: event });
+  }
+  return [...known.values()].flatMap(({ raised, newest }) => {
+    const alert = newest.alert;
+    if (!alert) return [];
+    const isOpen = alert.stage === "raised";
+    if (!isOpen && now - newest.t > OVER_SECS) return [];
+    const stage = isOpen ? "open" : alert.stage === "answered" ? "answered" : "over";
+    return [ofRobot(model, alert.robot, alert.why, raised, stage, now)];
+  });
+}
+
+function ofRobot(model: Model, robot: string, cause: string, raised: Event, stage: Alert["stage"], now: number): Alert {
+  const words = CAUSES.find(([pattern]) => pattern.test(cause))?.[1] ?? UNKNOWN;
+  return {
+    key: raised.label, subject: robot, cause, urgency: words.urgency, stage, what: words.what(robot),
+    why: stage === "over" ? "It is over." : reason(model, robot, cause), remedy: stage === "over" ? "" : words.remedy,
+    short: words.short, since: raised.t, waitsSecs: Math.max(0, now - raised.t), seen: undefined,
+  };
+}
+
+function reason(model: Model, robot: string, cause: string): string {
+  if (cause !== "offline") return `${cause.charAt(0).toUpperCase()}${cause.slice(1)}.`;
+  const own = [...model.streams.values()].filter((each) => each.about === "robot" && each.subject === robot && !each.derived && !isHappening(each));
+  const ages = own.flatMap((each) => model.health.get(each.id)?.age_secs ?? []);
+  return ages.length > 0 ? `Silent for ${age(Math.min(...ages))} on all ${own.length} streams.` : "Silent.";
+}
+
+/** What went wrong in the session itself. */
+function faults(model: Model, now: number): Alert[] {
+  const own = model.byName.get("/session/events");
+  return model.events
+    .filter((event) => event.kind === "fault" && event.stream === own?.id)
+    .map((event) => ({
+      key: event.label, subject: "teampulse", cause: "fault", urgency: "act", stage: "open", what: "A part of teampulse failed.",
+      why: `${event.label}.`, remedy: "The rest goes on. See the log of the terminal.", short: "fault", since: event.t,
+      waitsSecs: Math.max(0, now - event.t), seen: undefined,
+    }));
+}
+
+/** Sensors of people that were there and are silent now. */
+function ofSensors(model: Model, now: number): Alert[] {
+  return [...model.streams.values()].flatMap((stream) => {
+    const health = model.health.get(stream.id);
+    const isSensor = stream.about === "person" && !stream.derived && !stream.beside && !isHappening(stream) && !stream.hidden;
+    if (!isSensor || stream.signal === "other" || health?.state !== "dead" || health.age_secs === null) return [];
+    const name = sensorName(stream);
+    const since = now - health.age_secs;
+    const alert: Alert = {
+      key: `${stream.name} is silent`, subject: stream.subject, cause: "silent", urgency: "act", stage: "open",
+      what: `${stream.subject}: ${name} is silent.`, why: `Nothing for ${age(health.age_secs)}.`,
+      remedy: remedy(stream, health), short: `${name} silent`, since, waitsSecs: health.age_secs, seen: undefined,
+    };
+    return [alert];
+  });
+}
+
+/** The number of alerts that nobody has seen, by urgency, and how long the oldest waits [s]. */
+export function waiting(alerts: readonly Alert[]): { act: number; soon: number; oldestSecs: number } {
+  const open = alerts.filter((each) => each.stage === "open");
+  const count = (urgency: Alert["urgency"]) => open.filter((each) => each.urgency === urgency).length;
+  return { act: count("act"), soon: count("soon"), oldestSecs: Math.max(0, ...open.map((each) => each.waitsSecs)) };
+}

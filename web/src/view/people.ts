@@ -1,0 +1,172 @@
+import type { Model } from "../store/model";
+import type { Feature, Stream, StreamHealth } from "../wire";
+import { FIGURES, MOST_FIGURES, type Figure } from "./figures";
+import { byName } from "./format";
+import { isHappening, reasonWords, remedy, sensorName, stateOf, why, type State } from "./words";
+
+/** A value that ended longer ago is not one of now [s]. */
+const OLD_SECS = 10;
+/** Below this quality a value is marked as degraded. */
+const POOR = 0.5;
+
+/** A sensor, as a light. */
+export interface Light {
+  stream: Stream;
+  name: string;
+  state: State;
+  why: string;
+  remedy: string;
+}
+
+/** How a number is compared with its own baseline. */
+export interface Compared {
+  difference: number;
+  z: number | undefined;
+  /** The baseline's mean and SD. */
+  mean: number;
+  sd: number | undefined;
+}
+
+/** A number of a person, or the reason why there is none. */
+export interface Stat {
+  figure: Figure;
+  stream: Stream;
+  channel: number;
+  source: string;
+  state: "fresh" | "degraded" | "stale" | "none";
+  value: number | undefined;
+  ageSecs: number | undefined;
+  why: string;
+  usable: number | undefined;
+  beside: number | undefined;
+  compared: Compared | undefined;
+}
+
+export interface Person {
+  id: string;
+  lights: Light[];
+  stats: Stat[];
+  /** The streams drawn as strips, the most telling first. */
+  strips: Stream[];
+  /** Whether something is hidden from this viewer. */
+  hidden: boolean;
+  phase: string;
+}
+
+/** Everyone, in the order of their names. */
+export function people(model: Model, now: number): Person[] {
+  const ids = new Set([...model.streams.values()].filter((each) => each.about === "person" && each.subject).map((each) => each.subject));
+  return [...ids].sort(byName).map((id) => person(model, id, now));
+}
+
+function person(model: Model, id: string, now: number): Person {
+  const own = [...model.streams.values()].filter((each) => each.about === "person" && each.subject === id);
+  const raw = own.filter((each) => !each.derived && !each.beside);
+  const sensors = raw.filter((each) => !isHappening(each) && each.signal !== "other" && !each.hidden);
+  const phases = model.events.filter((each) => each.kind === "phase" && model.streams.get(each.stream)?.subject === id);
+  return {
+    id,
+    lights: sensors.map((stream) => light(model, stream)).sort((a, b) => ORDER.indexOf(a.stream.signal) - ORDER.indexOf(b.stream.signal)),
+    stats: stats(model, own, now),
+    strips: ["ecg", "ppg", "eda", "respiration"].flatMap((signal) => {
+      const found = sensors.find((each) => each.signal === signal && each.shape !== "event");
+      return found ? [found] : [];
+    }),
+    hidden: own.some((each) => each.hidden),
+    phase: phases.at(-1)?.label ?? "",
+  };
+}
+
+const ORDER = ["ecg", "interval", "ppg", "eda", "respiration", "eeg", "emg", "acceleration", "temperature", "image", "audio"];
+
+export function light(model: Model, stream: Stream): Light {
+  const health = model.health.get(stream.id);
+  return { stream, name: sensorName(stream), state: stateOf(health), why: why(health), remedy: remedy(stream, health) };
+}
+
+/** The numbers of a person: of each word the best source, the shortest window. */
+function stats(model: Model, own: Stream[], now: number): Stat[] {
+  const best = new Map<string, Stat>();
+  for (const figure of FIGURES) {
+    for (const stream of own.filter((each) => each.family === figure.family && isWindow(each))) {
+      const channel = stream.channels.findIndex(({ name }) => name === figure.channel || name.startsWith(`${figure.channel}/`));
+      if (channel < 0) continue;
+      const found = stat(model, figure, stream, channel, now);
+      const known = best.get(figure.word);
+      if (!known || rank(found) < rank(known)) best.set(figure.word, found);
+    }
+  }
+  return [...best.values()].slice(0, MOST_FIGURES);
+}
+
+function isWindow(stream: Stream): boolean {
+  return stream.window !== null && stream.window !== "phases" && !stream.hidden;
+}
+
+function windowSecs(stream: Stream): number {
+  return stream.window !== null && stream.window !== "phases" ? stream.window.secs : 0;
+}
+
+/** A tile keeps its source as long as that has a value; of equals the shortest window. */
+function rank(stat: Stat): number {
+  const states = { fresh: 0, degraded: 0, stale: 1, none: 2 };
+  return 1000 * states[stat.state] + windowSecs(stat.stream);
+}
+
+function stat(model: Model, figure: Figure, stream: Stream, channel: number, now: number): Stat {
+  const feature = model.features.get(stream.id);
+  const input = model.byName.get(stream.inputs[0] ?? "");
+  const health = input && stream.inputs.length === 1 ? model.health.get(input.id) : undefined;
+  const source = input && stream.inputs.length === 1 ? sensorName(input) : stream.family;
+  const base = { figure, stream, channel, source, beside: undefined, compared: undefined, usable: undefined };
+  const last = model.last(stream.id, channel);
+  const silent = health && (health.state === "stale" || health.state === "dead");
+  const value = feature?.values[channel] ?? null;
+  if (silent || (feature && now - feature.t > OLD_SECS)) {
+    if (!last) return { ...base, state: "none", value: undefined, ageSecs: undefined, why: why(health) };
+    const words = health ? `${why(health)}. ${input ? remedy(input, health) : ""}` : "nothing new";
+    return { ...base, state: "stale", value: last.value, ageSecs: now - last.t, why: words };
+  }
+  if (!feature || value === null) {
+    const words = feature ? reasonWords(feature, channel) : "no value yet";
+    return { ...base, state: "none", value: undefined, ageSecs: undefined, why: words };
+  }
+  const isPoor = feature.quality !== null && feature.quality < POOR;
+  return {
+    ...base,
+    state: isPoor ? "degraded" : "fresh",
+    value,
+    ageSecs: now - feature.t,
+    why: isPoor ? `${Math.round(100 * (feature.quality ?? 0))} % usable` : "",
+    usable: feature.quality ?? undefined,
+    beside: beside(figure, stream, feature),
+    compared: compared(model, figure, stream, value),
+  };
+}
+
+function beside(figure: Figure, stream: Stream, feature: Feature): number | undefined {
+  const place = stream.channels.findIndex(({ name }) => name === figure.beside?.channel);
+  return feature.values[place] ?? undefined;
+}
+
+/** The difference from the own baseline, as the feature `state` computed it; never computed here. */
+function compared(model: Model, figure: Figure, of: Stream, value: number): Compared | undefined {
+  if (!figure.measure) return undefined;
+  for (const stream of model.streams.values()) {
+    const isState = stream.family === "state" && stream.subject === of.subject && !stream.hidden;
+    if (!isState || windowSecs(stream) !== windowSecs(of)) continue;
+    const feature = model.features.get(stream.id);
+    const number = (name: string) => feature?.values[stream.channels.findIndex((each) => each.name === name)] ?? undefined;
+    const difference = number(`${figure.measure}_difference`);
+    const z = number(`${figure.measure}_z`);
+    if (difference === undefined) return undefined;
+    const sd = z !== undefined && Math.abs(z) > 1e-9 ? Math.abs(difference / z) : undefined;
+    return { difference, z, mean: value - difference, sd };
+  }
+  return undefined;
+}
+
+/** Whether a person's sensor has been lost: it was there and is not any more. */
+export function isLost(health: StreamHealth | undefined): boolean {
+  return health?.state === "dead";
+}

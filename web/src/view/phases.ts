@@ -1,0 +1,40 @@
+import type { Model } from "../store/model";
+
+/** A phase: done, now or still to come. */
+export interface Phase {
+  name: string;
+  from: number;
+  to: number | undefined;
+  state: "done" | "now" | "next";
+}
+
+/** The phases of the session as they were and as they are planned. */
+export function phases(model: Model, now: number): Phase[] {
+  const own = model.byName.get("/session/events");
+  const begun = model.events.filter((each) => each.kind === "phase" && each.stream === own?.id).sort((a, b) => a.t - b.t);
+  const plan = model.hello?.phases ?? [];
+  const known: Phase[] = begun.flatMap((event, k) => {
+    if (event.label === "") return [];
+    const next = begun[k + 1]?.t;
+    const planned = plan.find((each) => each.name === event.label)?.lasts ?? null;
+    const lasts = event.duration !== null && event.duration > 0 ? event.duration : planned;
+    const planEnd = lasts !== null ? event.t + lasts : undefined;
+    const to = next !== undefined && planEnd !== undefined ? Math.min(next, planEnd) : (next ?? planEnd);
+    const isOver = to !== undefined && to <= now;
+    return [{ name: event.label, from: event.t, to, state: isOver ? "done" : "now" }];
+  });
+  const last = known.at(-1)?.from ?? -1;
+  const names = known.map((each) => each.name);
+  const coming = plan.filter((each) => each.from !== null && each.from > last && !names.includes(each.name));
+  const ahead = coming.map(({ name, from, lasts }): Phase => {
+    const begins = from ?? now;
+    return { name, from: begins, to: lasts === null ? undefined : begins + lasts, state: "next" };
+  });
+  return [...known, ...ahead];
+}
+
+/** The phase that it is, and the one that follows. */
+export function present(all: readonly Phase[]): { now: Phase | undefined; next: Phase | undefined; place: number } {
+  const index = all.findIndex((each) => each.state === "now");
+  return { now: all[index], next: all.find((each) => each.state === "next"), place: index };
+}

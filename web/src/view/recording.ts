@@ -1,0 +1,36 @@
+import type { Recording } from "../wire";
+import { age, longClock } from "./format";
+
+/** Nothing on disk for so long means that the recording does not grow [s]. */
+const STILL_SECS = 2.5;
+
+/** The recording in words. */
+export interface RecordingWords {
+  kind: "unknown" | "none" | "on" | "fail";
+  title: string;
+  detail: string;
+}
+
+/** What the recording bar says; `undefined` of a recording that is not known, as without a connection. */
+export function recordingWords(recording: Recording | undefined, lostSecs: number | undefined): RecordingWords {
+  if (!recording) return { kind: "unknown", title: "Recording ?", detail: "not known yet" };
+  const elapsed = longClock(recording.elapsed_secs);
+  if (lostSecs !== undefined) return { kind: "unknown", title: "Recording ?", detail: `was ${elapsed}, ${age(lostSecs)} ago` };
+  const still = recording.sync_age_secs ?? 0;
+  switch (recording.stage) {
+    case "nothing":
+      return { kind: "none", title: "Not recording", detail: "no sink stores data" };
+    case "tables":
+      return { kind: "none", title: "No bag", detail: "tables only" };
+    case "not_begun":
+      return { kind: "none", title: elapsed, detail: "begins" };
+    case "ended_early":
+      return { kind: "fail", title: "Recording ended", detail: recording.reason };
+    case "finished":
+      return { kind: "none", title: "Finished", detail: "the bag is whole" };
+    case "open":
+      return still > STILL_SECS
+        ? { kind: "fail", title: "Not growing", detail: `nothing on disk for ${age(still)}` }
+        : { kind: "on", title: elapsed, detail: `on disk ${age(still)} ago` };
+  }
+}

@@ -1,0 +1,79 @@
+import type { Model } from "../store/model";
+import type { Track } from "../store/track";
+import type { Event, Stream } from "../wire";
+import { age, significant, unit } from "./format";
+import { sensorName, STATE_WORDS, stateOf } from "./words";
+
+/** Signals whose level drifts: their scale grows with them. */
+const DRIFTING = new Set(["eda", "temperature", "battery", "link", "odometry", "input"]);
+
+/** The scale of a strip, from its first seconds of data. It holds until it is fitted anew; that of a level only grows. */
+export function scaleOf(stream: Stream): (track: Track, from: number, to: number) => [number, number] {
+  const grows = stream.derived || DRIFTING.has(stream.signal);
+  let fixed: [number, number] | undefined;
+  let isSettled = false;
+  return (track, from, to) => {
+    if (fixed && isSettled) return grows ? (fixed = grown(fixed, track.values.at(-1))) : fixed;
+    const first = track.indexAt(from);
+    const values = [...track.values.subarray(first)].filter(Number.isFinite).sort((a, b) => a - b);
+    if (values.length < 2) return fixed ?? [0, 1];
+    const [low = 0, high = 1] = [values[0], values.at(-1)];
+    const room = Math.max((high - low) * 0.18, Math.abs(high) * 0.01, 1e-3);
+    fixed = [low - room, high + room];
+    const span = (track.newest ?? to) - (track.times[first] ?? to);
+    isSettled = span > Math.min(8, 0.8 * (to - from));
+    return fixed;
+  };
+}
+
+function grown([low, high]: [number, number], value: number | undefined): [number, number] {
+  const step = (high - low) / 4;
+  if (value === undefined || Number.isNaN(value)) return [low, high];
+  return [value < low ? value - step : low, value > high ? value + step : high];
+}
+
+/** Beats, responses, breaths, bursts and blinks that were found in a stream. */
+export function bodyTicks(model: Model, stream: Stream, from: number, to: number): Event[] {
+  const found: Event[] = [];
+  for (const [id, events] of model.body) {
+    const source = model.streams.get(id);
+    if (!source?.derived || source.inputs[0] !== stream.name) continue;
+    for (let k = events.length - 1; k >= 0; k -= 1) {
+      const event = events[k];
+      if (!event || event.t < from - 5) break;
+      if (event.t <= to) found.push(event);
+    }
+  }
+  return found.reverse();
+}
+
+/** Events of the session that are drawn on every strip. */
+export function markers(model: Model, from: number, to: number): Event[] {
+  return model.events.filter((event) => {
+    const isIn = event.t >= from && event.t <= to;
+    const about = isIn ? model.streams.get(event.stream)?.about : undefined;
+    return about === "session" && (event.kind === "phase" || (event.kind === "marker" && !event.request));
+  });
+}
+
+export function markerTimes(model: Model, from: number, to: number): number[] {
+  return markers(model, from, to).map((each) => each.t);
+}
+
+/** How long a stream may be silent before that is shown as a gap [s]. */
+export function patience(stream: Stream): number {
+  return stream.rate_hz > 0 ? Math.max(1.5, 3 / stream.rate_hz) : 5;
+}
+
+/** A strip in words, for those who don't see it. */
+export function spoken(model: Model, stream: Stream, track: Track, now: number, secs: number): string {
+  const first = track.indexAt(now - secs);
+  const values = [...track.values.subarray(first)].filter(Number.isFinite);
+  const units = unit(stream.channels[0]?.unit ?? "");
+  const name = `${sensorName(stream)} of ${stream.subject || "the team"}`;
+  const last = values.at(-1);
+  if (last === undefined) return `${name}: no sample in ${secs} s`;
+  const mean = values.reduce((sum, each) => sum + each, 0) / values.length;
+  const state = STATE_WORDS[stateOf(model.health.get(stream.id))];
+  return `${name}: last ${significant(last)} ${units}, ${age(now - (track.newest ?? now))} ago; mean ${significant(mean)} over ${secs} s; ${state}`;
+}

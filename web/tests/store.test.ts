@@ -1,0 +1,55 @@
+import { expect, test } from "vitest";
+import { SessionClock } from "../src/store/clock";
+import { Track } from "../src/store/track";
+import { Wants } from "../src/store/wants";
+import { readWave } from "../src/store/wave";
+
+test("a clock is placed by its shortest probes, and a slow answer does not move it", () => {
+  const clock = new SessionClock();
+  expect(clock.at(0)).toBeUndefined();
+  clock.take(1000, 1002, 51.001, 51.001);
+  clock.take(2000, 2900, 52.8, 52.8);
+  expect(clock.at(1000)).toBeCloseTo(51, 6);
+  expect(clock.uncertaintyMs).toBeCloseTo(1, 6);
+});
+
+test("a track keeps the newest points in order, and earlier ones are put before them", () => {
+  const track = new Track(4);
+  for (let k = 0; k < 20; k += 1) track.push(k, 10 * k);
+  track.push(3, 99);
+  expect([...track.times]).toEqual([16, 17, 18, 19]);
+  expect([...track.values]).toEqual([160, 170, 180, 190]);
+  expect(track.indexAt(17.5)).toBe(2);
+  expect(track.at(17.5, 1)).toBe(170);
+  expect(track.at(30, 1)).toBeUndefined();
+  const later = new Track(10);
+  later.push(5, 5);
+  later.prepend([1, 2, 5, 6], [1, Number.NaN, 7, 8]);
+  expect([...later.times]).toEqual([1, 2, 5]);
+  expect(later.at(5, 1)).toBe(5);
+});
+
+test("a frame that is not whole is no wave", () => {
+  const frame = new ArrayBuffer(24 + 8);
+  const head = new DataView(frame);
+  head.setUint32(0, 7, true);
+  head.setUint32(4, 2, true);
+  head.setFloat64(8, 1.5, true);
+  head.setFloat64(16, 0.25, true);
+  head.setFloat32(24, 1, true);
+  head.setFloat32(28, -2, true);
+  expect(readWave(frame)).toEqual({ stream: 7, channels: 2, start: 1.5, period: 0.25, samples: new Float32Array([1, -2]) });
+  expect(readWave(frame.slice(0, 28))).toBeUndefined();
+  expect(readWave(new ArrayBuffer(3))).toBeUndefined();
+});
+
+test("of several that draw a stream the finest decides", () => {
+  const wants = new Wants(() => undefined);
+  const release = wants.want(3, 100);
+  wants.want(3, 20);
+  expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 100 }]);
+  wants.want(3, 0);
+  expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 0 }]);
+  release();
+  expect(wants.all()).toHaveLength(1);
+});

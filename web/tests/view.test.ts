@@ -1,0 +1,88 @@
+import { expect, test } from "vitest";
+import { Feed } from "../dev/feed";
+import { Model } from "../src/store/model";
+import { alertsOf, waiting } from "../src/view/alerts";
+import { age, bytes, clock, decimal, lasts, listed, signed, significant } from "../src/view/format";
+import { log } from "../src/view/log";
+import { people } from "../src/view/people";
+import { phases, present } from "../src/view/phases";
+import { recordingWords } from "../src/view/recording";
+import { robots } from "../src/view/robots";
+import type { Recording } from "../src/wire";
+
+function session(count = 5): { model: Model; now: number; feed: Feed } {
+  const model = new Model();
+  const feed = new Feed((message) => {
+    if (!(message instanceof ArrayBuffer)) model.apply(message);
+  }, count);
+  feed.start();
+  return { model, now: feed.now(), feed };
+}
+
+test("numbers have a true minus, and ages and lengths read as people write them", () => {
+  expect([decimal(-0.04, 1), decimal(-78), signed(2.46, 2), signed(0, 1)]).toEqual(["0.0", "−78", "+2.46", "0.0"]);
+  expect([age(0.42), age(41), age(65)]).toEqual(["0.4 s", "41 s", "1:05"]);
+  expect([clock(872), clock(3723)]).toEqual(["14:32", "1:02:03"]);
+  expect([bytes(1.83e9), bytes(512), lasts(100_800), lasts(13_260)]).toEqual(["1.83 GB", "512 B", "28 h", "3:41 h"]);
+  expect([significant(1234.5), significant(0.0123), listed(["a", "b", "c"])]).toEqual(["1235", "0.012", "a, b and c"]);
+});
+
+test("a person's numbers have source and age, or the reason why there is none", () => {
+  const { model, now } = session();
+  const person = people(model, now)[0];
+  const stats = new Map(person?.stats.map((each) => [each.figure.word, each]));
+  expect(stats.get("Heart")).toMatchObject({ state: "fresh", source: "ECG" });
+  expect(stats.get("Heart")?.compared).toMatchObject({ difference: 19, z: 5.1 });
+  expect(stats.get("Pulse")).toMatchObject({ state: "none", why: "signal too poor: 90 % of 30 s usable" });
+  expect(person?.lights.map((each) => each.state)).toEqual(["ok", "degraded", "ok", "ok", "never"]);
+});
+
+test("a number of long ago is never shown as one of now", () => {
+  const { model, now } = session();
+  const heart = people(model, now + 60)[0]?.stats.find((each) => each.figure.word === "Heart");
+  expect(heart?.state).toBe("stale");
+  expect(heart?.ageSecs).toBeGreaterThan(59);
+});
+
+test("robots stay in the order in which people count, also when they are silent", () => {
+  const { model, now } = session(12);
+  const all = robots(model, now);
+  expect(all.map((each) => each.id)).toEqual(Array.from({ length: 12 }, (_, k) => `robot${k + 1}`));
+  expect(all[1]).toMatchObject({ state: "offline", word: "OFFLINE 0:41" });
+  expect(all[2]?.state).toBe("watch");
+  expect(robots(model, now + 3600)).toHaveLength(12);
+});
+
+test("what needs someone first comes first, and an acknowledgement is believed when the bag has it", () => {
+  const { model, now, feed } = session();
+  expect(alertsOf(model, now).map((each) => each.what)).toEqual(["robot2 is offline.", "robot3 has a weak link."]);
+  expect(waiting(alertsOf(model, now))).toMatchObject({ act: 1, soon: 1 });
+  feed.take({ type: "acknowledge", reference: "1", alert: "robot2 needs someone: offline", at: now });
+  const seen = alertsOf(model, now).find((each) => each.subject === "robot2");
+  expect(seen).toMatchObject({ stage: "acknowledged", seen: { who: "dashboard" } });
+  expect(waiting(alertsOf(model, now)).act).toBe(0);
+});
+
+test("phases are done, now and next", () => {
+  const { model, now } = session();
+  const all = phases(model, now);
+  expect(all.map((each) => [each.name, each.state])).toEqual([["baseline", "done"], ["1-back", "now"], ["2-back", "next"]]);
+  expect(present(all)).toMatchObject({ place: 1, next: { name: "2-back" } });
+});
+
+test("names are text, and the newest line of the log is first", () => {
+  const { model, feed } = session();
+  feed.take({ type: "command", reference: "2", text: "mark <b>x</b>", at: null });
+  expect(log(model, 10)[0]).toMatchObject({ who: "marker", what: "<b>x</b>" });
+});
+
+test("a recording is shown as one only while it truly grows", () => {
+  const recording: Recording = {
+    stage: "open", path: "", bytes: 1, bytes_per_sec: 1, free_bytes: null, sync_age_secs: 0.4, elapsed_secs: 872, reason: "",
+  };
+  expect(recordingWords(recording, undefined)).toEqual({ kind: "on", title: "0:14:32", detail: "on disk 0.4 s ago" });
+  expect(recordingWords({ ...recording, sync_age_secs: 3.2 }, undefined)).toMatchObject({ kind: "fail", title: "Not growing" });
+  expect(recordingWords(recording, 7)).toMatchObject({ kind: "unknown" });
+  expect(recordingWords(undefined, undefined)).toMatchObject({ kind: "unknown" });
+  expect(recordingWords({ ...recording, stage: "ended_early", reason: "disk full" }, undefined)).toMatchObject({ kind: "fail", detail: "disk full" });
+});
