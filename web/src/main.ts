@@ -4,6 +4,7 @@ import { live } from "./store/live.svelte";
 import "./styles/tokens.css";
 import "./styles/shell.css";
 import "./styles/panels.css";
+import "./styles/pages.css";
 
 const target = document.getElementById("app");
 if (!target) throw new Error("the page has no place for the dashboard");

@@ -42,6 +42,10 @@ function shifted(event: KeyboardEvent): boolean {
     case "KeyP":
       if (live.actions.may("next_phase")) live.actions.command("next_phase", event.timeStamp);
       return true;
+    case "KeyN":
+      place.go("session");
+      setTimeout(() => document.querySelector<HTMLElement>("#note")?.focus(), 50);
+      return true;
     default:
       if (event.key !== "?") return false;
       place.keysShown = !place.keysShown;

@@ -1,6 +1,8 @@
 /** THE table of pages, in the order of the rail and of their keys. */
 export const PAGES = [
   { key: "team", title: "Team" },
+  { key: "session", title: "Session" },
+  { key: "health", title: "Health" },
 ] as const;
 
 export type PageKey = (typeof PAGES)[number]["key"];

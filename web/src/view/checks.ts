@@ -1,0 +1,68 @@
+import type { Model } from "../store/model";
+import { counted, lasts, listed } from "./format";
+import { people } from "./people";
+import { recordingWords } from "./recording";
+import { robots } from "./robots";
+
+/** One line of go or no-go. */
+export interface Check {
+  glyph: "act" | "soon" | "ok" | "late" | "never";
+  what: string;
+  value: string;
+  fix: string;
+}
+
+/** What has to be right before and while it is recorded, the worst first. */
+export function checks(model: Model, now: number, lostSecs: number | undefined): Check[] {
+  const all = [...ofPeople(model, now), ...ofRobots(model, now), clocks(model), recorded(model, lostSecs), disk(model)];
+  const rank = (check: Check) => ["act", "soon", "never", "late", "ok"].indexOf(check.glyph);
+  return all.sort((a, b) => rank(a) - rank(b));
+}
+
+function ofPeople(model: Model, now: number): Check[] {
+  return people(model, now).flatMap((person) => {
+    const ok = person.lights.filter((each) => each.state === "ok").map((each) => each.name);
+    const bad = person.lights.filter((each) => each.state !== "ok").map((each): Check => {
+      const glyph = each.state === "dead" ? "act" : each.state === "never" ? "never" : each.state === "late" ? "late" : "soon";
+      return { glyph, what: `${person.id}: ${each.name}`, value: each.why, fix: each.remedy };
+    });
+    const fine: Check[] = ok.length > 0 ? [{ glyph: "ok", what: `${person.id}: ${listed(ok)}`, value: "ok", fix: "" }] : [];
+    return [...bad, ...fine];
+  });
+}
+
+function ofRobots(model: Model, now: number): Check[] {
+  const all = robots(model, now);
+  const bad = all.filter((each) => each.state !== "online").map((each): Check => {
+    const alert = each.alerts[0];
+    const glyph = each.state === "watch" ? "soon" : each.state === "never" ? "never" : "act";
+    return { glyph, what: each.id, value: each.word.toLowerCase(), fix: alert?.remedy ?? "Check its power first, then its Wi-Fi." };
+  });
+  const ok = all.filter((each) => each.state === "online");
+  const least = Math.min(...ok.flatMap((each) => (each.battery ? [each.battery.value] : [])));
+  if (ok.length === 0) return bad;
+  const names = ok.length > 5 ? counted(ok.length, "robot") : listed(ok.map((each) => each.id));
+  return [...bad, { glyph: "ok", what: names, value: Number.isFinite(least) ? `battery ${Math.round(100 * least)} % or more` : "online", fix: "" }];
+}
+
+function clocks(model: Model): Check {
+  const known = [...model.health.values()].flatMap((each) => (each.uncertainty_secs === null ? [] : [each.uncertainty_secs]));
+  const worst = Math.max(0, ...known);
+  if (known.length === 0) return { glyph: "late", what: "Clocks", value: "not known yet", fix: "Known after the first seconds of data." };
+  const value = `${counted(known.length, "stream")} within ± ${Math.ceil(1000 * worst)} ms`;
+  return worst > 0.1 ? { glyph: "soon", what: "Clocks", value, fix: "See Health for which; run chrony on its computer." } : { glyph: "ok", what: "Clocks", value, fix: "" };
+}
+
+function recorded(model: Model, lostSecs: number | undefined): Check {
+  const words = recordingWords(model.recording, lostSecs);
+  const glyph = words.kind === "on" ? "ok" : words.kind === "fail" ? "act" : words.kind === "none" ? "soon" : "late";
+  return { glyph, what: words.kind === "on" ? "Recording" : words.title, value: words.detail, fix: words.kind === "fail" ? "Check the disk; see the terminal." : "" };
+}
+
+function disk(model: Model): Check {
+  const recording = model.recording;
+  if (!recording?.free_bytes || recording.bytes_per_sec <= 0) return { glyph: "late", what: "Disk", value: "room not known yet", fix: "" };
+  const secs = recording.free_bytes / recording.bytes_per_sec;
+  const glyph = secs < 1800 ? "act" : secs < 7200 ? "soon" : "ok";
+  return { glyph, what: "Disk", value: `room for ${lasts(secs)}`, fix: glyph === "ok" ? "" : "Make room, or record to another disk." };
+}

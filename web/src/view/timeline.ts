@@ -1,0 +1,56 @@
+import type { Lane, LaneSpan } from "../draw/lanes";
+import type { Model } from "../store/model";
+import { phases } from "./phases";
+
+/** The session as lanes, and how long it is planned to be [s]. */
+export function timeline(model: Model, now: number): { lanes: Lane[]; total: number } {
+  const all = phases(model, now);
+  const planned = Math.max(0, ...all.map((each) => each.to ?? each.from));
+  const about = (id: number) => model.streams.get(id)?.about;
+  const times = (kinds: readonly string[]) => model.events.filter((each) => kinds.includes(each.kind) && about(each.stream) !== "team").map((each) => each.t);
+  const marks = model.events.filter((each) => (each.kind === "marker" && about(each.stream) === "session") || each.request?.verb === "mark").map((each) => each.t);
+  const steps = model.events.filter((each) => each.kind === "intervention").map((each) => each.t);
+  const lanes: Lane[] = [
+    { name: "phases", phases: all },
+    { name: "markers", ticks: marks },
+    { name: "alerts", spans: alertSpans(model, now) },
+    { name: "says", dots: times(["report"]) },
+    { name: "commands", ticks: steps },
+    { name: "robots", colour: "robot", spans: robotSpans(model, now) },
+  ];
+  return { lanes, total: Math.max(60, planned, now * 1.08) };
+}
+
+function alertSpans(model: Model, now: number): LaneSpan[] {
+  const open = new Map<string, number>();
+  const spans: LaneSpan[] = [];
+  for (const { alert, t } of model.events) {
+    if (!alert) continue;
+    const key = `${alert.robot} ${alert.why}`;
+    const kind = /^offline|empty|^diagnostics/.test(alert.why) ? "act" : "soon";
+    const from = open.get(key);
+    if (alert.stage === "raised") open.set(key, t);
+    else if (from !== undefined) {
+      spans.push({ from, to: t, kind });
+      open.delete(key);
+    }
+  }
+  for (const [key, from] of open) spans.push({ from, to: now, kind: /offline|empty|diagnostics/.test(key) ? "act" : "soon" });
+  return spans;
+}
+
+/** When robots were there, and when one of them was not. */
+function robotSpans(model: Model, now: number): LaneSpan[] {
+  const gaps: LaneSpan[] = [];
+  const open = new Map<string, number>();
+  for (const { alert, t } of model.events) {
+    if (alert?.why !== "offline") continue;
+    if (alert.stage === "raised") open.set(alert.robot, t);
+    else if (alert.stage === "over" && open.has(alert.robot)) {
+      gaps.push({ from: open.get(alert.robot) ?? t, to: t, kind: "gap" });
+      open.delete(alert.robot);
+    }
+  }
+  for (const from of open.values()) gaps.push({ from, to: now, kind: "gap" });
+  return [{ from: 0, to: now, kind: "here" }, ...gaps];
+}
