@@ -8,6 +8,9 @@ export interface Spot {
   dbm: number | undefined;
 }
 
+/** Nothing is drawn between places that are further apart in time [s]. */
+const GAP_SECS = 3;
+
 /** A robot on the map. */
 export interface Placed {
   id: string;
@@ -66,7 +69,7 @@ function trail(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => nu
   x.lineCap = "round";
   robot.trail.forEach((spot, k) => {
     const before = robot.trail[k - 1];
-    if (!before) return;
+    if (!before || spot.t - before.t > GAP_SECS) return;
     x.globalAlpha = ((robot.state === "offline" ? 0.35 : 0.8) * k) / robot.trail.length;
     x.beginPath();
     x.moveTo(at(before.x), up(before.y));

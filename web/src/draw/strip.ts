@@ -29,8 +29,8 @@ export interface Strip {
   selection?: readonly [number, number] | undefined;
   /** How far back the newest point may be before that is a gap [s]. */
   patienceSecs: number;
-  /** Where the signal is too poor: hatched. */
-  poor?: string;
+  /** Since when the signal is too poor, and why: hatched. */
+  poor?: { from: number; word: string } | undefined;
   /** Lines hold their value until the next one, as of numbers that come now and then. */
   steps?: boolean;
 }
@@ -60,8 +60,11 @@ export function drawStrip(canvas: HTMLCanvasElement, strip: Strip): void {
   lines(x, strip.markers.map(at), h);
   const gapAt = trace(x, strip, at, y, width);
   if (strip.poor) {
-    hatch(x, left, w, 0, h, colours.of("hatch"));
-    label(x, strip.poor, left + x.measureText(strip.poor).width / 2 + 8, 12, colours.of("ink"), colours.of("panel"));
+    const from = Math.max(left, at(strip.poor.from));
+    hatch(x, from, w, 0, h, colours.of("hatch"));
+    x.fillStyle = colours.of("degraded");
+    x.fillRect(from, 0, w - from, 2);
+    label(x, strip.poor.word, from + x.measureText(strip.poor.word).width / 2 + 8, 13, colours.of("ink"), colours.of("panel"));
   }
   if (gapAt !== undefined) silence(x, strip, at(gapAt), w, h);
   body(x, strip, at, y, h);

@@ -13,4 +13,7 @@ export { default as People } from "./People.svelte";
 export { default as Rail } from "./Rail.svelte";
 export { default as RecordingBar } from "./RecordingBar.svelte";
 export { default as Robots } from "./Robots.svelte";
+export { default as Selection } from "./Selection.svelte";
+export { default as SignalLines } from "./SignalLines.svelte";
+export { default as StreamChoice } from "./StreamChoice.svelte";
 export { default as Timeline } from "./Timeline.svelte";

@@ -78,12 +78,14 @@ export class Live {
     if (!this.send({ type: "history", reference, stream, from, to, points })) this.histories.delete(reference);
   }
 
-  /** The points of a channel, filled with what is stored of the last seconds. */
-  track(stream: number, channel: number, secs: number, points: number): Track {
+  /** The points of a channel, filled with what is stored of the last seconds, if that is fine enough. */
+  track(stream: number, channel: number, secs: number, points: number, coarsestSecs = Number.POSITIVE_INFINITY): Track {
     const track = this.model.track(stream, channel);
     const first = track.times[0] ?? this.now();
     const from = Math.max(0, this.now() - secs);
-    if (first - from > 1) this.history(stream, from, first, points, (reply) => fill(track, reply, channel));
+    if (first - from > 1) this.history(stream, from, first, points, (reply) => {
+        if (reply.step <= coarsestSecs) fill(track, reply, channel);
+      });
     return track;
   }
 

@@ -45,6 +45,8 @@ export class Model {
   growth: number[] = [];
   machine: Machine | undefined;
   missed: Missed = { events: 0, states: 0, signals: 0 };
+  /** When something was missed last, by the browser's clock [ms]. */
+  missedAt = Number.NEGATIVE_INFINITY;
   nextPhase: string | undefined;
   ready = false;
   ended: string | undefined;
@@ -81,6 +83,7 @@ export class Model {
         break;
       case "missed":
         this.missed = message;
+        this.missedAt = performance.now();
         break;
       case "next_phase":
         this.nextPhase = message.name ?? undefined;

@@ -1,6 +1,7 @@
 /** THE table of pages, in the order of the rail and of their keys. */
 export const PAGES = [
   { key: "team", title: "Team" },
+  { key: "signals", title: "Signals" },
   { key: "session", title: "Session" },
   { key: "health", title: "Health" },
 ] as const;

@@ -44,7 +44,7 @@ export function lineOf(event: Event, stream: Stream): Line | undefined {
     case "report":
       return { ...base, glyph: "", who: who || "report", what: `${event.label} ${event.value === null ? "?" : decimal(event.value)}` };
     case "intervention":
-      return { ...base, glyph: "", who, what: `commanded: ${event.label}` };
+      return { ...base, glyph: "", who: event.label.split(" ")[0] ?? "", what: `commanded: ${event.label.split(" ").slice(1).join(" ")}` };
     case "fault":
       return { ...base, glyph: "soon", who, what: event.label };
     case "clock":

@@ -93,7 +93,7 @@ function stats(model: Model, own: Stream[], now: number): Stat[] {
       if (channel < 0) continue;
       const found = stat(model, figure, stream, channel, now);
       const known = best.get(figure.word);
-      if (!known || rank(found) < rank(known)) best.set(figure.word, found);
+      if (!known || rank(model, found) < rank(model, known)) best.set(figure.word, found);
     }
   }
   return [...best.values()].slice(0, MOST_FIGURES);
@@ -107,10 +107,11 @@ function windowSecs(stream: Stream): number {
   return stream.window !== null && stream.window !== "phases" ? stream.window.secs : 0;
 }
 
-/** A tile keeps its source as long as that has a value; of equals the shortest window. */
-function rank(stat: Stat): number {
+/** What has a value comes first; then the shortest window, then the faster sensor. */
+function rank(model: Model, stat: Stat): number {
   const states = { fresh: 0, degraded: 0, stale: 1, none: 2 };
-  return 1000 * states[stat.state] + windowSecs(stat.stream);
+  const rate = model.byName.get(stat.stream.inputs[0] ?? "")?.rate_hz ?? 0;
+  return 10_000 * states[stat.state] + windowSecs(stat.stream) + 1 / (1 + rate);
 }
 
 function stat(model: Model, figure: Figure, stream: Stream, channel: number, now: number): Stat {

@@ -1,0 +1,116 @@
+import type { Model } from "../store/model";
+import type { Track } from "../store/track";
+import type { Stream } from "../wire";
+import { FIGURES } from "./figures";
+import { byName } from "./format";
+import { isHappening, sensorName } from "./words";
+
+/** A line of the Signals page: a channel of a stream, by name, so that it means the same in the next session. */
+export interface Choice {
+  stream: string;
+  channel: string;
+}
+
+/** A mean of these says nothing: they swing around a level. */
+const WAVES = new Set(["ecg", "ppg", "eeg", "emg", "respiration", "acceleration", "audio"]);
+
+/** Whether a channel's mean and SD say something. */
+export function hasLevel(stream: Stream): boolean {
+  return stream.derived || !WAVES.has(stream.signal);
+}
+
+/** All that can be drawn: sensors first, then the numbers of people, then all other channels. */
+export function drawable(model: Model): { choice: Choice; stream: Stream; label: string }[] {
+  const all = [...model.streams.values()].filter((each) => !each.hidden && each.channels.length > 0 && !isHappening(each));
+  const ordered = all.filter((each) => each.window !== "phases").sort((a, b) => Number(a.derived) - Number(b.derived) || byName(a.name, b.name));
+  return ordered.flatMap((stream) =>
+    stream.channels.map(({ name }) => ({ choice: { stream: stream.name, channel: name }, stream, label: labelOf(stream, name) })),
+  );
+}
+
+/** What people call a channel: `p001 ECG`, `robot4 battery voltage`. */
+export function labelOf(stream: Stream, channel: string): string {
+  const figure = FIGURES.find((each) => each.family === stream.family && each.channel === channel);
+  const who = stream.subject ? `${stream.subject} ` : "";
+  if (figure) return `${who}${figure.word.toLowerCase()}${figure.unit === "/min" ? " rate" : ""}`;
+  const sensor = stream.derived ? stream.family : sensorName(stream);
+  return stream.channels.length > 1 ? `${who}${sensor} ${channel.split(".").slice(-2).join(".")}` : `${who}${sensor}`;
+}
+
+/** What is shown at first: an operator's signals above a robot's link and battery. */
+export function usual(model: Model): Choice[] {
+  const streams = [...model.streams.values()].filter((each) => !each.hidden);
+  const people = streams.filter((each) => each.about === "person");
+  const first = [...people].sort((a, b) => byName(a.subject, b.subject))[0]?.subject;
+  const own = people.filter((each) => each.subject === first);
+  const raw = (signal: string) => own.find((each) => !each.derived && each.signal === signal && each.shape !== "event");
+  const heart = own.find((each) => each.family === "heart" && each.window !== "phases") ?? own.find((each) => each.family === "pulse" && each.window !== "phases");
+  const rate = FIGURES.find((each) => each.family === heart?.family)?.channel ?? "";
+  const chosen: Choice[] = [];
+  const add = (stream: Stream | undefined, channel = stream?.channels[0]?.name) => {
+    if (stream && channel) chosen.push({ stream: stream.name, channel });
+  };
+  add(raw("ecg") ?? raw("ppg"));
+  add(heart, rate);
+  for (const signal of ["eda", "respiration", "eeg", "emg"]) add(raw(signal));
+  const robots = streams.filter((each) => each.about === "robot" && !each.derived).sort((a, b) => byName(a.name, b.name));
+  add(robots.find((each) => each.signal === "link"));
+  add(robots.find((each) => each.signal === "battery"));
+  return chosen;
+}
+
+/** What a span of a channel says. */
+export interface Summary {
+  count: number;
+  mean: number;
+  sd: number | undefined;
+  median: number;
+  mad: number;
+  min: number;
+  max: number;
+  /** The share of the span with data [0..1]. */
+  covered: number;
+}
+
+/** Sums up a span; `undefined` without any number in it. */
+export function summary(track: Track, from: number, to: number): Summary | undefined {
+  const [first, last] = [track.indexAt(from), track.indexAt(to)];
+  const values = [...track.values.subarray(first, last)].filter(Number.isFinite);
+  if (values.length === 0) return undefined;
+  const mean = values.reduce((sum, each) => sum + each, 0) / values.length;
+  const square = values.reduce((sum, each) => sum + (each - mean) ** 2, 0);
+  const median = middle(values);
+  return {
+    count: values.length, mean, median, mad: middle(values.map((each) => Math.abs(each - median))),
+    sd: values.length > 1 ? Math.sqrt(square / (values.length - 1)) : undefined,
+    min: Math.min(...values), max: Math.max(...values), covered: covered(track.times.subarray(first, last), from, to),
+  };
+}
+
+function middle(values: number[]): number {
+  const sorted = [...values].sort((a, b) => a - b);
+  const half = sorted.length >> 1;
+  const [low = 0, high = 0] = [sorted[Math.max(0, half - 1)], sorted[half]];
+  return sorted.length % 2 === 1 ? high : (low + high) / 2;
+}
+
+/** The share of a span in which no point is far from the one before it. */
+function covered(times: Float64Array, from: number, to: number): number {
+  const steps = Array.from(times, (t, k) => t - (times[k - 1] ?? from));
+  const usual = middle(steps.slice(1));
+  const all = [...steps, to - (times.at(-1) ?? to)];
+  const gaps = all.filter((step) => step > Math.max(3 * usual, 0.5)).reduce((sum, step) => sum + step, 0);
+  return Math.max(0, Math.min(1, 1 - gaps / (to - from)));
+}
+
+/** Since when a stream's signal is too poor, and why; `undefined` where it is not. */
+export function poorSince(model: Model, stream: Stream): { from: number; word: string } | undefined {
+  for (const each of model.streams.values()) {
+    if (!each.derived || each.inputs.length !== 1 || each.inputs[0] !== stream.name) continue;
+    const feature = model.features.get(each.id);
+    if (feature && feature.quality !== null && feature.quality < 0.5 && (feature.coverage ?? 0) > 0.5) {
+      return { from: feature.t - feature.window_secs, word: `${Math.round(100 * feature.quality)} % usable` };
+    }
+  }
+  return undefined;
+}
