@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use teampulse_bag::Growth;
@@ -22,13 +22,14 @@ use teampulse_ros::BusId;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
-    Bag, Colours, Ended, Estimates, Kept, RosContext, SHOWN, SinkContext, TerminalContext, Tidy,
-    View,
+    ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, Kept, PhasePlan,
+    RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
-    Computers, Overflows, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock, follow_clock,
+    Computers, Overflows, Phase, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock,
+    follow_clock,
 };
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_workers::{Program, WorkerContext};
@@ -66,6 +67,10 @@ pub struct Setup {
     follows: Option<SimulatedClock>,
     /// How Bluetooth devices are reached.
     bluetooth: Bluetooth,
+    /// What happens with the address of the dashboard; `None` without a dashboard.
+    pub dashboard: Option<Announce>,
+    /// The address of the dashboard, for the terminal.
+    address: Arc<OnceLock<String>>,
 }
 
 impl Setup {
@@ -78,9 +83,22 @@ impl Setup {
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
-        let bluetooth = Bluetooth::default();
-        let mut setup =
-            Setup { clock, buses, bag_ended, study, growth, view, phases, follows, bluetooth };
+        let announce: Announce = Arc::new(|_| {});
+        let mut setup = Setup {
+            clock,
+            buses,
+            bag_ended,
+            dashboard: study.general.dashboard.0.then_some(announce),
+            address: Arc::default(),
+            study,
+            growth,
+            view,
+            phases,
+            follows,
+            bluetooth: Bluetooth::default(),
+        };
+        let commands = &mut setup.study.general.commands;
+        commands.allow_by_default("dashboard", &ALLOWED);
         let bus = setup.buses.get(setup.bus_id()?)?;
         if setup.study.general.session.clock == SessionClock::Simulated {
             setup.clock = Clock::settable();
@@ -181,7 +199,8 @@ impl Setup {
         let (buses, bus, publish) = (Arc::clone(&self.buses), self.bus_id()?, self.published());
         let (terminal, ros) = (self.terminal(), RosContext { buses, bus, publish });
         let context = sink_context(&self.study, bag, &self.clock);
-        let context = SinkContext { growth, bag_ended, terminal, ros, ..context };
+        let dashboard = self.dashboard_context();
+        let context = SinkContext { growth, bag_ended, terminal, ros, dashboard, ..context };
         let mut sinks = sinks(&self.study, &context)?;
         let written = self.study.kinds("sinks");
         let is_lacking = |kind: &str| SHOWN.contains(&kind) && written.iter().all(|it| it != kind);
@@ -189,6 +208,7 @@ impl Setup {
             let sink = (entry.build)(Settings::empty(), &context);
             sinks.push(sink.map_err(|error| Failure::new(error.message).hint(error.hint))?);
         }
+        sinks.retain(|sink| self.dashboard.is_some() || sink.name() != "dashboard");
         Ok(sinks)
     }
 
@@ -214,6 +234,22 @@ impl Setup {
             plain: term.is_none_or(|term| term == "dumb"),
             notes: self.notes(),
             next: Some(Arc::new(move || phases.next())),
+            address: Arc::clone(&self.address),
+        }
+    }
+
+    /// What the dashboard knows of the study.
+    fn dashboard_context(&self) -> DashboardContext {
+        let general = &self.study.general;
+        let plan = |phase: &Phase| PhasePlan {
+            name: phase.name.clone(),
+            from: phase.from_secs,
+            lasts: phase.length_secs(),
+        };
+        DashboardContext {
+            phases: general.phases.iter().map(plan).collect(),
+            commands: general.commands.verbs_of("dashboard"),
+            announce: self.dashboard.clone(),
         }
     }
 

@@ -24,7 +24,7 @@ use self::excerpt::excerpt;
 use self::place::{nearest_place, walk};
 
 pub use self::error::StudyError;
-pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings};
+pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings, Shown};
 
 /// The longest name of a session [bytes]: the time and a number are appended to it, and a file system
 /// allows 255.

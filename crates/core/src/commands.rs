@@ -58,6 +58,23 @@ impl CommandSettings {
         })
     }
 
+    /// Allows these verbs from a component, unless the study says what is allowed from there.
+    pub fn allow_by_default(&mut self, component: &str, verbs: &[&str]) {
+        let verbs = || verbs.iter().map(|verb| (*verb).to_owned()).collect();
+        self.components.entry(component.to_owned()).or_insert_with(verbs);
+    }
+
+    /// The verbs that are allowed from a component, in the order of their documentation; `do` where it is allowed of
+    /// any.
+    pub fn verbs_of(&self, component: &str) -> Vec<&'static str> {
+        let words = self.components.get(component).map(Vec::as_slice).unwrap_or_default();
+        let verbs = VERBS.iter().map(|(verb, _, _)| *verb);
+        let is_allowed = |verb: &&'static str| {
+            words.iter().any(|word| word == "*" || word.split(' ').next() == Some(*verb))
+        };
+        verbs.filter(is_allowed).collect()
+    }
+
     fn allow(&self, sender: &Sender, command: &Command) -> bool {
         let allowed = match sender.setting() {
             "keys" => Some(&self.keys),

@@ -1,3 +1,25 @@
 #![doc = include_str!("../README.md")]
 
 pub mod wire;
+mod context;
+mod sink;
+mod relay;
+mod convert;
+mod history;
+mod recording;
+mod machine;
+mod echo;
+mod hub;
+mod server;
+mod access;
+mod assets;
+mod client;
+mod joining;
+mod outbox;
+mod rate;
+mod acts;
+mod api;
+mod metrics;
+
+pub use context::{Context, Disk, PORT, Settings};
+pub use sink::Dashboard;

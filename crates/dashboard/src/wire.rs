@@ -6,15 +6,16 @@
 
 mod from_browser;
 mod from_server;
+mod machine;
 mod stream;
 pub mod waves;
 
 pub use from_browser::{FromBrowser, History as HistoryRequest, MOST_WANTED, Wanted};
 pub use from_server::{
-    Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Machine, Marker,
-    Missed, Mode, PhasePlan, Pong, Recording, RecordingStage, Refused, Request, Right, Sample,
-    Status, StreamHealth, Viewer,
+    Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Marker, Mode,
+    PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
+pub use machine::{Machine, Missed, Recording, RecordingStage};
 pub use stream::{Channel, Span, Stream};
 
 /// The version of this contract; a browser that knows another one reloads its page.

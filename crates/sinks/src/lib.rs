@@ -3,6 +3,7 @@
 mod bag;
 mod aligned;
 mod csv;
+mod dashboard;
 mod diagnostics;
 mod lsl;
 mod ros;
@@ -21,7 +22,9 @@ use teampulse_core::sink::Sink;
 pub use aligned::Aligned;
 pub use bag::{Again, Bag, ContinuingBag};
 pub use csv::{Csv, tables_beside};
+pub use dashboard::{ALLOWED, Announce, DashboardContext};
 pub use ros::RosContext;
+pub use teampulse_dashboard::wire::PhasePlan;
 pub use terminal::{
     Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
     leave_screen,
@@ -37,11 +40,12 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<ros::Ros>("ros"),
     Entry::new::<diagnostics::Diagnostics>("diagnostics"),
     Entry::new::<lsl::Lsl>("lsl"),
+    Entry::new::<dashboard::Dashboard>("dashboard"),
 ];
 
 /// The sinks of every session that is run, with default settings unless the study has some. They store
 /// nothing.
-pub const SHOWN: [&str; 3] = ["terminal", "ros", "diagnostics"];
+pub const SHOWN: [&str; 4] = ["terminal", "ros", "diagnostics", "dashboard"];
 
 /// The context that sinks are built with.
 #[derive(Clone)]
@@ -64,6 +68,8 @@ pub struct SinkContext {
     pub terminal: TerminalContext,
     /// What is published on ROS, and where.
     pub ros: RosContext,
+    /// What the dashboard shows.
+    pub dashboard: DashboardContext,
 }
 
 impl SinkContext {
@@ -79,6 +85,7 @@ impl SinkContext {
             damage: None,
             terminal: TerminalContext::default(),
             ros: RosContext::default(),
+            dashboard: DashboardContext::default(),
         }
     }
 }

@@ -13,6 +13,7 @@ use async_trait::async_trait;
 use clap::Args;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Source, SourceError};
+use teampulse_sinks::Announce;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::sync::Mutex;
@@ -57,6 +58,9 @@ pub struct Demo {
     /// The seed of all random numbers
     #[arg(long, default_value = "1")]
     seed: u64,
+    /// Shows nothing in a browser
+    #[arg(long)]
+    no_dashboard: bool,
 }
 
 impl Demo {
@@ -89,7 +93,9 @@ impl Demo {
             topics_command(domain)
         ));
         let setup = Setup::new(study, network::buses_of_demo("teampulse", domain)).await?;
-        let setup = setup.with_bluetooth(worn.bluetooth());
+        let mut setup = setup.with_bluetooth(worn.bluetooth());
+        let opens: Announce = Arc::new(open_in_browser);
+        setup.dashboard = setup.dashboard.filter(|_| !self.no_dashboard).map(|_| opens);
         let process = Arc::new(Mutex::new(Some(started)));
         let simulator = Simulator { simulation, process: Arc::clone(&process) };
         let beside: Sources = vec![("simulator".into(), Box::new(simulator))];
@@ -97,6 +103,24 @@ impl Demo {
         // Stopped last, or the end of the session would show a team that falls silent.
         end(process.try_lock().ok().and_then(|mut process| process.take())).await;
         ended
+    }
+}
+
+/// Opens the dashboard where there is a desktop; without one its address is on the terminal.
+fn open_in_browser(address: &str) {
+    let has_desktop = ["DISPLAY", "WAYLAND_DISPLAY"]
+        .iter()
+        .any(|name| std::env::var_os(name).is_some_and(|display| !display.is_empty()));
+    if !has_desktop {
+        return;
+    }
+    let mut opener = std::process::Command::new("xdg-open");
+    let opener =
+        opener.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    match opener.spawn() {
+        // It ends at once or lives as long as the browser: nothing depends on it.
+        Ok(mut opener) => drop(std::thread::spawn(move || drop(opener.wait()))),
+        Err(error) => tracing::info!("failed to open a browser: {error}"),
     }
 }
 

@@ -30,6 +30,9 @@ pub struct Run {
     /// Where to create the bag's folder
     #[arg(long, value_name = "DIR", default_value = "sessions")]
     out: PathBuf,
+    /// Shows nothing in a browser
+    #[arg(long)]
+    no_dashboard: bool,
 }
 
 impl Run {
@@ -38,7 +41,8 @@ impl Run {
         let study = Study::read(&self.study)?;
         let messages = study.general.session.messages.clone();
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
-        let setup = Setup::new(study, buses).await?;
+        let mut setup = Setup::new(study, buses).await?;
+        setup.dashboard = setup.dashboard.filter(|_| !self.no_dashboard);
         watch(setup, Vec::new(), self.duration, self.out).await
     }
 }

@@ -24,9 +24,23 @@ pub struct General {
     pub phases: Vec<Phase>,
     /// Who may command the session while it runs; without it the keys of the terminal alone.
     pub commands: CommandSettings,
+    /// Whether the session is shown in a browser, too, at <http://127.0.0.1:8742>; `[[sinks]]` with the type
+    /// `dashboard` has its settings.
+    pub dashboard: Shown,
     /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
     /// Nothing about a person is published unless it is named here.
     pub publish: Vec<teampulse_core::pattern::Pattern>,
+}
+
+/// Whether something is shown.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Shown(pub bool);
+
+impl Default for Shown {
+    fn default() -> Shown {
+        Shown(true)
+    }
 }
 
 /// The session as a whole.

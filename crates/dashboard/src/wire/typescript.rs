@@ -4,10 +4,10 @@ use ts_rs::{Config, TS};
 
 use super::from_browser::{FromBrowser, History, Wanted};
 use super::from_server::{
-    Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Machine, Marker,
-    Missed, Mode, PhasePlan, Pong, Recording, RecordingStage, Refused, Request, Right, Sample,
-    Status, StreamHealth, Viewer,
+    Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Marker, Mode,
+    PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
+use super::machine::{Machine, Missed, Recording, RecordingStage};
 use super::stream::{Channel, Span, Stream};
 use super::{MOST_WANTED, PROTOCOL};
 

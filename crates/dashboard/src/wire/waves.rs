@@ -34,9 +34,61 @@ impl Wave {
     }
 }
 
+impl Wave {
+    /// The same with fewer samples, where it has more than this many a second: of every few samples the smallest and
+    /// the largest of each channel, in the order in which they came. 0 leaves it as it is.
+    #[must_use]
+    pub fn thinned(&self, points_per_sec: f64) -> Wave {
+        let width = self.channels.max(1) as usize;
+        let pairs = (2.0 / (points_per_sec * self.period)).ceil();
+        if !(pairs >= 3.0 && pairs.is_finite()) {
+            return self.clone();
+        }
+        let count = self.samples.len() / width;
+        let merged = (pairs as usize).min(count.max(1));
+        let mut samples = Vec::with_capacity(2 * width * count.div_ceil(merged));
+        for few in self.samples[..count * width].chunks(merged * width) {
+            let extremes: Vec<(f32, f32)> =
+                (0..width).map(|channel| extremes(few, channel, width)).collect();
+            samples.extend(extremes.iter().map(|(earlier, _)| earlier));
+            samples.extend(extremes.iter().map(|(_, later)| later));
+        }
+        let pairs = count.div_ceil(merged).max(1);
+        let period = self.period * count as f64 / (2 * pairs) as f64;
+        Wave { period, samples, ..*self }
+    }
+}
+
+/// The smallest and the largest number of a channel, in the order in which they came.
+fn extremes(samples: &[f32], channel: usize, width: usize) -> (f32, f32) {
+    let (mut min, mut max) = ((0, f32::NAN), (0, f32::NAN));
+    for (place, number) in samples.iter().skip(channel).step_by(width).enumerate() {
+        if min.1.is_nan() || *number < min.1 {
+            min = (place, *number);
+        }
+        if max.1.is_nan() || *number > max.1 {
+            max = (place, *number);
+        }
+    }
+    if min.0 <= max.0 { (min.1, max.1) } else { (max.1, min.1) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_thinned_wave_keeps_its_peaks_and_its_length() {
+        let mut samples = vec![0.0; 100];
+        samples[33] = 9.0;
+        let wave = Wave { stream: 1, channels: 1, start: 0.0, period: 0.002, samples };
+        let thin = wave.thinned(100.0);
+        assert_eq!(thin.samples.len(), 20);
+        assert!(thin.samples.contains(&9.0) && (thin.period - 0.01).abs() < 1e-12);
+        assert_eq!((wave.thinned(0.0), wave.thinned(1e9)), (wave.clone(), wave.clone()));
+        let gap = Wave { samples: vec![f32::NAN; 100], ..wave };
+        assert!(gap.thinned(1.0).samples.iter().all(|number| number.is_nan()));
+    }
 
     #[test]
     fn a_wave_is_laid_out_as_documented() {

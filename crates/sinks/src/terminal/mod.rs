@@ -18,7 +18,7 @@ mod board;
 mod layout;
 
 use std::io::Write;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use schemars::JsonSchema;
@@ -32,7 +32,6 @@ use teampulse_core::time::Time;
 use crate::SinkContext;
 
 pub use board::Board;
-use estimates::unblinds;
 pub use header::Kept;
 use header::Recording;
 use layout::Shown;
@@ -83,6 +82,8 @@ pub struct TerminalContext {
     pub notes: Vec<String>,
     /// The source of the next phase.
     pub next: Option<NextPhase>,
+    /// The address of the dashboard, once it is known.
+    pub address: Arc<OnceLock<String>>,
 }
 
 /// Returns the name of the next phase.
@@ -98,6 +99,13 @@ pub enum Estimates {
     Shown,
 }
 
+impl Estimates {
+    /// Whether a stream is hidden, on the terminal and from those who open the dashboard.
+    pub fn hide(self, stream: &Stream) -> bool {
+        self == Estimates::Hidden && estimates::unblinds(stream)
+    }
+}
+
 /// The running terminal.
 struct Display {
     board: Board,
@@ -105,6 +113,8 @@ struct Display {
     settings: TerminalContext,
     clock: Clock,
     drawn: Option<(Time, Size)>,
+    /// Whether the address of the dashboard was shown.
+    has_address: bool,
 }
 
 impl Sink for Display {
@@ -118,9 +128,7 @@ impl Sink for Display {
 
     fn wants(&self) -> Wants {
         let estimates = self.settings.estimates;
-        let is_wanted = move |stream: &Stream| {
-            is_shown(stream) && (estimates == Estimates::Shown || !unblinds(stream))
-        };
+        let is_wanted = move |stream: &Stream| is_shown(stream) && !estimates.hide(stream);
         Wants::Only(Box::new(is_wanted))
     }
 
@@ -141,6 +149,12 @@ impl Sink for Display {
                 Received::Silence => {}
                 Received::Closed => break,
             }
+            if let Some(line) = self.address() {
+                self.board.note(&line);
+                if !is_screen {
+                    say(&[line]);
+                }
+            }
             self.board.watch(self.clock.now().secs_since(began));
             if let Some(screen) = &mut screen {
                 self.show(screen);
@@ -159,7 +173,21 @@ impl Display {
             board.note(&format!("note: {note}"));
         }
         let recording = Recording::of(settings.kept.clone());
-        Display { board, recording, settings, clock: Clock::host(), drawn: None }
+        Display {
+            board,
+            recording,
+            settings,
+            clock: Clock::host(),
+            drawn: None,
+            has_address: false,
+        }
+    }
+
+    /// The line about the dashboard, once.
+    fn address(&mut self) -> Option<String> {
+        let address = self.settings.address.get().filter(|_| !self.has_address)?;
+        self.has_address = true;
+        Some(format!("the dashboard is at {address}"))
     }
 
     /// Redraws the screen when a second has passed, a key was pressed, or its size changed.

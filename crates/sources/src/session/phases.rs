@@ -33,7 +33,7 @@ pub struct Phase {
 
 impl Phase {
     /// How long it lasts [s]; `None` until the next one begins.
-    pub(super) fn length_secs(&self) -> Option<f64> {
+    pub fn length_secs(&self) -> Option<f64> {
         let until =
             self.to_secs.zip(self.from_secs).map(|(to_secs, from_secs)| to_secs - from_secs);
         self.lasts_secs.or(until)

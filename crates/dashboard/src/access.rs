@@ -1,0 +1,283 @@
+//! Who may connect, and what they may do.
+
+use std::hint::black_box;
+use std::net::IpAddr;
+use std::path::Path;
+
+use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
+use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use teampulse_core::command::Sender;
+use thiserror::Error;
+
+use crate::wire::Right;
+
+/// The shortest token [bytes].
+const SHORTEST_TOKEN: usize = 16;
+/// The cookie with the token of a browser.
+pub const COOKIE_NAME: &str = "teampulse_token";
+const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+
+/// What somebody may do, and where they connect from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Grant {
+    /// What they may do.
+    pub right: Right,
+    /// Their address; `None` for this computer.
+    pub address: Option<IpAddr>,
+}
+
+impl Grant {
+    /// Who they are in the bag.
+    pub fn sender(&self) -> Sender {
+        let address = self.address.map(|address| address.to_string()).unwrap_or_default();
+        Sender::through("dashboard", &address)
+    }
+}
+
+/// Who may connect.
+#[derive(Clone, Debug)]
+pub struct Access {
+    is_loopback: bool,
+    names: Vec<String>,
+    tokens: Vec<(Right, String)>,
+}
+
+/// Why a request was refused.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Denied {
+    /// Its `Host` is not this computer: the name may have been rebound to it.
+    #[error(
+        "the host of the address is not known here: open the dashboard by the address it prints, or list the name below `names`"
+    )]
+    Host,
+    /// It comes from a page of another site.
+    #[error("pages of other sites may not use the dashboard")]
+    Origin,
+    /// It has no valid token.
+    #[error("a token is needed: open the dashboard as /?token=… with one of its file")]
+    Token,
+}
+
+/// A file of tokens that can't be used. The message fits after "failed to".
+#[derive(Debug, Error)]
+pub enum TokensError {
+    /// It can't be read.
+    #[error("read the tokens of {path}: {error}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A line of it is not a right and a token.
+    #[error(
+        "read the tokens of {path}: line {line} is not `watch`, `mark` or `control` and a token of {SHORTEST_TOKEN} or more characters"
+    )]
+    Line {
+        /// The file.
+        path: String,
+        /// The line, from 1.
+        line: usize,
+    },
+    /// There are no tokens, and the address is not a loopback address.
+    #[error(
+        "listen on {address} without a token: anybody on the network could see the team and set markers"
+    )]
+    Missing {
+        /// The address.
+        address: IpAddr,
+    },
+}
+
+impl Access {
+    /// Who may connect at an address, by these names of it and the tokens of a file.
+    pub fn new(
+        address: IpAddr,
+        names: &[String],
+        tokens: Option<&Path>,
+    ) -> Result<Access, TokensError> {
+        let tokens = tokens.map(read_tokens).transpose()?.unwrap_or_default();
+        let is_loopback = address.is_loopback();
+        if tokens.is_empty() && !is_loopback {
+            return Err(TokensError::Missing { address });
+        }
+        let names = names.iter().map(|name| name.to_ascii_lowercase()).collect();
+        Ok(Access { is_loopback, names, tokens })
+    }
+
+    /// What a request may do. `asks` is for more than the page itself, which other sites may link to.
+    pub fn admit(&self, headers: &HeaderMap, peer: IpAddr, asks: bool) -> Result<Grant, Denied> {
+        let host = headers.get(HOST).and_then(|host| host.to_str().ok()).ok_or(Denied::Host)?;
+        if headers.get_all(HOST).iter().count() != 1 || !self.is_known(name_of(host)) {
+            return Err(Denied::Host);
+        }
+        if asks && is_foreign(headers, host) {
+            return Err(Denied::Origin);
+        }
+        let address = (!peer.is_loopback()).then_some(peer);
+        if self.tokens.is_empty() {
+            return Ok(Grant { right: Right::Control, address });
+        }
+        let right = token_of(headers).and_then(|token| self.right_of(token));
+        right.map(|right| Grant { right, address }).ok_or(Denied::Token)
+    }
+
+    /// The right that comes with a token.
+    pub fn right_of(&self, token: &str) -> Option<Right> {
+        // All of them are compared, so that the time does not depend on which one it is.
+        let rights =
+            self.tokens.iter().map(|(right, each)| is_equal(each, token).then_some(*right));
+        rights.fold(None, Ord::max)
+    }
+
+    fn is_known(&self, name: &str) -> bool {
+        let name = name.to_ascii_lowercase();
+        let address = name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
+        match address {
+            Ok(address) => address.is_loopback() || !self.is_loopback,
+            Err(_) => name == "localhost" || self.names.contains(&name),
+        }
+    }
+}
+
+/// A host without its port.
+fn name_of(host: &str) -> &str {
+    match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
+        _ => host,
+    }
+}
+
+/// Whether a page of another site sent a request.
+fn is_foreign(headers: &HeaderMap, host: &str) -> bool {
+    let is_other_origin = headers.get_all(ORIGIN).iter().any(|origin| {
+        let origin = origin.to_str().unwrap_or_default();
+        let of = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
+        !of.is_some_and(|of| of.eq_ignore_ascii_case(host))
+    });
+    let site = headers.get(SEC_FETCH_SITE).map(HeaderValue::as_bytes);
+    is_other_origin || !matches!(site, None | Some(b"same-origin" | b"none"))
+}
+
+fn token_of(headers: &HeaderMap) -> Option<&str> {
+    let bearer = headers.get(AUTHORIZATION).and_then(|value| value.to_str().ok());
+    if let Some(token) = bearer.and_then(|value| value.strip_prefix("Bearer ")) {
+        return Some(token.trim());
+    }
+    let cookies = headers.get_all(COOKIE).iter().filter_map(|value| value.to_str().ok());
+    let mut pairs =
+        cookies.flat_map(|value| value.split(';')).filter_map(|pair| pair.trim().split_once('='));
+    pairs.find(|(name, _)| *name == COOKIE_NAME).map(|(_, token)| token)
+}
+
+/// Whether two texts are equal, in a time that depends on their lengths only.
+fn is_equal(one: &str, other: &str) -> bool {
+    let pairs = one.bytes().zip(other.bytes());
+    let differing = pairs.fold(0, |differing, (one, other)| black_box(differing | (one ^ other)));
+    one.len() == other.len() && differing == 0
+}
+
+fn read_tokens(path: &Path) -> Result<Vec<(Right, String)>, TokensError> {
+    let shown = path.display().to_string();
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| TokensError::Unreadable { path: shown.clone(), error })?;
+    let lines = text.lines().map(str::trim).enumerate();
+    let written = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let token = |(place, line): (usize, &str)| {
+        let (right, token) = line.split_once(char::is_whitespace).unwrap_or_default();
+        let token = token.trim();
+        let right = match right {
+            "watch" => Some(Right::Watch),
+            "mark" => Some(Right::Mark),
+            "control" => Some(Right::Control),
+            _ => None,
+        };
+        let is_token = |c: u8| c.is_ascii_alphanumeric() || b"-_.~".contains(&c);
+        let right = right.filter(|_| token.len() >= SHORTEST_TOKEN && token.bytes().all(is_token));
+        let wrong = || TokensError::Line { path: shown.clone(), line: place + 1 };
+        right.map(|right| (right, token.to_owned())).ok_or_else(wrong)
+    };
+    written.map(token).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
+    const ANYWHERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::UNSPECIFIED);
+
+    fn admitted(
+        access: &Access,
+        headers: &[(&'static str, &'static str)],
+    ) -> Result<Right, Denied> {
+        let mut map = HeaderMap::new();
+        for (name, value) in headers {
+            map.append(*name, HeaderValue::from_static(value));
+        }
+        access.admit(&map, HERE, true).map(|grant| grant.right)
+    }
+
+    #[test]
+    fn a_name_that_was_rebound_to_this_computer_is_refused() {
+        let access = Access::new(HERE, &["lab-pc".into()], None).unwrap();
+        for host in ["localhost:8742", "127.0.0.1:8742", "[::1]:8742", "LAB-PC:8742", "127.0.0.1"] {
+            assert_eq!(admitted(&access, &[("host", host)]), Ok(Right::Control), "{host}");
+        }
+        for host in ["evil.example:8742", "localhost.evil.example", "192.168.1.7:8742", "", "[::1"]
+        {
+            assert_eq!(admitted(&access, &[("host", host)]), Err(Denied::Host), "{host}");
+        }
+        assert_eq!(admitted(&access, &[]), Err(Denied::Host));
+        assert_eq!(
+            admitted(&access, &[("host", "localhost"), ("host", "evil")]),
+            Err(Denied::Host)
+        );
+    }
+
+    #[test]
+    fn pages_of_other_sites_are_refused() {
+        let access = Access::new(HERE, &[], None).unwrap();
+        let host = ("host", "localhost:8742");
+        let own = [host, ("origin", "http://localhost:8742"), ("sec-fetch-site", "same-origin")];
+        assert_eq!(admitted(&access, &own), Ok(Right::Control));
+        for origin in [
+            "http://evil.example",
+            "null",
+            "http://localhost:9999",
+            "http://localhost:8742.evil.example",
+        ] {
+            assert_eq!(
+                admitted(&access, &[host, ("origin", origin)]),
+                Err(Denied::Origin),
+                "{origin}"
+            );
+        }
+        for site in ["cross-site", "same-site"] {
+            assert_eq!(admitted(&access, &[host, ("sec-fetch-site", site)]), Err(Denied::Origin));
+        }
+    }
+
+    #[test]
+    fn any_address_but_loopback_needs_a_token_and_the_right_comes_with_it() {
+        assert!(matches!(Access::new(ANYWHERE, &[], None), Err(TokensError::Missing { .. })));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("tokens");
+        std::fs::write(&file, "# lab\nwatch watch-0123456789\n\ncontrol control-0123456789\n")
+            .unwrap();
+        let access = Access::new(ANYWHERE, &[], Some(&file)).unwrap();
+        let host = ("host", "192.168.1.7:8742");
+        let with = |name, value| admitted(&access, &[host, (name, value)]);
+        assert_eq!(with("authorization", "Bearer control-0123456789"), Ok(Right::Control));
+        assert_eq!(with("cookie", "a=b; teampulse_token=watch-0123456789"), Ok(Right::Watch));
+        for wrong in
+            ["Bearer control-012345678", "Bearer ", "Bearer control-01234567890", "Basic x"]
+        {
+            assert_eq!(with("authorization", wrong), Err(Denied::Token), "{wrong}");
+        }
+        assert_eq!(admitted(&access, &[host]), Err(Denied::Token));
+        std::fs::write(&file, "control short\n").unwrap();
+        let error = Access::new(ANYWHERE, &[], Some(&file)).unwrap_err().to_string();
+        assert!(error.contains("line 1 is not"), "{error}");
+    }
+}

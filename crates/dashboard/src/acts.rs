@@ -1,0 +1,241 @@
+//! What viewers do: each becomes an event of the session.
+
+use std::sync::Arc;
+
+use teampulse_core::command::{Command, Sender};
+use teampulse_core::data::{Event, EventKind};
+use teampulse_core::outlet::Outlet;
+use teampulse_core::time::Time;
+
+use crate::client::Client;
+use crate::hub::{Awaited, Hub};
+use crate::joining::show;
+use crate::wire::{FromBrowser, FromServer, HistoryReply, HistoryRequest, MOST_WANTED, Right};
+
+/// The longest note, and the longest label of what is acknowledged [bytes].
+const LONGEST_TEXT: usize = 1000;
+/// The longest reference, and the longest name of a scale or a person [bytes].
+const LONGEST_WORD: usize = 100;
+/// The most columns of an answer.
+const MOST_POINTS: u32 = 4000;
+/// How old an act may be, and how far it may lie ahead, as it waited for a connection [s].
+const AGES_SECS: (f64, f64) = (60.0, 1.0);
+
+/// Why something was not done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Why.
+    pub reason: String,
+    /// What the user can do; may be empty.
+    pub hint: String,
+}
+
+impl Refusal {
+    fn new(reason: impl Into<String>, hint: &str) -> Refusal {
+        Refusal { reason: reason.into(), hint: hint.to_owned() }
+    }
+}
+
+/// The reference with which a message was sent.
+pub fn reference(asked: &FromBrowser) -> Option<&str> {
+    match asked {
+        FromBrowser::Ping { .. } | FromBrowser::Want { .. } => None,
+        FromBrowser::History(HistoryRequest { reference, .. })
+        | FromBrowser::Command { reference, .. }
+        | FromBrowser::Note { reference, .. }
+        | FromBrowser::Acknowledge { reference, .. }
+        | FromBrowser::Report { reference, .. }
+        | FromBrowser::ShowEstimates { reference } => Some(reference),
+    }
+}
+
+/// Does what a client asks for; returns an answer where it has one at once.
+pub fn act(
+    hub: &Hub,
+    client: &Arc<Client>,
+    asked: FromBrowser,
+) -> Result<Option<FromServer>, Refusal> {
+    if reference(&asked).is_some_and(|reference| reference.len() > LONGEST_WORD) {
+        return Err(Refusal::new("its reference is too long", ""));
+    }
+    let doer = Doer {
+        hub,
+        right: client.grant.right,
+        sender: client.grant.sender(),
+        client: Some(client.number),
+    };
+    match asked {
+        FromBrowser::Ping { .. } => {}
+        FromBrowser::Want { streams } if streams.len() > MOST_WANTED => {
+            let reason = format!("{} streams can't be drawn at once", streams.len());
+            return Err(Refusal::new(reason, "choose 256 at most"));
+        }
+        FromBrowser::Want { streams } => client.want(&streams),
+        FromBrowser::History(asked) => {
+            return history(hub, client, asked).map(|reply| Some(FromServer::History(reply)));
+        }
+        FromBrowser::Command { reference, text, at } => doer.command(&text, at, reference)?,
+        FromBrowser::Note { reference, text, at } => doer.note(&text, at, reference)?,
+        FromBrowser::Acknowledge { reference, alert, at } => {
+            doer.acknowledge(&alert, at, reference)?;
+        }
+        FromBrowser::Report { reference, subject, scale, value, at } => {
+            doer.report(&scale, subject.as_deref(), (value, at), reference)?;
+        }
+        FromBrowser::ShowEstimates { reference } => {
+            doer.show_estimates(reference)?;
+            client.unblind();
+            show(&hub.known(), client);
+        }
+    }
+    Ok(None)
+}
+
+fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryReply, Refusal> {
+    let HistoryRequest { reference, stream, from, to, points } = asked;
+    if !(from.is_finite() && to.is_finite()) {
+        return Err(Refusal::new("its times are not numbers", ""));
+    }
+    let known = hub.known();
+    if !known.shows(stream, client.is_blind()) {
+        return Err(Refusal::new(
+            "it is hidden from this viewer",
+            "estimates can be shown, which is recorded",
+        ));
+    }
+    let track = known.tracks.get(&stream);
+    let track = track.ok_or_else(|| Refusal::new("nothing is stored of this stream", ""))?;
+    let excerpt = track.excerpt(from, to, points.min(MOST_POINTS));
+    let (from, step, channels) = (excerpt.from, excerpt.step, excerpt.channels);
+    Ok(HistoryReply { reference, stream, from, step, channels })
+}
+
+/// Somebody who does something: a viewer, or a program through `/api`.
+pub struct Doer<'a> {
+    /// The session.
+    pub hub: &'a Hub,
+    /// What they may do.
+    pub right: Right,
+    /// Who they are in the bag.
+    pub sender: Sender,
+    /// The client that awaits the echo.
+    pub client: Option<u64>,
+}
+
+impl Doer<'_> {
+    /// Sends a command, in its text form.
+    pub fn command(&self, text: &str, at: Option<f64>, reference: String) -> Result<(), Refusal> {
+        let command: Command =
+            text.parse().map_err(|error| Refusal::new(format!("failed to {error}"), ""))?;
+        let kind = match &command {
+            Command::Mark(_) => EventKind::Marker,
+            _ => EventKind::Command,
+        };
+        let right = if kind == EventKind::Marker { Right::Mark } else { Right::Control };
+        let outlet = self.allowed(right)?;
+        let at = self.expect(kind, at, reference)?;
+        outlet.command_at(&self.sender, command, Some(at)).map_err(|refused| {
+            self.hub.forget_awaited(at);
+            let verb = text.split_whitespace().next().unwrap_or_default();
+            Refusal::new(format!("`{verb}` was refused: {refused}"), "")
+        })
+    }
+
+    /// Writes a note.
+    pub fn note(&self, text: &str, at: Option<f64>, reference: String) -> Result<(), Refusal> {
+        self.write("note", text, at, reference)
+    }
+
+    /// States that an alert or a fault was seen.
+    pub fn acknowledge(
+        &self,
+        alert: &str,
+        at: Option<f64>,
+        reference: String,
+    ) -> Result<(), Refusal> {
+        self.write("acknowledge", alert, at, reference)
+    }
+
+    /// Reports an answer on a scale, of a person where there are several.
+    pub fn report(
+        &self,
+        scale: &str,
+        subject: Option<&str>,
+        (value, at): (f64, Option<f64>),
+        reference: String,
+    ) -> Result<(), Refusal> {
+        let is_word = |word: &str| {
+            let is_part = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+            (1..=LONGEST_WORD).contains(&word.len()) && word.chars().all(is_part)
+        };
+        if !is_word(scale) || !subject.is_none_or(is_word) || !value.is_finite() {
+            let hint = "a scale is one word of letters, digits, - and _";
+            return Err(Refusal::new("it is not an answer on a scale", hint));
+        }
+        let subject = subject.map(|subject| format!(" {subject}")).unwrap_or_default();
+        self.happen(format!("{scale}{subject}"), value, (Right::Mark, at), reference)
+    }
+
+    fn show_estimates(&self, reference: String) -> Result<(), Refusal> {
+        let label = format!("{} show_estimates", self.sender);
+        self.happen(label, f64::NAN, (Right::Control, None), reference)
+    }
+
+    fn write(
+        &self,
+        verb: &str,
+        text: &str,
+        at: Option<f64>,
+        reference: String,
+    ) -> Result<(), Refusal> {
+        let text = text.trim();
+        if text.is_empty() || text.len() > LONGEST_TEXT {
+            let reason = format!("{} bytes are no text to record", text.len());
+            return Err(Refusal::new(reason, "write 1 to 1000 bytes"));
+        }
+        self.happen(
+            format!("{} {verb} {text}", self.sender),
+            f64::NAN,
+            (Right::Mark, at),
+            reference,
+        )
+    }
+
+    fn happen(
+        &self,
+        label: String,
+        value: f64,
+        (right, at): (Right, Option<f64>),
+        reference: String,
+    ) -> Result<(), Refusal> {
+        let outlet = self.allowed(right)?;
+        let kind = EventKind::Report;
+        let at = self.expect(kind, at, reference)?;
+        outlet.happen_at(Event { kind, label, value, duration_secs: 0.0 }, Some(at));
+        Ok(())
+    }
+
+    fn allowed(&self, right: Right) -> Result<&Outlet, Refusal> {
+        if self.right < right {
+            let right = if right == Right::Mark { "mark" } else { "control" };
+            let hint = format!("open the dashboard with a token for `{right}`");
+            return Err(Refusal::new("this viewer may not do that", &hint));
+        }
+        self.hub.outlet.as_ref().ok_or_else(|| Refusal::new("no session runs", ""))
+    }
+
+    /// When it was done; waits for its event.
+    fn expect(&self, kind: EventKind, at: Option<f64>, reference: String) -> Result<Time, Refusal> {
+        let now = self.hub.now();
+        let (old, ahead) = AGES_SECS;
+        if at.is_some_and(|at| !(now - old..=now + ahead).contains(&at)) {
+            let hint = "its clock is probed with `ping`; without a time it is now";
+            return Err(Refusal::new("its time is not of the last minute", hint));
+        }
+        let (is_timed, at) = (at.is_some(), self.hub.moment(at));
+        if let Some(client) = self.client {
+            self.hub.expect(Awaited { client, reference, kind, at, is_timed });
+        }
+        Ok(at)
+    }
+}

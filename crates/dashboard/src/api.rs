@@ -1,0 +1,217 @@
+//! For programs: `/api`, in JSON.
+
+use axum::extract::rejection::JsonRejection;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Extension, Json, Router};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::access::Grant;
+use crate::acts::{Doer, Refusal};
+use crate::hub::Known;
+use crate::server::Shared;
+use crate::wire::Stream;
+
+/// The most columns of an answer.
+const MOST_POINTS: u32 = 4000;
+
+/// The routes below `/api`.
+pub fn routes() -> Router<Shared> {
+    Router::new()
+        .route("/api", get(index))
+        .route("/api/streams", get(streams))
+        .route("/api/latest", get(latest))
+        .route("/api/history", get(history))
+        .route("/api/events", post(post_event))
+}
+
+/// What there is, for whoever looks.
+async fn index(State(shared): State<Shared>) -> Json<Value> {
+    Json(json!({
+        "session": shared.hub.context.session,
+        "began_unix_secs": shared.hub.began().secs(),
+        "now": shared.hub.now(),
+        "times": "seconds since the session began",
+        "GET /api/streams": "every stream: name, signal, subject, channels with units, method",
+        "GET /api/latest?stream=NAME": "the newest values, of one stream or of all, with the health of raw streams",
+        "GET /api/history?stream=NAME&from=SECS&to=SECS&points=N":
+            "up to ten minutes in columns: smallest, largest and mean number of each channel; times below 0 count from now",
+        "POST /api/events": "{\"label\": \"robot lost\"} sets a marker; {\"note\": \"…\"} writes a note; \
+            {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports; each with \"at\" [s] or \"unix\" [s] if it was not now",
+        "GET /metrics": "for Prometheus",
+        "WebSocket /ws": "all of it live, as the pages have it",
+    }))
+}
+
+/// Whether programs see everything: not where some stay blind.
+fn is_blind(shared: &Shared) -> bool {
+    shared.hub.context.is_blinding
+}
+
+async fn streams(State(shared): State<Shared>) -> Json<Vec<Stream>> {
+    let known = shared.hub.known();
+    let is_blind = is_blind(&shared);
+    Json(known.streams.keys().filter_map(|id| known.stream(*id, is_blind)).collect())
+}
+
+#[derive(Deserialize)]
+struct OfStream {
+    stream: Option<String>,
+}
+
+async fn latest(State(shared): State<Shared>, Query(asked): Query<OfStream>) -> Response {
+    let known = shared.hub.known();
+    let is_blind = is_blind(&shared);
+    let chosen: Vec<u32> = match &asked.stream {
+        Some(name) => match known.named.get(name) {
+            Some(id) => vec![*id],
+            None => return no_stream(name),
+        },
+        None => known.streams.keys().copied().collect(),
+    };
+    let shown = chosen.into_iter().filter(|id| known.shows(*id, is_blind));
+    let values: serde_json::Map<String, Value> =
+        shown.filter_map(|id| latest_of(&known, id)).collect();
+    Json(Value::Object(values)).into_response()
+}
+
+/// The newest of a stream, by channel; `None` where there is nothing.
+fn latest_of(known: &Known, id: u32) -> Option<(String, Value)> {
+    let stream = known.streams.get(&id)?;
+    let health = known.health.get(&id);
+    let named = |values: &[Option<f64>]| -> Value {
+        let channels = stream.channels.iter().zip(values);
+        let of = channels.map(|(channel, value)| {
+            (channel.name.clone(), json!({ "value": value, "unit": channel.unit }))
+        });
+        Value::Object(of.collect())
+    };
+    let mut answer = serde_json::Map::new();
+    if let Some(feature) = known.features.get(&id) {
+        answer.insert("t".into(), json!(feature.t));
+        answer.insert("quality".into(), json!(feature.quality));
+        answer.insert("coverage".into(), json!(feature.coverage));
+        answer.insert("values".into(), named(&feature.values));
+    } else if let Some(sample) = known.samples.get(&id) {
+        answer.insert("t".into(), json!(sample.t));
+        answer.insert("values".into(), named(&sample.values));
+    }
+    if let Some(health) = health {
+        answer.insert("health".into(), json!(health));
+    }
+    (!answer.is_empty()).then(|| (stream.name.clone(), Value::Object(answer)))
+}
+
+#[derive(Deserialize)]
+struct Span {
+    stream: String,
+    from: Option<f64>,
+    to: Option<f64>,
+    points: Option<u32>,
+}
+
+async fn history(State(shared): State<Shared>, Query(asked): Query<Span>) -> Response {
+    let now = shared.hub.now();
+    // Times below 0 count from now.
+    let time = |asked: Option<f64>, otherwise: f64| {
+        let asked = asked.filter(|asked| asked.is_finite()).unwrap_or(otherwise);
+        if asked < 0.0 { now + asked } else { asked }
+    };
+    let known = shared.hub.known();
+    let id = known.named.get(&asked.stream).filter(|id| known.shows(**id, is_blind(&shared)));
+    let Some(track) = id.and_then(|id| known.tracks.get(id)) else {
+        return no_stream(&asked.stream);
+    };
+    let points = asked.points.unwrap_or(600).min(MOST_POINTS);
+    let (from, to) = (time(asked.from, 0.0), time(asked.to, now));
+    let excerpt = track.excerpt(from, to, points);
+    let stream = id.and_then(|id| known.streams.get(id));
+    let channels = stream.into_iter().flat_map(|stream| &stream.channels).zip(excerpt.channels);
+    let channels = channels.map(|(channel, column)| {
+        let (name, unit) = (&channel.name, &channel.unit);
+        json!({ "name": name, "unit": unit, "min": column.min, "max": column.max, "mean": column.mean })
+    });
+    let channels: Vec<Value> = channels.collect();
+    let (from, step) = (excerpt.from, excerpt.step);
+    Json(json!({ "stream": asked.stream, "from": from, "step": step, "channels": channels }))
+        .into_response()
+}
+
+/// What a program reports: a marker, a note or a self-report.
+#[derive(Debug, Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+enum Posted {
+    Marker {
+        label: String,
+        at: Option<f64>,
+        unix: Option<f64>,
+    },
+    Note {
+        note: String,
+        at: Option<f64>,
+        unix: Option<f64>,
+    },
+    Report {
+        scale: String,
+        value: f64,
+        subject: Option<String>,
+        at: Option<f64>,
+        unix: Option<f64>,
+    },
+}
+
+async fn post_event(
+    State(shared): State<Shared>,
+    Extension(grant): Extension<Grant>,
+    posted: Result<Json<Posted>, JsonRejection>,
+) -> Response {
+    let posted = match posted {
+        Ok(Json(posted)) => posted,
+        Err(error) => {
+            let hint = "expected {\"label\": …}, {\"note\": …} or {\"scale\": …, \"value\": …}, as application/json";
+            return answer(error.status(), json!({ "error": error.body_text(), "hint": hint }));
+        }
+    };
+    if !shared.may_post() {
+        let error = "too many events a second were posted";
+        return answer(StatusCode::TOO_MANY_REQUESTS, json!({ "error": error }));
+    }
+    let (hub, right) = (&*shared.hub, grant.right);
+    let doer = Doer { hub, right, sender: grant.sender(), client: None };
+    let time = |at: Option<f64>, unix: Option<f64>| {
+        let at = at.or(unix.map(|unix| unix - hub.began().secs()));
+        (at, at.unwrap_or_else(|| hub.now()))
+    };
+    let (done, t) = match posted {
+        Posted::Marker { label, at, unix } => {
+            let (at, t) = time(at, unix);
+            (doer.command(&format!("mark {label}"), at, String::new()), t)
+        }
+        Posted::Note { note, at, unix } => {
+            let (at, t) = time(at, unix);
+            (doer.note(&note, at, String::new()), t)
+        }
+        Posted::Report { scale, value, subject, at, unix } => {
+            let (at, t) = time(at, unix);
+            (doer.report(&scale, subject.as_deref(), (value, at), String::new()), t)
+        }
+    };
+    match done {
+        Ok(()) => answer(StatusCode::OK, json!({ "t": t })),
+        Err(Refusal { reason, hint }) => {
+            answer(StatusCode::FORBIDDEN, json!({ "error": reason, "hint": hint }))
+        }
+    }
+}
+
+fn no_stream(name: &str) -> Response {
+    let error = format!("there is nothing of a stream {name:?}");
+    answer(StatusCode::NOT_FOUND, json!({ "error": error, "hint": "GET /api/streams lists them" }))
+}
+
+fn answer(status: StatusCode, body: Value) -> Response {
+    (status, Json(body)).into_response()
+}

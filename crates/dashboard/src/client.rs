@@ -1,0 +1,189 @@
+//! One browser on its WebSocket.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
+use futures_util::stream::SplitStream;
+use futures_util::{SinkExt, StreamExt};
+use tokio::time::timeout;
+
+use crate::access::Grant;
+use crate::acts::{self, Refusal};
+use crate::hub::{Hub, message};
+use crate::joining::welcome;
+use crate::outbox::{Next, Outbox};
+use crate::rate::Allowance;
+use crate::wire::{FromBrowser, FromServer, Pong, Refused, Wanted};
+
+/// The most clients at once.
+pub const MOST_CLIENTS: usize = 64;
+/// The largest message of a client [bytes].
+pub const LARGEST_BYTES: usize = 64 << 10;
+/// One message must be taken within this time.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// The time for saying why the connection ends.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// A client that sends nothing, not even a probe of the clock, for this long is gone.
+const SILENCE: Duration = Duration::from_secs(60);
+/// The messages of a client each second, and at once.
+const RATE: (f64, f64) = (50.0, 200.0);
+/// The longest reason of a close frame [bytes].
+const LONGEST_REASON: usize = 120;
+
+/// One browser.
+#[derive(Debug)]
+pub struct Client {
+    /// Its number.
+    pub number: u64,
+    /// What waits for it.
+    pub outbox: Outbox,
+    /// What it may do.
+    pub grant: Grant,
+    wanted: Mutex<BTreeMap<u32, f64>>,
+    is_unblinded: AtomicBool,
+}
+
+impl Client {
+    /// A client that has just connected.
+    pub fn new(grant: Grant) -> Client {
+        static CLIENTS: AtomicU64 = AtomicU64::new(0);
+        Client {
+            number: CLIENTS.fetch_add(1, Ordering::Relaxed),
+            outbox: Outbox::default(),
+            grant,
+            wanted: Mutex::default(),
+            is_unblinded: AtomicBool::new(false),
+        }
+    }
+
+    /// Whether some streams are hidden from it.
+    pub fn is_blind(&self) -> bool {
+        !self.is_unblinded.load(Ordering::Acquire)
+    }
+
+    /// Shows it everything from now on.
+    pub fn unblind(&self) {
+        self.is_unblinded.store(true, Ordering::Release);
+    }
+
+    /// The streams that it draws, with the points a second that it needs.
+    pub fn wanted(&self) -> BTreeMap<u32, f64> {
+        self.wanted.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Replaces what it draws.
+    pub fn want(&self, streams: &[Wanted]) {
+        let wanted = streams.iter().map(|each| (each.stream, each.points_per_sec)).collect();
+        *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = wanted;
+    }
+}
+
+/// Serves a browser until either side ends.
+pub async fn serve(socket: WebSocket, hub: Arc<Hub>, grant: Grant) {
+    let client = Arc::new(Client::new(grant));
+    let (mut sender, mut receiver) = socket.split();
+    if !welcome(&hub, &client) {
+        let reason = format!("{MOST_CLIENTS} viewers are connected already: close one of them");
+        farewell(&mut sender, close_code::AGAIN, &reason).await;
+        return;
+    }
+    let (code, reason) = tokio::select! {
+        ended = sending(&client, &mut sender) => ended,
+        ended = receiving(&hub, &client, &mut receiver) => ended,
+    };
+    hub.leave(client.number);
+    if code == close_code::POLICY {
+        hub.count_cut_off();
+        tracing::warn!("a viewer of the dashboard was disconnected: {reason}");
+    }
+    farewell(&mut sender, code, &reason).await;
+}
+
+/// Sends what comes next until the connection ends; returns the code and the reason.
+async fn sending(client: &Client, sender: &mut (impl SinkExt<Message> + Unpin)) -> (u16, String) {
+    let send = async {
+        loop {
+            match client.outbox.next().await {
+                Next::End(reason) => return (close_code::NORMAL, reason),
+                Next::Message(message) => match timeout(PATIENCE, sender.send(message)).await {
+                    Ok(Ok(())) => {}
+                    Ok(Err(_)) => return (close_code::NORMAL, String::new()),
+                    Err(_) => {
+                        let reason = format!("it read nothing for {} s", PATIENCE.as_secs());
+                        return (close_code::POLICY, reason);
+                    }
+                },
+            }
+        }
+    };
+    tokio::select! {
+        ended = send => ended,
+        reason = client.outbox.overflow() => (close_code::POLICY, reason),
+    }
+}
+
+/// Does what is asked for until the connection ends; returns the code and the reason.
+async fn receiving(
+    hub: &Hub,
+    client: &Arc<Client>,
+    receiver: &mut SplitStream<WebSocket>,
+) -> (u16, String) {
+    let mut allowance = Allowance::new(RATE.0, RATE.1);
+    loop {
+        let Ok(received) = timeout(SILENCE, receiver.next()).await else {
+            return (close_code::NORMAL, format!("it sent nothing for {} s", SILENCE.as_secs()));
+        };
+        match received {
+            Some(Ok(Message::Close(_))) | None => return (close_code::NORMAL, String::new()),
+            Some(Ok(_)) if !allowance.take() => {
+                let reason = format!("it sent more than {} messages a second", RATE.0);
+                return (close_code::POLICY, reason);
+            }
+            Some(Ok(Message::Text(text))) => receive(hub, client, text.as_str()),
+            Some(Ok(Message::Binary(_))) => {
+                let reason = "it sent a binary frame; expected JSON".to_owned();
+                return (close_code::UNSUPPORTED, reason);
+            }
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+            Some(Err(error)) => return (close_code::POLICY, error.to_string()),
+        }
+    }
+}
+
+/// Says why the connection ends, if the client still reads.
+async fn farewell(sender: &mut (impl SinkExt<Message> + Unpin), code: u16, reason: &str) {
+    let mut end = reason.len().min(LONGEST_REASON);
+    while !reason.is_char_boundary(end) {
+        end -= 1;
+    }
+    let close = Message::Close(Some(CloseFrame { code, reason: reason[..end].into() }));
+    // One who has gone away hears nothing.
+    drop(timeout(FAREWELL, sender.send(close)).await);
+}
+
+/// Reads one message and does what it asks for; what can't be read or done is refused.
+pub fn receive(hub: &Hub, client: &Arc<Client>, text: &str) {
+    let received = hub.now();
+    let answer = match serde_json::from_str::<FromBrowser>(text) {
+        Ok(FromBrowser::Ping { sent }) => {
+            Ok(Some(FromServer::Pong(Pong { sent, received, replied: hub.now() })))
+        }
+        Ok(asked) => {
+            let reference = acts::reference(&asked).map(str::to_owned);
+            acts::act(hub, client, asked).map_err(|refusal| (reference, refusal))
+        }
+        Err(error) => {
+            let reason = format!("failed to read a message: {error}");
+            Err((None, Refusal { reason, hint: "reload the page".to_owned() }))
+        }
+    };
+    let answer = answer.unwrap_or_else(|(reference, Refusal { reason, hint })| {
+        Some(FromServer::Refused(Refused { reference, reason, hint }))
+    });
+    if let Some(answer) = answer {
+        client.outbox.urgent(message(&answer));
+    }
+}

@@ -1,0 +1,108 @@
+//! What a dashboard knows of its session from the start, and its settings.
+
+use std::fmt;
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use teampulse_core::clock::Clock;
+use teampulse_core::stream::Stream;
+
+use crate::wire::{Marker, Mode, PhasePlan, RecordingStage};
+
+/// The port of a dashboard, or the first of those after it that is free.
+pub const PORT: u16 = 8742;
+
+/// Where a dashboard listens, and what it offers.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The address. Any but a loopback address needs `tokens`.
+    pub listen: IpAddr,
+    /// The port; without it [`PORT`] or the first of the next ten that is free.
+    pub port: Option<u16>,
+    /// The file with a right and a token on each line.
+    pub tokens: Option<PathBuf>,
+    /// Names of this computer that a browser may use beside its addresses.
+    pub names: Vec<String>,
+    /// The markers of the study.
+    pub markers: Vec<Marker>,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        let listen = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        let (names, markers) = (Vec::new(), Vec::new());
+        Settings { listen, port: None, tokens: None, names, markers }
+    }
+}
+
+/// The part of a recording that is on the disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Disk {
+    /// Where it stands.
+    pub stage: RecordingStage,
+    /// The bytes that are synced.
+    pub bytes: u64,
+    /// The free space [bytes].
+    pub free_bytes: Option<u64>,
+    /// Why it ended early; empty otherwise.
+    pub reason: String,
+}
+
+/// The session that a dashboard shows.
+#[derive(Clone)]
+pub struct Context {
+    /// Its name.
+    pub session: String,
+    /// The folder of its bag; empty where there is none.
+    pub path: String,
+    /// Its clock.
+    pub clock: Clock,
+    /// Whether it happens now.
+    pub mode: Mode,
+    /// Its phases, as planned.
+    pub phases: Vec<PhasePlan>,
+    /// The verbs of the commands that `[commands]` allows here.
+    pub commands: Vec<&'static str>,
+    /// Returns what is on the disk.
+    pub disk: Arc<dyn Fn() -> Disk + Send + Sync>,
+    /// Returns the name of the next phase.
+    pub next_phase: Arc<dyn Fn() -> Option<String> + Send + Sync>,
+    /// Whether there are viewers who shall stay blind.
+    pub is_blinding: bool,
+    /// Returns whether a stream is hidden from those who shall stay blind.
+    pub hides: Arc<dyn Fn(&Stream) -> bool + Send + Sync>,
+    /// Is called with the address once it is known.
+    pub announce: Arc<dyn Fn(&str) + Send + Sync>,
+}
+
+impl Context {
+    /// A live session that records nothing and hides nothing.
+    pub fn new(session: impl Into<String>, clock: Clock) -> Context {
+        let nothing = || Disk {
+            stage: RecordingStage::Nothing,
+            bytes: 0,
+            free_bytes: None,
+            reason: String::new(),
+        };
+        Context {
+            session: session.into(),
+            path: String::new(),
+            clock,
+            mode: Mode::Live,
+            phases: Vec::new(),
+            commands: Vec::new(),
+            disk: Arc::new(nothing),
+            next_phase: Arc::new(|| None),
+            is_blinding: false,
+            hides: Arc::new(|_| false),
+            announce: Arc::new(|_| {}),
+        }
+    }
+}
+
+impl fmt::Debug for Context {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Context").field("session", &self.session).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,58 @@
+//! What clients did, as it was read back.
+
+use std::sync::Arc;
+
+use crate::client::Client;
+use crate::context::Disk;
+use crate::hub::{Awaited, message};
+use crate::wire::{Echo, FromServer, RecordingStage};
+
+/// How many syncs must follow a record before it is on the disk: one may have begun before.
+const SYNCS: u64 = 2;
+
+/// Acts whose records are not yet on the disk.
+#[derive(Debug, Default)]
+pub struct Echoes {
+    waiting: Vec<(u64, u64, Echo)>,
+    syncs: u64,
+    synced_bytes: u64,
+    is_recorded: bool,
+}
+
+impl Echoes {
+    /// Sends the echo of an act that is among the records, at its time [s] and so far off it [s].
+    pub fn add(
+        &mut self,
+        act: Awaited,
+        label: String,
+        (t, off_secs): (f64, Option<f64>),
+        clients: &[Arc<Client>],
+    ) {
+        let on_disk = self.is_recorded.then_some(false);
+        let echo = Echo { reference: act.reference, label, t, off_secs, on_disk };
+        send(act.client, &echo, clients);
+        if self.is_recorded {
+            self.waiting.push((self.syncs + SYNCS, act.client, echo));
+        }
+    }
+
+    /// Sends the echoes of what is on the disk by now.
+    pub fn look(&mut self, disk: &Disk, clients: &[Arc<Client>]) {
+        self.is_recorded = disk.stage == RecordingStage::Open;
+        if disk.bytes > self.synced_bytes {
+            self.syncs += 1;
+        }
+        self.synced_bytes = disk.bytes;
+        let syncs = self.syncs;
+        for (_, client, mut echo) in self.waiting.extract_if(.., |(due, _, _)| *due <= syncs) {
+            echo.on_disk = Some(true);
+            send(client, &echo, clients);
+        }
+    }
+}
+
+fn send(client: u64, echo: &Echo, clients: &[Arc<Client>]) {
+    if let Some(client) = clients.iter().find(|each| each.number == client) {
+        client.outbox.urgent(message(&FromServer::Echo(echo.clone())));
+    }
+}

@@ -1,0 +1,239 @@
+//! What the thread of the sink and the clients share.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use teampulse_core::data::EventKind;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::stream::{Stream as Declared, StreamId};
+use teampulse_core::time::Time;
+
+use crate::client::Client;
+use crate::context::{Context, Settings};
+use crate::history::Track;
+use crate::outbox::Fragment;
+use crate::wire::{self, FromServer, Recording};
+
+/// The most events that are kept for whoever joins: of the session, and of bodies.
+const MOST_EVENTS: usize = 4000;
+/// The memory of all stored columns [bytes]; streams that come after have no history.
+const HISTORY_BYTES: usize = 64 << 20;
+/// The most acts whose echo is awaited.
+const MOST_AWAITED: usize = 1000;
+
+/// What the thread of the sink and the clients share. No lock is held while anything is sent.
+#[derive(Debug)]
+pub struct Hub {
+    /// The session.
+    pub context: Context,
+    /// The settings.
+    pub settings: Settings,
+    /// The way into the session; `None` outside of one.
+    pub outlet: Option<Outlet>,
+    began: Time,
+    known: Mutex<Known>,
+    clients: Mutex<Vec<Arc<Client>>>,
+    awaited: Mutex<VecDeque<Awaited>>,
+    acts: AtomicU64,
+    cut_off: AtomicU64,
+}
+
+/// An act of a client that is not yet read back.
+#[derive(Debug)]
+pub struct Awaited {
+    /// The client's number.
+    pub client: u64,
+    /// As the client sent it.
+    pub reference: String,
+    /// The kind of its event.
+    pub kind: EventKind,
+    /// When it was done.
+    pub at: Time,
+    /// Whether that is the client's own time.
+    pub is_timed: bool,
+}
+
+/// What is known of the session.
+#[derive(Debug, Default)]
+pub struct Known {
+    /// Its streams, by their numbers.
+    pub streams: BTreeMap<u32, Arc<Declared>>,
+    /// Their numbers by topic; of a second type on a topic, with the type.
+    pub named: BTreeMap<String, u32>,
+    /// The streams that are hidden from those who shall stay blind.
+    pub hidden: BTreeSet<u32>,
+    /// The newest health of each stream.
+    pub health: BTreeMap<u32, wire::StreamHealth>,
+    /// When it was judged [s].
+    pub health_t: f64,
+    /// The newest values of each feature.
+    pub features: BTreeMap<u32, Arc<wire::Feature>>,
+    /// The newest reading of each other stream.
+    pub samples: BTreeMap<u32, Arc<wire::Sample>>,
+    /// Events of the session and the team, and of bodies; the oldest first.
+    pub events: [VecDeque<(u32, Fragment)>; 2],
+    /// The columns of each stream.
+    pub tracks: BTreeMap<u32, Track>,
+    /// The recording as it was last seen.
+    pub recording: Option<Recording>,
+    /// The records that the sink skipped.
+    pub skipped: u64,
+    tracked_bytes: usize,
+}
+
+impl Known {
+    /// Keeps an event for whoever joins.
+    pub fn keep(&mut self, is_minor: bool, stream: u32, event: Fragment) {
+        let kept = &mut self.events[usize::from(is_minor)];
+        kept.push_back((stream, event));
+        if kept.len() > MOST_EVENTS {
+            kept.pop_front();
+        }
+    }
+
+    /// The track of a stream with this many channels; `None` where all memory is used.
+    pub fn track(&mut self, stream: u32, is_wave: bool, channels: usize) -> Option<&mut Track> {
+        if !self.tracks.contains_key(&stream) {
+            let track = Track::new(is_wave, channels);
+            if channels == 0 || self.tracked_bytes + track.held_bytes() > HISTORY_BYTES {
+                return None;
+            }
+            self.tracked_bytes += track.held_bytes();
+            self.tracks.insert(stream, track);
+        }
+        self.tracks.get_mut(&stream)
+    }
+
+    /// A stream as a viewer gets it, who is blind or not.
+    pub fn stream(&self, id: u32, is_blind: bool) -> Option<wire::Stream> {
+        let hidden = is_blind && self.hidden.contains(&id);
+        Some(wire::Stream::of(StreamId(id), self.streams.get(&id)?, hidden))
+    }
+
+    /// Whether a blind viewer may see a stream.
+    pub fn shows(&self, id: u32, is_blind: bool) -> bool {
+        !(is_blind && self.hidden.contains(&id))
+    }
+}
+
+impl Hub {
+    /// A session that begins now.
+    pub fn new(context: Context, settings: Settings, outlet: Option<Outlet>) -> Hub {
+        let began = context.clock.now();
+        Hub {
+            context,
+            settings,
+            outlet,
+            began,
+            known: Mutex::default(),
+            clients: Mutex::default(),
+            awaited: Mutex::default(),
+            acts: AtomicU64::new(0),
+            cut_off: AtomicU64::new(0),
+        }
+    }
+
+    /// What is known.
+    pub fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// When the session began.
+    pub fn began(&self) -> Time {
+        self.began
+    }
+
+    /// The time since the session began [s].
+    pub fn secs(&self, at: Time) -> f64 {
+        at.secs_since(self.began)
+    }
+
+    /// The present time [s].
+    pub fn now(&self) -> f64 {
+        self.secs(self.context.clock.now())
+    }
+
+    /// The time of an act [s since the session began]: each has another one, by less than a microsecond, so that
+    /// it is found again among the session's events. Without a time it is now.
+    pub fn moment(&self, at: Option<f64>) -> Time {
+        let at =
+            at.map(|secs| Time::from_nanos(self.began.nanos().saturating_add((secs * 1e9) as i64)));
+        let at = at.unwrap_or_else(|| self.context.clock.now());
+        let number = self.acts.fetch_add(1, Ordering::Relaxed) % 1000;
+        Time::from_nanos(
+            at.nanos().saturating_sub(at.nanos().rem_euclid(1000)).saturating_add(number as i64),
+        )
+    }
+
+    /// Waits for the event of an act; more than a thousand are not waited for.
+    pub fn expect(&self, awaited: Awaited) {
+        let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
+        if waiting.len() == MOST_AWAITED {
+            waiting.pop_front();
+        }
+        waiting.push_back(awaited);
+    }
+
+    /// The act that an event of the session records.
+    pub fn take_awaited(&self, kind: EventKind, at: Time) -> Option<Awaited> {
+        let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = waiting.iter().position(|each| each.kind == kind && each.at == at)?;
+        waiting.remove(place)
+    }
+
+    /// No longer waits for an act that was refused.
+    pub fn forget_awaited(&self, at: Time) {
+        let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.retain(|each| each.at != at);
+    }
+
+    /// The clients.
+    pub fn clients(&self) -> Vec<Arc<Client>> {
+        self.lock_clients().clone()
+    }
+
+    /// The number of clients.
+    pub fn viewers(&self) -> u32 {
+        self.lock_clients().len() as u32
+    }
+
+    /// Adds a client, unless there are this many already.
+    pub fn join(&self, client: &Arc<Client>, most: usize) -> bool {
+        let mut clients = self.lock_clients();
+        let is_room = clients.len() < most;
+        if is_room {
+            clients.push(Arc::clone(client));
+        }
+        is_room
+    }
+
+    /// Removes a client.
+    pub fn leave(&self, number: u64) {
+        self.lock_clients().retain(|client| client.number != number);
+    }
+
+    /// Counts a client that was cut off.
+    pub fn count_cut_off(&self) {
+        self.cut_off.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// How many clients were cut off.
+    pub fn cut_off(&self) -> u64 {
+        self.cut_off.load(Ordering::Relaxed)
+    }
+
+    fn lock_clients(&self) -> MutexGuard<'_, Vec<Arc<Client>>> {
+        self.clients.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A value of the contract as JSON.
+pub fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string(value).expect("the contract has string keys only")
+}
+
+/// A message as JSON.
+pub fn message(message: &FromServer) -> String {
+    json(message)
+}

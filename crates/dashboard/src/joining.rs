@@ -1,0 +1,80 @@
+//! What a client gets when it joins: all that is known.
+
+use std::sync::Arc;
+
+use crate::client::{Client, MOST_CLIENTS};
+use crate::history::STORED_SECS;
+use crate::hub::{Hub, Known, json, message};
+use crate::outbox::StateKind;
+use crate::wire::{FromServer, Hello, PROTOCOL, Right, Viewer};
+
+/// Sends a client all that is known, and from then on what is new; returns whether there was room for it.
+pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
+    // Nothing is taken in meanwhile, so that nothing comes twice or is left out.
+    let known = hub.known();
+    if !hub.join(client, MOST_CLIENTS) {
+        return false;
+    }
+    let context = &hub.context;
+    client.outbox.urgent(message(&FromServer::Hello(Hello {
+        protocol: PROTOCOL,
+        session: context.session.clone(),
+        version: env!("CARGO_PKG_VERSION"),
+        mode: context.mode,
+        began_unix_ms: hub.began().nanos() as f64 / 1e6,
+        now: hub.now(),
+        stored_secs: STORED_SECS,
+        viewer: viewer(hub, client),
+        markers: hub.settings.markers.clone(),
+        phases: context.phases.clone(),
+    })));
+    show(&known, client);
+    let recording = known.recording.clone();
+    drop(known);
+    if let Some(recording) = recording {
+        client.outbox.urgent(message(&FromServer::Recording(recording)));
+    }
+    let name = (context.next_phase)();
+    client.outbox.urgent(message(&FromServer::NextPhase { name }));
+    client.outbox.urgent(message(&FromServer::Ready));
+    true
+}
+
+/// Sends a client all that it may see.
+pub fn show(known: &Known, client: &Client) {
+    let is_blind = client.is_blind();
+    let streams = known.streams.keys().filter_map(|id| known.stream(*id, is_blind)).collect();
+    client.outbox.urgent(message(&FromServer::Streams { streams }));
+    for (id, health) in &known.health {
+        client.outbox.state(StateKind::Status, *id, known.health_t, json(health).into());
+    }
+    let features = known.features.iter().filter(|(id, _)| known.shows(**id, is_blind));
+    for (id, feature) in features {
+        client.outbox.state(StateKind::Feature, *id, feature.t, json(&**feature).into());
+    }
+    let samples = known.samples.iter().filter(|(id, _)| known.shows(**id, is_blind));
+    for (id, sample) in samples {
+        client.outbox.state(StateKind::Sample, *id, sample.t, json(&**sample).into());
+    }
+    for kept in &known.events {
+        let shown = kept.iter().filter(|(id, _)| known.shows(*id, is_blind));
+        let events: Vec<&str> = shown.map(|(_, event)| &**event).collect();
+        for events in events.chunks(500) {
+            let text = format!(r#"{{"type":"events","events":[{}]}}"#, events.join(","));
+            client.outbox.urgent(text);
+        }
+    }
+}
+
+/// A viewer as the browser sees itself.
+fn viewer(hub: &Hub, client: &Client) -> Viewer {
+    let grant = &client.grant;
+    let allowed =
+        |verb: &&str| grant.right >= if *verb == "mark" { Right::Mark } else { Right::Control };
+    Viewer {
+        name: grant.sender().to_string(),
+        right: grant.right,
+        commands: hub.context.commands.iter().copied().filter(allowed).collect(),
+        blind: client.is_blind() && hub.context.is_blinding,
+    }
+}

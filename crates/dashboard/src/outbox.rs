@@ -1,0 +1,333 @@
+//! What waits for one client: events first, then states, then signals; each with a bound, and what does not fit counted.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::body::Bytes;
+use axum::extract::ws::{Message, Utf8Bytes};
+use tokio::sync::Notify;
+
+use crate::wire::Missed;
+
+/// What is never dropped: with more waiting, the client does not read and is cut off [bytes].
+const URGENT_BYTES: usize = 8 << 20;
+/// Beats, breaths and the like that wait [bytes].
+const MINOR_BYTES: usize = 256 << 10;
+/// Waves and readings that wait [bytes]: at 5 Mbit/s less than half a second.
+const SIGNAL_BYTES: usize = 256 << 10;
+
+/// A part of a message, JSON: shared by all clients.
+pub type Fragment = Arc<str>;
+
+/// A kind of state; of each stream only the newest waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StateKind {
+    /// The health of a stream.
+    Status,
+    /// The values of a feature.
+    Feature,
+    /// A reading.
+    Sample,
+}
+
+/// A message of which only the newest waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Slot {
+    /// The recording.
+    Recording,
+    /// The next phase.
+    NextPhase,
+    /// The machine.
+    Machine,
+}
+
+/// The queue of one client.
+#[derive(Debug, Default)]
+pub struct Outbox {
+    state: Mutex<State>,
+    wake: Notify,
+    overflowed: Notify,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    urgent: VecDeque<Utf8Bytes>,
+    minor: VecDeque<Utf8Bytes>,
+    slots: BTreeMap<Slot, Utf8Bytes>,
+    states: BTreeMap<(StateKind, u32), Fragment>,
+    status_t: f64,
+    signals: VecDeque<Signal>,
+    urgent_bytes: usize,
+    minor_bytes: usize,
+    signal_bytes: usize,
+    missed: Missed,
+    reported: Missed,
+    /// Why nothing more is sent.
+    ended: Option<String>,
+    /// Why the client is cut off: what must arrive does not.
+    overflow: Option<String>,
+}
+
+#[derive(Debug)]
+enum Signal {
+    Wave(Bytes),
+    Sample(Fragment),
+}
+
+impl Signal {
+    fn bytes(&self) -> usize {
+        match self {
+            Signal::Wave(bytes) => bytes.len(),
+            Signal::Sample(text) => text.len(),
+        }
+    }
+}
+
+/// What comes next.
+#[derive(Debug)]
+pub enum Next {
+    /// A message to send.
+    Message(Message),
+    /// The connection ends, for this reason.
+    End(String),
+}
+
+impl Outbox {
+    /// Adds what must arrive: markers, alerts, answers.
+    pub fn urgent(&self, text: impl Into<Utf8Bytes>) {
+        let text = text.into();
+        let mut state = self.lock();
+        if state.overflow.is_some() {
+            return;
+        }
+        state.urgent_bytes += text.len();
+        state.urgent.push_back(text);
+        if state.urgent_bytes > URGENT_BYTES {
+            let reason = format!("it read nothing while {} MiB waited", URGENT_BYTES >> 20);
+            *state = State { overflow: Some(reason), ..State::default() };
+            self.overflowed.notify_one();
+        }
+        self.wake.notify_one();
+    }
+
+    /// Adds this many events of the body, which are left out where too many wait.
+    pub fn minor(&self, text: impl Into<Utf8Bytes>, count: u64) {
+        let text = text.into();
+        let mut state = self.lock();
+        if state.minor_bytes + text.len() > MINOR_BYTES {
+            state.missed.events += count;
+            return;
+        }
+        state.minor_bytes += text.len();
+        state.minor.push_back(text);
+        self.wake.notify_one();
+    }
+
+    /// Replaces a message of which only the newest counts.
+    pub fn replace(&self, slot: Slot, text: impl Into<Utf8Bytes>) {
+        self.lock().slots.insert(slot, text.into());
+        self.wake.notify_one();
+    }
+
+    /// Replaces the state of a stream, at a time [s].
+    pub fn state(&self, kind: StateKind, stream: u32, t: f64, fragment: Fragment) {
+        let mut state = self.lock();
+        let missed = state.states.insert((kind, stream), fragment).is_some();
+        // Of readings that are not drawn only the newest is promised.
+        if kind != StateKind::Sample {
+            state.missed.states += u64::from(missed);
+        }
+        if kind == StateKind::Status {
+            state.status_t = t;
+        }
+        self.wake.notify_one();
+    }
+
+    /// Adds a wave.
+    pub fn wave(&self, bytes: Bytes) {
+        self.signal(Signal::Wave(bytes));
+    }
+
+    /// Adds a reading that is drawn.
+    pub fn sample(&self, fragment: Fragment) {
+        self.signal(Signal::Sample(fragment));
+    }
+
+    fn signal(&self, signal: Signal) {
+        let mut state = self.lock();
+        state.signal_bytes += signal.bytes();
+        state.signals.push_back(signal);
+        while state.signal_bytes > SIGNAL_BYTES {
+            let Some(oldest) = state.signals.pop_front() else { break };
+            state.signal_bytes -= oldest.bytes();
+            state.missed.signals += 1;
+        }
+        self.wake.notify_one();
+    }
+
+    /// Ends the connection; the first reason counts.
+    pub fn end(&self, reason: &str) {
+        self.lock().end(reason.to_owned());
+        self.wake.notify_one();
+    }
+
+    /// Waits until what must arrive no longer fits; returns the reason to cut the client off.
+    pub async fn overflow(&self) -> String {
+        loop {
+            let overflowed = self.overflowed.notified();
+            if let Some(reason) = self.lock().overflow.clone() {
+                return reason;
+            }
+            overflowed.await;
+        }
+    }
+
+    /// What was missed, if that is news.
+    pub fn missed(&self) -> Option<Missed> {
+        let mut state = self.lock();
+        let missed = state.missed;
+        (std::mem::replace(&mut state.reported, missed) != missed).then_some(missed)
+    }
+
+    /// What waits [bytes].
+    pub fn waiting_bytes(&self) -> u64 {
+        let state = self.lock();
+        let states: usize = state.states.values().map(|fragment| fragment.len()).sum();
+        (state.urgent_bytes + state.minor_bytes + state.signal_bytes + states) as u64
+    }
+
+    /// Waits for what comes next.
+    pub async fn next(&self) -> Next {
+        loop {
+            let woken = self.wake.notified();
+            if let Some(next) = self.lock().take() {
+                return next;
+            }
+            woken.await;
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    fn end(&mut self, reason: String) {
+        self.ended.get_or_insert(reason);
+    }
+
+    fn take(&mut self) -> Option<Next> {
+        if let Some(text) = self.urgent.pop_front() {
+            self.urgent_bytes -= text.len();
+            return Some(Next::Message(Message::Text(text)));
+        }
+        if let Some(reason) = &self.ended {
+            return Some(Next::End(reason.clone()));
+        }
+        if let Some(text) = self.minor.pop_front() {
+            self.minor_bytes -= text.len();
+            return Some(Next::Message(Message::Text(text)));
+        }
+        let slot = self.slots.pop_first().map(|(_, text)| Message::Text(text));
+        slot.or_else(|| self.take_states()).or_else(|| self.take_signal()).map(Next::Message)
+    }
+
+    /// All states of one kind, as one message.
+    fn take_states(&mut self) -> Option<Message> {
+        let ((kind, _), _) = self.states.first_key_value()?;
+        let kind = *kind;
+        let others = self.states.split_off(&(kind, u32::MAX));
+        let fragments = std::mem::replace(&mut self.states, others);
+        let fragments: Vec<&str> = fragments.values().map(|fragment| &**fragment).collect();
+        let all = fragments.join(",");
+        let text = match kind {
+            StateKind::Status => {
+                format!(r#"{{"type":"status","t":{},"streams":[{all}]}}"#, self.status_t)
+            }
+            StateKind::Feature => format!(r#"{{"type":"features","features":[{all}]}}"#),
+            StateKind::Sample => samples(&all),
+        };
+        Some(Message::Text(text.into()))
+    }
+
+    /// The oldest wave, or all readings up to the next wave.
+    fn take_signal(&mut self) -> Option<Message> {
+        let mut readings: Vec<Fragment> = Vec::new();
+        while let Some(oldest) = self.signals.front() {
+            if matches!(oldest, Signal::Wave(_)) && !readings.is_empty() {
+                break;
+            }
+            self.signal_bytes -= oldest.bytes();
+            match self.signals.pop_front()? {
+                Signal::Wave(bytes) => return Some(Message::Binary(bytes)),
+                Signal::Sample(fragment) => readings.push(fragment),
+            }
+        }
+        (!readings.is_empty()).then(|| Message::Text(samples(&readings.join(",")).into()))
+    }
+}
+
+fn samples(fragments: &str) -> String {
+    format!(r#"{{"type":"samples","samples":[{fragments}]}}"#)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    async fn sent(outbox: &Outbox) -> String {
+        match outbox.next().await {
+            Next::Message(Message::Text(text)) => text.as_str().to_owned(),
+            Next::Message(Message::Binary(bytes)) => format!("wave of {}", bytes.len()),
+            Next::Message(other) => panic!("{other:?}"),
+            Next::End(reason) => format!("end: {reason}"),
+        }
+    }
+
+    #[tokio::test]
+    async fn events_come_before_states_and_states_before_signals() {
+        let outbox = Outbox::default();
+        outbox.wave(Bytes::from_static(&[0; 10]));
+        outbox.state(StateKind::Feature, 1, 0.0, "1".into());
+        outbox.state(StateKind::Feature, 2, 0.0, "2".into());
+        outbox.state(StateKind::Feature, 1, 0.0, "3".into());
+        outbox.minor("beat", 1);
+        outbox.urgent("marker");
+        let mut order = Vec::new();
+        for _ in 0..4 {
+            order.push(sent(&outbox).await);
+        }
+        let features = r#"{"type":"features","features":[3,2]}"#;
+        assert_eq!(order, ["marker", "beat", features, "wave of 10"]);
+        assert_eq!(outbox.missed(), Some(Missed { states: 1, ..Missed::default() }));
+        assert_eq!((outbox.missed(), outbox.waiting_bytes()), (None, 0));
+    }
+
+    #[tokio::test]
+    async fn of_signals_the_newest_wait_and_the_rest_is_counted() {
+        let outbox = Outbox::default();
+        for place in 0..100_u8 {
+            outbox.wave(vec![place; 16 << 10].into());
+        }
+        assert!(outbox.waiting_bytes() <= SIGNAL_BYTES as u64);
+        assert_eq!(outbox.missed().unwrap().signals, 84);
+        let Next::Message(Message::Binary(first)) = outbox.next().await else { panic!() };
+        assert_eq!(first[0], 84);
+    }
+
+    #[tokio::test]
+    async fn no_marker_is_lost_and_one_who_never_reads_is_cut_off() {
+        let outbox = Outbox::default();
+        let marker = "m".repeat(1000);
+        for _ in 0..8000 {
+            outbox.urgent(marker.clone());
+        }
+        assert_eq!(sent(&outbox).await, marker);
+        for _ in 0..1000 {
+            outbox.urgent(marker.clone());
+        }
+        assert_eq!(outbox.overflow().await, "it read nothing while 8 MiB waited");
+        assert_eq!(outbox.waiting_bytes(), 0);
+    }
+}

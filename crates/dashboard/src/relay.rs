@@ -1,0 +1,334 @@
+//! The sink's thread: from records to what is stored and what each client gets.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use axum::body::Bytes;
+use teampulse_core::clock::Stopwatch;
+use teampulse_core::data::{Data, Event, EventKind};
+use teampulse_core::sample::{Record, Turn};
+use teampulse_core::session_streams::session_events;
+use teampulse_core::stream::{Shape, Signal, Stream};
+use teampulse_core::streams::Streams;
+use teampulse_messages::readout::Readout;
+
+use crate::client::Client;
+use crate::convert;
+use crate::echo::Echoes;
+use crate::hub::{Hub, Known, json, message};
+use crate::machine::{Usage, memory_bytes};
+use crate::outbox::{Fragment, Slot, StateKind};
+use crate::recording::Observed;
+use crate::wire::waves::Wave;
+use crate::wire::{Ended, FromServer, Machine, known};
+
+/// How often a reading is sent to those who draw it, and to those who don't [s].
+const PACES: [f64; 2] = [1.0 / 30.0, 1.0];
+
+/// Takes records and hands them on; never waits for a client.
+pub struct Relay {
+    hub: Arc<Hub>,
+    streams: Streams,
+    /// Whether a stream may have been described anew.
+    is_described: bool,
+    readouts: BTreeMap<u32, Option<Readout>>,
+    /// When a reading was last sent, at each pace [s].
+    sent: BTreeMap<u32, [f64; 2]>,
+    events: u64,
+    usage: Usage,
+    ticked: Option<Stopwatch>,
+    recording: Observed,
+    echoes: Echoes,
+    next_phase: Option<String>,
+    skipped: u64,
+}
+
+/// What a batch has that is new.
+#[derive(Default)]
+struct News {
+    events: Vec<(u32, bool, Fragment)>,
+    states: Vec<(StateKind, u32, f64, Fragment)>,
+    readings: Vec<Reading>,
+    waves: Vec<Wave>,
+}
+
+/// A reading, and for whom it is due.
+struct Reading {
+    stream: u32,
+    t: f64,
+    fragment: Fragment,
+    is_drawn: bool,
+    is_shown: bool,
+}
+
+impl Relay {
+    /// A relay of a session.
+    pub fn new(hub: Arc<Hub>, streams: Streams) -> Relay {
+        Relay {
+            hub,
+            streams,
+            is_described: true,
+            readouts: BTreeMap::new(),
+            sent: BTreeMap::new(),
+            events: 0,
+            usage: Usage::start(),
+            ticked: None,
+            recording: Observed::default(),
+            echoes: Echoes::default(),
+            next_phase: None,
+            skipped: 0,
+        }
+    }
+
+    /// Takes records.
+    pub fn take(&mut self, batch: &[Record]) {
+        let mut news = News::default();
+        let hub = Arc::clone(&self.hub);
+        let is_described = |record: &Record| matches!(record.sample.data, Data::Description(_));
+        self.is_described |= batch.iter().any(is_described);
+        self.describe();
+        let mut known = hub.known();
+        for record in batch.iter().filter(|record| record.sample.turn != Turn::Duplicate) {
+            self.take_record(record, &mut known, &mut news);
+        }
+        // One who joins from here on has all of this already.
+        let clients = self.hub.clients();
+        drop(known);
+        for client in &clients {
+            offer(client, &news, &self.hub);
+        }
+        for record in batch {
+            self.echo(record, &clients);
+        }
+    }
+
+    /// Does what is due once a second.
+    pub fn tick(&mut self, skipped: u64) {
+        self.skipped += skipped;
+        let clients = self.hub.clients();
+        self.echoes.look(&(self.hub.context.disk)(), &clients);
+        if self.ticked.is_some_and(|ticked| ticked.elapsed().as_secs_f64() < 1.0) {
+            return;
+        }
+        self.ticked = Some(Stopwatch::start());
+        self.is_described = true;
+        self.describe();
+        let recording = self.recording.look(&self.hub);
+        {
+            let mut known = self.hub.known();
+            known.recording = Some(recording.clone());
+            known.skipped = self.skipped;
+        }
+        let recording = message(&FromServer::Recording(recording));
+        let (cpu_cores, memory_bytes) = (self.usage.take(), memory_bytes());
+        let next = (self.hub.context.next_phase)();
+        for client in &clients {
+            client.outbox.replace(Slot::Recording, recording.clone());
+            let machine = Machine {
+                cpu_cores,
+                memory_bytes,
+                skipped: self.skipped,
+                viewers: clients.len() as u32,
+                waiting_bytes: client.outbox.waiting_bytes(),
+            };
+            client.outbox.replace(Slot::Machine, message(&FromServer::Machine(machine)));
+            if self.next_phase != next {
+                let name = next.clone();
+                client.outbox.replace(Slot::NextPhase, message(&FromServer::NextPhase { name }));
+            }
+            if let Some(missed) = client.outbox.missed() {
+                client.outbox.urgent(message(&FromServer::Missed(missed)));
+            }
+        }
+        self.next_phase = next;
+    }
+
+    /// Says good-bye to all clients.
+    pub fn end(&mut self, reason: &str) {
+        for client in self.hub.clients() {
+            let reason = reason.to_owned();
+            client.outbox.urgent(message(&FromServer::Recording(self.recording.look(&self.hub))));
+            client.outbox.urgent(message(&FromServer::Ended(Ended { reason: reason.clone() })));
+            client.outbox.end(&reason);
+        }
+    }
+
+    /// Takes streams that are new or have changed.
+    fn describe(&mut self) {
+        if !std::mem::take(&mut self.is_described) {
+            return;
+        }
+        let mut known = self.hub.known();
+        let mut changed = Vec::new();
+        for (id, stream) in self.streams.all() {
+            if known.streams.get(&id.0).is_some_and(|it| Arc::ptr_eq(it, &stream)) {
+                continue;
+            }
+            if let Shape::Message(schema) = &stream.shape {
+                known.named.insert(format!("{} ({})", stream.name, schema.name), id.0);
+            }
+            known.named.entry(stream.name.clone()).or_insert(id.0);
+            if self.hub.context.is_blinding && (self.hub.context.hides)(&stream) {
+                known.hidden.insert(id.0);
+            }
+            known.streams.insert(id.0, stream);
+            self.readouts.remove(&id.0);
+            changed.push(id.0);
+        }
+        if changed.is_empty() {
+            return;
+        }
+        let texts = [false, true].map(|is_blind| {
+            let streams = changed.iter().filter_map(|id| known.stream(*id, is_blind)).collect();
+            message(&FromServer::Streams { streams })
+        });
+        drop(known);
+        for client in self.hub.clients() {
+            client.outbox.urgent(texts[usize::from(client.is_blind())].clone());
+        }
+    }
+
+    fn take_record(&mut self, record: &Record, known: &mut Known, news: &mut News) {
+        let (id, sample) = (record.sample.stream.0, &record.sample);
+        let t = self.hub.secs(sample.measured);
+        match &sample.data {
+            Data::Status(status) => {
+                let Some(&about) = known.named.get(&status.name) else { return };
+                let health = convert::health(about, status);
+                news.states.push((StateKind::Status, about, t, json(&health).into()));
+                known.health.insert(about, health);
+                known.health_t = t;
+            }
+            Data::Event(event) => self.take_event(record, event, known, news),
+            Data::Feature(values) => {
+                let feature = Arc::new(convert::feature(id, t, values));
+                if let Some(track) = known.track(id, false, values.values.len()) {
+                    track.add(t, values.values.iter().copied());
+                }
+                news.states.push((StateKind::Feature, id, t, json(&*feature).into()));
+                known.features.insert(id, feature);
+            }
+            Data::Wave(wave) => {
+                let width = wave.channels as usize;
+                let period = sample.period_ns * 1e-9;
+                if let Some(track) = known.track(id, true, width) {
+                    for (place, numbers) in wave.samples.chunks_exact(width.max(1)).enumerate() {
+                        track.add(t + place as f64 * period, numbers.iter().copied());
+                    }
+                }
+                let samples = wave.samples.iter().map(|number| *number as f32).collect();
+                news.waves.push(Wave {
+                    stream: id,
+                    channels: wave.channels,
+                    start: t,
+                    period,
+                    samples,
+                });
+            }
+            Data::Sample(_) | Data::Message(_) => self.take_reading(record, t, known, news),
+            Data::Description(_) => {}
+        }
+    }
+
+    fn take_event(&mut self, record: &Record, event: &Event, known: &mut Known, news: &mut News) {
+        self.events += 1;
+        let (id, t) = (record.sample.stream.0, self.hub.secs(record.sample.measured));
+        let is_minor = convert::is_minor(event);
+        let event = convert::event(self.events, id, t, &record.stream, event);
+        let text: Fragment = json(&event).into();
+        known.keep(is_minor, id, Arc::clone(&text));
+        news.events.push((id, is_minor, text));
+    }
+
+    fn take_reading(&mut self, record: &Record, t: f64, known: &mut Known, news: &mut News) {
+        let (id, stream) = (record.sample.stream.0, &record.stream);
+        let readout = self.readouts.entry(id).or_insert_with(|| {
+            (!stream.channels.is_empty()).then(|| Readout::of(stream)).flatten()
+        });
+        let Some(readout) = readout else { return };
+        let Some(numbers) = readout.read(&record.sample.data) else { return };
+        if let Some(track) = known.track(id, false, numbers.len()) {
+            track.add(t, numbers.iter().copied());
+        }
+        let is_own = matches!(record.sample.data, Data::Sample(_));
+        let sent = self.sent.entry(id).or_insert([f64::NEG_INFINITY; 2]);
+        let mut due = PACES.iter().zip(sent).map(|(pace, sent)| {
+            let is_due = t - *sent >= *pace || t < *sent - 60.0;
+            if is_due {
+                *sent = t;
+            }
+            is_due
+        });
+        let (is_drawn, is_shown) = (due.next() == Some(true) || is_own, due.next() == Some(true));
+        let values = numbers.iter().copied().map(known_number).collect();
+        let sample = Arc::new(crate::wire::Sample { stream: id, t, values });
+        if is_drawn || is_shown {
+            let fragment = json(&*sample).into();
+            news.readings.push(Reading { stream: id, t, fragment, is_drawn, is_shown });
+        }
+        known.samples.insert(id, sample);
+    }
+
+    /// Reports to a client that what it did is among the records.
+    fn echo(&mut self, record: &Record, clients: &[Arc<Client>]) {
+        let Data::Event(event) = &record.sample.data else { return };
+        let acts = [EventKind::Marker, EventKind::Command, EventKind::Report];
+        if !acts.contains(&event.kind) || record.stream.name != session_events().name {
+            return;
+        }
+        let at = record.sample.source_time;
+        let Some(act) = at.and_then(|at| self.hub.take_awaited(event.kind, at)) else { return };
+        let t = self.hub.secs(record.sample.measured);
+        let off_secs = act.is_timed.then(|| record.sample.measured.secs_since(act.at));
+        self.echoes.add(act, event.label.clone(), (t, off_secs), clients);
+    }
+}
+
+fn known_number(number: f64) -> Option<f64> {
+    known(number)
+}
+
+/// Whether the dashboard has a use for a stream: large messages are left to others.
+pub fn is_wanted(stream: &Stream) -> bool {
+    !matches!(stream.signal, Signal::Image | Signal::Audio)
+}
+
+/// Hands a client what it may see of what is new.
+fn offer(client: &Client, news: &News, hub: &Hub) {
+    let is_blind = client.is_blind();
+    let hidden = if is_blind { hub.known().hidden.clone() } else { BTreeSet::new() };
+    let shows = |stream: &u32| !hidden.contains(stream);
+    for is_minor in [false, true] {
+        let of_kind =
+            news.events.iter().filter(|(stream, minor, _)| *minor == is_minor && shows(stream));
+        let events: Vec<&str> = of_kind.map(|(_, _, text)| &**text).collect();
+        if events.is_empty() {
+            continue;
+        }
+        let text = format!(r#"{{"type":"events","events":[{}]}}"#, events.join(","));
+        if is_minor {
+            client.outbox.minor(text, events.len() as u64);
+        } else {
+            client.outbox.urgent(text);
+        }
+    }
+    for (kind, stream, t, fragment) in news.states.iter().filter(|(_, stream, _, _)| shows(stream))
+    {
+        client.outbox.state(*kind, *stream, *t, Arc::clone(fragment));
+    }
+    let wanted = client.wanted();
+    for reading in news.readings.iter().filter(|reading| shows(&reading.stream)) {
+        let is_wanted = wanted.contains_key(&reading.stream);
+        if is_wanted && reading.is_drawn {
+            client.outbox.sample(Arc::clone(&reading.fragment));
+        } else if !is_wanted && reading.is_shown {
+            let (stream, t) = (reading.stream, reading.t);
+            client.outbox.state(StateKind::Sample, stream, t, Arc::clone(&reading.fragment));
+        }
+    }
+    for wave in news.waves.iter().filter(|wave| shows(&wave.stream)) {
+        if let Some(points_per_sec) = wanted.get(&wave.stream) {
+            client.outbox.wave(Bytes::from(wave.thinned(*points_per_sec).encode()));
+        }
+    }
+}

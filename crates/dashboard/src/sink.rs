@@ -1,0 +1,97 @@
+//! The sink: receives all records, and serves those who look.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
+use tokio::runtime::{Builder, Runtime};
+
+use crate::access::Access;
+use crate::context::{Context, Settings};
+use crate::hub::Hub;
+use crate::relay::{Relay, is_wanted};
+use crate::server;
+
+/// The longest wait for records; what is due once a second is at most so late.
+const PATIENCE: Duration = Duration::from_millis(50);
+/// The time for the last messages to those who look.
+const FAREWELL: Duration = Duration::from_millis(300);
+
+/// Shows a session in browsers, and takes part in it for the people there.
+#[derive(Debug)]
+pub struct Dashboard {
+    context: Context,
+    settings: Settings,
+}
+
+impl Dashboard {
+    /// A dashboard of a session.
+    pub fn new(context: Context, settings: Settings) -> Dashboard {
+        Dashboard { context, settings }
+    }
+}
+
+impl Sink for Dashboard {
+    fn name(&self) -> &'static str {
+        "dashboard"
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::Fresh
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::Only(Box::new(is_wanted))
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let Dashboard { context, settings } = *self;
+        let announce = Arc::clone(&context.announce);
+        let hub = Arc::new(Hub::new(context, settings, inbox.outlet().cloned()));
+        let (runtime, address) = start(&hub)?;
+        announce(&address);
+        let mut relay = Relay::new(Arc::clone(&hub), inbox.streams().clone());
+        loop {
+            match inbox.receive(PATIENCE) {
+                Received::Batch(batch) => relay.take(&batch),
+                Received::Silence => {}
+                Received::Closed => break,
+            }
+            relay.tick(inbox.take_skipped());
+        }
+        let cut_off = inbox.cut_off();
+        relay.end(cut_off.as_deref().unwrap_or("the session is over"));
+        runtime.block_on(async { tokio::time::sleep(FAREWELL).await });
+        runtime.shutdown_timeout(FAREWELL);
+        Ok(())
+    }
+}
+
+/// Listens, and serves on threads of its own; returns the address for browsers.
+fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
+    let failed = |message: String, hint: &str| SinkError::Failed { message, hint: hint.to_owned() };
+    let settings = &hub.settings;
+    let access = Access::new(settings.listen, &settings.names, settings.tokens.as_deref());
+    let access = access.map_err(|error| {
+        let hint =
+            "a line of the file that `tokens` names: `control` and 16 or more letters and digits";
+        failed(error.to_string(), hint)
+    })?;
+    let mut builder = Builder::new_multi_thread();
+    let runtime = builder.worker_threads(1).thread_name("dashboard").enable_all().build();
+    let runtime = runtime.map_err(|error| failed(format!("start its threads: {error}"), ""))?;
+    let hint = "give another `port`, or leave the dashboard out with `dashboard = false`";
+    let bound = runtime.block_on(server::bind(settings));
+    let listener =
+        bound.map_err(|error| failed(format!("listen on {}: {error}", settings.listen), hint))?;
+    let address = listener.local_addr().map_err(|error| failed(error.to_string(), hint))?;
+    let serving = server::run(listener, Arc::clone(hub), access);
+    let outlet = hub.outlet.clone();
+    runtime.spawn(async move {
+        if let (Err(error), Some(outlet)) = (serving.await, outlet) {
+            let label = format!("dashboard: failed to go on serving: {error}");
+            outlet.happen(teampulse_core::fault::lasting(label));
+        }
+    });
+    Ok((runtime, format!("http://{address}/")))
+}

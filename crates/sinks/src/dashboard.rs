@@ -1,0 +1,152 @@
+//! The dashboard of a session, in a browser.
+
+use std::fmt;
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_bag::Stage;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::sink::Sink;
+use teampulse_dashboard::wire::{Marker, PhasePlan, RecordingStage};
+use teampulse_dashboard::{Context, Disk, Settings};
+
+use crate::SinkContext;
+use crate::terminal::{Estimates, Kept};
+
+/// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback everyone who reaches it has
+/// an account on this computer, and none of these loses data.
+pub const ALLOWED: [&str; 4] = ["mark", "next_phase", "repeat_phase", "abort_phase"];
+
+/// Shows the team in a browser, and takes markers, notes and commands from there. Every session that is run has it at
+/// <http://127.0.0.1:8742> unless `dashboard = false`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dashboard {
+    /// The address that it listens on. Any but a loopback address needs `tokens`.
+    pub listen: IpAddr,
+    /// The port; by default 8742, or the next one that is free.
+    pub port: Option<u16>,
+    /// A file with a line for each token: `watch`, `mark` or `control`, and 16 or more letters and digits. A viewer
+    /// opens `/?token=…`; programs send it as `Authorization: Bearer …`.
+    pub tokens: Option<PathBuf>,
+    /// Names of this computer by which browsers may open it, beside its addresses.
+    pub names: Vec<String>,
+    /// The markers of the study: buttons, and keys.
+    pub markers: Vec<MarkerSettings>,
+}
+
+/// A marker of the study.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MarkerSettings {
+    /// Its label: `robot lost`.
+    pub label: String,
+    /// Its key, a letter or a digit; without it there is only a button.
+    pub key: Option<char>,
+}
+
+impl Default for Dashboard {
+    fn default() -> Dashboard {
+        let listen = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        Dashboard { listen, port: None, tokens: None, names: Vec::new(), markers: Vec::new() }
+    }
+}
+
+/// What a dashboard knows of its session, beside what all sinks know.
+#[derive(Clone, Default)]
+pub struct DashboardContext {
+    /// The phases of the study.
+    pub phases: Vec<PhasePlan>,
+    /// The verbs of the commands that are allowed from there.
+    pub commands: Vec<&'static str>,
+    /// Is called with the address.
+    pub announce: Option<Announce>,
+}
+
+/// Is called with the address of a dashboard.
+pub type Announce = Arc<dyn Fn(&str) + Send + Sync>;
+
+impl fmt::Debug for DashboardContext {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("DashboardContext").field("commands", &self.commands).finish_non_exhaustive()
+    }
+}
+
+impl Component<dyn Sink, SinkContext> for Dashboard {
+    const EXAMPLE: &'static str =
+        "port = 8080\nmarkers = [{ label = \"robot lost\", key = \"l\" }]";
+
+    fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
+        let is_open = !self.listen.is_loopback();
+        if is_open && self.tokens.is_none() {
+            let message = format!("anybody on the network could see the team on {}", self.listen);
+            let hint = "name a file of `tokens`, or listen on 127.0.0.1";
+            return Err(SettingsError::new(message).at("listen").with_hint(hint));
+        }
+        let odd =
+            |marker: &MarkerSettings| marker.key.is_some_and(|key| !key.is_ascii_alphanumeric());
+        if let Some(place) = self.markers.iter().position(odd) {
+            let error = SettingsError::new("the key of a marker is a letter or a digit");
+            return Err(error.at(format!("markers.{place}.key")));
+        }
+        let marker = |marker: MarkerSettings| Marker {
+            key: marker.key.map(String::from).unwrap_or_default(),
+            label: marker.label,
+        };
+        let settings = Settings {
+            listen: self.listen,
+            port: self.port,
+            tokens: self.tokens,
+            names: self.names,
+            markers: self.markers.into_iter().map(marker).collect(),
+        };
+        Ok(Box::new(teampulse_dashboard::Dashboard::new(session(context), settings)))
+    }
+}
+
+/// The session as the dashboard sees it.
+fn session(context: &SinkContext) -> Context {
+    let estimates = context.terminal.estimates;
+    let kept = context.terminal.kept.clone();
+    let next = context.terminal.next.clone();
+    let announce = context.dashboard.announce.clone();
+    let shown = Arc::clone(&context.terminal.address);
+    let path = matches!(kept, Kept::Bag(_)).then(|| context.bag.display().to_string());
+    Context {
+        path: path.unwrap_or_default(),
+        phases: context.dashboard.phases.clone(),
+        commands: context.dashboard.commands.clone(),
+        disk: Arc::new(move || disk(&kept)),
+        next_phase: Arc::new(move || next.as_ref().and_then(|next| next())),
+        is_blinding: estimates == Estimates::Hidden,
+        hides: Arc::new(move |stream| estimates.hide(stream)),
+        announce: Arc::new(move |address| {
+            // There is one dashboard in a session; of several the terminal shows the first.
+            shown.set(address.to_owned()).ok();
+            if let Some(announce) = &announce {
+                announce(address);
+            }
+        }),
+        ..Context::new(context.session.clone(), context.clock.clone())
+    }
+}
+
+/// The part of a recording that is on the disk.
+fn disk(kept: &Kept) -> Disk {
+    let empty = |stage| Disk { stage, bytes: 0, free_bytes: None, reason: String::new() };
+    let growth = match kept {
+        Kept::Nothing => return empty(RecordingStage::Nothing),
+        Kept::Tables => return empty(RecordingStage::Tables),
+        Kept::Bag(growth) => growth.on_disk(),
+    };
+    let (stage, reason) = match growth.stage {
+        Stage::NotBegun => (RecordingStage::NotBegun, String::new()),
+        Stage::Open => (RecordingStage::Open, String::new()),
+        Stage::Finished => (RecordingStage::Finished, String::new()),
+        Stage::EndedEarly(why) => (RecordingStage::EndedEarly, why),
+    };
+    Disk { stage, bytes: growth.synced_bytes, free_bytes: growth.free_bytes, reason }
+}
