@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { SessionClock } from "../src/store/clock";
+import { stored } from "../src/store/stored";
 import { Track } from "../src/store/track";
 import { Wants } from "../src/store/wants";
 import { readWave } from "../src/store/wave";
@@ -52,4 +53,12 @@ test("of several that draw a stream the finest decides", () => {
   expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 0 }]);
   release();
   expect(wants.all()).toHaveLength(1);
+});
+
+test("columns between the values of a slow stream are no gaps, and a long silence is one", () => {
+  const mean = [1, null, null, null, 2, null, null, null, null, null, null, null, null, null, null, null, null, 3];
+  const reply = { reference: "", stream: 0, from: 0, step: 0.25, channels: [{ min: mean, max: mean, mean }] };
+  expect(stored(reply, 0, 1).values.map((each) => (Number.isNaN(each) ? "gap" : each))).toEqual([1, 2, 3]);
+  expect(stored(reply, 0, 4).values.map((each) => (Number.isNaN(each) ? "gap" : each))).toEqual([1, "gap", 2, "gap", 3]);
+  expect(stored(reply, 7, 1).values).toEqual([]);
 });

@@ -3,7 +3,7 @@ import { decimal } from "../view/format";
 import { hatch, ink, label, prepared, ticks } from "./canvas";
 
 /** The width of the scale at the left of a strip [px]. */
-export const GUTTER = 34;
+export const GUTTER = 38;
 
 /** A mark on a strip at a time: a beat, a response, a breath. */
 export interface Tick {
@@ -58,6 +58,7 @@ export function drawStrip(canvas: HTMLCanvasElement, strip: Strip): void {
   x.clip();
   if (strip.band) band(x, strip.band, y, left, w);
   lines(x, strip.markers.map(at), h);
+  bands(x, strip, at, y);
   const gapAt = trace(x, strip, at, y, width);
   if (strip.poor) {
     const from = Math.max(left, at(strip.poor.from));
@@ -114,6 +115,22 @@ function lines(x: CanvasRenderingContext2D, places: number[], h: number): void {
   }
   x.stroke();
   x.setLineDash([]);
+}
+
+/** What was before the first point, as bands from the smallest to the largest number. */
+function bands(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number): void {
+  const { coarse, times } = strip.track;
+  if (!coarse) return;
+  const until = times[0] ?? strip.to;
+  x.fillStyle = ink().of(strip.colour);
+  x.globalAlpha = 0.28;
+  coarse.min.forEach((min, k) => {
+    const [from, max] = [coarse.from + k * coarse.step, coarse.max[k] ?? null];
+    if (min === null || max === null || from >= until || from + coarse.step < strip.from) return;
+    const [left, right] = [at(from), at(Math.min(until, from + coarse.step))];
+    x.fillRect(left, y(max), right - left, Math.max(1, y(min) - y(max)));
+  });
+  x.globalAlpha = 1;
 }
 
 /** Draws the smallest and the largest number of each pixel column; returns where data stop before the end. */

@@ -5,6 +5,7 @@ import { SessionClock } from "./clock";
 import { Connection } from "./connection";
 import { Model } from "./model";
 import type { Track } from "./track";
+import { stored } from "./stored";
 import { readWave } from "./wave";
 import { Wants } from "./wants";
 
@@ -78,13 +79,19 @@ export class Live {
     if (!this.send({ type: "history", reference, stream, from, to, points })) this.histories.delete(reference);
   }
 
-  /** The points of a channel, filled with what is stored of the last seconds, if that is fine enough. */
+  /** The points of a channel, filled with what is stored of the last seconds; as bands where that is coarse. */
   track(stream: number, channel: number, secs: number, points: number, coarsestSecs = Number.POSITIVE_INFINITY): Track {
     const track = this.model.track(stream, channel);
     const first = track.times[0] ?? this.now();
     const from = Math.max(0, this.now() - secs);
     if (first - from > 1) this.history(stream, from, first, points, (reply) => {
-        if (reply.step <= coarsestSecs) fill(track, reply, channel);
+        const column = reply.channels[channel];
+        if (reply.step > coarsestSecs) {
+          if (column) track.coarse = { from: reply.from, step: reply.step, min: column.min, max: column.max };
+          return;
+        }
+        const { times, values } = stored(reply, channel, this.model.streams.get(stream)?.rate_hz ?? 0);
+        track.prepend(times, values);
       });
     return track;
   }
@@ -142,29 +149,6 @@ export class Live {
         break;
     }
   }
-}
-
-/** Puts what is stored of a channel before what came since: the smallest and the largest of each column. */
-function fill(track: Track, reply: HistoryReply, channel: number): void {
-  const column = reply.channels[channel];
-  if (!column) return;
-  const times: number[] = [];
-  const values: number[] = [];
-  column.mean.forEach((mean, k) => {
-    const at = reply.from + k * reply.step;
-    const [min, max] = [column.min[k] ?? null, column.max[k] ?? null];
-    if (mean === null || min === null || max === null) {
-      times.push(at);
-      values.push(Number.NaN);
-    } else if (min === max) {
-      times.push(at + reply.step / 2);
-      values.push(mean);
-    } else {
-      times.push(at, at + reply.step / 2);
-      values.push(min, max);
-    }
-  });
-  track.prepend(times, values);
 }
 
 const scheme = location.protocol === "https:" ? "wss:" : "ws:";

@@ -10,6 +10,9 @@ const POINTS = 40_000;
 /** From one sample to the next of a wave, so many periods are a gap. */
 const GAP_PERIODS = 2.5;
 
+/** So many runs of signals more that were missed mean a slow link: joining alone may leave out a few. */
+const SLOW = 5;
+
 const OF_THE_BODY = new Set(["beat", "breath", "response", "burst", "blink"]);
 const STEPS = new Set(["/teampulse/stamped_by", "/teampulse/lost_source", "/teampulse/clock_probes"]);
 
@@ -45,7 +48,7 @@ export class Model {
   growth: number[] = [];
   machine: Machine | undefined;
   missed: Missed = { events: 0, states: 0, signals: 0 };
-  /** When something was missed last, by the browser's clock [ms]. */
+  /** When many signals were missed last, by the browser's clock [ms]. */
   missedAt = Number.NEGATIVE_INFINITY;
   nextPhase: string | undefined;
   ready = false;
@@ -82,8 +85,8 @@ export class Model {
         this.machine = message;
         break;
       case "missed":
+        if (message.signals > this.missed.signals + SLOW) this.missedAt = performance.now();
         this.missed = message;
-        this.missedAt = performance.now();
         break;
       case "next_phase":
         this.nextPhase = message.name ?? undefined;

@@ -1,8 +1,18 @@
+/** What is stored of an earlier time, too coarse for a line: the smallest and the largest number of each column. */
+export interface Coarse {
+  from: number;
+  step: number;
+  min: readonly (number | null)[];
+  max: readonly (number | null)[];
+}
+
 /** The numbers of one channel over time, the newest of them: a ring without one, as both halves stay contiguous. */
 export class Track {
   private t: Float64Array;
   private v: Float32Array;
   private end = 0;
+  /** Before its first point. */
+  coarse: Coarse | undefined;
 
   constructor(
     /** How many points are kept. */

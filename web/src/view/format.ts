@@ -56,6 +56,11 @@ export function bytes(count: number): string {
   return `${decimal(value, name === "B" || value >= 100 ? 0 : value >= 10 ? 1 : 2)} ${name}`;
 }
 
+/** How fast bytes are written, short: `2.1 MB/s`. */
+export function byteRate(perSec: number): string {
+  return perSec >= 1e6 ? `${decimal(perSec / 1e6, 1)} MB/s` : `${decimal(perSec / 1e3)} kB/s`;
+}
+
 /** How long something lasts, roughly: `28 h`, `3:41 h`, `12 min`. */
 export function lasts(secs: number): string {
   const mins = Math.floor(secs / 60);

@@ -40,6 +40,8 @@ export interface Stat {
   usable: number | undefined;
   beside: number | undefined;
   compared: Compared | undefined;
+  /** Why it can't be compared; empty where it is, or never will be. */
+  comparedWhy: string;
 }
 
 export interface Person {
@@ -119,7 +121,7 @@ function stat(model: Model, figure: Figure, stream: Stream, channel: number, now
   const input = model.byName.get(stream.inputs[0] ?? "");
   const health = input && stream.inputs.length === 1 ? model.health.get(input.id) : undefined;
   const source = input && stream.inputs.length === 1 ? sensorName(input) : stream.family;
-  const base = { figure, stream, channel, source, beside: undefined, compared: undefined, usable: undefined };
+  const base = { figure, stream, channel, source, beside: undefined, compared: undefined, comparedWhy: "", usable: undefined };
   const last = model.last(stream.id, channel);
   const silent = health && (health.state === "stale" || health.state === "dead");
   const value = feature?.values[channel] ?? null;
@@ -132,6 +134,7 @@ function stat(model: Model, figure: Figure, stream: Stream, channel: number, now
     const words = feature ? reasonWords(feature, channel) : "no value yet";
     return { ...base, state: "none", value: undefined, ageSecs: undefined, why: words };
   }
+  const { compared, why: comparedWhy } = comparedOf(model, figure, stream, value);
   const isPoor = feature.quality !== null && feature.quality < POOR;
   return {
     ...base,
@@ -141,7 +144,8 @@ function stat(model: Model, figure: Figure, stream: Stream, channel: number, now
     why: isPoor ? `${Math.round(100 * (feature.quality ?? 0))} % usable` : "",
     usable: feature.quality ?? undefined,
     beside: beside(figure, stream, feature),
-    compared: compared(model, figure, stream, value),
+    compared,
+    comparedWhy,
   };
 }
 
@@ -151,21 +155,32 @@ function beside(figure: Figure, stream: Stream, feature: Feature): number | unde
 }
 
 /** The difference from the own baseline, as the feature `state` computed it; never computed here. */
-function compared(model: Model, figure: Figure, of: Stream, value: number): Compared | undefined {
-  if (!figure.measure) return undefined;
+function comparedOf(model: Model, figure: Figure, of: Stream, value: number): { compared: Compared | undefined; why: string } {
+  if (!figure.measure) return { compared: undefined, why: "" };
   for (const stream of model.streams.values()) {
     const isState = stream.family === "state" && stream.subject === of.subject && !stream.hidden;
     if (!isState || windowSecs(stream) !== windowSecs(of)) continue;
     const feature = model.features.get(stream.id);
-    const number = (name: string) => feature?.values[stream.channels.findIndex((each) => each.name === name)] ?? undefined;
+    const place = (name: string) => stream.channels.findIndex((each) => each.name === name);
+    const number = (name: string) => feature?.values[place(name)] ?? undefined;
     const difference = number(`${figure.measure}_difference`);
     const z = number(`${figure.measure}_z`);
-    if (difference === undefined) return undefined;
+    if (difference === undefined) {
+      const reason = feature?.reasons[place(`${figure.measure}_difference`)] ?? "no_baseline";
+      return { compared: undefined, why: NO_COMPARISON[reason] ?? "" };
+    }
     const sd = z !== undefined && Math.abs(z) > 1e-9 ? Math.abs(difference / z) : undefined;
-    return { difference, z, mean: value - difference, sd };
+    return { compared: { difference, z, mean: value - difference, sd }, why: "" };
   }
-  return undefined;
+  return { compared: undefined, why: NO_COMPARISON["no_baseline"] ?? "" };
 }
+
+/** Why a number can't be compared, by the reason that the feature `state` gives. */
+const NO_COMPARISON: Record<string, string> = {
+  no_baseline: "no baseline yet",
+  brief_baseline: "baseline too short: needs 150 s",
+  gap: "comparison: gap in the data",
+};
 
 /** Whether a person's sensor has been lost: it was there and is not any more. */
 export function isLost(health: StreamHealth | undefined): boolean {
