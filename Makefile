@@ -89,7 +89,7 @@ bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded 
 
 setup: $(ready)-build peers ## all that the other targets install, and nothing else
 
-peers: $(ready)-peers .venv/ready .venv-myo/ready tests/build/fastdds_peer
+peers: $(ready)-peers $(if $(shell command -v npm),web/node_modules/.package-lock.json) .venv/ready .venv-myo/ready tests/build/fastdds_peer
 
 $(ready)-build:
 	@.ci/apt-install "to build teampulse" build-essential cmake libclang-dev pkg-config
@@ -98,6 +98,7 @@ $(ready)-build:
 $(ready)-peers:
 	@.ci/apt-install "to test on a network of its own" iproute2 util-linux
 	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
+	@.ci/apt-install "to test the dashboard's pages" --if-available chromium
 	@.ci/apt-install "to test against Fast DDS" --if-available fastddsgen g++ libfastrtps-dev
 	@mkdir -p $(@D) && touch $@
 

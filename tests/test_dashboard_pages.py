@@ -1,0 +1,237 @@
+"""The dashboard's pages in a real browser, Debian's Chromium without a screen, driven by PyPI's Playwright."""
+
+import gzip
+import json
+import re
+import shutil
+
+import pytest
+from playwright import sync_api
+
+import bags
+import harness
+from conftest import leave_out
+
+
+WEB = harness.ROOT / "web"
+AXE = WEB / "node_modules/axe-core/axe.min.js"
+# Looked at by people: every page in each size and theme.
+SHOTS = harness.TESTS / "build/dashboard_pages"
+PAGES = ("team", "signals", "session", "health")
+SIZES = {"1280x720": (1280, 720), "1920x1080": (1920, 1080), "390x844": (390, 844)}
+JAVASCRIPT_BYTES = 150_000
+CHROMIUM_FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+
+STUDY = """
+[session]
+name = "pages"
+[[sources]]
+type = "robots"
+namespace = "/robot*"
+[[sources]]
+type = "people"
+namespace = "/humans/persons/*"
+[commands]
+dashboard = ["mark", "next_phase", "split", "stop"]
+[[phases]]
+name = "baseline"
+[[phases]]
+name = "task"
+[[sinks]]
+type = "bag"
+tidy = false
+[simulate]
+robots = 2
+people = 1
+seed = 3
+"""
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    path = shutil.which("chromium")
+    if path is None:
+        leave_out("there is no Chromium on this system")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
+        yield browser
+        browser.close()
+
+
+class Screen:
+    """A page of the dashboard, what it asked for, and what went wrong on it."""
+
+    def __init__(self, browser, address: str, size=(1280, 720), theme="light"):
+        self.address, self.requests, self.errors = address, [], []
+        self.context = browser.new_context(viewport=dict(zip(("width", "height"), size)), color_scheme=theme)
+        self.page = self.context.new_page()
+        self.page.set_default_timeout(1000 * harness.PATIENCE_SECS)
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.on("websocket", lambda socket: self.requests.append(socket.url.replace("ws://", "http://")))
+        self.page.on("console", lambda said: said.type == "error" and self.errors.append(said.text))
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.go("team")
+
+    def go(self, page: str) -> None:
+        self.page.goto(f"{self.address}#/{page}")
+        self.page.wait_for_selector("h1", state="attached")
+        self.page.wait_for_selector(".cell.link >> text=live", state="attached")
+
+    def close(self) -> None:
+        assert self.errors == []
+        elsewhere = [url for url in self.requests if not url.startswith(self.address)]
+        assert elsewhere == []
+        self.context.close()
+
+
+@pytest.fixture
+def screens(chromium):
+    """Opens pages; each is checked for errors and requests to elsewhere when the test ends."""
+    opened = []
+
+    def open_one(address: str, **options) -> Screen:
+        opened.append(Screen(chromium, address, **options))
+        return opened[-1]
+
+    yield open_one
+    for screen in opened:
+        screen.close()
+
+
+def address_of(program) -> str:
+    return program.wait_for(r"dashboard is at (http://\S+)")[1]
+
+
+def watched(stage):
+    """A session that watches, another process that simulates, and the dashboard's address."""
+    study, out = stage.study(STUDY), stage.folder / "sessions"
+    monitor = stage.teampulse("run", study, "--out", out)
+    return monitor, stage.teampulse("simulate", study), address_of(monitor), out
+
+
+def serious(page) -> list[str]:
+    """What axe-core calls serious or critical."""
+    page.evaluate(AXE.read_text())
+    found = page.evaluate("axe.run().then((result) => result.violations)")
+    bad = [each for each in found if each["impact"] in ("serious", "critical")]
+    return [f"{each['id']}: {json.dumps(each['nodes'][0]['html'])[:200]}" for each in bad]
+
+
+def test_every_page_shows_real_data_in_each_size_and_theme(stage, screens):
+    if not AXE.exists():
+        leave_out("axe-core is not installed: `npm ci` in web/")
+    demo = stage.teampulse("demo", "--out", stage.folder / "sessions", "--seed", 7)
+    address = address_of(demo)
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    for name, size in SIZES.items():
+        for theme in ("light", "dark"):
+            screen = screens(address, size=size, theme=theme)
+            for each in PAGES:
+                screen.go(each)
+                shows = {
+                    "team": ".robot[data-state=online] >> nth=4",
+                    "signals": ".sig .now b:not(:text('–')) >> nth=4",
+                    "session": ".check li >> nth=3",
+                    "health": "td:text-matches('^ecg|/ecg$') >> nth=0",
+                }
+                screen.page.wait_for_selector(shows[each], state="attached")
+                if each == "team":
+                    screen.page.wait_for_selector(".stat .v b:text-matches('^[0-9]') >> nth=0", state="attached", timeout=90_000)
+                screen.page.screenshot(path=SHOTS / f"{each}-{name}-{theme}.png", full_page=size[0] < 640)
+                if name == "1280x720":
+                    assert serious(screen.page) == [], f"{each}, {theme}"
+    assert demo.interrupt() == 0, demo.report()
+
+
+def test_a_clicked_marker_is_in_the_bag_at_the_moment_of_the_click(stage, screens, figure):
+    monitor, _, address, out = watched(stage)
+    page = screens(address).page
+    page.click("text=Session")
+    page.wait_for_selector(".mark:enabled")
+    page.evaluate(
+        "addEventListener('click', (event) => (window.clicked = performance.timeOrigin + event.timeStamp), true)"
+    )
+    label = page.inner_text(".mark >> nth=0 >> .clip")
+    page.click(".mark >> nth=0")
+    clicked_secs = page.evaluate("window.clicked") / 1000
+    page.wait_for_selector(".echoes >> text=/in the bag, ± /")
+    assert monitor.interrupt() == 0, monitor.report()
+    marked = [
+        each.content
+        for each in bags.messages(harness.the_bag(out), "/session/events")
+        if each.content.kind == "marker" and each.content.label == label
+    ]
+    [marker] = marked
+    stamp = marker.header.stamp
+    off_ms = 1000 * (stamp.sec + stamp.nanosec / 1e9 - clicked_secs)
+    figure(f"a clicked marker is {off_ms:+.1f} ms off in the bag")
+    assert abs(off_ms) <= 20
+
+
+def test_what_is_switched_off_is_seen_with_its_reason_and_when_it_returns(stage, screens, figure):
+    monitor, simulator, address, out = watched(stage)
+    page = screens(address).page
+    ecg = ".light[data-sensor$='/ecg']"
+    page.wait_for_selector(".robot[data-subject=robot1][data-state=online]")
+    page.wait_for_selector(f"{ecg}[data-state=ok]")
+    simulator.kill()
+    page.wait_for_selector(".robot[data-subject=robot1][data-state=offline]")
+    seen_secs = page.evaluate("Date.now()") / 1000
+    page.wait_for_selector(f"{ecg}.red[data-state=dead]", timeout=90_000)
+    assert "silent for" in page.get_attribute(ecg, "title")
+    assert page.inner_text(".alerts >> text=/ECG is silent/") != ""
+    stage.teampulse("simulate", stage.folder / "study.toml")
+    page.wait_for_selector(".robot[data-subject=robot1][data-state=online]", timeout=60_000)
+    page.wait_for_selector(f"{ecg}[data-state=ok]", timeout=60_000)
+    assert monitor.interrupt() == 0, monitor.report()
+    judged = [
+        each.log_secs
+        for each in bags.messages(harness.the_bag(out), "/robot1/deployment/events")
+        if each.content.label == "robot1 offline"
+    ]
+    figure(f"offline on the screen {seen_secs - judged[0]:+.1f} s after teampulse judged so")
+    assert seen_secs - judged[0] <= 3
+
+
+def test_ending_the_session_takes_a_second_click_and_leaves_a_valid_bag(stage, screens):
+    monitor, _, address, out = watched(stage)
+    page = screens(address).page
+    page.click("text=Session")
+    page.wait_for_selector("[data-testid=recording].rec-on")
+    end = page.locator("[data-testid=end]")
+    end.click()
+    sync_api.expect(end).to_have_text("Click again to end")
+    assert monitor.is_running()
+    end.click()
+    assert monitor.ended() == 0, monitor.report()
+    bag = harness.the_bag(out)
+    assert bags.messages(bag, "/session/events"), "a bag that rosbags reads"
+    info = stage.ask("info", bag)
+    assert info.returncode == 0, info.stderr
+
+
+def test_names_and_notes_are_text_never_markup(stage, screens):
+    monitor, _, address, _ = watched(stage)
+    page = screens(address).page
+    page.click("text=Session")
+    page.wait_for_selector("#note:enabled")
+    page.fill("#note", "<img src=x onerror=alert(1)>")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".notes-panel >> text=<img src=x onerror=alert(1)>")
+    assert page.query_selector("main img") is None
+    assert monitor.interrupt() == 0, monitor.report()
+
+
+def test_the_javascript_is_small_and_nothing_is_inline():
+    assets = harness.ROOT / "crates/dashboard/assets"
+    assert len(gzip.compress((assets / "app.js").read_bytes())) <= JAVASCRIPT_BYTES
+    index = (assets / "index.html").read_text()
+    assert not re.search(r"<script(?![^>]*src=)|<style|style=|://", index)
