@@ -8,6 +8,9 @@ export interface Spot {
   dbm: number | undefined;
 }
 
+/** Of more robots than this only those in need are named. */
+const NAMED = 16;
+
 /** Nothing is drawn between places that are further apart in time [s]. */
 const GAP_SECS = 3;
 
@@ -51,7 +54,10 @@ export function drawMap(canvas: HTMLCanvasElement, robots: readonly Placed[], sp
   length(x, scale, h);
   robots.forEach((robot) => trail(x, robot, at, up));
   const taken: [number, number, number][] = [];
-  robots.forEach((robot) => marker(x, robot, at, up, w, taken));
+  const inNeed = (robot: Placed) => robot.state !== "online";
+  // Those in need last, so that they lie on top.
+  const ordered = [...robots].sort((a, b) => Number(inNeed(a)) - Number(inNeed(b)));
+  ordered.forEach((robot) => marker(x, robot, at, up, w, taken, robots.length <= NAMED || inNeed(robot)));
 }
 
 /** A scale of length at the lower left. */
@@ -79,11 +85,11 @@ function trail(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => nu
   x.globalAlpha = 1;
 }
 
-function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => number, up: (v: number) => number, w: number, taken: [number, number, number][]): void {
+function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => number, up: (v: number) => number, w: number, taken: [number, number, number][], isNamed: boolean): void {
   const spot = robot.trail.at(-1);
   if (!spot) return;
   const colours = ink();
-  const [px, py, radius] = [at(spot.x), up(spot.y), 6.5];
+  const [px, py, radius] = [at(spot.x), up(spot.y), isNamed ? 6.5 : 4.5];
   const isOff = robot.state === "offline" || robot.state === "never";
   const isBad = isOff || robot.state === "needs";
   x.lineWidth = 1.6;
@@ -104,12 +110,13 @@ function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => n
     x.stroke();
     heading(x, robot, px, py, radius);
   }
+  if (!isNamed) return;
   x.font = ink().font(600);
   const width = x.measureText(robot.id).width;
   const isLeft = px + radius + 6 + width > w - 4;
   const left = isLeft ? px - radius - 5 - width : px + radius + 5;
-  const clash = taken.filter(([a, b, c]) => Math.abs(b - py) < 12 && a < left + width && a + c > left).length;
-  const y = py + 13 * clash;
+  const isTaken = (at: number) => taken.some(([a, b, c]) => Math.abs(b - at) < 12 && a < left + width && a + c > left);
+  const y = [0, 13, -13, 26, -26, 39].map((shift) => py + shift).find((at) => !isTaken(at)) ?? py;
   taken.push([left, y, width]);
   x.lineWidth = 3;
   x.strokeStyle = colours.of("sunk");

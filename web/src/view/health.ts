@@ -1,7 +1,7 @@
 import type { Model } from "../store/model";
 import type { Stream, StreamHealth } from "../wire";
 import { byName } from "./format";
-import { remedy, stateOf, STATE_WORDS, why, type State } from "./words";
+import { isHappening, remedy, stateOf, STATE_WORDS, why, type State } from "./words";
 
 /** A stream and how it is doing. */
 export interface Row {
@@ -10,6 +10,8 @@ export interface Row {
   state: State;
   why: string;
   remedy: string;
+  /** Whether something should be done: a stream of what happens may be silent. */
+  isBad: boolean;
   /** Its rate as a share of the declared one; `undefined` where none is declared. */
   share: number | undefined;
 }
@@ -37,7 +39,9 @@ export function healthGroups(model: Model): Group[] {
     if (stream.derived || (!health && stream.about === "session")) continue;
     const key = `${stream.about} ${stream.subject}`;
     const share = stream.rate_hz > 0 && health ? health.rate_hz / stream.rate_hz : undefined;
-    const row = { stream, health, state: stateOf(health), why: why(health), remedy: remedy(stream, health), share };
+    const [state, isAwaited] = [stateOf(health), isHappening(stream) && stateOf(health) === "never"];
+    const words = isAwaited ? { why: "Nothing yet; it comes now and then", remedy: "" } : { why: why(health), remedy: remedy(stream, health) };
+    const row = { stream, health, state, isBad: state !== "ok" && !isAwaited, ...words, share };
     groups.set(key, [...(groups.get(key) ?? []), row]);
   }
   return [...groups].sort(([a], [b]) => order(a) - order(b) || byName(a, b)).map(([key, rows]) => groupOf(key, rows));
@@ -58,14 +62,14 @@ function groupOf(key: string, rows: Row[]): Group {
     key, title: subject || about, isPerson: about === "person", within,
     rows: rows.sort((a, b) => byName(a.stream.name, b.stream.name)),
     counts: counts.filter(([, count]) => count > 0),
-    bad: rows.filter((each) => each.state !== "ok").length,
+    bad: rows.filter((each) => each.isBad).length,
   };
 }
 
 /** All of them in short. */
 export function totals(groups: readonly Group[]) {
   const rows = groups.flatMap((each) => each.rows);
-  const of = (state: State) => rows.filter((each) => each.state === state).length;
+  const of = (state: State) => rows.filter((each) => each.isBad && each.state === state).length;
   const bad = STATES.slice(1).flatMap((state) => (of(state) > 0 ? [`${of(state)} ${STATE_WORDS[state]}`] : []));
   const sum = (count: (health: StreamHealth) => number | null) => rows.reduce((all, each) => all + ((each.health && count(each.health)) ?? 0), 0);
   const errors = rows.flatMap((each) => {
@@ -73,7 +77,7 @@ export function totals(groups: readonly Group[]) {
     return typeof secs === "number" ? [{ secs, name: each.stream.name }] : [];
   });
   return {
-    all: rows.length, ok: of("ok"), words: bad.join(", "), lost: sum((health) => health.lost_source), lostQueue: sum((health) => health.lost_queue),
+    all: rows.length, ok: rows.filter((each) => !each.isBad).length, words: bad.join(", "), lost: sum((health) => health.lost_source), lostQueue: sum((health) => health.lost_queue),
     unknown: rows.filter((each) => each.health?.lost_source === null).length,
     worst: errors.sort((a, b) => b.secs - a.secs)[0],
   };
