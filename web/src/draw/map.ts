@@ -53,11 +53,14 @@ export function drawMap(canvas: HTMLCanvasElement, robots: readonly Placed[], sp
   x.globalAlpha = 1;
   length(x, scale, h);
   robots.forEach((robot) => trail(x, robot, at, up));
-  const taken: [number, number, number][] = [];
   const inNeed = (robot: Placed) => robot.state !== "online";
   // Those in need last, so that they lie on top.
   const ordered = [...robots].sort((a, b) => Number(inNeed(a)) - Number(inNeed(b)));
-  ordered.forEach((robot) => marker(x, robot, at, up, w, taken, robots.length <= NAMED || inNeed(robot)));
+  const isNamed = (robot: Placed) => robots.length <= NAMED || inNeed(robot);
+  ordered.forEach((robot) => marker(x, robot, at, up, isNamed(robot) ? 6.5 : 4.5));
+  const places = ordered.flatMap((robot) => robot.trail.at(-1) ?? []);
+  const taken = places.map((spot): Taken => [at(spot.x) - 7, up(spot.y), 14]);
+  ordered.filter(isNamed).forEach((robot) => named(x, robot, at, up, w, taken));
 }
 
 /** A scale of length at the lower left. */
@@ -85,11 +88,11 @@ function trail(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => nu
   x.globalAlpha = 1;
 }
 
-function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => number, up: (v: number) => number, w: number, taken: [number, number, number][], isNamed: boolean): void {
+function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => number, up: (v: number) => number, radius: number): void {
   const spot = robot.trail.at(-1);
   if (!spot) return;
   const colours = ink();
-  const [px, py, radius] = [at(spot.x), up(spot.y), isNamed ? 6.5 : 4.5];
+  const [px, py] = [at(spot.x), up(spot.y)];
   const isOff = robot.state === "offline" || robot.state === "never";
   const isBad = isOff || robot.state === "needs";
   x.lineWidth = 1.6;
@@ -110,7 +113,18 @@ function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => n
     x.stroke();
     heading(x, robot, px, py, radius);
   }
-  if (!isNamed) return;
+}
+
+/** Where something is already written: its left, its middle, its width [px]. */
+type Taken = [number, number, number];
+
+/** Writes a robot's name beside it, where there is room. */
+function named(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => number, up: (v: number) => number, w: number, taken: Taken[]): void {
+  const spot = robot.trail.at(-1);
+  if (!spot) return;
+  const colours = ink();
+  const [px, py, radius] = [at(spot.x), up(spot.y), 6.5];
+  const isBad = robot.state !== "online" && robot.state !== "watch";
   x.font = ink().font(600);
   const width = x.measureText(robot.id).width;
   const isLeft = px + radius + 6 + width > w - 4;

@@ -242,8 +242,9 @@ function body(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => numb
       x.arc(place, y(level), 2.6, 0, 7);
       x.fill();
       x.stroke();
-      if (tick.value === null || place < free) continue;
+      if (tick.value === null || place < Math.max(free, GUTTER)) continue;
       const text = `+${decimal(tick.value, 2)}`;
+      if (place + 8 + x.measureText(text).width > x.canvas.clientWidth) continue;
       x.fillStyle = colours.of("ink-2");
       x.fillText(text, place + 5, Math.max(8, y(level) - 9));
       free = place + x.measureText(text).width + 12;

@@ -30,6 +30,11 @@ export function onKey(event: KeyboardEvent): void {
     if (event.repeat && !isTyping(event.target)) ofPage?.(event);
     return;
   }
+  if (event.key === "?") {
+    place.keysShown = !place.keysShown;
+    event.preventDefault();
+    return;
+  }
   if (ofPage?.(event)) event.preventDefault();
   else if (event.shiftKey ? shifted(event) : bare(event)) event.preventDefault();
 }
@@ -47,9 +52,7 @@ function shifted(event: KeyboardEvent): boolean {
       setTimeout(() => document.querySelector<HTMLElement>("#note")?.focus(), 50);
       return true;
     default:
-      if (event.key !== "?") return false;
-      place.keysShown = !place.keysShown;
-      return true;
+      return false;
   }
 }
 

@@ -86,7 +86,8 @@ function ofRobots(model: Model, now: number): Alert[] {
     const alert = newest.alert;
     if (!alert) return [];
     const isOpen = alert.stage === "raised";
-    if (!isOpen && now - newest.t > OVER_SECS) return [];
+    // One that was answered lasts until its cause does not.
+    if (alert.stage === "over" && now - newest.t > OVER_SECS) return [];
     const stage = isOpen ? "open" : alert.stage === "answered" ? "answered" : "over";
     return [ofRobot(model, alert.robot, alert.why, raised, stage, now)];
   });

@@ -28,6 +28,8 @@ export function lineOf(event: Event, stream: Stream): Line | undefined {
   const base = { number: event.number, t: event.t };
   const isOfTask = stream.about === "person" && event.kind === "marker" && !stream.derived;
   if (isOfTask || stream.family === "notes" || stream.family === "stuck" || stream.family === "level") return undefined;
+  // The marker that a command sets comes as an event of its own.
+  if (event.request?.verb === "mark" && event.kind === "command") return undefined;
   if (event.request) return { ...base, ...requested(event.request.verb, event.request.text, event.request.who) };
   if (event.alert) {
     const glyph = event.alert.stage === "raised" ? (event.alert.why === "offline" ? "act" : "soon") : "ok";
@@ -44,7 +46,7 @@ export function lineOf(event: Event, stream: Stream): Line | undefined {
     case "report":
       return { ...base, glyph: "", who: who || "report", what: `${event.label} ${event.value === null ? "?" : decimal(event.value)}` };
     case "intervention":
-      return { ...base, glyph: "", who: event.label.split(" ")[0] ?? "", what: `commanded: ${event.label.split(" ").slice(1).join(" ")}` };
+      return { ...base, glyph: "", who: event.label.split(" ")[0] ?? "", what: event.label.split(" ").slice(1).join(" ") };
     case "fault":
       return { ...base, glyph: "soon", who, what: event.label };
     case "clock":

@@ -172,7 +172,8 @@ function comparedOf(model: Model, figure: Figure, of: Stream, value: number): { 
     const sd = z !== undefined && Math.abs(z) > 1e-9 ? Math.abs(difference / z) : undefined;
     return { compared: { difference, z, mean: value - difference, sd }, why: "" };
   }
-  return { compared: undefined, why: NO_COMPARISON["no_baseline"] ?? "" };
+  const isHidden = [...model.streams.values()].some((each) => each.family === "state" && each.subject === of.subject && each.hidden);
+  return { compared: undefined, why: isHidden ? "comparison hidden" : (NO_COMPARISON["no_baseline"] ?? "") };
 }
 
 /** Why a number can't be compared, by the reason that the feature `state` gives. */
