@@ -70,7 +70,7 @@ pub fn act(
             let reason = format!("{} streams can't be drawn at once", streams.len());
             return Err(Refusal::new(reason, "choose 256 at most"));
         }
-        FromBrowser::Want { streams } => client.want(&streams),
+        FromBrowser::Want { streams } => client.want(&streams, &hub.known()),
         FromBrowser::History(asked) => {
             return history(hub, client, asked).map(|reply| Some(FromServer::History(reply)));
         }

@@ -8,15 +8,17 @@ use std::time::Duration;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::SplitStream;
 use futures_util::{SinkExt, StreamExt};
+use teampulse_core::clock::Clock;
 use tokio::time::timeout;
 
 use crate::access::Grant;
 use crate::acts::{self, Refusal};
-use crate::hub::{Hub, message};
+use crate::context::{Context, Settings};
+use crate::hub::{Hub, Known, message};
 use crate::joining::welcome;
 use crate::outbox::{Next, Outbox};
 use crate::rate::Allowance;
-use crate::wire::{FromBrowser, FromServer, Pong, Refused, Wanted};
+use crate::wire::{FromBrowser, FromServer, Pong, Refused, Right, Wanted};
 
 /// The most clients at once.
 pub const MOST_CLIENTS: usize = 64;
@@ -24,6 +26,8 @@ pub const MOST_CLIENTS: usize = 64;
 pub const LARGEST_BYTES: usize = 64 << 10;
 /// One message must be taken within this time.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// What is sent of the past of waves when they begin to be drawn [bytes].
+const BACKLOG_BYTES: usize = 128 << 10;
 /// The time for saying why the connection ends.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// A client that sends nothing, not even a probe of the clock, for this long is gone.
@@ -74,10 +78,23 @@ impl Client {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Replaces what it draws.
-    pub fn want(&self, streams: &[Wanted]) {
-        let wanted = streams.iter().map(|each| (each.stream, each.points_per_sec)).collect();
-        *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = wanted;
+    /// Replaces what it draws, and sends the last half minute of each wave that it did not draw before, as far as
+    /// that fits.
+    pub fn want(&self, streams: &[Wanted], known: &Known) {
+        let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = std::mem::take(&mut *wanted);
+        *wanted = streams.iter().map(|each| (each.stream, each.points_per_sec)).collect();
+        let is_blind = self.is_blind();
+        let new: Vec<_> = wanted
+            .iter()
+            .filter(|(stream, _)| !before.contains_key(stream) && known.shows(**stream, is_blind))
+            .collect();
+        let share = BACKLOG_BYTES / new.len().max(1);
+        for (stream, points_per_sec) in new {
+            for frame in known.recent.of(*stream, *points_per_sec, share) {
+                self.outbox.wave(frame.into());
+            }
+        }
     }
 }
 
@@ -164,6 +181,16 @@ async fn farewell(sender: &mut (impl SinkExt<Message> + Unpin), code: u16, reaso
     drop(timeout(FAREWELL, sender.send(close)).await);
 }
 
+/// Reads a text as if a browser had sent it in a session with nothing in it, and returns the number of bytes that wait as
+/// the answer: for fuzzing.
+pub fn receive_any(text: &str) -> u64 {
+    let context = Context::new("any", Clock::host());
+    let hub = Hub::new(context, Settings::default(), None);
+    let client = Arc::new(Client::new(Grant { right: Right::Control, address: None }));
+    receive(&hub, &client, text);
+    client.outbox.waiting_bytes()
+}
+
 /// Reads one message and does what it asks for; what can't be read or done is refused.
 pub fn receive(hub: &Hub, client: &Arc<Client>, text: &str) {
     let received = hub.now();
@@ -185,5 +212,33 @@ pub fn receive(hub: &Hub, client: &Arc<Client>, text: &str) {
     });
     if let Some(answer) = answer {
         client.outbox.urgent(message(&answer));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn any_text_is_answered_or_ignored_in_a_few_bytes(
+            kind in "ping|want|history|command|note|acknowledge|report|show_estimates|[a-z]{0,9}",
+            text in ".{0,300}",
+            (number, at) in (any::<f64>(), any::<Option<f64>>()),
+        ) {
+            prop_assert!(receive_any(&text) < 2000);
+            let message = serde_json::json!({
+                "type": kind, "reference": text, "text": text, "at": at, "alert": text, "scale": text, "value": number,
+            });
+            prop_assert!(receive_any(&message.to_string()) < 10_000);
+            for fields in ["reference text at", "reference alert at", "reference scale subject value at", "reference"] {
+                let fields = fields.split(' ').filter_map(|name| Some((name.to_owned(), message.get(name)?.clone())));
+                let mut some: serde_json::Map<_, _> = fields.collect();
+                some.insert("type".into(), kind.clone().into());
+                prop_assert!(receive_any(&serde_json::Value::from(some).to_string()) < 10_000);
+            }
+        }
     }
 }

@@ -18,7 +18,7 @@ pub const PORT: u16 = 8742;
 pub struct Settings {
     /// The address. Any but a loopback address needs `tokens`.
     pub listen: IpAddr,
-    /// The port; without it [`PORT`] or the first of the next ten that is free.
+    /// The port; without it [`PORT`] or the first of the next hundred that is free.
     pub port: Option<u16>,
     /// The file with a right and a token on each line.
     pub tokens: Option<PathBuf>,
@@ -26,6 +26,13 @@ pub struct Settings {
     pub names: Vec<String>,
     /// The markers of the study.
     pub markers: Vec<Marker>,
+}
+
+impl Settings {
+    /// Whether it listens where every session does: without it the session goes on.
+    pub fn is_default(&self) -> bool {
+        self.listen == IpAddr::V4(Ipv4Addr::LOCALHOST) && self.port.is_none()
+    }
 }
 
 impl Default for Settings {

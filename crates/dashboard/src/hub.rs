@@ -13,6 +13,7 @@ use crate::client::Client;
 use crate::context::{Context, Settings};
 use crate::history::Track;
 use crate::outbox::Fragment;
+use crate::recent::Recent;
 use crate::wire::{self, FromServer, Recording};
 
 /// The most events that are kept for whoever joins: of the session, and of bodies.
@@ -75,6 +76,8 @@ pub struct Known {
     pub events: [VecDeque<(u32, Fragment)>; 2],
     /// The columns of each stream.
     pub tracks: BTreeMap<u32, Track>,
+    /// The last half minute of each wave.
+    pub recent: Recent,
     /// The recording as it was last seen.
     pub recording: Option<Recording>,
     /// The records that the sink skipped.

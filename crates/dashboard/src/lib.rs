@@ -6,6 +6,7 @@ mod sink;
 mod relay;
 mod convert;
 mod history;
+mod recent;
 mod recording;
 mod machine;
 mod echo;
@@ -21,5 +22,6 @@ mod acts;
 mod api;
 mod metrics;
 
+pub use client::receive_any;
 pub use context::{Context, Disk, PORT, Settings};
 pub use sink::Dashboard;

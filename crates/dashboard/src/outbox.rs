@@ -61,6 +61,8 @@ struct State {
     minor_bytes: usize,
     signal_bytes: usize,
     missed: Missed,
+    /// Whether what is missed counts.
+    is_settled: bool,
     reported: Missed,
     /// Why nothing more is sent.
     ended: Option<String>,
@@ -182,9 +184,13 @@ impl Outbox {
         }
     }
 
-    /// What was missed, if that is news.
+    /// What was missed, if that is news. What was skipped before the first call is not counted: a client that joins gets
+    /// all that is known at once, and of that the newest.
     pub fn missed(&self) -> Option<Missed> {
         let mut state = self.lock();
+        if !std::mem::replace(&mut state.is_settled, true) {
+            state.missed = Missed::default();
+        }
         let missed = state.missed;
         (std::mem::replace(&mut state.reported, missed) != missed).then_some(missed)
     }
@@ -288,6 +294,7 @@ mod tests {
     #[tokio::test]
     async fn events_come_before_states_and_states_before_signals() {
         let outbox = Outbox::default();
+        assert_eq!(outbox.missed(), None);
         outbox.wave(Bytes::from_static(&[0; 10]));
         outbox.state(StateKind::Feature, 1, 0.0, "1".into());
         outbox.state(StateKind::Feature, 2, 0.0, "2".into());
@@ -307,6 +314,7 @@ mod tests {
     #[tokio::test]
     async fn of_signals_the_newest_wait_and_the_rest_is_counted() {
         let outbox = Outbox::default();
+        assert_eq!(outbox.missed(), None);
         for place in 0..100_u8 {
             outbox.wave(vec![place; 16 << 10].into());
         }

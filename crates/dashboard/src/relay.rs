@@ -91,11 +91,13 @@ impl Relay {
         for record in batch.iter().filter(|record| record.sample.turn != Turn::Duplicate) {
             self.take_record(record, &mut known, &mut news);
         }
-        // One who joins from here on has all of this already.
+        // One who joins or begins to draw from here on has all of this already.
         let clients = self.hub.clients();
+        let wanted: Vec<_> = clients.iter().map(|client| client.wanted()).collect();
+        let hidden = known.hidden.clone();
         drop(known);
-        for client in &clients {
-            offer(client, &news, &self.hub);
+        for (client, wanted) in clients.iter().zip(&wanted) {
+            offer(client, &news, wanted, &hidden);
         }
         for record in batch {
             self.echo(record, &clients);
@@ -217,13 +219,10 @@ impl Relay {
                     }
                 }
                 let samples = wave.samples.iter().map(|number| *number as f32).collect();
-                news.waves.push(Wave {
-                    stream: id,
-                    channels: wave.channels,
-                    start: t,
-                    period,
-                    samples,
-                });
+                let (start, channels) = (t, wave.channels);
+                let wave = Wave { stream: id, channels, start, period, samples };
+                known.recent.keep(wave.clone());
+                news.waves.push(wave);
             }
             Data::Sample(_) | Data::Message(_) => self.take_reading(record, t, known, news),
             Data::Description(_) => {}
@@ -294,10 +293,9 @@ pub fn is_wanted(stream: &Stream) -> bool {
 }
 
 /// Hands a client what it may see of what is new.
-fn offer(client: &Client, news: &News, hub: &Hub) {
+fn offer(client: &Client, news: &News, wanted: &BTreeMap<u32, f64>, hidden: &BTreeSet<u32>) {
     let is_blind = client.is_blind();
-    let hidden = if is_blind { hub.known().hidden.clone() } else { BTreeSet::new() };
-    let shows = |stream: &u32| !hidden.contains(stream);
+    let shows = |stream: &u32| !(is_blind && hidden.contains(stream));
     for is_minor in [false, true] {
         let of_kind =
             news.events.iter().filter(|(stream, minor, _)| *minor == is_minor && shows(stream));
@@ -316,7 +314,6 @@ fn offer(client: &Client, news: &News, hub: &Hub) {
     {
         client.outbox.state(*kind, *stream, *t, Arc::clone(fragment));
     }
-    let wanted = client.wanted();
     for reading in news.readings.iter().filter(|reading| shows(&reading.stream)) {
         let is_wanted = wanted.contains_key(&reading.stream);
         if is_wanted && reading.is_drawn {

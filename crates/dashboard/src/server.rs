@@ -30,7 +30,7 @@ use crate::rate::Allowance;
 use crate::{api, metrics};
 
 /// How many ports after the first are tried.
-const PORTS: u16 = 10;
+const PORTS: u16 = 100;
 /// The most connections at once, of browsers and programs.
 const MOST_CONNECTIONS: usize = 256;
 /// What the kernel may hold for a slow client [bytes]: a marker waits behind it.

@@ -48,7 +48,15 @@ impl Sink for Dashboard {
         let Dashboard { context, settings } = *self;
         let announce = Arc::clone(&context.announce);
         let hub = Arc::new(Hub::new(context, settings, inbox.outlet().cloned()));
-        let (runtime, address) = start(&hub)?;
+        let (runtime, address) = match start(&hub) {
+            Ok(started) => started,
+            Err(error) if hub.settings.is_default() => {
+                inbox.report(format!("dashboard: failed to {error}"));
+                while !matches!(inbox.receive(PATIENCE), Received::Closed) {}
+                return Ok(());
+            }
+            Err(error) => return Err(error),
+        };
         announce(&address);
         let mut relay = Relay::new(Arc::clone(&hub), inbox.streams().clone());
         loop {
