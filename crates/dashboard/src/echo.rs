@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use teampulse_core::clock::Stopwatch;
+
 use crate::client::Client;
 use crate::context::Disk;
 use crate::hub::{Awaited, message};
@@ -10,12 +12,17 @@ use crate::wire::{Echo, FromServer, RecordingStage};
 /// How many syncs must follow a record before it is on the disk: one may have begun before.
 const SYNCS: u64 = 2;
 
+/// How long after a sync all records before it are on the disk, if nothing more was synced: twice the time between two
+/// syncs of a bag [s].
+const SETTLED_SECS: f64 = 2.0;
+
 /// Acts whose records are not yet on the disk.
 #[derive(Debug, Default)]
 pub struct Echoes {
     waiting: Vec<(u64, u64, Echo)>,
     syncs: u64,
     synced_bytes: u64,
+    synced: Option<Stopwatch>,
     is_recorded: bool,
 }
 
@@ -41,9 +48,13 @@ impl Echoes {
         self.is_recorded = disk.stage == RecordingStage::Open;
         if disk.bytes > self.synced_bytes {
             self.syncs += 1;
+            self.synced = Some(Stopwatch::start());
         }
         self.synced_bytes = disk.bytes;
-        let syncs = self.syncs;
+        let is_settled =
+            self.synced.is_some_and(|synced| synced.elapsed().as_secs_f64() >= SETTLED_SECS);
+        // In a session in which nothing else happens there is one sync only.
+        let syncs = self.syncs + u64::from(is_settled);
         for (_, client, mut echo) in self.waiting.extract_if(.., |(due, _, _)| *due <= syncs) {
             echo.on_disk = Some(true);
             send(client, &echo, clients);
